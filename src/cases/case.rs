@@ -1,0 +1,81 @@
+//! What the list of cases holds about each one.
+
+use super::parameters::{Parameter, Parameters};
+use crate::complementarity::SolverEntry;
+use crate::cosim::Subsystem;
+use crate::error::{Result, find_by_name};
+
+/// Two subsystems that fit each other.
+pub struct CoupledSystem {
+    /// The side that may offer an interface model.
+    pub mechanics: Box<dyn Subsystem>,
+    /// The side that may use it.
+    pub actuator: Box<dyn Subsystem>,
+}
+
+/// Times used unless others are asked for, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CaseDefaults {
+    /// Simulated time.
+    pub duration_s: f64,
+    /// Macro step.
+    pub macro_step_s: f64,
+    /// Longest micro step of the actuator side.
+    pub micro_step_s: f64,
+    /// Coarsest of the three steps of the monolithic reference.
+    pub reference_step_s: f64,
+    /// Distance of the stored points of the reference.
+    pub reference_sampling_s: f64,
+}
+
+/// Which columns of the trace hold the coupling variables that accuracy is judged by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InterfaceColumns {
+    /// Position along the interface.
+    pub position: &'static str,
+    /// Velocity along the interface.
+    pub velocity: &'static str,
+    /// Force across the interface.
+    pub force: &'static str,
+}
+
+/// A case by name.
+#[derive(Debug, Clone, Copy)]
+pub struct Case {
+    /// Kebab-case name.
+    pub name: &'static str,
+    /// One line.
+    pub about: &'static str,
+    /// Everything that can be set.
+    pub parameters: &'static [Parameter],
+    /// Times.
+    pub defaults: CaseDefaults,
+    /// Columns of a trace, in order; the first is the time.
+    pub trace_columns: &'static [&'static str],
+    /// Further columns that only drawings need.
+    pub drawing_columns: &'static [&'static str],
+    /// What accuracy is judged by.
+    pub interface_columns: InterfaceColumns,
+    /// Builds both sides. The solver serves the complementarity problems of the mechanics.
+    pub build: fn(&Parameters, &SolverEntry) -> Result<CoupledSystem>,
+}
+
+impl Case {
+    /// The parameters at their defaults.
+    pub fn default_parameters(&self) -> Parameters {
+        Parameters::defaults(self.name, self.parameters)
+    }
+
+    /// All columns that a run records: those of the trace, then those of drawings.
+    pub fn recorded_columns(&self) -> Vec<String> {
+        self.trace_columns.iter().chain(self.drawing_columns).map(|name| (*name).to_owned()).collect()
+    }
+}
+
+/// Finds a case.
+///
+/// # Errors
+/// [`Error::UnknownName`](crate::error::Error::UnknownName) with all names.
+pub fn case_by_name(name: &str) -> Result<&'static Case> {
+    find_by_name("case", super::CASES, |case| case.name, name)
+}

@@ -1,0 +1,197 @@
+//! Named parameters of a case: what can be set, to what, and what it was set to.
+
+use crate::error::{Error, Result};
+use std::fmt;
+
+/// The value of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// A number in the parameter's unit.
+    Number(f64),
+    /// One of a list of names.
+    Choice(&'static str),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Number(number) => write!(f, "{number:?}"),
+            Value::Choice(name) => f.write_str(name),
+        }
+    }
+}
+
+/// What a parameter may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Range {
+    /// Any finite number.
+    Finite,
+    /// A finite number above zero.
+    Positive,
+    /// A finite number, zero or above.
+    NotNegative,
+    /// A number in [0, 1].
+    Fraction,
+    /// One of these names.
+    OneOf(&'static [&'static str]),
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Range::Finite => f.write_str("a finite number"),
+            Range::Positive => f.write_str("a finite number above 0"),
+            Range::NotNegative => f.write_str("a finite number, 0 or above"),
+            Range::Fraction => f.write_str("a number in [0, 1]"),
+            Range::OneOf(names) => write!(f, "one of {}", names.join(", ")),
+        }
+    }
+}
+
+impl Range {
+    /// Accepts a number or says no.
+    fn admits(self, number: f64) -> bool {
+        number.is_finite()
+            && match self {
+                Range::Finite => true,
+                Range::Positive => number > 0.0,
+                Range::NotNegative => number >= 0.0,
+                Range::Fraction => (0.0..=1.0).contains(&number),
+                Range::OneOf(_) => false,
+            }
+    }
+
+    /// Reads a value from text.
+    fn parse(self, key: &str, text: &str) -> Result<Value> {
+        let invalid = || Error::invalid(key, text, self.to_string());
+        if let Range::OneOf(names) = self {
+            let found = names.iter().find(|name| **name == text);
+            return found.map(|name| Value::Choice(name)).ok_or_else(invalid);
+        }
+        let number = text.trim().parse::<f64>().map_err(|_| invalid())?;
+        if self.admits(number) { Ok(Value::Number(number)) } else { Err(invalid()) }
+    }
+}
+
+/// One named parameter of a case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Name with unit, as it stands in `--set` and in experiment files.
+    pub name: &'static str,
+    /// Unit; `-` for a pure number or a name.
+    pub unit: &'static str,
+    /// Default.
+    pub default: Value,
+    /// What is valid.
+    pub range: Range,
+    /// One line.
+    pub about: &'static str,
+    /// Where the default comes from.
+    pub source: &'static str,
+}
+
+impl Parameter {
+    /// A numeric parameter.
+    pub const fn number(
+        name: &'static str,
+        unit: &'static str,
+        default: f64,
+        range: Range,
+        about: &'static str,
+        source: &'static str,
+    ) -> Self {
+        Parameter { name, unit, default: Value::Number(default), range, about, source }
+    }
+}
+
+/// The parameters of a case with their values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    case: &'static str,
+    declared: &'static [Parameter],
+    values: Vec<Value>,
+}
+
+impl Parameters {
+    /// All at their defaults.
+    pub fn defaults(case: &'static str, declared: &'static [Parameter]) -> Self {
+        Parameters { case, declared, values: declared.iter().map(|parameter| parameter.default).collect() }
+    }
+
+    /// Sets one parameter from text.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a key the case does not have, [`Error::InvalidValue`] for a value out of range.
+    pub fn set(&mut self, key: &str, text: &str) -> Result<()> {
+        let index =
+            self.declared.iter().position(|parameter| parameter.name == key).ok_or_else(|| Error::UnknownName {
+                kind: "parameter",
+                found: key.to_owned(),
+                valid: self.declared.iter().map(|parameter| parameter.name.to_owned()).collect(),
+            })?;
+        self.values[index] = self.declared[index].range.parse(key, text)?;
+        Ok(())
+    }
+
+    /// A number by name. The name must be one the case declares: anything else is a defect of the case.
+    pub fn number(&self, name: &str) -> f64 {
+        match self.value(name) {
+            Value::Number(number) => number,
+            Value::Choice(_) => panic!("parameter {name} of case {} is not a number", self.case),
+        }
+    }
+
+    /// A choice by name. The name must be one the case declares: anything else is a defect of the case.
+    pub fn choice(&self, name: &str) -> &'static str {
+        match self.value(name) {
+            Value::Choice(choice) => choice,
+            Value::Number(_) => panic!("parameter {name} of case {} is not a choice", self.case),
+        }
+    }
+
+    /// All parameters with their values.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static Parameter, Value)> + '_ {
+        self.declared.iter().zip(self.values.iter().copied())
+    }
+
+    fn value(&self, name: &str) -> Value {
+        match self.iter().find(|(parameter, _)| parameter.name == name) {
+            Some((_, value)) => value,
+            None => panic!("case {} declares no parameter {name}", self.case),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    static DECLARED: [Parameter; 2] = [
+        Parameter::number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours"),
+        Parameter {
+            name: "coupling",
+            unit: "-",
+            default: Value::Choice("force"),
+            range: Range::OneOf(&["force", "pressure"]),
+            about: "coupling",
+            source: "ours",
+        },
+    ];
+
+    #[test]
+    fn values_are_checked_and_errors_say_what_is_valid() {
+        let mut parameters = Parameters::defaults("test", &DECLARED);
+        parameters.set("mass_kg", "2.5").unwrap();
+        parameters.set("coupling", "pressure").unwrap();
+        assert_eq!((parameters.number("mass_kg"), parameters.choice("coupling")), (2.5, "pressure"));
+        for (key, text, wanted) in [
+            ("mass_kg", "-1", "mass_kg = -1: a finite number above 0"),
+            ("mass_kg", "NaN", "mass_kg = NaN: a finite number above 0"),
+            ("mass_kg", "ten", "mass_kg = ten: a finite number above 0"),
+            ("coupling", "forse", "coupling = forse: one of force, pressure"),
+            ("mass_k", "1", "unknown parameter `mass_k` (did you mean `mass_kg`?); valid: mass_kg, coupling"),
+        ] {
+            assert_eq!(parameters.set(key, text).unwrap_err().to_string(), wanted);
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! Symmetric principal pivoting from the last active set: the default solver.
+//!
+//! The problem is the optimality condition of `min ½ zᵀ M z + qᵀ z`, `z ≥ 0`. Keller's method walks over active sets
+//! `A` on which `z_A = −M_AA⁻¹ q_A ≥ 0`, and takes the violated contact in, the one that lowers the objective most:
+//!
+//! ```text
+//! drive j:    z_j = t,  z_A(t) = z_A − t p,  w_j(t) = w_j + t d     M_AA p = M_Aj,  d = M_jj − M_jA p
+//! complete:   t = −w_j / d          j enters A
+//! blocked:    t = z_k / p_k         k leaves A and the drive goes on
+//! ```
+//! If row `j` depends on the rows in `A`, then `d = 0` and the drive follows a ray until it is blocked, after which `j`
+//! is independent of what is left: a singular matrix is never factorised. A ray that nothing blocks proves that the
+//! problem has no solution. Each completed drive strictly lowers the objective, so in exact arithmetic no active set
+//! comes back, degenerate or not; against rounding the choice becomes the lowest index (Bland) after `10 + 5n` pivots,
+//! and the pivots are bounded.
+//!
+//! In a simulation the next problem has almost always the active set of the last one: then the answer is one
+//! factorisation of `M_AA` (none if `M` is the same as before) and one look at `w`.
+//!
+//! # Source
+//! Keller, *The general quadratic optimization problem*, Math. Programming 5 (1973); Cottle, Pang, Stone, *The Linear
+//! Complementarity Problem* (1992), section 4.2. The treatment of dependent rows by the ray is theirs; the warm start
+//! is the usual one of active-set methods.
+
+use super::buffer::Buffer;
+use super::factor::Factor;
+use super::{ComplementaritySolver, Lcp, SolveStats};
+use crate::error::Failure;
+
+/// A row is dependent if its pivot `d` is below this part of its diagonal: far above the rounding of `d` (about
+/// 1e-15), far below what distinguishes two contacts.
+const DEPENDENT: f64 = 1e-11;
+/// A violation below this part of `‖q‖_∞` is no reason to pivot; the accepted residual is 1e-9.
+const NEGLIGIBLE: f64 = 1e-13;
+/// A violation on an unblocked ray up to this part of `‖q‖_∞` is rounding, not a proof of infeasibility.
+const RAY_NOISE: f64 = 1e-10;
+/// A component of the direction below this part (squared, scaled by the diagonals) does not block.
+const NO_MOTION: f64 = 1e-24;
+/// Pivots on one factor before it is computed anew although `M` is the same.
+const REFRESH: u32 = 64;
+
+/// Keller's method with warm start. See the module for the algorithm.
+///
+/// Guaranteed for symmetric positive semidefinite `M` when a solution exists. Free of allocation up to `capacity`.
+#[derive(Debug, Clone)]
+pub struct ActiveSet {
+    /// Size of the last problem; the warm start is forgotten when it changes.
+    n: usize,
+    capacity: usize,
+    /// The active set in the order of the factor.
+    set: Buffer<usize, 8>,
+    len: usize,
+    inside: Buffer<bool, 8>,
+    factor: Factor,
+    /// The matrix the factor belongs to.
+    factored: Buffer<f64, 64>,
+    /// Updates of the factor since it was computed; `None` if there is none to reuse.
+    age: Option<u32>,
+    z_a: Buffer<f64, 8>,
+    p: Buffer<f64, 8>,
+    w: Buffer<f64, 8>,
+}
+
+/// How a drive ended.
+enum Drive {
+    Completed,
+    Unblocked,
+    OutOfPivots,
+}
+
+impl ActiveSet {
+    /// Reserves room for problems up to `capacity` contacts; up to 8 need no heap.
+    pub fn new(capacity: usize) -> Self {
+        ActiveSet {
+            n: 0,
+            capacity: capacity.max(8),
+            set: Buffer::new(capacity),
+            len: 0,
+            inside: Buffer::new(capacity),
+            factor: Factor::new(capacity),
+            factored: Buffer::new(capacity * capacity),
+            age: None,
+            z_a: Buffer::new(capacity),
+            p: Buffer::new(capacity),
+            w: Buffer::new(capacity),
+        }
+    }
+
+    /// Returns the active set of the last problem, in the order in which the contacts entered.
+    pub fn active_set(&self) -> &[usize] {
+        &self.set[..self.len]
+    }
+
+    fn resize(&mut self, n: usize) {
+        self.n = n;
+        self.capacity = self.capacity.max(n);
+        self.set.grow(n);
+        self.inside.grow(n);
+        self.factored.grow(n * n);
+        self.z_a.grow(n);
+        self.p.grow(n);
+        self.w.grow(n);
+        self.factor.clear(n);
+        self.reset();
+    }
+
+    /// Factorises `M_AA` for the active set at hand, leaving out members that became dependent; false if the factor
+    /// at hand is still that of `M`.
+    #[inline]
+    fn factorise(&mut self, m: &[f64]) -> bool {
+        let factored = &mut self.factored[..m.len()];
+        if self.age.is_some_and(|age| age < REFRESH) && *factored == *m {
+            return false;
+        }
+        factored.copy_from_slice(m);
+        self.factor.clear(self.n);
+        let mut kept = 0;
+        for position in 0..self.len {
+            let j = self.set[position];
+            let d = self.factor.border(m, &self.set[..kept], j);
+            if d > DEPENDENT * m[j * self.n + j] {
+                self.factor.push(d);
+                self.set[kept] = j;
+                kept += 1;
+            } else {
+                self.inside[j] = false;
+            }
+        }
+        self.len = kept;
+        self.age = Some(0);
+        true
+    }
+
+    /// Removes the member at `position`.
+    fn drop_member(&mut self, position: usize) {
+        self.factor.remove(position);
+        self.inside[self.set[position]] = false;
+        self.set.copy_within(position + 1..self.len, position);
+        self.z_a.copy_within(position + 1..self.len, position);
+        self.len -= 1;
+        self.age = self.age.map(|age| age + 1);
+    }
+
+    /// Computes `z_A = −M_AA⁻¹ q_A`, dropping the most negative member until none is; returns the number dropped.
+    #[inline]
+    fn make_feasible(&mut self, lcp: Lcp<'_>) -> u32 {
+        let mut dropped = 0;
+        loop {
+            let z_a = &mut self.z_a[..self.len];
+            for (z, &i) in z_a.iter_mut().zip(&self.set[..]) {
+                *z = -lcp.q[i];
+            }
+            self.factor.solve(z_a);
+            let (mut worst, mut position) = (0.0, None);
+            for (k, &z) in z_a.iter().enumerate() {
+                if z < 0.0 {
+                    let i = self.set[k];
+                    let score = z * z * lcp.m[i * self.n + i];
+                    if position.is_none() || score > worst {
+                        (worst, position) = (score, Some(k));
+                    }
+                }
+            }
+            let Some(position) = position else { return dropped };
+            self.drop_member(position);
+            dropped += 1;
+        }
+    }
+
+    /// Computes `w = M z + q` and picks the contact to take in: the one that promises the largest decrease of the
+    /// objective, `w_j²/2M_jj`, or with `bland` the first. Violations within the rounding of `w` do not count.
+    #[inline]
+    fn most_violated(&mut self, lcp: Lcp<'_>, negligible: f64, bland: bool) -> Option<usize> {
+        let n = self.n;
+        let w = &mut self.w[..n];
+        w.copy_from_slice(lcp.q);
+        for (&z, &a) in self.z_a[..self.len].iter().zip(&self.set[..]) {
+            for (w, m) in w.iter_mut().zip(&lcp.m[a * n..(a + 1) * n]) {
+                *w += m * z;
+            }
+        }
+        let mut best: Option<usize> = None;
+        for j in 0..n {
+            if self.w[j] >= -negligible || self.inside[j] {
+                continue;
+            }
+            let row = &lcp.m[j * n..(j + 1) * n];
+            let summed: f64 = self.active_set().iter().zip(&self.z_a[..]).map(|(&a, z)| row[a].abs() * z).sum();
+            if self.w[j] >= -negligible - 16.0 * f64::EPSILON * summed {
+                continue;
+            }
+            let better = best.is_none_or(|b| self.w[j].powi(2) * lcp.m[b * n + b] > self.w[b].powi(2) * row[j]);
+            if better {
+                best = Some(j);
+            }
+            if bland {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Raises `z_j` until `w_j = 0`, removing the members that reach zero on the way.
+    fn drive(&mut self, lcp: Lcp<'_>, j: usize, pivots: &mut u32, bound: u32) -> Drive {
+        let (n, m_jj) = (self.n, lcp.m[j * self.n + j]);
+        let (mut z_j, mut w_j) = (0.0, self.w[j]);
+        loop {
+            let len = self.len;
+            let d = self.factor.border(lcp.m, &self.set[..len], j);
+            self.factor.direction(&mut self.p[..len]);
+            let independent = d > DEPENDENT * m_jj;
+            let mut t = if independent { -w_j / d } else { f64::INFINITY };
+            let mut blocking = None;
+            for k in 0..len {
+                let (p, a) = (self.p[k], self.set[k]);
+                if p > 0.0 && p * p * lcp.m[a * n + a] > NO_MOTION * m_jj && self.z_a[k] < t * p {
+                    (t, blocking) = (self.z_a[k] / p, Some(k));
+                }
+            }
+            if blocking.is_none() && !independent {
+                return Drive::Unblocked;
+            }
+            if *pivots >= bound {
+                return Drive::OutOfPivots;
+            }
+            *pivots += 1;
+            for (z, p) in self.z_a[..len].iter_mut().zip(&self.p[..]) {
+                *z = (*z - t * p).max(0.0);
+            }
+            z_j += t;
+            match blocking {
+                Some(k) => {
+                    w_j += t * d.max(0.0);
+                    self.drop_member(k);
+                }
+                None => {
+                    self.factor.push(d);
+                    self.set[len] = j;
+                    self.z_a[len] = z_j;
+                    self.inside[j] = true;
+                    self.len += 1;
+                    self.age = self.age.map(|age| age + 1);
+                    return Drive::Completed;
+                }
+            }
+        }
+    }
+
+    fn write(&self, z: &mut [f64]) {
+        z.fill(0.0);
+        for (&i, &z_i) in self.active_set().iter().zip(&self.z_a[..]) {
+            z[i] = z_i;
+        }
+    }
+
+    fn give_up(&mut self, z: &mut [f64]) -> Failure {
+        self.write(z);
+        self.reset();
+        Failure::SolverFailed { residual: f64::INFINITY }
+    }
+}
+
+impl ComplementaritySolver for ActiveSet {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        let n = lcp.size();
+        if lcp.is_solved_by_zero()? {
+            z.fill(0.0);
+            return Ok(SolveStats::default());
+        }
+        if n != self.n {
+            self.resize(n);
+        }
+        let q_max = lcp.q.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
+        let (bland_after, bound) = (10 + 5 * n as u32, 50 * n as u32 + (1 << n.min(12)));
+        let mut stats = SolveStats { factorisations: u32::from(self.factorise(lcp.m)), ..SolveStats::default() };
+        loop {
+            stats.pivots += self.make_feasible(lcp);
+            let Some(j) = self.most_violated(lcp, NEGLIGIBLE * q_max, stats.pivots > bland_after) else { break };
+            match self.drive(lcp, j, &mut stats.pivots, bound) {
+                Drive::Completed => {}
+                Drive::Unblocked if self.w[j] >= -RAY_NOISE * q_max => break,
+                Drive::Unblocked | Drive::OutOfPivots => return Err(self.give_up(z)),
+            }
+        }
+        self.write(z);
+        Ok(stats)
+    }
+
+    fn reset(&mut self) {
+        self.len = 0;
+        self.inside.fill(false);
+        self.factor.clear(self.n);
+        self.age = None;
+    }
+
+    fn capacity(&self) -> usize {
+        self.capacity
+    }
+}

@@ -1,0 +1,164 @@
+//! The solver a simulation holds: checked after every problem, with a fallback, and counted.
+
+use super::{ComplementaritySolver, Lcp, Lemke, SolveStats, natural_residual};
+use crate::error::Failure;
+
+/// Exact work counts of many solves.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SolverCounters {
+    /// Problems given.
+    pub solves: u64,
+    /// Pivots or iterations, those of the fallback included.
+    pub pivots: u64,
+    /// Factorisations from scratch.
+    pub factorisations: u64,
+    /// Problems given to the fallback.
+    pub fallbacks: u64,
+    /// Problems that stayed unsolved.
+    pub failures: u64,
+    /// Largest accepted natural residual.
+    pub worst_residual: f64,
+}
+
+impl SolverCounters {
+    /// Adds the counts of another run; the worst residual is that of the worse.
+    pub fn add(&mut self, other: &SolverCounters) {
+        self.solves += other.solves;
+        self.pivots += other.pivots;
+        self.factorisations += other.factorisations;
+        self.fallbacks += other.fallbacks;
+        self.failures += other.failures;
+        self.worst_residual = self.worst_residual.max(other.worst_residual);
+    }
+}
+
+/// A solver whose every answer is measured by [`natural_residual`], and replaced by the fallback's if it is not good
+/// enough.
+///
+/// Solving it means: `r(z) ≤ tolerance`, or [`Failure::SolverFailed`] with the smaller residual of the two attempts.
+pub struct Checked {
+    primary: Box<dyn ComplementaritySolver>,
+    fallback: Option<Lemke>,
+    tolerance: f64,
+    counters: SolverCounters,
+}
+
+impl Checked {
+    /// Wraps a solver; `fallback` is tried when the residual of `primary` exceeds `tolerance`.
+    pub fn new(primary: Box<dyn ComplementaritySolver>, fallback: Option<Lemke>, tolerance: f64) -> Self {
+        Checked { primary, fallback, tolerance, counters: SolverCounters::default() }
+    }
+
+    /// Returns the natural residual up to which an answer is accepted.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Returns the counts since construction.
+    pub fn counters(&self) -> SolverCounters {
+        self.counters
+    }
+
+    /// Runs the fallback after `proposed`, the stats of an insufficient proposal in `z`.
+    #[cold]
+    fn fall_back(&mut self, lcp: Lcp<'_>, z: &mut [f64], proposed: SolveStats) -> Result<SolveStats, Failure> {
+        let mut least = proposed.residual;
+        if let Some(lemke) = &mut self.fallback {
+            self.counters.fallbacks += 1;
+            if let Ok(stats) = lemke.attempt(lcp, z) {
+                self.counters.pivots += u64::from(stats.pivots);
+                let residual = natural_residual(lcp, z);
+                if residual <= self.tolerance {
+                    self.counters.worst_residual = self.counters.worst_residual.max(residual);
+                    let pivots = proposed.pivots + stats.pivots;
+                    return Ok(SolveStats { pivots, fallback: true, residual, ..proposed });
+                }
+                least = least.min(residual);
+            }
+        }
+        self.counters.failures += 1;
+        Err(Failure::SolverFailed { residual: least })
+    }
+}
+
+impl ComplementaritySolver for Checked {
+    #[inline]
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        self.counters.solves += 1;
+        let mut stats = match self.primary.attempt(lcp, z) {
+            Ok(stats) => SolveStats { residual: natural_residual(lcp, z), ..stats },
+            Err(_) => SolveStats { residual: f64::INFINITY, ..SolveStats::default() },
+        };
+        self.counters.pivots += u64::from(stats.pivots);
+        self.counters.factorisations += u64::from(stats.factorisations);
+        if stats.residual <= self.tolerance {
+            self.counters.worst_residual = self.counters.worst_residual.max(stats.residual);
+            stats.fallback = false;
+            return Ok(stats);
+        }
+        self.fall_back(lcp, z, stats)
+    }
+
+    /// The same as [`attempt`](Self::attempt): what it returns is already checked.
+    #[inline]
+    fn solve(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        self.attempt(lcp, z)
+    }
+
+    fn reset(&mut self) {
+        self.primary.reset();
+    }
+
+    fn capacity(&self) -> usize {
+        self.primary.capacity()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Proposes the same number for every impulse, or nothing.
+    struct Stubborn(Option<f64>);
+
+    impl ComplementaritySolver for Stubborn {
+        fn attempt(&mut self, _: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+            z.fill(self.0.unwrap_or_default());
+            let stats = SolveStats { pivots: 3, factorisations: 2, ..SolveStats::default() };
+            self.0.map(|_| stats).ok_or(Failure::SolverFailed { residual: 0.0 })
+        }
+    }
+
+    const LCP: Lcp<'_> = Lcp { m: &[2.0], q: &[-4.0] };
+
+    #[test]
+    fn a_wrong_answer_is_replaced_and_counted() {
+        for (proposal, own_pivots) in [(Some(7.0), 3), (Some(f64::NAN), 3), (None, 0)] {
+            let mut solver = Checked::new(Box::new(Stubborn(proposal)), Some(Lemke::new(1)), 1e-9);
+            let mut z = [0.0];
+            let stats = solver.solve(LCP, &mut z).unwrap();
+            assert_eq!((z, stats.fallback), ([2.0], true));
+            let counters = solver.counters();
+            assert_eq!((counters.solves, counters.fallbacks, counters.failures), (1, 1, 0));
+            assert!(stats.pivots > own_pivots && counters.pivots == u64::from(stats.pivots));
+        }
+    }
+
+    #[test]
+    fn a_right_answer_is_kept() {
+        let mut solver = Checked::new(Box::new(Stubborn(Some(2.0))), Some(Lemke::new(1)), 1e-9);
+        let stats = solver.solve(LCP, &mut [0.0]).unwrap();
+        assert_eq!(stats, SolveStats { pivots: 3, factorisations: 2, fallback: false, residual: 0.0 });
+        let mut total = solver.counters();
+        total.add(&SolverCounters { solves: 2, worst_residual: 0.5, ..SolverCounters::default() });
+        assert_eq!((total.solves, total.factorisations, total.fallbacks, total.worst_residual), (3, 2, 0, 0.5));
+    }
+
+    #[test]
+    fn without_a_solution_the_failure_names_the_best_residual() {
+        let mut solver = Checked::new(Box::new(Stubborn(Some(0.0))), Some(Lemke::new(1)), 1e-9);
+        let impossible = Lcp { m: &[0.0], q: &[-4.0] };
+        assert_eq!(solver.solve(impossible, &mut [0.0]), Err(Failure::SolverFailed { residual: 1.0 }));
+        assert_eq!(solver.counters().failures, 1);
+    }
+}

@@ -1,0 +1,332 @@
+//! The macro loop, written once for every case, scheme and sequence.
+
+use super::communication_grid::{CommunicationGrid, MacroStep, division};
+use super::coupling_scheme::{CouplingScheme, Diagnostics, MicroStep, Sample};
+use super::force_return::{ForceReturn, Sequence, Transmission};
+use super::outcome::Outcome;
+use super::subsystem::{Ports, Quantity, Side, Subsystem};
+use crate::error::Failure;
+use crate::interface_model::ReducedInterfaceModel;
+
+/// Everything that determines a run besides the subsystems and the scheme.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// The communication points.
+    pub grid: CommunicationGrid,
+    /// Longest micro step of the actuator side, s; the one used divides the macro step.
+    pub micro_step: f64,
+    /// The mechanics' own steps per macro step n_m; 0 stands for as many as the actuator side takes.
+    pub mechanics_steps: usize,
+    /// Who goes first.
+    pub sequence: Sequence,
+    /// What the mechanics receives.
+    pub force_return: ForceReturn,
+    /// Outputs with direct feedthrough are evaluated with the input used last, not with the fresh one.
+    pub stale_feedthrough: bool,
+    /// Beyond these the run counts as diverged.
+    pub bounds: Bounds,
+}
+
+/// Largest admissible magnitude of each coupling variable, by side; `+inf` where there is none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Bounds {
+    /// For the outputs of the mechanics.
+    pub mechanics: Vec<f64>,
+    /// For the outputs of the actuator.
+    pub actuator: Vec<f64>,
+}
+
+/// What an observer sees at a communication point.
+pub struct CommunicationPoint<'a> {
+    /// `t_k`, s.
+    pub time: f64,
+    /// Outputs of the mechanics.
+    pub y_mechanics: &'a [f64],
+    /// Outputs of the actuator: its own, at this instant.
+    pub y_actuator: &'a [f64],
+    /// What the mechanics received over the macro step that ends here (at `t_0`: what it would be held at).
+    pub received: &'a [f64],
+    /// The scheme's own picture.
+    pub diagnostics: Diagnostics,
+    /// The mechanics' own step in the macro step that starts here, s.
+    pub mechanics_step: f64,
+    /// The mechanics.
+    pub mechanics: &'a mut dyn Subsystem,
+    /// The actuator.
+    pub actuator: &'a mut dyn Subsystem,
+}
+
+/// Exact counters of the loop itself.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct CosimCounters {
+    /// Macro steps taken.
+    pub macro_steps: u64,
+    /// Exchanges between the sides.
+    pub exchanges: u64,
+}
+
+/// Work across the interface, counted by each side in its own discretisation.
+///
+/// ```text
+/// sent = Σ δ F_j · w_{j+1}     over the actuator's micro steps, with the velocity it was given
+/// received                     as the mechanics counts it, Σ h λ · ½(w⁺ + w⁻)
+/// residual = sent − received   what the coupling lost (> 0) or created (< 0)
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct InterfaceWork {
+    /// J; `None` where the ports are not a force and its velocity.
+    pub sent_j: Option<f64>,
+    /// J; `None` where the mechanics does not count it.
+    pub received_j: Option<f64>,
+}
+
+/// What the loop reports of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// How it ended. A run that diverges is followed to its end, or to the point where it cannot go on.
+    pub outcome: Outcome,
+    /// Time of the last communication point reached, s.
+    pub ended_at_s: f64,
+    /// Counters.
+    pub counters: CosimCounters,
+    /// Work across the interface.
+    pub work: InterfaceWork,
+}
+
+/// Runs two subsystems coupled by a scheme, and calls `observe` at each communication point.
+///
+/// The ports must fit (see [`check_coupling`](super::check_coupling)) and the force return must suit the sequence (see
+/// [`ForceReturn::check`]). Nothing is allocated once the first macro step has begun.
+pub fn cosimulate(
+    setup: &Setup,
+    mechanics: &mut dyn Subsystem,
+    actuator: &mut dyn Subsystem,
+    scheme: &mut dyn CouplingScheme,
+    observe: &mut dyn FnMut(CommunicationPoint<'_>),
+) -> Report {
+    let mut run = Run::new(setup, mechanics, actuator, scheme);
+    let result = run.macro_steps(observe);
+    let outcome = match (run.diverged.take(), result) {
+        (Some(diverged), _) => diverged,
+        (None, Err(failure)) => Outcome::from_failure(failure, run.time),
+        (None, Ok(())) => Outcome::Completed,
+    };
+    let work = InterfaceWork {
+        sent_j: (!run.power_ports.is_empty()).then_some(run.work_sent),
+        received_j: run.mechanics.interface_work(),
+    };
+    Report { outcome, ended_at_s: run.time, counters: run.counters, work }
+}
+
+struct Run<'a> {
+    setup: &'a Setup,
+    mechanics: &'a mut dyn Subsystem,
+    actuator: &'a mut dyn Subsystem,
+    scheme: &'a mut dyn CouplingScheme,
+    model: Option<ReducedInterfaceModel>,
+    mechanics_feedthrough: bool,
+    y_mechanics: Vec<f64>,
+    y_actuator: Vec<f64>,
+    u_mechanics: Vec<f64>,
+    u_actuator: Vec<f64>,
+    own: Vec<f64>,
+    received: Vec<f64>,
+    transmission: Transmission,
+    power_ports: Vec<(usize, usize)>,
+    work_sent: f64,
+    time: f64,
+    counters: CosimCounters,
+    diverged: Option<Outcome>,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        setup: &'a Setup,
+        mechanics: &'a mut dyn Subsystem,
+        actuator: &'a mut dyn Subsystem,
+        scheme: &'a mut dyn CouplingScheme,
+    ) -> Self {
+        let (to_actuator, to_mechanics) = (mechanics.ports().outputs.len(), actuator.ports().outputs.len());
+        Run {
+            model: if scheme.wants_interface_model() { mechanics.empty_interface_model() } else { None },
+            mechanics_feedthrough: mechanics.ports().direct_feedthrough,
+            y_mechanics: vec![0.0; to_actuator],
+            y_actuator: vec![0.0; to_mechanics],
+            u_mechanics: vec![0.0; to_mechanics],
+            u_actuator: vec![0.0; to_actuator],
+            own: vec![0.0; to_actuator.max(to_mechanics)],
+            received: vec![0.0; to_mechanics],
+            transmission: Transmission::new(to_mechanics, division(setup.grid.macro_step(), setup.micro_step)),
+            power_ports: power_ports(actuator.ports()),
+            work_sent: 0.0,
+            time: 0.0,
+            counters: CosimCounters::default(),
+            diverged: None,
+            setup,
+            mechanics,
+            actuator,
+            scheme,
+        }
+    }
+
+    /// The algorithm: exchange, then let both sides cover the macro step.
+    fn macro_steps(&mut self, observe: &mut dyn FnMut(CommunicationPoint<'_>)) -> Result<(), Failure> {
+        let grid = self.setup.grid;
+        let mut last = grid.step(0);
+        for k in 0..grid.macro_steps() {
+            let step = grid.step(k);
+            self.exchange(step, observe)?;
+            match self.setup.sequence {
+                Sequence::Jacobi | Sequence::GaussSeidel { first: Side::Actuator } => {
+                    self.advance_actuator(step)?;
+                    self.advance_mechanics(step)?;
+                }
+                Sequence::GaussSeidel { first: Side::Mechanics } => {
+                    self.advance_mechanics(step)?;
+                    self.send_ahead(step)?;
+                    self.advance_actuator(step)?;
+                }
+            }
+            self.counters.macro_steps += 1;
+            last = step;
+        }
+        self.exchange(MacroStep { index: grid.macro_steps(), start: grid.duration(), ..last }, observe)
+    }
+
+    /// A communication point: outputs of both sides, then each sample to the scheme.
+    fn exchange(&mut self, step: MacroStep, observe: &mut dyn FnMut(CommunicationPoint<'_>)) -> Result<(), Failure> {
+        self.time = step.start;
+        // The side without direct feedthrough speaks first, so that the other can answer with fresh input.
+        if self.mechanics_feedthrough {
+            self.actuator.outputs(&self.u_actuator, &mut self.y_actuator);
+            if !self.setup.stale_feedthrough || step.index == 0 {
+                self.u_mechanics.copy_from_slice(&self.y_actuator);
+            }
+            self.mechanics.outputs(&self.u_mechanics, &mut self.y_mechanics);
+        } else {
+            self.mechanics.outputs(&self.u_mechanics, &mut self.y_mechanics);
+            if !self.setup.stale_feedthrough || step.index == 0 {
+                self.u_actuator.copy_from_slice(&self.y_mechanics);
+            }
+            self.actuator.outputs(&self.u_actuator, &mut self.y_actuator);
+        }
+        self.u_mechanics.copy_from_slice(&self.y_actuator);
+        self.u_actuator.copy_from_slice(&self.y_mechanics);
+        if step.index == 0 {
+            self.received.copy_from_slice(&self.y_actuator);
+        }
+        self.watch_bounds()?;
+
+        let mechanics_step = step.length / self.mechanics_steps(step) as f64;
+        if let Some(model) = &mut self.model {
+            self.mechanics.interface_model(mechanics_step, model)?;
+        }
+        let actuator_micro_step = step.length / division(step.length, self.setup.micro_step) as f64;
+        let sample =
+            Sample { time: self.time, y: &self.y_mechanics, model: self.model.as_ref(), step, actuator_micro_step };
+        self.scheme.receive(Side::Mechanics, &sample)?;
+        self.scheme.receive(Side::Actuator, &Sample { y: &self.y_actuator, model: None, ..sample })?;
+        self.counters.exchanges += 1;
+        observe(CommunicationPoint {
+            time: self.time,
+            y_mechanics: &self.y_mechanics,
+            y_actuator: &self.y_actuator,
+            received: &self.received,
+            diagnostics: self.scheme.diagnostics(),
+            mechanics_step,
+            mechanics: &mut *self.mechanics,
+            actuator: &mut *self.actuator,
+        });
+        Ok(())
+    }
+
+    fn advance_actuator(&mut self, step: MacroStep) -> Result<(), Failure> {
+        let count = division(step.length, self.setup.micro_step);
+        let own = &mut self.own[..self.y_actuator.len()];
+        self.transmission.clear();
+        for j in 0..count {
+            let at = MicroStep::new(step, j, count);
+            self.actuator.outputs(&self.u_actuator, own);
+            self.scheme.input(Side::Actuator, at, own, &mut self.u_actuator)?;
+            self.actuator.step(at.start, &self.u_actuator, at.length)?;
+            self.transmission.push(own);
+            for &(force, velocity) in &self.power_ports {
+                self.work_sent += at.length * own[force] * self.u_actuator[velocity];
+            }
+        }
+        // The value at the end of the step, for the force return `end`.
+        self.actuator.outputs(&self.u_actuator, own);
+        Ok(())
+    }
+
+    fn advance_mechanics(&mut self, step: MacroStep) -> Result<(), Failure> {
+        let count = self.mechanics_steps(step);
+        self.received.fill(0.0);
+        for i in 0..count {
+            let at = MicroStep::new(step, i, count);
+            match self.setup.force_return {
+                ForceReturn::Held => {
+                    let own = &mut self.own[..self.y_mechanics.len()];
+                    self.mechanics.outputs(&self.u_mechanics, own);
+                    self.scheme.input(Side::Mechanics, at, own, &mut self.u_mechanics)?;
+                }
+                ForceReturn::End => self.u_mechanics.copy_from_slice(&self.own[..self.y_actuator.len()]),
+                ForceReturn::Mean => self.transmission.mean_over(0, 1, &mut self.u_mechanics),
+                ForceReturn::Profile => self.transmission.mean_over(i, count, &mut self.u_mechanics),
+            }
+            self.mechanics.step(at.start, &self.u_mechanics, at.length)?;
+            for (received, u) in self.received.iter_mut().zip(&self.u_mechanics) {
+                *received += u / count as f64;
+            }
+        }
+        Ok(())
+    }
+
+    /// Gauss–Seidel with the mechanics first: its outputs at `t_{k+1}` reach the scheme before the actuator steps.
+    fn send_ahead(&mut self, step: MacroStep) -> Result<(), Failure> {
+        self.mechanics.outputs(&self.u_mechanics, &mut self.y_mechanics);
+        let actuator_micro_step = step.length / division(step.length, self.setup.micro_step) as f64;
+        let time = self.setup.grid.time(step.index + 1);
+        self.counters.exchanges += 1;
+        self.scheme
+            .receive(Side::Mechanics, &Sample { time, y: &self.y_mechanics, model: None, step, actuator_micro_step })
+    }
+
+    fn mechanics_steps(&self, step: MacroStep) -> usize {
+        match self.setup.mechanics_steps {
+            0 => division(step.length, self.setup.micro_step),
+            count => count,
+        }
+    }
+
+    /// Notes the first coupling variable beyond its bound; ends the run at one that is not finite.
+    fn watch_bounds(&mut self) -> Result<(), Failure> {
+        let bounds = &self.setup.bounds;
+        let sides = [
+            (&self.y_mechanics, self.mechanics.ports(), &bounds.mechanics),
+            (&self.y_actuator, self.actuator.ports(), &bounds.actuator),
+        ];
+        for (y, ports, limits) in sides {
+            for (index, &value) in y.iter().enumerate() {
+                let quantity = ports.outputs[index].name;
+                if !value.is_finite() {
+                    return Err(Failure::NonFinite { quantity });
+                }
+                let beyond = limits.get(index).is_some_and(|&limit| value.abs() > limit);
+                if beyond && self.diverged.is_none() {
+                    self.diverged = Some(Outcome::Diverged { at_s: self.time, quantity, value });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Pairs (force output, velocity input) of the actuator that belong to the same interface row.
+fn power_ports(actuator: &Ports) -> Vec<(usize, usize)> {
+    let of = |ports: &[super::subsystem::Port], quantity| -> Vec<usize> {
+        (0..ports.len()).filter(|&index| ports[index].quantity == quantity).collect()
+    };
+    let (forces, velocities) = (of(&actuator.outputs, Quantity::Force), of(&actuator.inputs, Quantity::Velocity));
+    if forces.len() == velocities.len() { forces.into_iter().zip(velocities).collect() } else { Vec::new() }
+}

@@ -1,0 +1,105 @@
+//! How a run ended. Every outcome is data: it stands in the table with its reason.
+
+use crate::error::Failure;
+use std::fmt;
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// Ran to the end with every interface quantity within bounds.
+    Completed,
+    /// An interface quantity became non-finite or went beyond its bound (three times its reference maximum).
+    Diverged {
+        /// When, s.
+        at_s: f64,
+        /// Which quantity.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A state left the validity of its model.
+    OutOfRange {
+        /// When, s.
+        at_s: f64,
+        /// Which quantity.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A complementarity problem or factorisation failed.
+    SolverFailed {
+        /// When, s.
+        at_s: f64,
+        /// Why.
+        failure: Failure,
+    },
+    /// The run took longer than it was allowed to.
+    Timeout {
+        /// Simulated time reached, s.
+        at_s: f64,
+    },
+    /// Not run, because case and scheme do not go together.
+    Skipped {
+        /// Why not.
+        reason: String,
+    },
+}
+
+impl Outcome {
+    /// The outcome of a run that `failure` ended at `at_s`.
+    pub fn from_failure(failure: Failure, at_s: f64) -> Self {
+        match failure {
+            Failure::OutOfRange { quantity, value } => Outcome::OutOfRange { at_s, quantity, value },
+            Failure::NonFinite { quantity } => Outcome::Diverged { at_s, quantity, value: f64::NAN },
+            Failure::SolverFailed { .. } | Failure::Singular { .. } => Outcome::SolverFailed { at_s, failure },
+        }
+    }
+
+    /// The kebab-case name in data.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Outcome::Completed => "completed",
+            Outcome::Diverged { .. } => "diverged",
+            Outcome::OutOfRange { .. } => "out-of-range",
+            Outcome::SolverFailed { .. } => "solver-failed",
+            Outcome::Timeout { .. } => "timeout",
+            Outcome::Skipped { .. } => "skipped",
+        }
+    }
+
+    /// When the run left the path of [`Outcome::Completed`], s.
+    pub fn at_s(&self) -> Option<f64> {
+        match self {
+            Outcome::Completed | Outcome::Skipped { .. } => None,
+            Outcome::Diverged { at_s, .. }
+            | Outcome::OutOfRange { at_s, .. }
+            | Outcome::SolverFailed { at_s, .. }
+            | Outcome::Timeout { at_s } => Some(*at_s),
+        }
+    }
+
+    /// The reason in words; empty for a completed run.
+    pub fn reason(&self) -> String {
+        match self {
+            Outcome::Completed => String::new(),
+            Outcome::Diverged { quantity, value, .. } if value.is_finite() => {
+                format!("{quantity} reached {value:.4e}, beyond 3 times the reference maximum")
+            }
+            Outcome::Diverged { quantity, .. } => format!("{quantity} is not finite"),
+            Outcome::OutOfRange { quantity, value, .. } => Failure::OutOfRange { quantity, value: *value }.to_string(),
+            Outcome::SolverFailed { failure, .. } => failure.to_string(),
+            Outcome::Timeout { .. } => "wall-time limit".to_owned(),
+            Outcome::Skipped { reason } => reason.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.at_s() {
+            Some(at_s) => write!(f, "{} at {at_s:.6} s ({})", self.name(), self.reason()),
+            None if matches!(self, Outcome::Completed) => f.write_str(self.name()),
+            None => write!(f, "{} ({})", self.name(), self.reason()),
+        }
+    }
+}

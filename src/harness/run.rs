@@ -1,0 +1,133 @@
+//! One run: everything that determines it, and what comes of it.
+
+use crate::cases::{Case, Parameters, Recorder};
+use crate::complementarity::{SolverCounters, SolverEntry};
+use crate::cosim::{
+    Bounds, CommunicationGrid, ForceReturn, Outcome, Report, Sequence, Setup, SubsystemCounters, Trajectory,
+    check_coupling, cosimulate,
+};
+use crate::error::{Error, Result};
+use crate::schemes::{SchemeEntry, SchemeOptions};
+use std::time::{Duration, Instant};
+
+/// Everything that determines a run.
+#[derive(Debug, Clone)]
+pub struct RunSpec {
+    /// The case.
+    pub case: &'static Case,
+    /// Its parameters, resolved.
+    pub parameters: Parameters,
+    /// The coupling scheme.
+    pub scheme: &'static SchemeEntry,
+    /// Options of model-based schemes.
+    pub options: SchemeOptions,
+    /// Macro step H, s.
+    pub macro_step: f64,
+    /// Communication phase φ ∈ (0, 1].
+    pub phase: f64,
+    /// Longest micro step of the actuator side, s.
+    pub micro_step: f64,
+    /// The mechanics' own steps per macro step; 0 stands for as many as the actuator side takes.
+    pub mechanics_steps: usize,
+    /// Who goes first.
+    pub sequence: Sequence,
+    /// What the mechanics receives.
+    pub force_return: ForceReturn,
+    /// Simulated time, s.
+    pub duration: f64,
+    /// Solver of the mechanics' complementarity problems (the scheme's own is in `options`).
+    pub solver: &'static SolverEntry,
+}
+
+/// What comes of a run.
+#[derive(Debug, Clone)]
+pub struct RunResult {
+    /// How it ended, and the loop's own counters.
+    pub report: Report,
+    /// One row per communication point.
+    pub trajectory: Trajectory,
+    /// Work of the mechanics.
+    pub mechanics: SubsystemCounters,
+    /// Work of the actuator.
+    pub actuator: SubsystemCounters,
+    /// Complementarity solves inside the scheme.
+    pub scheme: SolverCounters,
+    /// Largest violation of the mechanics' energy identity in one step, J.
+    pub energy_identity_residual_j: Option<f64>,
+    /// Wall time of the macro loop.
+    pub wall: Duration,
+}
+
+impl RunSpec {
+    /// Checks everything that can be checked without running.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
+    pub fn check(&self) -> Result<()> {
+        self.grid()?;
+        self.force_return.check(self.sequence)
+    }
+
+    /// The communication points.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] for steps that are not positive, or a micro step above the macro step.
+    pub fn grid(&self) -> Result<CommunicationGrid> {
+        let grid = CommunicationGrid::new(self.macro_step, self.phase, self.duration)?;
+        if !(self.micro_step.is_finite() && self.micro_step > 0.0) {
+            return Err(Error::invalid("micro-step", self.micro_step, "a finite time above 0 s"));
+        }
+        if self.micro_step > self.macro_step {
+            let expected = format!("at most the macro step, {} s", self.macro_step);
+            return Err(Error::invalid("micro-step", self.micro_step, expected));
+        }
+        Ok(grid)
+    }
+}
+
+/// Runs one simulation. `bounds` say beyond what it counts as diverged.
+///
+/// # Errors
+/// Bad input only. A run that fails is a result, with its reason in [`Report::outcome`].
+pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
+    spec.check()?;
+    let setup = Setup {
+        grid: spec.grid()?,
+        micro_step: spec.micro_step,
+        mechanics_steps: spec.mechanics_steps,
+        sequence: spec.sequence,
+        force_return: spec.force_return,
+        stale_feedthrough: false,
+        bounds,
+    };
+    let mut system = (spec.case.build)(&spec.parameters, spec.solver)?;
+    check_coupling(system.mechanics.ports(), system.actuator.ports())?;
+    let has_model = system.mechanics.empty_interface_model().is_some();
+    let (mechanics_ports, actuator_ports) = (system.mechanics.ports(), system.actuator.ports());
+    let mut scheme = (spec.scheme.build)(mechanics_ports, actuator_ports, &spec.options);
+    let skip = spec.scheme.incompatibility(mechanics_ports, actuator_ports, has_model);
+    let mut recorder = Recorder::new(spec.case, &system);
+    let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
+    let started = Instant::now();
+    let report = match skip {
+        Some(reason) => Report {
+            outcome: Outcome::Skipped { reason },
+            ended_at_s: 0.0,
+            counters: Default::default(),
+            work: Default::default(),
+        },
+        None => cosimulate(&setup, &mut *system.mechanics, &mut *system.actuator, &mut *scheme, &mut |point| {
+            recorder.record(point, &mut trajectory)
+        }),
+    };
+    let wall = started.elapsed();
+    Ok(RunResult {
+        report,
+        trajectory,
+        mechanics: system.mechanics.counters(),
+        actuator: system.actuator.counters(),
+        scheme: scheme.counters(),
+        energy_identity_residual_j: system.mechanics.energy_identity_residual(),
+        wall,
+    })
+}

@@ -1,0 +1,103 @@
+//! Everything Eq. 3 needs at one state `(t, q, v)`, in buffers that are filled again and again.
+
+use nalgebra::Vector2;
+
+/// A block of constraint rows `w = A v`, with the convective term and the position it belongs to.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Rows {
+    count: usize,
+    columns: usize,
+    /// `A`, row-major, `count × columns`.
+    pub jacobian: Vec<f64>,
+    /// `Ȧ v`, m/s².
+    pub convective: Vec<f64>,
+    /// Gap (unilateral), joint error (bilateral) or interface coordinate (interface), m.
+    pub position: Vec<f64>,
+}
+
+impl Rows {
+    /// Makes `count` zero rows over `columns` velocities.
+    pub fn zeros(count: usize, columns: usize) -> Self {
+        Rows {
+            count,
+            columns,
+            jacobian: vec![0.0; count * columns],
+            convective: vec![0.0; count],
+            position: vec![0.0; count],
+        }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// True if there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// One row of `A`.
+    #[inline]
+    pub fn row(&self, index: usize) -> &[f64] {
+        &self.jacobian[index * self.columns..(index + 1) * self.columns]
+    }
+
+    /// Velocity of one row, `(A v)_index`, m/s.
+    #[inline]
+    pub fn velocity(&self, index: usize, v: &[f64]) -> f64 {
+        dot(self.row(index), v)
+    }
+
+    /// Writes the part of a row that belongs to one planar body with velocities `(ẋ, ẏ, ω)` from `first` on: the
+    /// velocity, along `direction`, of the body's point at `arm` from its centre of mass.
+    ///
+    /// ```text
+    /// row = [ n_x, n_y, r_x n_y − r_y n_x ]
+    /// ```
+    #[inline]
+    pub fn set_planar_body(&mut self, index: usize, first: usize, direction: Vector2<f64>, arm: Vector2<f64>) {
+        let at = index * self.columns + first;
+        let row = &mut self.jacobian[at..at + 3];
+        row[0] = direction.x;
+        row[1] = direction.y;
+        row[2] = arm.perp(&direction);
+    }
+}
+
+/// The mass matrix, diagonal where the coordinates allow it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MassMatrix {
+    /// The diagonal, length n.
+    Diagonal(Vec<f64>),
+    /// Row-major, n×n, symmetric positive definite.
+    Dense(Vec<f64>),
+}
+
+/// Mass, forces and rows at one state: the data of paper Eq. 3.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linearisation {
+    /// `M`.
+    pub mass: MassMatrix,
+    /// `f_a − c`, length n, N and N·m.
+    pub force: Vec<f64>,
+    /// Bilateral rows (joints).
+    pub bilateral: Rows,
+    /// Unilateral rows (contacts).
+    pub unilateral: Rows,
+    /// Interface rows.
+    pub interface: Rows,
+}
+
+impl Linearisation {
+    /// Number of velocities n.
+    pub fn velocities(&self) -> usize {
+        self.force.len()
+    }
+}
+
+/// Scalar product.
+#[inline]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}

@@ -1,0 +1,89 @@
+//! The reduced interface model of paper Eq. 4, as plain data.
+
+/// A mechanical system condensed to its contacts and its interface, frozen at one communication point.
+///
+/// ```text
+/// w_u⁺ = w_u + δ a_u + H_uu P_u + H_ui δ λ_i        0 ≤ w_u⁺ + gap term ⟂ P_u ≥ 0
+/// w_i⁺ = w_i + δ a_i + H_iu P_u + H_ii δ λ_i
+/// ```
+/// # Shapes and units
+/// The rows of `u` and `i` are stacked, contacts first: `h` is `(n_u+n_i)²` (1/kg), `a` (m/s²) and `w` (m/s) have
+/// length `n_u+n_i`; `gap` n_u (m); `position` n_i (m).
+/// # Source
+/// Raoofian, Kövecses, Teichmann, Eq. 4.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReducedInterfaceModel {
+    contacts: usize,
+    interface: usize,
+    /// `H = [H_uu H_ui; H_iu H_ii]`, row-major.
+    pub h: Vec<f64>,
+    /// Free accelerations `[a_u; a_i]`.
+    pub a: Vec<f64>,
+    /// Velocities `[w_u; w_i]`, consistent with the bilateral constraints.
+    pub w: Vec<f64>,
+    /// Gaps of the contacts; negative means penetration.
+    pub gap: Vec<f64>,
+    /// Interface coordinates, for example the actuator's length.
+    pub position: Vec<f64>,
+    /// A contact with `gap ≤ contact_margin` counts as closed at the communication point, m.
+    pub contact_margin: f64,
+    /// Fraction γ of a penetration that the mechanics removes in one of its own steps.
+    pub stabilisation: f64,
+    /// The mechanics' own step, s.
+    pub mechanics_step: f64,
+}
+
+impl ReducedInterfaceModel {
+    /// Makes a zero model with `contacts` unilateral and `interface` interface rows.
+    pub fn zeros(contacts: usize, interface: usize) -> Self {
+        let n = contacts + interface;
+        ReducedInterfaceModel {
+            contacts,
+            interface,
+            h: vec![0.0; n * n],
+            a: vec![0.0; n],
+            w: vec![0.0; n],
+            gap: vec![0.0; contacts],
+            position: vec![0.0; interface],
+            contact_margin: 0.0,
+            stabilisation: 0.0,
+            mechanics_step: 0.0,
+        }
+    }
+
+    /// Number of contacts n_u.
+    #[inline]
+    pub fn contacts(&self) -> usize {
+        self.contacts
+    }
+
+    /// Dimension of the interface n_i (m in the literature).
+    #[inline]
+    pub fn interface(&self) -> usize {
+        self.interface
+    }
+
+    /// One entry of the stacked `H`; contacts come first, interface row `j` is `contacts() + j`.
+    #[inline]
+    pub fn entry(&self, row: usize, column: usize) -> f64 {
+        self.h[row * (self.contacts + self.interface) + column]
+    }
+
+    /// Copies another model of the same size without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.h.copy_from_slice(&other.h);
+        self.a.copy_from_slice(&other.a);
+        self.w.copy_from_slice(&other.w);
+        self.gap.copy_from_slice(&other.gap);
+        self.position.copy_from_slice(&other.position);
+        self.contact_margin = other.contact_margin;
+        self.stabilisation = other.stabilisation;
+        self.mechanics_step = other.mechanics_step;
+    }
+
+    /// Lists the contacts that are closed at the communication point, `g ≤ contact_margin`.
+    pub fn closed_contacts(&self, list: &mut Vec<usize>) {
+        list.clear();
+        list.extend((0..self.contacts).filter(|&contact| self.gap[contact] <= self.contact_margin));
+    }
+}

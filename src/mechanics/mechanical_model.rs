@@ -1,0 +1,66 @@
+//! What a case author writes about a mechanical system.
+
+use crate::interface_model::{MassMatrix, Rows};
+
+/// Numbers of velocities and rows. They stay the same throughout a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModelSize {
+    /// Generalised velocities n.
+    pub velocities: usize,
+    /// Bilateral rows n_b (joints).
+    pub bilateral: usize,
+    /// Unilateral rows n_u (possible contacts, open ones included).
+    pub unilateral: usize,
+    /// Interface rows n_i.
+    pub interface: usize,
+}
+
+/// A mechanical system in coordinates `q` with velocities `v`.
+///
+/// [`prepare`](Self::prepare) is called once per state, before the others; a model keeps there what several of them
+/// need, such as the sine and cosine of an angle. Rows that are structurally zero need not be written again.
+pub trait MechanicalModel: Send {
+    /// Numbers of velocities and rows.
+    fn size(&self) -> ModelSize;
+
+    /// Start position and velocity.
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>);
+
+    /// Takes note of a new state.
+    fn prepare(&mut self, q: &[f64], v: &[f64]);
+
+    /// An empty mass matrix of the right kind.
+    fn empty_mass_matrix(&self) -> MassMatrix {
+        MassMatrix::Diagonal(vec![1.0; self.size().velocities])
+    }
+
+    /// `M(q)`.
+    fn mass_matrix(&self, q: &[f64], mass: &mut MassMatrix);
+
+    /// `f_a − c`: applied forces minus Coriolis and centrifugal terms.
+    fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]);
+
+    /// `A_b`, `Ȧ_b v` and joint errors.
+    fn bilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows);
+
+    /// `A_u`, `Ȧ_u v` and gaps.
+    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows);
+
+    /// `A_i`, `Ȧ_i v` and interface coordinates.
+    fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows);
+
+    /// Potential energy, J.
+    fn potential_energy(&self, q: &[f64]) -> f64;
+
+    /// Names, with units, of what [`observe`](Self::observe) writes.
+    fn observables(&self) -> &'static [&'static str];
+
+    /// Names of the gaps, one per unilateral row, for example `gap_left_wedge_m`.
+    fn gap_names(&self) -> &'static [&'static str];
+
+    /// Names of the contact forces, one per unilateral row, for example `contact_force_left_wedge_n`.
+    fn contact_force_names(&self) -> &'static [&'static str];
+
+    /// Writes the model's own observables.
+    fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]);
+}

@@ -1,0 +1,14 @@
+//! Mechanics with bilateral and unilateral constraints in maximal or reduced coordinates.
+//!
+//! A case author writes a [`MechanicalModel`]; [`NonSmoothMechanics`] steps it (paper Eqs. 1–3) and offers it to a
+//! co-simulation; [`monolithic`] integrates a whole coupled system in one loop, as the reference.
+
+mod energy_ledger;
+mod mechanical_model;
+mod monolithic;
+mod non_smooth_mechanics;
+
+pub use energy_ledger::EnergyLedger;
+pub use mechanical_model::{MechanicalModel, ModelSize};
+pub use monolithic::monolithic;
+pub use non_smooth_mechanics::{ContactLaw, NonSmoothMechanics};

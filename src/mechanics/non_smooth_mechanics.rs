@@ -1,0 +1,291 @@
+//! The non-smooth stepper: one step of Eq. 1–3 through the reduced model of Eq. 4, offered as a subsystem.
+
+use super::energy_ledger::EnergyLedger;
+use super::mechanical_model::MechanicalModel;
+use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
+use crate::cosim::{Ports, Subsystem, SubsystemCounters};
+use crate::error::Failure;
+use crate::interface_model::{
+    Condensation, Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows, condense, dot,
+    gap_velocity,
+};
+
+/// How contacts behave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactLaw {
+    /// Fraction γ ∈ [0, 1] of a penetration (or joint error) removed per step.
+    pub stabilisation: f64,
+    /// Restitution e ∈ [0, 1] of a contact that closes within the step: `w⁺ + e w⁻ ≥ 0`.
+    pub restitution: f64,
+    /// A contact with `g ≤ contact_margin` counts as closed at a communication point, m.
+    pub contact_margin: f64,
+}
+
+/// Steps a mechanical model with contacts.
+///
+/// ```text
+/// b_u = w_u + h a_u + H_ui h λ_i + gap term        0 ≤ H_uu P_u + b_u ⟂ P_u ≥ 0
+/// v⁺  = v̂ + h α + G A_uᵀ P_u + G A_iᵀ h λ_i        q⁺ = q + h v⁺
+/// ```
+/// The reduction at `t_k` is made once and serves both the interface model and the step that follows.
+/// # Source
+/// Raoofian, Kövecses, Teichmann, Eqs. 1–4, with `M̂ = M`, `ĉ = c` (semi-implicit); gap law ours.
+pub struct NonSmoothMechanics<M> {
+    model: M,
+    law: ContactLaw,
+    ports: Ports,
+    observables: Vec<&'static str>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    v_next: Vec<f64>,
+    eq3: Linearisation,
+    elimination: Elimination,
+    eq4: ReducedInterfaceModel,
+    /// Step for which `eq4` belongs to the present state; NaN when it does not.
+    reduced_for: f64,
+    solver: Checked,
+    h_uu: Vec<f64>,
+    b_u: Vec<f64>,
+    /// `[P_u; h λ_i]`.
+    impulses: Vec<f64>,
+    p_b: Vec<f64>,
+    last_step: f64,
+    closed: Vec<usize>,
+    condensation: Condensation,
+    ledger: EnergyLedger,
+    counters: SubsystemCounters,
+}
+
+impl<M: MechanicalModel> NonSmoothMechanics<M> {
+    /// Places `model` at its start state. `ports` must name `n_i` forces in, `n_i` positions and `n_i` velocities out.
+    pub fn new(mut model: M, law: ContactLaw, ports: Ports, solver: Checked) -> Self {
+        let size = model.size();
+        debug_assert_eq!(ports.inputs.len(), size.interface);
+        debug_assert_eq!(ports.outputs.len(), 2 * size.interface);
+        let (q, v) = model.initial_state();
+        model.prepare(&q, &v);
+        let eq3 = Linearisation {
+            mass: model.empty_mass_matrix(),
+            force: vec![0.0; size.velocities],
+            bilateral: Rows::zeros(size.bilateral, size.velocities),
+            unilateral: Rows::zeros(size.unilateral, size.velocities),
+            interface: Rows::zeros(size.interface, size.velocities),
+        };
+        let observables =
+            [model.observables(), model.gap_names(), model.contact_force_names(), &CONTACT_OBSERVABLES].concat();
+        let mut mechanics = NonSmoothMechanics {
+            observables,
+            law,
+            ports,
+            v_next: v.clone(),
+            elimination: Elimination::new(&eq3),
+            eq4: ReducedInterfaceModel::zeros(size.unilateral, size.interface),
+            reduced_for: f64::NAN,
+            solver,
+            h_uu: vec![0.0; size.unilateral * size.unilateral],
+            b_u: vec![0.0; size.unilateral],
+            impulses: vec![0.0; size.unilateral + size.interface],
+            p_b: vec![0.0; size.bilateral],
+            last_step: f64::INFINITY,
+            closed: Vec::with_capacity(size.unilateral),
+            condensation: Condensation::new(size.unilateral, size.interface),
+            ledger: EnergyLedger::default(),
+            counters: SubsystemCounters::default(),
+            model,
+            q,
+            v,
+            eq3,
+        };
+        mechanics.linearise();
+        mechanics
+    }
+
+    /// Positions.
+    pub fn position(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// Velocities.
+    pub fn velocity(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// Eq. 3 at the present state.
+    pub fn linearisation(&self) -> &Linearisation {
+        &self.eq3
+    }
+
+    /// The energy account.
+    pub fn ledger(&self) -> &EnergyLedger {
+        &self.ledger
+    }
+
+    /// Kinetic plus potential energy, J.
+    pub fn energy(&self) -> f64 {
+        0.5 * mass_product(&self.eq3.mass, &self.v, &self.v) + self.model.potential_energy(&self.q)
+    }
+
+    /// Contact impulses of the last step, N·s. Not unique where contacts are redundant.
+    pub fn contact_impulses(&self) -> &[f64] {
+        &self.impulses[..self.eq3.unilateral.len()]
+    }
+
+    fn linearise(&mut self) {
+        self.model.prepare(&self.q, &self.v);
+        self.model.mass_matrix(&self.q, &mut self.eq3.mass);
+        self.model.forces(&self.q, &self.v, &mut self.eq3.force);
+        self.model.bilateral(&self.q, &self.v, &mut self.eq3.bilateral);
+        self.model.unilateral(&self.q, &self.v, &mut self.eq3.unilateral);
+        self.model.interface(&self.q, &self.v, &mut self.eq3.interface);
+        self.reduced_for = f64::NAN;
+    }
+
+    /// Makes Eq. 4 at the present state for a step `h`, unless it is there already.
+    fn reduce(&mut self, h: f64) -> Result<(), Failure> {
+        if self.reduced_for == h {
+            return Ok(());
+        }
+        self.elimination.reduce(&self.eq3, &self.v, h, self.law.stabilisation, &mut self.eq4)?;
+        self.eq4.contact_margin = self.law.contact_margin;
+        self.counters.eliminations += 1;
+        self.reduced_for = h;
+        Ok(())
+    }
+
+    /// Solves the contacts of one step; `impulses` then holds `[P_u; h λ_i]`.
+    fn solve_contacts(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
+        let n_u = self.eq4.contacts();
+        for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
+            *impulse = h * force;
+        }
+        for contact in 0..n_u {
+            let mut b = self.eq4.w[contact] + h * self.eq4.a[contact];
+            for (j, impulse) in self.impulses[n_u..].iter().enumerate() {
+                b += self.eq4.entry(contact, n_u + j) * impulse;
+            }
+            self.b_u[contact] = b + self.contact_term(contact, h);
+            for other in 0..n_u {
+                self.h_uu[contact * n_u + other] = self.eq4.entry(contact, other);
+            }
+        }
+        let lcp = Lcp { m: &self.h_uu, q: &self.b_u };
+        self.solver.solve(lcp, &mut self.impulses[..n_u]).map(|_| ())
+    }
+
+    /// Gap law, or impact law for a bouncing contact that closes within the step.
+    fn contact_term(&self, contact: usize, h: f64) -> f64 {
+        let (gap, w) = (self.eq4.gap[contact], self.eq4.w[contact]);
+        let closes = w < 0.0 && gap + h * w <= 0.0;
+        if self.law.restitution > 0.0 && closes {
+            return self.law.restitution * w;
+        }
+        gap_velocity(gap, h, h, self.law.stabilisation)
+    }
+
+    fn book_energy(&mut self, h: f64) {
+        let n_u = self.eq4.contacts();
+        let mean =
+            |rows: &Rows, index: usize| 0.5 * (rows.velocity(index, &self.v) + rows.velocity(index, &self.v_next));
+        let work = |rows: &Rows, impulses: &[f64]| -> f64 {
+            impulses.iter().enumerate().map(|(index, impulse)| mean(rows, index) * impulse).sum()
+        };
+        self.ledger.book(EnergyLedger {
+            applied: 0.5 * h * (dot(&self.eq3.force, &self.v) + dot(&self.eq3.force, &self.v_next)),
+            bilateral: work(&self.eq3.bilateral, &self.p_b),
+            contact: work(&self.eq3.unilateral, &self.impulses[..n_u]),
+            interface: work(&self.eq3.interface, &self.impulses[n_u..]),
+            kinetic: 0.5 * mass_product(&self.eq3.mass, &self.v_next, &self.v_next)
+                - 0.5 * mass_product(&self.eq3.mass, &self.v, &self.v),
+            identity_residual: 0.0,
+        });
+    }
+}
+
+/// Observables that every model with contacts has.
+const CONTACT_OBSERVABLES: [&str; 3] = ["closed_contacts", "rank_h_uu", "effective_mass_kg"];
+
+impl<M: MechanicalModel> Subsystem for NonSmoothMechanics<M> {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    fn outputs(&self, _u: &[f64], y: &mut [f64]) {
+        let n_i = self.eq3.interface.len();
+        y[..n_i].copy_from_slice(&self.eq3.interface.position);
+        for (index, velocity) in y[n_i..].iter_mut().enumerate() {
+            *velocity = self.eq3.interface.velocity(index, &self.v);
+        }
+    }
+
+    fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.reduce(h)?;
+        self.solve_contacts(u, h)?;
+        self.elimination.velocity_after(h, &self.impulses, &mut self.v_next);
+        self.elimination.bilateral_impulses(h, &self.impulses, &mut self.p_b);
+        self.book_energy(h);
+        std::mem::swap(&mut self.v, &mut self.v_next);
+        for (q, v) in self.q.iter_mut().zip(&self.v) {
+            *q += h * v;
+        }
+        self.last_step = h;
+        self.counters.micro_steps += 1;
+        if !self.q.iter().chain(&self.v).all(|x| x.is_finite()) {
+            return Err(Failure::NonFinite { quantity: "mechanical state" });
+        }
+        self.linearise();
+        Ok(())
+    }
+
+    fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        self.reduce(h)?;
+        model.copy_from(&self.eq4);
+        Ok(true)
+    }
+
+    fn empty_interface_model(&self) -> Option<ReducedInterfaceModel> {
+        Some(ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface()))
+    }
+
+    fn observables(&self) -> &[&'static str] {
+        &self.observables
+    }
+
+    fn observe(&mut self, h: f64, row: &mut [f64]) {
+        let own = self.model.observables().len();
+        let n_u = self.eq3.unilateral.len();
+        self.model.observe(&self.q, &self.v, &mut row[..own]);
+        row[own..own + n_u].copy_from_slice(&self.eq3.unilateral.position);
+        for (force, impulse) in row[own + n_u..own + 2 * n_u].iter_mut().zip(&self.impulses) {
+            *force = impulse / self.last_step;
+        }
+        let contact = &mut row[own + 2 * n_u..];
+        contact.fill(f64::NAN);
+        if self.reduce(h).is_ok() {
+            self.eq4.closed_contacts(&mut self.closed);
+            condense(&self.eq4, &self.closed, Redundancy::Drop, &mut self.condensation);
+            contact[0] = self.closed.len() as f64;
+            contact[1] = self.condensation.rank as f64;
+            contact[2] = self.condensation.effective_mass;
+        }
+    }
+
+    fn interface_work(&self) -> Option<f64> {
+        Some(self.ledger.interface)
+    }
+
+    fn energy_identity_residual(&self) -> Option<f64> {
+        Some(self.ledger.identity_residual)
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        SubsystemCounters { solver: self.solver.counters(), ..self.counters }
+    }
+}
+
+/// `aᵀ M b`.
+fn mass_product(mass: &MassMatrix, a: &[f64], b: &[f64]) -> f64 {
+    match mass {
+        MassMatrix::Diagonal(diagonal) => diagonal.iter().zip(a.iter().zip(b)).map(|(m, (x, y))| m * x * y).sum(),
+        MassMatrix::Dense(dense) => a.iter().zip(dense.chunks_exact(b.len())).map(|(x, row)| x * dot(row, b)).sum(),
+    }
+}

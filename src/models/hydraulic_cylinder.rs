@@ -1,0 +1,295 @@
+//! A double-acting hydraulic cylinder fed through a proportional valve from a constant-pressure pump.
+
+use crate::cosim::{Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use crate::error::Failure;
+
+/// Fluid, pump and valve constants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fluid {
+    /// Discharge coefficient `c_d` of the valve.
+    pub discharge_coefficient: f64,
+    /// Density ρ, kg/m³.
+    pub density: f64,
+    /// Pump pressure `p_P`, Pa.
+    pub supply_pressure: f64,
+    /// Tank pressure `p_T`, Pa.
+    pub tank_pressure: f64,
+    /// Compressibility coefficient `a`, 1/Pa.
+    pub compressibility_a: f64,
+    /// Compressibility coefficient `b`, 1/Pa².
+    pub compressibility_b: f64,
+}
+
+impl Default for Fluid {
+    /// The oil of Naya et al. 2011.
+    fn default() -> Self {
+        Fluid {
+            discharge_coefficient: 0.67,
+            density: 850.0,
+            supply_pressure: 7.6e6,
+            tank_pressure: 1.0e5,
+            compressibility_a: 6.53e-10,
+            compressibility_b: -1.19e-18,
+        }
+    }
+}
+
+impl Fluid {
+    /// Bulk modulus, Pa: `β(p) = (1 + a p + b p²)/(a + 2 b p)`.
+    #[inline]
+    pub fn bulk_modulus(&self, p: f64) -> f64 {
+        let (a, b) = (self.compressibility_a, self.compressibility_b);
+        (1.0 + a * p + b * p * p) / (a + 2.0 * b * p)
+    }
+
+    /// Highest pressure for which the fluid law is used, Pa: half of where `a + 2 b p` vanishes and β blows up.
+    pub fn highest_pressure(&self) -> f64 {
+        let (a, b) = (self.compressibility_a, self.compressibility_b);
+        if b < 0.0 { -0.25 * a / b } else { f64::INFINITY }
+    }
+
+    /// Volume flow through an orifice of area `area` under a pressure drop, m³/s; zero where the drop is negative.
+    #[inline]
+    fn flow(&self, area: f64, drop: f64) -> f64 {
+        area * self.discharge_coefficient * (2.0 * drop.max(0.0) / self.density).sqrt()
+    }
+}
+
+/// A command over time, linear between its points and held outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spool {
+    points: Vec<(f64, f64)>,
+}
+
+impl Spool {
+    /// Builds the command from points (time in s, κ) in order of time.
+    pub fn new(points: Vec<(f64, f64)>) -> Self {
+        debug_assert!(!points.is_empty() && points.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+        Spool { points }
+    }
+
+    /// κ at time `t`.
+    #[inline]
+    pub fn at(&self, t: f64) -> f64 {
+        let (last_time, last) = self.points[self.points.len() - 1];
+        if t >= last_time {
+            return last;
+        }
+        let after = self.points.partition_point(|&(time, _)| time <= t);
+        if after == 0 {
+            return self.points[0].1;
+        }
+        let ((t0, k0), (t1, k1)) = (self.points[after - 1], self.points[after]);
+        k0 + (k1 - k0) * (t - t0) / (t1 - t0)
+    }
+}
+
+/// The cylinder as the actuator side of a co-simulation: length and velocity in, force out.
+///
+/// ```text
+/// F  = (p₂ − p₁) A − c ṡ                               l₁ = l/2 + s₀ − s,  l₂ = l/2 + s − s₀
+/// ṗ₁ = β₁/(A l₁) [ +A ṡ + a_in  c_d √(2(p_P − p₁)/ρ)₊ − a_out c_d √(2(p₁ − p_T)/ρ)₊ ]
+/// ṗ₂ = β₂/(A l₂) [ −A ṡ + a_out c_d √(2(p_P − p₂)/ρ)₊ − a_in  c_d √(2(p₂ − p_T)/ρ)₊ ]
+/// a_in = a_v κ,  a_out = a_v (1 − κ)
+/// ```
+/// `F > 0` extends. `F` depends directly on `ṡ` through `c`. Explicit Euler at the micro step.
+/// # Outcomes
+/// [`Failure::OutOfRange`] when the piston reaches an end of its stroke, or a pressure leaves `[0, p_max]` (a negative
+/// absolute pressure would be cavitation; above `p_max` the fluid law loses its meaning).
+/// # Source
+/// Naya, Cuadrado, Dopico, Lugris 2011; Cardona and Geradin 1990.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HydraulicCylinder {
+    fluid: Fluid,
+    piston_area: f64,
+    length: f64,
+    start_length: f64,
+    friction: f64,
+    valve_area: f64,
+    spool: Spool,
+    highest_pressure: f64,
+    p: [f64; 2],
+    spool_now: f64,
+    ports: Ports,
+    counters: SubsystemCounters,
+}
+
+/// Geometry and start of a [`HydraulicCylinder`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct CylinderParameters {
+    /// `A`, m².
+    pub piston_area: f64,
+    /// `l`, the two chambers together, m.
+    pub cylinder_length: f64,
+    /// `s₀`, actuator length with the piston in the middle, m.
+    pub start_length: f64,
+    /// `c`, N·s/m.
+    pub viscous_friction: f64,
+    /// `a_v`, m².
+    pub valve_area: f64,
+    /// `p₁, p₂` at the start, Pa.
+    pub start_pressures: [f64; 2],
+}
+
+impl HydraulicCylinder {
+    /// The names of the observables.
+    pub const OBSERVABLES: [&'static str; 3] = ["pressure_1_pa", "pressure_2_pa", "spool"];
+
+    /// Builds the cylinder.
+    pub fn new(fluid: Fluid, parameters: CylinderParameters, spool: Spool) -> Self {
+        HydraulicCylinder {
+            highest_pressure: fluid.highest_pressure(),
+            fluid,
+            piston_area: parameters.piston_area,
+            length: parameters.cylinder_length,
+            start_length: parameters.start_length,
+            friction: parameters.viscous_friction,
+            valve_area: parameters.valve_area,
+            p: parameters.start_pressures,
+            spool_now: spool.at(0.0),
+            spool,
+            ports: Ports {
+                inputs: vec![
+                    Port { name: "actuator_length_m", quantity: Quantity::Position },
+                    Port { name: "actuator_velocity_m_s", quantity: Quantity::Velocity },
+                ],
+                outputs: vec![Port { name: "actuator_force_n", quantity: Quantity::Force }],
+                direct_feedthrough: true,
+            },
+            counters: SubsystemCounters::default(),
+        }
+    }
+
+    /// `F` for a velocity `ṡ`, N.
+    #[inline]
+    pub fn force(&self, velocity: f64) -> f64 {
+        (self.p[1] - self.p[0]) * self.piston_area - self.friction * velocity
+    }
+
+    /// `p₁, p₂`, Pa.
+    pub fn pressures(&self) -> [f64; 2] {
+        self.p
+    }
+
+    /// `ṗ₁, ṗ₂` (Pa/s) at pressures `p`, length `s`, velocity `ṡ` and spool κ.
+    #[inline]
+    pub fn pressure_rates(&self, p: [f64; 2], s: f64, velocity: f64, spool: f64) -> [f64; 2] {
+        let fluid = &self.fluid;
+        let [l1, l2] = self.chambers(s);
+        let (a_in, a_out) = (self.valve_area * spool, self.valve_area * (1.0 - spool));
+        let (supply, tank) = (fluid.supply_pressure, fluid.tank_pressure);
+        let swept = self.piston_area * velocity;
+        let q1 = swept + fluid.flow(a_in, supply - p[0]) - fluid.flow(a_out, p[0] - tank);
+        let q2 = -swept + fluid.flow(a_out, supply - p[1]) - fluid.flow(a_in, p[1] - tank);
+        [
+            fluid.bulk_modulus(p[0]) / (self.piston_area * l1) * q1,
+            fluid.bulk_modulus(p[1]) / (self.piston_area * l2) * q2,
+        ]
+    }
+
+    /// Lengths `l₁, l₂` of the chambers, m.
+    #[inline]
+    fn chambers(&self, s: f64) -> [f64; 2] {
+        [0.5 * self.length + self.start_length - s, 0.5 * self.length + s - self.start_length]
+    }
+
+    #[inline]
+    fn check_range(&self, s: f64) -> Result<(), Failure> {
+        let [l1, l2] = self.chambers(s);
+        if l1 <= 0.0 || l2 <= 0.0 {
+            return Err(Failure::OutOfRange { quantity: "actuator_length_m", value: s });
+        }
+        for (quantity, &p) in ["pressure_1_pa", "pressure_2_pa"].into_iter().zip(&self.p) {
+            if p.is_nan() {
+                return Err(Failure::NonFinite { quantity });
+            }
+            if !(0.0..=self.highest_pressure).contains(&p) {
+                return Err(Failure::OutOfRange { quantity, value: p });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Subsystem for HydraulicCylinder {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    #[inline]
+    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+        y[0] = self.force(u[1]);
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.check_range(u[0])?;
+        let rates = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));
+        self.p[0] += h * rates[0];
+        self.p[1] += h * rates[1];
+        self.spool_now = self.spool.at(t + h);
+        self.counters.micro_steps += 1;
+        self.check_range(u[0])
+    }
+
+    fn observables(&self) -> &[&'static str] {
+        &Self::OBSERVABLES
+    }
+
+    fn observe(&mut self, _h: f64, row: &mut [f64]) {
+        row.copy_from_slice(&[self.p[0], self.p[1], self.spool_now]);
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cylinder(spool: f64) -> HydraulicCylinder {
+        let parameters = CylinderParameters {
+            piston_area: 0.0065,
+            cylinder_length: 2.0,
+            start_length: 2.5,
+            viscous_friction: 1e4,
+            valve_area: 5e-5,
+            start_pressures: [3.85e6; 2],
+        };
+        HydraulicCylinder::new(Fluid::default(), parameters, Spool::new(vec![(0.0, spool)]))
+    }
+
+    #[test]
+    fn a_centred_spool_at_mean_pressure_rests() {
+        let rates = cylinder(0.5).pressure_rates([3.85e6; 2], 2.5, 0.0, 0.5);
+        assert!(rates.iter().all(|rate| rate.abs() < 1e-6), "{rates:?}");
+    }
+
+    #[test]
+    fn a_spool_towards_zero_extends_and_a_moving_piston_compresses() {
+        let [p1, p2] = cylinder(0.2).pressure_rates([3.85e6; 2], 2.5, 0.0, 0.2);
+        assert!(p1 < 0.0 && p2 > 0.0);
+        let [p1, p2] = cylinder(0.5).pressure_rates([3.85e6; 2], 2.5, 0.1, 0.5);
+        // β A ṡ / (A l₁) with l₁ = 1 m.
+        approx::assert_relative_eq!(p1, Fluid::default().bulk_modulus(3.85e6) * 0.1, max_relative = 1e-12);
+        approx::assert_relative_eq!(p2, -p1, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn the_end_of_the_stroke_and_cavitation_are_outcomes() {
+        let stroke = cylinder(0.5).step(0.0, &[3.6, 0.0], 1e-5);
+        assert!(matches!(stroke, Err(Failure::OutOfRange { quantity: "actuator_length_m", .. })));
+        let mut pulled = cylinder(0.5);
+        let cavitation = (0..1000).find_map(|_| pulled.step(0.0, &[2.5, -50.0], 1e-4).err());
+        assert!(matches!(cavitation, Some(Failure::OutOfRange { quantity: "pressure_1_pa", .. })));
+    }
+
+    #[test]
+    fn the_spool_is_linear_between_its_points() {
+        let spool = Spool::new(vec![(0.1, 0.5), (0.2, 0.2)]);
+        for (t, kappa) in [(0.0, 0.5), (0.1, 0.5), (0.15, 0.35), (0.2, 0.2), (9.0, 0.2)] {
+            approx::assert_relative_eq!(spool.at(t), kappa, epsilon = 1e-12);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! A ledge that ends in a ramp: the ground under a disc, with a corner treated as a vertex.
+
+use nalgebra::{Vector2, vector};
+
+/// Ledge of height `h` up to a corner, then a ramp falling with `slope` (fall over run).
+///
+/// ```text
+///      flat          corner (x_c, h)
+///   ─────────────────●
+///                      ╲  slope
+///                        ╲___________ floor y = 0 (the ramp's line goes on below it)
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ledge {
+    corner: Vector2<f64>,
+    /// Unit vector down the ramp.
+    down: Vector2<f64>,
+    /// Unit normal of the ramp.
+    ramp_normal: Vector2<f64>,
+}
+
+/// Contact of a disc with a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceContact {
+    /// Distance of the disc's rim from the surface, m; negative means penetration.
+    pub gap: f64,
+    /// Unit normal, from the surface to the disc's centre.
+    pub normal: Vector2<f64>,
+    /// Curvature of the path of the centre at constant gap, 1/m: zero on a plane, `1/d` at distance `d` of a vertex.
+    pub curvature: f64,
+}
+
+impl Ledge {
+    /// Builds the ledge with its corner at `(corner_x, height)`.
+    pub fn new(corner_x: f64, height: f64, slope: f64) -> Self {
+        let down = vector![1.0, -slope].normalize();
+        Ledge { corner: vector![corner_x, height], down, ramp_normal: vector![-down.y, down.x] }
+    }
+
+    /// Contact of a disc of radius `radius` around `centre`.
+    ///
+    /// ```text
+    /// centre behind the corner:           plane of the ledge, normal (0, 1)
+    /// centre beyond the ramp's normal:    plane of the ramp
+    /// between:                            the vertex; normal (c − corner)/d turns with the disc
+    /// ```
+    pub fn contact(&self, centre: Vector2<f64>, radius: f64) -> SurfaceContact {
+        let from_corner = centre - self.corner;
+        if from_corner.x <= 0.0 {
+            SurfaceContact { gap: from_corner.y - radius, normal: vector![0.0, 1.0], curvature: 0.0 }
+        } else if from_corner.dot(&self.down) >= 0.0 {
+            let distance = from_corner.dot(&self.ramp_normal);
+            SurfaceContact { gap: distance - radius, normal: self.ramp_normal, curvature: 0.0 }
+        } else {
+            let distance = from_corner.norm();
+            SurfaceContact { gap: distance - radius, normal: from_corner / distance, curvature: 1.0 / distance }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn gap_and_normal_are_continuous_around_the_corner() {
+        let ledge = Ledge::new(1.0, 0.06, 0.15);
+        let at = |x: f64, y: f64| ledge.contact(vector![x, y], 0.2);
+        assert_relative_eq!(at(0.5, 0.26).gap, 0.0, epsilon = 1e-15);
+        // A disc that rolls around the vertex keeps its gap.
+        let angle = 0.1_f64;
+        let vertex = at(1.0 + 0.2 * angle.sin(), 0.06 + 0.2 * angle.cos());
+        assert_relative_eq!(vertex.gap, 0.0, epsilon = 1e-15);
+        assert_relative_eq!(vertex.normal, vector![angle.sin(), angle.cos()], epsilon = 1e-14);
+        assert_relative_eq!(vertex.curvature, 5.0, epsilon = 1e-12);
+        // Both borders of the vertex region.
+        for (inside, outside) in [((1.0 + 1e-9, 0.26), (1.0 - 1e-9, 0.26)), ((1.0297, 0.2578), (1.0298, 0.2578))] {
+            let (a, b) = (at(inside.0, inside.1), at(outside.0, outside.1));
+            assert_relative_eq!(a.gap, b.gap, epsilon = 2e-5);
+            assert_relative_eq!(a.normal, b.normal, epsilon = 1e-2);
+        }
+        // On the ramp, 0.2 m to the side of its line.
+        let down = vector![1.0, -0.15].normalize();
+        let centre = vector![1.0, 0.06] + 0.3 * down + 0.2 * vector![0.15, 1.0].normalize();
+        assert_relative_eq!(at(centre.x, centre.y).gap, 0.0, epsilon = 1e-15);
+    }
+
+    #[test]
+    fn the_convective_term_at_the_vertex_is_the_second_derivative_of_the_gap() {
+        let ledge = Ledge::new(0.0, 0.0, 0.15);
+        let (c, v, e) = (vector![0.01, 0.2], vector![0.3, -0.1], 1e-4);
+        let gap = |t: f64| ledge.contact(c + v * t, 0.2).gap;
+        let contact = ledge.contact(c, 0.2);
+        let tangential = v.norm_squared() - contact.normal.dot(&v).powi(2);
+        let numeric = (gap(e) - 2.0 * gap(0.0) + gap(-e)) / (e * e);
+        assert_relative_eq!(contact.curvature * tangential, numeric, max_relative = 1e-5);
+    }
+}

@@ -1,0 +1,137 @@
+//! What the list of schemes holds about each one.
+
+use crate::complementarity::SolverEntry;
+use crate::cosim::{CouplingScheme, ForceReturn, Ports, Quantity, Sequence, Side};
+use crate::error::{Error, Result, find_by_name};
+use crate::interface_model::Redundancy;
+use std::fmt;
+use std::str::FromStr;
+
+/// Where a scheme takes its picture of the other side from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// Past samples of the coupling variables only.
+    Signal,
+    /// A reduced interface model.
+    Model,
+}
+
+/// What happens to the matrices of a reduced interface model within a macro step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ModelMotion {
+    /// `H` and `a` stay as they were at `t_k`.
+    #[default]
+    Frozen,
+    /// `H` and `a` go on linearly from the last two communication points; frozen after a change of the contact set.
+    Extrapolated,
+}
+
+impl ModelMotion {
+    const NAMES: [(&'static str, ModelMotion); 2] =
+        [("frozen", ModelMotion::Frozen), ("extrapolated", ModelMotion::Extrapolated)];
+}
+
+impl fmt::Display for ModelMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Self::NAMES[*self as usize].0)
+    }
+}
+
+impl FromStr for ModelMotion {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        find_by_name("model motion", &Self::NAMES, |(name, _)| name, text).map(|(_, motion)| *motion)
+    }
+}
+
+/// Options of the model-based schemes; the signal-based ones have none.
+#[derive(Debug, Clone, Copy)]
+pub struct SchemeOptions {
+    /// Treatment of dependent contacts where they become bilateral.
+    pub redundancy: Redundancy,
+    /// Frozen or extrapolated model.
+    pub motion: ModelMotion,
+    /// Solver of the complementarity problems inside the scheme.
+    pub solver: &'static SolverEntry,
+}
+
+/// A coupling scheme by name.
+#[derive(Debug, Clone, Copy)]
+pub struct SchemeEntry {
+    /// Kebab-case name.
+    pub name: &'static str,
+    /// One line.
+    pub about: &'static str,
+    /// Signal- or model-based.
+    pub family: Family,
+    /// Declared order in H of the coupling variables, with the default force return.
+    pub order: u32,
+    /// Sequence used unless another is asked for.
+    pub sequence: Sequence,
+    /// Builds the scheme for a pair of subsystems' ports (mechanics, actuator).
+    pub build: fn(&Ports, &Ports, &SchemeOptions) -> Box<dyn CouplingScheme>,
+}
+
+impl SchemeEntry {
+    /// The sequence and force return to use, given what the user asked for.
+    ///
+    /// Where only one is given the other follows: a force return other than `held` needs the actuator first; a
+    /// Gauss–Seidel sequence with the actuator first returns the mean.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] where both are given and do not go together, or where a model-based scheme is asked to
+    /// let the mechanics go first.
+    pub fn sequence_and_return(
+        &self,
+        sequence: Option<Sequence>,
+        force_return: Option<ForceReturn>,
+    ) -> Result<(Sequence, ForceReturn)> {
+        let actuator_first = Sequence::GaussSeidel { first: Side::Actuator };
+        let sequence = match (sequence, force_return) {
+            (Some(sequence), _) => sequence,
+            (None, Some(ForceReturn::Held)) => Sequence::Jacobi,
+            (None, Some(_)) => actuator_first,
+            (None, None) => self.sequence,
+        };
+        let default_return = if sequence == actuator_first { ForceReturn::Mean } else { ForceReturn::Held };
+        let force_return = force_return.unwrap_or(default_return);
+        if self.family == Family::Model && sequence == (Sequence::GaussSeidel { first: Side::Mechanics }) {
+            return Err(Error::Incompatible(format!(
+                "scheme `{}` lets the actuator move together with a model of the mechanics, so the actuator goes \
+                 first: use sequence `gauss-seidel` or `jacobi`",
+                self.name
+            )));
+        }
+        force_return.check(sequence)?;
+        Ok((sequence, force_return))
+    }
+
+    /// Why this scheme cannot run between these ports, if it cannot.
+    pub fn incompatibility(&self, mechanics: &Ports, actuator: &Ports, has_model: bool) -> Option<String> {
+        if self.family == Family::Signal {
+            return None;
+        }
+        let count =
+            |ports: &[crate::cosim::Port], quantity| ports.iter().filter(|port| port.quantity == quantity).count();
+        let forces = count(&actuator.outputs, Quantity::Force);
+        let fits = forces == actuator.outputs.len()
+            && forces > 0
+            && count(&actuator.inputs, Quantity::Position) == forces
+            && count(&actuator.inputs, Quantity::Velocity) == forces
+            && actuator.inputs.len() == 2 * forces
+            && mechanics.outputs == actuator.inputs;
+        if !fits {
+            return Some("a reduced interface model needs a force-displacement coupling: forces to the mechanics, their positions and velocities back".into());
+        }
+        (!has_model).then(|| "the mechanics offers no reduced interface model".into())
+    }
+}
+
+/// Finds a scheme.
+///
+/// # Errors
+/// [`Error::UnknownName`] with all names.
+pub fn scheme_by_name(name: &str) -> Result<&'static SchemeEntry> {
+    find_by_name("scheme", super::SCHEMES, |entry| entry.name, name)
+}

@@ -1,0 +1,26 @@
+//! The coupling schemes, one file each, listed in [`SCHEMES`].
+//!
+//! To add one: write a file with a type that implements [`CouplingScheme`](crate::cosim::CouplingScheme) and an
+//! `ENTRY`, and add the entry to the list. Every test, sweep and figure then finds it by name.
+
+mod entry;
+mod extrapolation;
+mod first_order_hold;
+mod reduced_interface;
+mod rim_nonsmooth;
+mod rim_nonsmooth_gap;
+mod rim_smooth;
+mod second_order_hold;
+mod zero_order_hold;
+
+pub use entry::{Family, ModelMotion, SchemeEntry, SchemeOptions, scheme_by_name};
+
+/// Every coupling scheme.
+pub const SCHEMES: &[SchemeEntry] = &[
+    zero_order_hold::ENTRY,
+    first_order_hold::ENTRY,
+    second_order_hold::ENTRY,
+    rim_smooth::ENTRY,
+    rim_nonsmooth::ENTRY,
+    rim_nonsmooth_gap::ENTRY,
+];

@@ -1,0 +1,22 @@
+//! `rim-smooth`: the reduced interface model with every contact closed at `t_k` bilateral for the whole macro step.
+//!
+//! ```text
+//! m_eff = (H_ii − H_ic H_cc⁺ H_ci)⁻¹      w_i(t_k) ← w_i − H_ic H_cc⁺ w_c      c = {g ≤ contact margin}
+//! ```
+//! **Needs** an interface model of the mechanics. **Order** 1 in H (force return `mean`). **Known weakness**: where the
+//! closed contacts lock the interface, `1/m_eff → 0`, and the actuator builds up pressure against a wall that is not
+//! there. Dependent contacts are treated as [`Redundancy`](crate::interface_model::Redundancy) says.
+//! **Source**: Peiret, González, Kövecses, Teichmann 2018; the smooth RIM of Raoofian, Kövecses, Teichmann.
+
+use super::entry::{Family, SchemeEntry};
+use super::reduced_interface::{Contacts, ReducedInterface};
+use crate::cosim::{Sequence, Side};
+
+pub(super) const ENTRY: SchemeEntry = SchemeEntry {
+    name: "rim-smooth",
+    about: "Reduced interface model; contacts closed at the communication point are bilateral",
+    family: Family::Model,
+    order: 1,
+    sequence: Sequence::GaussSeidel { first: Side::Actuator },
+    build: |mechanics, actuator, options| ReducedInterface::boxed(Contacts::Bilateral, mechanics, actuator, options),
+};
