@@ -9,5 +9,6 @@ pub mod interface_model;
 pub mod mechanics;
 pub mod metrics;
 pub mod models;
+pub mod numerics_version;
 pub mod report;
 pub mod schemes;

@@ -1,3 +1,180 @@
-//! placeholder
-/// placeholder
-pub struct Reference;
+//! The monolithic reference with its uncertainty, computed once and cached by content.
+
+use super::cache::Cache;
+use crate::cases::{Case, Parameters, Recorder};
+use crate::complementarity::SolverEntry;
+use crate::cosim::{Bounds, Trajectory};
+use crate::error::{Error, Result};
+use crate::mechanics::monolithic;
+use crate::numerics_version::NUMERICS_VERSION;
+use rayon::prelude::*;
+
+/// A run counts as diverged when an interface quantity exceeds this many times its reference maximum.
+pub const DIVERGENCE_FACTOR: f64 = 3.0;
+
+/// Refinements of the reference step: h, h/2, h/4.
+const REFINEMENTS: [u32; 3] = [1, 2, 4];
+
+/// The finest monolithic solution, and how far to trust it.
+///
+/// ```text
+/// p = log₂(‖u_h − u_{h/2}‖ / ‖u_{h/2} − u_{h/4}‖)             observed order
+/// uncertainty = ‖u_{h/2} − u_{h/4}‖ / (2^p − 1)               Richardson, with p held within [0.5, 1]
+/// ```
+/// Norms are root mean squares over the stored points, column by column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// The solution with step h/4.
+    pub trajectory: Trajectory,
+    /// Estimated rms error of each column, in the column's unit.
+    pub uncertainty: Vec<f64>,
+    /// Observed order of each column; NaN where the differences vanish.
+    pub order: Vec<f64>,
+    /// Its finest step, s.
+    pub step: f64,
+}
+
+impl Reference {
+    /// Computes the reference of a case, or takes it from the cache.
+    ///
+    /// # Errors
+    /// Bad parameters; or parameters for which the monolithic solution itself fails.
+    pub fn obtain(
+        case: &Case,
+        parameters: &Parameters,
+        solver: &SolverEntry,
+        duration: f64,
+        cache: &Cache,
+    ) -> Result<Self> {
+        let key = content_key(case, parameters, duration);
+        let columns = case.recorded_columns();
+        if let Some(data) = cache.read(&key)
+            && let Some(reference) = Self::unpack(columns, &data)
+        {
+            return Ok(reference);
+        }
+        let reference = Self::compute(case, parameters, solver, duration)?;
+        cache.write(&key, &reference.pack());
+        Ok(reference)
+    }
+
+    /// Computes the three solutions and compares them.
+    fn compute(case: &Case, parameters: &Parameters, solver: &SolverEntry, duration: f64) -> Result<Self> {
+        let solutions: Result<Vec<Trajectory>> = REFINEMENTS
+            .par_iter()
+            .rev()
+            .map(|&refinement| solve(case, parameters, solver, duration, refinement))
+            .collect();
+        let Ok([fine, middle, coarse]) = <[Trajectory; 3]>::try_from(solutions?) else {
+            unreachable!("three refinements give three solutions")
+        };
+        let columns = fine.columns().len();
+        let distance = |a: &Trajectory, b: &Trajectory, column: usize| {
+            let squares: f64 =
+                a.column(column).zip(b.column(column)).map(|(x, y)| finite_difference(x, y).powi(2)).sum();
+            (squares / a.len() as f64).sqrt()
+        };
+        let (mut uncertainty, mut order) = (Vec::with_capacity(columns), Vec::with_capacity(columns));
+        for column in 0..columns {
+            let (first, second) = (distance(&coarse, &middle, column), distance(&middle, &fine, column));
+            let observed = (first / second).log2();
+            let trusted = if observed.is_finite() { observed.clamp(0.5, 1.0) } else { 1.0 };
+            uncertainty.push(second / (2.0_f64.powf(trusted) - 1.0));
+            order.push(if second > 0.0 { observed } else { f64::NAN });
+        }
+        let finest = f64::from(REFINEMENTS[REFINEMENTS.len() - 1]);
+        Ok(Reference { trajectory: fine, uncertainty, order, step: case.defaults.reference_step_s / finest })
+    }
+
+    /// Bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling variable.
+    ///
+    /// # Errors
+    /// Those of building the case.
+    pub fn bounds(&self, case: &Case, parameters: &Parameters, solver: &SolverEntry) -> Result<Bounds> {
+        let system = (case.build)(parameters, solver)?;
+        let largest = |ports: &[crate::cosim::Port]| {
+            ports
+                .iter()
+                .map(|port| match self.trajectory.index_of(port.name) {
+                    Some(column) => {
+                        DIVERGENCE_FACTOR * self.trajectory.column(column).map(f64::abs).fold(0.0, f64::max)
+                    }
+                    None => f64::INFINITY,
+                })
+                .collect()
+        };
+        Ok(Bounds {
+            mechanics: largest(&system.mechanics.ports().outputs),
+            actuator: largest(&system.actuator.ports().outputs),
+        })
+    }
+
+    /// Uncertainty of a column by name.
+    pub fn uncertainty_of(&self, column: &str) -> Option<f64> {
+        self.trajectory.index_of(column).map(|index| self.uncertainty[index])
+    }
+
+    fn pack(&self) -> Vec<f64> {
+        [&[self.step], self.uncertainty.as_slice(), &self.order, self.trajectory.data()].concat()
+    }
+
+    fn unpack(columns: Vec<String>, data: &[f64]) -> Option<Self> {
+        let n = columns.len();
+        let (step, rest) = data.split_first()?;
+        let (uncertainty, rest) = rest.split_at_checked(n)?;
+        let (order, rows) = rest.split_at_checked(n)?;
+        if rows.is_empty() || rows.len() % n != 0 {
+            return None;
+        }
+        Some(Reference {
+            trajectory: Trajectory::from_data(columns, rows.to_vec()),
+            uncertainty: uncertainty.to_vec(),
+            order: order.to_vec(),
+            step: *step,
+        })
+    }
+}
+
+/// Everything that determines a reference, as text.
+fn content_key(case: &Case, parameters: &Parameters, duration: f64) -> String {
+    let mut key = format!("reference of {}\nnumerics {NUMERICS_VERSION}\nduration_s = {duration:?}\n", case.name);
+    key += &format!("columns = {:?}\nsteps = {:?}\n", case.recorded_columns(), case.defaults);
+    for (parameter, value) in parameters.iter() {
+        key += &format!("{} = {value}\n", parameter.name);
+    }
+    key
+}
+
+/// Difference that treats equal infinities (a locked interface in both) as agreeing.
+fn finite_difference(x: f64, y: f64) -> f64 {
+    if x == y || (x.is_nan() && y.is_nan()) { 0.0 } else { x - y }
+}
+
+fn solve(
+    case: &Case,
+    parameters: &Parameters,
+    solver: &SolverEntry,
+    duration: f64,
+    refinement: u32,
+) -> Result<Trajectory> {
+    let mut system = (case.build)(parameters, solver)?;
+    let mut recorder = Recorder::new(case, &system);
+    let every = (case.defaults.reference_sampling_s / case.defaults.reference_step_s).round().max(1.0) as usize;
+    // The step used divides the duration, in multiples of the stored points.
+    let points = (duration / case.defaults.reference_sampling_s).ceil().max(1.0) as usize;
+    let every = every * refinement as usize;
+    let steps = points * every;
+    let h = duration / steps as f64;
+    let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points + 1);
+    monolithic(&mut *system.mechanics, &mut *system.actuator, h, steps, every, &mut |point| {
+        recorder.record(point, &mut trajectory)
+    })
+    .map_err(|failure| {
+        let at = trajectory.end_time().unwrap_or(0.0);
+        Error::Incompatible(format!(
+            "case {} has no reference with these parameters: the monolithic solution fails after {at:.4} s ({failure})",
+            case.name
+        ))
+    })?;
+    Ok(trajectory)
+}

@@ -131,3 +131,21 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
         wall,
     })
 }
+
+/// Reads the number of mechanics steps per macro step: a whole number from 1, or `all` (0 in [`RunSpec`]).
+///
+/// # Errors
+/// [`Error::InvalidValue`] for anything else.
+pub fn parse_mechanics_steps(text: &str) -> Result<usize> {
+    match text.trim() {
+        "all" => Ok(0),
+        number => number.parse().ok().filter(|&count| count >= 1 && count <= MOST_MECHANICS_STEPS).ok_or_else(|| {
+            let expected =
+                format!("a whole number from 1 to {MOST_MECHANICS_STEPS}, or `all` for as many as the actuator takes");
+            Error::invalid("mechanics-steps", text, expected)
+        }),
+    }
+}
+
+/// A plausibility bound, far beyond any use.
+const MOST_MECHANICS_STEPS: usize = 1_000_000;

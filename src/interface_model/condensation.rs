@@ -2,6 +2,7 @@
 
 use super::reduced_interface_model::ReducedInterfaceModel;
 use nalgebra::{SMatrix, SymmetricEigen};
+use std::fmt;
 
 /// Below this fraction of the largest diagonal entry a pivot or eigenvalue of `H_cc` counts as zero.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -27,6 +28,16 @@ pub enum Redundancy {
         /// Relative compliance ε > 0.
         epsilon: f64,
     },
+}
+
+impl fmt::Display for Redundancy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Redundancy::Drop => "drop",
+            Redundancy::PseudoInverse => "pseudo-inverse",
+            Redundancy::Regularised { .. } => "regularised",
+        })
+    }
 }
 
 /// The model with a set `c` of its contacts closed for good.

@@ -1,1 +1,32 @@
-//! m
+//! What is measured: pure functions of trajectories and reports, listed in [`METRICS`].
+//!
+//! To add one: write a function from [`Evidence`] to a number, and add an entry to the list. A metric that does not
+//! apply to a run is `None`, an empty cell in data.
+
+mod accuracy;
+mod contact;
+mod energy;
+mod evidence;
+
+pub use accuracy::order_of_convergence;
+pub use evidence::{Evidence, Metric};
+
+/// Every metric, in the order of the columns in data.
+pub const METRICS: &[Metric] = &[
+    accuracy::FORCE_ERROR_RMS,
+    accuracy::FORCE_ERROR_MAX,
+    accuracy::FORCE_ERROR_OF_PEAK,
+    accuracy::FORCE_PEAK,
+    accuracy::FORCE_PEAK_RATIO,
+    accuracy::VELOCITY_ERROR_RMS,
+    accuracy::POSITION_ERROR_RMS,
+    accuracy::POSITION_ERROR_END,
+    contact::EFFECTIVE_MASS_MAX,
+    contact::EFFECTIVE_MASS_RATIO,
+    contact::LIFT_OFF,
+    contact::PENETRATION,
+    energy::WORK_SENT,
+    energy::WORK_RECEIVED,
+    energy::INTERFACE_RESIDUAL,
+    energy::IDENTITY_RESIDUAL,
+];

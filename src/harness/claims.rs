@@ -1,0 +1,281 @@
+//! Claims: what an experiment file says should come out, held against what did.
+
+use super::evaluation::EvaluatedRun;
+use super::execution::Executed;
+use crate::error::{Error, Result};
+use crate::metrics::{METRICS, order_of_convergence};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::Path;
+
+/// Relative slack when a macro step of a claim is looked up among those of the runs.
+const SAME_STEP: f64 = 1e-9;
+
+/// One claim of an experiment file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Claim {
+    /// Short name.
+    pub id: String,
+    /// Who claims it.
+    pub by: Claimant,
+    /// The claim in words.
+    pub text: String,
+    /// Label of the scheme row it is about.
+    scheme: String,
+    /// Label of another scheme row; the measured value is then the ratio of the two.
+    relative_to: Option<String>,
+    /// The macro step it is about; all of them if absent.
+    macro_step_s: Option<f64>,
+    /// A metric by name, or `diverged` (1 or 0), or `diverged_at_s`.
+    metric: String,
+    /// What to make of several runs.
+    #[serde(default)]
+    statistic: Statistic,
+    /// A comparison with a number, for example `>= 2`.
+    expect: Expectation,
+    /// What was found when the experiment was last looked at.
+    pub finding: Verdict,
+}
+
+/// Who makes a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Claimant {
+    /// The source paper.
+    Paper,
+    /// This project.
+    Ours,
+}
+
+/// What to make of several runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Statistic {
+    #[default]
+    Median,
+    Min,
+    Max,
+    Mean,
+    /// Slope of the median over phases against the macro step, in logarithms.
+    Order,
+}
+
+/// What came of a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The expectation holds.
+    Reproduced,
+    /// It does not.
+    NotReproduced,
+    /// The runs it is about are not part of this plan (a quick one), or the metric does not apply to them.
+    NotMeasured,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Verdict::Reproduced => "reproduced",
+            Verdict::NotReproduced => "not reproduced",
+            Verdict::NotMeasured => "not measured",
+        })
+    }
+}
+
+/// A comparison with a number.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "String")]
+struct Expectation {
+    at_least: bool,
+    bound: f64,
+}
+
+impl TryFrom<String> for Expectation {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let parsed = [(">=", true), ("<=", false)].into_iter().find_map(|(sign, at_least)| {
+            let bound = text.trim().strip_prefix(sign)?.trim().parse().ok()?;
+            Some(Expectation { at_least, bound })
+        });
+        parsed.ok_or_else(|| format!("expect = \"{text}\" is no comparison; valid: \">= number\" or \"<= number\""))
+    }
+}
+
+impl fmt::Display for Expectation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", if self.at_least { "≥" } else { "≤" }, self.bound)
+    }
+}
+
+/// A claim with what was measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct CheckedClaim {
+    /// Experiment the claim stands in.
+    pub experiment: String,
+    /// Short name.
+    pub id: String,
+    /// Who claims it.
+    pub by: Claimant,
+    /// The claim in words.
+    pub text: String,
+    /// Metric and statistic.
+    pub quantity: String,
+    /// What was measured.
+    pub measured: Option<f64>,
+    /// What was expected.
+    pub expected: String,
+    /// Whether it holds.
+    pub verdict: Verdict,
+    /// What was found when the experiment was last looked at.
+    pub finding: Verdict,
+    /// The runs it rests on.
+    pub run_ids: String,
+}
+
+/// Checks all claims of an executed experiment.
+///
+/// # Errors
+/// [`Error::File`] for a claim about a scheme, metric or macro step that the experiment does not have.
+pub fn check_claims(executed: &Executed) -> Result<Vec<CheckedClaim>> {
+    let experiment = &executed.experiment;
+    experiment.claims().iter().map(|claim| check(claim, executed)).collect::<Result<_>>().map_err(|error| match error {
+        error @ Error::File { .. } => error,
+        other => Error::file(experiment.path(), other),
+    })
+}
+
+fn check(claim: &Claim, executed: &Executed) -> Result<CheckedClaim> {
+    let mut ids = Vec::new();
+    let own = measure(claim, &claim.scheme, executed, &mut ids)?;
+    let measured = match &claim.relative_to {
+        None => own,
+        Some(other) => {
+            let other = measure(claim, other, executed, &mut ids)?;
+            own.zip(other).map(|(own, other)| own / other)
+        }
+    };
+    let verdict = match measured {
+        None => Verdict::NotMeasured,
+        Some(value) if claim.expect.at_least && value >= claim.expect.bound => Verdict::Reproduced,
+        Some(value) if !claim.expect.at_least && value <= claim.expect.bound => Verdict::Reproduced,
+        Some(_) => Verdict::NotReproduced,
+    };
+    let statistic = format!("{:?}", claim.statistic).to_lowercase();
+    let relative = claim.relative_to.as_ref().map(|other| format!(" relative to {other}")).unwrap_or_default();
+    let step = claim.macro_step_s.map(|step| format!(" at H = {} ms", step * 1e3)).unwrap_or_default();
+    Ok(CheckedClaim {
+        experiment: executed.experiment.name(),
+        id: claim.id.clone(),
+        by: claim.by,
+        text: claim.text.clone(),
+        quantity: format!("{statistic} of {} of {}{relative}{step}", claim.metric, claim.scheme),
+        measured,
+        expected: claim.expect.to_string(),
+        verdict,
+        finding: claim.finding,
+        run_ids: ids.join(" "),
+    })
+}
+
+/// The statistic of the claim's metric over the runs of one scheme row.
+fn measure(claim: &Claim, label: &str, executed: &Executed, ids: &mut Vec<String>) -> Result<Option<f64>> {
+    let labels = || executed.runs.iter().map(|run| run.planned.label.as_str());
+    if !labels().any(|known| known == label) {
+        let mut valid: Vec<&str> = labels().collect();
+        valid.dedup();
+        return Err(Error::unknown("scheme of a claim", label, valid));
+    }
+    let known = ["diverged", "diverged_at_s"];
+    if !METRICS.iter().map(|metric| metric.name).chain(known).any(|name| name == claim.metric) {
+        let names = METRICS.iter().map(|metric| metric.name).chain(known);
+        return Err(Error::unknown("metric of a claim", &claim.metric, names));
+    }
+    let wanted = |step: f64| claim.macro_step_s.is_none_or(|wanted| (step / wanted - 1.0).abs() < SAME_STEP);
+    let runs: Vec<_> =
+        executed.runs.iter().filter(|run| run.planned.label == label && wanted(run.planned.spec.macro_step)).collect();
+    if runs.is_empty() && !executed.quick {
+        let step = claim.macro_step_s.unwrap_or_default();
+        return Err(Error::Incompatible(format!(
+            "claim `{}` is about macro_step_s = {step}, which `{label}` does not run",
+            claim.id
+        )));
+    }
+    ids.extend(runs.iter().map(|run| run.id.clone()));
+    let values: Vec<(f64, f64)> = runs
+        .iter()
+        .filter_map(|run| value_of(&claim.metric, &run.evaluated).map(|value| (run.planned.spec.macro_step, value)))
+        .collect();
+    Ok(claim.statistic.of(values))
+}
+
+fn value_of(metric: &str, run: &EvaluatedRun) -> Option<f64> {
+    match metric {
+        "diverged" => Some(if run.outcome.name() == "diverged" { 1.0 } else { 0.0 }),
+        "diverged_at_s" => run.outcome.at_s(),
+        name => run.metric(name),
+    }
+}
+
+impl Statistic {
+    /// Of pairs (macro step, value).
+    fn of(self, pairs: Vec<(f64, f64)>) -> Option<f64> {
+        let values: Vec<f64> = pairs.iter().map(|(_, value)| *value).collect();
+        match self {
+            _ if values.is_empty() => None,
+            Statistic::Median => Some(median(values)),
+            Statistic::Min => values.into_iter().reduce(f64::min),
+            Statistic::Max => values.into_iter().reduce(f64::max),
+            Statistic::Mean => Some(values.iter().sum::<f64>() / values.len() as f64),
+            Statistic::Order => {
+                let mut steps: Vec<f64> = pairs.iter().map(|(step, _)| *step).collect();
+                steps.dedup();
+                let of_step = |step: f64| pairs.iter().filter(|pair| pair.0 == step).map(|pair| pair.1).collect();
+                let points: Vec<(f64, f64)> = steps.into_iter().map(|step| (step, median(of_step(step)))).collect();
+                order_of_convergence(&points)
+            }
+        }
+    }
+}
+
+/// Median of a list that is not empty; the mean of the middle two where their number is even.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) }
+}
+
+/// Writes checked claims to `claims.csv`.
+///
+/// # Errors
+/// [`Error::File`].
+pub fn write_claims(path: &Path, claims: &[CheckedClaim]) -> Result<()> {
+    super::write_atomically(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        for claim in claims {
+            writer.serialize(claim)?;
+        }
+        writer.flush()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn statistics_over_phases_and_steps() {
+        let pairs = vec![(1.0, 2.0), (1.0, 4.0), (2.0, 6.0), (2.0, 6.0), (2.0, 60.0)];
+        assert_eq!(Statistic::Median.of(pairs.clone()), Some(6.0));
+        assert_eq!(Statistic::Max.of(pairs.clone()), Some(60.0));
+        approx::assert_relative_eq!(Statistic::Order.of(pairs).unwrap(), 1.0, epsilon = 1e-12);
+        assert_eq!(Statistic::Min.of(Vec::new()), None);
+    }
+
+    #[test]
+    fn an_expectation_is_a_comparison_or_an_error() {
+        assert_eq!(Expectation::try_from(">= 2".to_owned()), Ok(Expectation { at_least: true, bound: 2.0 }));
+        assert!(Expectation::try_from("about 2".to_owned()).unwrap_err().contains("valid"));
+    }
+}

@@ -1,0 +1,299 @@
+//! The experiment file: a question, a grid of runs, and what is claimed of them.
+
+use super::claims::Claim;
+use super::run::{RunSpec, parse_mechanics_steps};
+use crate::cases::{Case, Parameters, case_by_name};
+use crate::complementarity::{SolverEntry, solver_by_name};
+use crate::error::{Error, Result};
+use crate::interface_model::Redundancy;
+use crate::schemes::{SchemeOptions, scheme_by_name};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Relative compliance of the `regularised` redundancy treatment.
+const REGULARISATION: f64 = 1e-8;
+
+/// An experiment file as it is written. The format is explained in `experiments/README.md`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// What the experiment answers, in words.
+    pub question: String,
+    cases: Vec<CaseEntry>,
+    schemes: Vec<SchemeRow>,
+    macro_steps_s: Vec<f64>,
+    #[serde(default = "one_phase")]
+    phases: Phases,
+    duration_s: Option<f64>,
+    micro_step_s: Option<f64>,
+    /// Store a trace of each run, one row per this many seconds; none if absent.
+    pub trace_every_s: Option<f64>,
+    quick: Option<Quick>,
+    #[serde(default)]
+    claims: Vec<Claim>,
+    #[serde(skip)]
+    path: PathBuf,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CaseEntry {
+    name: String,
+    #[serde(default)]
+    set: BTreeMap<String, toml::Value>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SchemeRow {
+    scheme: String,
+    label: Option<String>,
+    sequence: Option<String>,
+    force_return: Option<String>,
+    mechanics_steps: Option<toml::Value>,
+    redundancy: Option<String>,
+    model_motion: Option<String>,
+    solver: Option<String>,
+    macro_steps_s: Option<Vec<f64>>,
+}
+
+/// A number of phases, or the phases themselves.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged)]
+enum Phases {
+    Count(usize),
+    List(Vec<f64>),
+}
+
+/// What `--quick` replaces.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Quick {
+    macro_steps_s: Option<Vec<f64>>,
+    phases: Option<Phases>,
+}
+
+/// One run of the plan, with what its row in data says about it.
+#[derive(Debug, Clone)]
+pub struct PlannedRun {
+    /// What is run.
+    pub spec: RunSpec,
+    /// Label of the scheme row; the scheme's name unless the file gives another.
+    pub label: String,
+    /// Parameters that differ from their defaults, as `key=value` separated by spaces.
+    pub set: String,
+}
+
+impl Experiment {
+    /// Reads an experiment file.
+    ///
+    /// # Errors
+    /// [`Error::File`] with path, line and what is wrong; unknown keys are errors.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text =
+            std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        let mut experiment: Experiment =
+            toml::from_str(&text).map_err(|error| Error::file(path, format!("is no experiment: {error}")))?;
+        experiment.path = path.to_owned();
+        Ok(experiment)
+    }
+
+    /// Name of the experiment: that of its file.
+    pub fn name(&self) -> String {
+        self.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
+    }
+
+    /// What the experiment claims.
+    pub fn claims(&self) -> &[Claim] {
+        &self.claims
+    }
+
+    /// The file it was read from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Lists the runs, cases outermost, then schemes, macro steps, phases.
+    ///
+    /// # Errors
+    /// Names, values or combinations that are not valid, each with the file and the key; an empty grid.
+    pub fn plan(&self, quick: bool) -> Result<Vec<PlannedRun>> {
+        let runs = self.expand(quick).map_err(|error| match error {
+            error @ Error::File { .. } => error,
+            other => Error::file(&self.path, other),
+        })?;
+        if runs.is_empty() {
+            return Err(Error::file(&self.path, "the grid is empty: no case, scheme, macro step or phase is left"));
+        }
+        Ok(runs)
+    }
+
+    fn expand(&self, quick: bool) -> Result<Vec<PlannedRun>> {
+        let quick = self.quick.as_ref().filter(|_| quick);
+        let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
+        let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
+        let mut runs = Vec::new();
+        for entry in &self.cases {
+            let case = case_by_name(&entry.name)?;
+            for parameters in parameter_grid(case, &entry.set)? {
+                for row in &self.schemes {
+                    let steps = row.macro_steps_s.as_ref().or(quick_steps).unwrap_or(&self.macro_steps_s);
+                    for &macro_step in steps {
+                        for &phase in &phases {
+                            runs.push(self.planned(case, &parameters, row, macro_step, phase)?);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(runs)
+    }
+
+    fn planned(
+        &self,
+        case: &'static Case,
+        parameters: &Parameters,
+        row: &SchemeRow,
+        macro_step: f64,
+        phase: f64,
+    ) -> Result<PlannedRun> {
+        let scheme = scheme_by_name(&row.scheme)?;
+        let sequence = row.sequence.as_deref().map(str::parse).transpose()?;
+        let force_return = row.force_return.as_deref().map(str::parse).transpose()?;
+        let (sequence, force_return) = scheme.sequence_and_return(sequence, force_return)?;
+        let solver = solver_by_name(row.solver.as_deref().unwrap_or("active-set"))?;
+        let mechanics_steps = match &row.mechanics_steps {
+            None => 1,
+            Some(value) => parse_mechanics_steps(&scalar_text("mechanics_steps", value)?)?,
+        };
+        let spec = RunSpec {
+            case,
+            parameters: parameters.clone(),
+            scheme,
+            options: scheme_options(row.redundancy.as_deref(), row.model_motion.as_deref(), solver)?,
+            macro_step,
+            phase,
+            micro_step: self.micro_step_s.unwrap_or(case.defaults.micro_step_s),
+            mechanics_steps,
+            sequence,
+            force_return,
+            duration: self.duration_s.unwrap_or(case.defaults.duration_s),
+            solver,
+        };
+        spec.check()?;
+        let set = parameters
+            .iter()
+            .filter(|(parameter, value)| *value != parameter.default)
+            .map(|(parameter, value)| format!("{}={value}", parameter.name))
+            .collect::<Vec<_>>()
+            .join(" ");
+        Ok(PlannedRun { spec, label: row.label.clone().unwrap_or_else(|| row.scheme.clone()), set })
+    }
+}
+
+/// Options of the model-based schemes from their names.
+///
+/// # Errors
+/// [`Error::UnknownName`] with all names.
+pub(crate) fn scheme_options(
+    redundancy: Option<&str>,
+    motion: Option<&str>,
+    solver: &'static SolverEntry,
+) -> Result<SchemeOptions> {
+    let redundancy = match redundancy.unwrap_or("drop") {
+        "drop" => Redundancy::Drop,
+        "pseudo-inverse" => Redundancy::PseudoInverse,
+        "regularised" => Redundancy::Regularised { epsilon: REGULARISATION },
+        other => return Err(Error::unknown("redundancy", other, ["drop", "pseudo-inverse", "regularised"])),
+    };
+    let motion = motion.map(str::parse).transpose()?.unwrap_or_default();
+    Ok(SchemeOptions { redundancy, motion, solver })
+}
+
+impl Phases {
+    fn list(&self) -> Vec<f64> {
+        match self {
+            Phases::Count(count) => phase_ensemble(*count),
+            Phases::List(phases) => phases.clone(),
+        }
+    }
+}
+
+fn one_phase() -> Phases {
+    Phases::Count(1)
+}
+
+/// The first `count` members of the phase ensemble, a low-discrepancy set in (0, 1].
+///
+/// ```text
+/// φ_j = 1 − frac(j (√5 − 1)/2),   j = 0 … count − 1
+/// ```
+/// The first member is 1: no shortened step.
+pub fn phase_ensemble(count: usize) -> Vec<f64> {
+    let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
+    (0..count).map(|j| 1.0 - (j as f64 * golden).fract()).collect()
+}
+
+/// Every combination of the values that are lists.
+fn parameter_grid(case: &'static Case, set: &BTreeMap<String, toml::Value>) -> Result<Vec<Parameters>> {
+    let mut grid = vec![case.default_parameters()];
+    for (key, value) in set {
+        let values = match value {
+            toml::Value::Array(values) => values.as_slice(),
+            single => std::slice::from_ref(single),
+        };
+        let mut next = Vec::with_capacity(grid.len() * values.len());
+        for parameters in &grid {
+            for value in values {
+                let mut changed = parameters.clone();
+                changed.set(key, &scalar_text(key, value)?)?;
+                next.push(changed);
+            }
+        }
+        grid = next;
+    }
+    Ok(grid)
+}
+
+/// A TOML scalar as the text that `--set` would take.
+fn scalar_text(key: &str, value: &toml::Value) -> Result<String> {
+    match value {
+        toml::Value::String(text) => Ok(text.clone()),
+        toml::Value::Integer(number) => Ok(number.to_string()),
+        toml::Value::Float(number) => Ok(format!("{number:?}")),
+        toml::Value::Boolean(flag) => Ok(flag.to_string()),
+        other => Err(Error::invalid(key, other, "a number or a name")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_phase_ensemble_starts_at_one_and_spreads() {
+        let phases = phase_ensemble(16);
+        assert_eq!(phases[0], 1.0);
+        assert!(phases.iter().all(|phase| *phase > 0.0 && *phase <= 1.0));
+        let mut sorted = phases.clone();
+        sorted.sort_by(f64::total_cmp);
+        let largest_hole = sorted.windows(2).map(|pair| pair[1] - pair[0]).fold(sorted[0], f64::max);
+        assert!(largest_hole < 2.0 / 16.0 * 1.2, "{largest_hole}");
+    }
+
+    #[test]
+    fn the_shipped_experiments_are_valid_plans() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/paper");
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let mut count = 0;
+        for path in files.filter(|path| path.extension().is_some_and(|extension| extension == "toml")) {
+            let experiment = Experiment::read(&path).unwrap();
+            for quick in [false, true] {
+                assert!(!experiment.plan(quick).unwrap().is_empty());
+            }
+            count += 1;
+        }
+        assert!(count >= 3);
+    }
+}

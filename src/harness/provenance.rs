@@ -1,0 +1,49 @@
+//! Where a result comes from: source revision, dependencies, compiler, machine.
+
+use super::cache::hex;
+use sha2::{Digest, Sha256};
+use std::process::Command;
+
+/// Where a result comes from. Machine-dependent, therefore kept apart from the results.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Provenance {
+    /// Git revision of the source, or `unknown`.
+    pub git_revision: String,
+    /// Whether the source had changes that are not in that revision.
+    pub git_dirty: String,
+    /// SHA-256 of the lock file that was built, 16 digits.
+    pub lock_hash: String,
+    /// Version of this package.
+    pub version: &'static str,
+    /// Compiler.
+    pub rustc: &'static str,
+    /// Processor.
+    pub cpu: String,
+}
+
+impl Provenance {
+    /// Of this program, here and now.
+    pub fn collect() -> Self {
+        let dirty = git(&["status", "--porcelain", "--untracked-files=no", "--", ".", ":!results"]);
+        Provenance {
+            git_revision: git(&["rev-parse", "--short=12", "HEAD"]).unwrap_or_else(|| "unknown".to_owned()),
+            git_dirty: dirty.map_or("unknown".to_owned(), |changes| (!changes.is_empty()).to_string()),
+            lock_hash: hex(&Sha256::digest(include_bytes!("../../Cargo.lock")))[..16].to_owned(),
+            version: env!("CARGO_PKG_VERSION"),
+            rustc: env!("RIMBENCH_RUSTC"),
+            cpu: cpu_model().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+        }
+    }
+}
+
+/// Asks git about the folder this package was built from; nothing if it cannot answer.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").arg("-C").arg(env!("CARGO_MANIFEST_DIR")).args(arguments).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+fn cpu_model() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    line.split_once(':').map(|(_, model)| model.trim().to_owned())
+}

@@ -1,0 +1,100 @@
+//! Distance from the reference at the communication points of the run.
+
+use super::evidence::{Evidence, Metric};
+
+pub(super) const FORCE_ERROR_RMS: Metric = Metric {
+    name: "force_error_rms_n",
+    unit: "N",
+    about: "Root mean square over communication points of the actuator's own force minus the reference's",
+    compute: |evidence| rms_error(evidence, evidence.force),
+};
+
+pub(super) const FORCE_ERROR_MAX: Metric = Metric {
+    name: "force_error_max_n",
+    unit: "N",
+    about: "Largest difference of the actuator's own force from the reference's at a communication point",
+    compute: |evidence| evidence.pairs(evidence.force).map(|(own, reference)| (own - reference).abs()).reduce(f64::max),
+};
+
+pub(super) const FORCE_ERROR_OF_PEAK: Metric = Metric {
+    name: "force_error_rms_of_peak",
+    unit: "-",
+    about: "Rms force error as a fraction of the reference's largest force magnitude",
+    compute: |evidence| Some(rms_error(evidence, evidence.force)? / reference_peak(evidence)?),
+};
+
+pub(super) const FORCE_PEAK: Metric = Metric {
+    name: "force_peak_n",
+    unit: "N",
+    about: "Largest magnitude of the actuator's own force",
+    compute: |evidence| peak(evidence.run.column(evidence.force)),
+};
+
+pub(super) const FORCE_PEAK_RATIO: Metric = Metric {
+    name: "force_peak_ratio",
+    unit: "-",
+    about: "Largest force magnitude of the run over that of the reference",
+    compute: |evidence| Some(peak(evidence.run.column(evidence.force))? / reference_peak(evidence)?),
+};
+
+pub(super) const VELOCITY_ERROR_RMS: Metric = Metric {
+    name: "velocity_error_rms_m_s",
+    unit: "m/s",
+    about: "Root mean square of the interface velocity minus the reference's",
+    compute: |evidence| rms_error(evidence, evidence.velocity),
+};
+
+pub(super) const POSITION_ERROR_RMS: Metric = Metric {
+    name: "position_error_rms_m",
+    unit: "m",
+    about: "Root mean square of the interface position minus the reference's",
+    compute: |evidence| rms_error(evidence, evidence.position),
+};
+
+pub(super) const POSITION_ERROR_END: Metric = Metric {
+    name: "position_error_end_m",
+    unit: "m",
+    about: "Interface position minus the reference's at the last communication point reached",
+    compute: |evidence| evidence.pairs(evidence.position).last().map(|(own, reference)| own - reference),
+};
+
+fn rms_error(evidence: &Evidence<'_>, column: usize) -> Option<f64> {
+    let (sum, count) = evidence
+        .pairs(column)
+        .fold((0.0, 0_usize), |(sum, count), (own, reference)| (sum + (own - reference).powi(2), count + 1));
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+fn peak(values: impl Iterator<Item = f64>) -> Option<f64> {
+    values.map(f64::abs).reduce(f64::max)
+}
+
+fn reference_peak(evidence: &Evidence<'_>) -> Option<f64> {
+    peak(evidence.reference.column(evidence.force)).filter(|peak| *peak > 0.0)
+}
+
+/// Order p of `error ≈ C H^p` by least squares in logarithms; `None` with fewer than two usable points.
+///
+/// # Shapes and units
+/// Pairs (H in s, error in any unit); pairs that are not positive and finite are left out.
+pub fn order_of_convergence(points: &[(f64, f64)]) -> Option<f64> {
+    let usable = |(step, error): &&(f64, f64)| *step > 0.0 && *error > 0.0 && step.is_finite() && error.is_finite();
+    let logs: Vec<(f64, f64)> = points.iter().filter(usable).map(|(step, error)| (step.ln(), error.ln())).collect();
+    let n = logs.len() as f64;
+    let (mean_x, mean_y) = logs.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / n, y + point.1 / n));
+    let covariance: f64 = logs.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
+    let variance: f64 = logs.iter().map(|(x, _)| (x - mean_x).powi(2)).sum();
+    (logs.len() >= 2 && variance > 0.0).then(|| covariance / variance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_order_of_a_power_law_is_its_exponent() {
+        let points: Vec<_> = (1..6).map(|i| (i as f64, 3.0 * (i as f64).powf(1.7))).collect();
+        approx::assert_relative_eq!(order_of_convergence(&points).unwrap(), 1.7, epsilon = 1e-12);
+        assert_eq!(order_of_convergence(&[(1.0, 1.0), (2.0, f64::NAN)]), None);
+    }
+}

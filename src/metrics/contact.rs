@@ -1,0 +1,53 @@
+//! What contacts do: effective mass, lift-off, penetration.
+
+use super::evidence::{Evidence, Metric};
+
+/// A contact of the reference with a gap below this counts as closed, m.
+const CLOSED_IN_REFERENCE: f64 = 1e-6;
+
+pub(super) const EFFECTIVE_MASS_MAX: Metric = Metric {
+    name: "effective_mass_max_kg",
+    unit: "kg",
+    about: "Largest effective mass at a communication point; inf for a locked interface",
+    compute: |evidence| effective_masses(evidence).map(|masses| masses.fold(f64::NEG_INFINITY, f64::max)),
+};
+
+pub(super) const EFFECTIVE_MASS_RATIO: Metric = Metric {
+    name: "effective_mass_ratio",
+    unit: "-",
+    about: "Largest over smallest effective mass at a communication point; inf for a locked interface",
+    compute: |evidence| {
+        let (low, high) = effective_masses(evidence)?
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mass| (low.min(mass), high.max(mass)));
+        Some(high / low)
+    },
+};
+
+pub(super) const LIFT_OFF: Metric = Metric {
+    name: "lift_off_height_m",
+    unit: "m",
+    about: "Largest gap of a contact while the same contact is closed in the reference",
+    compute: |evidence| {
+        let lifted = evidence.gaps.iter().flat_map(|&gap| {
+            evidence.pairs(gap).filter(|(_, reference)| *reference <= CLOSED_IN_REFERENCE).map(|(own, _)| own)
+        });
+        lifted.reduce(f64::max).map(|height| height.max(0.0))
+    },
+};
+
+pub(super) const PENETRATION: Metric = Metric {
+    name: "penetration_m",
+    unit: "m",
+    about: "Deepest penetration of any contact at a communication point",
+    compute: |evidence| {
+        let gaps = evidence.gaps.iter().flat_map(|&gap| evidence.run.column(gap));
+        gaps.reduce(f64::min).map(|lowest| (-lowest).max(0.0))
+    },
+};
+
+fn effective_masses<'a>(evidence: &'a Evidence<'_>) -> Option<impl Iterator<Item = f64> + 'a> {
+    let column = evidence.effective_mass?;
+    let mut masses = evidence.run.column(column).filter(|mass| !mass.is_nan()).peekable();
+    masses.peek()?;
+    Some(masses)
+}
