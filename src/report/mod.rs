@@ -1,1 +1,38 @@
-//! report
+//! From numbers to pictures: charts, stability maps and the manoeuvre drawing, written as SVG and PNG.
+//!
+//! This room reads results and never simulates; its toolkit knows nothing of experiments. A figure is described
+//! ([`chart::Figure`]), drawn into a display list (`draw()` gives a [`drawing::Drawing`]) and written
+//! ([`render::write`]). Equal descriptions give equal bytes.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`style`] | one colour, dash and marker per scheme, everywhere |
+//! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
+//! | `figure`, `panel`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
+//! | `scale`, [`ticks`], `clip`, `marker`, `hatch` | value to position, round numbers, edges, signs, shading |
+//! | [`drawing`] | the display list: paths and text on a page |
+//! | `svg`, `raster`, `stroke`, `font` | the display list as SVG and as smooth pixels; the embedded typeface |
+//! | [`render`] | files: a temporary name first, then the final one |
+//!
+//! plotters supplies font rendering and the PNG encoder. Its drawing backends round every corner and line width to
+//! whole pixels and know no dashes, which shows in a thin curve; hence the display list.
+
+pub mod chart;
+pub mod drawing;
+pub mod render;
+pub mod style;
+pub mod ticks;
+
+mod clip;
+mod data;
+mod figure;
+mod font;
+mod guides;
+mod inset;
+mod legend;
+mod marker;
+mod panel;
+mod raster;
+mod scale;
+mod stroke;
+mod svg;

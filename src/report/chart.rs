@@ -1,0 +1,242 @@
+//! What a chart is: panels with axes, series, guides and notes, laid out in a grid under one legend.
+//!
+//! These types only describe; [`Figure::draw`] turns them into a [`Drawing`](super::drawing::Drawing).
+
+use super::style::SeriesStyle;
+
+/// Whether equal distances are equal differences or equal ratios.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal differences.
+    Linear,
+    /// Equal ratios; values ≤ 0 cannot be shown and break the line.
+    Log10,
+}
+
+/// The interval an axis shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Range {
+    /// All finite values of all series and slope guides.
+    Auto,
+    /// From the first to the second value; what lies outside is cut at the frame.
+    Fixed(f64, f64),
+}
+
+/// One axis of a panel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Quantity with its unit.
+    pub label: String,
+    /// Linear or logarithmic.
+    pub scale: Scale,
+    /// The interval shown.
+    pub range: Range,
+}
+
+impl Axis {
+    /// A linear axis that shows everything.
+    pub fn linear(label: impl Into<String>) -> Self {
+        Axis { label: label.into(), scale: Scale::Linear, range: Range::Auto }
+    }
+
+    /// A logarithmic axis that shows everything.
+    pub fn log10(label: impl Into<String>) -> Self {
+        Axis { label: label.into(), scale: Scale::Log10, range: Range::Auto }
+    }
+
+    /// Shows `low` to `high` only.
+    pub fn range(mut self, low: f64, high: f64) -> Self {
+        self.range = Range::Fixed(low, high);
+        self
+    }
+}
+
+/// How the points of a series become a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// Straight lines from point to point.
+    Line,
+    /// A sign at every point.
+    Markers,
+    /// Both; of more than 60 points only some get a sign.
+    LineMarkers,
+    /// Every value is held until the next point.
+    Steps,
+}
+
+/// Points that belong together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// What the legend says; series of one label share an entry, an empty label has none.
+    pub label: String,
+    /// Points (x, y). NaN breaks the line; y = +∞ is drawn in a band above the axis.
+    pub points: Vec<(f64, f64)>,
+    /// Colour, dash, width and marker.
+    pub style: SeriesStyle,
+    /// Line, markers, both, or steps.
+    pub mode: Mode,
+}
+
+impl Series {
+    /// A series drawn as a line.
+    pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: SeriesStyle) -> Self {
+        Series { label: label.into(), points, style, mode: Mode::Line }
+    }
+
+    /// Draws it another way.
+    pub fn mode(mut self, mode: Mode) -> Self {
+        self.mode = mode;
+        self
+    }
+}
+
+/// A line that is not data.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Guide {
+    /// A dashed line at a value of x, with a label at its upper end.
+    Vertical {
+        /// Where.
+        x: f64,
+        /// What it marks; may be empty.
+        label: String,
+    },
+    /// A dashed line at a value of y, with a label at its right end.
+    Horizontal {
+        /// Where.
+        y: f64,
+        /// What it marks; may be empty.
+        label: String,
+    },
+    /// The triangle under y = y₀ (x/x₀)^order from x₀ to x₁, for two logarithmic axes.
+    Slope {
+        /// Order, written beside the vertical leg.
+        order: f64,
+        /// Corner (x₀, y₀) of the hypotenuse.
+        from: (f64, f64),
+        /// x₁, either side of x₀.
+        to_x: f64,
+    },
+}
+
+/// A remark inside a panel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Note {
+    /// One line of text.
+    pub text: String,
+    /// Position as fractions of the panel's width and height from its lower left corner; it also sets the alignment:
+    /// a note in the right third ends there, one in the left third starts there.
+    pub at: (f64, f64),
+}
+
+/// A magnified part of a panel, drawn inside it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inset {
+    /// Interval of x it shows.
+    pub x: (f64, f64),
+    /// Interval of y it shows.
+    pub y: (f64, f64),
+    /// Left, bottom, width, height of its frame as fractions of the panel. Leave room for its labels left and below.
+    pub place: [f64; 4],
+}
+
+/// One pair of axes with what is plotted on them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// Heading, for example "(a) actuator force". May be empty.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Series, the first at the back.
+    pub series: Vec<Series>,
+    /// Reference lines and slopes.
+    pub guides: Vec<Guide>,
+    /// Remarks.
+    pub notes: Vec<Note>,
+    /// A magnified part.
+    pub inset: Option<Inset>,
+}
+
+impl Panel {
+    /// An empty panel.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
+        let (series, guides, notes) = (Vec::new(), Vec::new(), Vec::new());
+        Panel { title: title.into(), x, y, series, guides, notes, inset: None }
+    }
+
+    /// Adds a series in front of those already there.
+    pub fn series(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// Adds a reference line or slope.
+    pub fn guide(mut self, guide: Guide) -> Self {
+        self.guides.push(guide);
+        self
+    }
+
+    /// Adds a remark; see [`Note::at`].
+    pub fn note(mut self, text: impl Into<String>, at: (f64, f64)) -> Self {
+        self.notes.push(Note { text: text.into(), at });
+        self
+    }
+
+    /// Adds a magnified part.
+    pub fn inset(mut self, inset: Inset) -> Self {
+        self.inset = Some(inset);
+        self
+    }
+}
+
+/// Where the legend shared by all panels stands; never over the data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LegendPlace {
+    /// Below the panels, in centred rows.
+    Below,
+    /// Right of the panels, one entry per row.
+    Right,
+    /// Nowhere.
+    None,
+}
+
+/// A whole figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Width, px.
+    pub width: f64,
+    /// Height, px.
+    pub height: f64,
+    /// Panels per row.
+    pub columns: usize,
+    /// Where the legend stands.
+    pub legend: LegendPlace,
+    /// Panels, row by row.
+    pub panels: Vec<Panel>,
+}
+
+impl Figure {
+    /// A figure without panels, two per row, with the legend below.
+    pub fn new(width: f64, height: f64) -> Self {
+        Figure { width, height, columns: 2, legend: LegendPlace::Below, panels: Vec::new() }
+    }
+
+    /// Sets the panels per row; one stacks them.
+    pub fn columns(mut self, columns: usize) -> Self {
+        self.columns = columns;
+        self
+    }
+
+    /// Moves the legend.
+    pub fn legend(mut self, place: LegendPlace) -> Self {
+        self.legend = place;
+        self
+    }
+
+    /// Adds a panel.
+    pub fn panel(mut self, panel: Panel) -> Self {
+        self.panels.push(panel);
+        self
+    }
+}

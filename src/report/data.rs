@@ -1,0 +1,195 @@
+//! Draws the points of a series inside a frame: clipped, broken at NaN, with infinite values in a band above.
+
+use super::chart::{Mode, Series};
+use super::clip::{self, Rect};
+use super::drawing::{Drawing, Point, Stroke};
+use super::marker;
+use super::scale::AxisMap;
+
+/// Height of the band for infinite values above an axis, px.
+pub const BAND: f64 = 28.0;
+/// Half size of a marker, px.
+pub const MARKER: f64 = 3.6;
+/// Least distance of the triangles in the band, px.
+const TRIANGLE_DISTANCE: f64 = 15.0;
+/// Beyond this many points a line's markers are thinned to one per …
+const MANY: usize = 60;
+/// … this distance, px.
+const MARKER_DISTANCE: f64 = 40.0;
+
+/// A plotting area with its axes.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame {
+    /// Where values inside the axes' intervals lie.
+    pub area: Rect,
+    /// Whether a band for infinite values is kept free above the area.
+    pub band: bool,
+    /// Horizontal axis.
+    pub x: AxisMap,
+    /// Vertical axis.
+    pub y: AxisMap,
+}
+
+/// A point on the page.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Vertex {
+    at: Point,
+    /// Its value is infinite, it lies in the band.
+    beyond: bool,
+}
+
+impl Frame {
+    /// The area together with the band.
+    pub fn whole(&self) -> Rect {
+        Rect { top: self.area.top - if self.band { BAND } else { 0.0 }, ..self.area }
+    }
+
+    /// Height at which infinite values are drawn.
+    pub fn beyond(&self) -> f64 {
+        self.area.top - 0.5 * BAND
+    }
+
+    fn vertex(&self, (x, y): (f64, f64)) -> Option<Vertex> {
+        let across = self.x.position(x)?;
+        if y == f64::INFINITY && self.band {
+            return Some(Vertex { at: (across, self.beyond()), beyond: true });
+        }
+        Some(Vertex { at: (across, self.y.position(y)?), beyond: false })
+    }
+
+    /// Pieces of the series between its breaks.
+    fn runs(&self, points: &[(f64, f64)]) -> Vec<Vec<Vertex>> {
+        let mut runs = vec![Vec::new()];
+        for &point in points {
+            match (self.vertex(point), runs.last_mut()) {
+                (Some(vertex), Some(run)) => run.push(vertex),
+                _ => runs.push(Vec::new()),
+            }
+        }
+        runs.retain(|run| !run.is_empty());
+        runs
+    }
+}
+
+/// Draws one series.
+pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series) {
+    let style = &series.style;
+    let runs = frame.runs(&series.points);
+    if series.mode != Mode::Markers {
+        let stroke = Stroke { color: style.color, width: style.width, dash: style.dash };
+        for run in &runs {
+            let path = thinned(if series.mode == Mode::Steps { stepped(run) } else { run.clone() });
+            let points: Vec<Point> = path.iter().map(|vertex| vertex.at).collect();
+            let clip_to = |k: usize| if path[k].beyond || path[k + 1].beyond { frame.whole() } else { frame.area };
+            for piece in clip::polyline(&points, clip_to) {
+                drawing.line(piece, stroke);
+            }
+        }
+    }
+    let signs = matches!(series.mode, Mode::Markers | Mode::LineMarkers);
+    let apart = if series.mode == Mode::LineMarkers && series.points.len() > MANY { MARKER_DISTANCE } else { 0.0 };
+    let (mut last_sign, mut last_triangle) = (None, None);
+    for vertex in runs.iter().flatten() {
+        if vertex.beyond && (frame.area.left..=frame.area.right).contains(&vertex.at.0) {
+            if far_enough(&mut last_triangle, vertex.at, TRIANGLE_DISTANCE) {
+                marker::draw_beyond(drawing, vertex.at, MARKER + 0.6, style.color);
+            }
+        } else if signs && frame.area.contains(vertex.at) && far_enough(&mut last_sign, vertex.at, apart) {
+            marker::draw(drawing, style.marker, vertex.at, MARKER, style.color);
+        }
+    }
+}
+
+fn far_enough(last: &mut Option<Point>, at: Point, distance: f64) -> bool {
+    let far = last.is_none_or(|before| (at.0 - before.0).hypot(at.1 - before.1) >= distance);
+    if far {
+        *last = Some(at);
+    }
+    far
+}
+
+/// Holds every value until the next point.
+fn stepped(run: &[Vertex]) -> Vec<Vertex> {
+    let corner = |pair: &[Vertex]| Vertex { at: (pair[1].at.0, pair[0].at.1), beyond: pair[0].beyond };
+    let held = run.windows(2).flat_map(|pair| [pair[0], corner(pair)]);
+    held.chain(run.last().copied()).collect()
+}
+
+/// Keeps of the points within half a px column only the first, lowest, highest and last: the picture stays the same.
+fn thinned(run: Vec<Vertex>) -> Vec<Vertex> {
+    let column = |vertex: &Vertex| (2.0 * vertex.at.0).floor();
+    let mut kept = Vec::new();
+    for group in run.chunk_by(|a, b| column(a) == column(b) && a.beyond == b.beyond) {
+        let by_height = |a: &usize, b: &usize| group[*a].at.1.total_cmp(&group[*b].at.1);
+        let highest = (0..group.len()).min_by(by_height).unwrap_or(0);
+        let lowest = (0..group.len()).max_by(by_height).unwrap_or(0);
+        let mut chosen = [0, highest, lowest, group.len() - 1];
+        chosen.sort_unstable();
+        kept.extend(chosen.chunk_by(|a, b| a == b).map(|same| group[same[0]]));
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::chart::Scale;
+    use super::super::drawing::Shape;
+    use super::super::style::style_of;
+    use super::*;
+
+    fn frame() -> Frame {
+        Frame {
+            area: Rect { left: 0.0, top: 50.0, right: 100.0, bottom: 150.0 },
+            band: true,
+            x: AxisMap { scale: Scale::Linear, low: 0.0, high: 10.0, start: 0.0, end: 100.0 },
+            y: AxisMap { scale: Scale::Log10, low: 1.0, high: 100.0, start: 150.0, end: 50.0 },
+        }
+    }
+
+    fn lines(points: &[(f64, f64)]) -> Vec<Vec<Point>> {
+        let mut drawing = Drawing::new(100.0, 200.0);
+        draw(&mut drawing, &frame(), &Series::new("m", points.to_vec(), style_of("rim-smooth")));
+        let open = |shape: Shape| match shape {
+            Shape::Path { points, closed: false, .. } => Some(points),
+            _ => None,
+        };
+        drawing.shapes.into_iter().filter_map(open).collect()
+    }
+
+    #[test]
+    fn nan_breaks_the_line() {
+        let broken = lines(&[(0.0, 10.0), (1.0, 10.0), (2.0, f64::NAN), (3.0, 10.0), (4.0, 10.0)]);
+        assert_eq!(broken, [[(0.0, 100.0), (10.0, 100.0)], [(30.0, 100.0), (40.0, 100.0)]]);
+    }
+
+    #[test]
+    fn an_infinite_value_is_drawn_in_the_band_with_a_triangle() {
+        let points = vec![(1.0, 10.0), (2.0, f64::INFINITY), (3.0, 10.0)];
+        assert_eq!(lines(&points), [[(10.0, 100.0), (20.0, 50.0 - 0.5 * BAND), (30.0, 100.0)]]);
+        let mut drawing = Drawing::new(100.0, 200.0);
+        draw(&mut drawing, &frame(), &Series::new("m", points, style_of("rim-smooth")));
+        let triangle = drawing.shapes.iter().filter(|s| matches!(s, Shape::Path { closed: true, .. })).count();
+        assert_eq!(triangle, 1);
+    }
+
+    #[test]
+    fn a_finite_value_above_the_axis_is_cut_below_the_band() {
+        let cut = lines(&[(0.0, 10.0), (2.0, 1.0e9)]);
+        assert_eq!(cut[0].last().map(|point| point.1), Some(50.0));
+    }
+
+    #[test]
+    fn thinning_keeps_the_spike() {
+        let points: Vec<_> = (0..20_000).map(|k| (f64::from(k) * 5e-4, if k == 7001 { 90.0 } else { 2.0 })).collect();
+        let drawn = &lines(&points)[0];
+        assert!(drawn.len() < 1000, "{} points", drawn.len());
+        let peak = frame().y.position(90.0).expect("inside");
+        assert!(drawn.iter().any(|point| point.1 == peak));
+    }
+
+    #[test]
+    fn steps_hold_the_earlier_value() {
+        let vertex = |x, y| Vertex { at: (x, y), beyond: false };
+        assert_eq!(stepped(&[vertex(0.0, 1.0), vertex(2.0, 5.0)])[1], vertex(2.0, 1.0));
+    }
+}

@@ -1,0 +1,222 @@
+//! The display list every figure ends in: filled and stroked paths and lines of text on a white page.
+//!
+//! Lengths are pixels of the SVG (96 per inch), x to the right, y downwards, as floats: a curve keeps its sub-pixel
+//! shape. `svg` and `raster` turn the same list into the same picture. All colours are opaque; a
+//! lighter one is mixed with white beforehand, so that grey-scale printing and old viewers agree.
+
+use super::font;
+
+/// A position on the page, px.
+pub type Point = (f64, f64);
+
+/// An opaque sRGB colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Color(pub u8, pub u8, pub u8);
+
+impl Color {
+    /// Paper.
+    pub const WHITE: Color = Color(255, 255, 255);
+    /// Text.
+    pub const INK: Color = Color(0x22, 0x26, 0x2B);
+    /// Secondary text, frames and ticks.
+    pub const SOFT_INK: Color = Color(0x5B, 0x62, 0x6A);
+    /// Grid lines.
+    pub const GRID: Color = Color(0xE4, 0xE7, 0xEA);
+
+    /// Mixes `share` ∈ [0, 1] of `other` into this colour.
+    pub fn mix(self, other: Color, share: f64) -> Color {
+        let part = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * share).round() as u8;
+        Color(part(self.0, other.0), part(self.1, other.1), part(self.2, other.2))
+    }
+
+    /// Relative luminance in [0, 1], to choose a legible colour on top of this one.
+    pub fn luminance(self) -> f64 {
+        (0.299 * f64::from(self.0) + 0.587 * f64::from(self.1) + 0.114 * f64::from(self.2)) / 255.0
+    }
+}
+
+/// Lengths of dashes and gaps in px; empty for a solid line.
+pub type Dash = &'static [f64];
+
+/// How a path is outlined.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// Colour of the line.
+    pub color: Color,
+    /// Width, px.
+    pub width: f64,
+    /// Dash pattern.
+    pub dash: Dash,
+}
+
+impl Stroke {
+    /// A solid line.
+    pub fn solid(color: Color, width: f64) -> Self {
+        Stroke { color, width, dash: &[] }
+    }
+}
+
+/// Which point of a text sits at its position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    /// The first letter.
+    Start,
+    /// The middle.
+    Middle,
+    /// The last letter.
+    End,
+}
+
+/// Weight of the letters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weight {
+    /// Ordinary text.
+    Regular,
+    /// Titles.
+    Bold,
+}
+
+/// One line of text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Text {
+    /// Position of the anchor, on the baseline.
+    pub at: Point,
+    /// The letters.
+    pub content: String,
+    /// Font size (em), px.
+    pub size: f64,
+    /// Colour of the letters.
+    pub color: Color,
+    /// Weight of the letters.
+    pub weight: Weight,
+    /// Horizontal alignment.
+    pub anchor: Anchor,
+    /// Reads upwards, as the label of a y axis does.
+    pub upwards: bool,
+}
+
+impl Text {
+    /// A line of regular ink starting at `at`; change it with the methods below.
+    pub fn new(content: impl Into<String>, at: Point, size: f64) -> Self {
+        let (weight, anchor) = (Weight::Regular, Anchor::Start);
+        Text { at, content: content.into(), size, color: Color::INK, weight, anchor, upwards: false }
+    }
+
+    /// Sets the alignment.
+    pub fn anchored(mut self, anchor: Anchor) -> Self {
+        self.anchor = anchor;
+        self
+    }
+
+    /// Sets the colour.
+    pub fn colored(mut self, color: Color) -> Self {
+        self.color = color;
+        self
+    }
+
+    /// Makes it semi-bold.
+    pub fn bold(mut self) -> Self {
+        self.weight = Weight::Bold;
+        self
+    }
+
+    /// Moves the baseline so that capitals are centred on the given position.
+    pub fn centred(mut self) -> Self {
+        let shift = 0.5 * font::CAP_HEIGHT * self.size;
+        if self.upwards {
+            self.at.0 += shift
+        } else {
+            self.at.1 += shift
+        }
+        self
+    }
+
+    /// Turns it by 90° to read upwards.
+    pub fn upwards(mut self) -> Self {
+        self.upwards = true;
+        self
+    }
+
+    /// Width in px.
+    pub fn width(&self) -> f64 {
+        font::width(&self.content, self.size, self.weight)
+    }
+
+    /// Distance from the first letter to the anchor.
+    pub fn lead(&self) -> f64 {
+        match self.anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => 0.5 * self.width(),
+            Anchor::End => self.width(),
+        }
+    }
+}
+
+/// One element of a drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A polyline or polygon.
+    Path {
+        /// Corners.
+        points: Vec<Point>,
+        /// Whether the last corner joins the first.
+        closed: bool,
+        /// Colour of the interior.
+        fill: Option<Color>,
+        /// Outline.
+        stroke: Option<Stroke>,
+    },
+    /// A line of text.
+    Text(Text),
+}
+
+/// A page with everything on it, back to front.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawing {
+    /// Width, px.
+    pub width: f64,
+    /// Height, px.
+    pub height: f64,
+    /// What a screen reader says; the SVG's title. May be empty.
+    pub title: String,
+    /// Shapes, back to front.
+    pub shapes: Vec<Shape>,
+}
+
+impl Drawing {
+    /// Starts an empty white page.
+    pub fn new(width: f64, height: f64) -> Self {
+        Drawing { width, height, title: String::new(), shapes: Vec::new() }
+    }
+
+    /// Adds an open line. Fewer than two points add nothing.
+    pub fn line(&mut self, points: Vec<Point>, stroke: Stroke) {
+        if points.len() > 1 {
+            self.shapes.push(Shape::Path { points, closed: false, fill: None, stroke: Some(stroke) });
+        }
+    }
+
+    /// Adds a closed area.
+    pub fn area(&mut self, points: Vec<Point>, fill: Option<Color>, stroke: Option<Stroke>) {
+        if points.len() > 2 {
+            self.shapes.push(Shape::Path { points, closed: true, fill, stroke });
+        }
+    }
+
+    /// Adds a disc of the given centre and radius.
+    pub fn disc(&mut self, centre: Point, radius: f64, fill: Option<Color>, stroke: Option<Stroke>) {
+        let corners = (8.0 + 6.0 * radius.max(0.0).sqrt()).ceil();
+        let corner = |k: usize| {
+            let angle = std::f64::consts::TAU * k as f64 / corners;
+            (centre.0 + radius * angle.cos(), centre.1 + radius * angle.sin())
+        };
+        self.area((0..corners as usize).map(corner).collect(), fill, stroke);
+    }
+
+    /// Adds a line of text.
+    pub fn text(&mut self, text: Text) {
+        if !text.content.is_empty() {
+            self.shapes.push(Shape::Text(text));
+        }
+    }
+}

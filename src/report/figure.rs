@@ -1,0 +1,74 @@
+//! Lays the panels of a figure out in a grid and draws them.
+
+use super::chart::{Figure, LegendPlace, Panel};
+use super::clip::Rect;
+use super::drawing::Drawing;
+use super::legend::Legend;
+use super::panel::{self, BELOW, Prepared, TITLE_SIZE};
+
+const MARGIN: f64 = 14.0;
+const RIGHT_OF_PANEL: f64 = 14.0;
+const BETWEEN_COLUMNS: f64 = 16.0;
+const BETWEEN_ROWS: f64 = 12.0;
+const BEFORE_LEGEND: f64 = 6.0;
+
+impl Figure {
+    /// Draws the figure. Plotting areas of one column have equal edges, all areas equal sizes.
+    pub fn draw(&self) -> Drawing {
+        let mut drawing = Drawing::new(self.width, self.height);
+        drawing.title = self.panels.iter().map(|panel| panel.title.as_str()).collect::<Vec<_>>().join("; ");
+        if self.panels.is_empty() {
+            return drawing;
+        }
+        let columns = self.columns.clamp(1, self.panels.len());
+        let rows = self.panels.len().div_ceil(columns);
+        let infinite = self.panels.iter().any(|panel| Prepared::new(panel, self.height).band());
+        let legend = Legend::of(&self.panels, infinite);
+
+        let inner = self.width - 2.0 * MARGIN;
+        let (legend_right, legend_below) = match self.legend {
+            LegendPlace::Below => (0.0, legend.rows_height(inner)),
+            LegendPlace::Right => (legend.column_width() + BETWEEN_COLUMNS, 0.0),
+            LegendPlace::None => (0.0, 0.0),
+        };
+        let below = if legend_below > 0.0 { legend_below + BEFORE_LEGEND } else { 0.0 };
+
+        let titled = |row: &[Panel]| row.iter().any(|panel| !panel.title.is_empty());
+        let above: Vec<f64> =
+            self.panels.chunks(columns).map(|row| if titled(row) { TITLE_SIZE + 12.0 } else { 8.0 }).collect();
+        let taken = above.iter().sum::<f64>() + rows as f64 * BELOW + (rows - 1) as f64 * BETWEEN_ROWS;
+        let height = (self.height - 2.0 * MARGIN + 6.0 - below - taken) / rows as f64;
+
+        let prepared: Vec<Prepared<'_>> = self.panels.iter().map(|panel| Prepared::new(panel, height)).collect();
+        let left_of =
+            |column: usize| prepared.iter().skip(column).step_by(columns).map(Prepared::left).fold(0.0, f64::max);
+        let lefts: Vec<f64> = (0..columns).map(left_of).collect();
+        let beside = lefts.iter().sum::<f64>()
+            + columns as f64 * RIGHT_OF_PANEL
+            + (columns - 1) as f64 * BETWEEN_COLUMNS
+            + legend_right;
+        let width = (inner - beside) / columns as f64;
+
+        for (index, panel) in prepared.iter().enumerate() {
+            let (row, column) = (index / columns, index % columns);
+            let left = MARGIN
+                + lefts[..=column].iter().sum::<f64>()
+                + column as f64 * (width + RIGHT_OF_PANEL + BETWEEN_COLUMNS);
+            let top = MARGIN - 6.0 + above[..=row].iter().sum::<f64>() + row as f64 * (height + BELOW + BETWEEN_ROWS);
+            let place = Rect { left, top, right: left + width, bottom: top + height };
+            let [left, top, right, bottom] = [place.left, place.top, place.right, place.bottom].map(panel::crisp);
+            panel.draw(&mut drawing, Rect { left, top, right, bottom });
+        }
+        match self.legend {
+            LegendPlace::Below => {
+                legend.draw_rows(&mut drawing, MARGIN, self.height - MARGIN + 4.0 - legend_below, inner);
+            }
+            LegendPlace::Right => {
+                let left = self.width - MARGIN - legend.column_width();
+                legend.draw_column(&mut drawing, left, MARGIN - 6.0 + above[0]);
+            }
+            LegendPlace::None => {}
+        }
+        drawing
+    }
+}

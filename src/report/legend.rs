@@ -1,0 +1,123 @@
+//! The legend shared by all panels: one entry per label, beside the data and never over it.
+
+use super::chart::{Mode, Panel};
+use super::data::MARKER;
+use super::drawing::{Color, Drawing, Stroke, Text, Weight};
+use super::style::SeriesStyle;
+use super::{font, marker};
+
+/// Size of the entries, px.
+const SIZE: f64 = 12.0;
+/// Height of a row, px.
+pub const ROW: f64 = 20.0;
+const SAMPLE: f64 = 34.0;
+const GAP: f64 = 7.0;
+const BETWEEN: f64 = 24.0;
+
+/// What stands before an entry.
+enum Sample {
+    Series { style: SeriesStyle, line: bool, sign: bool },
+    Infinite,
+}
+
+/// The entries of a figure.
+pub struct Legend {
+    entries: Vec<(Sample, String)>,
+}
+
+impl Legend {
+    /// Collects one entry per label, in order of appearance, and one for the triangle of infinite values if needed.
+    pub fn of(panels: &[Panel], infinite: bool) -> Self {
+        let mut entries: Vec<(Sample, String)> = Vec::new();
+        for series in panels.iter().flat_map(|panel| &panel.series) {
+            let known = entries.iter().any(|(_, label)| *label == series.label);
+            if !known && !series.label.is_empty() {
+                let sign = matches!(series.mode, Mode::Markers | Mode::LineMarkers);
+                let sample = Sample::Series { style: series.style, line: series.mode != Mode::Markers, sign };
+                entries.push((sample, series.label.clone()));
+            }
+        }
+        if infinite && !entries.is_empty() {
+            entries.push((Sample::Infinite, "infinite".to_owned()));
+        }
+        Legend { entries }
+    }
+
+    /// Width as a single column, px.
+    pub fn column_width(&self) -> f64 {
+        self.entries.iter().map(width).fold(0.0, f64::max)
+    }
+
+    /// Height as centred rows within a width, px; zero without entries.
+    pub fn rows_height(&self, available: f64) -> f64 {
+        self.rows(available).len() as f64 * ROW
+    }
+
+    /// Draws it as centred rows, the first row's upper edge at `top`.
+    pub fn draw_rows(&self, drawing: &mut Drawing, left: f64, top: f64, available: f64) {
+        for (index, row) in self.rows(available).into_iter().enumerate() {
+            let length: f64 = row.iter().map(|entry| width(entry)).sum::<f64>() + BETWEEN * (row.len() - 1) as f64;
+            let mut x = left + 0.5 * (available - length).max(0.0);
+            for entry in row {
+                draw_entry(drawing, entry, x, top + (index as f64 + 0.5) * ROW);
+                x += width(entry) + BETWEEN;
+            }
+        }
+    }
+
+    /// Draws it as a column.
+    pub fn draw_column(&self, drawing: &mut Drawing, left: f64, top: f64) {
+        for (index, entry) in self.entries.iter().enumerate() {
+            draw_entry(drawing, entry, left, top + (index as f64 + 0.5) * ROW);
+        }
+    }
+
+    /// Breaks the entries into rows of about equal length.
+    fn rows(&self, available: f64) -> Vec<Vec<&(Sample, String)>> {
+        let fill = |limit: f64| {
+            let (mut rows, mut length) = (Vec::<Vec<_>>::new(), f64::INFINITY);
+            for entry in &self.entries {
+                length += BETWEEN + width(entry);
+                match rows.last_mut() {
+                    Some(row) if length <= limit => row.push(entry),
+                    _ => {
+                        rows.push(vec![entry]);
+                        length = width(entry);
+                    }
+                }
+            }
+            rows
+        };
+        let fewest = fill(available).len();
+        let narrower = (1..=20).map(|k| available * f64::from(k) / 20.0);
+        narrower.map(fill).find(|rows| rows.len() <= fewest).unwrap_or_default()
+    }
+}
+
+fn width((sample, label): &(Sample, String)) -> f64 {
+    let sign = match sample {
+        Sample::Series { .. } => SAMPLE,
+        Sample::Infinite => 2.0 * MARKER,
+    };
+    sign + GAP + font::width(label, SIZE, Weight::Regular)
+}
+
+fn draw_entry(drawing: &mut Drawing, (sample, label): &(Sample, String), left: f64, y: f64) {
+    let end = match sample {
+        Sample::Series { style, line, sign } => {
+            if *line {
+                let stroke = Stroke { color: style.color, width: style.width, dash: style.dash };
+                drawing.line(vec![(left, y), (left + SAMPLE, y)], stroke);
+            }
+            if *sign {
+                marker::draw(drawing, style.marker, (left + 0.5 * SAMPLE, y), MARKER, style.color);
+            }
+            left + SAMPLE
+        }
+        Sample::Infinite => {
+            marker::draw_beyond(drawing, (left + MARKER, y + 0.5), MARKER + 0.6, Color::SOFT_INK);
+            left + 2.0 * MARKER
+        }
+    };
+    drawing.text(Text::new(label, (end + GAP, y), SIZE).centred());
+}

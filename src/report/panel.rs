@@ -1,0 +1,181 @@
+//! Draws one panel: grid, axes with ticks and labels, data, guides, notes, inset.
+
+use super::chart::{Guide, Panel, Scale};
+use super::clip::Rect;
+use super::data::{self, BAND, Frame};
+use super::drawing::{Anchor, Color, Drawing, Stroke, Text, Weight};
+use super::guides;
+use super::scale::{AxisMap, interval};
+use super::ticks::{Ticks, power_of_ten};
+use super::{font, inset};
+
+/// Size of tick labels, px.
+pub const TICK_SIZE: f64 = 11.0;
+/// Size of axis labels, px.
+pub const LABEL_SIZE: f64 = 12.0;
+/// Size of panel titles, px.
+pub const TITLE_SIZE: f64 = 13.0;
+/// Room below the plotting area for tick labels and the axis label, px.
+pub const BELOW: f64 = 42.0;
+
+/// Length of a tick, px.
+pub const TICK: f64 = 4.0;
+const AXIS: Stroke = Stroke { color: Color::SOFT_INK, width: 1.0, dash: &[] };
+const GRID: Stroke = Stroke { color: Color::GRID, width: 1.0, dash: &[] };
+
+/// A panel whose intervals and vertical ticks are settled, before its place is.
+pub struct Prepared<'a> {
+    panel: &'a Panel,
+    x: (f64, f64),
+    y: (f64, f64),
+    y_ticks: Ticks,
+    band: bool,
+}
+
+impl<'a> Prepared<'a> {
+    /// Settles intervals and vertical ticks for a given height of the plotting area (band included).
+    pub fn new(panel: &'a Panel, height: f64) -> Self {
+        let (x, y) = intervals(panel);
+        let band = panel.series.iter().flat_map(|s| &s.points).any(|p| p.1 == f64::INFINITY && !p.0.is_nan());
+        let height = height - if band { BAND } else { 0.0 };
+        let map = AxisMap { scale: panel.y.scale, low: y.0, high: y.1, start: 0.0, end: 1.0 };
+        let y_ticks = map.ticks((height / 38.0) as usize);
+        Prepared { panel, x, y, y_ticks, band }
+    }
+
+    /// Whether infinite values are shown.
+    pub fn band(&self) -> bool {
+        self.band
+    }
+
+    /// Room needed left of the plotting area for tick labels and the axis label, px.
+    pub fn left(&self) -> f64 {
+        let widest = self.y_ticks.ticks.iter().map(|tick| label_width(&tick.label)).fold(0.0, f64::max);
+        let exponent = label_width(&times(self.y_ticks.exponent));
+        widest.max(exponent) + TICK + 5.0 + if self.panel.y.label.is_empty() { 0.0 } else { LABEL_SIZE + 10.0 }
+    }
+
+    /// Draws the panel into its plotting area (band included).
+    pub fn draw(&self, drawing: &mut Drawing, place: Rect) {
+        let panel = self.panel;
+        let area = Rect { top: place.top + if self.band { BAND } else { 0.0 }, ..place };
+        let frame = Frame {
+            area,
+            band: self.band,
+            x: AxisMap { scale: panel.x.scale, low: self.x.0, high: self.x.1, start: area.left, end: area.right },
+            y: AxisMap { scale: panel.y.scale, low: self.y.0, high: self.y.1, start: area.bottom, end: area.top },
+        };
+        let x_ticks = fitting_ticks(&frame.x);
+        axes(drawing, &frame, &x_ticks, &self.y_ticks);
+        for guide in &panel.guides {
+            guides::draw(drawing, &frame, guide);
+        }
+        for series in &panel.series {
+            data::draw(drawing, &frame, series);
+        }
+        for guide in &panel.guides {
+            guides::label(drawing, &frame, guide);
+        }
+        for note in &panel.notes {
+            guides::note(drawing, &frame, note);
+        }
+        if let Some(inset) = &panel.inset {
+            inset::draw(drawing, &frame, panel, inset);
+        }
+        self.labels(drawing, &frame, &x_ticks);
+    }
+
+    fn labels(&self, drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks) {
+        let (panel, whole) = (self.panel, frame.whole());
+        drawing.text(Text::new(&panel.title, (whole.left, whole.top - 9.0), TITLE_SIZE).bold());
+        let (middle, centre) = whole.centre();
+        let x_label = Text::new(&panel.x.label, (middle, whole.bottom + BELOW - 7.0), LABEL_SIZE);
+        drawing.text(x_label.anchored(Anchor::Middle));
+        let y_label = Text::new(&panel.y.label, (whole.left - self.left() + 0.5 * LABEL_SIZE, centre), LABEL_SIZE);
+        drawing.text(y_label.anchored(Anchor::Middle).upwards().centred());
+        let small = |text: Text| text.anchored(Anchor::End).colored(Color::SOFT_INK);
+        let exponent = Text::new(times(self.y_ticks.exponent), (whole.left - TICK - 4.0, whole.top - 9.0), TICK_SIZE);
+        drawing.text(small(exponent));
+        let exponent = Text::new(times(x_ticks.exponent), (whole.right, whole.bottom + BELOW - 7.0), TICK_SIZE);
+        drawing.text(small(exponent));
+    }
+}
+
+fn intervals(panel: &Panel) -> ((f64, f64), (f64, f64)) {
+    let slopes = panel.guides.iter().filter_map(|guide| match guide {
+        Guide::Slope { order, from, to_x } => Some([*from, (*to_x, from.1 * (to_x / from.0).powf(*order))]),
+        _ => None,
+    });
+    let extra: Vec<(f64, f64)> = slopes.flatten().collect();
+    let points = || panel.series.iter().flat_map(|series| &series.points).chain(&extra).copied();
+    let tight = panel.x.scale == Scale::Linear;
+    let x = interval(&panel.x, points().map(|p| p.0), if tight { 0.0 } else { 0.05 });
+    // What a fixed x interval hides does not widen y.
+    let seen = points().filter(|p| (x.0..=x.1).contains(&p.0));
+    (x, interval(&panel.y, seen.map(|p| p.1), 0.05))
+}
+
+/// Draws the background, grid, axes and tick labels of a frame.
+pub fn axes(drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks, y_ticks: &Ticks) {
+    let (area, whole) = (&frame.area, frame.whole());
+    drawing.area(whole.corners(), Some(Color::WHITE), None);
+    let label = |content: &str, at, anchor| {
+        Text::new(content, at, TICK_SIZE).colored(Color::SOFT_INK).anchored(anchor).centred()
+    };
+    for tick in &x_ticks.ticks {
+        let Some(x) = frame.x.position(tick.value).map(crisp) else { continue };
+        if tick.label.is_empty() {
+            drawing.line(vec![(x, area.bottom), (x, area.bottom + 0.6 * TICK)], AXIS);
+        } else {
+            drawing.line(vec![(x, area.bottom), (x, whole.top)], GRID);
+            drawing.line(vec![(x, area.bottom), (x, area.bottom + TICK)], AXIS);
+            drawing.text(label(&tick.label, (x, area.bottom + TICK + 9.0), Anchor::Middle));
+        }
+    }
+    for tick in &y_ticks.ticks {
+        let Some(y) = frame.y.position(tick.value).map(crisp) else { continue };
+        if tick.label.is_empty() {
+            drawing.line(vec![(area.left - 0.6 * TICK, y), (area.left, y)], AXIS);
+        } else {
+            drawing.line(vec![(area.left, y), (area.right, y)], GRID);
+            drawing.line(vec![(area.left - TICK, y), (area.left, y)], AXIS);
+            drawing.text(label(&tick.label, (area.left - TICK - 4.0, y), Anchor::End));
+        }
+    }
+    drawing.line(vec![(whole.left, whole.top), (whole.right, whole.top), (whole.right, whole.bottom)], GRID);
+    if frame.band {
+        let edge = Stroke { dash: &[1.5, 2.5], ..AXIS };
+        drawing.line(vec![(area.left, area.top), (area.right, area.top)], edge);
+        drawing.line(vec![(area.left - TICK, frame.beyond()), (area.left, frame.beyond())], AXIS);
+        drawing.text(Text { size: 14.0, ..label("∞", (area.left - TICK - 4.0, frame.beyond() + 0.6), Anchor::End) });
+    }
+    drawing.line(vec![(whole.left, whole.top), (whole.left, whole.bottom), (whole.right, whole.bottom)], AXIS);
+}
+
+/// Chooses as many ticks as have labels that do not touch.
+pub fn fitting_ticks(map: &AxisMap) -> Ticks {
+    let length = (map.end - map.start).abs();
+    let fits = |ticks: &Ticks| {
+        let labelled = ticks.ticks.iter().filter(|tick| !tick.label.is_empty());
+        let spans = labelled.filter_map(|tick| Some((map.position(tick.value)?, label_width(&tick.label))));
+        let spans: Vec<(f64, f64)> = spans.collect();
+        spans.windows(2).all(|pair| (pair[1].0 - pair[0].0).abs() >= 0.5 * (pair[0].1 + pair[1].1) + 9.0)
+    };
+    let most = (length / 34.0).max(2.0) as usize;
+    let choices = (2..=most).rev().map(|count| map.ticks(count));
+    choices.into_iter().find(fits).unwrap_or_else(|| map.ticks(2))
+}
+
+/// Width of a tick label, px.
+pub fn label_width(label: &str) -> f64 {
+    font::width(label, TICK_SIZE, Weight::Regular)
+}
+
+fn times(exponent: i32) -> String {
+    if exponent == 0 { String::new() } else { format!("×{}", power_of_ten(exponent)) }
+}
+
+/// Moves a hairline onto whole pixels.
+pub fn crisp(position: f64) -> f64 {
+    position.floor() + 0.5
+}
