@@ -10,6 +10,8 @@
 //! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
 //! | `figure`, `panel`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker`, `hatch` | value to position, round numbers, edges, signs, shading |
+//! | [`heatmap`] | stability maps: scheme × step size |
+//! | [`manoeuvre`], `wedge_box` | the wedge box at a row of instants |
 //! | [`drawing`] | the display list: paths and text on a page |
 //! | `svg`, `raster`, `stroke`, `font` | the display list as SVG and as smooth pixels; the embedded typeface |
 //! | [`render`] | files: a temporary name first, then the final one |
@@ -19,6 +21,8 @@
 
 pub mod chart;
 pub mod drawing;
+pub mod heatmap;
+pub mod manoeuvre;
 pub mod render;
 pub mod style;
 pub mod ticks;
@@ -28,6 +32,7 @@ mod data;
 mod figure;
 mod font;
 mod guides;
+mod hatch;
 mod inset;
 mod legend;
 mod marker;
@@ -36,3 +41,4 @@ mod raster;
 mod scale;
 mod stroke;
 mod svg;
+mod wedge_box;
