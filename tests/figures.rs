@@ -1,0 +1,280 @@
+//! Every kind of figure is written, complete and reproducible. The data are synthetic; no run is needed.
+//!
+//! Set `RIMBENCH_FIGURES_DIR` to an existing folder to keep the figures and look at them.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rimbench::error::Error;
+use rimbench::report::chart::{Axis, Figure, Guide, Inset, LegendPlace, Mode, Panel, Series};
+use rimbench::report::drawing::{Drawing, Shape};
+use rimbench::report::heatmap::{Cell, Heatmap, Row};
+use rimbench::report::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
+use rimbench::report::render;
+use rimbench::report::style::style_of;
+
+const TOUCH_DOWN_S: f64 = 1.693;
+
+#[test]
+fn force_and_effective_mass() {
+    let drawing = force_and_mass().draw();
+    check(
+        &drawing,
+        "force-and-mass",
+        &["(a) actuator force", "rim-nonsmooth-gap", "effective mass (kg)", "∞", "infinite"],
+    );
+}
+
+#[test]
+fn errors_over_step_sizes() {
+    let drawing = convergence().draw();
+    check(
+        &drawing,
+        "convergence",
+        &["macro step H (ms)", "zero-order-hold", "rim-nonsmooth/profile", "below reference"],
+    );
+}
+
+#[test]
+fn stability_map() {
+    let drawing = stability().draw();
+    check(&drawing, "stability", &["zero-order-hold", "fraction stable", "skipped: needs a model", "stable but wrong"]);
+}
+
+#[test]
+fn manoeuvre_sequence() {
+    let drawing = manoeuvre().draw();
+    check(&drawing, "manoeuvre", &["t = 0.000 s", "t = 1.700 s", "rim-smooth", "rim-nonsmooth", "F = +19.64 kN"]);
+}
+
+#[test]
+fn an_empty_figure_is_an_empty_page() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let files = render::write(&Figure::new(200.0, 100.0).draw(), place.path(), "empty").expect("a writable folder");
+    assert!(files.svg.is_file() && files.png.is_file());
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let file = place.path().join("file");
+    std::fs::write(&file, "").expect("a writable folder");
+    let error = render::write(&Drawing::new(10.0, 10.0), &file, "figure").expect_err("a file is no folder");
+    assert!(matches!(error, Error::File { path, .. } if path.starts_with(&file)));
+}
+
+/// Writes a drawing twice and checks: both files, equal bytes, each label once, nothing outside the page.
+fn check(drawing: &Drawing, name: &str, labels: &[&str]) {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let files = render::write(drawing, place.path(), name).expect("a writable folder");
+    let (svg, png) = (read(&files.svg), read(&files.png));
+    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
+    let again = render::write(drawing, place.path(), name).expect("a writable folder");
+    assert!(svg == read(&again.svg) && png == read(&again.png), "{name} is not reproducible");
+
+    let svg = String::from_utf8(svg).expect("an SVG is text");
+    let texts = texts_of(&svg);
+    for label in labels {
+        assert_eq!(texts.get(*label), Some(&1), "{label} in {name}: {texts:?}");
+    }
+    for shape in &drawing.shapes {
+        let corners = match shape {
+            Shape::Path { points, .. } => points.clone(),
+            Shape::Text(text) => {
+                let (back, forth) = (text.lead(), text.width() - text.lead());
+                let along = |d: f64| {
+                    if text.upwards { (text.at.0, text.at.1 - d) } else { (text.at.0 + d, text.at.1) }
+                };
+                vec![along(-back), along(forth)]
+            }
+        };
+        for (x, y) in corners {
+            let inside = (0.0..=drawing.width).contains(&x) && (0.0..=drawing.height).contains(&y);
+            assert!(inside, "({x}, {y}) of {shape:?} is outside {name}");
+        }
+    }
+    if let Ok(folder) = std::env::var("RIMBENCH_FIGURES_DIR") {
+        render::write(drawing, Path::new(&folder), name).expect("a writable folder");
+    }
+}
+
+fn read(path: &Path) -> Vec<u8> {
+    std::fs::read(path).expect("a written figure")
+}
+
+/// Counts the text elements of an SVG and checks that tags are balanced.
+fn texts_of(svg: &str) -> BTreeMap<String, usize> {
+    let mut texts = BTreeMap::new();
+    assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
+    for line in svg.lines().filter(|line| line.starts_with("<text ")) {
+        let content = line.strip_suffix("</text>").and_then(|line| line.split_once('>')).expect("a text element").1;
+        *texts.entry(content.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")).or_default() += 1;
+    }
+    for line in svg.lines() {
+        let known = ["<svg ", "</svg>", "<title>", "<rect ", "<path ", "<text "];
+        assert!(known.iter().any(|tag| line.starts_with(tag)), "{line}");
+        assert!(!line.contains("NaN") && !line.contains("inf,"), "{line}");
+    }
+    texts
+}
+
+/// Something like the paper's Fig. 2.
+fn force_and_mass() -> Figure {
+    let force_at = |t: f64| {
+        let start = if t > 0.1 { 1000.0 * (-(t - 0.2f64).powi(2) / 0.003).exp() } else { 0.0 };
+        let descent = if (0.35..TOUCH_DOWN_S).contains(&t) { -181.0 * (1.0 - (-(t - 0.35) / 0.05).exp()) } else { 0.0 };
+        let s = t - TOUCH_DOWN_S;
+        let blow = if s > 0.0 { -800.0 * (-s / 0.06).exp() * (s * 90.0).cos() } else { 0.0 };
+        start + descent + blow
+    };
+    let mass_at = |t: f64| match t {
+        t if t < 0.4 => 250.0,
+        t if t < TOUCH_DOWN_S => 275.6,
+        t if t < TOUCH_DOWN_S + 0.02 => f64::INFINITY,
+        _ => 250.0,
+    };
+    let sample = |step: f64, f: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+        (0..=(2.5 / step).round() as usize).map(|k| (k as f64 * step, f(k as f64 * step))).collect()
+    };
+    let spiky = |t: f64| {
+        let s = t - TOUCH_DOWN_S;
+        let ringing = if s > 0.0 { 21_000.0 * (-s / 0.012).exp() * (s * 700.0).sin() } else { 0.0 };
+        force_at(t) + ringing
+    };
+    let late = |t: f64| force_at(t - 0.004) + 25.0 * (40.0 * t).sin();
+    let hold = |t: f64| if t > 0.3 { f64::NAN } else { 40.0 * (t / 0.04).exp() * (900.0 * t).sin() };
+    let gap = |t: f64| force_at(t - 0.001);
+    let forces = [
+        Series::new("reference", sample(0.0002, &force_at), style_of("reference")),
+        Series::new("zero-order-hold", sample(0.005, &hold), style_of("zero-order-hold")),
+        Series::new("rim-smooth", sample(0.005, &spiky), style_of("rim-smooth")),
+        Series::new("rim-nonsmooth", sample(0.005, &late), style_of("rim-nonsmooth")),
+        Series::new("rim-nonsmooth-gap", sample(0.005, &gap), style_of("rim-nonsmooth-gap")),
+    ];
+    let light = |t: f64| if mass_at(t).is_infinite() { 310.0 } else { mass_at(t) };
+    let masses = [
+        Series::new("rim-smooth", sample(0.005, &mass_at), style_of("rim-smooth")).mode(Mode::Steps),
+        Series::new("rim-nonsmooth", sample(0.005, &light), style_of("rim-nonsmooth")).mode(Mode::Steps),
+    ];
+    let time = || Axis::linear("time t (s)");
+    let force = Panel::new("(a) actuator force", time(), Axis::linear("actuator force F (N)").range(-2000.0, 2000.0));
+    let mass =
+        Panel::new("(b) effective mass at the interface", time(), Axis::log10("effective mass (kg)").range(100.0, 1e4));
+    let zoom_x = Axis::linear("time t (s), touch-down").range(1.66, 1.78);
+    let zoom =
+        Panel::new("(c) force at touch-down", zoom_x, Axis::linear("actuator force F (N)").range(-2000.0, 2000.0));
+    let touch_down = || Guide::Vertical { x: TOUCH_DOWN_S, label: "touch-down".to_owned() };
+    let with = |panel: Panel, series: &[Series]| series.iter().cloned().fold(panel, Panel::series);
+    Figure::new(1180.0, 400.0)
+        .columns(3)
+        .panel(with(force, &forces).guide(Guide::Horizontal { y: 0.0, label: String::new() }))
+        .panel(with(mass, &masses).inset(Inset { x: (1.65, 1.76), y: (230.0, 340.0), place: [0.16, 0.52, 0.42, 0.36] }))
+        .panel(with(zoom, &forces).guide(touch_down()))
+}
+
+fn convergence() -> Figure {
+    let steps = [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
+    let error = |scale: f64, order: f64, floor: f64| -> Vec<(f64, f64)> {
+        steps.iter().map(|&h| (h, (scale * f64::powf(h, order)).hypot(floor))).collect()
+    };
+    let mut held = error(30.0, 1.0, 0.0);
+    held[5].1 = f64::INFINITY;
+    held[6].1 = f64::INFINITY;
+    let series =
+        |label: &str, points: Vec<(f64, f64)>| Series::new(label, points, style_of(label)).mode(Mode::LineMarkers);
+    let y = Axis::log10("force error, rms (N)");
+    let panel = Panel::new("(a) force", Axis::log10("macro step H (ms)"), y)
+        .series(series("zero-order-hold", held))
+        .series(series("rim-smooth", error(12.0, 0.5, 0.0)))
+        .series(series("rim-nonsmooth", error(4.0, 1.0, 3.0)))
+        .series(series("rim-nonsmooth/profile", error(0.3, 1.0, 0.0)))
+        .series(series("rim-nonsmooth-gap", error(0.02, 2.0, 0.0)))
+        .series(series("my-scheme", error(1.5, 1.0, 0.0)))
+        .guide(Guide::Slope { order: 1.0, from: (6.0, 0.12), to_x: 15.0 })
+        .guide(Guide::Slope { order: 2.0, from: (1.0, 3.5e-3), to_x: 2.5 })
+        .guide(Guide::Horizontal { y: 2e-3, label: "below reference".to_owned() });
+    let position = Panel::new("(b) position", Axis::log10("H (ms)"), Axis::log10("position error, rms (m)"))
+        .series(series("rim-smooth", error(1e-5, 1.0, 1e-6)))
+        .series(series("rim-nonsmooth", error(1e-7, 2.0, 0.0)))
+        .note("slopes as declared", (0.04, 0.94));
+    Figure::new(980.0, 420.0).legend(LegendPlace::Right).panel(panel).panel(position)
+}
+
+fn stability() -> Heatmap {
+    let columns = vec![0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0];
+    let names =
+        ["zero-order-hold", "first-order-hold", "rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap", "rim-fixed-mass"];
+    let limits = [2.4, 1.2, 9.0, 45.0, 120.0, 16.0];
+    let row = |(name, limit): (&str, f64)| {
+        let cell = |(column, &h): (usize, &f64)| {
+            let value = (1.0 / (1.0 + (h / limit).powi(3))).clamp(0.0, 1.0);
+            let skipped = name == "first-order-hold" && column > 8;
+            Cell {
+                value: (!skipped).then_some((20.0 * value).round() / 20.0),
+                hatched: name == "rim-smooth" && (3.0..20.0).contains(&h),
+            }
+        };
+        Row { label: name.to_owned(), cells: columns.iter().enumerate().map(cell).collect() }
+    };
+    Heatmap {
+        width: 860.0,
+        height: 330.0,
+        title: "Wedge box: fraction of phases that stay stable".to_owned(),
+        x_label: "macro step H (ms)".to_owned(),
+        value_label: "fraction stable".to_owned(),
+        skipped_label: "skipped: needs a model".to_owned(),
+        hatch_label: "stable but wrong".to_owned(),
+        show_values: true,
+        rows: names.into_iter().zip(limits).map(row).collect(),
+        columns: columns.clone(),
+    }
+}
+
+fn manoeuvre() -> Manoeuvre {
+    let geometry = WedgeBoxGeometry::default();
+    let start_angle = f64::to_radians(-2.3968);
+    let pose = |time_s: f64, x: f64, share: f64, lift: f64, forces: &[f64], actuator: f64| {
+        let angle = start_angle * (1.0 - share);
+        let (sin, cos) = angle.sin_cos();
+        // The lower of the two wedge tips is `lift` above the floor.
+        let tip = geometry.wedge_tips.iter().map(|t| sin * t.0 + cos * t.1).fold(f64::INFINITY, f64::min);
+        let mut pose = Pose {
+            time_s,
+            box_x_m: x,
+            box_y_m: lift - tip,
+            box_angle_rad: angle,
+            disc_angle_rad: -x / 0.2,
+            contact_forces: Vec::new(),
+            actuator_force_n: actuator,
+        };
+        let disc = pose.world(geometry.disc_pin);
+        let (right, left) = (pose.world(geometry.wedge_tips[0]), pose.world(geometry.wedge_tips[1]));
+        let slant = geometry.ramp_slope.atan();
+        let on_ramp = disc.0 > geometry.ledge_corner_x_m;
+        let n = if on_ramp { (slant.sin(), slant.cos()) } else { (0.0, 1.0) };
+        let at = [right, left, (disc.0 - 0.2 * n.0, disc.1 - 0.2 * n.1)];
+        for (index, &newtons) in forces.iter().enumerate().filter(|(_, newtons)| **newtons > 0.0) {
+            let (nx, ny) = if index == 2 { n } else { (0.0, 1.0) };
+            let (x_m, y_m) = at[index];
+            pose.contact_forces.push(ContactForce { x_m, y_m, fx_n: newtons * nx, fy_n: newtons * ny });
+        }
+        pose
+    };
+    let smooth = vec![
+        pose(0.0, 0.0, 0.0, 0.0, &[1600.0, 0.0, 850.0], 0.0),
+        pose(0.6, 0.16, 0.25, 0.0, &[1640.0, 0.0, 820.0], -181.0),
+        pose(1.7, 0.44, 1.0, 0.0032, &[0.0, 9800.0, 900.0], 19_640.0),
+        pose(1.8, 0.52, 1.05, 0.0058, &[0.0, 0.0, 0.0], -13_200.0),
+        pose(2.4, 0.98, 1.0, 0.0, &[1460.0, 990.0, 0.0], 0.0),
+    ];
+    let nonsmooth = vec![
+        pose(0.0, 0.0, 0.0, 0.0, &[1600.0, 0.0, 850.0], 0.0),
+        pose(0.6, 0.16, 0.26, 0.0, &[1640.0, 0.0, 820.0], -181.0),
+        pose(1.7, 0.44, 1.0, 0.0, &[1300.0, 900.0, 250.0], -790.0),
+        pose(1.8, 0.52, 1.0, 0.0, &[1460.0, 990.0, 0.0], -60.0),
+        pose(2.4, 0.98, 1.0, 0.0, &[1460.0, 990.0, 0.0], 0.0),
+    ];
+    let row = |scheme: &str, poses| ManoeuvreRow { scheme: scheme.to_owned(), poses };
+    let rows = vec![row("rim-smooth", smooth), row("rim-nonsmooth", nonsmooth)];
+    Manoeuvre { width: 1180.0, geometry, arrow_force_n: 2000.0, rows }
+}
