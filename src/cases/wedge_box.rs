@@ -63,6 +63,7 @@ pub(super) const ENTRY: Case = Case {
         "rank_h_uu",
     ],
     drawing_columns: &[
+        "disc_ledge_normal_rad",
         "contact_force_right_wedge_n",
         "contact_force_left_wedge_n",
         "contact_force_disc_ledge_n",

@@ -196,7 +196,7 @@ impl Experiment {
 ///
 /// # Errors
 /// [`Error::UnknownName`] with all names.
-pub(crate) fn scheme_options(
+pub fn scheme_options(
     redundancy: Option<&str>,
     motion: Option<&str>,
     solver: &'static SolverEntry,

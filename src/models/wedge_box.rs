@@ -205,7 +205,7 @@ impl MechanicalModel for WedgeBox {
     }
 
     fn observables(&self) -> &'static [&'static str] {
-        &["box_x_m", "box_y_m", "box_angle_rad"]
+        &["box_x_m", "box_y_m", "box_angle_rad", "disc_ledge_normal_rad"]
     }
 
     fn gap_names(&self) -> &'static [&'static str] {
@@ -222,6 +222,7 @@ impl MechanicalModel for WedgeBox {
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
-        row.copy_from_slice(&q[..3]);
+        let normal = self.ledge.contact(vector![q[3], q[4]], self.geometry.disc_radius).normal;
+        row.copy_from_slice(&[q[0], q[1], q[2], normal.y.atan2(normal.x)]);
     }
 }

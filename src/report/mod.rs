@@ -18,6 +18,9 @@
 //!
 //! plotters supplies font rendering and the PNG encoder. Its drawing backends round every corner and line width to
 //! whole pixels and know no dashes, which shows in a thin curve; hence the display list.
+//!
+//! On top of the toolkit stand the figures of the report ([`FigureList`], from `paper/figures.toml`), read from result
+//! files by [`ResultsTable`], and the report itself ([`write_report`]).
 
 pub mod chart;
 pub mod drawing;
@@ -27,18 +30,27 @@ pub mod render;
 pub mod style;
 pub mod ticks;
 
+mod claims_table;
 mod clip;
 mod data;
 mod figure;
+mod figures;
 mod font;
 mod guides;
 mod hatch;
 mod inset;
 mod legend;
 mod marker;
+mod page;
 mod panel;
 mod raster;
+mod results_table;
 mod scale;
 mod stroke;
 mod svg;
 mod wedge_box;
+
+pub use claims_table::claims_markdown;
+pub use figures::{FigureEntry, FigureKind, FigureList};
+pub use page::write_report;
+pub use results_table::ResultsTable;

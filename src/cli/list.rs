@@ -1,0 +1,108 @@
+//! `rimbench list`: cases, schemes, solvers, metrics, parameters.
+
+use super::{Format, print, table};
+use clap::{Args, ValueEnum};
+use rimbench::cases::{CASES, case_by_name};
+use rimbench::complementarity::SOLVERS;
+use rimbench::metrics::METRICS;
+use rimbench::schemes::SCHEMES;
+use serde_json::{Map, Value};
+
+/// Arguments of `list`.
+#[derive(Debug, Args)]
+pub struct List {
+    /// What to list
+    what: What,
+    /// Only this case (for parameters)
+    #[arg(long, value_name = "CASE")]
+    case: Option<String>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum What {
+    Cases,
+    Schemes,
+    Solvers,
+    Metrics,
+    Parameters,
+}
+
+/// One entry: key and value pairs, in the order of the columns.
+type Entry = Vec<(&'static str, String)>;
+
+impl List {
+    pub(super) fn run(self) -> anyhow::Result<()> {
+        let case = self.case.as_deref().map(case_by_name).transpose()?;
+        let entries: Vec<Entry> = match self.what {
+            What::Cases => CASES.iter().map(|case| named(case.name, case.about)).collect(),
+            What::Schemes => SCHEMES
+                .iter()
+                .map(|scheme| {
+                    let mut entry = named(scheme.name, scheme.about);
+                    entry.push(("order", scheme.order.to_string()));
+                    entry.push(("sequence", scheme.sequence.to_string()));
+                    entry
+                })
+                .collect(),
+            What::Solvers => SOLVERS
+                .iter()
+                .map(|solver| {
+                    let mut entry = named(solver.name, solver.about);
+                    entry.push(("guaranteed", solver.guaranteed.to_owned()));
+                    entry
+                })
+                .collect(),
+            What::Metrics => METRICS
+                .iter()
+                .map(|metric| {
+                    let mut entry = named(metric.name, metric.about);
+                    entry.push(("unit", metric.unit.to_owned()));
+                    entry
+                })
+                .collect(),
+            What::Parameters => CASES
+                .iter()
+                .filter(|known| case.is_none_or(|case| case.name == known.name))
+                .flat_map(|case| case.parameters.iter().map(|parameter| (case.name, parameter)))
+                .map(|(case, parameter)| {
+                    let mut entry = named(parameter.name, parameter.about);
+                    entry.push(("unit", parameter.unit.to_owned()));
+                    entry.push(("default", parameter.default.to_string()));
+                    entry.push(("valid", parameter.range.to_string()));
+                    entry.push(("source", parameter.source.to_owned()));
+                    entry.push(("case", case.to_owned()));
+                    entry
+                })
+                .collect(),
+        };
+        match self.format {
+            Format::Json => print(&serde_json::to_string_pretty(&json(&entries))?),
+            Format::Table => {
+                let header: Vec<&str> = entries.first().map(|entry| entry.iter().map(|(key, _)| *key).collect()).unwrap_or_default();
+                let mut table = table(&header);
+                table.add_rows(entries.iter().map(|entry| entry.iter().map(|(_, value)| value)));
+                print(&table.to_string())
+            }
+        }
+    }
+}
+
+fn named(name: &str, about: &str) -> Entry {
+    vec![("name", name.to_owned()), ("about", about.to_owned())]
+}
+
+/// An array of objects; a default that is a number stands as a number.
+fn json(entries: &[Entry]) -> Value {
+    let object = |entry: &Entry| {
+        let pairs = entry.iter().map(|(key, value)| {
+            let numeric = matches!(*key, "default" | "order").then(|| value.parse::<f64>().ok()).flatten();
+            let value = numeric.map_or_else(|| Value::from(value.as_str()), super::json_number);
+            ((*key).to_owned(), value)
+        });
+        Value::Object(pairs.collect::<Map<_, _>>())
+    };
+    Value::Array(entries.iter().map(object).collect())
+}

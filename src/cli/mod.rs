@@ -1,0 +1,69 @@
+//! One file per subcommand.
+
+mod list;
+mod reproduce;
+mod simulate;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+/// Benchmark of non-iterative co-simulation of mechanical systems with contact.
+#[derive(Debug, Parser)]
+#[command(name = "rimbench", version, about, propagate_version = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Reproduce the source paper's figures and claims, from nothing
+    Reproduce(reproduce::Reproduce),
+    /// Run one co-simulation and print its outcome, metrics and counters
+    Simulate(simulate::Simulate),
+    /// List what there is, by name
+    List(list::List),
+}
+
+/// How to print.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For reading.
+    Table,
+    /// For programs.
+    Json,
+}
+
+impl Cli {
+    /// Runs the chosen command.
+    ///
+    /// # Errors
+    /// Bad input, or a place that cannot be written.
+    pub fn run(self) -> anyhow::Result<()> {
+        match self.command {
+            Command::Reproduce(command) => command.run(),
+            Command::Simulate(command) => command.run(),
+            Command::List(command) => command.run(),
+        }
+    }
+}
+
+/// A number for JSON, which knows no infinities: those become the text `inf`, `-inf` or `nan`.
+fn json_number(value: f64) -> serde_json::Value {
+    serde_json::Number::from_f64(value).map_or_else(|| format!("{value}").to_lowercase().into(), Into::into)
+}
+
+/// Prints to standard output; a reader that closed the pipe early is no error.
+fn print(text: &str) -> anyhow::Result<()> {
+    use std::io::{ErrorKind, Write};
+    match writeln!(std::io::stdout().lock(), "{text}") {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        result => Ok(result?),
+    }
+}
+
+/// An empty table in the style of all tables.
+fn table(header: &[&str]) -> comfy_table::Table {
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY).set_header(header.iter().copied());
+    table
+}

@@ -1,0 +1,207 @@
+//! `rimbench simulate`: one run.
+
+use super::{Format, json_number, print, table};
+use clap::Args;
+use rimbench::cases::case_by_name;
+use rimbench::complementarity::solver_by_name;
+use rimbench::cosim::{ForceReturn, Outcome, Sequence, Trajectory};
+use rimbench::error::{Error, Result};
+use rimbench::harness::{
+    Cache, EvaluatedRun, Reference, RunSpec, check_writable_folder, evaluate, parse_mechanics_steps, scheme_options,
+    simulate, write_atomically,
+};
+use rimbench::metrics::METRICS;
+use rimbench::schemes::scheme_by_name;
+use serde_json::{Map, Value};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `simulate`.
+#[derive(Debug, Args)]
+pub struct Simulate {
+    /// Case by name (see `rimbench list cases`)
+    #[arg(long)]
+    case: String,
+    /// Coupling scheme by name (see `rimbench list schemes`)
+    #[arg(long)]
+    scheme: String,
+    /// Macro step H, s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    macro_step: Option<f64>,
+    /// Order of the sides: jacobi, gauss-seidel (actuator first), gauss-seidel-mechanics-first
+    #[arg(long)]
+    sequence: Option<String>,
+    /// What the mechanics receives: held, end, mean, profile
+    #[arg(long)]
+    force_return: Option<String>,
+    /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes
+    #[arg(long, value_name = "N", default_value = "1", allow_hyphen_values = true)]
+    mechanics_steps: String,
+    /// Communication phase φ in (0, 1]: the first macro step is φH long
+    #[arg(long, value_name = "PHI", default_value_t = 1.0, allow_negative_numbers = true)]
+    phase: f64,
+    /// Longest micro step of the actuator side, s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    micro_step: Option<f64>,
+    /// Simulated time, s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// Solver of the complementarity problems (see `rimbench list solvers`)
+    #[arg(long, default_value = "active-set")]
+    solver: String,
+    /// Dependent contacts that become bilateral: drop, pseudo-inverse, regularised
+    #[arg(long)]
+    redundancy: Option<String>,
+    /// Interface model within a macro step: frozen, extrapolated
+    #[arg(long)]
+    model_motion: Option<String>,
+    /// A parameter of the case, key=value (see `rimbench list parameters`); may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Write a trace, one row per communication point
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+}
+
+impl Simulate {
+    pub(super) fn run(self) -> anyhow::Result<()> {
+        let spec = self.spec()?;
+        spec.check()?;
+        // Bad parameters and a trace that cannot be written are found before anything is computed.
+        (spec.case.build)(&spec.parameters, spec.solver)?;
+        if let Some(path) = &self.trace {
+            check_trace(path)?;
+        }
+        let reference =
+            Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, &Cache::of_user())?;
+        let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
+        let run = evaluate(&spec, simulate(&spec, bounds)?, &reference);
+        if let Some(path) = &self.trace {
+            write_trace(path, &run.trajectory, spec.case.trace_columns.len())?;
+        }
+        match self.format {
+            Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run))?),
+            Format::Table => print_tables(&spec, &run),
+        }
+    }
+
+    fn spec(&self) -> Result<RunSpec> {
+        let case = case_by_name(&self.case)?;
+        let scheme = scheme_by_name(&self.scheme)?;
+        let solver = solver_by_name(&self.solver)?;
+        let mut parameters = case.default_parameters();
+        for assignment in &self.set {
+            let (key, value) = assignment
+                .split_once('=')
+                .ok_or_else(|| Error::invalid("--set", assignment, "key=value, for example box_mass_kg=250"))?;
+            parameters.set(key.trim(), value.trim())?;
+        }
+        let sequence: Option<Sequence> = self.sequence.as_deref().map(str::parse).transpose()?;
+        let force_return: Option<ForceReturn> = self.force_return.as_deref().map(str::parse).transpose()?;
+        let (sequence, force_return) = scheme.sequence_and_return(sequence, force_return)?;
+        let macro_step = self.macro_step.unwrap_or(case.defaults.macro_step_s);
+        Ok(RunSpec {
+            case,
+            parameters,
+            scheme,
+            options: scheme_options(self.redundancy.as_deref(), self.model_motion.as_deref(), solver)?,
+            macro_step,
+            phase: self.phase,
+            // A macro step below the usual micro step is its own micro step, unless one is asked for.
+            micro_step: self.micro_step.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
+            mechanics_steps: parse_mechanics_steps(&self.mechanics_steps)?,
+            sequence,
+            force_return,
+            duration: self.duration.unwrap_or(case.defaults.duration_s),
+            solver,
+        })
+    }
+}
+
+fn check_trace(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        return Err(Error::file(path, "is a folder; a trace needs the name of a file"));
+    }
+    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(Error::file(path, format!("cannot be written: there is no folder {}", folder.display())));
+    }
+    check_writable_folder(folder)
+}
+
+/// Writes the trace columns of a case, every communication point.
+fn write_trace(path: &Path, trajectory: &Trajectory, columns: usize) -> Result<()> {
+    write_atomically(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        writer.write_record(&trajectory.columns()[..columns])?;
+        for row in trajectory.rows() {
+            writer.write_record(row[..columns].iter().map(|value| format!("{value:?}")))?;
+        }
+        writer.flush()
+    })
+}
+
+fn json(spec: &RunSpec, run: &EvaluatedRun) -> Value {
+    let mut facts = Map::new();
+    let mut put = |key: &str, value: Value| {
+        facts.insert(key.to_owned(), value);
+    };
+    put("case", spec.case.name.into());
+    put("scheme", spec.scheme.name.into());
+    put("sequence", spec.sequence.to_string().into());
+    put("force_return", spec.force_return.to_string().into());
+    put("solver", spec.solver.name.into());
+    put("macro_step_s", json_number(spec.macro_step));
+    put("micro_step_s", json_number(spec.micro_step));
+    put("phase", json_number(spec.phase));
+    put("duration_s", json_number(spec.duration));
+    put("outcome", run.outcome.name().into());
+    let diverged = matches!(run.outcome, Outcome::Diverged { .. });
+    let optional = |value: Option<f64>| value.map_or(Value::Null, json_number);
+    put("diverged_at_s", optional(run.outcome.at_s().filter(|_| diverged)));
+    put("outcome_at_s", optional(run.outcome.at_s()));
+    put("reason", run.outcome.reason().into());
+    put("ended_at_s", json_number(run.ended_at_s));
+    for (metric, value) in METRICS.iter().zip(&run.metrics) {
+        put(metric.name, optional(*value));
+    }
+    let [force, position] = run.reference_uncertainty;
+    put("reference_force_uncertainty_n", optional(force));
+    put("reference_position_uncertainty_m", optional(position));
+    for (name, count) in &run.counters {
+        put(name, (*count).into());
+    }
+    put("wall_s", json_number(run.wall.as_secs_f64()));
+    Value::Object(facts)
+}
+
+fn print_tables(spec: &RunSpec, run: &EvaluatedRun) -> anyhow::Result<()> {
+    print(&format!(
+        "{} with {} at H = {} ms ({}, force return {}): {}\n",
+        spec.case.name,
+        spec.scheme.name,
+        spec.macro_step * 1e3,
+        spec.sequence,
+        spec.force_return,
+        run.outcome
+    ))?;
+    let mut metrics = table(&["metric", "value", "unit"]);
+    for (metric, value) in METRICS.iter().zip(&run.metrics) {
+        let value = value.map_or("–".to_owned(), |value| format!("{value:.6e}"));
+        metrics.add_row([metric.name, &value, metric.unit]);
+    }
+    print(&metrics.to_string())?;
+    if let [Some(force), Some(position)] = run.reference_uncertainty {
+        print(&format!("The reference itself is uncertain by {force:.2e} N and {position:.2e} m (rms).\n"))?;
+    }
+    let mut counters = table(&["counter", "value"]);
+    for (name, count) in &run.counters {
+        counters.add_row([(*name).to_owned(), count.to_string()]);
+    }
+    let wall = run.wall.as_secs_f64();
+    counters.add_row(["wall time (s)".to_owned(), format!("{wall:.4}")]);
+    counters.add_row(["real-time factor".to_owned(), format!("{:.0}", run.ended_at_s / wall)]);
+    print(&counters.to_string())
+}
