@@ -81,7 +81,8 @@ impl List {
         match self.format {
             Format::Json => print(&serde_json::to_string_pretty(&json(&entries))?),
             Format::Table => {
-                let header: Vec<&str> = entries.first().map(|entry| entry.iter().map(|(key, _)| *key).collect()).unwrap_or_default();
+                let header: Vec<&str> =
+                    entries.first().map(|entry| entry.iter().map(|(key, _)| *key).collect()).unwrap_or_default();
                 let mut table = table(&header);
                 table.add_rows(entries.iter().map(|entry| entry.iter().map(|(_, value)| value)));
                 print(&table.to_string())

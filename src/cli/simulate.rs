@@ -74,8 +74,7 @@ impl Simulate {
         if let Some(path) = &self.trace {
             check_trace(path)?;
         }
-        let reference =
-            Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, &Cache::of_user())?;
+        let reference = Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, &Cache::of_user())?;
         let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
         let run = evaluate(&spec, simulate(&spec, bounds)?, &reference);
         if let Some(path) = &self.trace {

@@ -18,7 +18,7 @@ use super::{ComplementaritySolver, Lcp, SolveStats};
 use crate::error::Failure;
 
 /// Gap and feasibility asked of Clarabel, on the scaled program.
-const TOLERANCE: f64 = 1e-15;
+const TOLERANCE: f64 = 1e-12;
 
 /// Interior-point solver. See the module for the program and its accuracy.
 ///

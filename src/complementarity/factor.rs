@@ -85,10 +85,21 @@ impl Factor {
             let start = k * self.stride;
             x[k] -= dot(&l[start..start + k], &x[..k]);
         }
-        for (x, d_inverse) in x.iter_mut().zip(&self.d_inverse[..self.len]) {
-            *x *= d_inverse;
+        if self.len < 8 {
+            // Entry by entry: vector loads of what was just stored entry by entry would wait for the stores.
+            for k in (0..self.len).rev() {
+                let mut x_k = x[k] * self.d_inverse[k];
+                for i in k + 1..self.len {
+                    x_k -= l[i * self.stride + k] * x[i];
+                }
+                x[k] = x_k;
+            }
+        } else {
+            for (x, d_inverse) in x.iter_mut().zip(&self.d_inverse[..self.len]) {
+                *x *= d_inverse;
+            }
+            self.backward(x);
         }
-        self.backward(x);
     }
 
     /// Replaces `x` by `L⁻ᵀ x`, one row of `L` at a time.

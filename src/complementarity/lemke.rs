@@ -9,18 +9,22 @@
 //! ```
 //! `B⁻¹` is what the pivots made of the identity block, so degenerate problems cannot cycle. If no row qualifies the
 //! method ended on a ray, which for a positive semidefinite `M` proves that the problem has no solution. The problem
-//! is scaled to unit diagonal and unit `q` first, so the thresholds below are pure numbers.
+//! is scaled to unit diagonal and unit `q` first, so the thresholds below are pure numbers. A tableau gathers rounding
+//! with every pivot, so the impulses of the final basis are computed once more from `M` and `q`.
 //!
 //! # Source
 //! Lemke, *Bimatrix equilibrium points and mathematical programming*, Management Science 11 (1965); Cottle, Pang,
 //! Stone, *The Linear Complementarity Problem* (1992), section 4.4 and, for the lexicographic rule, 4.9.
 
 use super::buffer::Buffer;
-use super::{ComplementaritySolver, Lcp, SolveStats};
+use super::factor::Factor;
+use super::{ComplementaritySolver, Lcp, SolveStats, natural_residual};
 use crate::error::Failure;
 
 /// Entries of the entering column up to this are zero.
 const PIVOT: f64 = 1e-11;
+/// `z₀` below this has left as far as rounding can tell.
+const VANISHED: f64 = 1e-9;
 /// Ratios closer than this, relative to the larger of 1 and the ratio, are tied.
 const TIE: f64 = 1e-12;
 
@@ -38,6 +42,9 @@ pub struct Lemke {
     basis: Buffer<usize, 8>,
     /// Rows still tied in the ratio test.
     tied: Buffer<usize, 8>,
+    /// For the impulses of the final basis, computed from `M` and `q` instead of the tableau.
+    factor: Factor,
+    afresh: Buffer<f64, 8>,
 }
 
 impl Lemke {
@@ -49,6 +56,8 @@ impl Lemke {
             scale: Buffer::new(capacity),
             basis: Buffer::new(capacity),
             tied: Buffer::new(capacity),
+            factor: Factor::new(capacity),
+            afresh: Buffer::new(capacity),
         }
     }
 
@@ -60,6 +69,7 @@ impl Lemke {
         self.scale.grow(n);
         self.basis.grow(n);
         self.tied.grow(n);
+        self.afresh.grow(n);
         for i in 0..n {
             let m_ii = lcp.m[i * n + i];
             self.scale[i] = if m_ii > 0.0 { 1.0 / m_ii.sqrt() } else { 1.0 };
@@ -137,6 +147,38 @@ impl Lemke {
         }
         self.basis[r] = column;
     }
+
+    /// Writes the impulses of the final basis: from the tableau, or solved afresh from `M` and `q` if that is better.
+    fn write(&mut self, lcp: Lcp<'_>, q_max: f64, z: &mut [f64]) {
+        let (n, width) = (lcp.size(), 2 * lcp.size() + 2);
+        self.factor.clear(n);
+        let mut len = 0;
+        for r in 0..n {
+            let Some(i) = self.basis[r].checked_sub(n).filter(|&i| i < n) else { continue };
+            z[i] = self.scale[i] * q_max * self.tableau[r * width + width - 1];
+            let d = self.factor.border(lcp.m, &self.tied[..len], i);
+            if d > PIVOT * lcp.m[i * n + i] {
+                self.factor.push(d);
+                self.tied[len] = i;
+                len += 1;
+            }
+        }
+        let set = &self.tied[..len];
+        let fresh = &mut self.tableau[..n];
+        fresh.fill(0.0);
+        for (x, &i) in fresh.iter_mut().zip(set) {
+            *x = -lcp.q[i];
+        }
+        self.factor.solve(&mut fresh[..len]);
+        let afresh = &mut self.afresh[..n];
+        afresh.fill(0.0);
+        for (x, &i) in fresh.iter().zip(set) {
+            afresh[i] = x.max(0.0);
+        }
+        if natural_residual(lcp, afresh) < natural_residual(lcp, z) {
+            z.copy_from_slice(afresh);
+        }
+    }
 }
 
 impl ComplementaritySolver for Lemke {
@@ -167,14 +209,13 @@ impl ComplementaritySolver for Lemke {
             column = if left < n { left + n } else { left - n };
             match self.leaving_row(n, column) {
                 Some(r) if stats.pivots < bound => row = r,
+                // A ray from where rounding kept z₀ from leaving is a solution; the residual decides.
+                _ if (0..n).all(|r| self.basis[r] != 2 * n || rhs(&self.tableau, r) < VANISHED) => break,
                 _ => return Err(Failure::SolverFailed { residual: f64::INFINITY }),
             }
         }
-        for r in 0..n {
-            if let Some(i) = self.basis[r].checked_sub(n) {
-                z[i] = self.scale[i] * q_max * rhs(&self.tableau, r);
-            }
-        }
+        self.write(lcp, q_max, z);
+        stats.factorisations = 1;
         Ok(stats)
     }
 

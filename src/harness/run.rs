@@ -139,7 +139,7 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
 pub fn parse_mechanics_steps(text: &str) -> Result<usize> {
     match text.trim() {
         "all" => Ok(0),
-        number => number.parse().ok().filter(|&count| count >= 1 && count <= MOST_MECHANICS_STEPS).ok_or_else(|| {
+        number => number.parse().ok().filter(|count| (1..=MOST_MECHANICS_STEPS).contains(count)).ok_or_else(|| {
             let expected =
                 format!("a whole number from 1 to {MOST_MECHANICS_STEPS}, or `all` for as many as the actuator takes");
             Error::invalid("mechanics-steps", text, expected)

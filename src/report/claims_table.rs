@@ -48,9 +48,14 @@ mod tests {
 
     #[test]
     fn numbers_are_rounded_for_reading() {
-        for (value, text) in
-            [(0.0, "0"), (19.5678, "19.6"), (0.0416, "0.0416"), (1.0, "1.00"), (2.5e-6, "2.50e-6"), (f64::INFINITY, "∞")]
-        {
+        for (value, text) in [
+            (0.0, "0"),
+            (19.5678, "19.6"),
+            (0.0416, "0.0416"),
+            (1.0, "1.00"),
+            (2.5e-6, "2.50e-6"),
+            (f64::INFINITY, "∞"),
+        ] {
             assert_eq!(significant(value), text);
         }
         assert_eq!(significant(f64::NAN), "–");

@@ -24,7 +24,8 @@ figcaption{font-size:14px;color:#5b626a}code{font-size:90%}";
 /// [`Error::File`] for a source, figure or table that is not there, or a place with no such name.
 pub fn write_report(source: &Path, results: &Path, group: &str, figures: &FigureList) -> Result<()> {
     let folder = results.join(group);
-    let text = std::fs::read_to_string(source).map_err(|error| Error::file(source, format!("cannot be read: {error}")))?;
+    let text =
+        std::fs::read_to_string(source).map_err(|error| Error::file(source, format!("cannot be read: {error}")))?;
     let claims = claims_markdown(&folder.join("claims.csv"))?;
     write(&folder.join("claims.md"), &claims)?;
     let mut filled = String::new();
@@ -56,7 +57,8 @@ pub fn write_report(source: &Path, results: &Path, group: &str, figures: &Figure
 /// A figure as HTML, with its SVG inside.
 fn figure(results: &Path, figures: &FigureList, id: &str) -> Result<String> {
     let ids = || figures.figures.iter().map(|figure| figure.id.as_str());
-    let entry = figures.figures.iter().find(|figure| figure.id == id).ok_or_else(|| Error::unknown("figure", id, ids()))?;
+    let entry =
+        figures.figures.iter().find(|figure| figure.id == id).ok_or_else(|| Error::unknown("figure", id, ids()))?;
     let path = results.join(&entry.experiment).join("figures").join(format!("{id}.svg"));
     let svg = std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
     let svg: String = svg.lines().filter(|line| !line.starts_with("<?xml") && !line.trim().is_empty()).collect();

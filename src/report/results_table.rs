@@ -41,7 +41,9 @@ impl ResultsTable {
     /// [`Error::File`] naming the file and its columns.
     pub fn column(&self, name: &str) -> Result<usize> {
         let found = self.header.iter().position(|column| column == name);
-        found.ok_or_else(|| Error::file(&self.path, Error::unknown("column", name, self.header.iter().map(String::as_str))))
+        found.ok_or_else(|| {
+            Error::file(&self.path, Error::unknown("column", name, self.header.iter().map(String::as_str)))
+        })
     }
 
     /// Text of one cell.

@@ -70,9 +70,8 @@ fn geometry(folder: &Path) -> Result<WedgeBoxGeometry> {
 /// The pose at the communication point nearest to `t`; all NaN where the run had ended before.
 fn pose(trace: &ResultsTable, geometry: &WedgeBoxGeometry, t: f64) -> Result<Pose> {
     let time = trace.column("time_s")?;
-    let nearest = (0..trace.len()).min_by(|&a, &b| {
-        (trace.number(a, time) - t).abs().total_cmp(&(trace.number(b, time) - t).abs())
-    });
+    let nearest = (0..trace.len())
+        .min_by(|&a, &b| (trace.number(a, time) - t).abs().total_cmp(&(trace.number(b, time) - t).abs()));
     let ended = trace.len() > 1 && t > 2.0 * trace.number(trace.len() - 1, time) - trace.number(trace.len() - 2, time);
     let get = |name: &str| -> Result<f64> {
         let column = trace.column(name)?;

@@ -59,7 +59,8 @@ impl FigureList {
     /// # Errors
     /// [`Error::File`] with the line that is wrong.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        let text =
+            std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
         toml::from_str(&text).map_err(|error| Error::file(path, format!("is no list of figures: {error}")))
     }
 }

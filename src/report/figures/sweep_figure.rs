@@ -49,7 +49,8 @@ impl SweepFigure {
                 let points = medians(&runs, label, &spec.metric)?;
                 let style = style_of(label);
                 let medians: Vec<(f64, f64)> = points.iter().map(|point| (point.step_ms, point.median)).collect();
-                let order = order_of_convergence(&medians).map_or_else(String::new, |order| format!(", order {order:.2}"));
+                let order =
+                    order_of_convergence(&medians).map_or_else(String::new, |order| format!(", order {order:.2}"));
                 for point in &points {
                     let thin = SeriesStyle { width: 0.8, dash: &[], ..style };
                     let bar = vec![(point.step_ms, point.least), (point.step_ms, point.most)];

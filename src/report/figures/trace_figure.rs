@@ -65,6 +65,13 @@ impl TraceFigure {
                 let mode = if spec.steps { Mode::Steps } else { Mode::Line };
                 panel = panel.series(Series::new(label.as_str(), points, style_of(label)).mode(mode));
             }
+            let cut: Vec<String> = traces
+                .iter()
+                .filter_map(|(label, trace)| spec.what_is_cut(label, trace).transpose())
+                .collect::<Result<_>>()?;
+            for (line, text) in cut.into_iter().enumerate() {
+                panel = panel.note(text, (0.03, 0.04 + 0.06 * line as f64));
+            }
             if let Some(inset) = &spec.inset {
                 let ([x0, x1], [y0, y1]) = (inset.time_s, inset.range);
                 panel = panel.inset(Inset { x: (x0, x1), y: (y0, y1), place: inset.place });
@@ -72,6 +79,18 @@ impl TraceFigure {
             figure = figure.panel(panel);
         }
         Ok(figure.draw())
+    }
+}
+
+impl TracePanel {
+    /// Says how far a series goes beyond a linear axis.
+    fn what_is_cut(&self, label: &str, trace: &ResultsTable) -> Result<Option<String>> {
+        let shown = |t: f64| (self.time_s[0]..=self.time_s[1]).contains(&t);
+        let points = trace.pairs("time_s", &self.column)?;
+        let values = points.iter().filter(|(t, y)| shown(*t) && y.is_finite()).map(|(_, y)| *y);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+        let cut = !self.log && (low < self.range[0] || high > self.range[1]);
+        Ok(cut.then(|| format!("{label} cut: {low:.0} … {high:.0}")))
     }
 }
 

@@ -1,0 +1,82 @@
+//! The pivoting solvers must not allocate once built: they run inside the micro step of a real-time simulation.
+#![allow(unsafe_code)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use rimbench::complementarity::{ComplementaritySolver, Lcp, solver_by_name};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Counts per thread, so that the test harness does not disturb the count.
+struct Counting;
+
+// SAFETY: forwards to the system allocator unchanged; the counter is a plain thread-local cell.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations() -> u64 {
+    ALLOCATIONS.with(Cell::get)
+}
+
+/// `M = Bᵀ B` of rank 3 with changing `B` and `q`.
+fn problem(n: usize, step: usize, m: &mut [f64], q: &mut [f64]) {
+    let b = |r: usize, i: usize| ((1 + r) as f64 * (i as f64 + 0.37) + 0.1 * step as f64).sin();
+    for i in 0..n {
+        for j in 0..n {
+            m[i * n + j] = (0..3).map(|r| b(r, i) * b(r, j)).sum();
+        }
+        q[i] = (0..3).map(|r| b(r, i) * ((step + r) as f64).cos()).sum();
+    }
+}
+
+fn allocations_of_solving(name: &str, built_for: usize, sizes: &[usize]) -> u64 {
+    let mut solver = solver_by_name(name).unwrap().checked(built_for);
+    let largest = sizes.iter().copied().max().unwrap();
+    let (mut m, mut q, mut z) = (vec![0.0; largest * largest], vec![0.0; largest], vec![0.0; largest]);
+    let before = allocations();
+    for step in 0..100 {
+        for &n in sizes {
+            problem(n, step, &mut m[..n * n], &mut q[..n]);
+            solver.solve(Lcp { m: &m[..n * n], q: &q[..n] }, &mut z[..n]).unwrap();
+        }
+    }
+    assert!(solver.counters().pivots > 0 && solver.capacity() >= largest);
+    allocations() - before
+}
+
+#[test]
+fn pivoting_solvers_do_not_allocate_up_to_their_capacity() {
+    for name in ["active-set", "lemke"] {
+        assert_eq!(allocations_of_solving(name, 0, &[1, 4, 8]), 0, "{name} inline");
+        assert_eq!(allocations_of_solving(name, 40, &[4, 40, 17]), 0, "{name} on the heap");
+    }
+}
+
+#[test]
+fn a_larger_problem_grows_the_workspace_once() {
+    for name in ["active-set", "lemke"] {
+        let grown = allocations_of_solving(name, 0, &[20]);
+        assert!(grown > 0 && grown < 20, "{name}: {grown} allocations");
+    }
+}
+
+#[test]
+fn the_counter_counts() {
+    let before = allocations();
+    drop(std::hint::black_box(Vec::<u8>::with_capacity(100)));
+    assert_eq!(allocations() - before, 1);
+}
