@@ -21,7 +21,7 @@ pub enum Error {
         valid: Vec<String>,
     },
     /// A key whose value is outside what is valid.
-    #[error("{key} = {found}: {expected}")]
+    #[error("{key} = {found} is not valid; valid: {expected}")]
     InvalidValue {
         /// The key, option or parameter.
         key: String,

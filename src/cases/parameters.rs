@@ -185,10 +185,10 @@ mod tests {
         parameters.set("coupling", "pressure").unwrap();
         assert_eq!((parameters.number("mass_kg"), parameters.choice("coupling")), (2.5, "pressure"));
         for (key, text, wanted) in [
-            ("mass_kg", "-1", "mass_kg = -1: a finite number above 0"),
-            ("mass_kg", "NaN", "mass_kg = NaN: a finite number above 0"),
-            ("mass_kg", "ten", "mass_kg = ten: a finite number above 0"),
-            ("coupling", "forse", "coupling = forse: one of force, pressure"),
+            ("mass_kg", "-1", "mass_kg = -1 is not valid; valid: a finite number above 0"),
+            ("mass_kg", "NaN", "mass_kg = NaN is not valid; valid: a finite number above 0"),
+            ("mass_kg", "ten", "mass_kg = ten is not valid; valid: a finite number above 0"),
+            ("coupling", "forse", "coupling = forse is not valid; valid: one of force, pressure"),
             ("mass_k", "1", "unknown parameter `mass_k` (did you mean `mass_kg`?); valid: mass_kg, coupling"),
         ] {
             assert_eq!(parameters.set(key, text).unwrap_err().to_string(), wanted);

@@ -24,6 +24,9 @@ enum Command {
     List(list::List),
 }
 
+/// Width of printed tables, characters.
+const TABLE_WIDTH: u16 = 120;
+
 /// How to print.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
@@ -64,6 +67,12 @@ fn print(text: &str) -> anyhow::Result<()> {
 /// An empty table in the style of all tables.
 fn table(header: &[&str]) -> comfy_table::Table {
     let mut table = comfy_table::Table::new();
-    table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY).set_header(header.iter().copied());
+    table
+        .load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY)
+        .remove_style(comfy_table::TableComponent::HorizontalLines)
+        .remove_style(comfy_table::TableComponent::MiddleIntersections)
+        .set_content_arrangement(comfy_table::ContentArrangement::Dynamic)
+        .set_width(TABLE_WIDTH)
+        .set_header(header.iter().copied());
     table
 }

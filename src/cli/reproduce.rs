@@ -15,9 +15,6 @@ use std::time::{Duration, Instant};
 /// The group of experiments that this command runs.
 const GROUP: &str = "paper";
 
-/// Width of the printed table, characters.
-const TABLE_WIDTH: u16 = 118;
-
 /// Arguments of `reproduce`.
 #[derive(Debug, Args)]
 pub struct Reproduce {
@@ -121,6 +118,5 @@ fn claims_table(claims: &[CheckedClaim]) -> String {
         let verdict = format!("{}{changed}", claim.verdict);
         table.add_row([format!("{}: {}", claim.text, claim.quantity), by, measured, claim.expected.clone(), verdict]);
     }
-    table.set_content_arrangement(comfy_table::ContentArrangement::Dynamic).set_width(TABLE_WIDTH);
     table.to_string()
 }

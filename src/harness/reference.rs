@@ -3,7 +3,7 @@
 use super::cache::Cache;
 use crate::cases::{Case, Parameters, Recorder};
 use crate::complementarity::SolverEntry;
-use crate::cosim::{Bounds, Trajectory};
+use crate::cosim::{Bounds, Quantity, Trajectory};
 use crate::error::{Error, Result};
 use crate::mechanics::monolithic;
 use crate::numerics_version::NUMERICS_VERSION;
@@ -97,7 +97,8 @@ impl Reference {
                 .iter()
                 .map(|port| match self.trajectory.index_of(port.name) {
                     Some(column) => {
-                        DIVERGENCE_FACTOR * self.trajectory.column(column).map(f64::abs).fold(0.0, f64::max)
+                        let largest = self.trajectory.column(column).map(f64::abs).fold(0.0, f64::max);
+                        DIVERGENCE_FACTOR * largest.max(at_rest(port.quantity))
                     }
                     None => f64::INFINITY,
                 })
@@ -132,6 +133,16 @@ impl Reference {
             order: order.to_vec(),
             step: *step,
         })
+    }
+}
+
+/// Magnitudes below which a coupling variable counts as zero, so that the round-off of a system at rest is no
+/// divergence: m, m/s, N, Pa. Ours.
+fn at_rest(quantity: Quantity) -> f64 {
+    match quantity {
+        Quantity::Position | Quantity::Velocity => 1e-6,
+        Quantity::Force => 1e-3,
+        Quantity::Pressure => 1.0,
     }
 }
 

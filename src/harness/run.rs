@@ -73,9 +73,26 @@ impl RunSpec {
     /// # Errors
     /// [`Error::InvalidValue`] for steps that are not positive, or a micro step above the macro step.
     pub fn grid(&self) -> Result<CommunicationGrid> {
+        let nonsense = !(self.macro_step > 0.0 && self.duration > 0.0);
+        if !nonsense && self.duration / self.macro_step > MOST_STEPS {
+            let least = self.duration / MOST_STEPS;
+            return Err(Error::invalid(
+                "macro-step",
+                self.macro_step,
+                format!("at least {least:e} s for this duration"),
+            ));
+        }
         let grid = CommunicationGrid::new(self.macro_step, self.phase, self.duration)?;
         if !(self.micro_step.is_finite() && self.micro_step > 0.0) {
             return Err(Error::invalid("micro-step", self.micro_step, "a finite time above 0 s"));
+        }
+        if self.macro_step / self.micro_step > MOST_STEPS {
+            let least = self.macro_step / MOST_STEPS;
+            return Err(Error::invalid(
+                "micro-step",
+                self.micro_step,
+                format!("at least {least:e} s for this macro step"),
+            ));
         }
         if self.micro_step > self.macro_step {
             let expected = format!("at most the macro step, {} s", self.macro_step);
@@ -147,5 +164,6 @@ pub fn parse_mechanics_steps(text: &str) -> Result<usize> {
     }
 }
 
-/// A plausibility bound, far beyond any use.
+/// Plausibility bounds, far beyond any use, so that a slip of the exponent is an error and not an endless run.
 const MOST_MECHANICS_STEPS: usize = 1_000_000;
+const MOST_STEPS: f64 = 1e7;

@@ -1,0 +1,239 @@
+//! The command line as a user meets it: contracts of names and keys, and one clear error for each kind of bad input.
+
+use assert_cmd::Command;
+use std::path::Path;
+
+/// The program, with a cache of its own so that tests depend on nothing that was there before.
+fn rimbench() -> Command {
+    let mut command = Command::cargo_bin("rimbench").unwrap();
+    command.env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"));
+    command
+}
+
+fn simulate(arguments: &[&str]) -> Command {
+    let mut command = rimbench();
+    command.args(["simulate", "--case", "wedge-box"]).args(arguments);
+    command
+}
+
+/// Runs a command that must fail with exit code 2 and returns its one-line error.
+fn refused(command: &mut Command) -> String {
+    let output = command.assert().code(2).get_output().clone();
+    assert!(output.stdout.is_empty(), "nothing but the error: {}", String::from_utf8_lossy(&output.stdout));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.starts_with("error: "), "{message}");
+    message
+}
+
+fn json(command: &mut Command) -> serde_json::Value {
+    let output = command.assert().success().get_output().stdout.clone();
+    serde_json::from_slice(&output).unwrap()
+}
+
+#[test]
+fn a_run_reports_outcome_metrics_and_counters_as_json() {
+    let facts = json(simulate(&["--scheme", "rim-nonsmooth", "--macro-step", "5e-3"]).args(["--format", "json"]));
+    assert_eq!(facts["outcome"], "completed");
+    assert_eq!(facts["diverged_at_s"], serde_json::Value::Null);
+    let metrics = json(rimbench().args(["list", "metrics", "--format", "json"]));
+    for metric in metrics.as_array().unwrap() {
+        assert!(facts.get(metric["name"].as_str().unwrap()).is_some(), "{metric}");
+    }
+    assert_eq!(facts["macro_steps"], 500);
+    assert_eq!(facts["actuator_micro_steps"], 50_000);
+    assert_eq!(facts["mechanics_steps"], 500);
+    assert!(facts["scheme_lcp_solves"].as_u64().unwrap() >= 50_000);
+}
+
+#[test]
+fn a_diverged_run_is_a_result_with_exit_code_zero() {
+    let facts = json(simulate(&["--scheme", "zero-order-hold", "--macro-step", "5e-3"]).args(["--format", "json"]));
+    assert_eq!(facts["outcome"], "diverged");
+    assert!(facts["diverged_at_s"].as_f64().unwrap() < 0.25);
+    assert!(facts["reason"].as_str().unwrap().contains("actuator_force_n"));
+    simulate(&["--scheme", "rim-smooth"]).assert().success();
+}
+
+#[test]
+fn a_trace_has_the_columns_of_the_contract() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("trace.csv");
+    simulate(&["--scheme", "rim-nonsmooth", "--macro-step", "5e-3", "--phase", "0.3", "--trace"])
+        .arg(&path)
+        .assert()
+        .success();
+    let mut reader = csv::Reader::from_path(&path).unwrap();
+    let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    assert_eq!(
+        header.join(", "),
+        "time_s, box_x_m, box_y_m, box_angle_rad, actuator_length_m, actuator_velocity_m_s, actuator_force_n, \
+         force_to_mechanics_n, pressure_1_pa, pressure_2_pa, effective_mass_kg, gap_right_wedge_m, gap_left_wedge_m, \
+         gap_disc_ledge_m, gap_disc_floor_m, closed_contacts, rank_h_uu"
+    );
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    // One row per communication point: start, 0.3 H, then every H, and the end.
+    let times: Vec<f64> = rows.iter().map(|row| row[0].parse().unwrap()).collect();
+    for (found, wanted) in times.iter().zip([0.0, 0.0015, 0.0065]) {
+        approx::assert_abs_diff_eq!(*found, wanted, epsilon = 1e-15);
+    }
+    assert_eq!(*times.last().unwrap(), 2.5);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
+}
+
+#[test]
+fn options_reach_the_run() {
+    let base = ["--scheme", "rim-nonsmooth-gap", "--duration", "0.8", "--format", "json"];
+    let plain = json(&mut simulate(&base));
+    let changed = |extra: &[&str]| json(simulate(&base).args(extra));
+    assert_eq!(changed(&["--mechanics-steps", "5", "--force-return", "profile"])["mechanics_steps"], 800);
+    assert_eq!(changed(&["--mechanics-steps", "all"])["mechanics_steps"], 16_000);
+    assert_eq!(changed(&["--micro-step", "1e-4"])["actuator_micro_steps"], 8_000);
+    assert_eq!(changed(&["--sequence", "jacobi"])["force_return"], "held");
+    assert_eq!(changed(&["--force-return", "end"])["sequence"], "gauss-seidel");
+    assert_ne!(changed(&["--set", "box_mass_kg=250"])["force_error_rms_n"], plain["force_error_rms_n"]);
+    assert_ne!(changed(&["--phase", "0.3"])["force_error_rms_n"], plain["force_error_rms_n"]);
+    assert_ne!(changed(&["--model-motion", "extrapolated"])["force_error_rms_n"], plain["force_error_rms_n"]);
+}
+
+#[test]
+fn every_scheme_and_every_solver_runs_by_name() {
+    for scheme in json(rimbench().args(["list", "schemes", "--format", "json"])).as_array().unwrap() {
+        let name = scheme["name"].as_str().unwrap();
+        let facts =
+            json(&mut simulate(&["--scheme", name, "--macro-step", "2e-4", "--duration", "0.3", "--format", "json"]));
+        assert_eq!(facts["outcome"], "completed", "{name}");
+    }
+    for solver in json(rimbench().args(["list", "solvers", "--format", "json"])).as_array().unwrap() {
+        let name = solver["name"].as_str().unwrap();
+        let arguments = ["--scheme", "rim-nonsmooth-gap", "--duration", "0.1", "--solver", name, "--format", "json"];
+        let facts = json(&mut simulate(&arguments));
+        assert_eq!(facts["outcome"], "completed", "{name}");
+        assert!(facts["force_error_rms_n"].as_f64().unwrap() < 1.0, "{name}");
+    }
+}
+
+#[test]
+fn lists_have_the_promised_keys() {
+    for what in ["cases", "schemes", "solvers", "metrics", "parameters"] {
+        let list = json(rimbench().args(["list", what, "--format", "json"]));
+        let list = list.as_array().unwrap();
+        assert!(!list.is_empty());
+        for entry in list {
+            assert!(entry["name"].is_string() && entry["about"].is_string(), "{what}: {entry}");
+        }
+        rimbench().args(["list", what]).assert().success();
+    }
+    let parameters = json(rimbench().args(["list", "parameters", "--case", "wedge-box", "--format", "json"]));
+    let names: Vec<&str> = parameters.as_array().unwrap().iter().map(|entry| entry["name"].as_str().unwrap()).collect();
+    for key in [
+        "box_mass_kg",
+        "disc_mass_kg",
+        "disc_radius_m",
+        "disc_pin_x_m",
+        "disc_pin_y_m",
+        "wedge_tip_x_m",
+        "wedge_tip_y_m",
+        "ledge_height_m",
+        "ledge_lead_m",
+        "ramp_slope",
+        "attachment_x_m",
+        "attachment_y_m",
+        "ground_pin_x_m",
+        "piston_area_m2",
+        "cylinder_length_m",
+        "viscous_friction_n_s_m",
+        "valve_area_m2",
+        "spool_final",
+        "contact_margin_m",
+        "stabilisation",
+    ] {
+        assert!(names.contains(&key), "{key}");
+    }
+    for entry in parameters.as_array().unwrap() {
+        assert!(entry["unit"].is_string() && entry["source"].is_string() && !entry["default"].is_null(), "{entry}");
+    }
+}
+
+#[test]
+fn names_that_do_not_exist_are_named_with_what_is_valid() {
+    for (arguments, wanted) in [
+        (vec!["--case", "wedge-bx", "--scheme", "rim-smooth"], "did you mean `wedge-box`"),
+        (vec!["--case", "wedge-box", "--scheme", "rim-smoth"], "did you mean `rim-smooth`"),
+        (vec!["--case", "wedge-box", "--scheme", "rim-smooth", "--solver", "lemkee"], "did you mean `lemke`"),
+        (vec!["--case", "wedge-box", "--scheme", "rim-smooth", "--set", "box_mas_kg=1"], "did you mean `box_mass_kg`"),
+        (vec!["--case", "wedge-box", "--scheme", "rim-smooth", "--force-return", "meen"], "did you mean `mean`"),
+        (vec!["--case", "wedge-box", "--scheme", "rim-smooth", "--redundancy", "dropp"], "did you mean `drop`"),
+    ] {
+        let message = refused(rimbench().arg("simulate").args(&arguments));
+        assert!(message.contains(wanted) && message.contains("valid: "), "{message}");
+    }
+}
+
+#[test]
+fn nonsense_values_are_refused_before_anything_runs() {
+    for (arguments, wanted) in [
+        (&["--macro-step", "0"] as &[&str], "macro-step = 0"),
+        (&["--macro-step", "-0.005"], "macro-step = -0.005"),
+        (&["--macro-step", "nan"], "macro-step = NaN"),
+        (&["--macro-step", "inf"], "macro-step = inf"),
+        (&["--macro-step", "1e-300"], "macro-step = "),
+        (&["--macro-step", "3"], "at most the duration, 2.5 s"),
+        (&["--macro-step", "1e-3", "--micro-step", "2e-3"], "micro-step = 0.002"),
+        (&["--micro-step", "0"], "micro-step = 0"),
+        (&["--micro-step", "1e-300"], "micro-step = "),
+        (&["--phase", "0"], "phase = 0"),
+        (&["--phase", "1.01"], "phase = 1.01"),
+        (&["--duration", "0"], "duration = 0"),
+        (&["--mechanics-steps", "0"], "mechanics-steps = 0"),
+        (&["--mechanics-steps", "2.5"], "mechanics-steps = 2.5"),
+        (&["--set", "box_mass_kg=0"], "box_mass_kg = 0"),
+        (&["--set", "disc_mass_kg=-50"], "disc_mass_kg = -50"),
+        (&["--set", "stabilisation=2"], "stabilisation = 2"),
+        (&["--set", "box_mass_kg"], "key=value"),
+        (&["--set", "ledge_height_m=3"], "cannot rest on the ledge"),
+        (&["--set", "disc_pin_y_m=-0.1"], "inside the ground"),
+        (&["--sequence", "jacobi", "--force-return", "mean"], "needs the actuator's forces"),
+        (&["--sequence", "gauss-seidel-mechanics-first"], "the actuator goes first"),
+        (&["--trace", "no-such-folder/trace.csv"], "there is no folder no-such-folder"),
+    ] {
+        let message = refused(simulate(&["--scheme", "rim-nonsmooth"]).args(arguments));
+        assert!(message.contains(wanted), "{arguments:?}: {message}");
+    }
+    // What clap refuses is refused with the same exit code.
+    for arguments in [&["--macro-step", "fast"] as &[&str], &["--format", "xml"], &["--no-such-flag"]] {
+        simulate(&["--scheme", "rim-nonsmooth"]).args(arguments).assert().code(2);
+    }
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_written_is_refused_and_nothing_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a-file");
+    std::fs::write(&file, "not a folder").unwrap();
+    let message = refused(rimbench().args(["reproduce", "--quick", "--out"]).arg(file.join("results")));
+    assert!(message.contains("a-file"), "{message}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "not a folder");
+}
+
+#[test]
+fn a_cache_that_is_damaged_or_cannot_be_written_costs_time_not_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--scheme", "rim-nonsmooth", "--duration", "0.2", "--format", "json"];
+    let run = |cache: &Path| {
+        let mut facts = json(simulate(&arguments).env("RIMBENCH_CACHE", cache));
+        facts.as_object_mut().unwrap().remove("wall_s");
+        facts
+    };
+    let first = run(folder.path());
+    for entry in std::fs::read_dir(folder.path()).unwrap() {
+        let path = entry.unwrap().path();
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes.truncate(bytes.len() / 2);
+        std::fs::write(&path, bytes).unwrap();
+    }
+    assert_eq!(run(folder.path()), first);
+    let unusable = folder.path().join("file");
+    std::fs::write(&unusable, "").unwrap();
+    assert_eq!(run(&unusable), first);
+}

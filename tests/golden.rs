@@ -1,0 +1,72 @@
+//! Results that may not change silently: a digit that moves forces the numerics version up.
+
+use rimbench::cases::case_by_name;
+use rimbench::complementarity::solver_by_name;
+use rimbench::cosim::Bounds;
+use rimbench::harness::{RunSpec, scheme_options, simulate};
+use rimbench::numerics_version::NUMERICS_VERSION;
+use rimbench::schemes::{SCHEMES, scheme_by_name};
+
+/// The version that `GOLDEN` belongs to.
+const GOLDEN_VERSION: u32 = 1;
+
+/// Scheme, then actuator length (m) and force (N) at the end of a run at H = 1 ms with phase 0.3.
+///
+/// Signal-based schemes run 0.15 s, into the first force peak; model-based ones 1.72 s, through the touch-down, except
+/// `rim-smooth`, which is not stable there and stops at 1.5 s.
+const GOLDEN: &[(&str, f64, f64)] = &[
+    ("zero-order-hold", 2.516314097965119, 715.5199218039654),
+    ("first-order-hold", 2.516253106151541, 696.4934111482612),
+    ("second-order-hold", 2.5162524471524503, 686.7707623041856),
+    ("rim-smooth", 2.886888432900462, -182.2118642416308),
+    ("rim-nonsmooth", 2.9475854230087855, -24.432944502132614),
+    ("rim-nonsmooth-gap", 2.947914880750162, -105.57837701250082),
+];
+
+/// Results agree to ten digits on any processor and libm; a change of method moves far more.
+const SAME: f64 = 1e-10;
+
+fn end_of_run(name: &str) -> (f64, f64) {
+    let case = case_by_name("wedge-box").unwrap();
+    let solver = solver_by_name("active-set").unwrap();
+    let scheme = scheme_by_name(name).unwrap();
+    let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
+    let spec = RunSpec {
+        case,
+        parameters: case.default_parameters(),
+        scheme,
+        options: scheme_options(None, None, solver).unwrap(),
+        macro_step: 1e-3,
+        phase: 0.3,
+        micro_step: 5e-5,
+        mechanics_steps: 1,
+        sequence,
+        force_return,
+        duration: match name {
+            "rim-smooth" => 1.5,
+            _ if name.starts_with("rim") => 1.72,
+            _ => 0.15,
+        },
+        solver,
+    };
+    let run = simulate(&spec, Bounds::default()).unwrap();
+    let last = run.trajectory.row(run.trajectory.len() - 1);
+    let column = |name| run.trajectory.index_of(name).unwrap();
+    (last[column("actuator_length_m")], last[column("actuator_force_n")])
+}
+
+#[test]
+fn a_changed_digit_raises_the_numerics_version() {
+    assert_eq!(NUMERICS_VERSION, GOLDEN_VERSION, "new numerics version: update GOLDEN and GOLDEN_VERSION");
+    let found: Vec<(&str, (f64, f64))> = SCHEMES.iter().map(|scheme| (scheme.name, end_of_run(scheme.name))).collect();
+    let same = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();
+    let unchanged = found.len() == GOLDEN.len()
+        && found.iter().zip(GOLDEN).all(|((name, (length, force)), golden)| {
+            *name == golden.0 && same(*length, golden.1) && same(*force, golden.2)
+        });
+    assert!(
+        unchanged,
+        "results have changed: raise NUMERICS_VERSION, say why in the commit, and update GOLDEN to\n{}",
+        found.iter().map(|(name, (s, f))| format!("    (\"{name}\", {s:?}, {f:?}),\n")).collect::<String>()
+    );
+}
