@@ -1,7 +1,9 @@
 //! One file per subcommand.
 
+mod limit;
 mod list;
 mod reproduce;
+mod run_options;
 mod simulate;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -20,6 +22,8 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     /// Run one co-simulation and print its outcome, metrics and counters
     Simulate(simulate::Simulate),
+    /// Find the largest stable macro step of a scheme on a case
+    Limit(limit::Limit),
     /// List what there is, by name
     List(list::List),
 }
@@ -45,6 +49,7 @@ impl Cli {
         match self.command {
             Command::Reproduce(command) => command.run(),
             Command::Simulate(command) => command.run(),
+            Command::Limit(command) => command.run(),
             Command::List(command) => command.run(),
         }
     }

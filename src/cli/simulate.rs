@@ -1,62 +1,28 @@
 //! `rimbench simulate`: one run.
 
+use super::run_options::RunOptions;
 use super::{Format, json_number, print, table};
 use clap::Args;
-use rimbench::cases::case_by_name;
-use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{ForceReturn, Outcome, Sequence, Trajectory};
+use rimbench::cosim::{Outcome, Trajectory};
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
-    Cache, EvaluatedRun, Reference, RunSpec, check_writable_folder, evaluate, parse_mechanics_steps, scheme_options,
-    simulate, write_atomically,
+    Cache, EvaluatedRun, Reference, RunSpec, check_writable_folder, evaluate, simulate, write_atomically,
 };
 use rimbench::metrics::METRICS;
-use rimbench::schemes::scheme_by_name;
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub struct Simulate {
-    /// Case by name (see `rimbench list cases`)
-    #[arg(long)]
-    case: String,
-    /// Coupling scheme by name (see `rimbench list schemes`)
-    #[arg(long)]
-    scheme: String,
+    #[command(flatten)]
+    run: RunOptions,
     /// Macro step H, s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     macro_step: Option<f64>,
-    /// Order of the sides: jacobi, gauss-seidel (actuator first), gauss-seidel-mechanics-first
-    #[arg(long)]
-    sequence: Option<String>,
-    /// What the mechanics receives: held, end, mean, profile
-    #[arg(long)]
-    force_return: Option<String>,
-    /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes
-    #[arg(long, value_name = "N", default_value = "1", allow_hyphen_values = true)]
-    mechanics_steps: String,
     /// Communication phase φ in (0, 1]: the first macro step is φH long
     #[arg(long, value_name = "PHI", default_value_t = 1.0, allow_negative_numbers = true)]
     phase: f64,
-    /// Longest micro step of the actuator side, s
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    micro_step: Option<f64>,
-    /// Simulated time, s
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    duration: Option<f64>,
-    /// Solver of the complementarity problems (see `rimbench list solvers`)
-    #[arg(long, default_value = "active-set")]
-    solver: String,
-    /// Dependent contacts that become bilateral: drop, pseudo-inverse, regularised
-    #[arg(long)]
-    redundancy: Option<String>,
-    /// Interface model within a macro step: frozen, extrapolated
-    #[arg(long)]
-    model_motion: Option<String>,
-    /// A parameter of the case, key=value (see `rimbench list parameters`); may be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -67,10 +33,8 @@ pub struct Simulate {
 
 impl Simulate {
     pub(super) fn run(self) -> anyhow::Result<()> {
-        let spec = self.spec()?;
-        spec.check()?;
-        // Bad parameters and a trace that cannot be written are found before anything is computed.
-        (spec.case.build)(&spec.parameters, spec.solver)?;
+        let spec = self.run.spec(self.macro_step, self.phase)?;
+        // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
             check_trace(path)?;
         }
@@ -84,38 +48,6 @@ impl Simulate {
             Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run))?),
             Format::Table => print_tables(&spec, &run),
         }
-    }
-
-    fn spec(&self) -> Result<RunSpec> {
-        let case = case_by_name(&self.case)?;
-        let scheme = scheme_by_name(&self.scheme)?;
-        let solver = solver_by_name(&self.solver)?;
-        let mut parameters = case.default_parameters();
-        for assignment in &self.set {
-            let (key, value) = assignment
-                .split_once('=')
-                .ok_or_else(|| Error::invalid("--set", assignment, "key=value, for example box_mass_kg=250"))?;
-            parameters.set(key.trim(), value.trim())?;
-        }
-        let sequence: Option<Sequence> = self.sequence.as_deref().map(str::parse).transpose()?;
-        let force_return: Option<ForceReturn> = self.force_return.as_deref().map(str::parse).transpose()?;
-        let (sequence, force_return) = scheme.sequence_and_return(sequence, force_return)?;
-        let macro_step = self.macro_step.unwrap_or(case.defaults.macro_step_s);
-        Ok(RunSpec {
-            case,
-            parameters,
-            scheme,
-            options: scheme_options(self.redundancy.as_deref(), self.model_motion.as_deref(), solver)?,
-            macro_step,
-            phase: self.phase,
-            // A macro step below the usual micro step is its own micro step, unless one is asked for.
-            micro_step: self.micro_step.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
-            mechanics_steps: parse_mechanics_steps(&self.mechanics_steps)?,
-            sequence,
-            force_return,
-            duration: self.duration.unwrap_or(case.defaults.duration_s),
-            solver,
-        })
     }
 }
 
