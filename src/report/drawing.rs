@@ -1,8 +1,8 @@
 //! The display list every figure ends in: filled and stroked paths and lines of text on a white page.
 //!
 //! Lengths are pixels of the SVG (96 per inch), x to the right, y downwards, as floats: a curve keeps its sub-pixel
-//! shape. `svg` and `raster` turn the same list into the same picture. All colours are opaque; a
-//! lighter one is mixed with white beforehand, so that grey-scale printing and old viewers agree.
+//! shape until `paint` hands it to plotters. All colours are opaque; a lighter one is mixed with white beforehand, so
+//! that grey-scale printing and old viewers agree.
 
 use super::font;
 

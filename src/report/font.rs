@@ -1,7 +1,8 @@
 //! The embedded typeface: Inter (SIL Open Font License, see `font/LICENSE.txt`), regular and semi-bold.
 //!
-//! No system font is read, so a figure looks the same on every machine. The text of an SVG stays text; it names Inter
-//! first and generic sans-serif families after it, and layouts leave the slack such a replacement needs.
+//! No system font is read, so a figure looks the same on every machine. The text of an SVG stays text: plotters writes
+//! the name the typeface is registered under as its family, so the name is a list that ends in a generic family.
+//! Layouts leave the slack such a replacement needs.
 
 use std::sync::Once;
 
@@ -9,16 +10,13 @@ use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
 use super::drawing::Weight;
 
-/// The families an SVG asks for, in order.
-pub const SVG_FAMILY: &str = "Inter, 'Helvetica Neue', Helvetica, Arial, sans-serif";
+const NAME: &str = "Inter, Helvetica Neue, Helvetica, Arial, sans-serif";
 
 /// Height of a capital letter, in em.
 pub const CAP_HEIGHT: f64 = 2048.0 / 2816.0;
 
 /// Ascender minus descender in em: what plotters calls the size of this font is this much larger than its em.
-const LINE_HEIGHT: f64 = (2728.0 + 680.0) / 2816.0;
-
-const NAME: &str = "rimbench-inter";
+pub const LINE_HEIGHT: f64 = (2728.0 + 680.0) / 2816.0;
 
 /// Makes the typeface known to plotters; only the first call does anything.
 fn register() {
@@ -34,7 +32,8 @@ fn register() {
     });
 }
 
-fn face(plotters_size: f64, weight: Weight) -> FontDesc<'static> {
+/// Gives the typeface in what plotters calls its size.
+pub fn face(plotters_size: f64, weight: Weight) -> FontDesc<'static> {
     register();
     let style = match weight {
         Weight::Regular => FontStyle::Normal,
@@ -51,35 +50,9 @@ pub fn width(text: &str, size: f64, weight: Weight) -> f64 {
     f64::from(right - left) / FINE * size
 }
 
-/// Renders a line of text: calls `ink` with pixels relative to the start of its baseline (x to the right, y down) and
-/// their coverage in [0, 1]. `size` is its em in px.
-pub fn rasterise(text: &str, size: f64, weight: Weight, mut ink: impl FnMut(i32, i32, f64)) {
-    // An even whole size: plotters puts the baseline at half of it and truncates.
-    let even = 2.0 * (0.5 * size * LINE_HEIGHT).round().max(1.0);
-    let baseline = (0.5 * even) as i32;
-    let drawn = face(even, weight).draw(text, (0, 0), |x, y, coverage| {
-        ink(x, y - baseline, f64::from(coverage));
-        Ok::<(), std::convert::Infallible>(())
-    });
-    drawn.expect("the embedded font is registered").unwrap_or_else(|never| match never {});
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_em_of_the_text_is_the_size_asked_for() {
-        let (mut top, mut bottom) = (i32::MAX, i32::MIN);
-        rasterise("H", 200.0, Weight::Regular, |_, y, coverage| {
-            if coverage > 0.5 {
-                (top, bottom) = (top.min(y), bottom.max(y));
-            }
-        });
-        let height = f64::from(bottom - top + 1);
-        assert!((height - 200.0 * CAP_HEIGHT).abs() < 2.0, "capital {height} px high");
-        assert_eq!(bottom, -1, "a capital stands on the baseline");
-    }
 
     #[test]
     fn widths_scale_with_the_size_and_semi_bold_is_wider() {
@@ -92,8 +65,11 @@ mod tests {
     fn the_signs_figures_need_are_in_the_font() {
         let missing = |c: char| {
             let mut ink = 0.0;
-            rasterise(&c.to_string(), 40.0, Weight::Regular, |_, _, coverage| ink += coverage);
-            ink == 0.0
+            let drawn = face(40.0, Weight::Regular).draw(&c.to_string(), (0, 0), |_, _, coverage| {
+                ink += coverage;
+                Ok::<(), std::convert::Infallible>(())
+            });
+            drawn.is_err() || ink == 0.0
         };
         let wanted = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻₀₁₂−×·±∞≤≥≈→αβγδλμρφωΔΩ°";
         assert_eq!(wanted.chars().filter(|&c| missing(c)).collect::<String>(), "");

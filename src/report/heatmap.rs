@@ -3,6 +3,9 @@
 //! Light is 0 and dark blue is 1, monotone in lightness, so that it also reads in grey. Hatching marks a cell whose
 //! value needs a warning (stable but wrong); a cell without a value, skipped for a reason, is grey with a dash.
 
+use plotters::style::RGBColor;
+use plotters::style::colors::colormaps::{ColorMap, DerivedColorMap};
+
 use super::clip::Rect;
 use super::drawing::{Anchor, Color, Drawing, Stroke, Text, Weight};
 use super::font;
@@ -19,13 +22,13 @@ const BELOW: f64 = 44.0;
 const KEY: f64 = 24.0;
 const HATCH_DISTANCE: f64 = 6.0;
 
-const STOPS: [Color; 6] = [
-    Color(0xFD, 0xF4, 0xE3),
-    Color(0xD3, 0xE8, 0xD3),
-    Color(0x93, 0xCF, 0xC6),
-    Color(0x4F, 0xA3, 0xBF),
-    Color(0x2B, 0x6C, 0xA6),
-    Color(0x14, 0x35, 0x6B),
+const STOPS: [RGBColor; 6] = [
+    RGBColor(0xFD, 0xF4, 0xE3),
+    RGBColor(0xD3, 0xE8, 0xD3),
+    RGBColor(0x93, 0xCF, 0xC6),
+    RGBColor(0x4F, 0xA3, 0xBF),
+    RGBColor(0x2B, 0x6C, 0xA6),
+    RGBColor(0x14, 0x35, 0x6B),
 ];
 const SKIPPED: Color = Color(0xD9, 0xDC, 0xDF);
 
@@ -74,9 +77,8 @@ pub struct Heatmap {
 
 /// Looks up the colour of a share in [0, 1].
 pub fn color_of(share: f64) -> Color {
-    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
-    let below = (place as usize).min(STOPS.len() - 2);
-    STOPS[below].mix(STOPS[below + 1], place - below as f64)
+    let RGBColor(red, green, blue) = DerivedColorMap::new(&STOPS).get_color(share.clamp(0.0, 1.0));
+    Color(red, green, blue)
 }
 
 impl Heatmap {
@@ -244,5 +246,6 @@ mod tests {
     fn the_colour_scale_is_monotone_in_lightness() {
         let lightness: Vec<f64> = (0..=100).map(|k| color_of(f64::from(k) / 100.0).luminance()).collect();
         assert!(lightness.windows(2).all(|pair| pair[1] <= pair[0] + 0.004), "{lightness:?}");
+        assert_eq!([color_of(0.0), color_of(1.0)], [Color(0xFD, 0xF4, 0xE3), Color(0x14, 0x35, 0x6B)]);
     }
 }

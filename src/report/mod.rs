@@ -13,11 +13,13 @@
 //! | [`heatmap`] | stability maps: scheme × step size |
 //! | [`manoeuvre`], `wedge_box` | the wedge box at a row of instants |
 //! | [`drawing`] | the display list: paths and text on a page |
-//! | `svg`, `raster`, `stroke`, `font` | the display list as SVG and as smooth pixels; the embedded typeface |
+//! | `paint`, `dash`, `font` | the display list drawn by plotters, as SVG and as smooth pixels; the embedded typeface |
 //! | [`render`] | files: a temporary name first, then the final one |
 //!
-//! plotters supplies font rendering and the PNG encoder. Its drawing backends round every corner and line width to
-//! whole pixels and know no dashes, which shows in a thin curve; hence the display list.
+//! plotters draws: every shape becomes one of its elements on a drawing area over its SVG or bitmap backend, letters
+//! are its text in a registered font, and its encoder writes the PNG. What is left to us is layout, because plotters'
+//! charts have no band for infinite values, no inset, no legend outside the data and no cutting at the frame, and what
+//! its backends lack: dash patterns, and positions and widths between pixels, which a finer grid makes up for.
 //!
 //! On top of the toolkit stand the figures of the report ([`FigureList`], from `paper/figures.toml`), read from result
 //! files by [`ResultsTable`], and the report itself ([`write_report`]).
@@ -32,6 +34,7 @@ pub mod ticks;
 
 mod claims_table;
 mod clip;
+mod dash;
 mod data;
 mod figure;
 mod figures;
@@ -41,13 +44,16 @@ mod hatch;
 mod inset;
 mod legend;
 mod marker;
+<<<<<<< HEAD
 mod page;
 mod panel;
 mod raster;
 mod results_table;
+=======
+mod paint;
+mod panel;
+>>>>>>> c4bafdc (Let plotters draw: display list through its SVG and bitmap backends, own SVG writer and rasteriser gone)
 mod scale;
-mod stroke;
-mod svg;
 mod wedge_box;
 
 pub use claims_table::claims_markdown;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use plotters::backend::{BitMapBackend, DrawingBackend};
 
 use super::drawing::Drawing;
-use super::{raster, svg};
+use super::paint::{self, Pixels};
 use crate::error::{Error, Result};
 
 /// Pixels of the PNG per px of the SVG.
@@ -30,8 +30,8 @@ pub struct FigureFiles {
 /// [`Error::File`] if the folder cannot be written to.
 pub fn write(drawing: &Drawing, folder: &Path, name: &str) -> Result<FigureFiles> {
     let files = FigureFiles { svg: folder.join(format!("{name}.svg")), png: folder.join(format!("{name}.png")) };
-    put(&files.svg, "svg", |path| fs::write(path, svg::document(drawing)).map_err(|error| error.to_string()))?;
-    put(&files.png, "png", |path| encode(&raster::paint(drawing, PNG_SCALE), path))?;
+    put(&files.svg, "svg", |path| fs::write(path, paint::svg(drawing)?).map_err(|error| error.to_string()))?;
+    put(&files.png, "png", |path| encode(&paint::pixels(drawing, PNG_SCALE)?, path))?;
     Ok(files)
 }
 
@@ -46,7 +46,7 @@ fn put(path: &Path, extension: &str, write: impl FnOnce(&Path) -> Result<(), Str
     })
 }
 
-fn encode(pixels: &raster::Pixels, path: &Path) -> Result<(), String> {
+fn encode(pixels: &Pixels, path: &Path) -> Result<(), String> {
     let size = (pixels.width as u32, pixels.height as u32);
     let mut backend = BitMapBackend::new(path, size);
     backend.blit_bitmap((0, 0), size, &pixels.rgb).map_err(|error| error.to_string())?;
