@@ -44,4 +44,5 @@ pub mod metrics;
 pub mod models;
 pub mod numerics_version;
 pub mod report;
+pub mod results_table;
 pub mod schemes;

@@ -3,6 +3,7 @@
 use super::{print, table};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rayon::prelude::*;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
     Cache, CheckedClaim, Executed, Experiment, Provenance, check_claims, check_writable_folder, execute, write_claims,
@@ -49,9 +50,7 @@ impl Reproduce {
         }
         let group = out.join(GROUP);
         write_claims(&group.join("claims.csv"), &claims)?;
-        for figure in &figures.figures {
-            figure.make(&out)?;
-        }
+        figures.figures.par_iter().try_for_each(|figure| figure.make(&out).map(drop))?;
         write_report(&home.join("paper/report.md"), &out, GROUP, &figures)?;
         bar.finish_and_clear();
 

@@ -1,7 +1,7 @@
 //! The table of claims as Markdown, from `claims.csv`.
 
-use super::results_table::ResultsTable;
 use crate::error::Result;
+use crate::results_table::ResultsTable;
 use std::fmt::Write;
 use std::path::Path;
 

@@ -22,7 +22,7 @@
 //! its backends lack: dash patterns, and positions and widths between pixels, which a finer grid makes up for.
 //!
 //! On top of the toolkit stand the figures of the report ([`FigureList`], from `paper/figures.toml`), read from result
-//! files by [`ResultsTable`], and the report itself ([`write_report`]).
+//! files by [`ResultsTable`](crate::results_table::ResultsTable), and the report itself ([`write_report`]).
 
 pub mod chart;
 pub mod drawing;
@@ -44,19 +44,12 @@ mod hatch;
 mod inset;
 mod legend;
 mod marker;
-<<<<<<< HEAD
 mod page;
-mod panel;
-mod raster;
-mod results_table;
-=======
 mod paint;
 mod panel;
->>>>>>> c4bafdc (Let plotters draw: display list through its SVG and bitmap backends, own SVG writer and rasteriser gone)
 mod scale;
 mod wedge_box;
 
 pub use claims_table::claims_markdown;
 pub use figures::{FigureEntry, FigureKind, FigureList};
 pub use page::write_report;
-pub use results_table::ResultsTable;

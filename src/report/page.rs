@@ -2,8 +2,8 @@
 
 use super::claims_table::claims_markdown;
 use super::figures::FigureList;
-use super::results_table::ResultsTable;
 use crate::error::{Error, Result};
+use crate::results_table::ResultsTable;
 use std::fmt::Write;
 use std::path::Path;
 

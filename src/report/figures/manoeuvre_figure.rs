@@ -4,7 +4,7 @@ use super::trace_figure::trace_path;
 use crate::error::Result;
 use crate::report::drawing::Drawing;
 use crate::report::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
-use crate::report::results_table::ResultsTable;
+use crate::results_table::ResultsTable;
 use serde::Deserialize;
 use std::path::Path;
 

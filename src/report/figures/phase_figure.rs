@@ -4,8 +4,8 @@ use super::sweep_figure::labels;
 use crate::error::Result;
 use crate::report::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::report::drawing::Drawing;
-use crate::report::results_table::ResultsTable;
 use crate::report::style::style_of;
+use crate::results_table::ResultsTable;
 use serde::Deserialize;
 use std::path::Path;
 

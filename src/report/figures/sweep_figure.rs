@@ -4,8 +4,8 @@ use crate::error::Result;
 use crate::metrics::order_of_convergence;
 use crate::report::chart::{Axis, Figure, Guide, Mode, Panel, Series};
 use crate::report::drawing::Drawing;
-use crate::report::results_table::ResultsTable;
 use crate::report::style::{SeriesStyle, style_of};
+use crate::results_table::ResultsTable;
 use serde::Deserialize;
 use std::path::Path;
 

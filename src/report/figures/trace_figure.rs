@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use crate::report::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::report::drawing::Drawing;
-use crate::report::results_table::ResultsTable;
 use crate::report::style::style_of;
+use crate::results_table::ResultsTable;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
