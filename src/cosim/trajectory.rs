@@ -74,28 +74,44 @@ impl Trajectory {
         self.rows().next_back().map(|row| row[0])
     }
 
-    /// Value of a column at time `t`, linear between rows, held outside.
-    pub fn at(&self, column: usize, t: f64) -> f64 {
+    /// All columns at other times, linear between rows, held outside.
+    pub fn resampled(&self, times: impl ExactSizeIterator<Item = f64>) -> Trajectory {
+        let mut resampled = Trajectory::with_capacity(self.columns.clone(), times.len());
         let rows = self.len();
-        if rows == 0 {
-            return f64::NAN;
+        for t in times {
+            let row = resampled.push_row();
+            if rows == 0 {
+                row.fill(f64::NAN);
+            } else {
+                let after = self.rows_until(t);
+                let (before, after) = (self.row(after.max(1) - 1), self.row(after.min(rows - 1)));
+                let share = (t - before[0]) / (after[0] - before[0]);
+                // The end points exactly, also where a value is infinite.
+                let exact = !(share > 0.0 && share < 1.0);
+                for (value, (a, b)) in row.iter_mut().zip(before.iter().zip(after)) {
+                    *value = if exact { *a } else { a + share * (b - a) };
+                }
+            }
+            row[0] = t;
         }
-        let after = self.partition_by_time(t);
-        if after == 0 {
-            return self.row(0)[column];
-        }
-        if after == rows {
-            return self.row(rows - 1)[column];
-        }
-        let (before, after) = (self.row(after - 1), self.row(after));
-        let share = (t - before[0]) / (after[0] - before[0]);
-        // The end points exactly, also where a value is infinite.
-        if share == 0.0 { before[column] } else { before[column] + share * (after[column] - before[column]) }
+        resampled
     }
 
     /// Number of rows with time ≤ `t`.
-    fn partition_by_time(&self, t: f64) -> usize {
+    fn rows_until(&self, t: f64) -> usize {
         let (mut low, mut high) = (0, self.len());
+        // Rows at equal distances, as in a reference, are found at once.
+        if high > 1 {
+            let guess =
+                ((t - self.row(0)[0]) / (self.row(1)[0] - self.row(0)[0])).clamp(0.0, (high - 1) as f64) as usize;
+            let next = guess + 1;
+            if self.row(guess)[0] <= t {
+                low = next;
+                if next < high && self.row(next)[0] > t {
+                    return next;
+                }
+            }
+        }
         while low < high {
             let middle = (low + high) / 2;
             if self.row(middle)[0] <= t { low = middle + 1 } else { high = middle }
@@ -113,8 +129,15 @@ mod tests {
         let columns = vec!["time_s".to_owned(), "x_m".to_owned()];
         let trajectory = Trajectory::from_data(columns, vec![0.0, 1.0, 1.0, 3.0, 2.0, -1.0]);
         assert_eq!(trajectory.len(), 3);
-        for (t, x) in [(-1.0, 1.0), (0.0, 1.0), (0.5, 2.0), (1.0, 3.0), (1.25, 2.0), (2.0, -1.0), (9.0, -1.0)] {
-            assert_eq!(trajectory.at(1, t), x);
+        let wanted = [(-1.0, 1.0), (0.0, 1.0), (0.5, 2.0), (1.0, 3.0), (1.25, 2.0), (2.0, -1.0), (9.0, -1.0)];
+        let resampled = trajectory.resampled(wanted.iter().map(|(t, _)| *t));
+        for (row, (t, x)) in resampled.rows().zip(wanted) {
+            assert_eq!(row, [t, x]);
         }
+        // Uneven rows, and a value that is infinite on one side.
+        let columns = vec!["time_s".to_owned(), "x".to_owned()];
+        let uneven = Trajectory::from_data(columns, vec![0.0, 1.0, 0.1, 2.0, 7.0, f64::INFINITY, 8.0, 5.0]);
+        let resampled = uneven.resampled([0.05, 0.1, 3.0, 7.0, 7.5].into_iter());
+        assert_eq!(resampled.column(1).collect::<Vec<_>>(), [1.5, 2.0, f64::INFINITY, f64::INFINITY, f64::INFINITY]);
     }
 }

@@ -39,9 +39,11 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
     let columns = spec.case.interface_columns;
     let column = |name: &str| result.trajectory.index_of(name).unwrap_or(0);
     let gaps = gap_columns(spec.case);
+    let aligned = reference.trajectory.resampled(result.trajectory.column(0));
     let evidence = Evidence {
         run: &result.trajectory,
-        reference: &reference.trajectory,
+        reference: &aligned,
+        reference_force_peak: reference.largest[column(columns.force)],
         report: &result.report,
         position: column(columns.position),
         velocity: column(columns.velocity),

@@ -30,6 +30,8 @@ pub struct Reference {
     pub uncertainty: Vec<f64>,
     /// Observed order of each column; NaN where the differences vanish.
     pub order: Vec<f64>,
+    /// Largest magnitude of each column.
+    pub largest: Vec<f64>,
     /// Its finest step, s.
     pub step: f64,
 }
@@ -83,7 +85,8 @@ impl Reference {
             order.push(if second > 0.0 { observed } else { f64::NAN });
         }
         let finest = f64::from(REFINEMENTS[REFINEMENTS.len() - 1]);
-        Ok(Reference { trajectory: fine, uncertainty, order, step: case.defaults.reference_step_s / finest })
+        let step = case.defaults.reference_step_s / finest;
+        Ok(Reference { largest: largest(&fine), trajectory: fine, uncertainty, order, step })
     }
 
     /// Bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling variable.
@@ -96,10 +99,7 @@ impl Reference {
             ports
                 .iter()
                 .map(|port| match self.trajectory.index_of(port.name) {
-                    Some(column) => {
-                        let largest = self.trajectory.column(column).map(f64::abs).fold(0.0, f64::max);
-                        DIVERGENCE_FACTOR * largest.max(at_rest(port.quantity))
-                    }
+                    Some(column) => DIVERGENCE_FACTOR * self.largest[column].max(at_rest(port.quantity)),
                     None => f64::INFINITY,
                 })
                 .collect()
@@ -127,13 +127,26 @@ impl Reference {
         if rows.is_empty() || rows.len() % n != 0 {
             return None;
         }
+        let trajectory = Trajectory::from_data(columns, rows.to_vec());
         Some(Reference {
-            trajectory: Trajectory::from_data(columns, rows.to_vec()),
+            largest: largest(&trajectory),
+            trajectory,
             uncertainty: uncertainty.to_vec(),
             order: order.to_vec(),
             step: *step,
         })
     }
+}
+
+/// Largest magnitude of each column.
+fn largest(trajectory: &Trajectory) -> Vec<f64> {
+    let mut largest = vec![0.0_f64; trajectory.columns().len()];
+    for row in trajectory.rows() {
+        for (largest, value) in largest.iter_mut().zip(row) {
+            *largest = largest.max(value.abs());
+        }
+    }
+    largest
 }
 
 /// Magnitudes below which a coupling variable counts as zero, so that the round-off of a system at rest is no

@@ -70,7 +70,7 @@ fn peak(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 fn reference_peak(evidence: &Evidence<'_>) -> Option<f64> {
-    peak(evidence.reference.column(evidence.force)).filter(|peak| *peak > 0.0)
+    Some(evidence.reference_force_peak).filter(|peak| *peak > 0.0)
 }
 
 /// Order p of `error ≈ C H^p` by least squares in logarithms; `None` with fewer than two usable points.

@@ -6,8 +6,10 @@ use crate::cosim::{Report, Trajectory};
 pub struct Evidence<'a> {
     /// The run, one row per communication point.
     pub run: &'a Trajectory,
-    /// The reference, with the same columns.
+    /// The reference at the communication points of the run, with the same columns.
     pub reference: &'a Trajectory,
+    /// Largest magnitude of the interface force in the whole reference, N.
+    pub reference_force_peak: f64,
     /// How the run ended.
     pub report: &'a Report,
     /// Column of the interface position.
@@ -40,6 +42,6 @@ pub struct Metric {
 impl Evidence<'_> {
     /// Pairs (run, reference) of one column at the communication points of the run.
     pub(super) fn pairs(&self, column: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
-        self.run.rows().map(move |row| (row[column], self.reference.at(column, row[0])))
+        self.run.column(column).zip(self.reference.column(column))
     }
 }
