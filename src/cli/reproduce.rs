@@ -6,11 +6,11 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
-    Cache, CheckedClaim, Executed, Experiment, Provenance, check_claims, check_writable_folder, execute, write_claims,
-    write_results,
+    Cache, CheckedClaim, Experiment, Job, Store, check_claims, check_writable_folder, run_job, write_claims,
 };
 use rimbench::report::{FigureList, write_report};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// The group of experiments that this command runs.
@@ -40,25 +40,32 @@ impl Reproduce {
         check_writable_folder(&out)?;
 
         let bar = progress_bar(total);
-        let executed = run_all(&experiments, self.quick, &bar)?;
-        bar.set_message("writing results and figures");
-        let provenance = Provenance::collect();
-        let mut claims: Vec<CheckedClaim> = Vec::new();
-        for executed in &executed {
-            write_results(&out.join(GROUP).join(executed.experiment.name()), executed, &provenance)?;
-            claims.extend(check_claims(executed)?);
-        }
         let group = out.join(GROUP);
+        let cache = Cache::of_user();
+        let mut claims: Vec<CheckedClaim> = Vec::new();
+        let mut not_completed = 0;
+        for experiment in &experiments {
+            bar.set_message(experiment.name());
+            let folder = group.join(experiment.name());
+            let job = Job { experiment, folder: &folder, quick: self.quick, fresh: true, shard: None, cache: &cache };
+            let summary = run_job(job, &|_| bar.inc(1), &AtomicBool::new(false))?;
+            not_completed += summary.not_completed;
+            if bar.is_hidden() {
+                eprintln!("{}: {} runs", experiment.name(), summary.computed);
+            }
+            claims.extend(check_claims(experiment, &folder)?);
+            // All is exported; what is to be resumed is for `run`.
+            Store::clear(&folder)?;
+        }
+        bar.set_message("drawing figures");
         write_claims(&group.join("claims.csv"), &claims)?;
         figures.figures.par_iter().try_for_each(|figure| figure.make(&out).map(drop))?;
         write_report(&home.join("paper/report.md"), &out, GROUP, &figures)?;
         bar.finish_and_clear();
 
         print(&claims_table(&claims))?;
-        let diverged = executed.iter().flat_map(|executed| &executed.runs);
-        let diverged = diverged.filter(|run| run.evaluated.outcome.name() == "diverged").count();
         print(&format!(
-            "{total} runs ({diverged} diverged, as data) in {:.1} s. Report: {}",
+            "{total} runs ({not_completed} of them diverged or failed, as data) in {:.1} s. Report: {}",
             started.elapsed().as_secs_f64(),
             group.join("report.html").display()
         ))
@@ -81,20 +88,6 @@ fn experiments(folder: &Path) -> Result<Vec<Experiment>> {
         return Err(Error::file(folder, "holds no experiment (*.toml)"));
     }
     files.iter().map(|path| Experiment::read(path)).collect()
-}
-
-fn run_all(experiments: &[Experiment], quick: bool, bar: &ProgressBar) -> Result<Vec<Executed>> {
-    let cache = Cache::of_user();
-    let mut executed = Vec::new();
-    for experiment in experiments {
-        bar.set_message(experiment.name());
-        let done = execute(experiment, quick, &cache, &|_| bar.inc(1))?;
-        if bar.is_hidden() {
-            eprintln!("{}: {} runs", experiment.name(), done.runs.len());
-        }
-        executed.push(done);
-    }
-    Ok(executed)
 }
 
 /// A bar on a terminal; nothing but a line per experiment elsewhere.

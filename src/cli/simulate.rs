@@ -6,7 +6,7 @@ use clap::Args;
 use rimbench::cosim::{Outcome, Trajectory};
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
-    Cache, EvaluatedRun, Reference, RunSpec, check_writable_folder, evaluate, simulate, write_atomically,
+    COUNTERS, Cache, EvaluatedRun, Reference, RunSpec, check_writable_folder, evaluate, simulate, write_atomically,
 };
 use rimbench::metrics::METRICS;
 use serde_json::{Map, Value};
@@ -101,8 +101,8 @@ fn json(spec: &RunSpec, run: &EvaluatedRun) -> Value {
     let [force, position] = run.reference_uncertainty;
     put("reference_force_uncertainty_n", optional(force));
     put("reference_position_uncertainty_m", optional(position));
-    for (name, count) in &run.counters {
-        put(name, (*count).into());
+    for (name, count) in COUNTERS.iter().zip(run.counters) {
+        put(name, count.into());
     }
     put("wall_s", json_number(run.wall.as_secs_f64()));
     Value::Object(facts)
@@ -128,7 +128,7 @@ fn print_tables(spec: &RunSpec, run: &EvaluatedRun) -> anyhow::Result<()> {
         print(&format!("The reference itself is uncertain by {force:.2e} N and {position:.2e} m (rms).\n"))?;
     }
     let mut counters = table(&["counter", "value"]);
-    for (name, count) in &run.counters {
+    for (name, count) in COUNTERS.iter().zip(run.counters) {
         counters.add_row([(*name).to_owned(), count.to_string()]);
     }
     let wall = run.wall.as_secs_f64();

@@ -38,6 +38,11 @@ pub enum Outcome {
         /// Simulated time reached, s.
         at_s: f64,
     },
+    /// The program failed: a defect of rimbench, kept as a record.
+    Panicked {
+        /// What it said.
+        message: String,
+    },
     /// Not run, because case and scheme do not go together.
     Skipped {
         /// Why not.
@@ -63,6 +68,7 @@ impl Outcome {
             Outcome::OutOfRange { .. } => "out-of-range",
             Outcome::SolverFailed { .. } => "solver-failed",
             Outcome::Timeout { .. } => "timeout",
+            Outcome::Panicked { .. } => "panicked",
             Outcome::Skipped { .. } => "skipped",
         }
     }
@@ -70,7 +76,7 @@ impl Outcome {
     /// When the run left the path of [`Outcome::Completed`], s.
     pub fn at_s(&self) -> Option<f64> {
         match self {
-            Outcome::Completed | Outcome::Skipped { .. } => None,
+            Outcome::Completed | Outcome::Skipped { .. } | Outcome::Panicked { .. } => None,
             Outcome::Diverged { at_s, .. }
             | Outcome::OutOfRange { at_s, .. }
             | Outcome::SolverFailed { at_s, .. }
@@ -89,6 +95,7 @@ impl Outcome {
             Outcome::OutOfRange { quantity, value, .. } => Failure::OutOfRange { quantity, value: *value }.to_string(),
             Outcome::SolverFailed { failure, .. } => failure.to_string(),
             Outcome::Timeout { .. } => "wall-time limit".to_owned(),
+            Outcome::Panicked { message } => format!("defect of rimbench: {message}"),
             Outcome::Skipped { reason } => reason.clone(),
         }
     }

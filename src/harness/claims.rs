@@ -1,9 +1,9 @@
 //! Claims: what an experiment file says should come out, held against what did.
 
-use super::evaluation::EvaluatedRun;
-use super::execution::Executed;
+use super::experiment::{Experiment, PlannedRun};
 use crate::error::{Error, Result};
 use crate::metrics::{METRICS, order_of_convergence};
+use crate::results_table::ResultsTable;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
@@ -134,25 +134,60 @@ pub struct CheckedClaim {
     pub run_ids: String,
 }
 
-/// Checks all claims of an executed experiment.
+/// Quantities of a claim besides the metrics.
+const OUTCOMES: [&str; 2] = ["diverged", "diverged_at_s"];
+
+/// Checks all claims of an experiment against the `runs.csv` in its results folder. Claims about macro steps that are not
+/// there, as after a quick run, come back as not measured.
 ///
 /// # Errors
-/// [`Error::File`] for a claim about a scheme, metric or macro step that the experiment does not have.
-pub fn check_claims(executed: &Executed) -> Result<Vec<CheckedClaim>> {
-    let experiment = &executed.experiment;
-    experiment.claims().iter().map(|claim| check(claim, executed)).collect::<Result<_>>().map_err(|error| match error {
-        error @ Error::File { .. } => error,
-        other => Error::file(experiment.path(), other),
-    })
+/// [`Error::File`] if there is no such file.
+pub fn check_claims(experiment: &Experiment, folder: &Path) -> Result<Vec<CheckedClaim>> {
+    let runs = ResultsTable::read(&folder.join("runs.csv"))?;
+    experiment.claims().iter().map(|claim| check(claim, &experiment.name(), &runs)).collect()
 }
 
-fn check(claim: &Claim, executed: &Executed) -> Result<CheckedClaim> {
+/// Checks that each claim is about runs of the plan.
+///
+/// # Errors
+/// A claim about a scheme, metric or macro step that the plan does not have.
+pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]) -> Result<()> {
+    for claim in claims {
+        let names = || METRICS.iter().map(|metric| metric.name).chain(OUTCOMES);
+        if !names().any(|name| name == claim.metric) {
+            return Err(Error::unknown("metric of a claim", &claim.metric, names()));
+        }
+        for label in std::iter::once(&claim.scheme).chain(&claim.relative_to) {
+            let of_label = || planned.iter().filter(|run| run.label == *label);
+            if of_label().next().is_none() {
+                let mut valid: Vec<&str> = planned.iter().map(|run| run.label.as_str()).collect();
+                valid.dedup();
+                return Err(Error::unknown("scheme of a claim", label, valid));
+            }
+            if !of_label().any(|run| claim.is_about(run.spec.macro_step)) {
+                let step = claim.macro_step_s.unwrap_or(f64::NAN);
+                let message =
+                    format!("claim `{}` is about macro_step_s = {step}, which `{label}` does not run", claim.id);
+                return Err(Error::Incompatible(message));
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Claim {
+    fn is_about(&self, macro_step: f64) -> bool {
+        self.macro_step_s.is_none_or(|wanted| (macro_step / wanted - 1.0).abs() < SAME_STEP)
+    }
+}
+
+fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<CheckedClaim> {
     let mut ids = Vec::new();
-    let own = measure(claim, &claim.scheme, executed, &mut ids)?;
+    let own = measure(claim, &claim.scheme, runs, &mut ids)?;
     let measured = match &claim.relative_to {
         None => own,
         Some(other) => {
-            let other = measure(claim, other, executed, &mut ids)?;
+            let other = measure(claim, other, runs, &mut ids)?;
             own.zip(other).map(|(own, other)| own / other)
         }
     };
@@ -166,7 +201,7 @@ fn check(claim: &Claim, executed: &Executed) -> Result<CheckedClaim> {
     let relative = claim.relative_to.as_ref().map(|other| format!(" relative to {other}")).unwrap_or_default();
     let step = claim.macro_step_s.map(|step| format!(" at H = {} ms", step * 1e3)).unwrap_or_default();
     Ok(CheckedClaim {
-        experiment: executed.experiment.name(),
+        experiment: experiment.to_owned(),
         id: claim.id.clone(),
         by: claim.by,
         text: claim.text.clone(),
@@ -180,42 +215,28 @@ fn check(claim: &Claim, executed: &Executed) -> Result<CheckedClaim> {
 }
 
 /// The statistic of the claim's metric over the runs of one scheme row.
-fn measure(claim: &Claim, label: &str, executed: &Executed, ids: &mut Vec<String>) -> Result<Option<f64>> {
-    let labels = || executed.runs.iter().map(|run| run.planned.label.as_str());
-    if !labels().any(|known| known == label) {
-        let mut valid: Vec<&str> = labels().collect();
-        valid.dedup();
-        return Err(Error::unknown("scheme of a claim", label, valid));
+fn measure(claim: &Claim, label: &str, runs: &ResultsTable, ids: &mut Vec<String>) -> Result<Option<f64>> {
+    let (id, step, outcome) = (runs.column("run_id")?, runs.column("macro_step_s")?, runs.column("outcome")?);
+    let value = match claim.metric.as_str() {
+        "diverged" => outcome,
+        "diverged_at_s" => runs.column("outcome_at_s")?,
+        metric => runs.column(metric)?,
+    };
+    let mut pairs = Vec::new();
+    for row in runs.rows_where(runs.column("label")?, label) {
+        if !claim.is_about(runs.number(row, step)) {
+            continue;
+        }
+        ids.push(runs.text(row, id).to_owned());
+        let number = match claim.metric.as_str() {
+            "diverged" => f64::from(runs.text(row, value) == "diverged"),
+            _ => runs.number(row, value),
+        };
+        if !number.is_nan() {
+            pairs.push((runs.number(row, step), number));
+        }
     }
-    let known = ["diverged", "diverged_at_s"];
-    if !METRICS.iter().map(|metric| metric.name).chain(known).any(|name| name == claim.metric) {
-        let names = METRICS.iter().map(|metric| metric.name).chain(known);
-        return Err(Error::unknown("metric of a claim", &claim.metric, names));
-    }
-    let wanted = |step: f64| claim.macro_step_s.is_none_or(|wanted| (step / wanted - 1.0).abs() < SAME_STEP);
-    let runs: Vec<_> =
-        executed.runs.iter().filter(|run| run.planned.label == label && wanted(run.planned.spec.macro_step)).collect();
-    if runs.is_empty() && !executed.quick {
-        let step = claim.macro_step_s.unwrap_or_default();
-        return Err(Error::Incompatible(format!(
-            "claim `{}` is about macro_step_s = {step}, which `{label}` does not run",
-            claim.id
-        )));
-    }
-    ids.extend(runs.iter().map(|run| run.id.clone()));
-    let values: Vec<(f64, f64)> = runs
-        .iter()
-        .filter_map(|run| value_of(&claim.metric, &run.evaluated).map(|value| (run.planned.spec.macro_step, value)))
-        .collect();
-    Ok(claim.statistic.of(values))
-}
-
-fn value_of(metric: &str, run: &EvaluatedRun) -> Option<f64> {
-    match metric {
-        "diverged" => Some(if run.outcome.name() == "diverged" { 1.0 } else { 0.0 }),
-        "diverged_at_s" => run.outcome.at_s(),
-        name => run.metric(name),
-    }
+    Ok(claim.statistic.of(pairs))
 }
 
 impl Statistic {

@@ -5,6 +5,7 @@ use super::run::{RunResult, RunSpec};
 use crate::cases::Case;
 use crate::cosim::{Outcome, Trajectory};
 use crate::metrics::{Evidence, METRICS};
+use std::any::Any;
 use std::time::Duration;
 
 /// What is kept of a run: its outcome, every metric, every counter.
@@ -18,8 +19,8 @@ pub struct EvaluatedRun {
     pub metrics: Vec<Option<f64>>,
     /// Uncertainty of the reference's interface force, N, and position, m.
     pub reference_uncertainty: [Option<f64>; 2],
-    /// Exact counters by name.
-    pub counters: Vec<(&'static str, u64)>,
+    /// One value per entry of [`COUNTERS`].
+    pub counters: [u64; COUNTERS.len()],
     /// Wall time of the macro loop.
     pub wall: Duration,
     /// The trajectory.
@@ -27,9 +28,20 @@ pub struct EvaluatedRun {
 }
 
 impl EvaluatedRun {
-    /// A metric by name.
-    pub fn metric(&self, name: &str) -> Option<f64> {
-        METRICS.iter().position(|metric| metric.name == name).and_then(|index| self.metrics[index])
+    /// The record of a run that panicked: our bug, but no reason to lose the other runs.
+    pub(super) fn panicked(spec: &RunSpec, panic: &(dyn Any + Send)) -> Self {
+        let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+        // A record is one line.
+        let message = text.unwrap_or("no message").replace(char::is_control, " ");
+        EvaluatedRun {
+            outcome: Outcome::Panicked { message },
+            ended_at_s: 0.0,
+            metrics: vec![None; METRICS.len()],
+            reference_uncertainty: [None; 2],
+            counters: [0; COUNTERS.len()],
+            wall: Duration::ZERO,
+            trajectory: Trajectory::with_capacity(spec.case.recorded_columns(), 0),
+        }
     }
 }
 
@@ -65,23 +77,40 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
     }
 }
 
-/// All exact counters of a run, in the order of the columns in data.
-pub fn counters(result: &RunResult) -> Vec<(&'static str, u64)> {
+/// Names of the exact counters, in the order of the columns in data.
+pub const COUNTERS: [&str; 13] = [
+    "macro_steps",
+    "exchanges",
+    "mechanics_steps",
+    "actuator_micro_steps",
+    "eliminations",
+    "mechanics_lcp_solves",
+    "mechanics_lcp_pivots",
+    "mechanics_lcp_factorisations",
+    "mechanics_lcp_fallbacks",
+    "scheme_lcp_solves",
+    "scheme_lcp_pivots",
+    "scheme_lcp_factorisations",
+    "scheme_lcp_fallbacks",
+];
+
+/// The counters of a run, in the order of [`COUNTERS`].
+fn counters(result: &RunResult) -> [u64; COUNTERS.len()] {
     let (mechanics, scheme) = (&result.mechanics, &result.scheme);
-    vec![
-        ("macro_steps", result.report.counters.macro_steps),
-        ("exchanges", result.report.counters.exchanges),
-        ("mechanics_steps", mechanics.micro_steps),
-        ("actuator_micro_steps", result.actuator.micro_steps),
-        ("eliminations", mechanics.eliminations),
-        ("mechanics_lcp_solves", mechanics.solver.solves),
-        ("mechanics_lcp_pivots", mechanics.solver.pivots),
-        ("mechanics_lcp_factorisations", mechanics.solver.factorisations),
-        ("mechanics_lcp_fallbacks", mechanics.solver.fallbacks),
-        ("scheme_lcp_solves", scheme.solves),
-        ("scheme_lcp_pivots", scheme.pivots),
-        ("scheme_lcp_factorisations", scheme.factorisations),
-        ("scheme_lcp_fallbacks", scheme.fallbacks),
+    [
+        result.report.counters.macro_steps,
+        result.report.counters.exchanges,
+        mechanics.micro_steps,
+        result.actuator.micro_steps,
+        mechanics.eliminations,
+        mechanics.solver.solves,
+        mechanics.solver.pivots,
+        mechanics.solver.factorisations,
+        mechanics.solver.fallbacks,
+        scheme.solves,
+        scheme.pivots,
+        scheme.factorisations,
+        scheme.fallbacks,
     ]
 }
 

@@ -1,86 +1,168 @@
-//! Runs a plan on all cores, against references computed once.
+//! Runs what is missing of an experiment on all cores, record by record, and exports the result files when all is there.
 
 use super::cache::{Cache, hex};
 use super::evaluation::{EvaluatedRun, evaluate};
 use super::experiment::{Experiment, PlannedRun};
+use super::provenance::Provenance;
 use super::reference::Reference;
+use super::results::{self, RUNS_HEADER};
 use super::run::{RunSpec, simulate};
-use crate::error::Result;
+use super::store::Store;
+use crate::cosim::Outcome;
+use crate::error::{Error, Result};
 use crate::numerics_version::NUMERICS_VERSION;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
-use std::sync::Arc;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// A run with its row's identity and its result.
-#[derive(Debug, Clone)]
-pub struct ExecutedRun {
-    /// Hash of everything that determines the run.
-    pub id: String,
-    /// What was planned.
-    pub planned: PlannedRun,
-    /// What came of it.
-    pub evaluated: EvaluatedRun,
-    /// The reference it is held against.
-    pub reference: Arc<Reference>,
-}
-
-/// An experiment with all its runs, in the order of the plan.
-#[derive(Debug, Clone)]
-pub struct Executed {
+/// What to run, and where to.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
     /// The experiment.
-    pub experiment: Experiment,
-    /// Whether this was the quick plan.
+    pub experiment: &'a Experiment,
+    /// Its results folder.
+    pub folder: &'a Path,
+    /// The quick plan instead of the full one.
     pub quick: bool,
-    /// The runs.
-    pub runs: Vec<ExecutedRun>,
+    /// Forget what is stored.
+    pub fresh: bool,
+    /// Only part i of n, from 1.
+    pub shard: Option<(usize, usize)>,
+    /// Where references are kept.
+    pub cache: &'a Cache,
 }
 
-/// Told about each run that is done; called from several threads.
-pub type Progress<'a> = &'a (dyn Fn(&ExecutedRun) + Sync);
+/// What a job did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Runs of the whole experiment.
+    pub planned: usize,
+    /// Runs that were stored before.
+    pub reused: usize,
+    /// Runs computed now.
+    pub computed: usize,
+    /// Runs computed now that did not complete; they are rows like others.
+    pub not_completed: usize,
+    /// Records found damaged, and computed again if they belong to this job.
+    pub damaged: usize,
+    /// Runs of the whole experiment that are not stored yet.
+    pub missing: usize,
+}
 
-/// Plans and runs an experiment.
+/// Told the outcome of each run that is done; called from several threads.
+pub type Progress<'a> = &'a (dyn Fn(&Outcome) + Sync);
+
+/// Runs a job. When all runs of the experiment are stored, by this process or others, the result files are written.
+///
+/// Setting `stop` ends the job after the runs under way; what is stored stays.
 ///
 /// # Errors
-/// Bad input. A run that fails is a result.
-pub fn execute(experiment: &Experiment, quick: bool, cache: &Cache, progress: Progress<'_>) -> Result<Executed> {
-    let planned = experiment.plan(quick)?;
-    let references = references(&planned, cache)?;
-    let runs: Result<Vec<ExecutedRun>> = planned
-        .into_par_iter()
-        .zip(references)
-        .map(|(planned, reference)| {
-            let spec = &planned.spec;
-            let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
-            let evaluated = evaluate(spec, simulate(spec, bounds)?, &reference);
-            let run = ExecutedRun { id: run_id(spec), planned, evaluated, reference };
-            progress(&run);
-            Ok(run)
-        })
-        .collect();
-    Ok(Executed { experiment: experiment.clone(), quick, runs: runs? })
+/// Bad input; a folder that belongs to something else; a disk that is full. A run that fails is a record.
+pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Result<Summary> {
+    let planned = job.experiment.plan(job.quick)?;
+    let ids = unique_ids(job.experiment, &planned)?;
+    if job.fresh {
+        Store::clear(job.folder)?;
+    }
+    let name = job.experiment.name();
+    let store = Store::open(job.folder, &name, &RUNS_HEADER.join(","))?;
+    job.experiment.copy_to(job.folder)?;
+    let in_shard = |index: usize| job.shard.is_none_or(|(part, parts)| index % parts == part - 1);
+    let todo: Vec<usize> =
+        (0..planned.len()).filter(|&index| in_shard(index) && !store.contains(&ids[index])).collect();
+    let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let provenance = Provenance::collect();
+    for group in groups_of_one_reference(&planned, &todo) {
+        let spec = &planned[group[0]].spec;
+        let reference = Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, job.cache)?;
+        let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
+        group.into_par_iter().try_for_each(|index| -> Result<()> {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            let (planned, id) = (&planned[index], &ids[index]);
+            let attempt = catch_unwind(AssertUnwindSafe(|| {
+                Ok(evaluate(&planned.spec, simulate(&planned.spec, bounds.clone())?, &reference))
+            }));
+            let evaluated = attempt.unwrap_or_else(|panic| Ok(EvaluatedRun::panicked(&planned.spec, &*panic)))?;
+            if let Some(every) = job.experiment.trace_every_s {
+                results::write_trace(job.folder, &format!("{id}.csv"), &evaluated.trajectory, every)?;
+            }
+            let traced = job.experiment.trace_every_s.is_some();
+            store.append(&results::record(id, planned, &evaluated, &provenance, traced))?;
+            computed.fetch_add(1, Ordering::Relaxed);
+            if evaluated.outcome != Outcome::Completed {
+                not_completed.fetch_add(1, Ordering::Relaxed);
+            }
+            progress(&evaluated.outcome);
+            Ok(())
+        })?;
+    }
+    store.sync()?;
+    let missing = export_if_complete(&job, &planned, &ids)?;
+    Ok(Summary {
+        planned: planned.len(),
+        reused: ids.iter().filter(|id| store.contains(id)).count(),
+        computed: computed.into_inner(),
+        not_completed: not_completed.into_inner(),
+        damaged: store.damaged,
+        missing: missing.len(),
+    })
 }
 
-/// One reference per run, shared where case, parameters and duration are the same.
-fn references(planned: &[PlannedRun], cache: &Cache) -> Result<Vec<Arc<Reference>>> {
-    let mut known: Vec<(&RunSpec, Arc<Reference>)> = Vec::new();
-    let mut references = Vec::with_capacity(planned.len());
-    for run in planned {
-        let spec = &run.spec;
-        let same = known.iter().find(|(other, _)| {
-            other.case.name == spec.case.name && other.parameters == spec.parameters && other.duration == spec.duration
+/// Writes the result files of an experiment if all its runs are stored; else names those that are missing.
+fn export_if_complete(job: &Job<'_>, planned: &[PlannedRun], ids: &[String]) -> Result<Vec<String>> {
+    // Other processes may have stored their shards meanwhile.
+    let store = Store::open(job.folder, &job.experiment.name(), &RUNS_HEADER.join(","))?;
+    let missing: Vec<String> = ids.iter().filter(|id| !store.contains(id)).cloned().collect();
+    if missing.is_empty() {
+        results::write_tables(job.folder, ids, &store)?;
+        let everything: Vec<usize> = (0..planned.len()).collect();
+        let references = groups_of_one_reference(planned, &everything).into_iter().map(|group| {
+            let run = &planned[group[0]];
+            let spec = &run.spec;
+            Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, job.cache)
+                .map(|found| (run, found))
         });
-        let reference = match same {
-            Some((_, reference)) => Arc::clone(reference),
-            None => {
-                let reference =
-                    Arc::new(Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, cache)?);
-                known.push((spec, Arc::clone(&reference)));
-                reference
-            }
-        };
-        references.push(reference);
+        results::write_references(job.folder, references, job.experiment.trace_every_s)?;
     }
-    Ok(references)
+    Ok(missing)
+}
+
+/// Runs that share case, parameters and duration, and so the reference; in the order of the plan.
+fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec<usize>> {
+    let same = |a: &RunSpec, b: &RunSpec| {
+        a.case.name == b.case.name && a.duration == b.duration && a.parameters == b.parameters
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for &index in indices {
+        // Cases and parameters are the outer loops of a plan: a group is a run of neighbours.
+        match groups.last_mut().filter(|group| same(&planned[group[0]].spec, &planned[index].spec)) {
+            Some(group) => group.push(index),
+            None => groups.push(vec![index]),
+        }
+    }
+    groups
+}
+
+/// The run ids of a plan.
+fn unique_ids(experiment: &Experiment, planned: &[PlannedRun]) -> Result<Vec<String>> {
+    let ids: Vec<String> = planned.iter().map(|run| run_id(&run.spec)).collect();
+    let mut first = std::collections::HashMap::with_capacity(ids.len());
+    for (index, id) in ids.iter().enumerate() {
+        if let Some(earlier) = first.insert(id, index) {
+            let (a, b) = (&planned[earlier], &planned[index]);
+            let message = format!(
+                "the plan holds one run twice: `{}` and `{}` at macro_step_s = {:?}, phase {:?} are the same in everything \
+                 that determines a run",
+                a.label, b.label, b.spec.macro_step, b.spec.phase
+            );
+            return Err(Error::file(experiment.path(), message));
+        }
+    }
+    Ok(ids)
 }
 
 /// Hash of everything that determines a run, 16 hexadecimal digits.

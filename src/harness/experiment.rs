@@ -1,6 +1,7 @@
 //! The experiment file: a question, a grid of runs, and what is claimed of them.
 
-use super::claims::Claim;
+use super::atomic_file::write_atomically;
+use super::claims::{Claim, check_claims_against_plan};
 use super::run::{RunSpec, parse_mechanics_steps};
 use crate::cases::{Case, Parameters, case_by_name};
 use crate::complementarity::{SolverEntry, solver_by_name};
@@ -10,6 +11,9 @@ use crate::schemes::{SchemeOptions, scheme_by_name};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// Most runs of one experiment.
+const MOST_RUNS: usize = 1_000_000;
 
 /// Relative compliance of the `regularised` redundancy treatment.
 const REGULARISATION: f64 = 1e-8;
@@ -34,6 +38,8 @@ pub struct Experiment {
     claims: Vec<Claim>,
     #[serde(skip)]
     path: PathBuf,
+    #[serde(skip)]
+    source: String,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -96,6 +102,7 @@ impl Experiment {
         let mut experiment: Experiment =
             toml::from_str(&text).map_err(|error| Error::file(path, format!("is no experiment: {error}")))?;
         experiment.path = path.to_owned();
+        experiment.source = text;
         Ok(experiment)
     }
 
@@ -119,14 +126,55 @@ impl Experiment {
     /// # Errors
     /// Names, values or combinations that are not valid, each with the file and the key; an empty grid.
     pub fn plan(&self, quick: bool) -> Result<Vec<PlannedRun>> {
-        let runs = self.expand(quick).map_err(|error| match error {
+        let planned = || {
+            self.check_size(quick)?;
+            let runs = self.expand(quick)?;
+            // A quick plan may leave out what a claim is about.
+            if !quick {
+                check_claims_against_plan(&self.claims, &runs)?;
+            }
+            Ok(runs)
+        };
+        planned().map_err(|error| match error {
             error @ Error::File { .. } => error,
             other => Error::file(&self.path, other),
-        })?;
-        if runs.is_empty() {
-            return Err(Error::file(&self.path, "the grid is empty: no case, scheme, macro step or phase is left"));
+        })
+    }
+
+    /// Copies the experiment file beside its results, so that they can be merged and checked without it.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub(super) fn copy_to(&self, folder: &Path) -> Result<()> {
+        std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))?;
+        let path = folder.join("experiment.toml");
+        if std::fs::read_to_string(&path).is_ok_and(|text| text == self.source) {
+            return Ok(());
         }
-        Ok(runs)
+        write_atomically(&path, |file| file.write_all(self.source.as_bytes()))
+    }
+
+    /// Refuses a grid that is empty or beyond all use, before it is laid out.
+    fn check_size(&self, quick: bool) -> Result<()> {
+        let quick = self.quick.as_ref().filter(|_| quick);
+        let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).count();
+        let steps = quick.and_then(|quick| quick.macro_steps_s.as_ref()).unwrap_or(&self.macro_steps_s).len();
+        let of_row = |row: &SchemeRow| row.macro_steps_s.as_ref().map_or(steps, Vec::len);
+        let of_case = |case: &CaseEntry| {
+            let lengths = case.set.values().map(|value| value.as_array().map_or(1, Vec::len));
+            lengths.fold(1_usize, usize::saturating_mul)
+        };
+        let schemes: usize = self.schemes.iter().map(of_row).sum();
+        let cases: usize = self.cases.iter().map(of_case).fold(0, usize::saturating_add);
+        match cases.saturating_mul(schemes).saturating_mul(phases) {
+            0 => Err(Error::Incompatible(format!(
+                "the grid is empty: {cases} cases × {schemes} schemes and macro steps × {phases} phases"
+            ))),
+            runs if runs > MOST_RUNS => Err(Error::Incompatible(format!(
+                "the grid has {runs} runs, more than the {MOST_RUNS} that one experiment may have: split it"
+            ))),
+            _ => Ok(()),
+        }
     }
 
     fn expand(&self, quick: bool) -> Result<Vec<PlannedRun>> {
@@ -159,6 +207,9 @@ impl Experiment {
         phase: f64,
     ) -> Result<PlannedRun> {
         let scheme = scheme_by_name(&row.scheme)?;
+        if let Some(label) = row.label.as_deref().filter(|label| label.is_empty() || label.contains(char::is_control)) {
+            return Err(Error::invalid("label", format!("{label:?}"), "text without tabs or line ends"));
+        }
         let sequence = row.sequence.as_deref().map(str::parse).transpose()?;
         let force_return = row.force_return.as_deref().map(str::parse).transpose()?;
         let (sequence, force_return) = scheme.sequence_and_return(sequence, force_return)?;
@@ -212,6 +263,13 @@ pub fn scheme_options(
 }
 
 impl Phases {
+    fn count(&self) -> usize {
+        match self {
+            Phases::Count(count) => *count,
+            Phases::List(phases) => phases.len(),
+        }
+    }
+
     fn list(&self) -> Vec<f64> {
         match self {
             Phases::Count(count) => phase_ensemble(*count),

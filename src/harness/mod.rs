@@ -1,8 +1,8 @@
 //! From an experiment file to runs to CSV. Files, threads and progress live here only.
 //!
-//! [`Experiment`] is the file, [`Experiment::plan`] makes it a list of [`RunSpec`]s, [`execute`] runs them in parallel
-//! against cached [`Reference`]s, [`write_results`] puts them in a folder, and [`check_claims`] holds what the file
-//! claims against what came out.
+//! [`Experiment`] is the file, [`Experiment::plan`] makes it a list of [`RunSpec`]s, [`run_job`] runs what is missing in
+//! parallel, against cached [`Reference`]s and into a [`Store`] that survives being killed, and exports the result files;
+//! [`check_claims`] holds what the file claims against what came out.
 
 mod atomic_file;
 mod cache;
@@ -15,15 +15,16 @@ mod reference;
 mod results;
 mod run;
 mod stability;
+mod store;
 
 pub use atomic_file::{check_writable_folder, write_atomically};
 pub use cache::Cache;
 pub use claims::{CheckedClaim, Claim, Verdict, check_claims, write_claims};
-pub use evaluation::{EvaluatedRun, counters, evaluate};
-pub use execution::{Executed, ExecutedRun, Progress, execute};
+pub use evaluation::{COUNTERS, EvaluatedRun, evaluate};
+pub use execution::{Job, Progress, Summary, run_id, run_job};
 pub use experiment::{Experiment, PlannedRun, phase_ensemble, scheme_options};
 pub use provenance::Provenance;
 pub use reference::{DIVERGENCE_FACTOR, Reference};
-pub use results::write_results;
 pub use run::{RunResult, RunSpec, parse_mechanics_steps, simulate};
 pub use stability::{StabilityLimit, StabilityPoint, logarithmic_grid, stability_limit};
+pub use store::{Record, Store};

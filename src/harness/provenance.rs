@@ -21,6 +21,10 @@ pub struct Provenance {
     pub cpu: String,
 }
 
+/// Columns of `provenance.csv`.
+pub(super) const HEADER: [&str; 8] =
+    ["run_id", "git_revision", "git_dirty", "lock_hash", "version", "rustc", "cpu", "load_1_min"];
+
 impl Provenance {
     /// Of this program, here and now.
     pub fn collect() -> Self {
@@ -34,6 +38,26 @@ impl Provenance {
             cpu: cpu_model().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
         }
     }
+
+    /// The row of one run.
+    pub(super) fn row(&self, run_id: &str) -> [String; 8] {
+        [
+            run_id.to_owned(),
+            self.git_revision.clone(),
+            self.git_dirty.clone(),
+            self.lock_hash.clone(),
+            self.version.to_owned(),
+            self.rustc.to_owned(),
+            self.cpu.clone(),
+            load(),
+        ]
+    }
+}
+
+/// Load of the machine over the last minute, where it tells.
+fn load() -> String {
+    let text = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    text.split(' ').next().unwrap_or_default().to_owned()
 }
 
 /// Asks git about the folder this package was built from; nothing if it cannot answer.
