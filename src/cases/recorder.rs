@@ -3,68 +3,61 @@
 use super::case::{Case, CoupledSystem};
 use crate::cosim::{CommunicationPoint, Port, Trajectory};
 
-/// Where a column comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Source {
-    Time,
-    MechanicsOutput(usize),
-    ActuatorOutput(usize),
-    Received(usize),
-    MechanicsObservable(usize),
-    ActuatorObservable(usize),
-}
-
 /// Fills trajectory rows from communication points.
+///
+/// Everything a communication point shows is laid out one after the other in `seen`; a column is an index into it.
+///
+/// ```text
+/// time | outputs of mechanics, of actuator | received | observables of mechanics, of actuator
+/// ```
 pub struct Recorder {
-    sources: Vec<Source>,
+    columns: Vec<usize>,
+    seen: Vec<f64>,
+    /// Where each part but the time ends in `seen`.
+    ends: [usize; 5],
     effective_mass: Option<usize>,
-    mechanics: Vec<f64>,
-    actuator: Vec<f64>,
 }
 
 impl Recorder {
     /// Finds the source of each of the case's columns. A column without one is a defect of the case.
     pub fn new(case: &Case, system: &CoupledSystem) -> Self {
-        let columns = case.recorded_columns();
-        let (mechanics, actuator) = (system.mechanics.observables(), system.actuator.observables());
-        let port = |ports: &[Port], name: &str| ports.iter().position(|port| port.name == name);
-        let observable = |names: &[&str], name: &str| names.iter().position(|known| *known == name);
-        let source_of = |name: &str| match name {
-            "time_s" => Some(Source::Time),
-            "force_to_mechanics_n" => Some(Source::Received(0)),
-            _ => port(&system.mechanics.ports().outputs, name)
-                .map(Source::MechanicsOutput)
-                .or_else(|| port(&system.actuator.ports().outputs, name).map(Source::ActuatorOutput))
-                .or_else(|| observable(mechanics, name).map(Source::MechanicsObservable))
-                .or_else(|| observable(actuator, name).map(Source::ActuatorObservable)),
+        let (mechanics, actuator) = (&system.mechanics, &system.actuator);
+        let names_of = |ports: &[Port]| -> Vec<&'static str> { ports.iter().map(|port| port.name).collect() };
+        let (y_mechanics, y_actuator) = (names_of(&mechanics.ports().outputs), names_of(&actuator.ports().outputs));
+        // Of the forces received only the first has a column.
+        let mut received = vec![""; y_actuator.len()];
+        received.iter_mut().take(1).for_each(|name| *name = "force_to_mechanics_n");
+        let parts = [&y_mechanics[..], &y_actuator, &received, mechanics.observables(), actuator.observables()];
+        let mut names = vec!["time_s"];
+        let ends = parts.map(|part| {
+            names.extend_from_slice(part);
+            names.len()
+        });
+        let recorded = case.recorded_columns();
+        let index_of = |name: &String| {
+            let index = names.iter().position(|known| known == name);
+            index.unwrap_or_else(|| panic!("case {}: no source for column {name}", case.name))
         };
         Recorder {
-            sources: columns
-                .iter()
-                .map(|name| {
-                    source_of(name).unwrap_or_else(|| panic!("case {}: no source for column {name}", case.name))
-                })
-                .collect(),
-            effective_mass: columns.iter().position(|name| name == "effective_mass_kg"),
-            mechanics: vec![0.0; mechanics.len()],
-            actuator: vec![0.0; actuator.len()],
+            columns: recorded.iter().map(index_of).collect(),
+            seen: vec![0.0; names.len()],
+            ends,
+            effective_mass: recorded.iter().position(|name| name == "effective_mass_kg"),
         }
     }
 
     /// Appends one row. The effective mass is the scheme's own where it has one, else the smooth one of the mechanics.
     pub fn record(&mut self, point: CommunicationPoint<'_>, trajectory: &mut Trajectory) {
-        point.mechanics.observe(point.mechanics_step, &mut self.mechanics);
-        point.actuator.observe(point.mechanics_step, &mut self.actuator);
+        let [y_mechanics, y_actuator, received, mechanics, actuator] = self.ends;
+        self.seen[0] = point.time;
+        self.seen[1..y_mechanics].copy_from_slice(point.y_mechanics);
+        self.seen[y_mechanics..y_actuator].copy_from_slice(point.y_actuator);
+        self.seen[y_actuator..received].copy_from_slice(point.received);
+        point.mechanics.observe(point.mechanics_step, &mut self.seen[received..mechanics]);
+        point.actuator.observe(point.mechanics_step, &mut self.seen[mechanics..actuator]);
         let row = trajectory.push_row();
-        for (value, source) in row.iter_mut().zip(&self.sources) {
-            *value = match *source {
-                Source::Time => point.time,
-                Source::MechanicsOutput(index) => point.y_mechanics[index],
-                Source::ActuatorOutput(index) => point.y_actuator[index],
-                Source::Received(index) => point.received[index],
-                Source::MechanicsObservable(index) => self.mechanics[index],
-                Source::ActuatorObservable(index) => self.actuator[index],
-            };
+        for (value, &column) in row.iter_mut().zip(&self.columns) {
+            *value = self.seen[column];
         }
         if let (Some(column), Some(mass)) = (self.effective_mass, point.diagnostics.effective_mass) {
             row[column] = mass;

@@ -243,13 +243,16 @@ impl<'a> Run<'a> {
     fn advance_actuator(&mut self, step: MacroStep) -> Result<(), Failure> {
         let count = division(step.length, self.setup.micro_step);
         let own = &mut self.own[..self.y_actuator.len()];
+        let averaged = matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
         self.transmission.clear();
         for j in 0..count {
             let at = MicroStep::new(step, j, count);
             self.actuator.outputs(&self.u_actuator, own);
             self.scheme.input(Side::Actuator, at, own, &mut self.u_actuator)?;
             self.actuator.step(at.start, &self.u_actuator, at.length)?;
-            self.transmission.push(own);
+            if averaged {
+                self.transmission.push(own);
+            }
             for &(force, velocity) in &self.power_ports {
                 self.work_sent += at.length * own[force] * self.u_actuator[velocity];
             }

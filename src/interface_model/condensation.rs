@@ -65,17 +65,18 @@ pub struct Condensation {
 
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Work {
-    /// Factor of `H_cc` (lower triangle, row-major over the kept rows), or its pseudo-inverse.
-    factor: Vec<f64>,
-    order: Vec<usize>,
-    /// `[H_ci a_c w_c]`, one right-hand side after the other, over the kept rows.
-    right: Vec<f64>,
-    solved: Vec<f64>,
+    /// `[H a w]` over the closed contacts, then the interface; what is left of it while contacts are eliminated.
+    tableau: Vec<f64>,
+    pivot_row: Vec<f64>,
+    eliminated: Vec<bool>,
+    /// `H_cc⁺`.
+    pseudo_inverse: Vec<f64>,
 }
 
 impl Condensation {
     /// Makes the workspace for models with up to `contacts` contacts and `interface` interface rows.
     pub fn new(contacts: usize, interface: usize) -> Self {
+        let (rows, columns) = (contacts + interface, contacts + interface + 2);
         Condensation {
             h: vec![0.0; interface * interface],
             a: vec![0.0; interface],
@@ -83,10 +84,10 @@ impl Condensation {
             rank: 0,
             effective_mass: f64::NAN,
             work: Work {
-                factor: vec![0.0; contacts * contacts],
-                order: Vec::with_capacity(contacts),
-                right: vec![0.0; contacts * (interface + 2)],
-                solved: vec![0.0; contacts * (interface + 2)],
+                tableau: vec![0.0; rows * columns],
+                pivot_row: vec![0.0; columns],
+                eliminated: vec![false; contacts],
+                pseudo_inverse: vec![0.0; contacts * contacts],
             },
         }
     }
@@ -97,134 +98,162 @@ impl Condensation {
 /// Dependent contacts are handled as `redundancy` says; for [`Redundancy::PseudoInverse`] with more than
 /// 16 closed contacts dependent rows are dropped.
 pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Redundancy, out: &mut Condensation) {
-    let (n_u, n_i) = (model.contacts(), model.interface());
-    for i in 0..n_i {
-        for j in 0..n_i {
-            out.h[i * n_i + j] = model.entry(n_u + i, n_u + j);
+    let (n_u, n_i, n_c) = (model.contacts(), model.interface(), closed.len());
+    match redundancy {
+        Redundancy::Drop if n_i == 1 && n_c <= 2 => project_scalar(model, closed, out),
+        Redundancy::PseudoInverse if (1..=PSEUDO_INVERSE_LIMIT).contains(&n_c) => {
+            subtract_projection(model, closed, out)
         }
-        out.a[i] = model.a[n_u + i];
-        out.w[i] = model.w[n_u + i];
+        Redundancy::Drop | Redundancy::PseudoInverse => {
+            load(model, closed, 0.0, &mut out.work);
+            out.rank = eliminate(n_c, n_i, &mut out.work);
+            read_interface(n_c, out);
+        }
+        Redundancy::Regularised { epsilon } => {
+            load(model, closed, 0.0, &mut out.work);
+            out.rank = eliminate(n_c, n_i, &mut out.work);
+            let trace: f64 = closed.iter().map(|&contact| model.entry(contact, contact)).sum();
+            load(model, closed, epsilon * trace / n_c.max(1) as f64, &mut out.work);
+            eliminate(n_c, n_i, &mut out.work);
+            read_interface(n_c, out);
+        }
     }
-    out.rank = 0;
-    if !closed.is_empty() {
-        let kept = invert(model, closed, redundancy, out);
-        let columns = n_i + 2;
-        for i in 0..n_i {
-            for k in 0..kept {
-                let contact = closed[out.work.order[k]];
-                let h_ic = model.entry(n_u + i, contact);
-                for j in 0..n_i {
-                    out.h[i * n_i + j] -= h_ic * out.work.solved[k * columns + j];
-                }
-                out.a[i] -= h_ic * out.work.solved[k * columns + n_i];
-                out.w[i] -= h_ic * out.work.solved[k * columns + n_i + 1];
-            }
-        }
-        for i in 0..n_i {
-            if out.h[i * n_i + i] <= LOCKED_TOLERANCE * model.entry(n_u + i, n_u + i) {
-                for j in 0..n_i {
-                    out.h[i * n_i + j] = 0.0;
-                    out.h[j * n_i + i] = 0.0;
-                }
+    for i in 0..n_i {
+        if n_c > 0 && out.h[i * n_i + i] <= LOCKED_TOLERANCE * model.entry(n_u + i, n_u + i) {
+            for j in 0..n_i {
+                out.h[i * n_i + j] = 0.0;
+                out.h[j * n_i + i] = 0.0;
             }
         }
     }
     out.effective_mass = effective_mass(&out.h, n_i);
 }
 
-/// Solves `H_cc X = [H_ci a_c w_c]` into `work.solved`; returns how many of `closed` (in `work.order`) were kept.
-fn invert(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Redundancy, out: &mut Condensation) -> usize {
-    let n = closed.len();
-    let columns = model.interface() + 2;
-    out.work.order.clear();
-    out.work.order.extend(0..n);
-    let load = |work: &mut Work| {
-        for k in 0..work.order.len() {
-            let contact = closed[work.order[k]];
-            for j in 0..model.interface() {
-                work.right[k * columns + j] = model.entry(contact, model.contacts() + j);
-            }
-            work.right[k * columns + columns - 2] = model.a[contact];
-            work.right[k * columns + columns - 1] = model.w[contact];
-        }
+/// The same as [`eliminate`] for one interface row and at most two closed contacts, on registers: this is what is
+/// asked at each communication point of a small case.
+fn project_scalar(model: &ReducedInterfaceModel, closed: &[usize], out: &mut Condensation) {
+    let n_u = model.contacts();
+    // [H_ic, H_cc, a_c, w_c] of a contact.
+    let of = |c: usize| [model.entry(n_u, c), model.entry(c, c), model.a[c], model.w[c]];
+    let mut left = [model.entry(n_u, n_u), model.a[n_u], model.w[n_u]];
+    let mut subtract = |[h_ic, h_cc, a, w]: [f64; 4]| {
+        let factor = h_ic / h_cc;
+        left = [left[0] - factor * h_ic, left[1] - factor * a, left[2] - factor * w];
     };
-    if redundancy == Redundancy::PseudoInverse && n <= PSEUDO_INVERSE_LIMIT {
-        load(&mut out.work);
-        out.rank = pseudo_inverse(model, closed, &mut out.work.factor);
-        for k in 0..n {
-            for c in 0..columns {
-                out.work.solved[k * columns + c] =
-                    (0..n).map(|l| out.work.factor[k * n + l] * out.work.right[l * columns + c]).sum();
+    out.rank = 0;
+    if let Some(&contact) = closed.first() {
+        let (mut first, mut second) = (of(contact), closed.get(1).map(|&c| of(c)));
+        if let Some(other) = &mut second
+            && other[1] > first[1]
+        {
+            std::mem::swap(&mut first, other);
+        }
+        if first[1] > 0.0 {
+            subtract(first);
+            out.rank = 1;
+            if let Some([h_ic, h_cc, a, w]) = second {
+                let cross = model.entry(closed[0], closed[1]);
+                let factor = cross / first[1];
+                let rest = h_cc - factor * cross;
+                if rest > RANK_TOLERANCE * first[1] {
+                    subtract([h_ic - factor * first[0], rest, a - factor * first[2], w - factor * first[3]]);
+                    out.rank = 2;
+                }
             }
         }
-        return n;
     }
-    out.rank = pivoted_cholesky(model, closed, 0.0, &mut out.work);
-    let mut kept = out.rank;
-    if let Redundancy::Regularised { epsilon } = redundancy {
-        let trace: f64 = closed.iter().map(|&contact| model.entry(contact, contact)).sum();
-        kept = pivoted_cholesky(model, closed, epsilon * trace / n as f64, &mut out.work);
-    }
-    load(&mut out.work);
-    triangular_solves(&mut out.work, n, kept, columns);
-    kept
+    (out.h[0], out.a[0], out.w[0]) = (left[0], left[1], left[2]);
 }
 
-/// Factors `H_cc + shift·1` with diagonal pivoting in `work.order`; returns the numerical rank.
-fn pivoted_cholesky(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, work: &mut Work) -> usize {
-    let n = closed.len();
-    work.order.clear();
-    work.order.extend(0..n);
-    let diagonal = |slot: usize| model.entry(closed[slot], closed[slot]) + shift;
-    let largest = (0..n).map(diagonal).fold(0.0, f64::max);
-    for k in 0..n {
-        let remaining = |work: &Work, position: usize| {
-            let row = &work.factor[position * n..position * n + k];
-            diagonal(work.order[position]) - row.iter().map(|x| x * x).sum::<f64>()
+/// Copies `[H_cc + shift·1  H_ci  a_c  w_c;  H_ic  H_ii  a_i  w_i]` to the tableau.
+fn load(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, work: &mut Work) {
+    let (n_u, n_c) = (model.contacts(), closed.len());
+    let n = n_u + model.interface();
+    let columns = n_c + model.interface() + 2;
+    let sources = closed.iter().copied().chain(n_u..n);
+    for ((position, source), row) in sources.enumerate().zip(work.tableau.chunks_mut(columns)) {
+        let h = &model.h[source * n..(source + 1) * n];
+        for (entry, &contact) in row.iter_mut().zip(closed) {
+            *entry = h[contact];
+        }
+        for (entry, h) in row[n_c..].iter_mut().zip(&h[n_u..]) {
+            *entry = *h;
+        }
+        row[columns - 2] = model.a[source];
+        row[columns - 1] = model.w[source];
+        if position < n_c {
+            row[position] += shift;
+        }
+    }
+}
+
+/// Eliminates the contacts of the tableau one by one, that with the largest remaining diagonal first, and leaves out
+/// those that are dependent on the ones before; returns how many were not.
+///
+/// ```text
+/// row ← row − (H_row,c / H_cc) row_c            a Schur complement at a time
+/// ```
+fn eliminate(n_c: usize, n_i: usize, work: &mut Work) -> usize {
+    let columns = n_c + n_i + 2;
+    let Work { tableau, pivot_row, eliminated, .. } = work;
+    let pivot_row = &mut pivot_row[..columns];
+    eliminated[..n_c].fill(false);
+    let mut largest = 0.0;
+    for rank in 0..n_c {
+        let remaining = (0..n_c).filter(|&contact| !eliminated[contact]).map(|c| (c, tableau[c * columns + c]));
+        let Some((contact, pivot)) = remaining.reduce(|best, other| if other.1 > best.1 { other } else { best }) else {
+            return rank;
         };
-        let Some((best, pivot)) =
-            (k..n).map(|position| (position, remaining(work, position))).reduce(|a, b| if b.1 > a.1 { b } else { a })
-        else {
-            return k;
-        };
+        // The first pivot is the largest diagonal entry of H_cc.
+        largest = if rank == 0 { pivot } else { largest };
         if pivot.is_nan() || pivot <= RANK_TOLERANCE * largest {
-            return k;
+            return rank;
         }
-        if best != k {
-            work.order.swap(k, best);
-            for column in 0..k {
-                work.factor.swap(k * n + column, best * n + column);
+        eliminated[contact] = true;
+        pivot_row.copy_from_slice(&tableau[contact * columns..(contact + 1) * columns]);
+        let inverse = 1.0 / pivot;
+        for row in (0..n_c + n_i).filter(|&row| row >= n_c || !eliminated[row]) {
+            let row = &mut tableau[row * columns..(row + 1) * columns];
+            let factor = row[contact] * inverse;
+            for (entry, pivot) in row.iter_mut().zip(&*pivot_row) {
+                *entry -= factor * pivot;
             }
-        }
-        let root = pivot.sqrt();
-        work.factor[k * n + k] = root;
-        for position in k + 1..n {
-            let mut value = model.entry(closed[work.order[position]], closed[work.order[k]]);
-            for column in 0..k {
-                value -= work.factor[position * n + column] * work.factor[k * n + column];
-            }
-            work.factor[position * n + k] = value / root;
         }
     }
-    n
+    n_c
 }
 
-fn triangular_solves(work: &mut Work, n: usize, kept: usize, columns: usize) {
-    work.solved[..kept * columns].copy_from_slice(&work.right[..kept * columns]);
-    for c in 0..columns {
-        for k in 0..kept {
-            let mut value = work.solved[k * columns + c];
-            for l in 0..k {
-                value -= work.factor[k * n + l] * work.solved[l * columns + c];
-            }
-            work.solved[k * columns + c] = value / work.factor[k * n + k];
+/// What is left of the interface rows is `[Ĥ_ii â_i ŵ_i]`.
+fn read_interface(n_c: usize, out: &mut Condensation) {
+    let n_i = out.a.len();
+    let columns = n_c + n_i + 2;
+    for i in 0..n_i {
+        let row = &out.work.tableau[(n_c + i) * columns..(n_c + i + 1) * columns][n_c..];
+        out.h[i * n_i..(i + 1) * n_i].copy_from_slice(&row[..n_i]);
+        out.a[i] = row[n_i];
+        out.w[i] = row[n_i + 1];
+    }
+}
+
+/// Subtracts `H_ic H_cc⁺ [H_ci a_c w_c]` with the pseudo-inverse.
+fn subtract_projection(model: &ReducedInterfaceModel, closed: &[usize], out: &mut Condensation) {
+    let (n_u, n_i, n_c) = (model.contacts(), model.interface(), closed.len());
+    out.rank = pseudo_inverse(model, closed, &mut out.work.pseudo_inverse);
+    for i in 0..n_i {
+        for j in 0..n_i {
+            out.h[i * n_i + j] = model.entry(n_u + i, n_u + j);
         }
-        for k in (0..kept).rev() {
-            let mut value = work.solved[k * columns + c];
-            for l in k + 1..kept {
-                value -= work.factor[l * n + k] * work.solved[l * columns + c];
+        out.a[i] = model.a[n_u + i];
+        out.w[i] = model.w[n_u + i];
+        for (l, &other) in closed.iter().enumerate() {
+            let inverse = &out.work.pseudo_inverse;
+            let factor: f64 =
+                closed.iter().enumerate().map(|(k, &c)| model.entry(n_u + i, c) * inverse[k * n_c + l]).sum();
+            for j in 0..n_i {
+                out.h[i * n_i + j] -= factor * model.entry(other, n_u + j);
             }
-            work.solved[k * columns + c] = value / work.factor[k * n + k];
+            out.a[i] -= factor * model.a[other];
+            out.w[i] -= factor * model.w[other];
         }
     }
 }

@@ -1,19 +1,26 @@
 //! From Eq. 3 to Eq. 4: velocities and bilateral impulses are eliminated once, and can be recovered afterwards.
 
 use super::cholesky::Cholesky;
-use super::linearisation::{Linearisation, MassMatrix, Rows, dot};
+use super::linearisation::{Linearisation, MassMatrix};
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::error::Failure;
+use std::ops::Range;
 
 /// Eliminates velocities and bilateral impulses, leaving the model at the interface; then maps impulses back.
 ///
 /// ```text
-/// S   = A_b M⁻¹ A_bᵀ               G = M⁻¹ − M⁻¹ A_bᵀ S⁻¹ A_b M⁻¹
-/// v̂   = v − M⁻¹ A_bᵀ S⁻¹ (A_b v + γ g_b / h)          start velocity, consistent with the joints
-/// α   = M⁻¹ f − M⁻¹ A_bᵀ S⁻¹ (A_b M⁻¹ f + Ȧ_b v)      free acceleration
+/// S   = A_b M⁻¹ A_bᵀ = L Lᵀ        Y = L⁻¹ A_b M⁻¹         G = M⁻¹ − M⁻¹ A_bᵀ S⁻¹ A_b M⁻¹ = M⁻¹ − Yᵀ Y
+/// v̂   = v − Yᵀ s                   s = L⁻¹ (A_b v + γ g_b / h)       start velocity, consistent with the joints
+/// α   = M⁻¹ f − Yᵀ r               r = L⁻¹ (A_b M⁻¹ f + Ȧ_b v)       free acceleration
+/// C_x = A_x Yᵀ                     G A_xᵀ = M⁻¹ A_xᵀ − Yᵀ C_xᵀ
 /// H_xy = A_x G A_yᵀ     w_x = A_x v̂     a_x = A_x α + Ȧ_x v          x, y ∈ {u, i}
-/// v⁺  = v̂ + h α + G A_uᵀ P_u + G A_iᵀ h λ_i
+/// v⁺  = v̂ + h α + G A_uᵀ P_u + G A_iᵀ h λ_i          P_b = −L⁻ᵀ (s + h r + C_uᵀ P_u + C_iᵀ h λ_i)
 /// ```
+/// With `Y` no row needs a solve of its own: two products with `n_b` rows replace forward and backward substitution.
+///
+/// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row knows few of
+/// the bodies, so blocks outside its support are skipped; one or two bodies are a single block, unrolled, three times as
+/// fast as loops of unknown length; any other system has blocks of 1. The text is the same for all.
 /// # Shapes and units
 /// `M` n×n (kg); `A_x` n_x×n; `H_xy` n_x×n_y (1/kg); `w_x` (m/s); `a_x` (m/s²).
 /// # Errors
@@ -26,18 +33,20 @@ pub struct Elimination {
     bilateral: usize,
     rows: usize,
     mass_factor: Option<Cholesky>,
-    /// `A_b M⁻¹`, n_b×n.
-    b_minv: Vec<f64>,
+    /// `M⁻¹` where it is diagonal: one division per velocity instead of one per entry of `A`.
+    inverse_mass: Vec<f64>,
     schur: Cholesky,
-    /// `A_x M⁻¹` on the way, `G A_xᵀ` (transposed) in the end; (n_u+n_i)×n.
+    /// `Y`, n_b×n.
+    y: Vec<f64>,
+    /// `G A_xᵀ`, transposed; (n_u+n_i)×n.
     g_rows: Vec<f64>,
-    /// `A_x M⁻¹ A_bᵀ L⁻ᵀ`, (n_u+n_i)×n_b.
+    /// `C_xᵀ`, n_b×(n_u+n_i).
     coupling: Vec<f64>,
     /// `v̂`.
     pub start_velocity: Vec<f64>,
     /// `α`.
     pub free_acceleration: Vec<f64>,
-    /// `S⁻¹ (A_b v + γ g_b / h)` and `S⁻¹ (A_b M⁻¹ f + Ȧ_b v)`.
+    /// `s` and `r`.
     joint_start: Vec<f64>,
     joint_free: Vec<f64>,
 }
@@ -53,8 +62,9 @@ impl Elimination {
             bilateral: n_b,
             rows,
             mass_factor: matches!(linearisation.mass, MassMatrix::Dense(_)).then(|| Cholesky::new(n)),
-            b_minv: vec![0.0; n_b * n],
+            inverse_mass: vec![0.0; n],
             schur: Cholesky::new(n_b),
+            y: vec![0.0; n_b * n],
             g_rows: vec![0.0; rows * n],
             coupling: vec![0.0; rows * n_b],
             start_velocity: vec![0.0; n],
@@ -73,39 +83,12 @@ impl Elimination {
         stabilisation: f64,
         model: &mut ReducedInterfaceModel,
     ) -> Result<(), Failure> {
-        self.eliminate_bilateral(eq3, v, h, stabilisation)?;
-        let (n, n_b, n_u) = (self.velocities, self.bilateral, model.contacts());
-        for row in 0..self.rows {
-            let (block, index) = block_of(eq3, row, n_u);
-            self.g_rows[row * n..(row + 1) * n].copy_from_slice(block.row(index));
-            self.apply_inverse_mass(&eq3.mass, row);
-            model.w[row] = dot(block.row(index), &self.start_velocity);
-            model.a[row] = dot(block.row(index), &self.free_acceleration) + block.convective[index];
-            for b in 0..n_b {
-                self.coupling[row * n_b + b] = dot(&self.g_rows[row * n..(row + 1) * n], eq3.bilateral.row(b));
-            }
-            self.schur.forward(&mut self.coupling[row * n_b..(row + 1) * n_b]);
-        }
-        // H = A_x M⁻¹ A_yᵀ − (A_x M⁻¹ A_bᵀ L⁻ᵀ)(…)ᵀ, symmetric by construction.
-        for row in 0..self.rows {
-            let (block, index) = block_of(eq3, row, n_u);
-            for column in 0..=row {
-                let direct = dot(block.row(index), &self.g_rows[column * n..(column + 1) * n]);
-                let joints =
-                    dot(&self.coupling[row * n_b..(row + 1) * n_b], &self.coupling[column * n_b..(column + 1) * n_b]);
-                model.h[row * self.rows + column] = direct - joints;
-                model.h[column * self.rows + row] = direct - joints;
-            }
-        }
-        // G A_xᵀ = M⁻¹ A_xᵀ − M⁻¹ A_bᵀ S⁻¹ (A_b M⁻¹ A_xᵀ), and with it the joint impulses per unit of row impulse.
-        for row in 0..self.rows {
-            let joint = &mut self.coupling[row * n_b..(row + 1) * n_b];
-            self.schur.backward(joint);
-            for (b, factor) in joint.iter().enumerate() {
-                for (g, y) in self.g_rows[row * n..(row + 1) * n].iter_mut().zip(&self.b_minv[b * n..(b + 1) * n]) {
-                    *g -= factor * y;
-                }
-            }
+        self.invert_mass(&eq3.mass)?;
+        match self.velocities {
+            3 => self.reduce_in_blocks::<3>(1, eq3, v, h, stabilisation, model)?,
+            6 => self.reduce_in_blocks::<6>(1, eq3, v, h, stabilisation, model)?,
+            n if n % 3 == 0 => self.reduce_in_blocks::<3>(n / 3, eq3, v, h, stabilisation, model)?,
+            n => self.reduce_in_blocks::<1>(n, eq3, v, h, stabilisation, model)?,
         }
         model.gap.copy_from_slice(&eq3.unilateral.position);
         model.position.copy_from_slice(&eq3.interface.position);
@@ -116,16 +99,10 @@ impl Elimination {
 
     /// Recovers `v⁺` after a step `h` from the stacked impulses `[P_u; h λ_i]` (N·s).
     pub fn velocity_after(&self, h: f64, impulses: &[f64], v: &mut [f64]) {
-        for (index, out) in v.iter_mut().enumerate() {
-            *out = self.start_velocity[index] + h * self.free_acceleration[index];
-        }
-        for (row, &impulse) in impulses.iter().enumerate() {
-            if impulse != 0.0 {
-                let g = &self.g_rows[row * self.velocities..(row + 1) * self.velocities];
-                for (out, g) in v.iter_mut().zip(g) {
-                    *out += impulse * g;
-                }
-            }
+        match self.velocities {
+            3 => self.velocity_in_blocks::<3>(1, h, impulses, v),
+            6 => self.velocity_in_blocks::<6>(1, h, impulses, v),
+            n => self.velocity_in_blocks::<1>(n, h, impulses, v),
         }
     }
 
@@ -133,71 +110,193 @@ impl Elimination {
     pub fn bilateral_impulses(&self, h: f64, impulses: &[f64], p_b: &mut [f64]) {
         for (b, out) in p_b.iter_mut().enumerate() {
             let from_rows: f64 =
-                impulses.iter().enumerate().map(|(row, p)| p * self.coupling[row * self.bilateral + b]).sum();
-            *out = -self.joint_start[b] - h * self.joint_free[b] - from_rows;
+                impulses.iter().zip(&self.coupling[b * self.rows..]).map(|(impulse, c)| impulse * c).sum();
+            *out = -(self.joint_start[b] + h * self.joint_free[b] + from_rows);
+        }
+        self.schur.backward(p_b);
+    }
+
+    fn invert_mass(&mut self, mass: &MassMatrix) -> Result<(), Failure> {
+        match (mass, &mut self.mass_factor) {
+            (MassMatrix::Diagonal(mass), _) => {
+                for (inverse, m) in self.inverse_mass.iter_mut().zip(mass) {
+                    *inverse = 1.0 / m;
+                }
+                Ok(())
+            }
+            (MassMatrix::Dense(mass), Some(factor)) => {
+                factor.l.copy_from_slice(mass);
+                factor.factor("mass matrix")
+            }
+            (MassMatrix::Dense(_), None) => Err(Failure::Singular { matrix: "mass matrix" }),
         }
     }
 
-    fn eliminate_bilateral(&mut self, eq3: &Linearisation, v: &[f64], h: f64, gamma: f64) -> Result<(), Failure> {
-        let (n, n_b) = (self.velocities, self.bilateral);
-        if let (MassMatrix::Dense(mass), Some(factor)) = (&eq3.mass, &mut self.mass_factor) {
-            factor.l.copy_from_slice(mass);
-            factor.factor("mass matrix")?;
-        }
-        match (&eq3.mass, &self.mass_factor) {
-            (MassMatrix::Diagonal(mass), _) => {
-                for (out, (f, m)) in self.free_acceleration.iter_mut().zip(eq3.force.iter().zip(mass)) {
-                    *out = f / m;
-                }
+    /// Reduces a system of `k` blocks of `L` velocities.
+    #[inline(always)]
+    fn reduce_in_blocks<const L: usize>(
+        &mut self,
+        k: usize,
+        eq3: &Linearisation,
+        v: &[f64],
+        h: f64,
+        stabilisation: f64,
+        model: &mut ReducedInterfaceModel,
+    ) -> Result<(), Failure> {
+        self.eliminate_bilateral::<L>(k, eq3, v, h, stabilisation)?;
+        let (n_b, n_u, rows) = (self.bilateral, model.contacts(), self.rows);
+        let (start, free) = (blocks::<L>(&self.start_velocity), blocks::<L>(&self.free_acceleration));
+        let (y, inverse_mass) = (blocks::<L>(&self.y), blocks::<L>(&self.inverse_mass));
+        for row in 0..rows {
+            let (source, index) = if row < n_u { (&eq3.unilateral, row) } else { (&eq3.interface, row - n_u) };
+            let a = row_of(blocks::<L>(&source.jacobian), index, k);
+            let support = support(a);
+            let a_x = &a[support.clone()];
+            model.w[row] = dot(a_x, &start[support.clone()]);
+            model.a[row] = dot(a_x, &free[support.clone()]) + source.convective[index];
+
+            let (finished, rest) = self.g_rows.as_chunks_mut::<L>().0.split_at_mut(row * k);
+            let g = &mut rest[..k];
+            multiply_by_inverse_mass(inverse_mass, &self.mass_factor, a, g);
+            for b in 0..n_b {
+                let y = row_of(y, b, k);
+                let c = dot(a_x, &y[support.clone()]);
+                add_multiple(g, -c, y);
+                self.coupling[b * rows + row] = c;
             }
-            (MassMatrix::Dense(_), Some(factor)) => {
-                self.free_acceleration.copy_from_slice(&eq3.force);
-                factor.solve(&mut self.free_acceleration);
+            // Only one triangle is computed, so that H is symmetric to the bit.
+            for column in 0..row {
+                let entry = dot(a_x, &row_of(finished, column, k)[support.clone()]);
+                model.h[row * rows + column] = entry;
+                model.h[column * rows + row] = entry;
             }
-            (MassMatrix::Dense(_), None) => return Err(Failure::Singular { matrix: "mass matrix" }),
-        }
-        self.start_velocity.copy_from_slice(v);
-        if n_b == 0 {
-            return Ok(());
-        }
-        for b in 0..n_b {
-            let target = &mut self.b_minv[b * n..(b + 1) * n];
-            target.copy_from_slice(eq3.bilateral.row(b));
-            match (&eq3.mass, &self.mass_factor) {
-                (MassMatrix::Diagonal(mass), _) => target.iter_mut().zip(mass).for_each(|(x, m)| *x /= m),
-                (_, Some(factor)) => factor.solve(target),
-                _ => {}
-            }
-            for c in 0..=b {
-                self.schur.l[b * n_b + c] = dot(&self.b_minv[b * n..(b + 1) * n], eq3.bilateral.row(c));
-            }
-            self.joint_start[b] = eq3.bilateral.velocity(b, v) + gamma * eq3.bilateral.position[b] / h;
-            self.joint_free[b] = dot(eq3.bilateral.row(b), &self.free_acceleration) + eq3.bilateral.convective[b];
-        }
-        self.schur.factor("A_b M⁻¹ A_bᵀ")?;
-        self.schur.solve(&mut self.joint_start);
-        self.schur.solve(&mut self.joint_free);
-        for b in 0..n_b {
-            let row = &self.b_minv[b * n..(b + 1) * n];
-            for (index, y) in row.iter().enumerate() {
-                self.start_velocity[index] -= y * self.joint_start[b];
-                self.free_acceleration[index] -= y * self.joint_free[b];
-            }
+            model.h[row * rows + row] = dot(a_x, &g[support]);
         }
         Ok(())
     }
 
-    fn apply_inverse_mass(&mut self, mass: &MassMatrix, row: usize) {
-        let target = &mut self.g_rows[row * self.velocities..(row + 1) * self.velocities];
-        match (mass, &self.mass_factor) {
-            (MassMatrix::Diagonal(mass), _) => target.iter_mut().zip(mass).for_each(|(x, m)| *x /= m),
-            (_, Some(factor)) => factor.solve(target),
-            _ => {}
+    #[inline(always)]
+    fn velocity_in_blocks<const L: usize>(&self, k: usize, h: f64, impulses: &[f64], v: &mut [f64]) {
+        let v = &mut v.as_chunks_mut::<L>().0[..k];
+        v.copy_from_slice(&blocks(&self.start_velocity)[..k]);
+        add_multiple(v, h, blocks(&self.free_acceleration));
+        for (row, &impulse) in impulses.iter().enumerate() {
+            if impulse != 0.0 {
+                add_multiple(v, impulse, row_of(blocks(&self.g_rows), row, k));
+            }
         }
+    }
+
+    /// Fills `L`, `Y`, `s`, `r`, `v̂` and `α`.
+    #[inline(always)]
+    fn eliminate_bilateral<const L: usize>(
+        &mut self,
+        k: usize,
+        eq3: &Linearisation,
+        v: &[f64],
+        h: f64,
+        gamma: f64,
+    ) -> Result<(), Failure> {
+        let (n_b, rows) = (self.bilateral, blocks::<L>(&eq3.bilateral.jacobian));
+        let start = self.start_velocity.as_chunks_mut::<L>().0;
+        let free = self.free_acceleration.as_chunks_mut::<L>().0;
+        let (inverse_mass, y) = (blocks::<L>(&self.inverse_mass), self.y.as_chunks_mut::<L>().0);
+        start.copy_from_slice(blocks(v));
+        multiply_by_inverse_mass(inverse_mass, &self.mass_factor, blocks(&eq3.force), free);
+        if n_b == 0 {
+            return Ok(());
+        }
+        for b in 0..n_b {
+            let (a_b, y_b) = (row_of(rows, b, k), &mut y[b * k..(b + 1) * k]);
+            multiply_by_inverse_mass(inverse_mass, &self.mass_factor, a_b, y_b);
+            for c in 0..=b {
+                self.schur.l[b * n_b + c] = dot(y_b, row_of(rows, c, k));
+            }
+            self.joint_start[b] = dot(a_b, start) + gamma * eq3.bilateral.position[b] / h;
+            self.joint_free[b] = dot(a_b, free) + eq3.bilateral.convective[b];
+        }
+        self.schur.factor("A_b M⁻¹ A_bᵀ")?;
+        self.schur.forward(&mut self.joint_start);
+        self.schur.forward(&mut self.joint_free);
+        for b in 0..n_b {
+            let (finished, rest) = y.split_at_mut(b * k);
+            let y_b = &mut rest[..k];
+            let l = &self.schur.l[b * n_b..=b * n_b + b];
+            for (c, l) in l[..b].iter().enumerate() {
+                add_multiple(y_b, -l, row_of(finished, c, k));
+            }
+            let scale = 1.0 / l[b];
+            y_b.as_flattened_mut().iter_mut().for_each(|y| *y *= scale);
+            add_multiple(start, -self.joint_start[b], y_b);
+            add_multiple(free, -self.joint_free[b], y_b);
+        }
+        Ok(())
     }
 }
 
-#[inline]
-fn block_of(eq3: &Linearisation, row: usize, n_u: usize) -> (&Rows, usize) {
-    if row < n_u { (&eq3.unilateral, row) } else { (&eq3.interface, row - n_u) }
+#[inline(always)]
+fn blocks<const L: usize>(entries: &[f64]) -> &[[f64; L]] {
+    entries.as_chunks().0
+}
+
+/// One row of a matrix with `k` blocks per row.
+#[inline(always)]
+fn row_of<const L: usize>(matrix: &[[f64; L]], index: usize, k: usize) -> &[[f64; L]] {
+    &matrix[index * k..index * k + k]
+}
+
+#[inline(always)]
+fn dot<const L: usize>(a: &[[f64; L]], b: &[[f64; L]]) -> f64 {
+    let mut sum = 0.0;
+    for (a, b) in a.iter().zip(b) {
+        // Two independent halves, because each addition has to wait for the one before.
+        let (mut even, mut odd) = (0.0, 0.0);
+        for l in 0..L {
+            if l % 2 == 0 { even += a[l] * b[l] } else { odd += a[l] * b[l] }
+        }
+        sum += even + odd;
+    }
+    sum
+}
+
+/// `target += factor · x`.
+#[inline(always)]
+fn add_multiple<const L: usize>(target: &mut [[f64; L]], factor: f64, x: &[[f64; L]]) {
+    for (target, x) in target.iter_mut().zip(x) {
+        // A block at a time through a copy: the compiler then knows that `x` does not change on the way.
+        let mut sum = *target;
+        for l in 0..L {
+            sum[l] += factor * x[l];
+        }
+        *target = sum;
+    }
+}
+
+/// `out = M⁻¹ x`.
+#[inline(always)]
+fn multiply_by_inverse_mass<const L: usize>(
+    inverse: &[[f64; L]],
+    factor: &Option<Cholesky>,
+    x: &[[f64; L]],
+    out: &mut [[f64; L]],
+) {
+    if let Some(factor) = factor {
+        out.copy_from_slice(x);
+        return factor.solve(out.as_flattened_mut());
+    }
+    for (out, (x, inverse)) in out.iter_mut().zip(x.iter().zip(inverse)) {
+        *out = std::array::from_fn(|l| x[l] * inverse[l]);
+    }
+}
+
+/// The blocks from the first that is not zero to the last.
+#[inline(always)]
+fn support<const L: usize>(row: &[[f64; L]]) -> Range<usize> {
+    // A single block is taken as it is: to search it would cost more than the products it saves.
+    if row.len() == 1 {
+        return 0..1;
+    }
+    let occupied = |block: &[f64; L]| block.iter().any(|&x| x != 0.0);
+    let first = row.iter().position(occupied).unwrap_or(row.len());
+    first..row.iter().rposition(occupied).map_or(first, |last| last + 1)
 }

@@ -99,5 +99,9 @@ impl Linearisation {
 /// Scalar product.
 #[inline]
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Two planar bodies, the most frequent size: a length known to the compiler halves the work.
+    if let (Ok(a), Ok(b)) = (<&[f64; 6]>::try_from(a), <&[f64; 6]>::try_from(b)) {
+        return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
+    }
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

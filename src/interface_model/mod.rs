@@ -27,7 +27,7 @@ mod reduced_interface_model;
 
 pub use condensation::{Condensation, Redundancy, condense};
 pub use elimination::Elimination;
-pub use gap_law::gap_velocity;
+pub use gap_law::{GapRates, gap_velocity};
 pub(crate) use linearisation::dot;
 pub use linearisation::{Linearisation, MassMatrix, Rows};
 pub use reduced_interface_model::ReducedInterfaceModel;

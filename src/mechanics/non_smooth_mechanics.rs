@@ -38,6 +38,9 @@ pub struct NonSmoothMechanics<M> {
     q: Vec<f64>,
     v: Vec<f64>,
     v_next: Vec<f64>,
+    /// `½ (v⁺ + v⁻)` and `v⁺ − v⁻` of the last step.
+    v_mean: Vec<f64>,
+    v_change: Vec<f64>,
     eq3: Linearisation,
     elimination: Elimination,
     eq4: ReducedInterfaceModel,
@@ -78,6 +81,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             law,
             ports,
             v_next: v.clone(),
+            v_mean: v.clone(),
+            v_change: vec![0.0; size.velocities],
             elimination: Elimination::new(&eq3),
             eq4: ReducedInterfaceModel::zeros(size.unilateral, size.interface),
             reduced_for: f64::NAN,
@@ -154,18 +159,16 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 
     /// Solves the contacts of one step; `impulses` then holds `[P_u; h λ_i]`.
     fn solve_contacts(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
-        let n_u = self.eq4.contacts();
+        let (n_u, n) = (self.eq4.contacts(), self.impulses.len());
         for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
             *impulse = h * force;
         }
         for contact in 0..n_u {
-            let mut b = self.eq4.w[contact] + h * self.eq4.a[contact];
-            for (j, impulse) in self.impulses[n_u..].iter().enumerate() {
-                b += self.eq4.entry(contact, n_u + j) * impulse;
-            }
-            self.b_u[contact] = b + self.contact_term(contact, h);
-            for other in 0..n_u {
-                self.h_uu[contact * n_u + other] = self.eq4.entry(contact, other);
+            let (h_uu, h_ui) = self.eq4.h[contact * n..(contact + 1) * n].split_at(n_u);
+            let free = self.eq4.w[contact] + h * self.eq4.a[contact];
+            self.b_u[contact] = free + dot(h_ui, &self.impulses[n_u..]) + self.contact_term(contact, h);
+            for (out, h) in self.h_uu[contact * n_u..(contact + 1) * n_u].iter_mut().zip(h_uu) {
+                *out = *h;
             }
         }
         let lcp = Lcp { m: &self.h_uu, q: &self.b_u };
@@ -182,20 +185,26 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         gap_velocity(gap, h, h, self.law.stabilisation)
     }
 
+    /// Books the work of one step. Impulses are paired with `v̄ = ½ (v⁺ + v⁻)`, and `T⁺ − T⁻ = v̄ᵀ M (v⁺ − v⁻)`.
     fn book_energy(&mut self, h: f64) {
-        let n_u = self.eq4.contacts();
-        let mean =
-            |rows: &Rows, index: usize| 0.5 * (rows.velocity(index, &self.v) + rows.velocity(index, &self.v_next));
+        for ((mean, change), (v, v_next)) in
+            self.v_mean.iter_mut().zip(&mut self.v_change).zip(self.v.iter().zip(&self.v_next))
+        {
+            *mean = 0.5 * (v + v_next);
+            *change = v_next - v;
+        }
+        // Most contacts are open: no impulse, no work.
         let work = |rows: &Rows, impulses: &[f64]| -> f64 {
-            impulses.iter().enumerate().map(|(index, impulse)| mean(rows, index) * impulse).sum()
+            let acting = impulses.iter().enumerate().filter(|(_, impulse)| **impulse != 0.0);
+            acting.map(|(index, impulse)| rows.velocity(index, &self.v_mean) * impulse).sum()
         };
+        let (contact, interface) = self.impulses.split_at(self.eq4.contacts());
         self.ledger.book(EnergyLedger {
-            applied: 0.5 * h * (dot(&self.eq3.force, &self.v) + dot(&self.eq3.force, &self.v_next)),
+            applied: h * dot(&self.eq3.force, &self.v_mean),
             bilateral: work(&self.eq3.bilateral, &self.p_b),
-            contact: work(&self.eq3.unilateral, &self.impulses[..n_u]),
-            interface: work(&self.eq3.interface, &self.impulses[n_u..]),
-            kinetic: 0.5 * mass_product(&self.eq3.mass, &self.v_next, &self.v_next)
-                - 0.5 * mass_product(&self.eq3.mass, &self.v, &self.v),
+            contact: work(&self.eq3.unilateral, contact),
+            interface: work(&self.eq3.interface, interface),
+            kinetic: mass_product(&self.eq3.mass, &self.v_mean, &self.v_change),
             identity_residual: 0.0,
         });
     }
@@ -229,7 +238,8 @@ impl<M: MechanicalModel> Subsystem for NonSmoothMechanics<M> {
         }
         self.last_step = h;
         self.counters.micro_steps += 1;
-        if !self.q.iter().chain(&self.v).all(|x| x.is_finite()) {
+        // A velocity that is not finite has reached the position by now.
+        if !self.q.iter().all(|x| x.is_finite()) {
             return Err(Failure::NonFinite { quantity: "mechanical state" });
         }
         self.linearise();

@@ -48,10 +48,9 @@ impl Fluid {
         if b < 0.0 { -0.25 * a / b } else { f64::INFINITY }
     }
 
-    /// Volume flow through an orifice of area `area` under a pressure drop, m³/s; zero where the drop is negative.
-    #[inline]
-    fn flow(&self, area: f64, drop: f64) -> f64 {
-        area * self.discharge_coefficient * (2.0 * drop.max(0.0) / self.density).sqrt()
+    /// `c_d √(2/ρ)`: an orifice of area `area` lets through `area · c_d √(2/ρ) · √drop`, m³/s.
+    fn orifice_coefficient(&self) -> f64 {
+        self.discharge_coefficient * (2.0 / self.density).sqrt()
     }
 }
 
@@ -105,11 +104,13 @@ pub struct HydraulicCylinder {
     length: f64,
     start_length: f64,
     friction: f64,
-    valve_area: f64,
+    /// `a_v c_d √(2/ρ)`, fixed by the parameters.
+    valve_coefficient: f64,
     spool: Spool,
     highest_pressure: f64,
     p: [f64; 2],
-    spool_now: f64,
+    /// Time of the state, s.
+    time: f64,
     ports: Ports,
     counters: SubsystemCounters,
 }
@@ -139,14 +140,14 @@ impl HydraulicCylinder {
     pub fn new(fluid: Fluid, parameters: CylinderParameters, spool: Spool) -> Self {
         HydraulicCylinder {
             highest_pressure: fluid.highest_pressure(),
+            valve_coefficient: parameters.valve_area * fluid.orifice_coefficient(),
             fluid,
             piston_area: parameters.piston_area,
             length: parameters.cylinder_length,
             start_length: parameters.start_length,
             friction: parameters.viscous_friction,
-            valve_area: parameters.valve_area,
             p: parameters.start_pressures,
-            spool_now: spool.at(0.0),
+            time: 0.0,
             spool,
             ports: Ports {
                 inputs: vec![
@@ -174,17 +175,21 @@ impl HydraulicCylinder {
     /// `ṗ₁, ṗ₂` (Pa/s) at pressures `p`, length `s`, velocity `ṡ` and spool κ.
     #[inline]
     pub fn pressure_rates(&self, p: [f64; 2], s: f64, velocity: f64, spool: f64) -> [f64; 2] {
-        let fluid = &self.fluid;
         let [l1, l2] = self.chambers(s);
-        let (a_in, a_out) = (self.valve_area * spool, self.valve_area * (1.0 - spool));
-        let (supply, tank) = (fluid.supply_pressure, fluid.tank_pressure);
+        let (k_in, k_out) = (self.valve_coefficient * spool, self.valve_coefficient * (1.0 - spool));
+        let (supply, tank) = (self.fluid.supply_pressure, self.fluid.tank_pressure);
+        let root = |drop: f64| drop.max(0.0).sqrt();
         let swept = self.piston_area * velocity;
-        let q1 = swept + fluid.flow(a_in, supply - p[0]) - fluid.flow(a_out, p[0] - tank);
-        let q2 = -swept + fluid.flow(a_out, supply - p[1]) - fluid.flow(a_in, p[1] - tank);
-        [
-            fluid.bulk_modulus(p[0]) / (self.piston_area * l1) * q1,
-            fluid.bulk_modulus(p[1]) / (self.piston_area * l2) * q2,
-        ]
+        let q1 = swept + k_in * root(supply - p[0]) - k_out * root(p[0] - tank);
+        let q2 = -swept + k_out * root(supply - p[1]) - k_in * root(p[1] - tank);
+        [self.stiffness(p[0], l1) * q1, self.stiffness(p[1], l2) * q2]
+    }
+
+    /// `β(p)/(A l)`, Pa/m³; one division instead of two, because this is evaluated in each micro step.
+    #[inline]
+    fn stiffness(&self, p: f64, chamber: f64) -> f64 {
+        let (a, b) = (self.fluid.compressibility_a, self.fluid.compressibility_b);
+        (1.0 + a * p + b * p * p) / ((a + 2.0 * b * p) * (self.piston_area * chamber))
     }
 
     /// Lengths `l₁, l₂` of the chambers, m.
@@ -196,18 +201,26 @@ impl HydraulicCylinder {
     #[inline]
     fn check_range(&self, s: f64) -> Result<(), Failure> {
         let [l1, l2] = self.chambers(s);
-        if l1 <= 0.0 || l2 <= 0.0 {
-            return Err(Failure::OutOfRange { quantity: "actuator_length_m", value: s });
-        }
-        for (quantity, &p) in ["pressure_1_pa", "pressure_2_pa"].into_iter().zip(&self.p) {
-            if p.is_nan() {
-                return Err(Failure::NonFinite { quantity });
-            }
-            if !(0.0..=self.highest_pressure).contains(&p) {
-                return Err(Failure::OutOfRange { quantity, value: p });
-            }
+        let stroke_ended = l1 <= 0.0 || l2 <= 0.0;
+        if stroke_ended || !self.is_valid(self.p[0]) || !self.is_valid(self.p[1]) {
+            return Err(self.range_failure(stroke_ended, s));
         }
         Ok(())
+    }
+
+    #[inline]
+    fn is_valid(&self, p: f64) -> bool {
+        (0.0..=self.highest_pressure).contains(&p)
+    }
+
+    #[cold]
+    fn range_failure(&self, stroke_ended: bool, s: f64) -> Failure {
+        if stroke_ended {
+            return Failure::OutOfRange { quantity: "actuator_length_m", value: s };
+        }
+        let first = !self.is_valid(self.p[0]);
+        let (quantity, value) = if first { ("pressure_1_pa", self.p[0]) } else { ("pressure_2_pa", self.p[1]) };
+        if value.is_nan() { Failure::NonFinite { quantity } } else { Failure::OutOfRange { quantity, value } }
     }
 }
 
@@ -226,7 +239,7 @@ impl Subsystem for HydraulicCylinder {
         let rates = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));
         self.p[0] += h * rates[0];
         self.p[1] += h * rates[1];
-        self.spool_now = self.spool.at(t + h);
+        self.time = t + h;
         self.counters.micro_steps += 1;
         self.check_range(u[0])
     }
@@ -236,7 +249,7 @@ impl Subsystem for HydraulicCylinder {
     }
 
     fn observe(&mut self, _h: f64, row: &mut [f64]) {
-        row.copy_from_slice(&[self.p[0], self.p[1], self.spool_now]);
+        row.copy_from_slice(&[self.p[0], self.p[1], self.spool.at(self.time)]);
     }
 
     fn counters(&self) -> SubsystemCounters {

@@ -6,6 +6,7 @@
 mod entry;
 mod extrapolation;
 mod first_order_hold;
+mod packed_model;
 mod reduced_interface;
 mod rim_nonsmooth;
 mod rim_nonsmooth_gap;

@@ -9,10 +9,11 @@
 //! The schemes differ in one decision only, [`Contacts`]: what `P_u` is.
 
 use super::entry::{ModelMotion, SchemeOptions};
+use super::packed_model::PackedModel;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters};
 use crate::cosim::{CouplingScheme, Diagnostics, MicroStep, Ports, Sample, Side};
 use crate::error::Failure;
-use crate::interface_model::{Condensation, ReducedInterfaceModel, condense, gap_velocity};
+use crate::interface_model::{Condensation, GapRates, ReducedInterfaceModel, condense};
 
 /// How contacts enter the model within the macro step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,16 +45,18 @@ pub(super) struct ReducedInterface {
     condensation: Condensation,
     diagnosis: Condensation,
     solver: Checked,
-    /// `H_uu` of the set, contiguous; right-hand side; impulses.
-    h_uu: Vec<f64>,
+    /// The model as a micro step uses it.
+    packed: PackedModel,
+    gap_rates: GapRates,
+    /// Right-hand side and impulses of the complementarity problem.
     b_u: Vec<f64>,
     p_u: Vec<f64>,
-    /// State of the model between communication points; contacts in the order of `set`.
-    w_u: Vec<f64>,
-    /// `w_u⁺` without contact impulses.
+    /// State of the model between communication points: `[w_u; w_i]` with the contacts in the order of `set` (none
+    /// where they are bilateral), gaps, interface position.
+    w: Vec<f64>,
+    /// `w⁺` without contact impulses.
     w_free: Vec<f64>,
     gap: Vec<f64>,
-    w_i: Vec<f64>,
     position: Vec<f64>,
     /// The actuator's force at the last communication point.
     force: Vec<f64>,
@@ -83,13 +86,13 @@ impl ReducedInterface {
             condensation: Condensation::new(0, interface),
             diagnosis: Condensation::new(0, interface),
             solver: options.solver.checked(0),
-            h_uu: Vec::new(),
+            packed: PackedModel::new(0, interface),
+            gap_rates: GapRates::default(),
             b_u: Vec::new(),
             p_u: Vec::new(),
-            w_u: Vec::new(),
-            w_free: Vec::new(),
+            w: vec![0.0; interface],
+            w_free: vec![0.0; interface],
             gap: Vec::new(),
-            w_i: vec![0.0; interface],
             position: vec![0.0; interface],
             force: vec![0.0; interface],
             micro_step: f64::NAN,
@@ -109,9 +112,12 @@ impl ReducedInterface {
         self.condensation = Condensation::new(n_u, n_i);
         self.diagnosis = Condensation::new(n_u, n_i);
         self.solver = self.options.solver.checked(n_u);
-        self.h_uu = vec![0.0; n_u * n_u];
-        for buffer in [&mut self.b_u, &mut self.p_u, &mut self.w_u, &mut self.w_free, &mut self.gap] {
+        self.packed = PackedModel::new(n_u, n_i);
+        for buffer in [&mut self.b_u, &mut self.p_u, &mut self.gap] {
             *buffer = vec![0.0; n_u];
+        }
+        for buffer in [&mut self.w, &mut self.w_free] {
+            *buffer = vec![0.0; n_u + n_i];
         }
     }
 
@@ -133,15 +139,17 @@ impl ReducedInterface {
         self.received_at = sample.time;
         self.micro_step = sample.actuator_micro_step;
         self.prepare();
-        let n_u = model.contacts();
-        for (slot, &contact) in self.set.iter().enumerate() {
-            self.w_u[slot] = model.w[contact];
+        self.gap_rates = GapRates::new(self.micro_step, model.mechanics_step, model.stabilisation);
+        let n = self.packed.contacts();
+        for (slot, &contact) in self.set[..n].iter().enumerate() {
+            self.w[slot] = model.w[contact];
             self.gap[slot] = model.gap[contact];
         }
-        match self.contacts {
-            Contacts::Bilateral => self.w_i.copy_from_slice(&self.condensation.w),
-            Contacts::Unilateral | Contacts::UnilateralWithGaps => self.w_i.copy_from_slice(&model.w[n_u..]),
-        }
+        let w_i = match self.contacts {
+            Contacts::Bilateral => &self.condensation.w[..],
+            Contacts::Unilateral | Contacts::UnilateralWithGaps => &model.w[model.contacts()..],
+        };
+        self.w[n..n + w_i.len()].copy_from_slice(w_i);
         self.position.copy_from_slice(&model.position);
     }
 
@@ -185,80 +193,40 @@ impl ReducedInterface {
 
     /// Derives from `current` what a micro step needs.
     fn prepare(&mut self) {
-        if self.contacts == Contacts::Bilateral {
-            condense(&self.current, &self.set, self.options.redundancy, &mut self.condensation);
-            return;
-        }
-        let n = self.set.len();
-        for (row, &contact) in self.set.iter().enumerate() {
-            for (column, &other) in self.set.iter().enumerate() {
-                self.h_uu[row * n + column] = self.current.entry(contact, other);
+        match self.contacts {
+            Contacts::Bilateral => {
+                condense(&self.current, &self.set, self.options.redundancy, &mut self.condensation);
+                self.packed.pack_condensed(&self.condensation, self.micro_step);
+            }
+            Contacts::Unilateral | Contacts::UnilateralWithGaps => {
+                self.packed.pack(&self.current, &self.set, self.micro_step);
             }
         }
     }
 
-    /// One micro step with the contacts eliminated beforehand.
+    /// Fills `w_free` with the velocities without contact impulses, and solves for `p_u`.
     #[inline]
-    fn bilateral_step(&mut self, delta: f64, lambda: &[f64]) {
-        let n_i = self.w_i.len();
-        for i in 0..n_i {
-            let mut acceleration = self.condensation.a[i];
-            for (h, force) in self.condensation.h[i * n_i..(i + 1) * n_i].iter().zip(lambda) {
-                acceleration += h * force;
-            }
-            self.w_i[i] += delta * acceleration;
-        }
-    }
-
-    /// Fills `b_u` with the contact velocities without contact impulses, and solves for `p_u`.
-    #[inline]
-    fn solve_contacts(&mut self, delta: f64, lambda: &[f64]) -> Result<(), Failure> {
-        let (n, n_u) = (self.set.len(), self.current.contacts());
-        for (slot, &contact) in self.set.iter().enumerate() {
-            let mut acceleration = self.current.a[contact];
-            for (j, force) in lambda.iter().enumerate() {
-                acceleration += self.current.entry(contact, n_u + j) * force;
-            }
-            self.w_free[slot] = self.w_u[slot] + delta * acceleration;
-            self.b_u[slot] = self.w_free[slot];
-            if self.contacts == Contacts::UnilateralWithGaps {
-                let model = &self.current;
-                self.b_u[slot] += gap_velocity(self.gap[slot], delta, model.mechanics_step, model.stabilisation);
+    fn solve_contacts(&mut self, lambda: &[f64]) -> Result<(), Failure> {
+        let n = self.packed.contacts();
+        let rows = n + lambda.len();
+        self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
+        match self.contacts {
+            Contacts::Bilateral => return Ok(()),
+            Contacts::Unilateral => self.b_u[..n].copy_from_slice(&self.w_free[..n]),
+            Contacts::UnilateralWithGaps => {
+                for (b, (w, gap)) in self.b_u[..n].iter_mut().zip(self.w_free.iter().zip(&self.gap)) {
+                    *b = w + self.gap_rates.velocity(*gap);
+                }
             }
         }
-        let lcp = Lcp { m: &self.h_uu[..n * n], q: &self.b_u[..n] };
+        let lcp = Lcp { m: self.packed.h_uu(), q: &self.b_u[..n] };
         self.solver.solve(lcp, &mut self.p_u[..n]).map(|_| ())
-    }
-
-    /// One micro step with a complementarity problem.
-    #[inline]
-    fn unilateral_step(&mut self, delta: f64, lambda: &[f64]) -> Result<(), Failure> {
-        self.solve_contacts(delta, lambda)?;
-        let (n, n_u) = (self.set.len(), self.current.contacts());
-        for slot in 0..n {
-            let from_contacts: f64 =
-                self.h_uu[slot * n..(slot + 1) * n].iter().zip(&self.p_u).map(|(h, p)| h * p).sum();
-            self.w_u[slot] = self.w_free[slot] + from_contacts;
-            self.gap[slot] += delta * self.w_u[slot];
-        }
-        for (i, w) in self.w_i.iter_mut().enumerate() {
-            let row = n_u + i;
-            let mut change = delta * self.current.a[row];
-            for (j, force) in lambda.iter().enumerate() {
-                change += delta * self.current.entry(row, n_u + j) * force;
-            }
-            for (slot, &contact) in self.set.iter().enumerate() {
-                change += self.current.entry(row, contact) * self.p_u[slot];
-            }
-            *w += change;
-        }
-        Ok(())
     }
 
     /// Effective mass with the contacts that carry impulse in the first micro step.
     fn active_effective_mass(&mut self) -> Result<f64, Failure> {
         let force = std::mem::take(&mut self.force);
-        let solved = self.solve_contacts(self.micro_step, &force);
+        let solved = self.solve_contacts(&force);
         self.force = force;
         solved?;
         self.closed.clear();
@@ -288,18 +256,24 @@ impl CouplingScheme for ReducedInterface {
             u.copy_from_slice(&self.force);
             return Ok(());
         }
+        debug_assert_eq!(at.length, self.packed.length());
         if self.extrapolating {
             self.move_model(at.since_exchange + 0.5 * at.length);
         }
-        match self.contacts {
-            Contacts::Bilateral => self.bilateral_step(at.length, own),
-            Contacts::Unilateral | Contacts::UnilateralWithGaps => self.unilateral_step(at.length, own)?,
+        self.solve_contacts(own)?;
+        let (n, n_i) = (self.packed.contacts(), own.len());
+        let w = &mut self.w[..n + n_i];
+        w.copy_from_slice(&self.w_free[..n + n_i]);
+        self.packed.add_impulses(&self.p_u[..n], w);
+        let (w_u, w_i) = w.split_at(n);
+        for (gap, w) in self.gap.iter_mut().zip(w_u) {
+            *gap += at.length * w;
         }
-        let n_i = self.w_i.len();
-        for i in 0..n_i {
-            self.position[i] += at.length * self.w_i[i];
-            u[i] = self.position[i];
-            u[n_i + i] = self.w_i[i];
+        let (u_position, u_velocity) = u.split_at_mut(n_i);
+        for (i, w) in w_i.iter().enumerate() {
+            self.position[i] += at.length * w;
+            u_position[i] = self.position[i];
+            u_velocity[i] = *w;
         }
         Ok(())
     }

@@ -1,0 +1,123 @@
+//! The reduced interface model over micro steps of one length, packed for the contacts that take part.
+
+use crate::interface_model::{Condensation, ReducedInterfaceModel};
+
+/// What a micro step of length δ needs of the model, one column after the other, contacts of the set first:
+///
+/// ```text
+/// w⁺ = w + δ a + δ H_·i λ + H_·u P            w = [w_u; w_i]
+/// ```
+/// Within a macro step everything but `w`, `λ` and `P` stays the same, so `δ a` and `δ H_·i` are multiplied out once. For
+/// an interface of one row a micro step then is two multiples of a vector, and one more for each contact that carries
+/// impulse.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PackedModel {
+    contacts: usize,
+    /// δ, s.
+    length: f64,
+    /// `δ a`.
+    drift: Vec<f64>,
+    /// Columns of `δ H_·i`.
+    force_columns: Vec<f64>,
+    /// Columns of `H_·u`.
+    impulse_columns: Vec<f64>,
+    /// `H_uu`, row-major, for the complementarity problem.
+    h_uu: Vec<f64>,
+}
+
+impl PackedModel {
+    /// Makes room for `contacts` contacts and `interface` interface rows.
+    pub(super) fn new(contacts: usize, interface: usize) -> Self {
+        let rows = contacts + interface;
+        PackedModel {
+            contacts: 0,
+            length: f64::NAN,
+            drift: vec![0.0; rows],
+            force_columns: vec![0.0; rows * interface],
+            impulse_columns: vec![0.0; rows * contacts],
+            h_uu: vec![0.0; contacts * contacts],
+        }
+    }
+
+    /// Number of contacts in the set; none where they are closed for good.
+    #[inline]
+    pub(super) fn contacts(&self) -> usize {
+        self.contacts
+    }
+
+    /// δ, s.
+    #[inline]
+    pub(super) fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// `H_uu` of the set.
+    #[inline]
+    pub(super) fn h_uu(&self) -> &[f64] {
+        &self.h_uu[..self.contacts * self.contacts]
+    }
+
+    /// Packs `model` with the contacts of `set`.
+    pub(super) fn pack(&mut self, model: &ReducedInterfaceModel, set: &[usize], length: f64) {
+        let (n, n_u, n_i) = (set.len(), model.contacts(), model.interface());
+        let rows = n + n_i;
+        (self.contacts, self.length) = (n, length);
+        let sources = || set.iter().copied().chain(n_u..n_u + n_i).enumerate();
+        for (row, source) in sources() {
+            self.drift[row] = length * model.a[source];
+            for j in 0..n_i {
+                self.force_columns[j * rows + row] = length * model.entry(source, n_u + j);
+            }
+            for (slot, &contact) in set.iter().enumerate() {
+                let entry = model.entry(source, contact);
+                self.impulse_columns[slot * rows + row] = entry;
+                if row < n {
+                    self.h_uu[row * n + slot] = entry;
+                }
+            }
+        }
+    }
+
+    /// Packs a model whose contacts are closed for good.
+    pub(super) fn pack_condensed(&mut self, model: &Condensation, length: f64) {
+        (self.contacts, self.length) = (0, length);
+        for (drift, a) in self.drift.iter_mut().zip(&model.a) {
+            *drift = length * a;
+        }
+        // Ĥ_ii is symmetric: its rows are its columns.
+        for (column, h) in self.force_columns.iter_mut().zip(&model.h) {
+            *column = length * h;
+        }
+    }
+
+    /// Writes `w + δ a + δ H_·i λ` to `free`.
+    #[inline]
+    pub(super) fn free_velocity(&self, w: &[f64], lambda: &[f64], free: &mut [f64]) {
+        let rows = w.len();
+        for (free, (w, drift)) in free.iter_mut().zip(w.iter().zip(&self.drift)) {
+            *free = w + drift;
+        }
+        for (j, &force) in lambda.iter().enumerate() {
+            add_multiple(free, force, &self.force_columns[j * rows..(j + 1) * rows]);
+        }
+    }
+
+    /// Adds `H_·u P` to `w`.
+    #[inline]
+    pub(super) fn add_impulses(&self, impulses: &[f64], w: &mut [f64]) {
+        let rows = w.len();
+        for (slot, &impulse) in impulses.iter().enumerate() {
+            if impulse != 0.0 {
+                add_multiple(w, impulse, &self.impulse_columns[slot * rows..(slot + 1) * rows]);
+            }
+        }
+    }
+}
+
+/// `target += factor · x`.
+#[inline]
+fn add_multiple(target: &mut [f64], factor: f64, x: &[f64]) {
+    for (target, x) in target.iter_mut().zip(x) {
+        *target += factor * x;
+    }
+}
