@@ -82,7 +82,7 @@ mod tests {
         }
         // On the ramp, 0.2 m to the side of its line.
         let down = vector![1.0, -0.15].normalize();
-        let centre = vector![1.0, 0.06] + 0.3 * down + 0.2 * vector![0.15, 1.0].normalize();
+        let centre: Vector2<f64> = vector![1.0, 0.06] + 0.3 * down + 0.2 * vector![0.15, 1.0].normalize();
         assert_relative_eq!(at(centre.x, centre.y).gap, 0.0, epsilon = 1e-15);
     }
 
