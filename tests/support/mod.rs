@@ -1,0 +1,342 @@
+//! Builders shared by the tests: the wedge box at its defaults, small systems with constant matrices, simple actuators.
+#![allow(dead_code)]
+
+use rimbench::cases::{Case, CoupledSystem, Recorder, case_by_name};
+use rimbench::complementarity::{SolverEntry, solver_by_name};
+use rimbench::cosim::{
+    Bounds, CommunicationGrid, CommunicationPoint, CouplingScheme, ForceReturn, Port, Ports, Quantity, Report,
+    Sequence, Setup, Subsystem, SubsystemCounters, Trajectory, cosimulate,
+};
+use rimbench::error::Failure;
+use rimbench::harness::{RunResult, RunSpec, simulate};
+use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows};
+use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, monolithic};
+use rimbench::models::{WedgeBox, WedgeBoxGeometry};
+use rimbench::schemes::{ModelMotion, SchemeOptions, scheme_by_name};
+
+/// Plastic contacts without position stabilisation.
+pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 1e-3 };
+
+pub fn solver() -> &'static SolverEntry {
+    solver_by_name("active-set").unwrap()
+}
+
+pub fn options() -> SchemeOptions {
+    SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver: solver() }
+}
+
+pub fn wedge_box_case() -> &'static Case {
+    case_by_name("wedge-box").unwrap()
+}
+
+/// The wedge box at its defaults with one scheme; sequence and force return are the scheme's own.
+pub fn wedge_box_spec(scheme: &str, macro_step: f64) -> RunSpec {
+    let case = wedge_box_case();
+    let scheme = scheme_by_name(scheme).unwrap();
+    let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
+    RunSpec {
+        case,
+        parameters: case.default_parameters(),
+        scheme,
+        options: options(),
+        macro_step,
+        phase: 1.0,
+        micro_step: case.defaults.micro_step_s,
+        mechanics_steps: 1,
+        sequence,
+        force_return,
+        duration: case.defaults.duration_s,
+        solver: solver(),
+    }
+}
+
+/// Runs without bounds: a run that diverges goes on until it cannot.
+pub fn run(spec: &RunSpec) -> RunResult {
+    simulate(spec, Bounds::default()).unwrap()
+}
+
+/// The monolithic wedge box over `duration`, one row per `sampling`, calling `look` at every step.
+pub fn wedge_box_monolithic(h: f64, sampling: f64, duration: f64, mut look: impl FnMut(f64, &[f64])) -> Trajectory {
+    let case = wedge_box_case();
+    let mut system: CoupledSystem = (case.build)(&case.default_parameters(), solver()).unwrap();
+    let mut recorder = Recorder::new(case, &system);
+    let (steps, every) = ((duration / h).round() as usize, (sampling / h).round() as usize);
+    let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps / every + 2);
+    let mut scratch = Trajectory::with_capacity(case.recorded_columns(), steps + 2);
+    let mut step = 0;
+    monolithic(&mut *system.mechanics, &mut *system.actuator, h, steps, 1, &mut |point| {
+        let kept = step % every == 0 || step == steps;
+        let into = if kept { &mut trajectory } else { &mut scratch };
+        recorder.record(point, into);
+        let row = into.row(into.len() - 1);
+        look(row[0], row);
+        step += 1;
+    })
+    .unwrap();
+    trajectory
+}
+
+/// A column by name.
+pub fn column(trajectory: &Trajectory, name: &str) -> Vec<f64> {
+    let index = trajectory.index_of(name).unwrap_or_else(|| panic!("no column {name}"));
+    trajectory.column(index).collect()
+}
+
+pub fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(f64::NEG_INFINITY, f64::max)
+}
+
+pub fn smallest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Largest absolute difference of two equally long lists.
+pub fn max_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+}
+
+/// Root mean square difference of two equally long lists.
+pub fn rms_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    (a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+/// The geometry of the wedge box at its defaults.
+pub fn wedge_box_geometry() -> WedgeBoxGeometry {
+    let parameters = wedge_box_case().default_parameters();
+    let get = |name: &str| parameters.number(name);
+    WedgeBoxGeometry {
+        box_mass: get("box_mass_kg"),
+        box_size: [get("box_width_m"), get("box_height_m")],
+        wedge_tip: [get("wedge_tip_x_m"), get("wedge_tip_y_m")],
+        disc_mass: get("disc_mass_kg"),
+        disc_radius: get("disc_radius_m"),
+        disc_pin: [get("disc_pin_x_m"), get("disc_pin_y_m")],
+        ledge_height: get("ledge_height_m"),
+        ledge_lead: get("ledge_lead_m"),
+        ramp_slope: get("ramp_slope"),
+        attachment: [get("attachment_x_m"), get("attachment_y_m")],
+        ground_pin_x: get("ground_pin_x_m"),
+        gravity: get("gravity_m_s2"),
+    }
+}
+
+/// The mechanics of the wedge box as its own type, for what a trait object does not show.
+pub fn wedge_box_mechanics(law: ContactLaw) -> NonSmoothMechanics<WedgeBox> {
+    let case = wedge_box_case();
+    let system = (case.build)(&case.default_parameters(), solver()).unwrap();
+    let ports = system.mechanics.ports().clone();
+    NonSmoothMechanics::new(WedgeBox::new(wedge_box_geometry()).unwrap(), law, ports, solver().checked(4))
+}
+
+/// The hydraulic cylinder of the wedge box.
+pub fn wedge_box_cylinder() -> Box<dyn Subsystem> {
+    let case = wedge_box_case();
+    (case.build)(&case.default_parameters(), solver()).unwrap().actuator
+}
+
+/// Eq. 3 of a model at one state.
+pub fn linearise(model: &mut impl MechanicalModel, q: &[f64], v: &[f64]) -> Linearisation {
+    let size = model.size();
+    let mut eq3 = Linearisation {
+        mass: model.empty_mass_matrix(),
+        force: vec![0.0; size.velocities],
+        bilateral: Rows::zeros(size.bilateral, size.velocities),
+        unilateral: Rows::zeros(size.unilateral, size.velocities),
+        interface: Rows::zeros(size.interface, size.velocities),
+    };
+    model.prepare(q, v);
+    model.mass_matrix(q, &mut eq3.mass);
+    model.forces(q, v, &mut eq3.force);
+    model.bilateral(q, v, &mut eq3.bilateral);
+    model.unilateral(q, v, &mut eq3.unilateral);
+    model.interface(q, v, &mut eq3.interface);
+    eq3
+}
+
+/// Eq. 4 from Eq. 3.
+pub fn reduce(eq3: &Linearisation, v: &[f64], h: f64, stabilisation: f64) -> (Elimination, ReducedInterfaceModel) {
+    let mut elimination = Elimination::new(eq3);
+    let mut model = ReducedInterfaceModel::zeros(eq3.unilateral.len(), eq3.interface.len());
+    elimination.reduce(eq3, v, h, stabilisation, &mut model).unwrap();
+    (elimination, model)
+}
+
+/// A block of constant rows: `position = A q + offset`, `Ȧ v = 0`.
+#[derive(Debug, Clone, Default)]
+pub struct ConstantRows {
+    pub jacobian: Vec<Vec<f64>>,
+    pub offset: Vec<f64>,
+}
+
+impl ConstantRows {
+    pub fn new(rows: &[(&[f64], f64)]) -> Self {
+        ConstantRows {
+            jacobian: rows.iter().map(|(row, _)| row.to_vec()).collect(),
+            offset: rows.iter().map(|(_, offset)| *offset).collect(),
+        }
+    }
+
+    fn write(&self, q: &[f64], rows: &mut Rows) {
+        for (index, (row, offset)) in self.jacobian.iter().zip(&self.offset).enumerate() {
+            let n = row.len();
+            rows.jacobian[index * n..(index + 1) * n].copy_from_slice(row);
+            rows.position[index] = offset + row.iter().zip(q).map(|(a, q)| a * q).sum::<f64>();
+        }
+    }
+}
+
+/// A mechanical system whose mass, force and rows never change: its reduced model is exact for any macro step.
+#[derive(Debug, Clone, Default)]
+pub struct LinearModel {
+    pub mass: Vec<f64>,
+    pub force: Vec<f64>,
+    pub bilateral: ConstantRows,
+    pub unilateral: ConstantRows,
+    pub interface: ConstantRows,
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+}
+
+const GAPS: [&str; 6] = ["gap_1_m", "gap_2_m", "gap_3_m", "gap_4_m", "gap_5_m", "gap_6_m"];
+const FORCES: [&str; 6] = ["force_1_n", "force_2_n", "force_3_n", "force_4_n", "force_5_n", "force_6_n"];
+
+impl MechanicalModel for LinearModel {
+    fn size(&self) -> ModelSize {
+        ModelSize {
+            velocities: self.mass.len(),
+            bilateral: self.bilateral.offset.len(),
+            unilateral: self.unilateral.offset.len(),
+            interface: self.interface.offset.len(),
+        }
+    }
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        (self.q.clone(), self.v.clone())
+    }
+    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        if let MassMatrix::Diagonal(diagonal) = mass {
+            diagonal.copy_from_slice(&self.mass);
+        }
+    }
+    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
+        force.copy_from_slice(&self.force);
+    }
+    fn bilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        self.bilateral.write(q, rows);
+    }
+    fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        self.unilateral.write(q, rows);
+    }
+    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        self.interface.write(q, rows);
+    }
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        -self.force.iter().zip(q).map(|(f, q)| f * q).sum::<f64>()
+    }
+    fn observables(&self) -> &'static [&'static str] {
+        &[]
+    }
+    fn gap_names(&self) -> &'static [&'static str] {
+        &GAPS[..self.unilateral.offset.len()]
+    }
+    fn contact_force_names(&self) -> &'static [&'static str] {
+        &FORCES[..self.unilateral.offset.len()]
+    }
+    fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
+}
+
+/// Ports of a force–displacement coupling of dimension 1 or 2, of the mechanics and of the actuator.
+pub fn force_displacement_ports(interface: usize) -> (Ports, Ports) {
+    let port = |quantity, names: [&'static str; 2]| -> Vec<Port> {
+        names[..interface].iter().map(|&name| Port { name, quantity }).collect()
+    };
+    let forces = port(Quantity::Force, ["force_1_n", "force_2_n"]);
+    let mut motion = port(Quantity::Position, ["position_1_m", "position_2_m"]);
+    motion.extend(port(Quantity::Velocity, ["velocity_1_m_s", "velocity_2_m_s"]));
+    (
+        Ports { inputs: forces.clone(), outputs: motion.clone(), direct_feedthrough: false },
+        Ports { inputs: motion, outputs: forces, direct_feedthrough: true },
+    )
+}
+
+pub fn stepper<M: MechanicalModel>(model: M, law: ContactLaw) -> NonSmoothMechanics<M> {
+    let size = model.size();
+    let (ports, _) = force_displacement_ports(size.interface);
+    NonSmoothMechanics::new(model, law, ports, solver().checked(size.unilateral))
+}
+
+/// Springs and dampers that integrate their own deflection: `ẋ = w`, `F = −k x − c w`, explicit Euler, no memory else.
+#[derive(Debug, Clone)]
+pub struct Springs {
+    pub stiffness: Vec<f64>,
+    pub damping: Vec<f64>,
+    pub deflection: Vec<f64>,
+    ports: Ports,
+    steps: u64,
+}
+
+impl Springs {
+    pub fn new(stiffness: &[f64], damping: &[f64]) -> Self {
+        Springs {
+            stiffness: stiffness.to_vec(),
+            damping: damping.to_vec(),
+            deflection: vec![0.0; stiffness.len()],
+            ports: force_displacement_ports(stiffness.len()).1,
+            steps: 0,
+        }
+    }
+}
+
+impl Subsystem for Springs {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+        let m = self.stiffness.len();
+        for i in 0..m {
+            y[i] = -self.stiffness[i] * self.deflection[i] - self.damping[i] * u[m + i];
+        }
+    }
+    fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        let m = self.stiffness.len();
+        for (deflection, velocity) in self.deflection.iter_mut().zip(&u[m..]) {
+            *deflection += h * velocity;
+        }
+        self.steps += 1;
+        Ok(())
+    }
+    fn counters(&self) -> SubsystemCounters {
+        SubsystemCounters { micro_steps: self.steps, ..SubsystemCounters::default() }
+    }
+}
+
+/// A setup without bounds.
+pub fn setup(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Setup {
+    Setup {
+        grid,
+        micro_step,
+        mechanics_steps: 1,
+        sequence,
+        force_return,
+        stale_feedthrough: false,
+        bounds: Bounds::default(),
+    }
+}
+
+/// One row per communication point: time, outputs of the mechanics, outputs of the actuator, force received.
+pub fn rows_of(
+    setup: &Setup,
+    mechanics: &mut dyn Subsystem,
+    actuator: &mut dyn Subsystem,
+    scheme: &mut dyn CouplingScheme,
+) -> (Report, Vec<Vec<f64>>) {
+    let mut rows = Vec::new();
+    let report = cosimulate(setup, mechanics, actuator, scheme, &mut |point| rows.push(row_of(&point)));
+    (report, rows)
+}
+
+pub fn row_of(point: &CommunicationPoint<'_>) -> Vec<f64> {
+    [&[point.time], point.y_mechanics, point.y_actuator, point.received].concat()
+}
