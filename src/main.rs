@@ -1,4 +1,5 @@
-//! The command line of rimbench: parse, call, print. Exit code 2 means bad input, said in one clear error.
+//! The command line of rimbench: parse, call, print. Exit code 2 means bad input, said in one clear error;
+//! exit code 1 a check that did not hold.
 
 mod cli;
 
@@ -7,7 +8,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     match cli::Cli::parse().run() {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::from(2)

@@ -46,6 +46,17 @@ impl Recorder {
         }
     }
 
+    /// Records as effective mass the one with the contacts that carried impulse in the mechanics' last step: what the
+    /// reference shows, which has no scheme and no contact margin.
+    pub fn with_active_effective_mass(mut self, system: &CoupledSystem) -> Self {
+        let active = system.mechanics.observables().iter().position(|name| *name == "active_effective_mass_kg");
+        if let (Some(column), Some(index)) = (self.effective_mass, active) {
+            let [_, _, received, ..] = self.ends;
+            self.columns[column] = received + index;
+        }
+        self
+    }
+
     /// Appends one row. The effective mass is the scheme's own where it has one, else the smooth one of the mechanics.
     pub fn record(&mut self, point: CommunicationPoint<'_>, trajectory: &mut Trajectory) {
         let [y_mechanics, y_actuator, received, mechanics, actuator] = self.ends;

@@ -1,12 +1,19 @@
 //! One file per subcommand.
 
+mod collect;
 mod limit;
 mod list;
+mod plan;
+mod progress;
 mod reproduce;
+mod run;
 mod run_options;
 mod simulate;
+mod verify;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use rimbench::harness::CheckedClaim;
+use std::process::ExitCode;
 
 /// Benchmark of non-iterative co-simulation of mechanical systems with contact.
 #[derive(Debug, Parser)]
@@ -22,6 +29,14 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     /// Run one co-simulation and print its outcome, metrics and counters
     Simulate(simulate::Simulate),
+    /// Print the runs of an experiment file without running them
+    Plan(plan::Plan),
+    /// Run what is missing of an experiment
+    Run(run::Run),
+    /// Merge the shards of an experiment, and list what is missing
+    Collect(collect::Collect),
+    /// Check the claims of experiments against their stored results
+    Verify(verify::Verify),
     /// Find the largest stable macro step of a scheme on a case
     Limit(limit::Limit),
     /// List what there is, by name
@@ -41,17 +56,22 @@ enum Format {
 }
 
 impl Cli {
-    /// Runs the chosen command.
+    /// Runs the chosen command and says with which code to exit.
     ///
     /// # Errors
     /// Bad input, or a place that cannot be written.
-    pub fn run(self) -> anyhow::Result<()> {
+    pub fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
-            Command::Reproduce(command) => command.run(),
-            Command::Simulate(command) => command.run(),
-            Command::Limit(command) => command.run(),
-            Command::List(command) => command.run(),
+            Command::Reproduce(command) => command.run()?,
+            Command::Simulate(command) => command.run()?,
+            Command::Plan(command) => command.run()?,
+            Command::Run(command) => return command.run(),
+            Command::Collect(command) => command.run()?,
+            Command::Verify(command) => return command.run(),
+            Command::Limit(command) => command.run()?,
+            Command::List(command) => command.run()?,
         }
+        Ok(ExitCode::SUCCESS)
     }
 }
 
@@ -80,4 +100,17 @@ fn table(header: &[&str]) -> comfy_table::Table {
         .set_width(TABLE_WIDTH)
         .set_header(header.iter().copied());
     table
+}
+
+/// Claims with what was measured.
+fn claims_table(claims: &[CheckedClaim]) -> String {
+    let mut table = table(&["claim", "by", "measured", "expected", "verdict"]);
+    for claim in claims {
+        let measured = claim.measured.map_or("–".to_owned(), |value| format!("{value:.4}"));
+        let changed = if claim.verdict == claim.finding { "" } else { " (differs from the recorded finding)" };
+        let by = format!("{:?}", claim.by).to_lowercase();
+        let verdict = format!("{}{changed}", claim.verdict);
+        table.add_row([format!("{}: {}", claim.text, claim.quantity), by, measured, claim.expected.clone(), verdict]);
+    }
+    table.to_string()
 }

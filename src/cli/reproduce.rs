@@ -1,8 +1,8 @@
 //! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing.
 
-use super::{print, table};
+use super::progress::progress_bar;
+use super::{claims_table, print};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
@@ -11,7 +11,7 @@ use rimbench::harness::{
 use rimbench::report::{FigureList, write_report};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// The group of experiments that this command runs.
 const GROUP: &str = "paper";
@@ -88,27 +88,4 @@ fn experiments(folder: &Path) -> Result<Vec<Experiment>> {
         return Err(Error::file(folder, "holds no experiment (*.toml)"));
     }
     files.iter().map(|path| Experiment::read(path)).collect()
-}
-
-/// A bar on a terminal; nothing but a line per experiment elsewhere.
-fn progress_bar(total: usize) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr());
-    let style = "{bar:40} {pos}/{len} runs, {elapsed} elapsed, {eta} left  {msg}";
-    if let Ok(style) = ProgressStyle::with_template(style) {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(100));
-    bar
-}
-
-fn claims_table(claims: &[CheckedClaim]) -> String {
-    let mut table = table(&["claim", "by", "measured", "expected", "verdict"]);
-    for claim in claims {
-        let measured = claim.measured.map_or("–".to_owned(), |value| format!("{value:.4}"));
-        let changed = if claim.verdict == claim.finding { "" } else { " (differs from the recorded finding)" };
-        let by = format!("{:?}", claim.by).to_lowercase();
-        let verdict = format!("{}{changed}", claim.verdict);
-        table.add_row([format!("{}: {}", claim.text, claim.quantity), by, measured, claim.expected.clone(), verdict]);
-    }
-    table.to_string()
 }

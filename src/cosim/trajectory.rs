@@ -89,7 +89,7 @@ impl Trajectory {
                 // The end points exactly, also where a value is infinite.
                 let exact = !(share > 0.0 && share < 1.0);
                 for (value, (a, b)) in row.iter_mut().zip(before.iter().zip(after)) {
-                    *value = if exact { *a } else { a + share * (b - a) };
+                    *value = if exact || !a.is_finite() { *a } else { a + share * (b - a) };
                 }
             }
             row[0] = t;

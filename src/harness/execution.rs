@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::numerics_version::NUMERICS_VERSION;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
+use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -110,6 +111,40 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
         damaged: store.damaged,
         missing: missing.len(),
     })
+}
+
+/// Copies the records of other folders into that of a job, writes the result files if all runs are there, and returns the
+/// runs that are missing.
+///
+/// # Errors
+/// Folders that belong to something else; a disk that is full.
+pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<PlannedRun>)> {
+    let planned = job.experiment.plan(job.quick)?;
+    let ids = unique_ids(job.experiment, &planned)?;
+    let (name, columns) = (job.experiment.name(), RUNS_HEADER.join(","));
+    job.experiment.copy_to(job.folder)?;
+    let own = Store::open(job.folder, &name, &columns)?;
+    let mut summary = Summary { planned: planned.len(), damaged: own.damaged, ..Summary::default() };
+    summary.reused = ids.iter().filter(|id| own.contains(id)).count();
+    let mut taken: HashSet<&str> = HashSet::new();
+    for folder in folders {
+        let other = Store::open(folder, &name, &columns)?;
+        summary.damaged += other.damaged;
+        for id in ids.iter().filter(|id| !own.contains(id)) {
+            if let Some(record) = other.read(id)?
+                && taken.insert(id)
+            {
+                results::copy_trace(folder, job.folder, id)?;
+                own.append(&record)?;
+                summary.computed += 1;
+            }
+        }
+    }
+    own.sync()?;
+    let missing: HashSet<String> = export_if_complete(&job, &planned, &ids)?.into_iter().collect();
+    summary.missing = missing.len();
+    let runs = planned.into_iter().zip(ids).filter(|(_, id)| missing.contains(id)).map(|(run, _)| run);
+    Ok((summary, runs.collect()))
 }
 
 /// Writes the result files of an experiment if all its runs are stored; else names those that are missing.

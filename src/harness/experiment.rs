@@ -106,9 +106,30 @@ impl Experiment {
         Ok(experiment)
     }
 
+    /// Reads the copy of an experiment file that lies in a results folder; the folder's name is the experiment's.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read).
+    pub fn read_as(copy: &Path, folder: &Path) -> Result<Self> {
+        let name =
+            folder.canonicalize().ok().and_then(|folder| folder.file_name().map(PathBuf::from)).unwrap_or_default();
+        Ok(Experiment { path: name.with_extension("toml"), ..Self::read(copy)? })
+    }
+
     /// Name of the experiment: that of its file.
     pub fn name(&self) -> String {
         self.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
+    }
+
+    /// Whether two files say the same to the letter.
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        self.source == other.source
+    }
+
+    /// Where its results go: `<results>/<group>/<name>`, the group being the folder that the file lies in.
+    pub fn results_folder(&self, results: &Path) -> PathBuf {
+        let group = self.path.parent().and_then(Path::file_name).map(PathBuf::from).unwrap_or_default();
+        results.join(group).join(self.name())
     }
 
     /// What the experiment claims.

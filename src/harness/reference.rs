@@ -182,7 +182,7 @@ fn solve(
     refinement: u32,
 ) -> Result<Trajectory> {
     let mut system = (case.build)(parameters, solver)?;
-    let mut recorder = Recorder::new(case, &system);
+    let mut recorder = Recorder::new(case, &system).with_active_effective_mass(&system);
     let every = (case.defaults.reference_sampling_s / case.defaults.reference_step_s).round().max(1.0) as usize;
     // The step used divides the duration, in multiples of the stored points.
     let points = (duration / case.defaults.reference_sampling_s).ceil().max(1.0) as usize;

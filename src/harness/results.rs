@@ -186,6 +186,18 @@ pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, ev
     })
 }
 
+/// Copies the trace of a run from the results folder of a shard, if it has one.
+///
+/// # Errors
+/// [`Error::File`] naming the file.
+pub(super) fn copy_trace(from: &Path, to: &Path, id: &str) -> Result<()> {
+    let name = format!("{id}.csv");
+    let Ok(content) = std::fs::read(from.join("traces").join(&name)) else { return Ok(()) };
+    let traces = to.join("traces");
+    std::fs::create_dir_all(&traces).map_err(|error| Error::file(&traces, format!("cannot be made: {error}")))?;
+    write_atomically(&traces.join(&name), |file| file.write_all(&content))
+}
+
 /// One CSV row without its line end.
 fn row<T: AsRef<[u8]>>(cells: &[T]) -> String {
     let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());

@@ -211,7 +211,11 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 }
 
 /// Observables that every model with contacts has.
-const CONTACT_OBSERVABLES: [&str; 3] = ["closed_contacts", "rank_h_uu", "effective_mass_kg"];
+///
+/// `effective_mass_kg` is that of the closed contacts; `active_effective_mass_kg` that of the contacts that carried impulse
+/// in the last step.
+const CONTACT_OBSERVABLES: [&str; 4] =
+    ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg"];
 
 impl<M: MechanicalModel> Subsystem for NonSmoothMechanics<M> {
     fn ports(&self) -> &Ports {
@@ -276,6 +280,13 @@ impl<M: MechanicalModel> Subsystem for NonSmoothMechanics<M> {
             contact[0] = self.closed.len() as f64;
             contact[1] = self.condensation.rank as f64;
             contact[2] = self.condensation.effective_mass;
+            contact[3] = contact[2];
+            if self.last_step.is_finite() {
+                self.closed.clear();
+                self.closed.extend((0..n_u).filter(|&contact| self.impulses[contact] > 0.0));
+                condense(&self.eq4, &self.closed, Redundancy::Drop, &mut self.condensation);
+                contact[3] = self.condensation.effective_mass;
+            }
         }
     }
 

@@ -1,0 +1,65 @@
+//! `rimbench collect`: merges shards.
+
+use super::{claims_table, print};
+use clap::Args;
+use rimbench::error::Error;
+use rimbench::harness::{Cache, Experiment, Job, check_claims, collect_shards};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `collect`.
+#[derive(Debug, Args)]
+pub struct Collect {
+    /// Results folders of one experiment; the others are merged into the first
+    #[arg(required = true, value_name = "DIR")]
+    folders: Vec<PathBuf>,
+}
+
+/// Missing runs that are named one by one.
+const NAMED: usize = 20;
+
+impl Collect {
+    pub(super) fn run(self) -> anyhow::Result<()> {
+        let (first, others) =
+            self.folders.split_first().ok_or_else(|| Error::invalid("DIR", "", "a results folder"))?;
+        let experiment = read_copy(first)?;
+        for other in others {
+            if !read_copy(other)?.is_same_as(&experiment) {
+                let message = format!("holds results of another experiment than {}", first.display());
+                return Err(Error::file(other, message).into());
+            }
+        }
+        let cache = Cache::of_user();
+        let job =
+            Job { experiment: &experiment, folder: first, quick: false, fresh: false, shard: None, cache: &cache };
+        let others: Vec<&Path> = others.iter().map(PathBuf::as_path).collect();
+        let (summary, missing) = collect_shards(job, &others)?;
+        print(&format!(
+            "{} of {} runs in {}: {} taken over, {} damaged records left out",
+            summary.planned - summary.missing,
+            summary.planned,
+            first.display(),
+            summary.computed,
+            summary.damaged,
+        ))?;
+        for run in missing.iter().take(NAMED) {
+            let (step, phase) = (run.spec.macro_step * 1e3, run.spec.phase);
+            print(&format!("missing: {} {} at H = {step} ms, phase {phase}", run.label, run.set))?;
+        }
+        if missing.len() > NAMED {
+            print(&format!("… and {} more", missing.len() - NAMED))?;
+        }
+        if missing.is_empty() && !experiment.claims().is_empty() {
+            print(&claims_table(&check_claims(&experiment, first)?))?;
+        }
+        Ok(())
+    }
+}
+
+/// The copy of the experiment file that every results folder holds.
+fn read_copy(folder: &Path) -> rimbench::error::Result<Experiment> {
+    let path = folder.join("experiment.toml");
+    if !path.is_file() {
+        return Err(Error::file(folder, "is no results folder: it holds no experiment.toml"));
+    }
+    Experiment::read_as(&path, folder)
+}
