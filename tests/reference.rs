@@ -93,10 +93,11 @@ mod event_driven {
             }
             a.swap(k, best);
             b.swap(k, best);
+            let pivot = a[k];
             for i in k + 1..n {
-                let factor = a[i][k] / a[k][k];
-                for j in k..n {
-                    a[i][j] -= factor * a[k][j];
+                let factor = a[i][k] / pivot[k];
+                for (entry, above) in a[i][k..n].iter_mut().zip(&pivot[k..n]) {
+                    *entry -= factor * above;
                 }
                 b[i] -= factor * b[k];
             }
