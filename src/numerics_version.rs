@@ -1,5 +1,5 @@
 //! The version of everything that a digit can depend on.
 
-/// Part of the key of every stored result and cached reference. A golden test compares results digit by digit and forces
+/// Part of the key of every stored result. A golden test compares results digit by digit and forces
 /// this number to be raised when they change.
 pub const NUMERICS_VERSION: u32 = 1;

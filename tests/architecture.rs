@@ -4,8 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each room and the rooms it may use, from the ground up.
-const ROOMS: [(&str, &[&str]); 11] = [
+const ROOMS: [(&str, &[&str]); 13] = [
     ("error", &[]),
+    ("numerics_version", &[]),
+    ("results_table", &["error"]),
     ("complementarity", &["error"]),
     ("interface_model", &["complementarity", "error"]),
     ("cosim", &["interface_model", "complementarity", "error"]),
@@ -16,10 +18,22 @@ const ROOMS: [(&str, &[&str]); 11] = [
     ("metrics", &["cosim", "error"]),
     (
         "harness",
-        &["cases", "schemes", "metrics", "models", "mechanics", "cosim", "interface_model", "complementarity", "error"],
+        &[
+            "cases",
+            "schemes",
+            "metrics",
+            "models",
+            "mechanics",
+            "cosim",
+            "interface_model",
+            "complementarity",
+            "results_table",
+            "numerics_version",
+            "error",
+        ],
     ),
-    // Reads results, never simulates.
-    ("report", &["error"]),
+    // Reads results, never simulates; of the metrics it takes the order of convergence.
+    ("report", &["metrics", "results_table", "error"]),
 ];
 
 /// Names that follow `crate::` in the code of one line; what stands behind `//` is prose.

@@ -107,7 +107,7 @@ const PARAMETERS: [Parameter; 34] = {
             "ledge_lead_m",
             "m",
             0.1,
-            Finite,
+            NotNegative,
             "distance of the ledge's corner ahead of the disc's centre at the start",
             OURS,
         ),

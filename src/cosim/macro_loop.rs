@@ -68,7 +68,7 @@ pub struct CosimCounters {
 /// Work across the interface, counted by each side in its own discretisation.
 ///
 /// ```text
-/// sent = Σ δ F_j · w_{j+1}     over the actuator's micro steps, with the velocity it was given
+/// sent = Σ δ F_j · ½(w_j + w_{j+1})   over the actuator's micro steps, with the velocities it was given
 /// received                     as the mechanics counts it, Σ h λ · ½(w⁺ + w⁻)
 /// residual = sent − received   what the coupling lost (> 0) or created (< 0)
 /// ```
@@ -248,13 +248,12 @@ impl<'a> Run<'a> {
         for j in 0..count {
             let at = MicroStep::new(step, j, count);
             self.actuator.outputs(&self.u_actuator, own);
+            self.work_sent += 0.5 * at.length * power(&self.power_ports, own, &self.u_actuator);
             self.scheme.input(Side::Actuator, at, own, &mut self.u_actuator)?;
+            self.work_sent += 0.5 * at.length * power(&self.power_ports, own, &self.u_actuator);
             self.actuator.step(at.start, &self.u_actuator, at.length)?;
             if averaged {
                 self.transmission.push(own);
-            }
-            for &(force, velocity) in &self.power_ports {
-                self.work_sent += at.length * own[force] * self.u_actuator[velocity];
             }
         }
         // The value at the end of the step, for the force return `end`.
@@ -323,6 +322,12 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
+}
+
+/// `Σ F · w` over the interface rows, W.
+#[inline]
+fn power(ports: &[(usize, usize)], outputs: &[f64], inputs: &[f64]) -> f64 {
+    ports.iter().map(|&(force, velocity)| outputs[force] * inputs[velocity]).sum()
 }
 
 /// Pairs (force output, velocity input) of the actuator that belong to the same interface row.

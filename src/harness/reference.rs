@@ -6,7 +6,6 @@ use crate::complementarity::SolverEntry;
 use crate::cosim::{Bounds, Quantity, Trajectory};
 use crate::error::{Error, Result};
 use crate::mechanics::monolithic;
-use crate::numerics_version::NUMERICS_VERSION;
 use rayon::prelude::*;
 
 /// A run counts as diverged when an interface quantity exceeds this many times its reference maximum.
@@ -19,8 +18,9 @@ const REFINEMENTS: [u32; 3] = [1, 2, 4];
 ///
 /// ```text
 /// p = log₂(‖u_h − u_{h/2}‖ / ‖u_{h/2} − u_{h/4}‖)             observed order
-/// uncertainty = ‖u_{h/2} − u_{h/4}‖ / (2^p − 1)               Richardson, with p held within [0.5, 1]
+/// uncertainty = max(‖u_{h/2} − u_{h/4}‖, ½‖u_h − u_{h/2}‖) / (2^p − 1)     Richardson, with p held within [0.5, 1]
 /// ```
+/// The coarser pair has a say because jumps of the force move with the grid: two solutions can agree by chance there.
 /// Norms are root mean squares over the stored points, column by column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
@@ -81,7 +81,7 @@ impl Reference {
             let (first, second) = (distance(&coarse, &middle, column), distance(&middle, &fine, column));
             let observed = (first / second).log2();
             let trusted = if observed.is_finite() { observed.clamp(0.5, 1.0) } else { 1.0 };
-            uncertainty.push(second / (2.0_f64.powf(trusted) - 1.0));
+            uncertainty.push(second.max(0.5 * first) / (2.0_f64.powf(trusted) - 1.0));
             order.push(if second > 0.0 { observed } else { f64::NAN });
         }
         let finest = f64::from(REFINEMENTS[REFINEMENTS.len() - 1]);
@@ -159,9 +159,10 @@ fn at_rest(quantity: Quantity) -> f64 {
     }
 }
 
-/// Everything that determines a reference, as text.
+/// Everything that determines a reference, as text; the code itself included.
 fn content_key(case: &Case, parameters: &Parameters, duration: f64) -> String {
-    let mut key = format!("reference of {}\nnumerics {NUMERICS_VERSION}\nduration_s = {duration:?}\n", case.name);
+    let sources = env!("RIMBENCH_NUMERICAL_SOURCES");
+    let mut key = format!("reference of {}\nsources {sources}\nduration_s = {duration:?}\n", case.name);
     key += &format!("columns = {:?}\nsteps = {:?}\n", case.recorded_columns(), case.defaults);
     for (parameter, value) in parameters.iter() {
         key += &format!("{} = {value}\n", parameter.name);

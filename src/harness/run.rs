@@ -65,6 +65,7 @@ impl RunSpec {
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     pub fn check(&self) -> Result<()> {
         self.grid()?;
+        self.scheme.check_sequence(self.sequence)?;
         self.force_return.check(self.sequence)
     }
 

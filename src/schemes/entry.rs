@@ -96,6 +96,16 @@ impl SchemeEntry {
         };
         let default_return = if sequence == actuator_first { ForceReturn::Mean } else { ForceReturn::Held };
         let force_return = force_return.unwrap_or(default_return);
+        self.check_sequence(sequence)?;
+        force_return.check(sequence)?;
+        Ok((sequence, force_return))
+    }
+
+    /// Checks that the scheme can live with a sequence.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] where a model-based scheme would have to let the mechanics go first.
+    pub fn check_sequence(&self, sequence: Sequence) -> Result<()> {
         if self.family == Family::Model && sequence == (Sequence::GaussSeidel { first: Side::Mechanics }) {
             return Err(Error::Incompatible(format!(
                 "scheme `{}` lets the actuator move together with a model of the mechanics, so the actuator goes \
@@ -103,8 +113,7 @@ impl SchemeEntry {
                 self.name
             )));
         }
-        force_return.check(sequence)?;
-        Ok((sequence, force_return))
+        Ok(())
     }
 
     /// Why this scheme cannot run between these ports, if it cannot.
