@@ -2,7 +2,7 @@
 
 use super::{print, table};
 use clap::Args;
-use rimbench::harness::{Experiment, run_id};
+use rimbench::harness::Experiment;
 use std::path::PathBuf;
 
 /// Arguments of `plan`.
@@ -21,7 +21,7 @@ impl Plan {
         for run in &planned {
             let spec = &run.spec;
             table.add_row([
-                run_id(spec),
+                spec.id(),
                 spec.case.name.to_owned(),
                 run.set.clone(),
                 run.label.clone(),

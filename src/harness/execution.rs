@@ -1,6 +1,7 @@
 //! Runs what is missing of an experiment on all cores, record by record, and exports the result files when all is there.
 
-use super::cache::{Cache, hex};
+use super::atomic_file::sweep_temporary_files;
+use super::cache::Cache;
 use super::evaluation::{EvaluatedRun, evaluate};
 use super::experiment::{Experiment, PlannedRun};
 use super::provenance::Provenance;
@@ -9,10 +10,8 @@ use super::results::{self, RUNS_HEADER};
 use super::run::{RunSpec, simulate};
 use super::store::Store;
 use crate::cosim::Outcome;
-use crate::error::{Error, Result};
-use crate::numerics_version::NUMERICS_VERSION;
+use crate::error::Result;
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
 use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -63,13 +62,15 @@ pub type Progress<'a> = &'a (dyn Fn(&Outcome) + Sync);
 /// Bad input; a folder that belongs to something else; a disk that is full. A run that fails is a record.
 pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Result<Summary> {
     let planned = job.experiment.plan(job.quick)?;
-    let ids = unique_ids(job.experiment, &planned)?;
+    let ids = run_ids(&planned);
     if job.fresh {
         Store::clear(job.folder)?;
     }
     let name = job.experiment.name();
     let store = Store::open(job.folder, &name, &RUNS_HEADER.join(","))?;
     job.experiment.copy_to(job.folder)?;
+    sweep_temporary_files(job.folder);
+    sweep_temporary_files(&job.folder.join("traces"));
     let in_shard = |index: usize| job.shard.is_none_or(|(part, parts)| index % parts == part - 1);
     let todo: Vec<usize> =
         (0..planned.len()).filter(|&index| in_shard(index) && !store.contains(&ids[index])).collect();
@@ -120,7 +121,7 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
 /// Folders that belong to something else; a disk that is full.
 pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<PlannedRun>)> {
     let planned = job.experiment.plan(job.quick)?;
-    let ids = unique_ids(job.experiment, &planned)?;
+    let ids = run_ids(&planned);
     let (name, columns) = (job.experiment.name(), RUNS_HEADER.join(","));
     job.experiment.copy_to(job.folder)?;
     let own = Store::open(job.folder, &name, &columns)?;
@@ -182,44 +183,6 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
     groups
 }
 
-/// The run ids of a plan.
-fn unique_ids(experiment: &Experiment, planned: &[PlannedRun]) -> Result<Vec<String>> {
-    let ids: Vec<String> = planned.iter().map(|run| run_id(&run.spec)).collect();
-    let mut first = std::collections::HashMap::with_capacity(ids.len());
-    for (index, id) in ids.iter().enumerate() {
-        if let Some(earlier) = first.insert(id, index) {
-            let (a, b) = (&planned[earlier], &planned[index]);
-            let message = format!(
-                "the plan holds one run twice: `{}` and `{}` at macro_step_s = {:?}, phase {:?} are the same in everything \
-                 that determines a run",
-                a.label, b.label, b.spec.macro_step, b.spec.phase
-            );
-            return Err(Error::file(experiment.path(), message));
-        }
-    }
-    Ok(ids)
-}
-
-/// Hash of everything that determines a run, 16 hexadecimal digits.
-pub fn run_id(spec: &RunSpec) -> String {
-    let mut key = format!("numerics {NUMERICS_VERSION}\ncase {}\n", spec.case.name);
-    for (parameter, value) in spec.parameters.iter() {
-        key += &format!("{} = {value}\n", parameter.name);
-    }
-    key += &format!(
-        "scheme {} {:?} {} {}\nH = {:?} φ = {:?} h = {:?} n_m = {} T = {:?}\nsequence {} return {} solver {}\n",
-        spec.scheme.name,
-        spec.options.redundancy,
-        spec.options.motion,
-        spec.options.solver.name,
-        spec.macro_step,
-        spec.phase,
-        spec.micro_step,
-        spec.mechanics_steps,
-        spec.duration,
-        spec.sequence,
-        spec.force_return,
-        spec.solver.name,
-    );
-    hex(&Sha256::digest(key))[..16].to_owned()
+fn run_ids(planned: &[PlannedRun]) -> Vec<String> {
+    planned.iter().map(|run| run.spec.id()).collect()
 }

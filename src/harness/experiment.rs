@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::interface_model::Redundancy;
 use crate::schemes::{SchemeOptions, scheme_by_name};
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 /// Most runs of one experiment.
@@ -150,6 +150,7 @@ impl Experiment {
         let planned = || {
             self.check_size(quick)?;
             let runs = self.expand(quick)?;
+            refuse_twins(&runs)?;
             // A quick plan may leave out what a claim is about.
             if !quick {
                 check_claims_against_plan(&self.claims, &runs)?;
@@ -262,6 +263,21 @@ impl Experiment {
             .join(" ");
         Ok(PlannedRun { spec, label: row.label.clone().unwrap_or_else(|| row.scheme.clone()), set })
     }
+}
+
+/// Refuses a plan that holds one run twice: its rows could not be told apart.
+fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
+    let mut first = HashMap::with_capacity(runs.len());
+    for run in runs {
+        if let Some(earlier) = first.insert(run.spec.id(), &run.label) {
+            return Err(Error::Incompatible(format!(
+                "the plan holds one run twice: `{earlier}` and `{}` at macro_step_s = {:?}, phase {:?} are the same in \
+                 everything that determines a run",
+                run.label, run.spec.macro_step, run.spec.phase
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Options of the model-based schemes from their names.

@@ -21,7 +21,7 @@ pub use atomic_file::{check_writable_folder, write_atomically};
 pub use cache::Cache;
 pub use claims::{CheckedClaim, Claim, Verdict, check_claims, write_claims};
 pub use evaluation::{COUNTERS, EvaluatedRun, evaluate};
-pub use execution::{Job, Progress, Summary, collect_shards, run_id, run_job};
+pub use execution::{Job, Progress, Summary, collect_shards, run_job};
 pub use experiment::{Experiment, PlannedRun, phase_ensemble, scheme_options};
 pub use provenance::Provenance;
 pub use reference::{DIVERGENCE_FACTOR, Reference};

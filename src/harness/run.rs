@@ -1,5 +1,6 @@
 //! One run: everything that determines it, and what comes of it.
 
+use super::cache::hex;
 use crate::cases::{Case, Parameters, Recorder};
 use crate::complementarity::{SolverCounters, SolverEntry};
 use crate::cosim::{
@@ -7,7 +8,9 @@ use crate::cosim::{
     check_coupling, cosimulate,
 };
 use crate::error::{Error, Result};
+use crate::numerics_version::NUMERICS_VERSION;
 use crate::schemes::{SchemeEntry, SchemeOptions};
+use sha2::{Digest, Sha256};
 use std::time::{Duration, Instant};
 
 /// Everything that determines a run.
@@ -59,6 +62,30 @@ pub struct RunResult {
 }
 
 impl RunSpec {
+    /// Hash of everything that determines the run, 16 hexadecimal digits.
+    pub fn id(&self) -> String {
+        let mut key = format!("numerics {NUMERICS_VERSION}\ncase {}\n", self.case.name);
+        for (parameter, value) in self.parameters.iter() {
+            key += &format!("{} = {value}\n", parameter.name);
+        }
+        key += &format!(
+            "scheme {} {:?} {} {}\nH = {:?} φ = {:?} h = {:?} n_m = {} T = {:?}\nsequence {} return {} solver {}\n",
+            self.scheme.name,
+            self.options.redundancy,
+            self.options.motion,
+            self.options.solver.name,
+            self.macro_step,
+            self.phase,
+            self.micro_step,
+            self.mechanics_steps,
+            self.duration,
+            self.sequence,
+            self.force_return,
+            self.solver.name,
+        );
+        hex(&Sha256::digest(key))[..16].to_owned()
+    }
+
     /// Checks everything that can be checked without running.
     ///
     /// # Errors

@@ -1,0 +1,265 @@
+//! A sweep that is killed, split, damaged or repeated ends with every record present once, equal to an undisturbed sweep.
+
+use assert_cmd::Command;
+use std::path::{Path, PathBuf};
+use std::process::{Command as Process, Stdio};
+use std::time::Duration;
+
+const EXPERIMENT: &str = r#"
+question = "Does the store survive?"
+macro_steps_s = [2e-3, 5e-3, 1e-2]
+phases = 6
+duration_s = 0.4
+trace_every_s = 5e-3
+
+[[cases]]
+name = "wedge-box"
+set = { box_mass_kg = [200.0, 210.0] }
+
+[[schemes]]
+scheme = "zero-order-hold"
+
+[[schemes]]
+scheme = "rim-nonsmooth"
+
+[[claims]]
+id = "diverges"
+by = "ours"
+text = "Zero-order hold diverges at 5 ms"
+scheme = "zero-order-hold"
+macro_step_s = 5e-3
+metric = "diverged"
+expect = ">= 1"
+finding = "reproduced"
+"#;
+
+/// Runs of the experiment: 2 parameter sets, 2 schemes, 3 macro steps, 6 phases.
+const RUNS: usize = 72;
+
+fn cache() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache")
+}
+
+fn rimbench() -> Command {
+    let mut command = Command::cargo_bin("rimbench").unwrap();
+    command.env("RIMBENCH_CACHE", cache());
+    command
+}
+
+/// A folder with the experiment file.
+fn workplace(experiment: &str) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("survival.toml");
+    std::fs::write(&file, experiment).unwrap();
+    (folder, file)
+}
+
+fn run(file: &Path, out: &Path, extra: &[&str]) -> String {
+    let output = rimbench().arg("run").arg(file).arg("--out").arg(out).args(extra).assert().success();
+    String::from_utf8(output.get_output().stdout.clone()).unwrap()
+}
+
+/// The deterministic files of a results folder, traces included.
+fn results(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut files = Vec::new();
+    for name in ["runs.csv", "parameters.csv", "reference.csv"] {
+        files.push((PathBuf::from(name), std::fs::read_to_string(folder.join(name)).unwrap()));
+    }
+    let mut traces: Vec<PathBuf> =
+        std::fs::read_dir(folder.join("traces")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    traces.sort();
+    for path in traces {
+        let name = path.file_name().unwrap().to_owned();
+        files.push((PathBuf::from(name), std::fs::read_to_string(path).unwrap()));
+    }
+    files
+}
+
+fn assert_same(one: &Path, other: &Path) {
+    let (one, other) = (results(one), results(other));
+    let names = |files: &[(PathBuf, String)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&one), names(&other));
+    for ((name, content), (_, same)) in one.iter().zip(&other) {
+        assert!(content == same, "{} differs", name.display());
+    }
+}
+
+#[test]
+fn killed_again_and_again_a_rerun_finishes_as_if_undisturbed() {
+    let (folder, file) = workplace(EXPERIMENT);
+    let (undisturbed, killed) = (folder.path().join("a/survival"), folder.path().join("b/survival"));
+    let printed = run(&file, &undisturbed, &[]);
+    assert!(printed.contains("72 of 72 runs stored") && printed.contains("72 computed now"), "{printed}");
+
+    for attempt in 0..25_u64 {
+        let mut process = Process::new(assert_cmd::cargo::cargo_bin("rimbench"))
+            .env("RIMBENCH_CACHE", cache())
+            .args(["run", file.to_str().unwrap(), "--jobs", "2", "--out", killed.to_str().unwrap()])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        // Any instant will do: from before the first record to after the last.
+        std::thread::sleep(Duration::from_millis(3 + 7 * (attempt % 12)));
+        process.kill().unwrap();
+        process.wait().unwrap();
+    }
+    run(&file, &killed, &[]);
+    assert_same(&killed, &undisturbed);
+    let rows = std::fs::read_to_string(killed.join("runs.csv")).unwrap();
+    assert_eq!(rows.lines().count(), RUNS + 1);
+    // No half-written file is left, neither results nor traces.
+    for place in [killed.clone(), killed.join("traces")] {
+        let left = std::fs::read_dir(place).unwrap().map(|entry| entry.unwrap().file_name());
+        let left: Vec<_> = left.filter(|name| name.to_string_lossy().starts_with('.')).collect();
+        assert!(left.is_empty(), "{left:?}");
+    }
+}
+
+#[test]
+fn a_rerun_computes_only_what_is_missing() {
+    let (folder, file) = workplace(EXPERIMENT);
+    let out = folder.path().join("survival");
+    run(&file, &out, &[]);
+    let before = results(&out);
+    let printed = run(&file, &out, &[]);
+    assert!(printed.contains("0 computed now") && printed.contains("72 were there"), "{printed}");
+    assert!(results(&out) == before);
+    let printed = run(&file, &out, &["--fresh"]);
+    assert!(printed.contains("72 computed now"), "{printed}");
+    assert!(results(&out) == before);
+    // A larger grid keeps what is there.
+    std::fs::write(&file, EXPERIMENT.replace("phases = 6", "phases = 7")).unwrap();
+    let printed = run(&file, &out, &[]);
+    assert!(printed.contains("12 computed now") && printed.contains("72 were there"), "{printed}");
+}
+
+#[test]
+fn shards_run_at_once_into_one_folder_or_apart_and_are_collected() {
+    let (folder, file) = workplace(EXPERIMENT);
+    let whole = folder.path().join("whole/survival");
+    run(&file, &whole, &[]);
+    let shared = folder.path().join("shared/survival");
+    std::thread::scope(|scope| {
+        for shard in ["1/2", "2/2"] {
+            let (file, shared) = (&file, &shared);
+            scope.spawn(move || run(file, shared, &["--shard", shard]));
+        }
+    });
+    // The last of the two to finish has exported; if both read the store at once, collect does.
+    rimbench().arg("collect").arg(&shared).assert().success();
+    assert_same(&shared, &whole);
+
+    let parts: Vec<PathBuf> = ["1/3", "2/3", "3/3"]
+        .iter()
+        .enumerate()
+        .map(|(index, shard)| {
+            let out = folder.path().join(format!("part{index}/survival"));
+            let printed = run(&file, &out, &["--shard", shard]);
+            assert!(printed.contains("48 runs are missing"), "{printed}");
+            out
+        })
+        .collect();
+    let output = rimbench().arg("collect").arg(&parts[0]).arg(&parts[1]).assert().success();
+    let printed = String::from_utf8(output.get_output().stdout.clone()).unwrap();
+    assert!(printed.contains("48 of 72 runs") && printed.contains("missing: rim-nonsmooth"), "{printed}");
+    assert!(!parts[0].join("runs.csv").exists(), "an incomplete experiment has no results");
+    rimbench().arg("collect").args(&parts).assert().success();
+    assert_same(&parts[0], &whole);
+}
+
+#[test]
+fn damaged_and_truncated_records_are_computed_again() {
+    let (folder, file) = workplace(EXPERIMENT);
+    let out = folder.path().join("survival");
+    run(&file, &out, &[]);
+    let before = results(&out);
+    let log = std::fs::read_dir(out.join("records")).unwrap().next().unwrap().unwrap().path();
+    let mut bytes = std::fs::read(&log).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] = if bytes[middle] == b'7' { b'8' } else { b'7' };
+    bytes.truncate(bytes.len() - 5);
+    std::fs::write(&log, bytes).unwrap();
+    let printed = run(&file, &out, &[]);
+    assert!(printed.contains("2 damaged records") && printed.contains("2 computed now"), "{printed}");
+    assert!(results(&out) == before);
+}
+
+#[test]
+fn a_folder_of_another_experiment_is_refused() {
+    let (folder, file) = workplace(EXPERIMENT);
+    let out = folder.path().join("claimed");
+    run(&file, &out, &["--shard", "1/36"]);
+    let other = folder.path().join("other.toml");
+    std::fs::write(&other, EXPERIMENT).unwrap();
+    let refusal = rimbench().arg("run").arg(&other).arg("--out").arg(&out).assert().code(2);
+    let message = String::from_utf8(refusal.get_output().stderr.clone()).unwrap();
+    assert!(message.contains("belongs to experiment `survival`"), "{message}");
+}
+
+#[test]
+fn a_full_disk_is_an_error_that_loses_nothing() {
+    let (folder, file) = workplace(EXPERIMENT);
+    let out = folder.path().join("survival");
+    run(&file, &out, &["--shard", "1/2"]);
+    // A limit on the size of files stands in for a full disk: the next log may not grow.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 2; exec {} run {} --out {}",
+        assert_cmd::cargo::cargo_bin("rimbench").display(),
+        file.display(),
+        out.display()
+    );
+    let output = Process::new("bash").args(["-c", &script]).env("RIMBENCH_CACHE", cache()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("cannot be written"));
+    let printed = run(&file, &out, &[]);
+    assert!(printed.contains("72 of 72 runs stored"), "{printed}");
+}
+
+#[test]
+fn bad_experiment_files_are_refused_with_the_place() {
+    for (text, wanted) in [
+        (EXPERIMENT.replace("phases = 6", "phazes = 6"), "unknown field `phazes`"),
+        (EXPERIMENT.replace("question =", "question"), "line 2"),
+        (EXPERIMENT.replace("phases = 6", "phases = 0"), "the grid is empty"),
+        (EXPERIMENT.replace("phases = 6", "phases = 10000000"), "split it"),
+        (EXPERIMENT.replace("phases = 6", "phases = [0.5, 1.5]"), "phase = 1.5"),
+        (EXPERIMENT.replace("2e-3, 5e-3", "-2e-3, 5e-3"), "macro-step = -0.002"),
+        (EXPERIMENT.replace("wedge-box", "wedge-bocks"), "did you mean `wedge-box`"),
+        (EXPERIMENT.replace("box_mass_kg", "box_mas_kg"), "did you mean `box_mass_kg`"),
+        (EXPERIMENT.replace("scheme = \"rim-nonsmooth\"", "scheme = \"zero-order-hold\""), "holds one run twice"),
+        (EXPERIMENT.replace("macro_step_s = 5e-3", "macro_step_s = 6e-3"), "does not run"),
+        (EXPERIMENT.replace("metric = \"diverged\"", "metric = \"divergd\""), "did you mean `diverged`"),
+        (EXPERIMENT.replace(">= 1", "about 1"), "is no comparison"),
+    ] {
+        let (folder, file) = workplace(&text);
+        for command in ["plan", "run"] {
+            let refusal = rimbench().current_dir(folder.path()).arg(command).arg(&file).assert().code(2);
+            let message = String::from_utf8(refusal.get_output().stderr.clone()).unwrap();
+            assert!(message.contains(wanted) && message.contains("survival.toml"), "{wanted}: {message}");
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
+    }
+    rimbench().args(["run", "no-such-file.toml"]).assert().code(2);
+    let (_folder, file) = workplace(EXPERIMENT);
+    rimbench().arg("run").arg(&file).args(["--shard", "3/2"]).assert().code(2);
+    rimbench().arg("run").arg(&file).args(["--jobs", "0"]).assert().code(2);
+    rimbench().args(["collect", "no-such-folder"]).assert().code(2);
+}
+
+#[test]
+fn verify_fails_only_when_a_recorded_finding_no_longer_holds() {
+    let (folder, file) = workplace(EXPERIMENT);
+    let group = folder.path().file_name().unwrap().to_owned();
+    let results = folder.path().join("results");
+    run(&file, &results.join(group).join("survival"), &[]);
+    let verify = |code: i32| {
+        rimbench().arg("verify").arg(&file).arg("--results").arg(&results).assert().code(code);
+    };
+    verify(0);
+    // A claim that does not hold, and is recorded so, is no failure; one that is recorded otherwise is.
+    std::fs::write(&file, EXPERIMENT.replace(">= 1", ">= 2")).unwrap();
+    verify(1);
+    std::fs::write(&file, EXPERIMENT.replace(">= 1", ">= 2").replace("\"reproduced\"", "\"not-reproduced\"")).unwrap();
+    verify(0);
+}
