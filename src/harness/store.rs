@@ -55,6 +55,8 @@ pub struct Store {
     /// Records that were cut short or damaged, and are as good as never written.
     pub damaged: usize,
     log: Mutex<Option<Log>>,
+    /// The file read last: records are mostly read in the order in which they were written.
+    open: Mutex<Option<(u32, File)>>,
 }
 
 #[derive(Debug)]
@@ -80,6 +82,7 @@ impl Store {
             index: HashMap::new(),
             damaged: 0,
             log: Mutex::new(None),
+            open: Mutex::new(None),
         };
         let Ok(entries) = std::fs::read_dir(&records) else { return Ok(store) };
         let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
@@ -128,7 +131,11 @@ impl Store {
         let Some(place) = self.index.get(run_id) else { return Ok(None) };
         let path = &self.files[place.file as usize];
         let read = || -> std::io::Result<String> {
-            let mut file = File::open(path)?;
+            let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+            let file = match &mut *open {
+                Some((number, file)) if *number == place.file => file,
+                other => &mut other.insert((place.file, File::open(path)?)).1,
+            };
             file.seek(SeekFrom::Start(place.offset))?;
             let mut line = vec![0; place.length as usize];
             file.read_exact(&mut line)?;

@@ -1,0 +1,103 @@
+//! What the harness costs on top of the runs: overhead per run, gain from a second core, start on a large store.
+//!
+//! Everything is compared within this process. Ratios matter; times are printed beside them.
+
+use rimbench::cases::case_by_name;
+use rimbench::complementarity::solver_by_name;
+use rimbench::cosim::Bounds;
+use rimbench::harness::{Cache, Experiment, Job, Record, RunSpec, Store, run_job, scheme_options, simulate};
+use rimbench::schemes::scheme_by_name;
+use std::hint::black_box;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// 400 runs of the shortest kind: signal-based and diverging early would be shorter, but is no run to speak of.
+const EXPERIMENT: &str = r#"
+question = "What does the harness cost?"
+macro_steps_s = [5e-3]
+phases = 400
+
+[[cases]]
+name = "wedge-box"
+
+[[schemes]]
+scheme = "rim-smooth"
+"#;
+
+fn seconds(task: impl FnOnce()) -> f64 {
+    let start = Instant::now();
+    task();
+    start.elapsed().as_secs_f64()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn main() {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let cache = Cache::in_folder(folder.path().join("cache"));
+    let file = folder.path().join("overhead.toml");
+    std::fs::write(&file, EXPERIMENT).expect("the experiment can be written");
+    let experiment = Experiment::read(&file).expect("the experiment is valid");
+    let sweep = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let results = folder.path().join("results");
+        let job =
+            Job { experiment: &experiment, folder: &results, quick: false, fresh: true, shard: None, cache: &cache };
+        pool.install(|| run_job(job, &|_| {}, &AtomicBool::new(false)).expect("the sweep runs"));
+    };
+    let case = case_by_name("wedge-box").expect("the case exists");
+    let solver = solver_by_name("active-set").expect("the solver exists");
+    let scheme = scheme_by_name("rim-smooth").expect("the scheme exists");
+    let (sequence, force_return) = scheme.sequence_and_return(None, None).expect("its defaults are valid");
+    let specs: Vec<RunSpec> = rimbench::harness::phase_ensemble(400)
+        .into_iter()
+        .map(|phase| RunSpec {
+            case,
+            parameters: case.default_parameters(),
+            scheme,
+            options: scheme_options(None, None, solver).expect("the options are valid"),
+            macro_step: 5e-3,
+            phase,
+            micro_step: 5e-5,
+            mechanics_steps: 1,
+            sequence,
+            force_return,
+            duration: 2.5,
+            solver,
+        })
+        .collect();
+    let bare = || {
+        for spec in &specs {
+            black_box(simulate(spec, Bounds::default()).expect("the run is valid"));
+        }
+    };
+    // The reference is in the cache before anything is timed.
+    sweep(2);
+    let (mut bares, mut ones, mut twos) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..5 {
+        bares.push(seconds(bare));
+        ones.push(seconds(|| sweep(1)));
+        twos.push(seconds(|| sweep(2)));
+    }
+    let (bare, one, two) = (median(bares), median(ones), median(twos));
+    println!("400 runs at 5 ms: bare {bare:.3} s, harness with one thread {one:.3} s, with two {two:.3} s");
+    println!("overhead of the harness: {:.1} % of the runs", 100.0 * (one / bare - 1.0));
+    println!("two threads: {:.2} times as fast as one", one / two);
+
+    let records = folder.path().join("large");
+    let store = Store::open(&records, "large", "columns").expect("an empty store");
+    let append = seconds(|| {
+        for index in 0..100_000_u64 {
+            let row = |width: usize| format!("{index:016x}{}", ",0.123456789012345".repeat(width));
+            store.append(&Record { run: row(40), cost: row(5), provenance: row(7) }).expect("a record is appended");
+        }
+    });
+    let open = seconds(|| {
+        let store = Store::open(&records, "large", "columns").expect("the store opens");
+        assert_eq!((store.len(), store.damaged), (100_000, 0));
+    });
+    println!("store of 100 000 records: appended in {append:.2} s, opened in {open:.2} s");
+}
