@@ -1,8 +1,8 @@
 //! What the list of cases holds about each one.
 
 use super::parameters::{Parameter, Parameters};
-use crate::complementarity::SolverEntry;
 use super::reference_method::ReferenceMethod;
+use crate::complementarity::SolverEntry;
 use crate::cosim::Subsystem;
 use crate::error::{Result, find_by_name};
 

@@ -5,9 +5,13 @@
 mod case;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
+mod linear_oscillator;
 mod parameters;
+mod precice_oscillator;
+mod quarter_car;
 mod recorder;
 mod reference_method;
+mod two_masses;
 mod wedge_box;
 
 pub use case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, StateVariable, case_by_name};
@@ -16,4 +20,10 @@ pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, ReferenceMethod};
 
 /// Every case.
-pub const CASES: &[Case] = &[wedge_box::ENTRY, hydraulic_crane::ENTRY];
+pub const CASES: &[Case] = &[
+    wedge_box::ENTRY,
+    hydraulic_crane::ENTRY,
+    linear_oscillator::ENTRY,
+    quarter_car::ENTRY,
+    precice_oscillator::ENTRY,
+];

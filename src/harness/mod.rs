@@ -14,6 +14,7 @@ mod provenance;
 mod reference;
 mod results;
 mod run;
+mod spectral;
 
 pub use atomic_file::{check_writable_folder, write_atomically};
 pub use cache::Cache;
@@ -25,3 +26,4 @@ pub use provenance::Provenance;
 pub use reference::{DIVERGENCE_FACTOR, Reference};
 pub use results::write_results;
 pub use run::{RunResult, RunSpec, parse_mechanics_steps, simulate};
+pub use spectral::spectral_radius;

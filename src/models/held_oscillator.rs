@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 /// How a [`HeldOscillator`] is integrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OscillatorIntegrator {
     /// Matrix exponential: no error but that of the held load.
     Exact,

@@ -66,14 +66,8 @@ pub enum MassRole {
 
 const FORCE: Port = Port { name: "coupling_force_n", quantity: Quantity::Force };
 const MOTION: [[Port; 2]; 2] = [
-    [
-        Port { name: "x1_m", quantity: Quantity::Position },
-        Port { name: "v1_m_s", quantity: Quantity::Velocity },
-    ],
-    [
-        Port { name: "x2_m", quantity: Quantity::Position },
-        Port { name: "v2_m_s", quantity: Quantity::Velocity },
-    ],
+    [Port { name: "x1_m", quantity: Quantity::Position }, Port { name: "v1_m_s", quantity: Quantity::Velocity }],
+    [Port { name: "x2_m", quantity: Quantity::Position }, Port { name: "v2_m_s", quantity: Quantity::Velocity }],
 ];
 const ELONGATION: [Port; 2] = [
     Port { name: "elongation_m", quantity: Quantity::Position },
