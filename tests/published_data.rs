@@ -3,7 +3,8 @@
 use rimbench::cases::{Parameters, ReferenceMethod, case_by_name};
 use rimbench::complementarity::solver_by_name;
 use rimbench::cosim::{Bounds, Outcome, Trajectory};
-use rimbench::harness::{Cache, Reference, RunResult, RunSpec, scheme_options, simulate};
+use rimbench::harness::{Cache, Experiment, Reference, RunResult, RunSpec, scheme_options, simulate};
+use rimbench::metrics::order_of_convergence;
 use rimbench::schemes::scheme_by_name;
 use std::path::Path;
 
@@ -177,4 +178,68 @@ fn co_simulations_with_the_published_driver_agree_to_the_printed_digits() {
             assert!(worst <= 5.01e-9, "{coupling} at H = {macro_step}: {worst:e} m from the published digits");
         }
     }
+}
+
+/// Runs at 1, 2, 4 and 8 ms of the smooth start of M2 with the same micro steps on both sides: what they differ by is
+/// the coupling's doing.
+#[test]
+fn measured_orders_on_the_crane_are_the_declared_ones() {
+    for (scheme, mechanics_steps, expected) in [
+        ("zero-order-hold", 0, 1.0),
+        ("first-order-hold", 0, 2.0),
+        ("second-order-hold", 0, 3.0),
+        // Declared 1: with a first-order mechanics that steps once per macro step. With micro steps on both sides: 2.
+        ("rim-smooth", 1, 1.0),
+        ("rim-smooth", 0, 2.0),
+    ] {
+        let lengths: Vec<Vec<f64>> = [1, 2, 4, 8]
+            .into_iter()
+            .map(|ms| {
+                let mut spec = jacobi_zoh(&[("manoeuvre", "m2")], ms as f64 * 1e-3, 0.96);
+                spec.scheme = scheme_by_name(scheme).unwrap();
+                (spec.sequence, spec.force_return) = spec.scheme.sequence_and_return(None, None).unwrap();
+                (spec.micro_step, spec.mechanics_steps) = (2e-5, mechanics_steps);
+                run(&spec).trajectory.rows().step_by(8 / ms).map(|row| row[1]).collect()
+            })
+            .collect();
+        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let points: Vec<(f64, f64)> =
+            (0..3).map(|i| ((1 << i) as f64, difference(&lengths[i], &lengths[i + 1]))).collect();
+        let order = order_of_convergence(&points).unwrap();
+        assert!((order - expected).abs() < 0.15, "{scheme}, {mechanics_steps} mechanics steps: {order} {points:?}");
+    }
+}
+
+/// The smooth interface model on M1: with the force held it fails where zero-order hold does; with the mean force it
+/// runs at any step that still makes sense.
+#[test]
+fn force_return_decides_how_far_the_interface_model_goes() {
+    let (case, solver) = (case_by_name("hydraulic-crane").unwrap(), solver_by_name("active-set").unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let reference = Reference::obtain(case, &crane(&[]), solver, 10.0, &Cache::in_folder(folder.path())).unwrap();
+    let bounds = reference.bounds(case, &crane(&[]), solver).unwrap();
+    let completes = |force_return: &str, ms: usize| {
+        let mut spec = jacobi_zoh(&[], ms as f64 * 1e-3, 10.0);
+        spec.scheme = scheme_by_name("rim-smooth").unwrap();
+        spec.force_return = force_return.parse().unwrap();
+        (spec.sequence, _) = spec.scheme.sequence_and_return(None, Some(spec.force_return)).unwrap();
+        simulate(&spec, bounds.clone()).unwrap().report.outcome == Outcome::Completed
+    };
+    assert!((1..=32).all(|ms| completes("held", ms)) && !completes("held", 33));
+    assert!((4..=68).step_by(4).all(|ms| completes("end", ms)) && !completes("end", 72));
+    assert!((20..=300).step_by(20).all(|ms| completes("mean", ms)));
+}
+
+#[test]
+fn the_published_experiments_are_valid_plans() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/published");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let experiment = Experiment::read(&entry.unwrap().path()).unwrap();
+        for quick in [false, true] {
+            assert!(!experiment.plan(quick).unwrap().is_empty());
+        }
+        count += 1;
+    }
+    assert!(count >= 4);
 }

@@ -9,7 +9,7 @@
 //! ```
 //! Two degrees of freedom about the static position, no gravity, all at rest; the wheel is mass 2. `damper`: `linear`
 //! (d in N·s/m) or `nonlinear`, `d sign(v) |v|^(2/(1+2n))` (d in N·(s/m)^p with p = 2/(1+2n)). For n = 1 the nonlinear
-//! law has a vertical slope at v = 0: not Lipschitz, so no scheme can keep its order there.
+//! law has a vertical slope at v = 0; the held inputs of order 0 and 1 still measure their orders (1.0 and 1.9).
 //!
 //! | | m₁ | m₂ | k_c | d | k₂ | road |
 //! |---|---|---|---|---|---|---|
