@@ -152,7 +152,7 @@ const K: [f64; 3] = [10.0, 100.0, 1000.0];
 impl Paper<'_> {
     /// Input of the actuator side in units of force, from the other mass: `k_c x₂ + c v₂`, or the coupling force itself
     /// where the actuator is the bare element.
-    fn to_actuator(&self, z: &[f64; 4]) -> f64 {
+    fn actuator_input(&self, z: &[f64; 4]) -> f64 {
         match self.coupling {
             "force-force" => self.force(z),
             _ => K[1] * z[2] + self.damping * z[3],
@@ -160,7 +160,7 @@ impl Paper<'_> {
     }
 
     /// Input of the mechanics side in units of force.
-    fn to_mechanics(&self, z: &[f64; 4]) -> f64 {
+    fn mechanics_input(&self, z: &[f64; 4]) -> f64 {
         match self.coupling {
             "displacement-displacement" => K[1] * z[0] + self.damping * z[1],
             _ => self.force(z),
@@ -183,14 +183,14 @@ impl Paper<'_> {
         let mass_2 = Held::new(K[2] + if both { K[1] } else { 0.0 }, if both { 2.0 * c } else { c }, h);
         let advance = |input: f64| mass_2.step([now[2], now[3]], input);
         let mechanics_first = self.sequence == "gauss-seidel-mechanics-first";
-        let ahead = advance(predicted(&|z| self.to_mechanics(z), 0.5));
+        let ahead = advance(predicted(&|z| self.mechanics_input(z), 0.5));
 
         // The actuator. With the mechanics first its polynomial goes through t_{k+1} too, and interpolates.
         let after = [f64::NAN, f64::NAN, ahead[0], ahead[1]];
         let n = self.micro_steps as f64;
         let micro = Held::new(K[0] + K[1], 2.0 * c, h / n);
         let mut z1 = [now[0], now[1]];
-        let (mut input, mut sent) = (self.to_actuator(&now), 0.0);
+        let (mut input, mut sent) = (self.actuator_input(&now), 0.0);
         for j in 0..self.micro_steps {
             sent += match self.coupling {
                 "force-displacement" => K[1] * z1[0] + c * z1[1] - input,
@@ -201,15 +201,16 @@ impl Paper<'_> {
             input = if mechanics_first && self.coupling != "force-force" {
                 let points: Vec<f64> = (0..=self.order).map(|j| 1.0 - j as f64).collect();
                 let weights = lagrange(&points, at);
-                let known = weights[1..].iter().zip(past).map(|(weight, z)| weight * self.to_actuator(z));
-                weights[0] * self.to_actuator(&after) + known.sum::<f64>()
+                let known = weights[1..].iter().zip(past).map(|(weight, z)| weight * self.actuator_input(z));
+                weights[0] * self.actuator_input(&after) + known.sum::<f64>()
             } else {
-                predicted(&|z| self.to_actuator(z), at)
+                predicted(&|z| self.actuator_input(z), at)
             };
             z1 = micro.step(z1, input);
         }
         // Actuator first: the mechanics receives the mean of what was sent; else what it predicts itself.
-        let received = if self.sequence == "gauss-seidel" { sent } else { predicted(&|z| self.to_mechanics(z), 0.5) };
+        let received =
+            if self.sequence == "gauss-seidel" { sent } else { predicted(&|z| self.mechanics_input(z), 0.5) };
         let z2 = advance(received);
         if self.coupling == "force-force" {
             z1 = Held::new(K[0], c, h).step([now[0], now[1]], -received);
@@ -311,8 +312,11 @@ fn error(spec: &RunSpec) -> f64 {
 
 const REST: [(&str, &str); 3] = [("x1_0_m", "1"), ("v1_0_m_s", "0"), ("v2_0_m_s", "0")];
 
+/// A case, its parameters and a macro step.
+type SmoothCase = (&'static str, &'static [(&'static str, &'static str)], f64);
+
 /// The smooth cases, each from rest, with the finest macro step of a refinement.
-const SMOOTH: [(&str, &[(&str, &str)], f64); 3] =
+const SMOOTH: [SmoothCase; 3] =
     [("linear-oscillator", &REST, 5e-4), ("quarter-car", &[], 5e-4), ("precice-oscillator", &[], 1e-3)];
 
 /// Order over H, 2 H, 4 H; `change` adapts each run.

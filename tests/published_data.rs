@@ -3,7 +3,9 @@
 use rimbench::cases::{Parameters, ReferenceMethod, case_by_name};
 use rimbench::complementarity::solver_by_name;
 use rimbench::cosim::{Bounds, Outcome, Trajectory};
-use rimbench::harness::{Cache, Experiment, Reference, RunResult, RunSpec, scheme_options, simulate};
+use rimbench::harness::{
+    Cache, Experiment, Reference, RunResult, RunSpec, check_claims, execute, scheme_options, simulate,
+};
 use rimbench::metrics::order_of_convergence;
 use rimbench::schemes::scheme_by_name;
 use std::path::Path;
@@ -231,13 +233,21 @@ fn force_return_decides_how_far_the_interface_model_goes() {
 }
 
 #[test]
-fn the_published_experiments_are_valid_plans() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/published");
+fn the_published_experiments_run_and_their_findings_stand() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/published");
+    let folder = tempfile::tempdir().unwrap();
+    let cache = Cache::in_folder(folder.path());
     let mut count = 0;
-    for entry in std::fs::read_dir(folder).unwrap() {
+    for entry in std::fs::read_dir(root).unwrap() {
         let experiment = Experiment::read(&entry.unwrap().path()).unwrap();
-        for quick in [false, true] {
-            assert!(!experiment.plan(quick).unwrap().is_empty());
+        assert!(!experiment.plan(false).unwrap().is_empty());
+        let executed = execute(&experiment, true, &cache, &|_| ()).unwrap();
+        for claim in check_claims(&executed).unwrap() {
+            assert_eq!(
+                claim.verdict, claim.finding,
+                "{}: {} measured {:?}",
+                claim.experiment, claim.id, claim.measured
+            );
         }
         count += 1;
     }

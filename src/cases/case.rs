@@ -27,6 +27,9 @@ impl CoupledSystem {
     }
 }
 
+/// A number from some columns of a row.
+pub type RowFunction = Box<dyn Fn(&[f64]) -> f64 + Send>;
+
 /// A column computed from others of the same row, for example the energy of the whole system.
 pub struct DerivedColumn {
     /// Name with unit.
@@ -34,7 +37,7 @@ pub struct DerivedColumn {
     /// The columns it is computed from.
     pub from: &'static [&'static str],
     /// Its value, given theirs in the same order.
-    pub value: Box<dyn Fn(&[f64]) -> f64 + Send>,
+    pub value: RowFunction,
 }
 
 /// A state variable of a linear case that can be set and seen: what a spectral radius is probed with.

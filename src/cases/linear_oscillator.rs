@@ -37,7 +37,7 @@ pub(super) const ENTRY: Case = Case {
     defaults: CaseDefaults {
         duration_s: 10.0,
         macro_step_s: 1e-3,
-        micro_step_s: 1e-3,
+        micro_step_s: 1e-4,
         reference_step_s: 1e-3,
         reference_sampling_s: 1e-3,
     },

@@ -14,7 +14,9 @@ mod reference_method;
 mod two_masses;
 mod wedge_box;
 
-pub use case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, StateVariable, case_by_name};
+pub use case::{
+    Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, RowFunction, StateVariable, case_by_name,
+};
 pub use parameters::{Parameter, Parameters, Range, Value};
 pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, ReferenceMethod};

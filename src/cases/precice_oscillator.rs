@@ -34,7 +34,7 @@ pub(super) const ENTRY: Case = Case {
     defaults: CaseDefaults {
         duration_s: 1.0,
         macro_step_s: 1e-2,
-        micro_step_s: 1e-2,
+        micro_step_s: 1e-3,
         reference_step_s: 1e-3,
         reference_sampling_s: 1e-3,
     },

@@ -1,6 +1,6 @@
 //! Writes the columns of a case at each communication point, whatever side they come from.
 
-use super::case::{Case, CoupledSystem};
+use super::case::{Case, CoupledSystem, RowFunction};
 use crate::cosim::{CommunicationPoint, Port, Trajectory};
 
 /// Where a column comes from.
@@ -20,7 +20,7 @@ struct Derived {
     column: usize,
     from: Vec<usize>,
     arguments: Vec<f64>,
-    value: Box<dyn Fn(&[f64]) -> f64 + Send>,
+    value: RowFunction,
 }
 
 /// Fills trajectory rows from communication points.
