@@ -259,15 +259,37 @@ fn growth_rates_by_probing_the_loop_and_by_the_recurrence_on_paper_agree() {
     assert!(worst.0 < 1e-8, "{worst:?}");
 }
 
+/// Undamped, ln ρ / H by the loop.
+fn growth_rate(coupling: &str, hold: &str, sequence: &str, macro_step: f64) -> f64 {
+    let spec = spec("linear-oscillator", &[("coupling", coupling)], hold, sequence, macro_step);
+    spectral_radius(&spec).unwrap().ln() / macro_step
+}
+
 #[test]
-fn an_undamped_oscillator_has_no_stable_step_with_a_zero_order_hold() {
+fn an_undamped_oscillator_has_no_stable_step_with_a_zero_order_hold_and_jacobi() {
     for coupling in COUPLINGS {
         for macro_step in [1e-5, 1e-4, 1e-3, 1e-2, 3e-2] {
-            let radius =
-                spectral_radius(&spec("linear-oscillator", &[("coupling", coupling)], HOLDS[0], "jacobi", macro_step));
-            let rate = radius.unwrap().ln() / macro_step;
+            let rate = growth_rate(coupling, HOLDS[0], "jacobi", macro_step);
             assert!(rate > 0.0, "{coupling} at H = {macro_step}: {rate}");
         }
+        // 0.1 ms to 0.29 s.
+        for step in 0..2000 {
+            let h = 1e-4 * 1.004_f64.powi(step);
+            let paper = Paper { coupling, order: 0, sequence: "jacobi", micro_steps: 1, damping: 0.0, macro_step: h };
+            assert!(paper.spectral_radius() > 1.0, "{coupling} at H = {h}");
+        }
+    }
+}
+
+/// Two exceptions worth knowing: exchanged displacements with the mechanics first make a map that keeps its energy
+/// bounded (ρ = 1), and the second-order hold of the force itself damps.
+#[test]
+fn some_explicit_couplings_do_not_create_energy() {
+    for macro_step in [1e-3, 5e-3, 1e-2, 2e-2] {
+        let neutral = growth_rate(COUPLINGS[1], HOLDS[0], "gauss-seidel-mechanics-first", macro_step);
+        assert!(neutral.abs() < 1e-9, "{macro_step}: {neutral}");
+        let damped = growth_rate(COUPLINGS[2], HOLDS[2], "jacobi", macro_step);
+        assert!(damped < 0.0, "{macro_step}: {damped}");
     }
 }
 

@@ -31,7 +31,10 @@
 //!
 //! **Published driver.** `stale_feedthrough=true`: the force at a communication point is made with the velocity the
 //! hydraulics was given for the step before. `published_driver=true`: that, and the hydraulics is one of its own micro
-//! steps ahead, and rows are stamped one macro step late. Off by default: they are faults, not the benchmark.
+//! steps ahead, and rows are stamped one macro step late (for every H; where the micro step is H the two cancel, as the
+//! manoeuvre starts from rest). Off by default: they are faults, not the benchmark. With fresh feedthrough and a
+//! zero-order hold, `force-displacement` is the same map as `pressure-displacement`: what separates the published
+//! stability limits of the two is the stale velocity alone.
 //!
 //! **Source**: Laboratorio de Ingeniería Mecánica, Univ. da Coruña, `fgonzalezLIM/cosim-benchmarks` (MIT); Naya et al.
 //! 2011; used in Peiret et al. 2018. `rimbench list parameters --case hydraulic-crane` prints the parameter table.
