@@ -466,6 +466,37 @@ fn stability_limits_on_paper_and_of_the_loop_agree() {
     }
 }
 
+/// The tables of METHODOLOGY: growth rates of variant 0 (1/s) at 1 and 10 ms, limits of variant 1 (ms).
+#[test]
+fn the_tables_of_growth_rates_and_limits_stand() {
+    let close = |measured: f64, table: f64| (measured / table - 1.0).abs() < 1e-3;
+    let (jacobi, actuator, mechanics) = ("jacobi", "gauss-seidel", "gauss-seidel-mechanics-first");
+    for (coupling, order, rates, limits) in [
+        (COUPLINGS[0], 0, [2.970e-2, 2.930e-1, 2.475e-2, 2.448e-1], [0.370, 0.370, 0.444]),
+        (COUPLINGS[0], 1, [1.648e-5, 1.638e-2, 1.511e-5, 1.490e-2], [8.811, 0.4036, 9.081]),
+        (COUPLINGS[0], 2, [2.939e-7, 2.916e-4, 1.083e-7, 1.073e-4], [32.20, 0.4036, 40.75]),
+        (COUPLINGS[1], 0, [4.949e-3, 4.818e-2, 0.0, 0.0], [2.222, 2.222, f64::INFINITY]),
+        (COUPLINGS[1], 1, [2.748e-6, 2.793e-3, 1.373e-6, 1.324e-3], [15.79, 4.373, 21.21]),
+        (COUPLINGS[1], 2, [3.094e-7, 3.070e-4, 1.238e-7, 1.226e-4], [31.63, 4.513, 38.24]),
+        (COUPLINGS[2], 0, [2.995e-2, 2.953e-1, 2.995e-2, 2.953e-1], [0.3669, 0.3669, 0.3669]),
+        (COUPLINGS[2], 1, [1.662e-5, 1.653e-2, 1.662e-5, 1.653e-2], [8.785, 0.3669, 8.785]),
+        (COUPLINGS[2], 2, [-1.253e-6, -1.243e-3, -1.253e-6, -1.243e-3], [41.13, 0.3669, 41.13]),
+    ] {
+        let runs = [(jacobi, 1e-3), (jacobi, 1e-2), (mechanics, 1e-3), (mechanics, 1e-2)];
+        for ((sequence, macro_step), table) in runs.into_iter().zip(rates) {
+            let rate = growth_rate(coupling, HOLDS[order], sequence, macro_step);
+            assert!((rate - table).abs() < 1e-3 * table.abs() + 1e-9, "{coupling} {order} {sequence}: {rate}");
+        }
+        for (sequence, table) in [jacobi, actuator, mechanics].into_iter().zip(limits) {
+            let limit = 1e3
+                * first_unstable(|macro_step| {
+                    Paper { coupling, order, sequence, micro_steps: 1, damping: 0.01, macro_step }.spectral_radius()
+                });
+            assert!(limit == table || close(limit, table), "{coupling} {order} {sequence}: {limit} ms");
+        }
+    }
+}
+
 /// What force return does to the limit of the smooth model: damped oscillator, force–displacement, 20 micro steps.
 #[test]
 fn returning_the_mean_force_multiplies_the_limit_of_the_interface_model() {

@@ -92,7 +92,8 @@ pub struct Case {
     pub drawing_columns: &'static [&'static str],
     /// What accuracy is judged by.
     pub interface_columns: InterfaceColumns,
-    /// All state variables, if the case is linear for at least some of its parameters; else none.
+    /// All state variables, positions first, then their velocities in the same order, if the case is linear for at
+    /// least some of its parameters; else none.
     pub linear_state: &'static [StateVariable],
     /// What runs with these parameters are held against.
     pub reference: fn(&Parameters) -> ReferenceMethod,

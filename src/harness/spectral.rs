@@ -46,8 +46,9 @@ pub fn spectral_radius(spec: &RunSpec) -> Result<f64> {
         )));
     }
     let n = variables.len();
-    // Twice what the longest memory needs, so that there is something to hold back.
+    // Enough for the longest memory, with a third to hold back.
     let steps = START_UP + 3 * (LONGEST_MEMORY + 1) + LONGEST_MEMORY;
+    // A start velocity of one metre per macro step, so that all responses are of one size.
     let scale = |index: usize| if index < n / 2 { 1.0 } else { 1.0 / spec.macro_step };
     let rest = states(spec, &vec![0.0; n], steps)?;
     let mut runs = Vec::with_capacity(n);
@@ -122,7 +123,7 @@ fn check_linear(spec: &RunSpec, runs: &[States], rest: &States, steps: usize) ->
 fn companion(runs: &[States], n: usize, memory: usize) -> Option<DMatrix<f64>> {
     let (width, last) = (n * (memory + 1), runs[0].len() - 1);
     let first = START_UP.max(memory);
-    // The later half is held back.
+    // The last third is held back.
     let fitted = first + (last - first) * 2 / 3;
     let stacked = |run: &States, k: usize| (0..=memory).flat_map(|back| run[k - back].clone()).collect::<Vec<f64>>();
     let samples: Vec<(&States, usize)> = runs.iter().flat_map(|run| (first..fitted).map(move |k| (run, k))).collect();
