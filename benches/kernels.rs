@@ -133,7 +133,7 @@ fn mechanics_step(c: &mut Criterion) {
 }
 
 fn hydraulics_step(c: &mut Criterion) {
-    let CoupledSystem { mechanics, mut actuator } = system();
+    let CoupledSystem { mechanics, mut actuator, .. } = system();
     let mut y = [0.0; 2];
     mechanics.outputs(&[0.0], &mut y);
     // With the spool in the middle the start pressures, half way between pump and tank, are an equilibrium.
@@ -148,7 +148,7 @@ fn hydraulics_step(c: &mut Criterion) {
 fn rim_nonsmooth_input(c: &mut Criterion) {
     const MICRO_STEPS: usize = 100;
     let solver = solver_by_name("active-set").unwrap();
-    let CoupledSystem { mut mechanics, actuator } = system();
+    let CoupledSystem { mut mechanics, actuator, .. } = system();
     let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver };
     let ports: (&Ports, &Ports) = (mechanics.ports(), actuator.ports());
     let mut scheme = (scheme_by_name("rim-nonsmooth").unwrap().build)(ports.0, ports.1, &options);

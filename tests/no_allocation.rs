@@ -67,7 +67,7 @@ fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
     let mut scheme = (variant.scheme.build)(system.mechanics.ports(), system.actuator.ports(), &variant.options);
     let grid = CommunicationGrid::new(variant.macro_step, 0.6, case.defaults.duration_s).unwrap();
     let points = grid.macro_steps() + 1;
-    let mut recorder = Recorder::new(case, &system);
+    let mut recorder = Recorder::new(case, &mut system);
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points);
     let mut counts = Vec::with_capacity(points);
     let setup = Setup {

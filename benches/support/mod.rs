@@ -30,7 +30,7 @@ pub fn wedge_box(scheme: &str, macro_step: f64) -> Trajectory {
     let mut system = (case.build)(&case.default_parameters(), solver).unwrap();
     let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver };
     let mut scheme = (entry.build)(system.mechanics.ports(), system.actuator.ports(), &options);
-    let mut recorder = Recorder::new(case, &system);
+    let mut recorder = Recorder::new(case, &mut system);
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), setup.grid.macro_steps() + 1);
     let report = cosimulate(&setup, &mut *system.mechanics, &mut *system.actuator, &mut *scheme, &mut |point| {
         recorder.record(point, &mut trajectory);

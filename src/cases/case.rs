@@ -1,16 +1,52 @@
 //! What the list of cases holds about each one.
 
 use super::parameters::{Parameter, Parameters};
+use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::cosim::Subsystem;
 use crate::error::{Result, find_by_name};
 
-/// Two subsystems that fit each other.
+/// Two subsystems that fit each other, and how the case wants them run and recorded.
 pub struct CoupledSystem {
     /// The side that may offer an interface model.
     pub mechanics: Box<dyn Subsystem>,
     /// The side that may use it.
     pub actuator: Box<dyn Subsystem>,
+    /// Outputs with direct feedthrough are evaluated with the input used last, not with the fresh one.
+    pub stale_feedthrough: bool,
+    /// Each row of the trace holds the values of the communication point before (a quirk of a published driver).
+    pub late_rows: bool,
+    /// Columns that neither side knows alone.
+    pub derived: Vec<DerivedColumn>,
+}
+
+impl CoupledSystem {
+    /// Two subsystems that are run and recorded in the usual way.
+    pub fn new(mechanics: Box<dyn Subsystem>, actuator: Box<dyn Subsystem>) -> Self {
+        CoupledSystem { mechanics, actuator, stale_feedthrough: false, late_rows: false, derived: Vec::new() }
+    }
+}
+
+/// A number from some columns of a row.
+pub type RowFunction = Box<dyn Fn(&[f64]) -> f64 + Send>;
+
+/// A column computed from others of the same row, for example the energy of the whole system.
+pub struct DerivedColumn {
+    /// Name with unit.
+    pub name: &'static str,
+    /// The columns it is computed from.
+    pub from: &'static [&'static str],
+    /// Its value, given theirs in the same order.
+    pub value: RowFunction,
+}
+
+/// A state variable of a linear case that can be set and seen: what a spectral radius is probed with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StateVariable {
+    /// The parameter that holds its start value.
+    pub initial: &'static str,
+    /// The column that records it.
+    pub column: &'static str,
 }
 
 /// Times used unless others are asked for, s.
@@ -52,10 +88,15 @@ pub struct Case {
     pub defaults: CaseDefaults,
     /// Columns of a trace, in order; the first is the time.
     pub trace_columns: &'static [&'static str],
-    /// Further columns that only drawings need.
+    /// Further columns, not in the trace: for drawings, and what metrics need.
     pub drawing_columns: &'static [&'static str],
     /// What accuracy is judged by.
     pub interface_columns: InterfaceColumns,
+    /// All state variables, positions first, then their velocities in the same order, if the case is linear for at
+    /// least some of its parameters; else none.
+    pub linear_state: &'static [StateVariable],
+    /// What runs with these parameters are held against.
+    pub reference: fn(&Parameters) -> ReferenceMethod,
     /// Builds both sides. The solver serves the complementarity problems of the mechanics.
     pub build: fn(&Parameters, &SolverEntry) -> Result<CoupledSystem>,
 }

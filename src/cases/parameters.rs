@@ -102,6 +102,16 @@ impl Parameter {
     ) -> Self {
         Parameter { name, unit, default: Value::Number(default), range, about, source }
     }
+
+    /// A parameter that is one of `names`; the first is the default.
+    pub const fn choice(
+        name: &'static str,
+        names: &'static [&'static str],
+        about: &'static str,
+        source: &'static str,
+    ) -> Self {
+        Parameter { name, unit: "-", default: Value::Choice(names[0]), range: Range::OneOf(names), about, source }
+    }
 }
 
 /// The parameters of a case with their values.

@@ -1,26 +1,52 @@
 //! Writes the columns of a case at each communication point, whatever side they come from.
 
-use super::case::{Case, CoupledSystem};
+use super::case::{Case, CoupledSystem, RowFunction};
 use crate::cosim::{CommunicationPoint, Port, Trajectory};
+
+/// A derived column: where it goes, and where its arguments stand in the row.
+struct Derived {
+    column: usize,
+    from: Vec<usize>,
+    arguments: Vec<f64>,
+    value: RowFunction,
+}
 
 /// Fills trajectory rows from communication points.
 ///
 /// Everything a communication point shows is laid out one after the other in `seen`; a column is an index into it.
 ///
 /// ```text
-/// time | outputs of mechanics, of actuator | received | observables of mechanics, of actuator
+/// time | outputs of mechanics, of actuator | received | observables of mechanics, of actuator | room for derived columns
 /// ```
 pub struct Recorder {
     columns: Vec<usize>,
     seen: Vec<f64>,
-    /// Where each part but the time ends in `seen`.
+    /// Where each part but the time and the derived columns ends in `seen`.
     ends: [usize; 5],
     effective_mass: Option<usize>,
+    derived: Vec<Derived>,
+    late_rows: bool,
+    /// The row before it was made late.
+    row: Vec<f64>,
 }
 
 impl Recorder {
     /// Finds the source of each of the case's columns. A column without one is a defect of the case.
-    pub fn new(case: &Case, system: &CoupledSystem) -> Self {
+    pub fn new(case: &Case, system: &mut CoupledSystem) -> Self {
+        let recorded = case.recorded_columns();
+        let place = |wanted: &str| {
+            let found = recorded.iter().position(|name| name == wanted);
+            found.unwrap_or_else(|| panic!("case {}: derived from {wanted}, which is not recorded", case.name))
+        };
+        let derived: Vec<Derived> = std::mem::take(&mut system.derived)
+            .into_iter()
+            .map(|derived| Derived {
+                column: place(derived.name),
+                from: derived.from.iter().map(|name| place(name)).collect(),
+                arguments: vec![0.0; derived.from.len()],
+                value: derived.value,
+            })
+            .collect();
         let (mechanics, actuator) = (&system.mechanics, &system.actuator);
         let names_of = |ports: &[Port]| -> Vec<&'static str> { ports.iter().map(|port| port.name).collect() };
         let (y_mechanics, y_actuator) = (names_of(&mechanics.ports().outputs), names_of(&actuator.ports().outputs));
@@ -33,16 +59,19 @@ impl Recorder {
             names.extend_from_slice(part);
             names.len()
         });
-        let recorded = case.recorded_columns();
+        names.extend(derived.iter().map(|derived| recorded[derived.column].as_str()));
         let index_of = |name: &String| {
             let index = names.iter().position(|known| known == name);
             index.unwrap_or_else(|| panic!("case {}: no source for column {name}", case.name))
         };
         Recorder {
             columns: recorded.iter().map(index_of).collect(),
-            seen: vec![0.0; names.len()],
+            seen: vec![f64::NAN; names.len()],
             ends,
             effective_mass: recorded.iter().position(|name| name == "effective_mass_kg"),
+            row: vec![0.0; recorded.len()],
+            late_rows: system.late_rows,
+            derived,
         }
     }
 
@@ -66,12 +95,26 @@ impl Recorder {
         self.seen[y_actuator..received].copy_from_slice(point.received);
         point.mechanics.observe(point.mechanics_step, &mut self.seen[received..mechanics]);
         point.actuator.observe(point.mechanics_step, &mut self.seen[mechanics..actuator]);
+        let first = trajectory.is_empty();
         let row = trajectory.push_row();
         for (value, &column) in row.iter_mut().zip(&self.columns) {
             *value = self.seen[column];
         }
+        for derived in &mut self.derived {
+            for (argument, &column) in derived.arguments.iter_mut().zip(&derived.from) {
+                *argument = row[column];
+            }
+            row[derived.column] = (derived.value)(&derived.arguments);
+        }
         if let (Some(column), Some(mass)) = (self.effective_mass, point.diagnostics.effective_mass) {
             row[column] = mass;
+        }
+        if self.late_rows {
+            if first {
+                self.row.copy_from_slice(row);
+            }
+            // Everything but the time is that of the communication point before.
+            row[1..].swap_with_slice(&mut self.row[1..]);
         }
     }
 }

@@ -26,6 +26,7 @@
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::parameters::{Parameter, Parameters, Range};
+use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::cosim::{Port, Ports, Quantity, Subsystem};
 use crate::error::{Error, Result};
@@ -74,6 +75,8 @@ pub(super) const ENTRY: Case = Case {
         velocity: "actuator_velocity_m_s",
         force: "actuator_force_n",
     },
+    linear_state: &[],
+    reference: |_| ReferenceMethod::Refined,
     build,
 };
 
@@ -196,7 +199,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         mirrored(cylinder.ports()),
         solver.checked(contacts),
     );
-    Ok(CoupledSystem { mechanics: Box::new(mechanics), actuator: Box::new(cylinder) })
+    Ok(CoupledSystem::new(Box::new(mechanics), Box::new(cylinder)))
 }
 
 /// The ports of the mechanics that meet those of a force-producing actuator.

@@ -2,7 +2,7 @@
 
 use super::reference::Reference;
 use super::run::{RunResult, RunSpec};
-use crate::cases::Case;
+use crate::cases::{Case, ReferenceMethod};
 use crate::cosim::{Outcome, Trajectory};
 use crate::metrics::{Evidence, METRICS};
 use std::any::Any;
@@ -51,7 +51,8 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
     let columns = spec.case.interface_columns;
     let column = |name: &str| result.trajectory.index_of(name).unwrap_or(0);
     let gaps = gap_columns(spec.case);
-    let aligned = reference.trajectory.resampled(result.trajectory.column(0));
+    let aligned = exact_at(spec, &result.trajectory)
+        .unwrap_or_else(|| reference.trajectory.resampled(result.trajectory.column(0)));
     let evidence = Evidence {
         run: &result.trajectory,
         reference: &aligned,
@@ -112,6 +113,15 @@ fn counters(result: &RunResult) -> [u64; COUNTERS.len()] {
         scheme.factorisations,
         scheme.fallbacks,
     ]
+}
+
+/// The closed form at the communication points of a run, where the case has one: no error of interpolation.
+fn exact_at(spec: &RunSpec, run: &Trajectory) -> Option<Trajectory> {
+    let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters) else { return None };
+    let solution = solution(&spec.parameters).ok()?;
+    let mut exact = Trajectory::with_capacity(run.columns().to_vec(), run.len());
+    run.rows().for_each(|row| solution(row[0], exact.push_row()));
+    (!run.is_empty()).then_some(exact)
 }
 
 /// Positions of the gap columns among the recorded ones.

@@ -247,7 +247,8 @@ impl Experiment {
             options: scheme_options(row.redundancy.as_deref(), row.model_motion.as_deref(), solver)?,
             macro_step,
             phase,
-            micro_step: self.micro_step_s.unwrap_or(case.defaults.micro_step_s),
+            // A macro step below the usual micro step is its own micro step, unless one is asked for.
+            micro_step: self.micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
             mechanics_steps,
             sequence,
             force_return,

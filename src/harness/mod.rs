@@ -14,6 +14,7 @@ mod provenance;
 mod reference;
 mod results;
 mod run;
+mod spectral;
 mod stability;
 mod store;
 
@@ -26,5 +27,6 @@ pub use experiment::{Experiment, PlannedRun, phase_ensemble, scheme_options};
 pub use provenance::Provenance;
 pub use reference::{DIVERGENCE_FACTOR, Reference};
 pub use run::{RunResult, RunSpec, parse_mechanics_steps, simulate};
+pub use spectral::spectral_radius;
 pub use stability::{StabilityLimit, StabilityPoint, logarithmic_grid, stability_limit};
 pub use store::{Record, Store};

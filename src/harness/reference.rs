@@ -1,7 +1,7 @@
 //! The monolithic reference with its uncertainty, computed once and cached by content.
 
 use super::cache::Cache;
-use crate::cases::{Case, Parameters, Recorder};
+use crate::cases::{Case, ExactSolution, Parameters, Recorder, ReferenceMethod};
 use crate::complementarity::SolverEntry;
 use crate::cosim::{Bounds, Quantity, Trajectory};
 use crate::error::{Error, Result};
@@ -48,6 +48,9 @@ impl Reference {
         duration: f64,
         cache: &Cache,
     ) -> Result<Self> {
+        if let ReferenceMethod::Exact(solution) = (case.reference)(parameters) {
+            return Self::sample(case, solution(parameters)?, duration);
+        }
         let key = content_key(case, parameters, duration);
         let columns = case.recorded_columns();
         if let Some(data) = cache.read(&key)
@@ -58,6 +61,24 @@ impl Reference {
         let reference = Self::compute(case, parameters, solver, duration)?;
         cache.write(&key, &reference.pack());
         Ok(reference)
+    }
+
+    /// Samples a closed form, which has no uncertainty.
+    fn sample(case: &Case, solution: ExactSolution, duration: f64) -> Result<Self> {
+        let columns = case.recorded_columns();
+        let points = (duration / case.defaults.reference_sampling_s).ceil().max(1.0) as usize;
+        let mut trajectory = Trajectory::with_capacity(columns, points + 1);
+        for point in 0..=points {
+            solution(duration * point as f64 / points as f64, trajectory.push_row());
+        }
+        let count = trajectory.columns().len();
+        Ok(Reference {
+            largest: largest(&trajectory),
+            trajectory,
+            uncertainty: vec![0.0; count],
+            order: vec![f64::NAN; count],
+            step: 0.0,
+        })
     }
 
     /// Computes the three solutions and compares them.
@@ -183,7 +204,7 @@ fn solve(
     refinement: u32,
 ) -> Result<Trajectory> {
     let mut system = (case.build)(parameters, solver)?;
-    let mut recorder = Recorder::new(case, &system).with_active_effective_mass(&system);
+    let mut recorder = Recorder::new(case, &mut system).with_active_effective_mass(&system);
     let every = (case.defaults.reference_sampling_s / case.defaults.reference_step_s).round().max(1.0) as usize;
     // The step used divides the duration, in multiples of the stored points.
     let points = (duration / case.defaults.reference_sampling_s).ceil().max(1.0) as usize;
@@ -191,10 +212,15 @@ fn solve(
     let steps = points * every;
     let h = duration / steps as f64;
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points + 1);
-    monolithic(&mut *system.mechanics, &mut *system.actuator, h, steps, every, &mut |point| {
-        recorder.record(point, &mut trajectory)
-    })
-    .map_err(|failure| {
+    let solved = match (case.reference)(parameters) {
+        ReferenceMethod::Own(solve) => solve(parameters, h, steps, every, &mut trajectory),
+        ReferenceMethod::Refined | ReferenceMethod::Exact(_) => {
+            monolithic(&mut *system.mechanics, &mut *system.actuator, h, steps, every, &mut |point| {
+                recorder.record(point, &mut trajectory)
+            })
+        }
+    };
+    solved.map_err(|failure| {
         let at = trajectory.end_time().unwrap_or(0.0);
         Error::Incompatible(format!(
             "case {} has no reference with these parameters: the monolithic solution fails after {at:.4} s ({failure})",

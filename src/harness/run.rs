@@ -136,22 +136,22 @@ impl RunSpec {
 /// Bad input only. A run that fails is a result, with its reason in [`Report::outcome`].
 pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
     spec.check()?;
+    let mut system = (spec.case.build)(&spec.parameters, spec.solver)?;
     let setup = Setup {
         grid: spec.grid()?,
         micro_step: spec.micro_step,
         mechanics_steps: spec.mechanics_steps,
         sequence: spec.sequence,
         force_return: spec.force_return,
-        stale_feedthrough: false,
+        stale_feedthrough: system.stale_feedthrough,
         bounds,
     };
-    let mut system = (spec.case.build)(&spec.parameters, spec.solver)?;
     check_coupling(system.mechanics.ports(), system.actuator.ports())?;
     let has_model = system.mechanics.empty_interface_model().is_some();
     let (mechanics_ports, actuator_ports) = (system.mechanics.ports(), system.actuator.ports());
     let mut scheme = (spec.scheme.build)(mechanics_ports, actuator_ports, &spec.options);
     let skip = spec.scheme.incompatibility(mechanics_ports, actuator_ports, has_model);
-    let mut recorder = Recorder::new(spec.case, &system);
+    let mut recorder = Recorder::new(spec.case, &mut system);
     let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
     let started = Instant::now();
     let report = match skip {

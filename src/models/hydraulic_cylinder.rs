@@ -54,22 +54,46 @@ impl Fluid {
     }
 }
 
-/// A command over time, linear between its points and held outside.
+/// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spool {
     points: Vec<(f64, f64)>,
+    sine: Option<Sine>,
+}
+
+/// `κ = centre (1 − A(t) sin(2π f t))`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sine {
+    centre: f64,
+    frequency: f64,
 }
 
 impl Spool {
     /// Builds the command from points (time in s, κ) in order of time.
     pub fn new(points: Vec<(f64, f64)>) -> Self {
         debug_assert!(!points.is_empty() && points.windows(2).all(|pair| pair[0].0 <= pair[1].0));
-        Spool { points }
+        Spool { points, sine: None }
+    }
+
+    /// Builds the command `κ = centre (1 − A(t) sin(2π f t))` with frequency `f` (Hz) and an amplitude `A` that is
+    /// linear between its points (time in s, A).
+    pub fn sine(centre: f64, frequency: f64, amplitude: Vec<(f64, f64)>) -> Self {
+        Spool { sine: Some(Sine { centre, frequency }), ..Spool::new(amplitude) }
     }
 
     /// κ at time `t`.
     #[inline]
     pub fn at(&self, t: f64) -> f64 {
+        match self.sine {
+            None => self.line_at(t),
+            Some(Sine { centre, frequency }) => {
+                centre * (1.0 - self.line_at(t) * (std::f64::consts::TAU * frequency * t).sin())
+            }
+        }
+    }
+
+    #[inline]
+    fn line_at(&self, t: f64) -> f64 {
         let (last_time, last) = self.points[self.points.len() - 1];
         if t >= last_time {
             return last;

@@ -1,9 +1,21 @@
 //! Physical models: what the cases are assembled from. A model knows its equations, not the coupling.
 
+mod bare_coupling;
+mod crane;
+mod held_oscillator;
 mod hydraulic_cylinder;
 mod ledge;
+mod pressure_coupling;
+mod published_clock;
+mod two_masses;
 mod wedge_box;
 
+pub use bare_coupling::{CouplingForce, FreeMasses};
+pub use crane::{Crane, CraneGeometry};
+pub use held_oscillator::{HeldOscillator, OscillatorIntegrator};
 pub use hydraulic_cylinder::{CylinderParameters, Fluid, HydraulicCylinder, Spool};
 pub use ledge::{Ledge, SurfaceContact};
+pub use pressure_coupling::{PressureDrivenMechanics, PressureOutput};
+pub use published_clock::PublishedClock;
+pub use two_masses::{CouplingElement, MassRole, MassSide, WalledMass};
 pub use wedge_box::{WedgeBox, WedgeBoxGeometry};
