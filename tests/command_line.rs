@@ -178,6 +178,7 @@ fn nonsense_values_are_refused_before_anything_runs() {
         (&["--macro-step", "inf"], "macro-step = inf"),
         (&["--macro-step", "1e-300"], "macro-step = "),
         (&["--macro-step", "3"], "at most the duration, 2.5 s"),
+        (&["--scheme", "second-order-hold", "--macro-step", "1.3"], "the 3 samples"),
         (&["--macro-step", "1e-3", "--micro-step", "2e-3"], "micro-step = 0.002"),
         (&["--micro-step", "0"], "micro-step = 0"),
         (&["--micro-step", "1e-300"], "micro-step = "),
@@ -196,7 +197,8 @@ fn nonsense_values_are_refused_before_anything_runs() {
         (&["--sequence", "gauss-seidel-mechanics-first"], "the actuator goes first"),
         (&["--trace", "no-such-folder/trace.csv"], "there is no folder no-such-folder"),
     ] {
-        let message = refused(simulate(&["--scheme", "rim-nonsmooth"]).args(arguments));
+        let scheme: &[&str] = if arguments.contains(&"--scheme") { &[] } else { &["--scheme", "rim-nonsmooth"] };
+        let message = refused(simulate(scheme).args(arguments));
         assert!(message.contains(wanted), "{arguments:?}: {message}");
     }
     // What clap refuses is refused with the same exit code.
@@ -236,4 +238,28 @@ fn a_cache_that_is_damaged_or_cannot_be_written_costs_time_not_results() {
     let unusable = folder.path().join("file");
     std::fs::write(&unusable, "").unwrap();
     assert_eq!(run(&unusable), first);
+}
+
+#[test]
+fn the_stability_limit_has_the_promised_keys_and_is_bracketed() {
+    let limit = |arguments: &[&str]| json(rimbench().arg("limit").args(arguments).args(["--format", "json"]));
+    let run = limit(&["--case", "wedge-box", "--scheme", "zero-order-hold", "--duration", "0.4", "--phases", "2"]);
+    let (stable, unstable) = (run["last_stable_s"].as_f64().unwrap(), run["first_unstable_s"].as_f64().unwrap());
+    assert!(1e-3 < stable && unstable < 3e-3 && unstable / stable <= 1.01, "{stable} {unstable}");
+    assert_eq!(run["stability_limit_s"], run["last_stable_s"]);
+    let points = run["fraction_stable"].as_array().unwrap();
+    for point in points {
+        let (step, fraction) = (point["macro_step_s"].as_f64().unwrap(), point["fraction_stable"].as_f64().unwrap());
+        assert!(step > stable || fraction == 1.0, "{point}");
+    }
+    // The spectral radius of a linear case.
+    let couple = ["--case", "linear-oscillator", "--set", "variant=1", "--set", "coupling=displacement-displacement"];
+    let method = ["--scheme", "zero-order-hold", "--method", "spectral", "--from", "1e-3", "--to", "1e-2"];
+    let spectral = limit(&[&couple[..], &method[..]].concat());
+    assert!(spectral["fraction_stable"][0]["spectral_radius"].is_number());
+    let refusal = rimbench()
+        .args(["limit", "--case", "wedge-box", "--scheme", "zero-order-hold", "--method", "spectral"])
+        .assert()
+        .code(2);
+    assert!(String::from_utf8_lossy(&refusal.get_output().stderr).contains("not linear"));
 }

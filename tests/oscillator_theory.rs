@@ -582,7 +582,7 @@ fn what_a_case_does_not_offer_is_refused_with_what_it_does() {
         ("precice-oscillator", "integrator", "trapezoidal", "one of exact, newmark, generalised-alpha"),
         ("quarter-car", "damper", "cubic", "one of linear, nonlinear"),
     ] {
-        assert_eq!(refused(case, key, value), format!("{key} = {value}: {valid}"));
+        assert_eq!(refused(case, key, value), format!("{key} = {value} is not valid; valid: {valid}"));
     }
     let spec = spec("quarter-car", &[("damper", "nonlinear"), ("integrator", "trapezoidal")], HOLDS[0], "jacobi", 1e-3);
     let message = simulate(&spec, Bounds::default()).unwrap_err().to_string();

@@ -2,9 +2,11 @@
 
 use super::run_options::RunOptions;
 use super::{Format, json_number, print, table};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use rimbench::error::Error;
-use rimbench::harness::{Cache, StabilityLimit, logarithmic_grid, phase_ensemble, stability_limit};
+use rimbench::harness::{
+    Cache, StabilityLimit, logarithmic_grid, phase_ensemble, spectral_stability_limit, stability_limit,
+};
 use serde_json::{Map, Value, json};
 
 /// Arguments of `limit`.
@@ -24,9 +26,21 @@ pub struct Limit {
     /// Number of phases of the ensemble; a macro step is stable if all of them are
     #[arg(long, value_name = "K", default_value_t = 1)]
     phases: usize,
+    /// Run to the end, or take the spectral radius of the macro-step map (linear cases)
+    #[arg(long, value_enum, default_value_t = Method::Run)]
+    method: Method,
     /// How to print
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
+}
+
+/// How stability is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// A run must complete within bounds.
+    Run,
+    /// The spectral radius must not exceed one.
+    Spectral,
 }
 
 impl Limit {
@@ -37,8 +51,14 @@ impl Limit {
         let grid = logarithmic_grid(self.from, self.to, self.per_decade)?;
         // The coarsest macro step must fit into the duration.
         let coarsest = self.run.spec(Some(self.to), 1.0)?;
-        let phases = phase_ensemble(self.phases);
-        let found = stability_limit(&coarsest, &grid, &phases, self.run.fixes_micro_step(), &Cache::of_user())?;
+        let fixed_micro_step = self.run.fixes_micro_step();
+        let found = match self.method {
+            Method::Run => {
+                let phases = phase_ensemble(self.phases);
+                stability_limit(&coarsest, &grid, &phases, fixed_micro_step, &Cache::of_user())?
+            }
+            Method::Spectral => spectral_stability_limit(&coarsest, &grid, fixed_micro_step)?,
+        };
         match self.format {
             Format::Json => print(&serde_json::to_string_pretty(&facts(&found))?),
             Format::Table => print_table(&found),
@@ -52,7 +72,8 @@ fn facts(found: &StabilityLimit) -> Value {
         json!({
             "macro_step_s": point.macro_step,
             "fraction_stable": point.fraction_stable,
-            "failure": point.failure.as_ref().map(|outcome| outcome.to_string()),
+            "failure": point.failure,
+            "spectral_radius": point.spectral_radius,
         })
     });
     let mut facts = Map::new();
@@ -66,7 +87,7 @@ fn facts(found: &StabilityLimit) -> Value {
 fn print_table(found: &StabilityLimit) -> anyhow::Result<()> {
     let mut table = table(&["H (ms)", "fraction stable", "first failure"]);
     for point in &found.points {
-        let failure = point.failure.as_ref().map(|outcome| outcome.to_string()).unwrap_or_default();
+        let failure = point.failure.clone().unwrap_or_default();
         table.add_row([format!("{:.4}", point.macro_step * 1e3), format!("{:.3}", point.fraction_stable), failure]);
     }
     print(&table.to_string())?;

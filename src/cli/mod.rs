@@ -43,7 +43,7 @@ enum Command {
     List(list::List),
 }
 
-/// Width of printed tables, characters.
+/// Width of the printed table of claims, characters.
 const TABLE_WIDTH: u16 = 120;
 
 /// How to print.
@@ -96,8 +96,6 @@ fn table(header: &[&str]) -> comfy_table::Table {
         .load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY)
         .remove_style(comfy_table::TableComponent::HorizontalLines)
         .remove_style(comfy_table::TableComponent::MiddleIntersections)
-        .set_content_arrangement(comfy_table::ContentArrangement::Dynamic)
-        .set_width(TABLE_WIDTH)
         .set_header(header.iter().copied());
     table
 }
@@ -112,5 +110,6 @@ fn claims_table(claims: &[CheckedClaim]) -> String {
         let verdict = format!("{}{changed}", claim.verdict);
         table.add_row([format!("{}: {}", claim.text, claim.quantity), by, measured, claim.expected.clone(), verdict]);
     }
+    table.set_content_arrangement(comfy_table::ContentArrangement::Dynamic).set_width(TABLE_WIDTH);
     table.to_string()
 }

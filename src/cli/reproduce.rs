@@ -65,7 +65,7 @@ impl Reproduce {
 
         print(&claims_table(&claims))?;
         print(&format!(
-            "{total} runs ({not_completed} of them diverged or failed, as data) in {:.1} s. Report: {}",
+            "{total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",
             started.elapsed().as_secs_f64(),
             group.join("report.html").display()
         ))

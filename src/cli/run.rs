@@ -60,13 +60,13 @@ impl Run {
             bar.inc(1);
             if *outcome != Outcome::Completed {
                 let count = failures.fetch_add(1, Ordering::Relaxed) + 1;
-                bar.set_message(format!("{count} diverged or failed"));
+                bar.set_message(format!("{count} did not complete"));
             }
         };
         let summary = run_job(job, &progress, &stop)?;
         bar.finish_and_clear();
         print(&format!(
-            "{} of {} runs stored in {}: {} computed now ({} of them diverged or failed, as data), {} were there",
+            "{} of {} runs stored in {}: {} computed now ({} of them did not complete, as data), {} were there",
             summary.planned - summary.missing,
             summary.planned,
             folder.display(),

@@ -28,5 +28,5 @@ pub use provenance::Provenance;
 pub use reference::{DIVERGENCE_FACTOR, Reference};
 pub use run::{RunResult, RunSpec, parse_mechanics_steps, simulate};
 pub use spectral::spectral_radius;
-pub use stability::{StabilityLimit, StabilityPoint, logarithmic_grid, stability_limit};
+pub use stability::{StabilityLimit, StabilityPoint, logarithmic_grid, spectral_stability_limit, stability_limit};
 pub use store::{Record, Store};

@@ -91,7 +91,20 @@ impl RunSpec {
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     pub fn check(&self) -> Result<()> {
-        self.grid()?;
+        let macro_steps = self.grid()?.macro_steps();
+        if macro_steps < self.scheme.samples {
+            return Err(Error::invalid(
+                "macro-step",
+                self.macro_step,
+                format!(
+                    "at most {} s, so that scheme {} gets the {} samples it goes through within {} s",
+                    self.duration / self.scheme.samples as f64,
+                    self.scheme.name,
+                    self.scheme.samples,
+                    self.duration
+                ),
+            ));
+        }
         self.scheme.check_sequence(self.sequence)?;
         self.force_return.check(self.sequence)
     }

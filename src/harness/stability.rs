@@ -3,12 +3,16 @@
 use super::cache::Cache;
 use super::reference::Reference;
 use super::run::{RunSpec, simulate};
-use crate::cosim::{Bounds, Outcome};
+use super::spectral::spectral_radius;
+use crate::cosim::Outcome;
 use crate::error::{Error, Result};
 use rayon::prelude::*;
 
 /// Relative width to which the bracket between stable and unstable is narrowed.
 const BRACKET: f64 = 0.01;
+
+/// A spectral radius this close to one is one: the accuracy to which it is probed.
+const NEUTRAL: f64 = 1e-9;
 
 /// How a scheme fares at one macro step.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,8 +21,10 @@ pub struct StabilityPoint {
     pub macro_step: f64,
     /// Share of the phases at which the run completed within bounds.
     pub fraction_stable: f64,
-    /// The outcome that is not `completed` and comes first among the phases, if there is one.
-    pub failure: Option<Outcome>,
+    /// Why it counts as unstable: the first outcome among the phases that is not `completed`, or the spectral radius.
+    pub failure: Option<String>,
+    /// Spectral radius of the macro-step map, where that was the method.
+    pub spectral_radius: Option<f64>,
 }
 
 /// What a search found.
@@ -49,7 +55,48 @@ pub fn stability_limit(
 ) -> Result<StabilityLimit> {
     let reference = Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, cache)?;
     let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
-    let probe = |macro_step: f64| probe(spec, macro_step, phases, fixed_micro_step, &bounds);
+    search(macro_steps, |macro_step| {
+        let run = at_macro_step(spec, macro_step, fixed_micro_step);
+        let outcomes: Result<Vec<Outcome>> = phases
+            .par_iter()
+            .map(|&phase| Ok(simulate(&RunSpec { phase, ..run.clone() }, bounds.clone())?.report.outcome))
+            .collect();
+        let outcomes = outcomes?;
+        if let Some(Outcome::Skipped { reason }) = outcomes.first() {
+            let (scheme, case) = (spec.scheme.name, spec.case.name);
+            return Err(Error::Incompatible(format!("scheme {scheme} does not apply to case {case}: {reason}")));
+        }
+        let stable = outcomes.iter().filter(|outcome| **outcome == Outcome::Completed).count();
+        let failure = outcomes.iter().find(|outcome| **outcome != Outcome::Completed);
+        Ok(StabilityPoint {
+            macro_step,
+            fraction_stable: stable as f64 / outcomes.len() as f64,
+            failure: failure.map(Outcome::to_string),
+            spectral_radius: None,
+        })
+    })
+}
+
+/// The same search by the spectral radius ρ of the macro-step map: stable where `ρ ≤ 1` up to round-off. For linear cases.
+///
+/// # Errors
+/// Bad input; a case that is not linear.
+pub fn spectral_stability_limit(spec: &RunSpec, macro_steps: &[f64], fixed_micro_step: bool) -> Result<StabilityLimit> {
+    search(macro_steps, |macro_step| {
+        let radius = spectral_radius(&at_macro_step(spec, macro_step, fixed_micro_step))?;
+        let stable = radius <= 1.0 + NEUTRAL;
+        let growth = radius.ln() / macro_step;
+        Ok(StabilityPoint {
+            macro_step,
+            fraction_stable: f64::from(stable),
+            failure: (!stable).then(|| format!("spectral radius {radius:.9}, growth rate {growth:.4e} 1/s")),
+            spectral_radius: Some(radius),
+        })
+    })
+}
+
+/// Scans all macro steps, then halves the bracket around the first that is unstable.
+fn search(macro_steps: &[f64], probe: impl Fn(f64) -> Result<StabilityPoint> + Sync) -> Result<StabilityLimit> {
     let points: Result<Vec<StabilityPoint>> = macro_steps.par_iter().map(|&macro_step| probe(macro_step)).collect();
     let mut points = points?;
     let first_bad = points.iter().position(|point| point.failure.is_some());
@@ -74,32 +121,10 @@ pub fn stability_limit(
     Ok(StabilityLimit { points, last_stable: Some(last_stable), first_unstable: Some(first_unstable) })
 }
 
-fn probe(
-    spec: &RunSpec,
-    macro_step: f64,
-    phases: &[f64],
-    fixed_micro_step: bool,
-    bounds: &Bounds,
-) -> Result<StabilityPoint> {
+/// The run of `spec` at another macro step; one below the micro step is its own micro step.
+fn at_macro_step(spec: &RunSpec, macro_step: f64, fixed_micro_step: bool) -> RunSpec {
     let micro_step = if fixed_micro_step { spec.micro_step } else { spec.micro_step.min(macro_step) };
-    let outcomes: Result<Vec<Outcome>> = phases
-        .par_iter()
-        .map(|&phase| {
-            let run = RunSpec { macro_step, phase, micro_step, ..spec.clone() };
-            Ok(simulate(&run, bounds.clone())?.report.outcome)
-        })
-        .collect();
-    let outcomes = outcomes?;
-    if let Some(Outcome::Skipped { reason }) = outcomes.first() {
-        let (scheme, case) = (spec.scheme.name, spec.case.name);
-        return Err(Error::Incompatible(format!("scheme {scheme} does not apply to case {case}: {reason}")));
-    }
-    let stable = outcomes.iter().filter(|outcome| **outcome == Outcome::Completed).count();
-    Ok(StabilityPoint {
-        macro_step,
-        fraction_stable: stable as f64 / outcomes.len() as f64,
-        failure: outcomes.into_iter().find(|outcome| *outcome != Outcome::Completed),
-    })
+    RunSpec { macro_step, micro_step, ..spec.clone() }
 }
 
 /// Macro steps from `from` to `to` (s), `per_decade` to a decade, both ends included.

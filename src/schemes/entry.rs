@@ -67,6 +67,8 @@ pub struct SchemeEntry {
     pub family: Family,
     /// Declared order in H of the coupling variables, with the default force return.
     pub order: u32,
+    /// Samples of the past that the scheme needs to be what it is; with fewer it falls back to less.
+    pub samples: usize,
     /// Sequence used unless another is asked for.
     pub sequence: Sequence,
     /// Builds the scheme for a pair of subsystems' ports (mechanics, actuator).

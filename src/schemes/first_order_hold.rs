@@ -16,6 +16,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     about: "Extrapolate linearly from the last two samples",
     family: Family::Signal,
     order: 2,
+    samples: 2,
     sequence: Sequence::Jacobi,
     build: |mechanics, actuator, _options| Extrapolation::boxed(1, mechanics, actuator),
 };

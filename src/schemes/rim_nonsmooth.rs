@@ -17,6 +17,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     about: "Reduced interface model; contacts closed at the communication point may open (the paper's proposal)",
     family: Family::Model,
     order: 1,
+    samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
     build: |mechanics, actuator, options| ReducedInterface::boxed(Contacts::Unilateral, mechanics, actuator, options),
 };

@@ -18,6 +18,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     about: "Reduced interface model; all contacts with their gaps, closing and opening at any micro step",
     family: Family::Model,
     order: 1,
+    samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
     build: |mechanics, actuator, options| {
         ReducedInterface::boxed(Contacts::UnilateralWithGaps, mechanics, actuator, options)

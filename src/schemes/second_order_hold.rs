@@ -16,6 +16,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     about: "Extrapolate quadratically from the last three samples",
     family: Family::Signal,
     order: 3,
+    samples: 3,
     sequence: Sequence::Jacobi,
     build: |mechanics, actuator, _options| Extrapolation::boxed(2, mechanics, actuator),
 };

@@ -16,6 +16,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     about: "Hold the last sample",
     family: Family::Signal,
     order: 1,
+    samples: 1,
     sequence: Sequence::Jacobi,
     build: |mechanics, actuator, _options| Extrapolation::boxed(0, mechanics, actuator),
 };
