@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rimbench::error::Error;
+use rimbench::report::FigureList;
 use rimbench::report::chart::{Axis, Figure, Guide, Inset, LegendPlace, Mode, Panel, Series};
 use rimbench::report::drawing::{Drawing, Shape};
 use rimbench::report::heatmap::{Cell, Heatmap, Row};
@@ -61,6 +62,190 @@ fn a_place_that_cannot_be_written_is_named() {
     std::fs::write(&file, "").expect("a writable folder");
     let error = render::write(&Drawing::new(10.0, 10.0), &file, "figure").expect_err("a file is no folder");
     assert!(matches!(error, Error::File { path, .. } if path.starts_with(&file)));
+}
+
+/// Results of a made-up experiment `study/made-up`: two schemes, two macro steps, two phases, two margins.
+fn made_up_results(folder: &Path) {
+    let folder = folder.join("study/made-up");
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut runs = String::from(
+        "run_id,case,set,label,mechanics_steps,macro_step_s,phase,outcome,error,residual_j,reference_error,\
+         actuator_micro_steps,mechanics_steps\n",
+    );
+    let mut cost = String::from("run_id,wall_s\n");
+    let mut id = 0;
+    for (label, scale, limit) in [("rim-smooth", 9.0, 2e-3), ("rim-nonsmooth-gap/profile", 1.0, 1.0)] {
+        for set in ["", "margin_m=0.1"] {
+            for step in [1e-3, 5e-3] {
+                for phase in [1.0, 0.4] {
+                    let outcome = if step > limit && phase < 0.9 { "diverged" } else { "completed" };
+                    let (error, residual) = (scale * step * phase, if label.contains('/') { -step } else { step });
+                    runs += &format!(
+                        "{id:x},box,{set},{label},all,{step},{phase},{outcome},{error},{residual},1e-4,500,{}\n",
+                        (1.0 / step) as u64
+                    );
+                    cost += &format!("{id:x},{}\n", 1e-2 / step);
+                    id += 1;
+                }
+            }
+        }
+    }
+    let parameters = "case,set,parameter,value\nbox,,margin_m,0.01\nbox,margin_m=0.1,margin_m,0.1\n";
+    for (name, text) in [("runs.csv", runs.as_str()), ("cost.csv", cost.as_str()), ("parameters.csv", parameters)] {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+}
+
+/// A list with one figure of each kind that reads the made-up results, and some that cannot be drawn.
+const MADE_UP_FIGURES: &str = r#"
+[[figure]]
+id = "map"
+kind = "stability-map"
+experiment = "study/made-up"
+source = "runs.csv"
+caption = "…"
+title = "made up"
+metric = "error"
+wrong_above = 5e-3
+hatch_label = "stable but wrong"
+width = 700
+height = 240
+
+[[figure]]
+id = "sweep"
+kind = "sweep"
+experiment = "study/made-up"
+source = "runs.csv"
+caption = "…"
+width = 600
+height = 400
+[[figure.panels]]
+title = "created"
+metric = "residual_j"
+part = "negative"
+label = "minus residual (J)"
+range = [1e-4, 1e-1]
+floor = "reference_error"
+slope = [1.0, [2.0, 1e-3]]
+
+[[figure]]
+id = "work"
+kind = "work-precision"
+experiment = "study/made-up"
+source = "runs.csv, cost.csv"
+caption = "…"
+metric = "error"
+label = "error (N)"
+range = [1e-4, 1.0]
+width = 800
+height = 400
+[[figure.panels]]
+title = "(a)"
+cost = "wall_s"
+label = "wall time (s)"
+[[figure.panels]]
+title = "(b)"
+cost = "actuator_micro_steps + mechanics_steps"
+label = "steps"
+
+[[figure]]
+id = "margin"
+kind = "parameter-sweep"
+experiment = "study/made-up"
+source = "runs.csv, parameters.csv"
+caption = "…"
+parameter = "margin_m"
+x_label = "margin (m)"
+width = 800
+height = 400
+[[figure.panels]]
+title = "(a)"
+metric = "error"
+label = "error (N)"
+range = [1e-4, 1.0]
+macro_step_s = 5e-3
+[[figure.panels]]
+title = "(b)"
+metric = "fraction_stable"
+label = "fraction stable"
+range = [0.0, 1.0]
+labels = ["rim-smooth"]
+
+[[figure]]
+id = "latency"
+kind = "latency"
+experiment = "study/made-up"
+source = "runs.csv, cost.csv"
+caption = "…"
+width = 1000
+height = 400
+range_us = [1.0, 1e5]
+
+[[figure]]
+id = "other"
+kind = "latency"
+experiment = "paper/not-run"
+source = "runs.csv, cost.csv"
+caption = "…"
+width = 1000
+height = 400
+range_us = [1.0, 1e5]
+"#;
+
+#[test]
+fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let list = place.path().join("figures.toml");
+    std::fs::write(&list, MADE_UP_FIGURES).unwrap();
+    let figures = FigureList::read(&list).unwrap();
+    let made = figures.make_all(place.path(), Some("study")).unwrap();
+    assert_eq!(made.files.len(), 4, "{:?}", made.missing);
+    let texts = |id: &str| {
+        let svg = read(&place.path().join(format!("study/made-up/figures/{id}.svg")));
+        texts_of(&String::from_utf8(svg).unwrap())
+    };
+    for (id, labels) in [
+        ("map", &["stable but wrong", "rim-smooth", "0.50", "1", "5"] as &[&str]),
+        ("sweep", &["created", "uncertainty of the reference", "rim-nonsmooth-gap/profile, order 1.00"]),
+        ("work", &["wall time (s)", "steps", "rim-smooth", "rim-nonsmooth-gap/profile"]),
+        ("margin", &["margin (m)", "fraction stable", "rim-smooth", "rim-nonsmooth-gap/profile"]),
+    ] {
+        let texts = texts(id);
+        for label in labels {
+            assert!(texts.contains_key(*label), "{label} in {id}: {texts:?}");
+        }
+    }
+    // The results are older than the columns that the figure needs; the reason names file and column.
+    let [(id, reason)] = &made.missing[..] else { panic!("{:?}", made.missing) };
+    assert!(id == "latency" && reason.contains("cost.csv") && reason.contains("latency_p50_s"), "{reason}");
+
+    // With the columns it is drawn, and without a group the experiment that was not run is named.
+    let cost = place.path().join("study/made-up/cost.csv");
+    let rows = std::fs::read_to_string(&cost).unwrap();
+    let longer = |(k, row): (usize, &str)| {
+        let more = if k == 0 { ",latency_p50_s,latency_p99_s,latency_max_s" } else { ",1e-5,3e-5,2e-3" };
+        format!("{row}{more}\n")
+    };
+    std::fs::write(&cost, rows.lines().enumerate().map(longer).collect::<String>()).unwrap();
+    let made = figures.make_all(place.path(), None).unwrap();
+    assert_eq!(made.files.len(), 5);
+    assert!(made.missing.len() == 1 && made.missing[0].1.contains("experiments/paper/not-run.toml"));
+    assert!(texts("latency").contains_key("deadline: real time"));
+}
+
+#[test]
+fn an_unknown_column_or_parameter_is_named() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let list = place.path().join("figures.toml");
+    let wrong = MADE_UP_FIGURES.replace("actuator_micro_steps +", "pivots +").replace("\"margin_m\"", "\"mass_kg\"");
+    std::fs::write(&list, wrong).unwrap();
+    let made = FigureList::read(&list).unwrap().make_all(place.path(), Some("study")).unwrap();
+    let reason_of = |id: &str| &made.missing.iter().find(|(missing, _)| missing == id).expect("not drawn").1;
+    assert!(reason_of("work").contains("pivots"), "{}", reason_of("work"));
+    assert!(reason_of("margin").contains("mass_kg"), "{}", reason_of("margin"));
+    assert!(FigureList::read(&list).unwrap().make_all(&place.path().join("nowhere"), None).is_err());
 }
 
 /// Writes a drawing twice and checks: both files, equal bytes, each label once, nothing outside the page.

@@ -1,6 +1,7 @@
 //! One file per subcommand.
 
 mod collect;
+mod figures;
 mod limit;
 mod list;
 mod plan;
@@ -27,6 +28,8 @@ pub struct Cli {
 enum Command {
     /// Reproduce the source paper's figures and claims, from nothing
     Reproduce(reproduce::Reproduce),
+    /// Draw all figures whose results exist, and name the others
+    Figures(figures::Figures),
     /// Run one co-simulation and print its outcome, metrics and counters
     Simulate(simulate::Simulate),
     /// Print the runs of an experiment file without running them
@@ -69,6 +72,7 @@ impl Cli {
             Command::Collect(command) => command.run()?,
             Command::Verify(command) => return command.run(),
             Command::Limit(command) => command.run()?,
+            Command::Figures(command) => command.run()?,
             Command::List(command) => command.run()?,
         }
         Ok(ExitCode::SUCCESS)

@@ -59,7 +59,7 @@ impl Reproduce {
         }
         bar.set_message("drawing figures");
         write_claims(&group.join("claims.csv"), &claims)?;
-        figures.figures.par_iter().try_for_each(|figure| figure.make(&out).map(drop))?;
+        figures.of_group(Some(GROUP)).par_iter().try_for_each(|figure| figure.make(&out).map(drop))?;
         write_report(&home.join("paper/report.md"), &out, GROUP, &figures)?;
         bar.finish_and_clear();
 
@@ -73,7 +73,7 @@ impl Reproduce {
 }
 
 /// The folder with `experiments` and `paper`: here, or where this program was built.
-fn home() -> Result<PathBuf> {
+pub(super) fn home() -> Result<PathBuf> {
     let candidates = [PathBuf::from("."), PathBuf::from(env!("CARGO_MANIFEST_DIR"))];
     let found = candidates.into_iter().find(|folder| folder.join("experiments").join(GROUP).is_dir());
     found.ok_or_else(|| Error::file("experiments/paper", "not found: run this from the project's folder"))

@@ -99,14 +99,26 @@ pub fn style_of(name: &str) -> SeriesStyle {
     }
 }
 
-/// Finds the style of a scheme's variant: the scheme's colour with another dash and marker. The default force returns
-/// `mean` and `held`, and an empty variant, look like the scheme itself.
+/// Finds the style of a scheme's variant: the scheme's colour with another dash and marker. A scheme's default force
+/// return (`mean` with a reduced interface model, else `held`), and an empty variant, look like the scheme itself.
 pub fn style_of_variant(scheme: &str, variant: &str) -> SeriesStyle {
     let base = style_of(scheme);
     let (dash, marker) = match variant {
-        "" | "mean" | "held" => return base,
+        "" => return base,
+        "mean" if scheme.starts_with("rim-") => return base,
+        "held" if !scheme.starts_with("rim-") => return base,
+        "mean" => (LONG, Marker::OpenSquare),
+        "held" => (DOTTED, Marker::Triangle),
+        "gauss-seidel" => (LONG, Marker::OpenSquare),
+        "extrapolated" => (DOTTED, Marker::Triangle),
+        "profile-extrapolated" => (DASH_DOT_DOT, Marker::OpenDiamond),
+        "mean-5" => (SHORT, Marker::Plus),
+        "mean-all" => (DASHED, Marker::Diamond),
+        "profile-5" => (DASH_DOT, Marker::Star),
+        "profile-10" => (DASHED, Marker::OpenDiamond),
+        "profile-20" => (DOTTED, Marker::Pentagon),
         "profile" => (SOLID, Marker::OpenCircle),
-        "end" => (DOTTED, Marker::Cross),
+        "end" => (DASHED, Marker::Cross),
         other => {
             let code = code_of(other);
             (pick(&SPARE_DASHES, code), pick(&SPARE_MARKERS, code / 64))

@@ -3,10 +3,16 @@
 //! To add one of a known kind: add an entry to the file. To add a kind: write a file with a function from its
 //! description and the experiment's folder to a [`Drawing`], and a variant of [`FigureKind`].
 
+mod cost;
+mod latency_figure;
 mod manoeuvre_figure;
+mod parameter_figure;
 mod phase_figure;
+mod stability_figure;
+mod statistics;
 mod sweep_figure;
 mod trace_figure;
+mod work_precision_figure;
 
 use super::drawing::Drawing;
 use super::render;
@@ -51,6 +57,23 @@ pub enum FigureKind {
     Sweep(sweep_figure::SweepFigure),
     /// Metrics of each scheme over the phase ensemble.
     Phases(phase_figure::PhaseFigure),
+    /// Fraction of phases that are stable: scheme × macro step.
+    StabilityMap(stability_figure::StabilityFigure),
+    /// An error metric against cost.
+    WorkPrecision(work_precision_figure::WorkPrecisionFigure),
+    /// A metric against a parameter of the case.
+    ParameterSweep(parameter_figure::ParameterFigure),
+    /// Wall time of single macro steps.
+    Latency(latency_figure::LatencyFigure),
+}
+
+/// What came of drawing all figures.
+#[derive(Debug, Clone, Default)]
+pub struct MadeFigures {
+    /// Files written.
+    pub files: Vec<render::FigureFiles>,
+    /// Figures that cannot be drawn from the results there are: id and reason.
+    pub missing: Vec<(String, String)>,
 }
 
 impl FigureList {
@@ -63,9 +86,45 @@ impl FigureList {
             std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
         toml::from_str(&text).map_err(|error| Error::file(path, format!("is no list of figures: {error}")))
     }
+
+    /// The figures of one group of experiments, or of all.
+    pub fn of_group(&self, group: Option<&str>) -> Vec<&FigureEntry> {
+        self.figures.iter().filter(|figure| group.is_none_or(|group| figure.group() == group)).collect()
+    }
+
+    /// Draws the figures of one group of experiments, or of all, whose results are there; names the others.
+    ///
+    /// Results that lack a file or a column (older than the figure, say) count as missing, with the reason.
+    ///
+    /// # Errors
+    /// [`Error::File`] if there is no such folder of results.
+    pub fn make_all(&self, results: &Path, group: Option<&str>) -> Result<MadeFigures> {
+        if !results.is_dir() {
+            return Err(Error::file(results, "is no folder of results"));
+        }
+        let mut made = MadeFigures::default();
+        for figure in self.of_group(group) {
+            let folder = results.join(&figure.experiment);
+            if !folder.join("runs.csv").is_file() {
+                let reason = format!("no results in {}: run experiments/{}.toml", folder.display(), figure.experiment);
+                made.missing.push((figure.id.clone(), reason));
+                continue;
+            }
+            match figure.make(results) {
+                Ok(files) => made.files.push(files),
+                Err(error) => made.missing.push((figure.id.clone(), error.to_string())),
+            }
+        }
+        Ok(made)
+    }
 }
 
 impl FigureEntry {
+    /// The group of its experiment.
+    pub fn group(&self) -> &str {
+        self.experiment.split('/').next().unwrap_or_default()
+    }
+
     /// Draws the figure from the results below `results` and writes it beside them.
     ///
     /// # Errors
@@ -83,6 +142,10 @@ impl FigureEntry {
             FigureKind::Traces(figure) => figure.draw(folder),
             FigureKind::Sweep(figure) => figure.draw(folder),
             FigureKind::Phases(figure) => figure.draw(folder),
+            FigureKind::StabilityMap(figure) => figure.draw(folder),
+            FigureKind::WorkPrecision(figure) => figure.draw(folder),
+            FigureKind::ParameterSweep(figure) => figure.draw(folder),
+            FigureKind::Latency(figure) => figure.draw(folder),
         }
     }
 }

@@ -1,11 +1,10 @@
 //! Metrics over the phase ensemble: one mark per run, phase across, one panel per metric.
 
-use super::sweep_figure::labels;
+use super::statistics::Runs;
 use crate::error::Result;
 use crate::report::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::report::drawing::Drawing;
 use crate::report::style::style_of;
-use crate::results_table::ResultsTable;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -32,20 +31,20 @@ impl PhaseFigure {
     /// # Errors
     /// [`Error::File`](crate::error::Error::File) for a column that is not there.
     pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
-        let runs = ResultsTable::read(&folder.join("runs.csv"))?;
-        let phase = runs.column("phase")?;
+        let runs = Runs::read(folder)?;
+        let phase = runs.table.column("phase")?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
-            let metric = runs.column(&spec.metric)?;
+            let metric = runs.table.column(&spec.metric)?;
             let mut panel = Panel::new(
                 &spec.title,
                 Axis::linear("phase φ of the communication points").range(0.0, 1.03),
                 Axis::log10(&spec.label).range(spec.range[0], spec.range[1]),
             );
-            for label in labels(&runs)? {
-                let rows = runs.rows_where(runs.column("label")?, &label);
+            for label in runs.labels(&[]) {
+                let rows = runs.of_label(&label);
                 let mut points: Vec<(f64, f64)> =
-                    rows.iter().map(|&row| (runs.number(row, phase), runs.number(row, metric))).collect();
+                    rows.iter().map(|&row| (runs.table.number(row, phase), runs.table.number(row, metric))).collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
                 panel = panel.series(Series::new(label.as_str(), points, style_of(&label)).mode(Mode::LineMarkers));
             }

@@ -1,11 +1,12 @@
 //! A metric against the macro step: median over phases, with the range from best to worst phase.
 
+use super::statistics::{OverPhases, Part, Runs};
 use crate::error::Result;
 use crate::metrics::order_of_convergence;
 use crate::report::chart::{Axis, Figure, Guide, Mode, Panel, Series};
 use crate::report::drawing::Drawing;
 use crate::report::style::{SeriesStyle, style_of};
-use crate::results_table::ResultsTable;
+use crate::report::ticks::signed;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -24,20 +25,28 @@ struct SweepPanel {
     metric: String,
     label: String,
     range: [f64; 2],
+    /// Which values of a signed metric to show; the label should say so.
+    #[serde(default)]
+    part: Part,
+    /// Labels of the scheme rows to show; all if there are none.
+    #[serde(default)]
+    labels: Vec<String>,
     /// Column with the reference's own uncertainty, drawn as a floor.
     floor: Option<String>,
     /// Slope triangle: order, and its first corner (H in ms, value).
     slope: Option<(f64, [f64; 2])>,
+    /// Interval of H, ms, over which the orders in the legend are fitted; all if absent.
+    orders_over_ms: Option<[f64; 2]>,
 }
 
 impl SweepFigure {
-    /// Draws the figure from `runs.csv`. Runs that did not complete are left out of the medians.
+    /// Draws the figure from `runs.csv`. Runs that did not complete are left out of the medians. A figure of one panel
+    /// has the observed orders in its legend.
     ///
     /// # Errors
     /// [`Error::File`](crate::error::Error::File) for a column that is not there.
     pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
-        let runs = ResultsTable::read(&folder.join("runs.csv"))?;
-        let labels = labels(&runs)?;
+        let runs = Runs::read(folder)?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
             let mut panel = Panel::new(
@@ -45,22 +54,19 @@ impl SweepFigure {
                 Axis::log10("macro step H (ms)"),
                 Axis::log10(&spec.label).range(spec.range[0], spec.range[1]),
             );
-            for label in &labels {
-                let points = medians(&runs, label, &spec.metric)?;
-                let style = style_of(label);
-                let medians: Vec<(f64, f64)> = points.iter().map(|point| (point.step_ms, point.median)).collect();
-                let order =
-                    order_of_convergence(&medians).map_or_else(String::new, |order| format!(", order {order:.2}"));
-                for point in &points {
-                    let thin = SeriesStyle { width: 0.8, dash: &[], ..style };
-                    let bar = vec![(point.step_ms, point.least), (point.step_ms, point.most)];
-                    panel = panel.series(Series::new("", bar, thin));
-                }
-                let entry = if self.panels.len() == 1 { format!("{label}{order}") } else { label.clone() };
-                panel = panel.series(Series::new(entry, medians, style).mode(Mode::LineMarkers));
+            for label in runs.labels(&spec.labels) {
+                let rows = runs.of_label(&label);
+                let points = runs.over_phases(&rows, |row| runs.macro_step_ms(row), &spec.metric, spec.part)?;
+                let order = spec.order(&points).filter(|_| self.panels.len() == 1);
+                let entry = match order {
+                    _ if runs.fraction_stable(&rows) == Some(0.0) => format!("{label}: never stable"),
+                    Some(order) => format!("{label}, order {}", signed(format!("{order:.2}"))),
+                    None => label.clone(),
+                };
+                panel = with_range(panel, &points, &entry, style_of(&label));
             }
             if let Some(floor) = &spec.floor {
-                let uncertainty = runs.number(0, runs.column(floor)?);
+                let uncertainty = runs.table.number(0, runs.table.column(floor)?);
                 panel = panel.guide(Guide::Horizontal { y: uncertainty, label: "uncertainty of the reference".into() });
             }
             if let Some((order, [x, y])) = spec.slope {
@@ -72,43 +78,20 @@ impl SweepFigure {
     }
 }
 
-/// Labels of the scheme rows, in the order of the experiment.
-pub(super) fn labels(runs: &ResultsTable) -> Result<Vec<String>> {
-    let column = runs.column("label")?;
-    let mut labels: Vec<String> = Vec::new();
-    for row in 0..runs.len() {
-        if !labels.iter().any(|label| label == runs.text(row, column)) {
-            labels.push(runs.text(row, column).to_owned());
-        }
+impl SweepPanel {
+    fn order(&self, points: &[OverPhases]) -> Option<f64> {
+        let [low, high] = self.orders_over_ms.unwrap_or([0.0, f64::INFINITY]);
+        let fitted = points.iter().filter(|point| (low..=high).contains(&point.x));
+        order_of_convergence(&fitted.map(|point| (point.x, point.median)).collect::<Vec<_>>())
     }
-    Ok(labels)
 }
 
-/// A metric over the phases at one macro step.
-struct OverPhases {
-    step_ms: f64,
-    median: f64,
-    least: f64,
-    most: f64,
-}
-
-fn medians(runs: &ResultsTable, label: &str, metric: &str) -> Result<Vec<OverPhases>> {
-    let (step, value, outcome) = (runs.column("macro_step_s")?, runs.column(metric)?, runs.column("outcome")?);
-    let rows = runs.rows_where(runs.column("label")?, label);
-    let mut steps: Vec<f64> = rows.iter().map(|&row| runs.number(row, step)).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.dedup();
-    let mut points = Vec::new();
-    for wanted in steps {
-        let at_step = rows.iter().filter(|&&row| runs.number(row, step) == wanted);
-        let completed = at_step.filter(|&&row| runs.text(row, outcome) == "completed");
-        let mut values: Vec<f64> = completed.map(|&row| runs.number(row, value)).filter(|x| x.is_finite()).collect();
-        values.sort_by(f64::total_cmp);
-        if let (Some(&least), Some(&most)) = (values.first(), values.last()) {
-            let n = values.len();
-            let median = 0.5 * (values[(n - 1) / 2] + values[n / 2]);
-            points.push(OverPhases { step_ms: wanted * 1e3, median, least, most });
-        }
+/// Adds the medians as a line with markers, and a thin bar from the least to the largest value at each.
+pub(super) fn with_range(mut panel: Panel, points: &[OverPhases], entry: &str, style: SeriesStyle) -> Panel {
+    let thin = SeriesStyle { width: 0.8, dash: &[], ..style };
+    for point in points {
+        panel = panel.series(Series::new("", vec![(point.x, point.least), (point.x, point.most)], thin));
     }
-    Ok(points)
+    let medians = points.iter().map(|point| (point.x, point.median)).collect();
+    panel.series(Series::new(entry, medians, style).mode(Mode::LineMarkers))
 }
