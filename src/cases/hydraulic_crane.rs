@@ -40,15 +40,16 @@
 //! 2011; used in Peiret et al. 2018. `rimbench list parameters --case hydraulic-crane` prints the parameter table.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns};
+use super::fluid::{self, NAYA};
 use super::hydraulic_crane_reference::solve;
-use super::parameters::{Parameter, Parameters, Range};
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::cosim::{Ports, Subsystem};
 use crate::error::{Error, Result};
 use crate::mechanics::{ContactLaw, NonSmoothMechanics};
 use crate::models::{
-    Crane, CraneGeometry, CylinderParameters, Fluid, HydraulicCylinder, PressureDrivenMechanics, PressureOutput,
+    Crane, CraneGeometry, CylinderParameters, HydraulicCylinder, PressureDrivenMechanics, PressureOutput,
     PublishedClock, Spool,
 };
 
@@ -86,20 +87,9 @@ pub(super) const ENTRY: Case = Case {
 };
 
 const LIM: &str = "LIM cosim-benchmarks";
-const NAYA: &str = "Naya et al. 2011";
 
 const PARAMETERS: [Parameter; 23] = {
     use Range::{Finite, NotNegative, Positive};
-    const fn p(
-        name: &'static str,
-        unit: &'static str,
-        default: f64,
-        range: Range,
-        about: &'static str,
-        source: &'static str,
-    ) -> Parameter {
-        Parameter::number(name, unit, default, range, about, source)
-    }
     [
         Parameter::choice("manoeuvre", &["m1", "m2"], "steps (m1) or sine (m2) of the spool", LIM),
         Parameter::choice(
@@ -132,12 +122,12 @@ const PARAMETERS: [Parameter; 23] = {
         p("cylinder_length_m", "m", 0.442, Positive, "length l of both chambers together", NAYA),
         p("viscous_friction_n_s_m", "N·s/m", 1e5, NotNegative, "viscous friction c of the cylinder", NAYA),
         p("valve_area_m2", "m²", 5e-4, Positive, "valve area a_v", NAYA),
-        p("discharge_coefficient", "-", 0.67, Positive, "discharge coefficient c_d", NAYA),
-        p("fluid_density_kg_m3", "kg/m³", 850.0, Positive, "fluid density ρ", NAYA),
-        p("supply_pressure_pa", "Pa", 7.6e6, Positive, "pump pressure p_P", NAYA),
-        p("tank_pressure_pa", "Pa", 1e5, NotNegative, "tank pressure p_T", NAYA),
-        p("compressibility_a_1_pa", "1/Pa", 6.53e-10, Positive, "fluid compressibility a", NAYA),
-        p("compressibility_b_1_pa2", "1/Pa²", -1.19e-18, Finite, "fluid compressibility b", NAYA),
+        fluid::DISCHARGE_COEFFICIENT,
+        fluid::DENSITY,
+        fluid::SUPPLY_PRESSURE,
+        fluid::TANK_PRESSURE,
+        fluid::COMPRESSIBILITY_A,
+        fluid::COMPRESSIBILITY_B,
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", LIM),
     ]
 };
@@ -179,14 +169,6 @@ pub(super) fn parts(parameters: &Parameters) -> Result<Parts> {
         "m2" => Spool::sine(centre, 2.0, vec![(0.0, 0.0), (1.0, 0.1), (8.0, 0.1), (9.0, 0.0)]),
         _ => Spool::new(vec![(2.0, centre), (2.001, centre - 0.01), (6.0, centre - 0.01), (6.002, centre + 0.02)]),
     };
-    let fluid = Fluid {
-        discharge_coefficient: get("discharge_coefficient"),
-        density: get("fluid_density_kg_m3"),
-        supply_pressure: supply,
-        tank_pressure: tank,
-        compressibility_a: get("compressibility_a_1_pa"),
-        compressibility_b: get("compressibility_b_1_pa2"),
-    };
     let cylinder = CylinderParameters {
         piston_area: area,
         cylinder_length: get("cylinder_length_m"),
@@ -197,7 +179,7 @@ pub(super) fn parts(parameters: &Parameters) -> Result<Parts> {
     };
     Ok(Parts {
         crane,
-        cylinder: HydraulicCylinder::new(fluid, cylinder, spool.clone()),
+        cylinder: HydraulicCylinder::new(fluid::of(parameters), cylinder, spool.clone()),
         spool,
         piston_area: area,
         viscous_friction: get("viscous_friction_n_s_m"),

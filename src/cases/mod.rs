@@ -3,6 +3,7 @@
 //! To add one: write a file with an `ENTRY`, and add it to the list.
 
 mod case;
+mod fluid;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
 mod linear_oscillator;

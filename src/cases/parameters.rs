@@ -90,6 +90,18 @@ pub struct Parameter {
     pub source: &'static str,
 }
 
+/// [`Parameter::number`] under a name short enough for tables.
+pub(super) const fn number(
+    name: &'static str,
+    unit: &'static str,
+    default: f64,
+    range: Range,
+    about: &'static str,
+    source: &'static str,
+) -> Parameter {
+    Parameter::number(name, unit, default, range, about, source)
+}
+
 impl Parameter {
     /// A numeric parameter.
     pub const fn number(
@@ -177,7 +189,7 @@ mod tests {
     use super::*;
 
     static DECLARED: [Parameter; 2] = [
-        Parameter::number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours"),
+        number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours"),
         Parameter {
             name: "coupling",
             unit: "-",

@@ -25,13 +25,14 @@
 //! wedge-box` prints them with unit, default and source.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
-use super::parameters::{Parameter, Parameters, Range};
+use super::fluid::{self, NAYA};
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::cosim::{Port, Ports, Quantity, Subsystem};
 use crate::error::{Error, Result};
 use crate::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
-use crate::models::{CylinderParameters, Fluid, HydraulicCylinder, Spool, WedgeBox, WedgeBoxGeometry};
+use crate::models::{CylinderParameters, HydraulicCylinder, Spool, WedgeBox, WedgeBoxGeometry};
 
 pub(super) const ENTRY: Case = Case {
     name: "wedge-box",
@@ -81,20 +82,9 @@ pub(super) const ENTRY: Case = Case {
 };
 
 const OURS: &str = "ours";
-const NAYA: &str = "Naya et al. 2011";
 
 const PARAMETERS: [Parameter; 34] = {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    const fn p(
-        name: &'static str,
-        unit: &'static str,
-        default: f64,
-        range: Range,
-        about: &'static str,
-        source: &'static str,
-    ) -> Parameter {
-        Parameter::number(name, unit, default, range, about, source)
-    }
     [
         p("box_mass_kg", "kg", 200.0, Positive, "mass of the box", OURS),
         p("box_width_m", "m", 1.0, Positive, "width of the box (its inertia is that of a rectangle)", OURS),
@@ -134,12 +124,12 @@ const PARAMETERS: [Parameter; 34] = {
         p("spool_ramp_start_s", "s", 0.1, NotNegative, "start of the spool's ramp", OURS),
         p("spool_ramp_end_s", "s", 0.2, NotNegative, "end of the spool's ramp", OURS),
         p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in both chambers at the start", OURS),
-        p("discharge_coefficient", "-", 0.67, Positive, "discharge coefficient c_d", NAYA),
-        p("fluid_density_kg_m3", "kg/m³", 850.0, Positive, "fluid density ρ", NAYA),
-        p("supply_pressure_pa", "Pa", 7.6e6, Positive, "pump pressure p_P", NAYA),
-        p("tank_pressure_pa", "Pa", 1e5, NotNegative, "tank pressure p_T", NAYA),
-        p("compressibility_a_1_pa", "1/Pa", 6.53e-10, Positive, "fluid compressibility a", NAYA),
-        p("compressibility_b_1_pa2", "1/Pa²", -1.19e-18, Finite, "fluid compressibility b", NAYA),
+        fluid::DISCHARGE_COEFFICIENT,
+        fluid::DENSITY,
+        fluid::SUPPLY_PRESSURE,
+        fluid::TANK_PRESSURE,
+        fluid::COMPRESSIBILITY_A,
+        fluid::COMPRESSIBILITY_B,
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
         p("contact_margin_m", "m", 1e-3, NotNegative, "a contact with gap ≤ margin counts as closed at t_k", OURS),
         p("stabilisation", "-", 0.2, Fraction, "fraction γ of a penetration removed per mechanics step", OURS),
@@ -168,16 +158,8 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         let expected = format!("at least spool_ramp_start_s = {ramp_start}");
         return Err(Error::invalid("spool_ramp_end_s", ramp_end, expected));
     }
-    let fluid = Fluid {
-        discharge_coefficient: get("discharge_coefficient"),
-        density: get("fluid_density_kg_m3"),
-        supply_pressure: get("supply_pressure_pa"),
-        tank_pressure: get("tank_pressure_pa"),
-        compressibility_a: get("compressibility_a_1_pa"),
-        compressibility_b: get("compressibility_b_1_pa2"),
-    };
     let cylinder = HydraulicCylinder::new(
-        fluid,
+        fluid::of(parameters),
         CylinderParameters {
             piston_area: get("piston_area_m2"),
             cylinder_length: get("cylinder_length_m"),
