@@ -67,6 +67,7 @@ fn main() {
             force_return,
             duration: 2.5,
             solver,
+            wall_limit: None,
         })
         .collect();
     let bare = || {

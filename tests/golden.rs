@@ -48,6 +48,7 @@ fn end_of_run(name: &str) -> (f64, f64) {
             _ => 0.15,
         },
         solver,
+        wall_limit: None,
     };
     let run = simulate(&spec, Bounds::default()).unwrap();
     let last = run.trajectory.row(run.trajectory.len() - 1);

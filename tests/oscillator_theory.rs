@@ -35,6 +35,7 @@ fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: &str, macro_st
         force_return,
         duration: case.defaults.duration_s,
         solver,
+        wall_limit: None,
     }
 }
 

@@ -37,6 +37,7 @@ fn jacobi_zoh(set: &[(&str, &str)], macro_step: f64, duration: f64) -> RunSpec {
         force_return,
         duration,
         solver,
+        wall_limit: None,
     }
 }
 

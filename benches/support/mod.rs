@@ -2,7 +2,7 @@
 
 use rimbench::cases::{Recorder, case_by_name};
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{Bounds, CommunicationGrid, Outcome, Setup, Trajectory, cosimulate};
+use rimbench::cosim::{Bounds, CommunicationGrid, Outcome, Setup, Timing, Trajectory, cosimulate};
 use rimbench::interface_model::Redundancy;
 use rimbench::schemes::{ModelMotion, SchemeOptions, scheme_by_name};
 
@@ -26,6 +26,7 @@ pub fn wedge_box(scheme: &str, macro_step: f64) -> Trajectory {
         force_return,
         stale_feedthrough: false,
         bounds: Bounds::default(),
+        timing: Timing::default(),
     };
     let mut system = (case.build)(&case.default_parameters(), solver).unwrap();
     let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver };

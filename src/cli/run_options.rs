@@ -77,6 +77,7 @@ impl RunOptions {
             force_return,
             duration: self.duration.unwrap_or(case.defaults.duration_s),
             solver,
+            wall_limit: None,
         };
         spec.check()?;
         // Impossible parameters are found before anything is computed.

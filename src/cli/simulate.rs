@@ -105,6 +105,11 @@ fn json(spec: &RunSpec, run: &EvaluatedRun) -> Value {
         put(name, count.into());
     }
     put("wall_s", json_number(run.wall.as_secs_f64()));
+    put("real_time_factor", json_number(run.real_time_factor()));
+    put("latency_p50_s", optional(run.latency.map(|latency| latency.p50_s)));
+    put("latency_p99_s", optional(run.latency.map(|latency| latency.p99_s)));
+    put("latency_max_s", optional(run.latency.map(|latency| latency.max_s)));
+    put("missed_deadlines", run.latency.map_or(Value::Null, |latency| latency.missed_deadlines.into()));
     Value::Object(facts)
 }
 
@@ -133,6 +138,12 @@ fn print_tables(spec: &RunSpec, run: &EvaluatedRun) -> anyhow::Result<()> {
     }
     let wall = run.wall.as_secs_f64();
     counters.add_row(["wall time (s)".to_owned(), format!("{wall:.4}")]);
-    counters.add_row(["real-time factor".to_owned(), format!("{:.0}", run.ended_at_s / wall)]);
+    counters.add_row(["real-time factor".to_owned(), format!("{:.0}", run.real_time_factor())]);
+    if let Some(latency) = run.latency {
+        for (name, seconds) in [("p50", latency.p50_s), ("p99", latency.p99_s), ("max", latency.max_s)] {
+            counters.add_row([format!("macro step {name} (s)"), format!("{seconds:.2e}")]);
+        }
+        counters.add_row(["missed deadlines".to_owned(), latency.missed_deadlines.to_string()]);
+    }
     print(&counters.to_string())
 }

@@ -2,9 +2,13 @@
 
 use super::communication_grid::{CommunicationGrid, MacroStep, division};
 use super::coupling_scheme::{CouplingScheme, Diagnostics, MicroStep, Sample};
+use super::energy_account::EnergyAudit;
 use super::force_return::{ForceReturn, Sequence, Transmission};
+use super::interface_work::{InterfaceWork, WorkMeter};
+use super::latency::{Stopwatch, Timing};
 use super::outcome::Outcome;
-use super::subsystem::{Ports, Quantity, Side, Subsystem};
+use super::report::{CosimCounters, Report};
+use super::subsystem::{Side, Subsystem};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 
@@ -25,6 +29,8 @@ pub struct Setup {
     pub stale_feedthrough: bool,
     /// Beyond these the run counts as diverged.
     pub bounds: Bounds,
+    /// What to do with the clock.
+    pub timing: Timing,
 }
 
 /// Largest admissible magnitude of each coupling variable, by side; `+inf` where there is none.
@@ -56,43 +62,6 @@ pub struct CommunicationPoint<'a> {
     pub actuator: &'a mut dyn Subsystem,
 }
 
-/// Exact counters of the loop itself.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct CosimCounters {
-    /// Macro steps taken.
-    pub macro_steps: u64,
-    /// Exchanges between the sides.
-    pub exchanges: u64,
-}
-
-/// Work across the interface, counted by each side in its own discretisation.
-///
-/// ```text
-/// sent = Σ δ F_j · ½(w_j + w_{j+1})   over the actuator's micro steps, with the velocities it was given
-/// received                     as the mechanics counts it, Σ h λ · ½(w⁺ + w⁻)
-/// residual = sent − received   what the coupling lost (> 0) or created (< 0)
-/// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct InterfaceWork {
-    /// J; `None` where the ports are not a force and its velocity.
-    pub sent_j: Option<f64>,
-    /// J; `None` where the mechanics does not count it.
-    pub received_j: Option<f64>,
-}
-
-/// What the loop reports of a run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Report {
-    /// How it ended. A run that diverges is followed to its end, or to the point where it cannot go on.
-    pub outcome: Outcome,
-    /// Time of the last communication point reached, s.
-    pub ended_at_s: f64,
-    /// Counters.
-    pub counters: CosimCounters,
-    /// Work across the interface.
-    pub work: InterfaceWork,
-}
-
 /// Runs two subsystems coupled by a scheme, and calls `observe` at each communication point.
 ///
 /// The ports must fit (see [`check_coupling`](super::check_coupling)) and the force return must suit the sequence (see
@@ -109,13 +78,26 @@ pub fn cosimulate(
     let outcome = match (run.diverged.take(), result) {
         (Some(diverged), _) => diverged,
         (None, Err(failure)) => Outcome::from_failure(failure, run.time),
-        (None, Ok(())) => Outcome::Completed,
+        (None, Ok(End::Overdue)) => Outcome::Timeout { at_s: run.time },
+        (None, Ok(End::Reached)) => Outcome::Completed,
     };
-    let work = InterfaceWork {
-        sent_j: (!run.power_ports.is_empty()).then_some(run.work_sent),
-        received_j: run.mechanics.interface_work(),
-    };
-    Report { outcome, ended_at_s: run.time, counters: run.counters, work }
+    let work = run.interface_work();
+    let (mechanics, actuator) = (run.mechanics.energy_account(), run.actuator.energy_account());
+    Report {
+        outcome,
+        ended_at_s: run.time,
+        counters: run.counters,
+        work,
+        audit: EnergyAudit { mechanics, actuator, work },
+        interface_residual: run.interface_residual,
+        latencies_s: run.stopwatch.latencies,
+    }
+}
+
+/// How the loop ended, where nothing failed.
+enum End {
+    Reached,
+    Overdue,
 }
 
 struct Run<'a> {
@@ -132,8 +114,9 @@ struct Run<'a> {
     own: Vec<f64>,
     received: Vec<f64>,
     transmission: Transmission,
-    power_ports: Vec<(usize, usize)>,
-    work_sent: f64,
+    work_sent: WorkMeter,
+    interface_residual: Vec<[f64; 2]>,
+    stopwatch: Stopwatch,
     time: f64,
     counters: CosimCounters,
     diverged: Option<Outcome>,
@@ -157,8 +140,9 @@ impl<'a> Run<'a> {
             own: vec![0.0; to_actuator.max(to_mechanics)],
             received: vec![0.0; to_mechanics],
             transmission: Transmission::new(to_mechanics, division(setup.grid.macro_step(), setup.micro_step)),
-            power_ports: power_ports(actuator.ports()),
-            work_sent: 0.0,
+            work_sent: WorkMeter::new(actuator.ports()),
+            interface_residual: Vec::with_capacity(setup.grid.macro_steps() + 1),
+            stopwatch: Stopwatch::new(setup.timing, setup.grid.macro_steps()),
             time: 0.0,
             counters: CosimCounters::default(),
             diverged: None,
@@ -170,11 +154,15 @@ impl<'a> Run<'a> {
     }
 
     /// The algorithm: exchange, then let both sides cover the macro step.
-    fn macro_steps(&mut self, observe: &mut dyn FnMut(CommunicationPoint<'_>)) -> Result<(), Failure> {
+    fn macro_steps(&mut self, observe: &mut dyn FnMut(CommunicationPoint<'_>)) -> Result<End, Failure> {
         let grid = self.setup.grid;
         let mut last = grid.step(0);
         for k in 0..grid.macro_steps() {
+            if self.stopwatch.expired() {
+                return Ok(End::Overdue);
+            }
             let step = grid.step(k);
+            self.stopwatch.begin();
             self.exchange(step, observe)?;
             match self.setup.sequence {
                 Sequence::Jacobi | Sequence::GaussSeidel { first: Side::Actuator } => {
@@ -187,10 +175,12 @@ impl<'a> Run<'a> {
                     self.advance_actuator(step)?;
                 }
             }
+            self.stopwatch.end();
             self.counters.macro_steps += 1;
             last = step;
         }
-        self.exchange(MacroStep { index: grid.macro_steps(), start: grid.duration(), ..last }, observe)
+        self.exchange(MacroStep { index: grid.macro_steps(), start: grid.duration(), ..last }, observe)?;
+        Ok(End::Reached)
     }
 
     /// A communication point: outputs of both sides, then each sample to the scheme.
@@ -227,6 +217,10 @@ impl<'a> Run<'a> {
         self.scheme.receive(Side::Mechanics, &sample)?;
         self.scheme.receive(Side::Actuator, &Sample { y: &self.y_actuator, model: None, ..sample })?;
         self.counters.exchanges += 1;
+        if let Some(residual) = self.interface_work().residual_j() {
+            self.interface_residual.push([self.time, residual]);
+        }
+        self.stopwatch.pause();
         observe(CommunicationPoint {
             time: self.time,
             y_mechanics: &self.y_mechanics,
@@ -237,6 +231,7 @@ impl<'a> Run<'a> {
             mechanics: &mut *self.mechanics,
             actuator: &mut *self.actuator,
         });
+        self.stopwatch.resume();
         Ok(())
     }
 
@@ -248,9 +243,9 @@ impl<'a> Run<'a> {
         for j in 0..count {
             let at = MicroStep::new(step, j, count);
             self.actuator.outputs(&self.u_actuator, own);
-            self.work_sent += 0.5 * at.length * power(&self.power_ports, own, &self.u_actuator);
+            self.work_sent.add_half_step(at.length, own, &self.u_actuator);
             self.scheme.input(Side::Actuator, at, own, &mut self.u_actuator)?;
-            self.work_sent += 0.5 * at.length * power(&self.power_ports, own, &self.u_actuator);
+            self.work_sent.add_half_step(at.length, own, &self.u_actuator);
             self.actuator.step(at.start, &self.u_actuator, at.length)?;
             if averaged {
                 self.transmission.push(own);
@@ -294,6 +289,10 @@ impl<'a> Run<'a> {
             .receive(Side::Mechanics, &Sample { time, y: &self.y_mechanics, model: None, step, actuator_micro_step })
     }
 
+    fn interface_work(&self) -> InterfaceWork {
+        InterfaceWork { sent_j: self.work_sent.sent(), received_j: self.mechanics.interface_work() }
+    }
+
     fn mechanics_steps(&self, step: MacroStep) -> usize {
         match self.setup.mechanics_steps {
             0 => division(step.length, self.setup.micro_step),
@@ -322,19 +321,4 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
-}
-
-/// `Σ F · w` over the interface rows, W.
-#[inline]
-fn power(ports: &[(usize, usize)], outputs: &[f64], inputs: &[f64]) -> f64 {
-    ports.iter().map(|&(force, velocity)| outputs[force] * inputs[velocity]).sum()
-}
-
-/// Pairs (force output, velocity input) of the actuator that belong to the same interface row.
-fn power_ports(actuator: &Ports) -> Vec<(usize, usize)> {
-    let of = |ports: &[super::subsystem::Port], quantity| -> Vec<usize> {
-        (0..ports.len()).filter(|&index| ports[index].quantity == quantity).collect()
-    };
-    let (forces, velocities) = (of(&actuator.outputs, Quantity::Force), of(&actuator.inputs, Quantity::Velocity));
-    if forces.len() == velocities.len() { forces.into_iter().zip(velocities).collect() } else { Vec::new() }
 }

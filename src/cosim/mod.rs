@@ -15,16 +15,24 @@
 
 mod communication_grid;
 mod coupling_scheme;
+mod energy_account;
 mod force_return;
+mod interface_work;
+mod latency;
 mod macro_loop;
 mod outcome;
+mod report;
 mod subsystem;
 mod trajectory;
 
 pub use communication_grid::{CommunicationGrid, MacroStep, division};
 pub use coupling_scheme::{CouplingScheme, Diagnostics, MicroStep, Sample};
+pub use energy_account::{EnergyAccount, EnergyAudit};
 pub use force_return::{ForceReturn, Sequence};
-pub use macro_loop::{Bounds, CommunicationPoint, CosimCounters, InterfaceWork, Report, Setup, cosimulate};
+pub use interface_work::InterfaceWork;
+pub use latency::{Latency, Timing};
+pub use macro_loop::{Bounds, CommunicationPoint, Setup, cosimulate};
 pub use outcome::Outcome;
+pub use report::{CosimCounters, Report};
 pub use subsystem::{Port, Ports, Quantity, Side, Subsystem, SubsystemCounters, check_coupling};
 pub use trajectory::Trajectory;

@@ -1,5 +1,6 @@
 //! One side of a co-simulation.
 
+use super::energy_account::EnergyAccount;
 use crate::complementarity::SolverCounters;
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::ReducedInterfaceModel;
@@ -117,6 +118,11 @@ pub trait Subsystem: Send {
 
     /// Largest violation of the subsystem's own discrete energy identity in one step, J.
     fn energy_identity_residual(&self) -> Option<f64> {
+        None
+    }
+
+    /// Energy account since the start, if the subsystem keeps one.
+    fn energy_account(&self) -> Option<EnergyAccount> {
         None
     }
 

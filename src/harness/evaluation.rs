@@ -3,7 +3,7 @@
 use super::reference::Reference;
 use super::run::{RunResult, RunSpec};
 use crate::cases::{Case, ReferenceMethod};
-use crate::cosim::{Outcome, Trajectory};
+use crate::cosim::{Latency, Outcome, Trajectory};
 use crate::metrics::{Evidence, METRICS};
 use std::any::Any;
 use std::time::Duration;
@@ -23,6 +23,8 @@ pub struct EvaluatedRun {
     pub counters: [u64; COUNTERS.len()],
     /// Wall time of the macro loop.
     pub wall: Duration,
+    /// Latency of its macro steps; deadline H.
+    pub latency: Option<Latency>,
     /// The trajectory.
     pub trajectory: Trajectory,
 }
@@ -40,8 +42,14 @@ impl EvaluatedRun {
             reference_uncertainty: [None; 2],
             counters: [0; COUNTERS.len()],
             wall: Duration::ZERO,
+            latency: None,
             trajectory: Trajectory::with_capacity(spec.case.recorded_columns(), 0),
         }
+    }
+
+    /// Simulated time over wall time.
+    pub fn real_time_factor(&self) -> f64 {
+        self.ended_at_s / self.wall.as_secs_f64()
     }
 }
 
@@ -56,6 +64,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
     let evidence = Evidence {
         run: &result.trajectory,
         reference: &aligned,
+        full_reference: &reference.trajectory,
         reference_force_peak: reference.largest[column(columns.force)],
         report: &result.report,
         position: column(columns.position),
@@ -74,6 +83,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
         outcome: result.report.outcome,
         counters,
         wall: result.wall,
+        latency: Latency::of(result.report.latencies_s, spec.macro_step),
         trajectory: result.trajectory,
     }
 }

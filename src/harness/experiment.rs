@@ -2,7 +2,7 @@
 
 use super::atomic_file::write_atomically;
 use super::claims::{Claim, check_claims_against_plan};
-use super::run::{RunSpec, parse_mechanics_steps};
+use super::run::{RunSpec, parse_mechanics_steps, wall_limit};
 use crate::cases::{Case, Parameters, case_by_name};
 use crate::complementarity::{SolverEntry, solver_by_name};
 use crate::error::{Error, Result};
@@ -33,6 +33,8 @@ pub struct Experiment {
     micro_step_s: Option<f64>,
     /// Store a trace of each run, one row per this many seconds; none if absent.
     pub trace_every_s: Option<f64>,
+    /// Wall time after which a run ends with outcome `timeout`, s; none if absent.
+    wall_limit_s: Option<f64>,
     quick: Option<Quick>,
     #[serde(default)]
     claims: Vec<Claim>,
@@ -254,6 +256,7 @@ impl Experiment {
             force_return,
             duration: self.duration_s.unwrap_or(case.defaults.duration_s),
             solver,
+            wall_limit: self.wall_limit_s.map(wall_limit).transpose()?,
         };
         spec.check()?;
         let set = parameters

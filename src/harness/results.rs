@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! runs.csv        one row per run: what determines it, outcome, metrics, counters; deterministic
-//! cost.csv        one row per run: wall time; machine-dependent
+//! cost.csv        one row per run: wall time, latency of macro steps; machine-dependent
 //! provenance.csv  one row per run: revision, lock file, compiler, processor, load
 //! parameters.csv  every parameter of every case, resolved
 //! reference.csv   uncertainty and observed order of the reference, per column
@@ -16,7 +16,7 @@ use super::experiment::PlannedRun;
 use super::provenance::{self, Provenance};
 use super::reference::Reference;
 use super::store::{Record, Store};
-use crate::cosim::Trajectory;
+use crate::cosim::{Latency, Trajectory};
 use crate::error::{Error, Result};
 use crate::metrics::METRICS;
 use std::path::Path;
@@ -45,7 +45,18 @@ const FACTS: [&str; 19] = [
     "ended_at_s",
 ];
 
-const COST_HEADER: [&str; 6] = ["run_id", "label", "macro_step_s", "phase", "wall_s", "real_time_factor"];
+const COST_HEADER: [&str; 10] = [
+    "run_id",
+    "label",
+    "macro_step_s",
+    "phase",
+    "wall_s",
+    "real_time_factor",
+    "latency_p50_s",
+    "latency_p99_s",
+    "latency_max_s",
+    "missed_deadlines",
+];
 
 /// Columns of `runs.csv`.
 pub(super) static RUNS_HEADER: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
@@ -92,14 +103,18 @@ pub(super) fn record(
     facts.extend(run.reference_uncertainty.map(optional));
     facts.extend(run.counters.iter().map(u64::to_string));
     facts.push(if traced { format!("{id}.csv") } else { String::new() });
-    let wall = run.wall.as_secs_f64();
+    let latency = |of: fn(&Latency) -> f64| optional(run.latency.as_ref().map(of));
     let cost = [
         id.to_owned(),
         planned.label.clone(),
         number(spec.macro_step),
         number(spec.phase),
-        number(wall),
-        number(run.ended_at_s / wall),
+        number(run.wall.as_secs_f64()),
+        number(run.real_time_factor()),
+        latency(|latency| latency.p50_s),
+        latency(|latency| latency.p99_s),
+        latency(|latency| latency.max_s),
+        run.latency.map(|latency| latency.missed_deadlines.to_string()).unwrap_or_default(),
     ];
     Record { run: row(&facts), cost: row(&cost), provenance: row(&provenance.row(id)) }
 }

@@ -4,7 +4,7 @@ use super::cache::hex;
 use crate::cases::{Case, Parameters, Recorder};
 use crate::complementarity::{SolverCounters, SolverEntry};
 use crate::cosim::{
-    Bounds, CommunicationGrid, ForceReturn, Outcome, Report, Sequence, Setup, SubsystemCounters, Trajectory,
+    Bounds, CommunicationGrid, ForceReturn, Outcome, Report, Sequence, Setup, SubsystemCounters, Timing, Trajectory,
     check_coupling, cosimulate,
 };
 use crate::error::{Error, Result};
@@ -40,6 +40,8 @@ pub struct RunSpec {
     pub duration: f64,
     /// Solver of the mechanics' complementarity problems (the scheme's own is in `options`).
     pub solver: &'static SolverEntry,
+    /// Wall time after which the run ends with [`Outcome::Timeout`]. No part of the run id.
+    pub wall_limit: Option<Duration>,
 }
 
 /// What comes of a run.
@@ -158,6 +160,7 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
         force_return: spec.force_return,
         stale_feedthrough: system.stale_feedthrough,
         bounds,
+        timing: Timing { latency: true, wall_limit: spec.wall_limit },
     };
     check_coupling(system.mechanics.ports(), system.actuator.ports())?;
     let has_model = system.mechanics.empty_interface_model().is_some();
@@ -168,12 +171,7 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
     let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
     let started = Instant::now();
     let report = match skip {
-        Some(reason) => Report {
-            outcome: Outcome::Skipped { reason },
-            ended_at_s: 0.0,
-            counters: Default::default(),
-            work: Default::default(),
-        },
+        Some(reason) => Report::not_run(Outcome::Skipped { reason }),
         None => cosimulate(&setup, &mut *system.mechanics, &mut *system.actuator, &mut *scheme, &mut |point| {
             recorder.record(point, &mut trajectory)
         }),
@@ -203,6 +201,15 @@ pub fn parse_mechanics_steps(text: &str) -> Result<usize> {
             Error::invalid("mechanics-steps", text, expected)
         }),
     }
+}
+
+/// A wall-time limit from seconds.
+///
+/// # Errors
+/// [`Error::InvalidValue`] for anything but a time above zero.
+pub fn wall_limit(seconds: f64) -> Result<Duration> {
+    let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
+    limit.ok_or_else(|| Error::invalid("wall_limit_s", seconds, "a finite time above 0 s"))
 }
 
 /// Plausibility bounds, far beyond any use, so that a slip of the exponent is an error and not an endless run.

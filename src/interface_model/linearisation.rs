@@ -74,6 +74,17 @@ pub enum MassMatrix {
     Dense(Vec<f64>),
 }
 
+impl MassMatrix {
+    /// `aᵀ M b`.
+    #[inline]
+    pub fn product(&self, a: &[f64], b: &[f64]) -> f64 {
+        match self {
+            MassMatrix::Diagonal(diagonal) => diagonal.iter().zip(a.iter().zip(b)).map(|(m, (x, y))| m * x * y).sum(),
+            MassMatrix::Dense(dense) => a.iter().zip(dense.chunks_exact(b.len())).map(|(x, row)| x * dot(row, b)).sum(),
+        }
+    }
+}
+
 /// Mass, forces and rows at one state: the data of paper Eq. 3.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linearisation {

@@ -1,11 +1,14 @@
 //! The energy account of a stepper, exact in its own discretisation.
 
+use crate::cosim::EnergyAccount;
+
 /// Work done on the mechanics, bucket by bucket, since the start.
 ///
 /// ```text
 /// T⁺ − T⁻ = ½ (v⁺ + v⁻)ᵀ (h f + A_bᵀ P_b + A_uᵀ P_u + A_iᵀ h λ_i)
 /// ```
-/// The identity holds to round-off in each step with constant `M`; its violation is kept as `identity_residual`.
+/// The identity holds to round-off in each step, with `M` as it was at the start of the step; its violation is kept as
+/// `identity_residual`. What `T` changes because `M` turns with `q` is booked apart, in `inertia`.
 /// # Source
 /// Follows from `M (v⁺ − v⁻) = Σ impulses`; the impulse–energy identity of non-smooth mechanics.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -18,8 +21,11 @@ pub struct EnergyLedger {
     pub contact: f64,
     /// Work received through the interface, J.
     pub interface: f64,
-    /// Change of kinetic energy, J.
+    /// Change of kinetic energy by impulses, J.
     pub kinetic: f64,
+    /// Change of kinetic energy by the change of `M`, `Σ ½ v⁺ᵀ (M(q⁺) − M(q)) v⁺`, J. In continuous time the Coriolis terms
+    /// in `f` balance it.
+    pub inertia: f64,
     /// Largest violation of the identity in one step, J.
     pub identity_residual: f64,
 }
@@ -34,6 +40,27 @@ impl EnergyLedger {
         self.contact += step.contact;
         self.interface += step.interface;
         self.kinetic += step.kinetic;
+        self.inertia += step.inertia;
         self.identity_residual = self.identity_residual.max(residual.abs());
+    }
+
+    /// The account of the mechanics, from this ledger and two functions of state.
+    ///
+    /// ```text
+    /// stored      = Δ(T + V)
+    /// integration = applied + ΔV + bilateral + inertia
+    /// ```
+    /// In continuous time the applied forces do the work `−ΔV`, joints none, and Coriolis terms (booked with the applied
+    /// forces) balance the inertia: what they do in discrete time is the integration residual of the semi-implicit step.
+    /// Applied forces without a potential would show there too. `T` is that of the state, not a sum of works: that both
+    /// agree is what the closure tests. `V` stands on both sides and is tested by nothing but that the residual vanishes.
+    pub fn account(&self, stored: f64, potential_change: f64) -> EnergyAccount {
+        EnergyAccount {
+            stored,
+            interface: self.interface,
+            contact: -self.contact,
+            integration: self.applied + potential_change + self.bilateral + self.inertia,
+            ..EnergyAccount::default()
+        }
     }
 }

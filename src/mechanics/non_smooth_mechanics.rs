@@ -3,11 +3,10 @@
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::MechanicalModel;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
-use crate::cosim::{Ports, Subsystem, SubsystemCounters};
+use crate::cosim::{EnergyAccount, Ports, Subsystem, SubsystemCounters};
 use crate::error::Failure;
 use crate::interface_model::{
-    Condensation, Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows, condense, dot,
-    gap_velocity,
+    Condensation, Elimination, Linearisation, ReducedInterfaceModel, Redundancy, Rows, condense, dot, gap_velocity,
 };
 
 /// How contacts behave.
@@ -56,6 +55,8 @@ pub struct NonSmoothMechanics<M> {
     closed: Vec<usize>,
     condensation: Condensation,
     ledger: EnergyLedger,
+    /// `T` and `V` at the start, J.
+    start_energy: [f64; 2],
     counters: SubsystemCounters,
 }
 
@@ -95,6 +96,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             closed: Vec::with_capacity(size.unilateral),
             condensation: Condensation::new(size.unilateral, size.interface),
             ledger: EnergyLedger::default(),
+            start_energy: [0.0; 2],
             counters: SubsystemCounters::default(),
             model,
             q,
@@ -102,6 +104,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             eq3,
         };
         mechanics.linearise();
+        mechanics.start_energy = [mechanics.kinetic_energy(), mechanics.model.potential_energy(&mechanics.q)];
         mechanics
     }
 
@@ -127,7 +130,11 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 
     /// Kinetic plus potential energy, J.
     pub fn energy(&self) -> f64 {
-        0.5 * mass_product(&self.eq3.mass, &self.v, &self.v) + self.model.potential_energy(&self.q)
+        self.kinetic_energy() + self.model.potential_energy(&self.q)
+    }
+
+    fn kinetic_energy(&self) -> f64 {
+        0.5 * self.eq3.mass.product(&self.v, &self.v)
     }
 
     /// Contact impulses of the last step, N·s. Not unique where contacts are redundant.
@@ -204,8 +211,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             bilateral: work(&self.eq3.bilateral, &self.p_b),
             contact: work(&self.eq3.unilateral, contact),
             interface: work(&self.eq3.interface, interface),
-            kinetic: mass_product(&self.eq3.mass, &self.v_mean, &self.v_change),
-            identity_residual: 0.0,
+            kinetic: self.eq3.mass.product(&self.v_mean, &self.v_change),
+            ..EnergyLedger::default()
         });
     }
 }
@@ -246,7 +253,9 @@ impl<M: MechanicalModel> Subsystem for NonSmoothMechanics<M> {
         if !self.q.iter().all(|x| x.is_finite()) {
             return Err(Failure::NonFinite { quantity: "mechanical state" });
         }
+        let kinetic = self.kinetic_energy();
         self.linearise();
+        self.ledger.inertia += self.kinetic_energy() - kinetic;
         Ok(())
     }
 
@@ -298,15 +307,13 @@ impl<M: MechanicalModel> Subsystem for NonSmoothMechanics<M> {
         Some(self.ledger.identity_residual)
     }
 
+    fn energy_account(&self) -> Option<EnergyAccount> {
+        let [kinetic, potential] = self.start_energy;
+        let potential_change = self.model.potential_energy(&self.q) - potential;
+        Some(self.ledger.account(self.kinetic_energy() - kinetic + potential_change, potential_change))
+    }
+
     fn counters(&self) -> SubsystemCounters {
         SubsystemCounters { solver: self.solver.counters(), ..self.counters }
-    }
-}
-
-/// `aᵀ M b`.
-fn mass_product(mass: &MassMatrix, a: &[f64], b: &[f64]) -> f64 {
-    match mass {
-        MassMatrix::Diagonal(diagonal) => diagonal.iter().zip(a.iter().zip(b)).map(|(m, (x, y))| m * x * y).sum(),
-        MassMatrix::Dense(dense) => a.iter().zip(dense.chunks_exact(b.len())).map(|(x, row)| x * dot(row, b)).sum(),
     }
 }

@@ -20,7 +20,70 @@ pub(super) const INTERFACE_RESIDUAL: Metric = Metric {
     name: "interface_residual_j",
     unit: "J",
     about: "Work sent minus work received: what the coupling lost (above 0) or created (below 0)",
-    compute: |evidence| Some(evidence.report.work.sent_j? - evidence.report.work.received_j?),
+    compute: |evidence| evidence.report.work.residual_j(),
+};
+
+pub(super) const INTERFACE_DRIFT: Metric = Metric {
+    name: "interface_drift_w",
+    unit: "W",
+    about: "Slope of the cumulative interface residual over time, by least squares: energy lost (above 0) or created per second",
+    compute: |evidence| slope(&evidence.report.interface_residual),
+};
+
+pub(super) const STORED_CHANGE: Metric = Metric {
+    name: "stored_energy_change_j",
+    unit: "J",
+    about: "Change of kinetic, potential and elastic energy of both sides",
+    compute: |evidence| evidence.report.audit.total(|account| account.stored),
+};
+
+pub(super) const PUMP_WORK: Metric = Metric {
+    name: "pump_work_j",
+    unit: "J",
+    about: "Energy of the fluid that came from the pump",
+    compute: |evidence| evidence.report.audit.actuator.map(|account| account.pump),
+};
+
+pub(super) const VALVE_DISSIPATION: Metric = Metric {
+    name: "valve_dissipation_j",
+    unit: "J",
+    about: "Energy lost in the orifices of the valve",
+    compute: |evidence| evidence.report.audit.actuator.map(|account| account.valve),
+};
+
+pub(super) const TANK_OUTFLOW: Metric = Metric {
+    name: "tank_outflow_j",
+    unit: "J",
+    about: "Energy of the fluid that went to the tank",
+    compute: |evidence| evidence.report.audit.actuator.map(|account| account.tank),
+};
+
+pub(super) const VISCOUS_DISSIPATION: Metric = Metric {
+    name: "viscous_dissipation_j",
+    unit: "J",
+    about: "Energy lost in viscous friction of the actuator",
+    compute: |evidence| evidence.report.audit.actuator.map(|account| account.viscous),
+};
+
+pub(super) const CONTACT_DISSIPATION: Metric = Metric {
+    name: "contact_dissipation_j",
+    unit: "J",
+    about: "Energy lost in contacts; below 0 where pushing penetrations out did more work",
+    compute: |evidence| evidence.report.audit.mechanics.map(|account| account.contact),
+};
+
+pub(super) const INTEGRATION_RESIDUAL: Metric = Metric {
+    name: "integration_residual_j",
+    unit: "J",
+    about: "Energy that the solvers of both sides created (above 0) or lost by their finite steps",
+    compute: |evidence| evidence.report.audit.integration(),
+};
+
+pub(super) const AUDIT_CLOSURE: Metric = Metric {
+    name: "audit_closure_j",
+    unit: "J",
+    about: "What the energy audit does not explain: stored change minus all works, losses and residuals; round-off",
+    compute: |evidence| evidence.report.audit.closure(),
 };
 
 pub(super) const IDENTITY_RESIDUAL: Metric = Metric {
@@ -29,3 +92,33 @@ pub(super) const IDENTITY_RESIDUAL: Metric = Metric {
     about: "Largest violation, in one mechanics step, of the impulse-energy identity; round-off if the stepper is right",
     compute: |evidence| evidence.energy_identity_residual_j,
 };
+
+/// Slope of `y` over `t` by least squares; `None` with fewer than two different times.
+///
+/// ```text
+/// Σ (t − t̄)(y − ȳ) / Σ (t − t̄)²
+/// ```
+fn slope(points: &[[f64; 2]]) -> Option<f64> {
+    let n = points.len() as f64;
+    let (t, y) = points.iter().fold((0.0, 0.0), |(t, y), point| (t + point[0] / n, y + point[1] / n));
+    let covariance: f64 = points.iter().map(|point| (point[0] - t) * (point[1] - y)).sum();
+    let variance: f64 = points.iter().map(|point| (point[0] - t).powi(2)).sum();
+    (variance > 0.0).then(|| covariance / variance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_drift_of_a_line_is_its_slope_and_an_oscillation_has_next_to_none() {
+        let points = |y: fn(f64) -> f64| -> Vec<[f64; 2]> {
+            (0..=1000).map(|k| f64::from(k) * 0.01).map(|t| [t, y(t)]).collect()
+        };
+        approx::assert_relative_eq!(slope(&points(|t| 3.0 - 0.5 * t)).unwrap(), -0.5, epsilon = 1e-12);
+        let swing = slope(&points(|t| (20.0 * std::f64::consts::PI * t).cos())).unwrap();
+        assert!(swing.abs() < 1e-4, "{swing}");
+        assert_eq!(slope(&[[1.0, 2.0]]), None);
+        assert_eq!(slope(&[]), None);
+    }
+}

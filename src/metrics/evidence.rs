@@ -8,6 +8,8 @@ pub struct Evidence<'a> {
     pub run: &'a Trajectory,
     /// The reference at the communication points of the run, with the same columns.
     pub reference: &'a Trajectory,
+    /// The reference as finely as it is stored, with the same columns.
+    pub full_reference: &'a Trajectory,
     /// Largest magnitude of the interface force in the whole reference, N.
     pub reference_force_peak: f64,
     /// How the run ended.

@@ -5,7 +5,9 @@
 
 mod accuracy;
 mod contact;
+mod contact_phase;
 mod energy;
+mod event;
 mod evidence;
 
 pub use accuracy::order_of_convergence;
@@ -25,8 +27,20 @@ pub const METRICS: &[Metric] = &[
     contact::EFFECTIVE_MASS_RATIO,
     contact::LIFT_OFF,
     contact::PENETRATION,
+    event::TIME_SHIFT_MAX,
+    event::MISSED,
+    event::WRONG_STATE,
     energy::WORK_SENT,
     energy::WORK_RECEIVED,
     energy::INTERFACE_RESIDUAL,
+    energy::INTERFACE_DRIFT,
+    energy::STORED_CHANGE,
+    energy::PUMP_WORK,
+    energy::VALVE_DISSIPATION,
+    energy::TANK_OUTFLOW,
+    energy::VISCOUS_DISSIPATION,
+    energy::CONTACT_DISSIPATION,
+    energy::INTEGRATION_RESIDUAL,
+    energy::AUDIT_CLOSURE,
     energy::IDENTITY_RESIDUAL,
 ];

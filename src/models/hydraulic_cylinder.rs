@@ -1,58 +1,9 @@
 //! A double-acting hydraulic cylinder fed through a proportional valve from a constant-pressure pump.
 
-use crate::cosim::{Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use super::fluid::Fluid;
+use super::hydraulic_energy::{EulerStep, HydraulicEnergy};
+use crate::cosim::{EnergyAccount, Port, Ports, Quantity, Subsystem, SubsystemCounters};
 use crate::error::Failure;
-
-/// Fluid, pump and valve constants.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fluid {
-    /// Discharge coefficient `c_d` of the valve.
-    pub discharge_coefficient: f64,
-    /// Density ρ, kg/m³.
-    pub density: f64,
-    /// Pump pressure `p_P`, Pa.
-    pub supply_pressure: f64,
-    /// Tank pressure `p_T`, Pa.
-    pub tank_pressure: f64,
-    /// Compressibility coefficient `a`, 1/Pa.
-    pub compressibility_a: f64,
-    /// Compressibility coefficient `b`, 1/Pa².
-    pub compressibility_b: f64,
-}
-
-impl Default for Fluid {
-    /// The oil of Naya et al. 2011.
-    fn default() -> Self {
-        Fluid {
-            discharge_coefficient: 0.67,
-            density: 850.0,
-            supply_pressure: 7.6e6,
-            tank_pressure: 1.0e5,
-            compressibility_a: 6.53e-10,
-            compressibility_b: -1.19e-18,
-        }
-    }
-}
-
-impl Fluid {
-    /// Bulk modulus, Pa: `β(p) = (1 + a p + b p²)/(a + 2 b p)`.
-    #[inline]
-    pub fn bulk_modulus(&self, p: f64) -> f64 {
-        let (a, b) = (self.compressibility_a, self.compressibility_b);
-        (1.0 + a * p + b * p * p) / (a + 2.0 * b * p)
-    }
-
-    /// Highest pressure for which the fluid law is used, Pa: half of where `a + 2 b p` vanishes and β blows up.
-    pub fn highest_pressure(&self) -> f64 {
-        let (a, b) = (self.compressibility_a, self.compressibility_b);
-        if b < 0.0 { -0.25 * a / b } else { f64::INFINITY }
-    }
-
-    /// `c_d √(2/ρ)`: an orifice of area `area` lets through `area · c_d √(2/ρ) · √drop`, m³/s.
-    fn orifice_coefficient(&self) -> f64 {
-        self.discharge_coefficient * (2.0 / self.density).sqrt()
-    }
-}
 
 /// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,6 +88,7 @@ pub struct HydraulicCylinder {
     time: f64,
     ports: Ports,
     counters: SubsystemCounters,
+    energy: HydraulicEnergy,
 }
 
 /// Geometry and start of a [`HydraulicCylinder`].
@@ -165,6 +117,7 @@ impl HydraulicCylinder {
         HydraulicCylinder {
             highest_pressure: fluid.highest_pressure(),
             valve_coefficient: parameters.valve_area * fluid.orifice_coefficient(),
+            energy: HydraulicEnergy::new(&fluid, parameters.start_pressures),
             fluid,
             piston_area: parameters.piston_area,
             length: parameters.cylinder_length,
@@ -199,13 +152,27 @@ impl HydraulicCylinder {
     /// `ṗ₁, ṗ₂` (Pa/s) at pressures `p`, length `s`, velocity `ṡ` and spool κ.
     #[inline]
     pub fn pressure_rates(&self, p: [f64; 2], s: f64, velocity: f64, spool: f64) -> [f64; 2] {
-        let [l1, l2] = self.chambers(s);
+        let (inflow, outflow) = self.valve_flows(p, spool);
+        self.rates(p, self.chambers(s), velocity, inflow, outflow)
+    }
+
+    /// Flows from the pump into the chambers, and from the chambers to the tank, m³/s.
+    #[inline]
+    fn valve_flows(&self, p: [f64; 2], spool: f64) -> ([f64; 2], [f64; 2]) {
         let (k_in, k_out) = (self.valve_coefficient * spool, self.valve_coefficient * (1.0 - spool));
         let (supply, tank) = (self.fluid.supply_pressure, self.fluid.tank_pressure);
         let root = |drop: f64| drop.max(0.0).sqrt();
+        (
+            [k_in * root(supply - p[0]), k_out * root(supply - p[1])],
+            [k_out * root(p[0] - tank), k_in * root(p[1] - tank)],
+        )
+    }
+
+    #[inline]
+    fn rates(&self, p: [f64; 2], [l1, l2]: [f64; 2], velocity: f64, inflow: [f64; 2], outflow: [f64; 2]) -> [f64; 2] {
         let swept = self.piston_area * velocity;
-        let q1 = swept + k_in * root(supply - p[0]) - k_out * root(p[0] - tank);
-        let q2 = -swept + k_out * root(supply - p[1]) - k_in * root(p[1] - tank);
+        let q1 = swept + inflow[0] - outflow[0];
+        let q2 = -swept + inflow[1] - outflow[1];
         [self.stiffness(p[0], l1) * q1, self.stiffness(p[1], l2) * q2]
     }
 
@@ -260,9 +227,23 @@ impl Subsystem for HydraulicCylinder {
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.check_range(u[0])?;
-        let rates = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));
+        let before = self.p;
+        let (inflow, outflow) = self.valve_flows(before, self.spool.at(t));
+        let chambers = self.chambers(u[0]);
+        let rates = self.rates(before, chambers, u[1], inflow, outflow);
         self.p[0] += h * rates[0];
         self.p[1] += h * rates[1];
+        let step = EulerStep {
+            h,
+            p: [before, self.p],
+            volumes: chambers.map(|length| self.piston_area * length),
+            area: self.piston_area,
+            velocity: u[1],
+            friction: self.friction,
+            inflow,
+            outflow,
+        };
+        self.energy.book(&self.fluid, &step);
         self.time = t + h;
         self.counters.micro_steps += 1;
         self.check_range(u[0])
@@ -274,6 +255,10 @@ impl Subsystem for HydraulicCylinder {
 
     fn observe(&mut self, _h: f64, row: &mut [f64]) {
         row.copy_from_slice(&[self.p[0], self.p[1], self.spool.at(self.time)]);
+    }
+
+    fn energy_account(&self) -> Option<EnergyAccount> {
+        Some(self.energy.account())
     }
 
     fn counters(&self) -> SubsystemCounters {

@@ -2,8 +2,10 @@
 
 mod bare_coupling;
 mod crane;
+mod fluid;
 mod held_oscillator;
 mod hydraulic_cylinder;
+mod hydraulic_energy;
 mod ledge;
 mod pressure_coupling;
 mod published_clock;
@@ -12,8 +14,9 @@ mod wedge_box;
 
 pub use bare_coupling::{CouplingForce, FreeMasses};
 pub use crane::{Crane, CraneGeometry};
+pub use fluid::Fluid;
 pub use held_oscillator::{HeldOscillator, OscillatorIntegrator};
-pub use hydraulic_cylinder::{CylinderParameters, Fluid, HydraulicCylinder, Spool};
+pub use hydraulic_cylinder::{CylinderParameters, HydraulicCylinder, Spool};
 pub use ledge::{Ledge, SurfaceContact};
 pub use pressure_coupling::{PressureDrivenMechanics, PressureOutput};
 pub use published_clock::PublishedClock;

@@ -5,7 +5,7 @@ use rimbench::cases::{Case, CoupledSystem, Recorder, case_by_name};
 use rimbench::complementarity::{SolverEntry, solver_by_name};
 use rimbench::cosim::{
     Bounds, CommunicationGrid, CommunicationPoint, CouplingScheme, ForceReturn, Port, Ports, Quantity, Report,
-    Sequence, Setup, Subsystem, SubsystemCounters, Trajectory, cosimulate,
+    Sequence, Setup, Subsystem, SubsystemCounters, Timing, Trajectory, cosimulate,
 };
 use rimbench::error::Failure;
 use rimbench::harness::{RunResult, RunSpec, simulate};
@@ -47,6 +47,7 @@ pub fn wedge_box_spec(scheme: &str, macro_step: f64) -> RunSpec {
         force_return,
         duration: case.defaults.duration_s,
         solver: solver(),
+        wall_limit: None,
     }
 }
 
@@ -322,6 +323,7 @@ pub fn setup(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force
         force_return,
         stale_feedthrough: false,
         bounds: Bounds::default(),
+        timing: Timing::default(),
     }
 }
 
