@@ -92,7 +92,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
 pub const COUNTERS: [&str; 13] = [
     "macro_steps",
     "exchanges",
-    "mechanics_steps",
+    "mechanics_micro_steps",
     "actuator_micro_steps",
     "eliminations",
     "mechanics_lcp_solves",
