@@ -39,7 +39,8 @@ fn what_explicit_euler_creates_in_the_cylinder_must_vanish_at_first_order_and_th
     assert!((order - 1.0).abs() < 0.1, "{order}: {residuals:?}");
     // The other buckets go to limits of their own, which are large against the residual.
     let [coarse, fine] = [accounts[3].1, accounts[4].1];
-    let buckets: [(&str, fn(&EnergyAccount) -> f64); 6] = [
+    type Bucket = (&'static str, fn(&EnergyAccount) -> f64);
+    let buckets: [Bucket; 6] = [
         ("stored", |account| account.stored),
         ("interface", |account| account.interface),
         ("viscous", |account| account.viscous),
