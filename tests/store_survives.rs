@@ -225,6 +225,10 @@ fn bad_experiment_files_are_refused_with_the_place() {
         (EXPERIMENT.replace("phases = 6", "phases = 10000000"), "split it"),
         (EXPERIMENT.replace("phases = 6", "phases = [0.5, 1.5]"), "phase = 1.5"),
         (EXPERIMENT.replace("2e-3, 5e-3", "-2e-3, 5e-3"), "macro-step = -0.002"),
+        (EXPERIMENT.replace("[2e-3, 5e-3, 1e-2]", "{ from = 1e-2, to = 2e-3, per_decade = 4 }"), "macro_steps_s: to"),
+        (EXPERIMENT.replace("trace_every_s = 5e-3", "trace_every_s = 0.0"), "trace_every_s = 0"),
+        (EXPERIMENT.replace("trace_every_s = 5e-3", "traces = [\"rim-smoth\"]"), "label in traces"),
+        (EXPERIMENT.replace("trace_every_s = 5e-3", "reference_step_s = -1.0"), "reference_step_s = -1"),
         (EXPERIMENT.replace("wedge-box", "wedge-bocks"), "did you mean `wedge-box`"),
         (EXPERIMENT.replace("box_mass_kg", "box_mas_kg"), "did you mean `box_mass_kg`"),
         (EXPERIMENT.replace("scheme = \"rim-nonsmooth\"", "scheme = \"zero-order-hold\""), "holds one run twice"),
@@ -262,4 +266,51 @@ fn verify_fails_only_when_a_recorded_finding_no_longer_holds() {
     verify(1);
     std::fs::write(&file, EXPERIMENT.replace(">= 1", ">= 2").replace("\"reproduced\"", "\"not-reproduced\"")).unwrap();
     verify(0);
+}
+
+#[test]
+fn a_range_of_macro_steps_chosen_traces_and_a_reference_of_its_own_are_honoured() {
+    let text = EXPERIMENT
+        .replace("[2e-3, 5e-3, 1e-2]", "{ from = 5e-3, to = 5e-2, per_decade = 2 }")
+        .replace("phases = 6", "phases = 1\ntraces = [\"rim-nonsmooth\"]");
+    let (folder, file) = workplace(&text);
+    let out = folder.path().join("survival");
+    // 2 parameter sets, 2 schemes, 3 macro steps; traces of one scheme, and of the two references.
+    assert!(run(&file, &out, &[]).contains("12 of 12 runs stored"));
+    assert_eq!(std::fs::read_dir(out.join("traces")).unwrap().count(), 6 + 2);
+    let uncertainty = |folder: &Path| {
+        let text = std::fs::read_to_string(folder.join("reference.csv")).unwrap();
+        let line = text.lines().find(|line| line.contains("actuator_length_m")).unwrap().to_owned();
+        line.split(',').nth(3).unwrap().parse::<f64>().unwrap()
+    };
+    std::fs::write(&file, text.replace("phases = 1", "phases = 1\nreference_step_s = 5e-5")).unwrap();
+    let coarser = folder.path().join("coarser/survival");
+    run(&file, &coarser, &[]);
+    // First order: twice the step, twice the uncertainty.
+    approx::assert_relative_eq!(uncertainty(&coarser) / uncertainty(&out), 2.0, max_relative = 0.1);
+    // Rows that were held against another reference are not taken for these.
+    rimbench().arg("run").arg(&file).arg("--out").arg(&out).assert().code(2);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_stops_cleanly_and_says_how_to_go_on() {
+    let (folder, file) = workplace(&EXPERIMENT.replace("phases = 6", "phases = 3000"));
+    let out = folder.path().join("survival");
+    let process = Process::new(assert_cmd::cargo::cargo_bin("rimbench"))
+        .env("RIMBENCH_CACHE", cache())
+        .args(["run", file.to_str().unwrap(), "--out", out.to_str().unwrap()])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The sweep takes tens of seconds; the first records are there long before.
+    let records = out.join("records");
+    while !records.is_dir() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Process::new("kill").args(["-INT", &process.id().to_string()]).status().unwrap();
+    let output = process.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(printed.contains("Stopped") && printed.contains("the same command goes on"), "{printed}");
 }

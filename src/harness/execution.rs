@@ -67,7 +67,7 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
         Store::clear(job.folder)?;
     }
     let name = job.experiment.name();
-    let store = Store::open(job.folder, &name, &RUNS_HEADER.join(","))?;
+    let store = Store::open(job.folder, &name, &columns_of(job.experiment))?;
     job.experiment.copy_to(job.folder)?;
     sweep_temporary_files(job.folder);
     sweep_temporary_files(&job.folder.join("traces"));
@@ -78,7 +78,8 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
     let provenance = Provenance::collect();
     for group in groups_of_one_reference(&planned, &todo) {
         let spec = &planned[group[0]].spec;
-        let reference = Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, job.cache)?;
+        let case = job.experiment.with_own_reference(spec.case);
+        let reference = Reference::obtain(&case, &spec.parameters, spec.solver, spec.duration, job.cache)?;
         let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
         group.into_par_iter().try_for_each(|index| -> Result<()> {
             if stop.load(Ordering::Relaxed) {
@@ -89,11 +90,11 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
                 Ok(evaluate(&planned.spec, simulate(&planned.spec, bounds.clone())?, &reference))
             }));
             let evaluated = attempt.unwrap_or_else(|panic| Ok(EvaluatedRun::panicked(&planned.spec, &*panic)))?;
-            if let Some(every) = job.experiment.trace_every_s {
+            let trace = job.experiment.trace_of(&planned.label);
+            if let Some(every) = trace {
                 results::write_trace(job.folder, &format!("{id}.csv"), &evaluated.trajectory, every)?;
             }
-            let traced = job.experiment.trace_every_s.is_some();
-            store.append(&results::record(id, planned, &evaluated, &provenance, traced))?;
+            store.append(&results::record(id, planned, &evaluated, &provenance, trace.is_some()))?;
             computed.fetch_add(1, Ordering::Relaxed);
             if evaluated.outcome != Outcome::Completed {
                 not_completed.fetch_add(1, Ordering::Relaxed);
@@ -122,7 +123,7 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
 pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<PlannedRun>)> {
     let planned = job.experiment.plan(job.quick)?;
     let ids = run_ids(&planned);
-    let (name, columns) = (job.experiment.name(), RUNS_HEADER.join(","));
+    let (name, columns) = (job.experiment.name(), columns_of(job.experiment));
     job.experiment.copy_to(job.folder)?;
     let own = Store::open(job.folder, &name, &columns)?;
     let mut summary = Summary { planned: planned.len(), damaged: own.damaged, ..Summary::default() };
@@ -151,7 +152,7 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
 /// Writes the result files of an experiment if all its runs are stored; else names those that are missing.
 fn export_if_complete(job: &Job<'_>, planned: &[PlannedRun], ids: &[String]) -> Result<Vec<String>> {
     // Other processes may have stored their shards meanwhile.
-    let store = Store::open(job.folder, &job.experiment.name(), &RUNS_HEADER.join(","))?;
+    let store = Store::open(job.folder, &job.experiment.name(), &columns_of(job.experiment))?;
     let missing: Vec<String> = ids.iter().filter(|id| !store.contains(id)).cloned().collect();
     if missing.is_empty() {
         results::write_tables(job.folder, ids, &store)?;
@@ -159,8 +160,8 @@ fn export_if_complete(job: &Job<'_>, planned: &[PlannedRun], ids: &[String]) -> 
         let references = groups_of_one_reference(planned, &everything).into_iter().map(|group| {
             let run = &planned[group[0]];
             let spec = &run.spec;
-            Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, job.cache)
-                .map(|found| (run, found))
+            let case = job.experiment.with_own_reference(spec.case);
+            Reference::obtain(&case, &spec.parameters, spec.solver, spec.duration, job.cache).map(|found| (run, found))
         });
         results::write_references(job.folder, references, job.experiment.trace_every_s)?;
     }
@@ -185,4 +186,9 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
 
 fn run_ids(planned: &[PlannedRun]) -> Vec<String> {
     planned.iter().map(|run| run.spec.id()).collect()
+}
+
+/// What records must have been written with to belong together.
+fn columns_of(experiment: &Experiment) -> String {
+    format!("{}{}", RUNS_HEADER.join(","), experiment.reference_identity())
 }

@@ -3,6 +3,7 @@
 use super::atomic_file::write_atomically;
 use super::claims::{Claim, check_claims_against_plan};
 use super::run::{RunSpec, parse_mechanics_steps, wall_limit};
+use super::stability::logarithmic_grid;
 use crate::cases::{Case, Parameters, case_by_name};
 use crate::complementarity::{SolverEntry, solver_by_name};
 use crate::error::{Error, Result};
@@ -26,13 +27,17 @@ pub struct Experiment {
     pub question: String,
     cases: Vec<CaseEntry>,
     schemes: Vec<SchemeRow>,
-    macro_steps_s: Vec<f64>,
+    macro_steps_s: MacroSteps,
     #[serde(default = "one_phase")]
     phases: Phases,
     duration_s: Option<f64>,
     micro_step_s: Option<f64>,
     /// Store a trace of each run, one row per this many seconds; none if absent.
     pub trace_every_s: Option<f64>,
+    /// Labels of the scheme rows whose traces are stored; all of them if absent.
+    traces: Option<Vec<String>>,
+    /// Coarsest of the three steps of the reference, s; the case's own if absent.
+    reference_step_s: Option<f64>,
     /// Wall time after which a run ends with outcome `timeout`, s; none if absent.
     wall_limit_s: Option<f64>,
     quick: Option<Quick>,
@@ -63,7 +68,33 @@ struct SchemeRow {
     redundancy: Option<String>,
     model_motion: Option<String>,
     solver: Option<String>,
-    macro_steps_s: Option<Vec<f64>>,
+    macro_steps_s: Option<MacroSteps>,
+}
+
+/// Macro steps one by one, or evenly spread in logarithms.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged)]
+enum MacroSteps {
+    List(Vec<f64>),
+    Range(MacroStepRange),
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MacroStepRange {
+    from: f64,
+    to: f64,
+    per_decade: usize,
+}
+
+impl MacroSteps {
+    fn list(&self) -> Result<Vec<f64>> {
+        match self {
+            MacroSteps::List(steps) => Ok(steps.clone()),
+            MacroSteps::Range(range) => logarithmic_grid(range.from, range.to, range.per_decade)
+                .map_err(|error| Error::Incompatible(format!("macro_steps_s: {error}"))),
+        }
+    }
 }
 
 /// A number of phases, or the phases themselves.
@@ -78,7 +109,7 @@ enum Phases {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Quick {
-    macro_steps_s: Option<Vec<f64>>,
+    macro_steps_s: Option<MacroSteps>,
     phases: Option<Phases>,
 }
 
@@ -150,6 +181,7 @@ impl Experiment {
     /// Names, values or combinations that are not valid, each with the file and the key; an empty grid.
     pub fn plan(&self, quick: bool) -> Result<Vec<PlannedRun>> {
         let planned = || {
+            self.check_options()?;
             self.check_size(quick)?;
             let runs = self.expand(quick)?;
             refuse_twins(&runs)?;
@@ -178,17 +210,46 @@ impl Experiment {
         write_atomically(&path, |file| file.write_all(self.source.as_bytes()))
     }
 
+    /// The case with the reference step of this experiment.
+    pub(super) fn with_own_reference(&self, case: &Case) -> Case {
+        let mut case = *case;
+        case.defaults.reference_step_s = self.reference_step_s.unwrap_or(case.defaults.reference_step_s);
+        case
+    }
+
+    /// Whether the trace of a scheme row is to be stored, and at which distance of rows (s).
+    pub(super) fn trace_of(&self, label: &str) -> Option<f64> {
+        let wanted = self.traces.as_ref().is_none_or(|labels| labels.iter().any(|known| known == label));
+        self.trace_every_s.filter(|_| wanted)
+    }
+
+    /// What the rows depend on besides the run: part of the identity of the store.
+    pub(super) fn reference_identity(&self) -> String {
+        self.reference_step_s.map(|step| format!("reference_step_s = {step:?}")).unwrap_or_default()
+    }
+
+    fn check_options(&self) -> Result<()> {
+        for (key, value) in [("reference_step_s", self.reference_step_s), ("trace_every_s", self.trace_every_s)] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Err(Error::invalid(key, value, "a finite time above 0 s"));
+            }
+        }
+        let labels = || self.schemes.iter().map(|row| row.label.as_deref().unwrap_or(&row.scheme));
+        let unknown = self.traces.iter().flatten().find(|wanted| !labels().any(|label| label == wanted.as_str()));
+        unknown.map_or(Ok(()), |label| Err(Error::unknown("label in traces", label, labels())))
+    }
+
     /// Refuses a grid that is empty or beyond all use, before it is laid out.
     fn check_size(&self, quick: bool) -> Result<()> {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).count();
-        let steps = quick.and_then(|quick| quick.macro_steps_s.as_ref()).unwrap_or(&self.macro_steps_s).len();
-        let of_row = |row: &SchemeRow| row.macro_steps_s.as_ref().map_or(steps, Vec::len);
+        let steps = quick.and_then(|quick| quick.macro_steps_s.as_ref()).unwrap_or(&self.macro_steps_s).list()?.len();
+        let of_row = |row: &SchemeRow| row.macro_steps_s.as_ref().map_or(Ok(steps), |own| Ok(own.list()?.len()));
         let of_case = |case: &CaseEntry| {
             let lengths = case.set.values().map(|value| value.as_array().map_or(1, Vec::len));
             lengths.fold(1_usize, usize::saturating_mul)
         };
-        let schemes: usize = self.schemes.iter().map(of_row).sum();
+        let schemes = self.schemes.iter().map(of_row).sum::<Result<usize>>()?;
         let cases: usize = self.cases.iter().map(of_case).fold(0, usize::saturating_add);
         match cases.saturating_mul(schemes).saturating_mul(phases) {
             0 => Err(Error::Incompatible(format!(
@@ -211,7 +272,7 @@ impl Experiment {
             for parameters in parameter_grid(case, &entry.set)? {
                 for row in &self.schemes {
                     let steps = row.macro_steps_s.as_ref().or(quick_steps).unwrap_or(&self.macro_steps_s);
-                    for &macro_step in steps {
+                    for macro_step in steps.list()? {
                         for &phase in &phases {
                             runs.push(self.planned(case, &parameters, row, macro_step, phase)?);
                         }

@@ -238,7 +238,7 @@ impl Store {
                     own[2]
                 )
             }
-            [magic, ..] if *magic == MAGIC => "was written by a version with other metrics or counters".to_owned(),
+            [magic, ..] if *magic == MAGIC => "was written with other metrics, counters or reference".to_owned(),
             _ => format!("is no record file (it begins `{}`)", found.chars().take(40).collect::<String>()),
         };
         Err(Error::file(path, format!("{message}; use another folder, or --fresh to start anew")))
