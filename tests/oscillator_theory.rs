@@ -381,18 +381,25 @@ fn a_constant_first_step_costs_the_second_order_hold_its_third_order() {
     assert!((order - 2.0).abs() < 0.15, "{order}");
 }
 
-/// The smooth reduced interface model is declared of order 1, and that is what it has with a mechanics of order 1 that
-/// takes one step per macro step. Its own order, seen with exact micro steps, is 2 (force return `mean`).
+/// The declared order of the reduced interface models is that of the coupling, seen with exact mechanics (force return
+/// `mean`). A mechanics of order 1 that takes one step per macro step leaves order 1 of it.
 #[test]
-fn the_smooth_interface_model_has_its_declared_order_and_a_better_one_with_exact_mechanics() {
+fn the_interface_models_have_their_declared_order_with_exact_mechanics_and_that_of_the_mechanics_otherwise() {
     for (case, set, finest) in SMOOTH {
         for coupling in ["force-displacement", "force-force"] {
-            for (integrator, expected) in [("semi-implicit-euler", 1.0), ("exact", 2.0)] {
+            for (scheme, integrator) in [
+                ("rim-smooth", "semi-implicit-euler"),
+                ("rim-smooth", "exact"),
+                ("rim-nonsmooth", "exact"),
+                ("rim-nonsmooth-gap", "exact"),
+            ] {
+                let declared = f64::from(scheme_by_name(scheme).unwrap().order);
+                let expected = if integrator == "exact" { declared } else { 1.0 };
                 if (case, integrator) == ("precice-oscillator", "semi-implicit-euler") {
                     continue;
                 }
                 let set = [set, &[("coupling", coupling), ("integrator", integrator)]].concat();
-                let order = measured_order(case, &set, "rim-smooth", 2.0 * finest, |spec| {
+                let order = measured_order(case, &set, scheme, 2.0 * finest, |spec| {
                     (spec.micro_step, spec.duration) = (1e-6, 0.4);
                 });
                 assert!((order - expected).abs() < 0.15, "{case} {coupling} {integrator}: {order}");

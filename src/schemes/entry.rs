@@ -65,7 +65,7 @@ pub struct SchemeEntry {
     pub about: &'static str,
     /// Signal- or model-based.
     pub family: Family,
-    /// Declared order in H of the coupling variables, with the default force return.
+    /// Declared order in H of the coupling itself: smooth system, exact subsystems, default force return.
     pub order: u32,
     /// Samples of the past that the scheme needs to be what it is; with fewer it falls back to less.
     pub samples: usize,

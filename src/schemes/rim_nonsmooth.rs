@@ -3,7 +3,8 @@
 //! ```text
 //! 0 ≤ w_c⁺ ⟂ P_c ≥ 0      in each micro step, c = {g ≤ contact margin}
 //! ```
-//! **Needs** an interface model of the mechanics. **Order** 1 in H (force return `mean`). **Known weakness**: a contact
+//! **Needs** an interface model of the mechanics. **Order** 2 in H while contacts stay as they are (see
+//! `rim-smooth`). **Known weakness**: a contact
 //! that closes within the macro step is not in the set, and one within the margin counts as closed before it is; the
 //! error levels off at what the contact margin allows.
 //! **Source**: Raoofian, Kövecses, Teichmann, Eq. 4.
@@ -16,7 +17,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     name: "rim-nonsmooth",
     about: "Reduced interface model; contacts closed at the communication point may open (the paper's proposal)",
     family: Family::Model,
-    order: 1,
+    order: 2,
     samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
     build: |mechanics, actuator, options| ReducedInterface::boxed(Contacts::Unilateral, mechanics, actuator, options),

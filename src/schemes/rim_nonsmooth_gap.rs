@@ -5,7 +5,8 @@
 //! ```
 //! A contact may close and open at any micro step, so no contact margin is involved. A penetration decays as in the
 //! mechanics: by the fraction γ per mechanics step h, not within one micro step.
-//! **Needs** an interface model of the mechanics. **Order** 1 in H (force return `mean`). **Known weakness**: normals are
+//! **Needs** an interface model of the mechanics. **Order** 2 in H while contacts stay as they are (see
+//! `rim-smooth`), about 1 across contact events. **Known weakness**: normals are
 //! those of `t_k`; the complementarity problems carry all contacts, open ones too.
 //! **Source**: ours, after Raoofian, Kövecses, Teichmann.
 
@@ -17,7 +18,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     name: "rim-nonsmooth-gap",
     about: "Reduced interface model; all contacts with their gaps, closing and opening at any micro step",
     family: Family::Model,
-    order: 1,
+    order: 2,
     samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
     build: |mechanics, actuator, options| {

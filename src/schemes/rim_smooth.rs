@@ -3,7 +3,8 @@
 //! ```text
 //! m_eff = (H_ii − H_ic H_cc⁺ H_ci)⁻¹      w_i(t_k) ← w_i − H_ic H_cc⁺ w_c      c = {g ≤ contact margin}
 //! ```
-//! **Needs** an interface model of the mechanics. **Order** 1 in H (force return `mean`). **Known weakness**: where the
+//! **Needs** an interface model of the mechanics. **Order** 2 in H (force return `mean`), of the coupling alone: a mechanics of
+//! first order that takes one step per macro step brings the whole to 1. **Known weakness**: where the
 //! closed contacts lock the interface, `1/m_eff → 0`, and the actuator builds up pressure against a wall that is not
 //! there. Dependent contacts are treated as [`Redundancy`](crate::interface_model::Redundancy) says.
 //! **Source**: Peiret, González, Kövecses, Teichmann 2018; the smooth RIM of Raoofian, Kövecses, Teichmann.
@@ -16,7 +17,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     name: "rim-smooth",
     about: "Reduced interface model; contacts closed at the communication point are bilateral",
     family: Family::Model,
-    order: 1,
+    order: 2,
     samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
     build: |mechanics, actuator, options| ReducedInterface::boxed(Contacts::Bilateral, mechanics, actuator, options),
