@@ -1,8 +1,8 @@
 //! A run held against its reference: metrics and counters by name.
 
-use super::reference::Reference;
+use super::reference::{Reference, gap_columns};
 use super::run::{RunResult, RunSpec};
-use crate::cases::{Case, ReferenceMethod};
+use crate::cases::ReferenceMethod;
 use crate::cosim::{Latency, Outcome, Trajectory};
 use crate::metrics::{Evidence, METRICS};
 use std::any::Any;
@@ -58,13 +58,13 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
     let counters = counters(&result);
     let columns = spec.case.interface_columns;
     let column = |name: &str| result.trajectory.index_of(name).unwrap_or(0);
-    let gaps = gap_columns(spec.case);
+    let gaps: Vec<usize> = gap_columns(result.trajectory.columns()).collect();
     let aligned = exact_at(spec, &result.trajectory)
         .unwrap_or_else(|| reference.trajectory.resampled(result.trajectory.column(0)));
     let evidence = Evidence {
         run: &result.trajectory,
         reference: &aligned,
-        full_reference: &reference.trajectory,
+        reference_contacts: &reference.contacts,
         reference_force_peak: reference.largest[column(columns.force)],
         report: &result.report,
         position: column(columns.position),
@@ -132,10 +132,4 @@ fn exact_at(spec: &RunSpec, run: &Trajectory) -> Option<Trajectory> {
     let mut exact = Trajectory::with_capacity(run.columns().to_vec(), run.len());
     run.rows().for_each(|row| solution(row[0], exact.push_row()));
     (!run.is_empty()).then_some(exact)
-}
-
-/// Positions of the gap columns among the recorded ones.
-fn gap_columns(case: &Case) -> Vec<usize> {
-    let columns = case.recorded_columns();
-    (0..columns.len()).filter(|&index| columns[index].starts_with("gap_")).collect()
 }

@@ -6,6 +6,7 @@ use crate::complementarity::SolverEntry;
 use crate::cosim::{Bounds, Quantity, Trajectory};
 use crate::error::{Error, Result};
 use crate::mechanics::monolithic;
+use crate::metrics::{ContactInterval, contact_intervals};
 use rayon::prelude::*;
 
 /// A run counts as diverged when an interface quantity exceeds this many times its reference maximum.
@@ -32,6 +33,8 @@ pub struct Reference {
     pub order: Vec<f64>,
     /// Largest magnitude of each column.
     pub largest: Vec<f64>,
+    /// When each contact is closed, one list per gap column.
+    pub contacts: Vec<Vec<ContactInterval>>,
     /// Its finest step, s.
     pub step: f64,
 }
@@ -63,6 +66,12 @@ impl Reference {
         Ok(reference)
     }
 
+    /// Derives once what every run is held against.
+    fn of(trajectory: Trajectory, uncertainty: Vec<f64>, order: Vec<f64>, step: f64) -> Self {
+        let contacts = gap_columns(trajectory.columns()).map(|gap| contact_intervals(&trajectory, gap)).collect();
+        Reference { largest: largest(&trajectory), contacts, trajectory, uncertainty, order, step }
+    }
+
     /// Samples a closed form, which has no uncertainty.
     fn sample(case: &Case, solution: ExactSolution, duration: f64) -> Result<Self> {
         let columns = case.recorded_columns();
@@ -72,13 +81,7 @@ impl Reference {
             solution(duration * point as f64 / points as f64, trajectory.push_row());
         }
         let count = trajectory.columns().len();
-        Ok(Reference {
-            largest: largest(&trajectory),
-            trajectory,
-            uncertainty: vec![0.0; count],
-            order: vec![f64::NAN; count],
-            step: 0.0,
-        })
+        Ok(Self::of(trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0))
     }
 
     /// Computes the three solutions and compares them.
@@ -107,7 +110,7 @@ impl Reference {
         }
         let finest = f64::from(REFINEMENTS[REFINEMENTS.len() - 1]);
         let step = case.defaults.reference_step_s / finest;
-        Ok(Reference { largest: largest(&fine), trajectory: fine, uncertainty, order, step })
+        Ok(Self::of(fine, uncertainty, order, step))
     }
 
     /// Bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling variable.
@@ -149,14 +152,13 @@ impl Reference {
             return None;
         }
         let trajectory = Trajectory::from_data(columns, rows.to_vec());
-        Some(Reference {
-            largest: largest(&trajectory),
-            trajectory,
-            uncertainty: uncertainty.to_vec(),
-            order: order.to_vec(),
-            step: *step,
-        })
+        Some(Self::of(trajectory, uncertainty.to_vec(), order.to_vec(), *step))
     }
+}
+
+/// Positions of the gap columns among the recorded ones.
+pub(super) fn gap_columns(columns: &[String]) -> impl Iterator<Item = usize> + '_ {
+    (0..columns.len()).filter(|&index| columns[index].starts_with("gap_"))
 }
 
 /// Largest magnitude of each column.

@@ -23,41 +23,64 @@ pub(super) struct ContactPhase {
     pub opened_at: f64,
 }
 
-/// The phases of one contact, chatter of up to `chatter` (s) merged.
+/// A time during which a contact is closed, before chatter is merged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactInterval {
+    phase: ContactPhase,
+    /// Time of the row in which it closed, and of the first open row after it, s.
+    closed_row: f64,
+    open_row: f64,
+}
+
+/// The intervals during which the contact with the gap column `gap` is closed.
 ///
 /// A contact that the stepper catches in the step in which it closes arrives at its gap of zero only at the end of that
 /// step. So the instant of closing is where the *approach* leads: the line through the last two open rows, held within the
 /// interval in which the gap closed; the line across that interval where there is no approach to extrapolate. The instant of
-/// opening is where the line across the interval leaves [`CLOSES_AT`].
-pub(super) fn phases(trajectory: &Trajectory, gap: usize, chatter: f64) -> Vec<ContactPhase> {
-    let mut phases: Vec<ContactPhase> = Vec::new();
+/// opening is where the line across the interval leaves 10 µm.
+pub fn contact_intervals(trajectory: &Trajectory, gap: usize) -> Vec<ContactInterval> {
+    let mut intervals: Vec<ContactInterval> = Vec::new();
     let mut closed = false;
-    // Last row at or below the closing level, and first row of the open interval.
-    let (mut touching, mut open_since) = (0, 0);
+    // Last row at or below the closing level.
+    let mut touching = 0;
     for (k, row) in trajectory.rows().enumerate() {
         let g = row[gap];
         if !closed && g <= CLOSES_AT {
             closed = true;
-            let open_for = row[0] - trajectory.row(open_since)[0];
-            match phases.last_mut() {
-                // Times of rows are rounded.
-                Some(last) if open_for <= chatter * (1.0 + 1e-9) => last.opened_at = f64::INFINITY,
-                _ => phases.push(ContactPhase {
-                    closed_at: (k > 0).then(|| closing_time(trajectory, gap, k)),
-                    opened_at: f64::INFINITY,
-                }),
-            }
+            let closed_at = (k > 0).then(|| closing_time(trajectory, gap, k));
+            intervals.push(ContactInterval {
+                phase: ContactPhase { closed_at, opened_at: f64::INFINITY },
+                closed_row: row[0],
+                open_row: f64::INFINITY,
+            });
         } else if closed && g > OPENS_AT {
             closed = false;
-            open_since = touching + 1;
             let [before, after] = [trajectory.row(touching), trajectory.row(touching + 1)];
-            if let Some(last) = phases.last_mut() {
-                last.opened_at = crossing(before, after, gap);
+            if let Some(last) = intervals.last_mut() {
+                last.phase.opened_at = crossing(before, after, gap);
+                last.open_row = after[0];
             }
         }
         if g <= CLOSES_AT {
             touching = k;
         }
+    }
+    intervals
+}
+
+/// The phases of one contact: its intervals with open times of up to `chatter` (s) between them merged.
+pub(super) fn phases(intervals: &[ContactInterval], chatter: f64) -> Vec<ContactPhase> {
+    let mut phases: Vec<ContactPhase> = Vec::new();
+    let mut open_since = f64::NEG_INFINITY;
+    for interval in intervals {
+        match phases.last_mut() {
+            // Times of rows are rounded.
+            Some(last) if interval.closed_row - open_since <= chatter * (1.0 + 1e-9) => {
+                last.opened_at = interval.phase.opened_at;
+            }
+            _ => phases.push(interval.phase),
+        }
+        open_since = interval.open_row;
     }
     phases
 }
@@ -90,20 +113,24 @@ mod tests {
         Trajectory::from_data(vec!["time_s".to_owned(), "gap_m".to_owned()], rows.concat())
     }
 
+    fn phases_of(trajectory: &Trajectory, gap: usize, chatter: f64) -> Vec<ContactPhase> {
+        phases(&contact_intervals(trajectory, gap), chatter)
+    }
+
     #[test]
     fn a_contact_caught_at_the_end_of_its_step_closes_where_its_approach_leads() {
         // 0.1 m/s, gap zero at 0.123 s; the stepper catches it at 0.13 s with a gap of zero.
         let rows: Vec<[f64; 2]> =
             (0..20).map(|k| f64::from(k) * 0.01).map(|t| [t, (0.1 * (0.123 - t)).max(0.0)]).collect();
-        let found = phases(&trajectory(&rows), 1, CHATTER);
+        let found = phases_of(&trajectory(&rows), 1, CHATTER);
         assert_eq!(found.len(), 1);
         approx::assert_relative_eq!(found[0].closed_at.unwrap(), 0.123 - CLOSES_AT / 0.1, epsilon = 1e-12);
         assert_eq!(found[0].opened_at, f64::INFINITY);
         // Without two open rows the line across the interval serves; closed from the start has no instant.
-        let found = phases(&trajectory(&[[0.0, 1e-3], [1.0, -1e-3], [2.0, 3e-3], [3.0, 0.0]]), 1, 0.5);
+        let found = phases_of(&trajectory(&[[0.0, 1e-3], [1.0, -1e-3], [2.0, 3e-3], [3.0, 0.0]]), 1, 0.5);
         approx::assert_relative_eq!(found[0].closed_at.unwrap(), 0.495, epsilon = 1e-12);
         approx::assert_relative_eq!(found[0].opened_at, 1.0 + 1.01e-3 / 4e-3, epsilon = 1e-12);
-        assert_eq!(phases(&trajectory(&[[0.0, 0.0], [1.0, 0.0]]), 1, CHATTER)[0].closed_at, None);
+        assert_eq!(phases_of(&trajectory(&[[0.0, 0.0], [1.0, 0.0]]), 1, CHATTER)[0].closed_at, None);
     }
 
     #[test]
@@ -117,12 +144,12 @@ mod tests {
             _ => 0.0,
         };
         let rows: Vec<[f64; 2]> = (0..100).map(|k| [k as f64 * 1e-3, gap(k)]).collect();
-        let found = phases(&trajectory(&rows), 1, CHATTER);
+        let found = phases_of(&trajectory(&rows), 1, CHATTER);
         assert_eq!(found.len(), 2, "{found:?}");
         approx::assert_relative_eq!(found[0].closed_at.unwrap(), 0.01, epsilon = 1e-4);
         approx::assert_relative_eq!(found[0].opened_at, 0.059, epsilon = 1e-4);
         approx::assert_relative_eq!(found[1].closed_at.unwrap(), 0.0795, epsilon = 6e-4);
-        assert_eq!(phases(&trajectory(&rows), 1, 0.0).len(), 3);
-        assert_eq!(phases(&trajectory(&rows), 1, 0.02).len(), 1);
+        assert_eq!(phases_of(&trajectory(&rows), 1, 0.0).len(), 3);
+        assert_eq!(phases_of(&trajectory(&rows), 1, 0.02).len(), 1);
     }
 }

@@ -1,5 +1,6 @@
 //! What a metric may look at.
 
+use super::contact_phase::ContactInterval;
 use crate::cosim::{Report, Trajectory};
 
 /// A run, its reference, and which columns are which.
@@ -8,8 +9,8 @@ pub struct Evidence<'a> {
     pub run: &'a Trajectory,
     /// The reference at the communication points of the run, with the same columns.
     pub reference: &'a Trajectory,
-    /// The reference as finely as it is stored, with the same columns.
-    pub full_reference: &'a Trajectory,
+    /// When each contact is closed in the reference at its own sampling, in the order of `gaps`.
+    pub reference_contacts: &'a [Vec<ContactInterval>],
     /// Largest magnitude of the interface force in the whole reference, N.
     pub reference_force_peak: f64,
     /// How the run ended.

@@ -11,6 +11,7 @@ mod event;
 mod evidence;
 
 pub use accuracy::order_of_convergence;
+pub use contact_phase::{ContactInterval, contact_intervals};
 pub use evidence::{Evidence, Metric};
 
 /// Every metric, in the order of the columns in data.
