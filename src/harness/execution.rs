@@ -76,7 +76,9 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
         (0..planned.len()).filter(|&index| in_shard(index) && !store.contains(&ids[index])).collect();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect();
+    let mut held = None;
     for group in groups_of_one_reference(&planned, &todo) {
+        let first = group[0];
         let spec = &planned[group[0]].spec;
         let case = job.experiment.with_own_reference(spec.case);
         let reference = Reference::obtain(&case, &spec.parameters, spec.solver, spec.duration, job.cache)?;
@@ -102,9 +104,10 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
             progress(&evaluated.outcome);
             Ok(())
         })?;
+        held = Some((first, reference));
     }
     store.sync()?;
-    let missing = export_if_complete(&job, &planned, &ids)?;
+    let missing = export_if_complete(&job, &planned, &ids, held)?;
     Ok(Summary {
         planned: planned.len(),
         reused: ids.iter().filter(|id| store.contains(id)).count(),
@@ -143,14 +146,21 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
         }
     }
     own.sync()?;
-    let missing: HashSet<String> = export_if_complete(&job, &planned, &ids)?.into_iter().collect();
+    let missing: HashSet<String> = export_if_complete(&job, &planned, &ids, None)?.into_iter().collect();
     summary.missing = missing.len();
     let runs = planned.into_iter().zip(ids).filter(|(_, id)| missing.contains(id)).map(|(run, _)| run);
     Ok((summary, runs.collect()))
 }
 
 /// Writes the result files of an experiment if all its runs are stored; else names those that are missing.
-fn export_if_complete(job: &Job<'_>, planned: &[PlannedRun], ids: &[String]) -> Result<Vec<String>> {
+///
+/// `held` is a reference that is at hand, with the index of a run that it belongs to.
+fn export_if_complete(
+    job: &Job<'_>,
+    planned: &[PlannedRun],
+    ids: &[String],
+    mut held: Option<(usize, Reference)>,
+) -> Result<Vec<String>> {
     // Other processes may have stored their shards meanwhile.
     let store = Store::open(job.folder, &job.experiment.name(), &columns_of(job.experiment))?;
     let missing: Vec<String> = ids.iter().filter(|id| !store.contains(id)).cloned().collect();
@@ -160,6 +170,9 @@ fn export_if_complete(job: &Job<'_>, planned: &[PlannedRun], ids: &[String]) -> 
         let references = groups_of_one_reference(planned, &everything).into_iter().map(|group| {
             let run = &planned[group[0]];
             let spec = &run.spec;
+            if let Some((_, reference)) = held.take_if(|(index, _)| share_reference(&planned[*index].spec, spec)) {
+                return Ok((run, reference));
+            }
             let case = job.experiment.with_own_reference(spec.case);
             Reference::obtain(&case, &spec.parameters, spec.solver, spec.duration, job.cache).map(|found| (run, found))
         });
@@ -168,15 +181,17 @@ fn export_if_complete(job: &Job<'_>, planned: &[PlannedRun], ids: &[String]) -> 
     Ok(missing)
 }
 
+/// Whether two runs are held against the same reference.
+fn share_reference(a: &RunSpec, b: &RunSpec) -> bool {
+    a.case.name == b.case.name && a.duration == b.duration && a.parameters == b.parameters
+}
+
 /// Runs that share case, parameters and duration, and so the reference; in the order of the plan.
 fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec<usize>> {
-    let same = |a: &RunSpec, b: &RunSpec| {
-        a.case.name == b.case.name && a.duration == b.duration && a.parameters == b.parameters
-    };
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for &index in indices {
         // Cases and parameters are the outer loops of a plan: a group is a run of neighbours.
-        match groups.last_mut().filter(|group| same(&planned[group[0]].spec, &planned[index].spec)) {
+        match groups.last_mut().filter(|group| share_reference(&planned[group[0]].spec, &planned[index].spec)) {
             Some(group) => group.push(index),
             None => groups.push(vec![index]),
         }
