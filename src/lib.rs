@@ -33,6 +33,7 @@
 //! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is "the
 //! paper" throughout; what is marked *ours* is this project's own choice.
 
+pub mod atomic_file;
 pub mod cases;
 pub mod complementarity;
 pub mod cosim;

@@ -4,8 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each room and the rooms it may use, from the ground up.
-const ROOMS: [(&str, &[&str]); 13] = [
+const ROOMS: [(&str, &[&str]); 14] = [
     ("error", &[]),
+    ("atomic_file", &["error"]),
     ("numerics_version", &[]),
     ("results_table", &["error"]),
     ("complementarity", &["error"]),
@@ -27,13 +28,14 @@ const ROOMS: [(&str, &[&str]); 13] = [
             "cosim",
             "interface_model",
             "complementarity",
+            "atomic_file",
             "results_table",
             "numerics_version",
             "error",
         ],
     ),
     // Reads results, never simulates; of the metrics it takes the order of convergence.
-    ("report", &["metrics", "results_table", "error"]),
+    ("report", &["metrics", "results_table", "atomic_file", "error"]),
 ];
 
 /// Names that follow `crate::` in the code of one line; what stands behind `//` is prose.

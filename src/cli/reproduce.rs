@@ -4,10 +4,9 @@ use super::progress::progress_bar;
 use super::{claims_table, print};
 use clap::Args;
 use rayon::prelude::*;
+use rimbench::atomic_file::check_writable_folder;
 use rimbench::error::{Error, Result};
-use rimbench::harness::{
-    Cache, CheckedClaim, Experiment, Job, Store, check_claims, check_writable_folder, run_job, write_claims,
-};
+use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Store, check_claims, run_job, write_claims};
 use rimbench::report::{FigureList, write_report};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

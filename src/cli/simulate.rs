@@ -3,11 +3,10 @@
 use super::run_options::RunOptions;
 use super::{Format, json_number, print, table};
 use clap::Args;
+use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::cosim::{Outcome, Trajectory};
 use rimbench::error::{Error, Result};
-use rimbench::harness::{
-    COUNTERS, Cache, EvaluatedRun, Reference, RunSpec, check_writable_folder, evaluate, simulate, write_atomically,
-};
+use rimbench::harness::{COUNTERS, Cache, EvaluatedRun, Reference, RunSpec, evaluate, simulate};
 use rimbench::metrics::METRICS;
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};

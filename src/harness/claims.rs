@@ -272,7 +272,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// # Errors
 /// [`Error::File`].
 pub fn write_claims(path: &Path, claims: &[CheckedClaim]) -> Result<()> {
-    super::write_atomically(path, |file| {
+    crate::atomic_file::write_atomically(path, |file| {
         let mut writer = csv::Writer::from_writer(file);
         for claim in claims {
             writer.serialize(claim)?;

@@ -1,6 +1,5 @@
 //! Runs what is missing of an experiment on all cores, record by record, and exports the result files when all is there.
 
-use super::atomic_file::sweep_temporary_files;
 use super::cache::Cache;
 use super::evaluation::{EvaluatedRun, evaluate};
 use super::experiment::{Experiment, PlannedRun};
@@ -9,6 +8,7 @@ use super::reference::Reference;
 use super::results::{self, RUNS_HEADER};
 use super::run::{RunSpec, simulate};
 use super::store::Store;
+use crate::atomic_file::sweep_temporary_files;
 use crate::cosim::Outcome;
 use crate::error::Result;
 use rayon::prelude::*;

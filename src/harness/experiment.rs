@@ -1,9 +1,9 @@
 //! The experiment file: a question, a grid of runs, and what is claimed of them.
 
-use super::atomic_file::write_atomically;
 use super::claims::{Claim, check_claims_against_plan};
 use super::run::{RunSpec, parse_mechanics_steps, wall_limit};
 use super::stability::logarithmic_grid;
+use crate::atomic_file::write_atomically;
 use crate::cases::{Case, Parameters, case_by_name};
 use crate::complementarity::{SolverEntry, solver_by_name};
 use crate::error::{Error, Result};

@@ -4,7 +4,6 @@
 //! parallel, against cached [`Reference`]s and into a [`Store`] that survives being killed, and exports the result files;
 //! [`check_claims`] holds what the file claims against what came out.
 
-mod atomic_file;
 mod cache;
 mod claims;
 mod evaluation;
@@ -18,7 +17,6 @@ mod spectral;
 mod stability;
 mod store;
 
-pub use atomic_file::{check_writable_folder, write_atomically};
 pub use cache::Cache;
 pub use claims::{CheckedClaim, Claim, Verdict, check_claims, write_claims};
 pub use evaluation::{COUNTERS, EvaluatedRun, evaluate};

@@ -10,12 +10,12 @@
 //! records/        the store (see [`Store`]); not a result
 //! ```
 
-use super::atomic_file::write_atomically;
 use super::evaluation::{COUNTERS, EvaluatedRun};
 use super::experiment::PlannedRun;
 use super::provenance::{self, Provenance};
 use super::reference::Reference;
 use super::store::{Record, Store};
+use crate::atomic_file::write_atomically;
 use crate::cosim::{Latency, Trajectory};
 use crate::error::{Error, Result};
 use crate::metrics::METRICS;

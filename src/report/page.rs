@@ -2,6 +2,7 @@
 
 use super::claims_table::claims_markdown;
 use super::figures::FigureList;
+use crate::atomic_file::write_atomically;
 use crate::error::{Error, Result};
 use crate::results_table::ResultsTable;
 use std::fmt::Write;
@@ -95,7 +96,5 @@ fn parameter_table(folder: &Path) -> Result<String> {
 }
 
 fn write(path: &Path, text: &str) -> Result<()> {
-    let staged = path.with_extension("partial");
-    let attempt = std::fs::write(&staged, text).and_then(|()| std::fs::rename(&staged, path));
-    attempt.map_err(|error| Error::file(path, format!("cannot be written: {error}")))
+    write_atomically(path, |file| file.write_all(text.as_bytes()))
 }

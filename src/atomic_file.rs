@@ -40,7 +40,7 @@ fn prefix() -> String {
 }
 
 /// Removes temporary files that a killed process has left in a folder; those of living processes stay.
-pub(super) fn sweep_temporary_files(folder: &Path) {
+pub(crate) fn sweep_temporary_files(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
