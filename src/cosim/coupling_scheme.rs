@@ -1,6 +1,7 @@
 //! The approximation of the coupling variables between communication points.
 
 use super::communication_grid::MacroStep;
+use super::output_rates::OutputRates;
 use super::subsystem::Side;
 use crate::complementarity::SolverCounters;
 use crate::error::Failure;
@@ -15,6 +16,8 @@ pub struct Sample<'a> {
     pub y: &'a [f64],
     /// The sender reduced to its interface, if the scheme asked for it and the sender has one.
     pub model: Option<&'a ReducedInterfaceModel>,
+    /// How the actuator's outputs move, if the scheme asked for it and this is the actuator's sample.
+    pub rates: Option<&'a OutputRates>,
     /// The macro step that starts here.
     pub step: MacroStep,
     /// Micro step of the actuator side in that macro step, s.
@@ -74,6 +77,11 @@ pub trait CouplingScheme: Send {
 
     /// True if the scheme wants [`Sample::model`] from the mechanics.
     fn wants_interface_model(&self) -> bool {
+        false
+    }
+
+    /// True if the scheme wants [`Sample::rates`] from the actuator.
+    fn wants_output_rates(&self) -> bool {
         false
     }
 

@@ -7,6 +7,7 @@ use super::force_return::{ForceReturn, Sequence, Transmission};
 use super::interface_work::{InterfaceWork, WorkMeter};
 use super::latency::{Stopwatch, Timing};
 use super::outcome::Outcome;
+use super::output_rates::OutputRates;
 use super::report::{CosimCounters, Report};
 use super::subsystem::{Side, Subsystem};
 use crate::error::Failure;
@@ -106,6 +107,7 @@ struct Run<'a> {
     actuator: &'a mut dyn Subsystem,
     scheme: &'a mut dyn CouplingScheme,
     model: Option<ReducedInterfaceModel>,
+    rates: Option<OutputRates>,
     mechanics_feedthrough: bool,
     y_mechanics: Vec<f64>,
     y_actuator: Vec<f64>,
@@ -132,6 +134,7 @@ impl<'a> Run<'a> {
         let (to_actuator, to_mechanics) = (mechanics.ports().outputs.len(), actuator.ports().outputs.len());
         Run {
             model: if scheme.wants_interface_model() { mechanics.empty_interface_model() } else { None },
+            rates: scheme.wants_output_rates().then(|| OutputRates::zeros(to_mechanics, to_actuator)),
             mechanics_feedthrough: mechanics.ports().direct_feedthrough,
             y_mechanics: vec![0.0; to_actuator],
             y_actuator: vec![0.0; to_mechanics],
@@ -212,10 +215,18 @@ impl<'a> Run<'a> {
             self.mechanics.interface_model(mechanics_step, model)?;
         }
         let actuator_micro_step = step.length / division(step.length, self.setup.micro_step) as f64;
-        let sample =
-            Sample { time: self.time, y: &self.y_mechanics, model: self.model.as_ref(), step, actuator_micro_step };
+        let (actuator, time, u) = (&self.actuator, self.time, &self.u_actuator);
+        let rates = self.rates.as_mut().and_then(|rates| actuator.output_rates(time, u, rates).then_some(&*rates));
+        let sample = Sample {
+            time: self.time,
+            y: &self.y_mechanics,
+            model: self.model.as_ref(),
+            rates: None,
+            step,
+            actuator_micro_step,
+        };
         self.scheme.receive(Side::Mechanics, &sample)?;
-        self.scheme.receive(Side::Actuator, &Sample { y: &self.y_actuator, model: None, ..sample })?;
+        self.scheme.receive(Side::Actuator, &Sample { y: &self.y_actuator, model: None, rates, ..sample })?;
         self.counters.exchanges += 1;
         if let Some(residual) = self.interface_work().residual_j() {
             self.interface_residual.push([self.time, residual]);
@@ -285,8 +296,8 @@ impl<'a> Run<'a> {
         let actuator_micro_step = step.length / division(step.length, self.setup.micro_step) as f64;
         let time = self.setup.grid.time(step.index + 1);
         self.counters.exchanges += 1;
-        self.scheme
-            .receive(Side::Mechanics, &Sample { time, y: &self.y_mechanics, model: None, step, actuator_micro_step })
+        let sample = Sample { time, y: &self.y_mechanics, model: None, rates: None, step, actuator_micro_step };
+        self.scheme.receive(Side::Mechanics, &sample)
     }
 
     fn interface_work(&self) -> InterfaceWork {

@@ -1,6 +1,7 @@
 //! One side of a co-simulation.
 
 use super::energy_account::EnergyAccount;
+use super::output_rates::OutputRates;
 use crate::complementarity::SolverCounters;
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::ReducedInterfaceModel;
@@ -98,6 +99,17 @@ pub trait Subsystem: Send {
 
     /// An empty interface model of the right size, or nothing if the subsystem has none to offer.
     fn empty_interface_model(&self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+
+    /// Writes how the outputs move at time `t` with input `u`. False: the subsystem has no directional derivatives to offer.
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        let _ = (t, u, rates);
+        false
+    }
+
+    /// A copy in the present state, counters included, or nothing if the subsystem cannot be copied.
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
         None
     }
 

@@ -163,10 +163,8 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
         timing: Timing { latency: true, wall_limit: spec.wall_limit },
     };
     check_coupling(system.mechanics.ports(), system.actuator.ports())?;
-    let has_model = system.mechanics.empty_interface_model().is_some();
-    let (mechanics_ports, actuator_ports) = (system.mechanics.ports(), system.actuator.ports());
-    let mut scheme = (spec.scheme.build)(mechanics_ports, actuator_ports, &spec.options);
-    let skip = spec.scheme.incompatibility(mechanics_ports, actuator_ports, has_model);
+    let mut scheme = (spec.scheme.build)(system.mechanics.ports(), system.actuator.ports(), &spec.options);
+    let skip = spec.scheme.incompatibility(&*system.mechanics, &*system.actuator);
     let mut recorder = Recorder::new(spec.case, &mut system);
     let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
     let started = Instant::now();

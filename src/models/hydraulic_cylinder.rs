@@ -2,7 +2,7 @@
 
 use super::fluid::Fluid;
 use super::hydraulic_energy::{EulerStep, HydraulicEnergy};
-use crate::cosim::{EnergyAccount, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use crate::cosim::{EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
 use crate::error::Failure;
 
 /// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line.
@@ -249,6 +249,18 @@ impl Subsystem for HydraulicCylinder {
         self.check_range(u[0])
     }
 
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        let (area, [l1, l2]) = (self.piston_area, self.chambers(u[0]));
+        let [p1_rate, p2_rate] = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));
+        rates.rate[0] = area * (p2_rate - p1_rate);
+        rates.feedthrough.copy_from_slice(&[0.0, -self.friction]);
+        // ∂l₁/∂s = −1 and ∂l₂/∂s = 1 in the denominators of ṗ₁ and ṗ₂.
+        let by_length = -area * (p2_rate / l2 + p1_rate / l1);
+        let by_velocity = -area * area * (self.stiffness(self.p[0], l1) + self.stiffness(self.p[1], l2));
+        rates.rate_gain.copy_from_slice(&[by_length, by_velocity]);
+        true
+    }
+
     fn observables(&self) -> &[&'static str] {
         &Self::OBSERVABLES
     }
@@ -296,6 +308,29 @@ mod tests {
         // β A ṡ / (A l₁) with l₁ = 1 m.
         approx::assert_relative_eq!(p1, Fluid::default().bulk_modulus(3.85e6) * 0.1, max_relative = 1e-12);
         approx::assert_relative_eq!(p2, -p1, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn output_rates_are_the_differences_of_forces() {
+        let (mut moving, u, h) = (cylinder(0.3), [2.6, 0.05], 1e-7);
+        moving.p = [2.9e6, 4.1e6];
+        // Over a short step with the input held, the force moves by its rate.
+        let rate = |u: [f64; 2]| {
+            let mut after = moving.clone();
+            after.step(0.0, &u, h).unwrap();
+            (after.force(u[1]) - moving.force(u[1])) / h
+        };
+        let mut rates = OutputRates::zeros(1, 2);
+        assert!(moving.output_rates(0.0, &u, &mut rates));
+        // Forces of 1e4 N are rounded to 2e-12 N, over 1e-7 s 2e-5 N/s; Euler is exact here.
+        approx::assert_relative_eq!(rates.rate[0], rate(u), epsilon = 1e-4);
+        let gain = |ds: f64, dv: f64| rate([u[0] + ds, u[1] + dv]) - rate([u[0] - ds, u[1] - dv]);
+        // Central differences: the rate is linear in ṡ, and its relative curvature in s is 1/l² with l = 1 m.
+        approx::assert_relative_eq!(rates.rate_gain[0], gain(1e-3, 0.0) / 2e-3, max_relative = 1e-5);
+        approx::assert_relative_eq!(rates.rate_gain[1], gain(0.0, 1e-2) / 2e-2, max_relative = 1e-6);
+        let by_velocity = moving.force(u[1] + 1.0) - moving.force(u[1]);
+        approx::assert_relative_eq!(rates.feedthrough[1], by_velocity, max_relative = 1e-12);
+        assert_eq!(rates.feedthrough[0], 0.0);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //! [`MassSide`] is one mass that is driven by a force or, holding the coupling element itself, by the other's motion.
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
-use crate::cosim::{Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use crate::cosim::{OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 
@@ -165,6 +165,25 @@ impl Subsystem for MassSide {
 
     fn empty_interface_model(&self) -> Option<ReducedInterfaceModel> {
         (self.role == MassRole::ForceDriven).then(|| ReducedInterfaceModel::zeros(0, 1))
+    }
+
+    fn output_rates(&self, _t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        let MassRole::ForceGiving(element) = self.role else { return false };
+        let (elongation, rate) = (self.motion.position() - u[0], self.motion.velocity() - u[1]);
+        // Derivative of the damper's force by its rate; a root at rest has none, and counts as straight.
+        let slope = if element.is_linear() || rate == 0.0 {
+            element.damping
+        } else {
+            element.damping * element.exponent * rate.abs().powf(element.exponent - 1.0)
+        };
+        let (body, m) = (&self.body, self.body.mass);
+        let own = body.stiffness * (body.wall - self.motion.position()) - body.damping * self.motion.velocity();
+        let acceleration = (own - element.tension(elongation, rate)) / m;
+        rates.rate[0] = element.stiffness * self.motion.velocity() + slope * acceleration;
+        rates.feedthrough.copy_from_slice(&[-element.stiffness, -slope]);
+        // Of a nonlinear damper the change of the slope itself is left out.
+        rates.rate_gain.copy_from_slice(&[slope * element.stiffness / m, slope * slope / m]);
+        true
     }
 
     fn observables(&self) -> &[&'static str] {

@@ -1,7 +1,8 @@
 //! What the list of schemes holds about each one.
 
+use super::need::Need;
 use crate::complementarity::SolverEntry;
-use crate::cosim::{CouplingScheme, ForceReturn, Ports, Quantity, Sequence, Side};
+use crate::cosim::{CouplingScheme, ForceReturn, Ports, Sequence, Side, Subsystem};
 use crate::error::{Error, Result, find_by_name};
 use crate::interface_model::Redundancy;
 use std::fmt;
@@ -71,6 +72,8 @@ pub struct SchemeEntry {
     pub samples: usize,
     /// Sequence used unless another is asked for.
     pub sequence: Sequence,
+    /// What both sides must offer; a run between others is skipped with the reason.
+    pub needs: &'static [Need],
     /// Builds the scheme for a pair of subsystems' ports (mechanics, actuator).
     pub build: fn(&Ports, &Ports, &SchemeOptions) -> Box<dyn CouplingScheme>,
 }
@@ -118,24 +121,9 @@ impl SchemeEntry {
         Ok(())
     }
 
-    /// Why this scheme cannot run between these ports, if it cannot.
-    pub fn incompatibility(&self, mechanics: &Ports, actuator: &Ports, has_model: bool) -> Option<String> {
-        if self.family == Family::Signal {
-            return None;
-        }
-        let count =
-            |ports: &[crate::cosim::Port], quantity| ports.iter().filter(|port| port.quantity == quantity).count();
-        let forces = count(&actuator.outputs, Quantity::Force);
-        let fits = forces == actuator.outputs.len()
-            && forces > 0
-            && count(&actuator.inputs, Quantity::Position) == forces
-            && count(&actuator.inputs, Quantity::Velocity) == forces
-            && actuator.inputs.len() == 2 * forces
-            && mechanics.outputs == actuator.inputs;
-        if !fits {
-            return Some("a reduced interface model needs a force-displacement coupling: forces to the mechanics, their positions and velocities back".into());
-        }
-        (!has_model).then(|| "the mechanics offers no reduced interface model".into())
+    /// Why this scheme cannot couple these subsystems, if it cannot.
+    pub fn incompatibility(&self, mechanics: &dyn Subsystem, actuator: &dyn Subsystem) -> Option<String> {
+        self.needs.iter().find_map(|need| need.unmet(mechanics, actuator))
     }
 }
 

@@ -18,5 +18,6 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     order: 2,
     samples: 2,
     sequence: Sequence::Jacobi,
+    needs: &[],
     build: |mechanics, actuator, _options| Extrapolation::boxed(1, mechanics, actuator),
 };

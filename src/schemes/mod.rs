@@ -6,6 +6,7 @@
 mod entry;
 mod extrapolation;
 mod first_order_hold;
+mod need;
 mod packed_model;
 mod reduced_interface;
 mod rim_nonsmooth;
@@ -15,6 +16,7 @@ mod second_order_hold;
 mod zero_order_hold;
 
 pub use entry::{Family, ModelMotion, SchemeEntry, SchemeOptions, scheme_by_name};
+pub use need::Need;
 
 /// Every coupling scheme.
 pub const SCHEMES: &[SchemeEntry] = &[

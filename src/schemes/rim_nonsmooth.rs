@@ -10,6 +10,7 @@
 //! **Source**: Raoofian, Kövecses, Teichmann, Eq. 4.
 
 use super::entry::{Family, SchemeEntry};
+use super::need::Need;
 use super::reduced_interface::{Contacts, ReducedInterface};
 use crate::cosim::{Sequence, Side};
 
@@ -20,5 +21,6 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     order: 2,
     samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
+    needs: &[Need::ForceDisplacement, Need::InterfaceModel],
     build: |mechanics, actuator, options| ReducedInterface::boxed(Contacts::Unilateral, mechanics, actuator, options),
 };

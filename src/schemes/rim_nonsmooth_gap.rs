@@ -11,6 +11,7 @@
 //! **Source**: ours, after Raoofian, Kövecses, Teichmann.
 
 use super::entry::{Family, SchemeEntry};
+use super::need::Need;
 use super::reduced_interface::{Contacts, ReducedInterface};
 use crate::cosim::{Sequence, Side};
 
@@ -21,6 +22,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     order: 2,
     samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
+    needs: &[Need::ForceDisplacement, Need::InterfaceModel],
     build: |mechanics, actuator, options| {
         ReducedInterface::boxed(Contacts::UnilateralWithGaps, mechanics, actuator, options)
     },

@@ -18,5 +18,6 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     order: 3,
     samples: 3,
     sequence: Sequence::Jacobi,
+    needs: &[],
     build: |mechanics, actuator, _options| Extrapolation::boxed(2, mechanics, actuator),
 };

@@ -18,5 +18,6 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     order: 1,
     samples: 1,
     sequence: Sequence::Jacobi,
+    needs: &[],
     build: |mechanics, actuator, _options| Extrapolation::boxed(0, mechanics, actuator),
 };
