@@ -2,16 +2,25 @@
 //!
 //! To add one: write a file with an `ENTRY`, and add it to the list.
 
+mod bouncing_ball;
+mod carriage;
 mod case;
+mod contact_parameters;
+mod cradle;
+mod driven_mass;
+mod elastic_bar;
+mod event_driven;
 mod fluid;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
+mod impact_oscillator;
 mod linear_oscillator;
 mod parameters;
 mod precice_oscillator;
 mod quarter_car;
 mod recorder;
 mod reference_method;
+mod slider_between_stops;
 mod two_masses;
 mod wedge_box;
 
@@ -29,4 +38,9 @@ pub const CASES: &[Case] = &[
     linear_oscillator::ENTRY,
     quarter_car::ENTRY,
     precice_oscillator::ENTRY,
+    bouncing_ball::ENTRY,
+    elastic_bar::ENTRY,
+    impact_oscillator::ENTRY,
+    cradle::ENTRY,
+    slider_between_stops::ENTRY,
 ];
