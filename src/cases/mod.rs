@@ -2,11 +2,13 @@
 //!
 //! To add one: write a file with an `ENTRY`, and add it to the list.
 
+mod beam_on_stops;
 mod bouncing_ball;
 mod carriage;
 mod case;
 mod contact_parameters;
 mod cradle;
+mod cylinder;
 mod driven_mass;
 mod elastic_bar;
 mod event_driven;
@@ -15,14 +17,17 @@ mod hydraulic_crane;
 mod hydraulic_crane_reference;
 mod impact_oscillator;
 mod linear_oscillator;
+mod n_wedge_box;
 mod parameters;
 mod precice_oscillator;
 mod quarter_car;
 mod recorder;
 mod reference_method;
+mod rocking_block;
 mod slider_between_stops;
 mod two_masses;
 mod wedge_box;
+mod wedge_box_two_ledges;
 
 pub use case::{
     Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, RowFunction, StateVariable, case_by_name,
@@ -43,4 +48,8 @@ pub const CASES: &[Case] = &[
     impact_oscillator::ENTRY,
     cradle::ENTRY,
     slider_between_stops::ENTRY,
+    rocking_block::ENTRY,
+    beam_on_stops::ENTRY,
+    n_wedge_box::ENTRY,
+    wedge_box_two_ledges::ENTRY,
 ];
