@@ -122,6 +122,8 @@ pub struct PlannedRun {
     pub label: String,
     /// Parameters that differ from their defaults, as `key=value` separated by spaces.
     pub set: String,
+    /// [`RunSpec::id`].
+    pub id: String,
 }
 
 impl Experiment {
@@ -326,7 +328,8 @@ impl Experiment {
             .map(|(parameter, value)| format!("{}={value}", parameter.name))
             .collect::<Vec<_>>()
             .join(" ");
-        Ok(PlannedRun { spec, label: row.label.clone().unwrap_or_else(|| row.scheme.clone()), set })
+        let label = row.label.clone().unwrap_or_else(|| row.scheme.clone());
+        Ok(PlannedRun { id: spec.id(), spec, label, set })
     }
 }
 
@@ -334,7 +337,7 @@ impl Experiment {
 fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
     let mut first = HashMap::with_capacity(runs.len());
     for run in runs {
-        if let Some(earlier) = first.insert(run.spec.id(), &run.label) {
+        if let Some(earlier) = first.insert(run.id.as_str(), &run.label) {
             return Err(Error::Incompatible(format!(
                 "the plan holds one run twice: `{earlier}` and `{}` at macro_step_s = {:?}, phase {:?} are the same in \
                  everything that determines a run",
