@@ -149,7 +149,7 @@ impl Reference {
         let step = data.pop()?;
         let order = data.split_off(data.len().checked_sub(n)?);
         let uncertainty = data.split_off(data.len().checked_sub(n)?);
-        if data.is_empty() || data.len() % n != 0 {
+        if data.is_empty() || !data.len().is_multiple_of(n) {
             return None;
         }
         Some(Self::of(Trajectory::from_data(columns, data), uncertainty, order, step))
