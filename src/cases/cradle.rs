@@ -32,7 +32,7 @@ pub(super) const ENTRY: Case = Case {
         duration_s: 3.0,
         macro_step_s: 5e-3,
         micro_step_s: 5e-4,
-        reference_step_s: 5e-5,
+        reference_step_s: 1e-5,
         reference_sampling_s: 2e-4,
     },
     trace_columns: &[
