@@ -6,6 +6,10 @@
 mod entry;
 mod extrapolation;
 mod first_order_hold;
+mod implicit;
+mod iterated_aitken;
+mod iterated_quasi_newton;
+mod monolithic;
 mod need;
 mod packed_model;
 mod reduced_interface;
@@ -26,4 +30,7 @@ pub const SCHEMES: &[SchemeEntry] = &[
     rim_smooth::ENTRY,
     rim_nonsmooth::ENTRY,
     rim_nonsmooth_gap::ENTRY,
+    iterated_aitken::ENTRY,
+    iterated_quasi_newton::ENTRY,
+    monolithic::ENTRY,
 ];
