@@ -56,6 +56,10 @@ struct CaseEntry {
     name: String,
     #[serde(default)]
     set: BTreeMap<String, toml::Value>,
+    /// Instead of those of the experiment: cases have time scales of their own.
+    macro_steps_s: Option<MacroSteps>,
+    duration_s: Option<f64>,
+    micro_step_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -126,6 +130,8 @@ pub struct PlannedRun {
     pub label: String,
     /// Parameters that differ from their defaults, as `key=value` separated by spaces.
     pub set: String,
+    /// [`RunSpec::id`].
+    pub id: String,
 }
 
 impl Experiment {
@@ -248,16 +254,22 @@ impl Experiment {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).count();
         let steps = quick.and_then(|quick| quick.macro_steps_s.as_ref()).unwrap_or(&self.macro_steps_s).list()?.len();
-        let of_row = |row: &SchemeRow| row.macro_steps_s.as_ref().map_or(Ok(steps), |own| Ok(own.list()?.len()));
-        let of_case = |case: &CaseEntry| {
+        let mut cells: usize = 0;
+        for case in &self.cases {
             let lengths = case.set.values().map(|value| value.as_array().map_or(1, Vec::len));
-            lengths.fold(1_usize, usize::saturating_mul)
-        };
-        let schemes = self.schemes.iter().map(of_row).sum::<Result<usize>>()?;
-        let cases: usize = self.cases.iter().map(of_case).fold(0, usize::saturating_add);
-        match cases.saturating_mul(schemes).saturating_mul(phases) {
+            let parameters = lengths.fold(1_usize, usize::saturating_mul);
+            for row in &self.schemes {
+                let own = row.macro_steps_s.as_ref().or(case.macro_steps_s.as_ref());
+                let steps = own.map_or(Ok(steps), |own| Ok(own.list()?.len()))?;
+                cells = cells.saturating_add(parameters.saturating_mul(steps));
+            }
+        }
+        match cells.saturating_mul(phases) {
             0 => Err(Error::Incompatible(format!(
-                "the grid is empty: {cases} cases × {schemes} schemes and macro steps × {phases} phases"
+                "the grid is empty: {} cases, {} schemes, {cells} combinations of them with parameters and macro steps, \
+                 {phases} phases",
+                self.cases.len(),
+                self.schemes.len()
             ))),
             runs if runs > MOST_RUNS => Err(Error::Incompatible(format!(
                 "the grid has {runs} runs, more than the {MOST_RUNS} that one experiment may have: split it"
@@ -275,10 +287,11 @@ impl Experiment {
             let case = case_by_name(&entry.name)?;
             for parameters in parameter_grid(case, &entry.set)? {
                 for row in &self.schemes {
-                    let steps = row.macro_steps_s.as_ref().or(quick_steps).unwrap_or(&self.macro_steps_s);
+                    let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
+                    let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
                     for macro_step in steps.list()? {
                         for &phase in &phases {
-                            runs.push(self.planned(case, &parameters, row, macro_step, phase)?);
+                            runs.push(self.planned(case, entry, &parameters, row, [macro_step, phase])?);
                         }
                     }
                 }
@@ -290,10 +303,10 @@ impl Experiment {
     fn planned(
         &self,
         case: &'static Case,
+        entry: &CaseEntry,
         parameters: &Parameters,
         row: &SchemeRow,
-        macro_step: f64,
-        phase: f64,
+        [macro_step, phase]: [f64; 2],
     ) -> Result<PlannedRun> {
         let scheme = scheme_by_name(&row.scheme)?;
         if let Some(label) = row.label.as_deref().filter(|label| label.is_empty() || label.contains(char::is_control)) {
@@ -323,11 +336,11 @@ impl Experiment {
             macro_step,
             phase,
             // A macro step below the usual micro step is its own micro step, unless one is asked for.
-            micro_step: self.micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
+            micro_step: entry.micro_step_s.or(self.micro_step_s).unwrap_or(case.defaults.micro_step_s.min(macro_step)),
             mechanics_steps,
             sequence,
             force_return,
-            duration: self.duration_s.unwrap_or(case.defaults.duration_s),
+            duration: entry.duration_s.or(self.duration_s).unwrap_or(case.defaults.duration_s),
             solver,
             wall_limit: self.wall_limit_s.map(wall_limit).transpose()?,
         };
@@ -338,7 +351,8 @@ impl Experiment {
             .map(|(parameter, value)| format!("{}={value}", parameter.name))
             .collect::<Vec<_>>()
             .join(" ");
-        Ok(PlannedRun { spec, label: row.label.clone().unwrap_or_else(|| row.scheme.clone()), set })
+        let label = row.label.clone().unwrap_or_else(|| row.scheme.clone());
+        Ok(PlannedRun { id: spec.id(), spec, label, set })
     }
 }
 
@@ -346,7 +360,7 @@ impl Experiment {
 fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
     let mut first = HashMap::with_capacity(runs.len());
     for run in runs {
-        if let Some(earlier) = first.insert(run.spec.id(), &run.label) {
+        if let Some(earlier) = first.insert(run.id.as_str(), &run.label) {
             return Err(Error::Incompatible(format!(
                 "the plan holds one run twice: `{earlier}` and `{}` at macro_step_s = {:?}, phase {:?} are the same in \
                  everything that determines a run",

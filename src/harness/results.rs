@@ -72,14 +72,8 @@ pub(super) static RUNS_HEADER: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
 });
 
 /// The rows of one run.
-pub(super) fn record(
-    id: &str,
-    planned: &PlannedRun,
-    run: &EvaluatedRun,
-    provenance: &Provenance,
-    traced: bool,
-) -> Record {
-    let spec = &planned.spec;
+pub(super) fn record(planned: &PlannedRun, run: &EvaluatedRun, provenance: &Provenance, traced: bool) -> Record {
+    let (id, spec) = (planned.id.as_str(), &planned.spec);
     let mechanics_steps = if spec.mechanics_steps == 0 { "all".to_owned() } else { spec.mechanics_steps.to_string() };
     let mut facts = vec![
         id.to_owned(),
@@ -125,11 +119,11 @@ pub(super) fn record(
     Record { run: row(&facts), cost: row(&cost), provenance: row(&provenance.row(id)) }
 }
 
-/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of `ids`, one row at a time.
+/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan, one row at a time.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.
-pub(super) fn write_tables(folder: &Path, ids: &[String], store: &Store) -> Result<()> {
+pub(super) fn write_tables(folder: &Path, planned: &[PlannedRun], store: &Store) -> Result<()> {
     type RowOf = fn(Record) -> String;
     let tables: [(&str, String, RowOf); 3] = [
         ("runs.csv", row(&RUNS_HEADER), |record| record.run),
@@ -139,7 +133,7 @@ pub(super) fn write_tables(folder: &Path, ids: &[String], store: &Store) -> Resu
     for (name, header, row_of) in tables {
         write_atomically(&folder.join(name), |file| {
             writeln!(file, "{header}")?;
-            for id in ids {
+            for PlannedRun { id, .. } in planned {
                 let record = store.read(id).map_err(std::io::Error::other)?;
                 let record = record.ok_or_else(|| std::io::Error::other(format!("record {id} has gone")))?;
                 writeln!(file, "{}", row_of(record))?;

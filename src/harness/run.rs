@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::numerics_version::NUMERICS_VERSION;
 use crate::schemes::{Need, SchemeEntry, SchemeOptions};
 use sha2::{Digest, Sha256};
+use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 /// Everything that determines a run.
@@ -69,10 +70,12 @@ impl RunSpec {
     /// Hash of everything that determines the run, 16 hexadecimal digits.
     pub fn id(&self) -> String {
         let mut key = format!("numerics {NUMERICS_VERSION}\ncase {}\n", self.case.name);
+        // Writing to a string cannot fail.
         for (parameter, value) in self.parameters.iter() {
-            key += &format!("{} = {value}\n", parameter.name);
+            let _ = writeln!(key, "{} = {value}", parameter.name);
         }
-        key += &format!(
+        let _ = write!(
+            key,
             "scheme {} {:?} {} {}\nH = {:?} φ = {:?} h = {:?} n_m = {} T = {:?}\nsequence {} return {} solver {}\n",
             self.scheme.name,
             self.options.redundancy,
