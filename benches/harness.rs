@@ -5,7 +5,7 @@
 
 use rimbench::cases::case_by_name;
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::Bounds;
+use rimbench::cosim::{Bounds, StepControl};
 use rimbench::harness::{Cache, Experiment, Job, Record, RunSpec, Store, run_job, scheme_options, simulate};
 use rimbench::schemes::scheme_by_name;
 use std::hint::black_box;
@@ -103,6 +103,7 @@ fn overhead(folder: &Path, cache: &Cache) {
             scheme,
             options: scheme_options(None, None, solver).expect("the options are valid"),
             macro_step: 5e-3,
+            step_control: StepControl::None,
             phase,
             micro_step: 5e-5,
             mechanics_steps: 1,

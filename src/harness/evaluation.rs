@@ -91,8 +91,9 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
 }
 
 /// Names of the exact counters, in the order of the columns in data.
-pub const COUNTERS: [&str; 13] = [
+pub const COUNTERS: [&str; 14] = [
     "macro_steps",
+    "repeated_macro_steps",
     "exchanges",
     "mechanics_micro_steps",
     "actuator_micro_steps",
@@ -112,6 +113,7 @@ fn counters(result: &RunResult) -> [u64; COUNTERS.len()] {
     let (mechanics, scheme) = (&result.mechanics, &result.scheme);
     [
         result.report.counters.macro_steps,
+        result.report.counters.repeated_macro_steps,
         result.report.counters.exchanges,
         mechanics.micro_steps,
         result.actuator.micro_steps,

@@ -6,6 +6,7 @@ use super::stability::logarithmic_grid;
 use crate::atomic_file::write_atomically;
 use crate::cases::{Case, Parameters, case_by_name};
 use crate::complementarity::{SolverEntry, solver_by_name};
+use crate::cosim::StepControl;
 use crate::error::{Error, Result};
 use crate::interface_model::Redundancy;
 use crate::schemes::{SchemeOptions, scheme_by_name};
@@ -73,6 +74,9 @@ struct SchemeRow {
     model_motion: Option<String>,
     solver: Option<String>,
     macro_steps_s: Option<MacroSteps>,
+    step_control: Option<String>,
+    step_tolerance: Option<f64>,
+    min_macro_step_s: Option<f64>,
 }
 
 /// Macro steps one by one, or evenly spread in logarithms.
@@ -316,7 +320,15 @@ impl Experiment {
             None => 1,
             Some(value) => parse_mechanics_steps(&scalar_text("mechanics_steps", value)?)?,
         };
+        let step_control = StepControl::new(
+            row.step_control.as_deref(),
+            row.step_tolerance,
+            row.min_macro_step_s,
+            macro_step,
+            scheme.order,
+        )?;
         let spec = RunSpec {
+            step_control,
             case,
             parameters: parameters.clone(),
             scheme,

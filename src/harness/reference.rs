@@ -3,7 +3,7 @@
 use super::cache::Cache;
 use crate::cases::{Case, ExactSolution, Parameters, Recorder, ReferenceMethod};
 use crate::complementarity::SolverEntry;
-use crate::cosim::{Bounds, Quantity, Trajectory};
+use crate::cosim::{Bounds, Trajectory};
 use crate::error::{Error, Result};
 use crate::mechanics::monolithic;
 use crate::metrics::{ContactInterval, contact_intervals};
@@ -123,7 +123,7 @@ impl Reference {
             ports
                 .iter()
                 .map(|port| match self.trajectory.index_of(port.name) {
-                    Some(column) => DIVERGENCE_FACTOR * self.largest[column].max(at_rest(port.quantity)),
+                    Some(column) => DIVERGENCE_FACTOR * self.largest[column].max(port.quantity.negligible()),
                     None => f64::INFINITY,
                 })
                 .collect()
@@ -170,16 +170,6 @@ fn largest(trajectory: &Trajectory) -> Vec<f64> {
         }
     }
     largest
-}
-
-/// Magnitudes below which a coupling variable counts as zero, so that the round-off of a system at rest is no
-/// divergence: m, m/s, N, Pa. Ours.
-fn at_rest(quantity: Quantity) -> f64 {
-    match quantity {
-        Quantity::Position | Quantity::Velocity => 1e-6,
-        Quantity::Force => 1e-3,
-        Quantity::Pressure => 1.0,
-    }
 }
 
 /// Everything that determines a reference, as text; the code itself included.

@@ -23,7 +23,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 /// What determines a run and how it ended; metrics and counters follow.
-const FACTS: [&str; 19] = [
+const FACTS: [&str; 22] = [
     "run_id",
     "case",
     "set",
@@ -36,6 +36,9 @@ const FACTS: [&str; 19] = [
     "model_motion",
     "solver",
     "macro_step_s",
+    "step_control",
+    "step_tolerance",
+    "min_macro_step_s",
     "phase",
     "micro_step_s",
     "duration_s",
@@ -85,6 +88,9 @@ pub(super) fn record(planned: &PlannedRun, run: &EvaluatedRun, provenance: &Prov
         spec.options.motion.to_string(),
         spec.solver.name.to_owned(),
         number(spec.macro_step),
+        spec.step_control.to_string(),
+        optional(spec.step_control.rule().map(|rule| rule.tolerance)),
+        optional(spec.step_control.rule().map(|rule| rule.shortest)),
         number(spec.phase),
         number(spec.micro_step),
         number(spec.duration),

@@ -30,6 +30,7 @@ pub(super) enum Contacts {
 }
 
 /// A coupling scheme made from a reduced interface model.
+#[derive(Clone)]
 pub(super) struct ReducedInterface {
     contacts: Contacts,
     options: SchemeOptions,
@@ -311,6 +312,10 @@ impl CouplingScheme for ReducedInterface {
             u_velocity[i] = *w;
         }
         Ok(())
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
     }
 
     fn diagnostics(&mut self) -> Diagnostics {
