@@ -58,10 +58,12 @@ fn every_case_must_run_with_every_scheme_or_say_why_not() {
     }
 }
 
+/// Case, what is set, what the message must say.
+type Refusal = (&'static str, &'static [(&'static str, &'static str)], &'static [&'static str]);
+
 #[test]
 fn impossible_geometry_must_be_refused_with_the_numbers() {
-    // Case, what is set, what the message must say.
-    let refused: [(&str, &[(&str, &str)], &[&str]); 15] = [
+    let refused: [Refusal; 15] = [
         ("bouncing-ball", &[("start_height_m", "-0.25")], &["start_height_m = -0.25", "0.25 m inside"]),
         (
             "bouncing-ball",

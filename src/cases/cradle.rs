@@ -10,7 +10,9 @@
 //! a swing later all three meet again in the middle and the law returns (v, 0, 0) → period 2. Energy is kept.
 //!
 //! **Direct feedthrough** of the actuator, through its spring. **Reference**: monolithic, h, h/2, h/4. The impact law holds with
-//! the actuator too, because its force is finite and has no impulse.
+//! the actuator too, because its force is finite and has no impulse. The law is discontinuous in its data: who of the three meets
+first decides. With the actuator the balls meet out of step, and from the fourth meeting (2.1 s) on a finer step finds another
+order, so that there is no reference; the case ends before.
 //!
 //! **Source**: Moreau 1988, Glocker 2001 (Newton's cradle and generalised impact laws); numbers *ours*.
 
@@ -29,7 +31,7 @@ pub(super) const ENTRY: Case = Case {
     about: "Three balls on pendulums under Moreau's impact law, the first held by a carriage on springs",
     parameters: &PARAMETERS,
     defaults: CaseDefaults {
-        duration_s: 3.0,
+        duration_s: 1.8,
         macro_step_s: 5e-3,
         micro_step_s: 5e-4,
         reference_step_s: 1e-5,

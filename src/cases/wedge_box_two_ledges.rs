@@ -139,7 +139,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     let get = |name: &str| parameters.number(name);
     let (width, height) = (get("box_width_m"), get("box_height_m"));
     let (x, y) = (get("wedge_tip_x_m"), get("wedge_tip_y_m"));
-    if 2.0 * get("disc_pin_x_m") < 2.0 * get("disc_radius_m") {
+    if get("disc_pin_x_m") < get("disc_radius_m") {
         let expected = format!("at least the radius {} m, or the discs would overlap", get("disc_radius_m"));
         return Err(Error::invalid("disc_pin_x_m", get("disc_pin_x_m"), expected));
     }
