@@ -11,8 +11,8 @@
 //!
 //! **Direct feedthrough** of the actuator, through its spring. **Reference**: monolithic, h, h/2, h/4. The impact law holds with
 //! the actuator too, because its force is finite and has no impulse. The law is discontinuous in its data: who of the three meets
-first decides. With the actuator the balls meet out of step, and from the fourth meeting (2.1 s) on a finer step finds another
-order, so that there is no reference; the case ends before.
+//! first decides. With the actuator the balls meet out of step, and from the fourth meeting (2.1 s) on a finer step finds another
+//! order, so that there is no reference; the case ends before.
 //!
 //! **Source**: Moreau 1988, Glocker 2001 (Newton's cradle and generalised impact laws); numbers *ours*.
 
