@@ -4,7 +4,8 @@ mod support;
 
 use rimbench::complementarity::SolverCounters;
 use rimbench::cosim::{
-    CommunicationGrid, ForceReturn, Outcome, Ports, Sequence, Setup, Side, Subsystem, SubsystemCounters, cosimulate,
+    CommunicationGrid, ForceReturn, Outcome, OutputRates, Ports, Sequence, Setup, Side, Subsystem, SubsystemCounters,
+    cosimulate,
 };
 use rimbench::error::Failure;
 use rimbench::interface_model::{MassMatrix, ReducedInterfaceModel};
@@ -262,6 +263,9 @@ impl Subsystem for Metered {
         }
         self.last.copy_from_slice(u);
         self.inner.step(t, u, h)
+    }
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        self.inner.output_rates(t, u, rates)
     }
     fn counters(&self) -> SubsystemCounters {
         self.inner.counters()

@@ -131,11 +131,13 @@ impl CouplingScheme for InterfaceJacobian {
                 self.position.as_mut_slice()[..self.rows].copy_from_slice(&sample.y[..self.rows]);
                 self.receive_model(model);
             }
-            (Side::Actuator, _, Some(rates)) => {
+            (Side::Actuator, _, rates) => {
                 self.force.as_mut_slice()[..self.rows].copy_from_slice(sample.y);
-                self.predict(sample.y, rates)?;
+                if let Some(rates) = rates {
+                    self.predict(sample.y, rates)?;
+                }
             }
-            _ => {}
+            (Side::Mechanics, None, _) => {}
         }
         Ok(())
     }
