@@ -22,7 +22,7 @@ pub struct RunSpec {
     pub parameters: Parameters,
     /// The coupling scheme.
     pub scheme: &'static SchemeEntry,
-    /// Options of model-based schemes.
+    /// Options of the scheme.
     pub options: SchemeOptions,
     /// Macro step H, s.
     pub macro_step: f64,
@@ -57,6 +57,8 @@ pub struct RunResult {
     pub actuator: SubsystemCounters,
     /// Complementarity solves inside the scheme.
     pub scheme: SolverCounters,
+    /// Energy that the scheme itself took out, J, if it does such a thing.
+    pub scheme_dissipated_j: Option<f64>,
     /// Largest violation of the mechanics' energy identity in one step, J.
     pub energy_identity_residual_j: Option<f64>,
     /// Wall time of the macro loop.
@@ -85,6 +87,9 @@ impl RunSpec {
             self.force_return,
             self.solver.name,
         );
+        if let Some(gain) = self.options.gain {
+            key += &format!("gain {gain:?}\n");
+        }
         hex(&Sha256::digest(key))[..16].to_owned()
     }
 
@@ -107,7 +112,9 @@ impl RunSpec {
                 ),
             ));
         }
+        self.scheme.gain_value(self.options.gain)?;
         self.scheme.check_sequence(self.sequence)?;
+        self.scheme.check_force_return(self.force_return)?;
         self.force_return.check(self.sequence)
     }
 
@@ -181,6 +188,7 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
         mechanics: system.mechanics.counters(),
         actuator: system.actuator.counters(),
         scheme: scheme.counters(),
+        scheme_dissipated_j: scheme.dissipated_j(),
         energy_identity_residual_j: system.mechanics.energy_identity_residual(),
         wall,
     })
