@@ -4,7 +4,7 @@ mod support;
 
 use rimbench::cases::{ReferenceMethod, case_by_name};
 use rimbench::cosim::{
-    Bounds, CommunicationGrid, MacroStep, MicroStep, Outcome, OutputRates, Sample, Side, check_coupling,
+    Bounds, CommunicationGrid, MacroStep, MicroStep, Outcome, OutputRates, Sample, Side, StepControl, check_coupling,
 };
 use rimbench::harness::{RunResult, RunSpec, simulate};
 use rimbench::interface_model::ReducedInterfaceModel;
@@ -43,6 +43,7 @@ fn spec(case: &str, set: &[(&str, &str)], scheme: &'static SchemeEntry, macro_st
         duration: case.defaults.duration_s,
         solver: solver(),
         wall_limit: None,
+        step_control: StepControl::None,
     }
 }
 
@@ -287,7 +288,7 @@ fn the_energy_leak_damper_takes_out_what_its_ledger_says() {
         spec.duration = 1.0;
         let result = simulate(&spec, Bounds::default()).unwrap();
         assert_eq!(result.report.outcome, Outcome::Completed);
-        (result.report.work.residual_j().unwrap(), result.scheme_dissipated_j.unwrap())
+        (result.report.work.residual_j().unwrap(), result.report.scheme_dissipated_j.unwrap())
     };
     let ((without, nothing), (with, taken)) = (residual(0.0), residual(0.5));
     assert_eq!(nothing, 0.0);

@@ -46,6 +46,7 @@ impl List {
                     entry.push(("sequence", scheme.sequence.to_string()));
                     let gain = scheme.gain.map(|gain| format!("{} ({})", gain.default, gain.about));
                     entry.push(("gain", gain.unwrap_or_default()));
+                    entry.push(("real-time", if scheme.real_time() { "yes" } else { "no" }.to_owned()));
                     entry
                 })
                 .collect(),

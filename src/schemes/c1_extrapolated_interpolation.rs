@@ -40,6 +40,7 @@ pub(super) const QUADRATIC: SchemeEntry = SchemeEntry {
     ..ENTRY
 };
 
+#[derive(Clone)]
 struct ExtrapolatedInterpolation {
     to_actuator: Signal,
     to_mechanics: Signal,
@@ -71,6 +72,10 @@ impl CouplingScheme for ExtrapolatedInterpolation {
         }
         Ok(())
     }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
+    }
 }
 
 /// One coupling variable: its last samples, newest first, and where the input ends at `t_{k+1}`.
@@ -86,6 +91,7 @@ struct Variable {
 }
 
 /// The coupling variables that go one way.
+#[derive(Clone)]
 struct Signal {
     degree: usize,
     times: [f64; 3],

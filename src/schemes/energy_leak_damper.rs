@@ -51,6 +51,7 @@ struct Row {
     velocity_before: f64,
 }
 
+#[derive(Clone)]
 struct EnergyLeakDamper {
     bound: f64,
     rows: Vec<Row>,
@@ -147,6 +148,10 @@ impl CouplingScheme for EnergyLeakDamper {
 
     fn dissipated_j(&self) -> Option<f64> {
         Some(self.dissipated)
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
     }
 }
 

@@ -9,7 +9,11 @@ mod energy_leak_damper;
 mod entry;
 mod extrapolation;
 mod first_order_hold;
+mod implicit;
 mod interface_jacobian;
+mod iterated_aitken;
+mod iterated_quasi_newton;
+mod monolithic;
 mod need;
 mod nepce;
 mod packed_model;
@@ -47,4 +51,7 @@ pub const SCHEMES: &[SchemeEntry] = &[
     rim_smooth_active::ENTRY,
     rim_nonsmooth::ENTRY,
     rim_nonsmooth_gap::ENTRY,
+    iterated_aitken::ENTRY,
+    iterated_quasi_newton::ENTRY,
+    monolithic::ENTRY,
 ];

@@ -47,6 +47,7 @@ pub(super) const FEEDTHROUGH: SchemeEntry = SchemeEntry {
     ..ENTRY
 };
 
+#[derive(Clone)]
 struct Nepce {
     feedthrough: bool,
     to_actuator: Channel,
@@ -96,6 +97,10 @@ impl CouplingScheme for Nepce {
         }
         Ok(())
     }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
+    }
 }
 
 /// One coupling variable.
@@ -110,6 +115,7 @@ struct Variable {
 }
 
 /// The coupling variables that go one way.
+#[derive(Clone)]
 struct Channel {
     alpha: f64,
     /// Time of what was seen last, of the last communication point, and its index; NaN before the first.

@@ -47,6 +47,7 @@ struct Motion {
     acceleration: f64,
 }
 
+#[derive(Clone)]
 struct PredictedAcceleration {
     /// Of the newest sample of the mechanics; NaN before the first.
     time: f64,
@@ -86,6 +87,10 @@ impl CouplingScheme for PredictedAcceleration {
             *position = motion.position + since * (motion.velocity + 0.5 * gained);
         }
         Ok(())
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
     }
 }
 

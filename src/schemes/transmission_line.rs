@@ -101,6 +101,7 @@ struct Line {
     wave_last: f64,
 }
 
+#[derive(Clone)]
 struct TransmissionLine {
     gain: f64,
     lines: Vec<Line>,
@@ -218,6 +219,10 @@ impl CouplingScheme for TransmissionLine {
             (u[i], u[m + i]) = (line.length, velocity);
         }
         Ok(())
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
     }
 }
 
