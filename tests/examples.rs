@@ -3,11 +3,21 @@
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};
 
-/// An example as built with the tests: `target/<profile>/examples`, two floors above this test's own program.
+/// An example as `cargo test` builds it: `target/<profile>/examples`, two floors above this test's own program. A run of this
+/// test alone does not build examples; then they are built now.
 fn example(name: &str) -> PathBuf {
     let own = std::env::current_exe().unwrap();
     let profile = own.parent().and_then(Path::parent).unwrap();
-    profile.join("examples").join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+    let program = profile.join("examples").join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
+    if !program.is_file() {
+        let mut build = Command::new(env!("CARGO"));
+        build.current_dir(env!("CARGO_MANIFEST_DIR")).args(["build", "--quiet", "--offline", "--example", name]);
+        if profile.ends_with("release") {
+            build.arg("--release");
+        }
+        build.assert().success();
+    }
+    program
 }
 
 fn run(name: &str, experiment: &str) -> String {
