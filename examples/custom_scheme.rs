@@ -33,7 +33,8 @@ fn main() -> Result<()> {
     register(&ENTRY)?;
     let mut arguments = std::env::args().skip(1).map(PathBuf::from);
     let results = arguments.next().unwrap_or_else(|| std::env::temp_dir().join("custom-scheme"));
-    arguments.try_for_each(|file| {
-        Ok(println!("{}", compare(&Experiment::read(&file)?.with_scheme(ENTRY.name)?, &results, true)?))
-    })
+    for file in arguments {
+        println!("{}", compare(&Experiment::read(&file)?.with_scheme(ENTRY.name)?, &results, true)?);
+    }
+    Ok(())
 }
