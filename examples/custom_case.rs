@@ -32,8 +32,7 @@ static CASE: Case = Case {
 fn main() -> Result<()> {
     register(&CASE)?;
     let mut arguments = std::env::args().skip(1).map(PathBuf::from);
-    let results = arguments.next().unwrap_or_else(|| std::env::temp_dir().join("custom-case"));
-    arguments.try_for_each(|file| {
-        Ok(println!("{}", compare(&Experiment::read(&file)?.with_case(CASE.name)?, &results, true)?))
-    })
+    let results = arguments.next().unwrap_or_else(|| "custom-case".into());
+    let mut tables = arguments.map(|file| compare(&Experiment::read(&file)?.with_case(CASE.name)?, &results, true));
+    tables.try_for_each(|table| table.map(|table| println!("{table}")))
 }

@@ -16,7 +16,7 @@ impl CouplingScheme for SmoothedHold {
         self.0[from as usize].iter_mut().zip(sample.y).for_each(|(held, y)| *held += share * (y - *held));
         Ok(())
     }
-    fn input(&mut self, to: Side, _at: MicroStep, _own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
+    fn input(&mut self, to: Side, _: MicroStep, _own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
         u.copy_from_slice(&self.0[to.other() as usize]);
         Ok(())
     }
@@ -32,9 +32,7 @@ static ENTRY: SchemeEntry = SchemeEntry {
 fn main() -> Result<()> {
     register(&ENTRY)?;
     let mut arguments = std::env::args().skip(1).map(PathBuf::from);
-    let results = arguments.next().unwrap_or_else(|| std::env::temp_dir().join("custom-scheme"));
-    for file in arguments {
-        println!("{}", compare(&Experiment::read(&file)?.with_scheme(ENTRY.name)?, &results, true)?);
-    }
-    Ok(())
+    let results = arguments.next().unwrap_or_else(|| "custom-scheme".into());
+    let mut tables = arguments.map(|file| compare(&Experiment::read(&file)?.with_scheme(ENTRY.name)?, &results, true));
+    tables.try_for_each(|table| table.map(|table| println!("{table}")))
 }
