@@ -233,7 +233,9 @@ fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes
             assert!(audited.contact < 0.0, "{name}: contacts gave {} J", audited.contact);
             assert!(audited.unexplained <= 1.0, "{name}: a contact gave {} J", audited.largest_gift);
             // And the two explanations are no excuse: all they allow is next to nothing of what contacts took.
-            assert!(audited.largest_gift < 1e-6 * -audited.contact, "{name}: {} J in a step", audited.largest_gift);
+            // Runs that end before contacts took anything keep the rounding of their energies, as in the identity above.
+            let least = 1e-6 * -audited.contact + 32.0 * f64::EPSILON * audited.scale;
+            assert!(audited.largest_gift < least, "{name}: {} J in a step", audited.largest_gift);
         }
     }
 }

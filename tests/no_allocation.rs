@@ -110,12 +110,13 @@ fn variants(solver: &'static SolverEntry) -> Vec<Variant> {
                 (ModelMotion::Extrapolated, Redundancy::Regularised { epsilon: 1e-9 }),
             ],
         };
+        ways.retain(|way| scheme.check_force_return(way.1).is_ok());
         for &(sequence, force_return, mechanics_steps) in &ways {
             for &(motion, redundancy) in models {
                 // Holds survive the start only with the smaller one.
                 let macro_steps: &[f64] = if scheme.family != Family::Model { &[1e-3, 5e-3] } else { &[5e-3] };
                 for &macro_step in macro_steps {
-                    let options = SchemeOptions { redundancy, motion, solver };
+                    let options = SchemeOptions { redundancy, motion, solver, gain: None };
                     variants.push(Variant { scheme, options, sequence, force_return, mechanics_steps, macro_step });
                 }
             }

@@ -30,7 +30,7 @@ pub fn wedge_box(scheme: &str, macro_step: f64) -> Trajectory {
         timing: Timing::default(),
     };
     let mut system = (case.build)(&case.default_parameters(), solver).unwrap();
-    let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver };
+    let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver, gain: None };
     let mut scheme = (entry.build)(system.mechanics.ports(), system.actuator.ports(), &options);
     let mut recorder = Recorder::new(case, &mut system);
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), setup.grid.macro_steps() + 1);

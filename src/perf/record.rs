@@ -41,7 +41,7 @@ pub fn measure_rounds(base: &Program, new: Option<&Program>, benchmark: &str, ro
         let first = base.sample(benchmark)?;
         let new = new.map(|program| program.sample(benchmark)).transpose()?;
         let last = base.sample(benchmark)?;
-        let (base, placebo) = if round % 2 == 0 { (first, last) } else { (last, first) };
+        let (base, placebo) = if round.is_multiple_of(2) { (first, last) } else { (last, first) };
         Ok(Round { base, new, placebo })
     };
     (0..rounds).map(one).collect()

@@ -3,7 +3,7 @@
 use super::kernels;
 use crate::cases::{Recorder, case_by_name};
 use crate::complementarity::{SolverCounters, solver_by_name};
-use crate::cosim::{Bounds, Outcome, Trajectory};
+use crate::cosim::{Bounds, Outcome, StepControl, Trajectory};
 use crate::error::{Error, Result, find_by_name};
 use crate::harness::{RunSpec, scheme_options, simulate};
 use crate::mechanics::monolithic;
@@ -170,6 +170,7 @@ fn run(case: &str, scheme: &str, macro_step: f64, size: Size, column: &'static s
         duration: case.defaults.duration_s,
         solver,
         wall_limit: None,
+        step_control: StepControl::None,
     };
     spec.check()?;
     Ok(Box::new(move || {

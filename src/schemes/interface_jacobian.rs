@@ -34,6 +34,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 1,
     sequence: Sequence::Jacobi,
     needs: &[Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::Rows(MOST_ROWS)],
+    gain: None,
     build: |_mechanics, actuator, options| Box::new(InterfaceJacobian::new(actuator.outputs.len(), options)),
 };
 
@@ -185,7 +186,12 @@ mod tests {
 
     /// A mass of 1 kg at `s`, `w`, held by a spring of 1 N/m, over a macro step of `h`; increments of `w` and λ.
     fn increments(s: f64, w: f64, h: f64) -> [f64; 2] {
-        let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver: &SOLVERS[0] };
+        let options = SchemeOptions {
+            redundancy: Redundancy::Drop,
+            motion: ModelMotion::Frozen,
+            solver: &SOLVERS[0],
+            gain: None,
+        };
         let mut scheme = InterfaceJacobian::new(1, &options);
         let mut model = ReducedInterfaceModel::zeros(0, 1);
         (model.h[0], model.w[0], model.position[0], model.mechanics_step) = (1.0, w, s, h);
