@@ -4,7 +4,8 @@ mod support;
 
 use rimbench::complementarity::SolverCounters;
 use rimbench::cosim::{
-    CommunicationGrid, ForceReturn, Outcome, Ports, Sequence, Setup, Side, Subsystem, SubsystemCounters, cosimulate,
+    CommunicationGrid, ForceReturn, Outcome, OutputRates, Ports, Sequence, Setup, Side, Subsystem, SubsystemCounters,
+    cosimulate,
 };
 use rimbench::error::Failure;
 use rimbench::interface_model::{MassMatrix, ReducedInterfaceModel};
@@ -254,6 +255,9 @@ impl Subsystem for Metered {
     }
     fn outputs(&self, u: &[f64], y: &mut [f64]) {
         self.inner.outputs(u, y);
+    }
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        self.inner.output_rates(t, u, rates)
     }
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let m = u.len() / 2;
