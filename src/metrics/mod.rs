@@ -12,7 +12,7 @@ mod evidence;
 
 pub use accuracy::order_of_convergence;
 pub use contact_phase::{ContactInterval, contact_intervals};
-pub use evidence::{Evidence, Metric};
+pub use evidence::{Evidence, InterfaceRow, Metric};
 
 /// Every metric, in the order of the columns in data.
 pub const METRICS: &[Metric] = &[
