@@ -5,12 +5,14 @@ mod support;
 
 use rimbench::cosim::{CommunicationGrid, ForceReturn, Outcome, Sequence, Setup, Side, Subsystem};
 use rimbench::harness::{RunResult, RunSpec};
-use rimbench::mechanics::{NonSmoothMechanics, monolithic};
+use rimbench::mechanics::{ContactLaw, NonSmoothMechanics, monolithic};
 use rimbench::schemes::{Family, SCHEMES, scheme_by_name};
 use support::*;
 
 const ACTUATOR_FIRST: Sequence = Sequence::GaussSeidel { first: Side::Actuator };
 const RIM: [&str; 3] = ["rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"];
+/// Those that carry the whole model, free acceleration and contacts included.
+const WHOLE_MODEL: [&str; 4] = ["rim-smooth", "rim-smooth-active", "rim-nonsmooth", "rim-nonsmooth-gap"];
 
 /// A scheme on the ledge: until 0.4 s the wedge box only translates, and no contact opens or closes.
 fn on_the_ledge(scheme: &str, macro_step: f64, force_return: ForceReturn, mechanics_steps: usize) -> RunResult {
@@ -37,7 +39,7 @@ const LENGTH_ROUNDING: f64 = 4e-14;
 #[test]
 fn on_the_ledge_the_reduced_model_must_be_the_full_model() {
     let reference = wedge_box_monolithic(5e-5, 1e-3, 0.4, |_, _| {});
-    for scheme in RIM {
+    for scheme in WHOLE_MODEL {
         let result = on_the_ledge(scheme, 1e-3, ForceReturn::Profile, 0);
         let off = |name: &str| max_difference(&column(&result.trajectory, name), &column(&reference, name));
         let (force, length) = (off("actuator_force_n"), off("actuator_length_m"));
@@ -149,7 +151,7 @@ fn off_monolithic(scheme: &str, interface: usize, grid: CommunicationGrid, micro
 #[test]
 fn a_model_with_constant_matrices_must_be_exact_for_any_macro_step_and_interface() {
     for interface in [1, 2] {
-        for scheme in RIM {
+        for scheme in WHOLE_MODEL {
             for (macro_step, phase) in [(0.01, 1.0), (0.1, 1.0), (0.1, 0.35), (0.5, 0.2)] {
                 let grid = CommunicationGrid::new(macro_step, phase, 2.0).unwrap();
                 let (off, rows) = off_monolithic(scheme, interface, grid, 1e-3);
@@ -180,6 +182,56 @@ fn the_linear_system_must_keep_its_contact_loaded_or_the_exactness_above_means_l
             mechanics.step(0.0, &force, 1e-3).unwrap();
             let load = mechanics.contact_impulses()[0] / 1e-3;
             assert!(load > 10.0, "m={interface}: the contact carries {load} N in step {step}");
+        }
+    }
+}
+
+/// A ball of 1 kg that falls from 2 cm and bounces, hung on a spring of 30 N/m; height and velocity at all communication
+/// points.
+fn bouncing(scheme: Option<&str>, restitution: f64, macro_step: f64) -> Vec<[f64; 2]> {
+    let model = LinearModel {
+        mass: vec![1.0],
+        force: vec![-9.81],
+        unilateral: ConstantRows::new(&[(&[1.0], 0.02)]),
+        interface: ConstantRows::new(&[(&[1.0], 0.0)]),
+        q: vec![0.0],
+        v: vec![0.0],
+        ..LinearModel::default()
+    };
+    let law = ContactLaw { restitution, ..PLASTIC };
+    let (mut mechanics, mut spring) = (stepper(model, law), Springs::new(&[30.0], &[0.0]));
+    let grid = CommunicationGrid::new(macro_step, 1.0, 1.0).unwrap();
+    let rows = match scheme {
+        Some(name) => {
+            let setup = Setup { mechanics_steps: 0, ..setup(grid, 1e-3, ACTUATOR_FIRST, ForceReturn::Profile) };
+            let entry = scheme_by_name(name).unwrap();
+            let mut coupling = (entry.build)(mechanics.ports(), spring.ports(), &options());
+            let (report, rows) = rows_of(&setup, &mut mechanics, &mut spring, &mut *coupling);
+            assert_eq!(report.outcome, Outcome::Completed);
+            rows
+        }
+        None => {
+            let (mut rows, every) = (Vec::new(), (macro_step / 1e-3).round() as usize);
+            monolithic(&mut mechanics, &mut spring, 1e-3, 1000, every, &mut |point| rows.push(row_of(&point))).unwrap();
+            rows
+        }
+    };
+    rows.iter().map(|row| [row[1], row[2]]).collect()
+}
+
+#[test]
+fn a_bounce_within_the_macro_step_must_be_that_of_the_mechanics() {
+    for restitution in [0.0, 0.5, 0.9] {
+        let bounces = bouncing(None, restitution, 1e-3);
+        let count = bounces.windows(2).filter(|pair| pair[0][1] < -1e-3 && pair[1][1] > 1e-3).count();
+        assert!(if restitution == 0.0 { count == 0 } else { count >= 4 }, "e = {restitution}: {count} bounces");
+        let reference = bouncing(None, restitution, 0.1);
+        let coupled = bouncing(Some("rim-nonsmooth-gap"), restitution, 0.1);
+        assert_eq!(reference.len(), coupled.len());
+        for (coupled, reference) in coupled.iter().zip(&reference) {
+            // Heights of 2 cm and velocities of 0.6 m/s after 1000 micro steps of a few roundings each.
+            approx::assert_abs_diff_eq!(coupled[0], reference[0], epsilon = 1e-14);
+            approx::assert_abs_diff_eq!(coupled[1], reference[1], epsilon = 1e-12);
         }
     }
 }
@@ -260,7 +312,7 @@ fn sequences_and_force_returns_must_do_what_the_calculation_by_hand_does() {
     // The reduced model moves along: w = 1, x = ¼, F = −1: w = 1 − ¼·½ = 0.875, x = 0.46875. With the mean (0 − 1)/2 the
     // mechanics reaches the same velocity; the second step: F = −1.875, w = 0.640625, x = 0.62890625, F = −2.515625,
     // w = 0.326171875, x = 0.71044921875, F₂ = −2.841796875; mean −2.1953125, s = 0.4375 + ½ w.
-    for scheme in RIM {
+    for scheme in WHOLE_MODEL {
         assert_eq!(
             by_hand(scheme, ACTUATOR_FIRST, ForceReturn::Mean, 1),
             [

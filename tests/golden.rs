@@ -12,13 +12,16 @@ const GOLDEN_VERSION: u32 = 1;
 
 /// Scheme, then actuator length (m) and force (N) at the end of a run at H = 1 ms with phase 0.3.
 ///
-/// Signal-based schemes run 0.15 s, into the first force peak; model-based ones 1.72 s, through the touch-down, except
+/// Most schemes run 0.15 s, into the first force peak; those named `rim` 1.72 s, through the touch-down, except
 /// `rim-smooth`, which is not stable there and stops at 1.5 s.
 const GOLDEN: &[(&str, f64, f64)] = &[
     ("zero-order-hold", 2.516314097965119, 715.5199218039654),
     ("first-order-hold", 2.516253106151541, 696.4934111482612),
     ("second-order-hold", 2.5162524471524503, 686.7707623041856),
+    ("interface-jacobian", 2.5162487499625645, 697.6939517924748),
+    ("rim-fixed-mass", 2.9483457956485357, -101.85542027569181),
     ("rim-smooth", 2.886888432900462, -182.2118642416308),
+    ("rim-smooth-active", 2.94756996821149, -30.10669214757354),
     ("rim-nonsmooth", 2.9475854230087855, -24.432944502132614),
     ("rim-nonsmooth-gap", 2.947914880750162, -105.57837701250082),
 ];
@@ -61,13 +64,15 @@ fn a_changed_digit_raises_the_numerics_version() {
     assert_eq!(NUMERICS_VERSION, GOLDEN_VERSION, "new numerics version: update GOLDEN and GOLDEN_VERSION");
     let found: Vec<(&str, (f64, f64))> = SCHEMES.iter().map(|scheme| (scheme.name, end_of_run(scheme.name))).collect();
     let same = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();
+    let golden = |name: &str| GOLDEN.iter().find(|golden| golden.0 == name);
     let unchanged = found.len() == GOLDEN.len()
-        && found.iter().zip(GOLDEN).all(|((name, (length, force)), golden)| {
-            *name == golden.0 && same(*length, golden.1) && same(*force, golden.2)
+        && found.iter().all(|(name, (length, force))| {
+            golden(name).is_some_and(|golden| same(*length, golden.1) && same(*force, golden.2))
         });
     assert!(
         unchanged,
-        "results have changed: raise NUMERICS_VERSION, say why in the commit, and update GOLDEN to\n{}",
+        "results have changed: raise NUMERICS_VERSION unless only a scheme is new, say why in the commit, and update \
+         GOLDEN to\n{}",
         found.iter().map(|(name, (s, f))| format!("    (\"{name}\", {s:?}, {f:?}),\n")).collect::<String>()
     );
 }

@@ -29,6 +29,8 @@ pub struct ReducedInterfaceModel {
     pub contact_margin: f64,
     /// Fraction γ of a penetration that the mechanics removes in one of its own steps.
     pub stabilisation: f64,
+    /// Restitution e of contacts that close.
+    pub restitution: f64,
     /// The mechanics' own step, s.
     pub mechanics_step: f64,
 }
@@ -47,6 +49,7 @@ impl ReducedInterfaceModel {
             position: vec![0.0; interface],
             contact_margin: 0.0,
             stabilisation: 0.0,
+            restitution: 0.0,
             mechanics_step: 0.0,
         }
     }
@@ -78,6 +81,7 @@ impl ReducedInterfaceModel {
         self.position.copy_from_slice(&other.position);
         self.contact_margin = other.contact_margin;
         self.stabilisation = other.stabilisation;
+        self.restitution = other.restitution;
         self.mechanics_step = other.mechanics_step;
     }
 

@@ -159,6 +159,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         }
         self.elimination.reduce(&self.eq3, &self.v, h, self.law.stabilisation, &mut self.eq4)?;
         self.eq4.contact_margin = self.law.contact_margin;
+        self.eq4.restitution = self.law.restitution;
         self.counters.eliminations += 1;
         self.reduced_for = h;
         Ok(())

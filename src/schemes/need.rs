@@ -9,6 +9,8 @@ pub enum Need {
     ForceDisplacement,
     /// A reduced interface model of the mechanics.
     InterfaceModel,
+    /// An interface of at most so many rows.
+    Rows(usize),
     /// Directional derivatives of the actuator's outputs.
     OutputRates,
     /// Both subsystems can be copied, so that a step can be taken again.
@@ -26,6 +28,10 @@ impl Need {
             Need::InterfaceModel => {
                 (mechanics.empty_interface_model().is_some(), "the mechanics offers no reduced interface model")
             }
+            Need::Rows(most) if actuator.ports().outputs.len() > most => {
+                return Some(format!("the interface has more than {most} rows"));
+            }
+            Need::Rows(_) => return None,
             Need::OutputRates => {
                 let ports = actuator.ports();
                 let mut rates = OutputRates::zeros(ports.outputs.len(), ports.inputs.len());

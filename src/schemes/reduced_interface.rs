@@ -8,6 +8,7 @@
 //! ```
 //! The schemes differ in one decision only, [`Contacts`]: what `P_u` is.
 
+use super::active_contacts::ActiveContacts;
 use super::entry::{ModelMotion, SchemeOptions};
 use super::packed_model::PackedModel;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters};
@@ -20,6 +21,8 @@ use crate::interface_model::{Condensation, GapRates, ReducedInterfaceModel, cond
 pub(super) enum Contacts {
     /// Contacts closed at `t_k` are bilateral: `w_c⁺ = 0`, eliminated beforehand.
     Bilateral,
+    /// Those of them that carry impulse at `t_k` are bilateral, the others are left out.
+    BilateralActive,
     /// Contacts closed at `t_k` may open: `0 ≤ w_u⁺ ⟂ P_u ≥ 0`.
     Unilateral,
     /// All contacts are there with their gaps: `0 ≤ w_u⁺ + g/δ ⟂ P_u ≥ 0`, `g⁺ = g + δ w_u⁺`.
@@ -45,6 +48,7 @@ pub(super) struct ReducedInterface {
     condensation: Condensation,
     diagnosis: Condensation,
     solver: Checked,
+    active: ActiveContacts,
     /// The model as a micro step uses it.
     packed: PackedModel,
     gap_rates: GapRates,
@@ -86,6 +90,7 @@ impl ReducedInterface {
             condensation: Condensation::new(0, interface),
             diagnosis: Condensation::new(0, interface),
             solver: options.solver.checked(0),
+            active: ActiveContacts::new(0, interface, options.solver),
             packed: PackedModel::new(0, interface),
             gap_rates: GapRates::default(),
             b_u: Vec::new(),
@@ -112,6 +117,7 @@ impl ReducedInterface {
         self.condensation = Condensation::new(n_u, n_i);
         self.diagnosis = Condensation::new(n_u, n_i);
         self.solver = self.options.solver.checked(n_u);
+        self.active = ActiveContacts::new(n_u, n_i, self.options.solver);
         self.packed = PackedModel::new(n_u, n_i);
         for buffer in [&mut self.b_u, &mut self.p_u, &mut self.gap] {
             *buffer = vec![0.0; n_u];
@@ -131,14 +137,26 @@ impl ReducedInterface {
                 self.set.clear();
                 self.set.extend(0..model.contacts());
             }
-            Contacts::Bilateral | Contacts::Unilateral => model.closed_contacts(&mut self.set),
+            Contacts::Bilateral | Contacts::BilateralActive | Contacts::Unilateral => {
+                model.closed_contacts(&mut self.set)
+            }
         }
         self.take_rates(sample.time, model);
         self.received.copy_from(model);
         self.current.copy_from(model);
         self.received_at = sample.time;
         self.micro_step = sample.actuator_micro_step;
+        // Which contacts carry impulse depends on the force, which arrives next.
+        if self.contacts != Contacts::BilateralActive {
+            self.begin();
+        }
+    }
+
+    /// Sets the model to its start at the communication point, once the set of contacts is known.
+    fn begin(&mut self) {
+        self.extrapolating &= self.set == self.previous_set;
         self.prepare();
+        let model = &self.received;
         self.gap_rates = GapRates::new(self.micro_step, model.mechanics_step, model.stabilisation);
         let n = self.packed.contacts();
         for (slot, &contact) in self.set[..n].iter().enumerate() {
@@ -146,7 +164,7 @@ impl ReducedInterface {
             self.gap[slot] = model.gap[contact];
         }
         let w_i = match self.contacts {
-            Contacts::Bilateral => &self.condensation.w[..],
+            Contacts::Bilateral | Contacts::BilateralActive => &self.condensation.w[..],
             Contacts::Unilateral | Contacts::UnilateralWithGaps => &model.w[model.contacts()..],
         };
         self.w[n..n + w_i.len()].copy_from_slice(w_i);
@@ -162,10 +180,7 @@ impl ReducedInterface {
             let was_closed = |contact: usize| received.gap[contact] <= received.contact_margin;
             (0..model.contacts()).all(|contact| was_closed(contact) == self.closed.contains(&contact))
         };
-        self.extrapolating = self.options.motion == ModelMotion::Extrapolated
-            && elapsed > 0.0
-            && same_closed
-            && self.set == self.previous_set;
+        self.extrapolating = self.options.motion == ModelMotion::Extrapolated && elapsed > 0.0 && same_closed;
         if self.extrapolating {
             let rates =
                 [(&mut self.h_rate, &model.h, &self.received.h), (&mut self.a_rate, &model.a, &self.received.a)];
@@ -194,7 +209,7 @@ impl ReducedInterface {
     /// Derives from `current` what a micro step needs.
     fn prepare(&mut self) {
         match self.contacts {
-            Contacts::Bilateral => {
+            Contacts::Bilateral | Contacts::BilateralActive => {
                 condense(&self.current, &self.set, self.options.redundancy, &mut self.condensation);
                 self.packed.pack_condensed(&self.condensation, self.micro_step);
             }
@@ -211,7 +226,7 @@ impl ReducedInterface {
         let rows = n + lambda.len();
         self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
         match self.contacts {
-            Contacts::Bilateral => return Ok(()),
+            Contacts::Bilateral | Contacts::BilateralActive => return Ok(()),
             Contacts::Unilateral => self.b_u[..n].copy_from_slice(&self.w_free[..n]),
             Contacts::UnilateralWithGaps => {
                 for (b, (w, gap)) in self.b_u[..n].iter_mut().zip(self.w_free.iter().zip(&self.gap)) {
@@ -219,8 +234,22 @@ impl ReducedInterface {
                 }
             }
         }
+        if self.received.restitution > 0.0 {
+            self.bounce(n);
+        }
         let lcp = Lcp { m: self.packed.h_uu(), q: &self.b_u[..n] };
         self.solver.solve(lcp, &mut self.p_u[..n]).map(|_| ())
+    }
+
+    /// Replaces the gap law by the impact law `w⁺ + e w⁻ ≥ 0` where a contact closes within the micro step.
+    fn bounce(&mut self, n: usize) {
+        let tracked = self.contacts == Contacts::UnilateralWithGaps;
+        for slot in 0..n {
+            let (w, gap) = (self.w[slot], if tracked { self.gap[slot] } else { 0.0 });
+            if w < 0.0 && gap + self.micro_step * w <= 0.0 {
+                self.b_u[slot] = self.w_free[slot] + self.received.restitution * w;
+            }
+        }
     }
 
     /// Effective mass with the contacts that carry impulse in the first micro step.
@@ -245,7 +274,13 @@ impl CouplingScheme for ReducedInterface {
         match (from, sample.model) {
             (Side::Mechanics, Some(model)) => self.receive_model(sample, model),
             (Side::Mechanics, None) => {}
-            (Side::Actuator, _) => self.force.copy_from_slice(sample.y),
+            (Side::Actuator, _) => {
+                self.force.copy_from_slice(sample.y);
+                if self.contacts == Contacts::BilateralActive {
+                    self.active.keep(&mut self.set, &self.received, &self.force)?;
+                    self.begin();
+                }
+            }
         }
         Ok(())
     }
@@ -280,7 +315,7 @@ impl CouplingScheme for ReducedInterface {
 
     fn diagnostics(&mut self) -> Diagnostics {
         let effective_mass = match self.contacts {
-            Contacts::Bilateral => self.condensation.effective_mass,
+            Contacts::Bilateral | Contacts::BilateralActive => self.condensation.effective_mass,
             // A problem that cannot be solved here fails the micro step that follows, with its reason.
             Contacts::Unilateral | Contacts::UnilateralWithGaps => self.active_effective_mass().unwrap_or(f64::NAN),
         };
@@ -288,6 +323,8 @@ impl CouplingScheme for ReducedInterface {
     }
 
     fn counters(&self) -> SolverCounters {
-        self.solver.counters()
+        let mut counters = self.solver.counters();
+        counters.add(&self.active.counters());
+        counters
     }
 }

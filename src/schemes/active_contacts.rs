@@ -1,0 +1,87 @@
+//! Which of the closed contacts carry impulse at a communication point.
+
+use super::packed_model::PackedModel;
+use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SolverEntry};
+use crate::error::Failure;
+use crate::interface_model::ReducedInterfaceModel;
+
+/// Solves the contacts that are closed at `t_k` once, over one step `h` of the mechanics with the actuator's force held.
+///
+/// ```text
+/// w_c⁺ = w_c + h a_c + h H_ci λ + H_cc P_c      0 ≤ w_c⁺ ⟂ P_c ≥ 0      active = {α : P_α > 0}
+/// ```
+pub(super) struct ActiveContacts {
+    solver: Checked,
+    packed: PackedModel,
+    w: Vec<f64>,
+    w_free: Vec<f64>,
+    impulses: Vec<f64>,
+}
+
+impl ActiveContacts {
+    /// Makes room for models with up to `contacts` contacts and `interface` interface rows.
+    pub(super) fn new(contacts: usize, interface: usize, solver: &SolverEntry) -> Self {
+        ActiveContacts {
+            solver: solver.checked(contacts),
+            packed: PackedModel::new(contacts, interface),
+            w: vec![0.0; contacts + interface],
+            w_free: vec![0.0; contacts + interface],
+            impulses: vec![0.0; contacts],
+        }
+    }
+
+    /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N).
+    ///
+    /// # Errors
+    /// Those of the complementarity solver.
+    pub(super) fn keep(
+        &mut self,
+        closed: &mut Vec<usize>,
+        model: &ReducedInterfaceModel,
+        lambda: &[f64],
+    ) -> Result<(), Failure> {
+        let (n, rows) = (closed.len(), closed.len() + lambda.len());
+        self.packed.pack(model, closed, model.mechanics_step);
+        for (slot, &contact) in closed.iter().enumerate() {
+            self.w[slot] = model.w[contact];
+        }
+        self.w[n..rows].copy_from_slice(&model.w[model.contacts()..]);
+        self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
+        let lcp = Lcp { m: self.packed.h_uu(), q: &self.w_free[..n] };
+        self.solver.solve(lcp, &mut self.impulses[..n])?;
+        let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
+        closed.retain(|_| carries.next().unwrap_or(false));
+        Ok(())
+    }
+
+    pub(super) fn counters(&self) -> SolverCounters {
+        self.solver.counters()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::complementarity::SOLVERS;
+
+    #[test]
+    fn a_contact_is_active_when_it_is_pressed_and_not_when_it_is_pulled() {
+        // A mass of 2 kg on the floor (w_u = w_i) that falls with 1 m/s² or less: 4 N up lift it, 1 N does not.
+        let mut model = ReducedInterfaceModel::zeros(2, 1);
+        let row = [0.5, 0.0, 0.5];
+        model.h.copy_from_slice(&[row, [0.0, 1.0, 0.0], row].concat());
+        model.a.copy_from_slice(&[-1.0, 5.0, -1.0]);
+        model.mechanics_step = 0.1;
+        let mut active = ActiveContacts::new(2, 1, &SOLVERS[0]);
+        for (force, left) in [(1.0, &[0][..]), (4.0, &[]), (-4.0, &[0])] {
+            let mut closed = vec![0, 1];
+            active.keep(&mut closed, &model, &[force]).unwrap();
+            assert_eq!(closed, left, "{force} N");
+        }
+        // What is not closed is not asked.
+        let mut closed = vec![1];
+        active.keep(&mut closed, &model, &[0.0]).unwrap();
+        assert!(closed.is_empty());
+        assert_eq!(active.counters().solves, 4);
+    }
+}
