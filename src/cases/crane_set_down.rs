@@ -84,7 +84,7 @@ const PARAMETERS: [Parameter; 28] = {
         p("load_mass_kg", "kg", 100.0, Positive, "mass m_h of the load", LIM),
         p("pin_x_m", "m", 0.866_025_403_784_438_6, Positive, "x of the actuator's fixed end B; its y is 0", LIM),
         p("theta_1_start_rad", "rad", std::f64::consts::FRAC_PI_6, Finite, "angle of the link at the start", LIM),
-        p("ground_height_m", "m", -0.05, Finite, "height of the ground; the load starts at 0", OURS),
+        p("ground_height_m", "m", -0.03, Finite, "height of the ground; the load starts at 0", OURS),
         p("piston_area_m2", "m²", 65e-4, Positive, "piston area A", LIM),
         p("cylinder_length_m", "m", 0.442, Positive, "length l of both chambers together", LIM),
         p("viscous_friction_n_s_m", "N·s/m", 1e5, NotNegative, "viscous friction c of the cylinder", LIM),

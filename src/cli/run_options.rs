@@ -41,6 +41,9 @@ pub struct RunOptions {
     /// Interface model within a macro step: frozen, extrapolated
     #[arg(long)]
     model_motion: Option<String>,
+    /// Contacts inside a non-smooth interface model: all, near, coupled:<tolerance>
+    #[arg(long)]
+    contacts: Option<String>,
     /// A parameter of the case, key=value (see `rimbench list parameters`); may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -67,7 +70,8 @@ impl RunOptions {
             case,
             parameters,
             scheme,
-            options: scheme_options(self.redundancy.as_deref(), self.model_motion.as_deref(), solver)?,
+            options: scheme_options(self.redundancy.as_deref(), self.model_motion.as_deref(), solver)?
+                .with_contacts(self.contacts.as_deref())?,
             macro_step,
             phase,
             // A macro step below the usual micro step is its own micro step, unless one is asked for.

@@ -8,7 +8,7 @@ use crate::cases::{Case, Parameters, case_by_name};
 use crate::complementarity::{SolverEntry, solver_by_name};
 use crate::error::{Error, Result};
 use crate::interface_model::Redundancy;
-use crate::schemes::{SchemeOptions, scheme_by_name};
+use crate::schemes::{ContactChoice, SchemeOptions, scheme_by_name};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -67,6 +67,7 @@ struct SchemeRow {
     mechanics_steps: Option<toml::Value>,
     redundancy: Option<String>,
     model_motion: Option<String>,
+    contacts: Option<String>,
     solver: Option<String>,
     macro_steps_s: Option<MacroSteps>,
 }
@@ -307,7 +308,8 @@ impl Experiment {
             case,
             parameters: parameters.clone(),
             scheme,
-            options: scheme_options(row.redundancy.as_deref(), row.model_motion.as_deref(), solver)?,
+            options: scheme_options(row.redundancy.as_deref(), row.model_motion.as_deref(), solver)?
+                .with_contacts(row.contacts.as_deref())?,
             macro_step,
             phase,
             // A macro step below the usual micro step is its own micro step, unless one is asked for.
@@ -361,7 +363,7 @@ pub fn scheme_options(
         other => return Err(Error::unknown("redundancy", other, ["drop", "pseudo-inverse", "regularised"])),
     };
     let motion = motion.map(str::parse).transpose()?.unwrap_or_default();
-    Ok(SchemeOptions { redundancy, motion, solver })
+    Ok(SchemeOptions { redundancy, motion, contacts: ContactChoice::All, solver })
 }
 
 impl Phases {

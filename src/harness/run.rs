@@ -9,7 +9,7 @@ use crate::cosim::{
 };
 use crate::error::{Error, Result};
 use crate::numerics_version::NUMERICS_VERSION;
-use crate::schemes::{SchemeEntry, SchemeOptions};
+use crate::schemes::{ContactChoice, SchemeEntry, SchemeOptions};
 use sha2::{Digest, Sha256};
 use std::time::{Duration, Instant};
 
@@ -85,6 +85,10 @@ impl RunSpec {
             self.force_return,
             self.solver.name,
         );
+        // Ids from before there was a choice stay valid.
+        if self.options.contacts != ContactChoice::All {
+            key += &format!("contacts {}\n", self.options.contacts);
+        }
         hex(&Sha256::digest(key))[..16].to_owned()
     }
 

@@ -4,6 +4,8 @@
 //! `ENTRY`, and add the entry to the list. Every test, sweep and figure then finds it by name.
 
 mod active_contacts;
+mod contact_choice;
+mod contact_selection;
 mod entry;
 mod extrapolation;
 mod first_order_hold;
@@ -19,6 +21,7 @@ mod rim_smooth_active;
 mod second_order_hold;
 mod zero_order_hold;
 
+pub use contact_choice::ContactChoice;
 pub use entry::{Family, ModelMotion, SchemeEntry, SchemeOptions, scheme_by_name};
 pub use need::Need;
 

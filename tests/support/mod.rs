@@ -12,7 +12,7 @@ use rimbench::harness::{RunResult, RunSpec, simulate};
 use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows};
 use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, monolithic};
 use rimbench::models::{WedgeBox, WedgeBoxGeometry};
-use rimbench::schemes::{ModelMotion, SchemeOptions, scheme_by_name};
+use rimbench::schemes::{ContactChoice, ModelMotion, SchemeOptions, scheme_by_name};
 
 /// Plastic contacts without position stabilisation.
 pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 1e-3 };
@@ -22,7 +22,12 @@ pub fn solver() -> &'static SolverEntry {
 }
 
 pub fn options() -> SchemeOptions {
-    SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver: solver() }
+    SchemeOptions {
+        redundancy: Redundancy::Drop,
+        motion: ModelMotion::Frozen,
+        contacts: ContactChoice::All,
+        solver: solver(),
+    }
 }
 
 pub fn wedge_box_case() -> &'static Case {
