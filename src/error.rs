@@ -92,6 +92,15 @@ pub enum Failure {
         /// Which matrix.
         matrix: &'static str,
     },
+    /// The coupling variables of a macro step were not found by iteration.
+    NotConverged {
+        /// Largest relative residual of the last iteration.
+        residual: f64,
+        /// Iterations made.
+        iterations: u32,
+    },
+    /// A step was to be taken on a copy, and a subsystem or the scheme has none to give.
+    NotCopied,
 }
 
 impl fmt::Display for Failure {
@@ -103,6 +112,12 @@ impl fmt::Display for Failure {
             Failure::SolverFailed { residual } => write!(f, "complementarity residual {residual:.3e} above tolerance"),
             Failure::NonFinite { quantity } => write!(f, "{quantity} is not finite"),
             Failure::Singular { matrix } => write!(f, "{matrix} is singular"),
+            Failure::NotConverged { residual, iterations } => {
+                write!(f, "relative interface residual {residual:.3e} after {iterations} iterations")
+            }
+            Failure::NotCopied => {
+                f.write_str("a subsystem or the scheme cannot be copied, so no step can be taken again")
+            }
         }
     }
 }

@@ -385,7 +385,7 @@ fn impossible_machines_are_refused_with_the_numbers() {
 /// All models can be copied: schemes that take a step again need it.
 #[test]
 fn copies_of_a_model_go_their_own_way() {
-    fn moved<M: MechanicalModel + Clone>(model: &M, force: &[f64]) -> Vec<f64> {
+    fn moved<M: MechanicalModel + Clone + 'static>(model: &M, force: &[f64]) -> Vec<f64> {
         let mut mechanics: NonSmoothMechanics<M> = stepper(model.clone(), PLASTIC);
         (0..10).for_each(|_| mechanics.step(0.0, force, 1e-3).unwrap());
         mechanics.position().to_vec()

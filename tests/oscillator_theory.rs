@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rimbench::cases::{ReferenceMethod, case_by_name};
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{Bounds, Sequence, Trajectory};
+use rimbench::cosim::{Bounds, Sequence, StepControl, Trajectory};
 use rimbench::harness::{RunSpec, scheme_options, simulate, spectral_radius};
 use rimbench::metrics::order_of_convergence;
 use rimbench::schemes::scheme_by_name;
@@ -28,6 +28,7 @@ fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: &str, macro_st
         scheme,
         options: scheme_options(None, None, solver).unwrap(),
         macro_step,
+        step_control: StepControl::None,
         phase: 1.0,
         micro_step: macro_step,
         mechanics_steps: 1,

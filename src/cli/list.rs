@@ -44,6 +44,7 @@ impl List {
                     let mut entry = named(scheme.name, scheme.about);
                     entry.push(("order", scheme.order.to_string()));
                     entry.push(("sequence", scheme.sequence.to_string()));
+                    entry.push(("real-time", if scheme.real_time() { "yes" } else { "no" }.to_owned()));
                     entry
                 })
                 .collect(),

@@ -3,7 +3,7 @@
 use clap::Args;
 use rimbench::cases::case_by_name;
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{ForceReturn, Sequence};
+use rimbench::cosim::{ForceReturn, Sequence, StepControl};
 use rimbench::error::{Error, Result};
 use rimbench::harness::{RunSpec, parse_mechanics_steps, scheme_options};
 use rimbench::schemes::scheme_by_name;
@@ -44,6 +44,15 @@ pub struct RunOptions {
     /// Contacts inside a non-smooth interface model: all, near, coupled:<tolerance>
     #[arg(long)]
     contacts: Option<String>,
+    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, step-doubling
+    #[arg(long)]
+    step_control: Option<String>,
+    /// Error allowed per macro step where the step is controlled, a pure number
+    #[arg(long, value_name = "TOL", allow_negative_numbers = true)]
+    step_tolerance: Option<f64>,
+    /// Shortest macro step where the step is controlled, s; default H/100
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    min_macro_step: Option<f64>,
     /// A parameter of the case, key=value (see `rimbench list parameters`); may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -66,7 +75,15 @@ impl RunOptions {
         let force_return: Option<ForceReturn> = self.force_return.as_deref().map(str::parse).transpose()?;
         let (sequence, force_return) = scheme.sequence_and_return(sequence, force_return)?;
         let macro_step = macro_step.unwrap_or(case.defaults.macro_step_s);
+        let step_control = StepControl::new(
+            self.step_control.as_deref(),
+            self.step_tolerance,
+            self.min_macro_step,
+            macro_step,
+            scheme.order,
+        )?;
         let spec = RunSpec {
+            step_control,
             case,
             parameters,
             scheme,

@@ -80,4 +80,8 @@ impl ComplementaritySolver for Clarabel {
         }
         Ok(stats)
     }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
 }

@@ -26,6 +26,7 @@ use crate::error::Failure;
 use crate::interface_model::{Cholesky, ReducedInterfaceModel, gap_velocity};
 
 /// The choice of contacts with its buffers.
+#[derive(Clone)]
 pub(super) struct ContactSelection {
     choice: ContactChoice,
     solver: Checked,

@@ -16,6 +16,8 @@ pub enum Family {
     Signal,
     /// A reduced interface model.
     Model,
+    /// The other side itself: steps are taken again, or both sides together. Not real-time; what the others are held against.
+    Ceiling,
 }
 
 /// What happens to the matrices of a reduced interface model within a macro step.
@@ -84,7 +86,7 @@ pub struct SchemeEntry {
     pub name: &'static str,
     /// One line.
     pub about: &'static str,
-    /// Signal- or model-based.
+    /// Signal- or model-based, or a ceiling.
     pub family: Family,
     /// Declared order in H of the coupling itself: smooth system, exact subsystems, default force return.
     pub order: u32,
@@ -139,6 +141,11 @@ impl SchemeEntry {
             )));
         }
         Ok(())
+    }
+
+    /// Whether no step is ever taken again, so that the scheme can run in real time.
+    pub fn real_time(&self) -> bool {
+        self.family != Family::Ceiling
     }
 
     /// Why this scheme cannot couple these subsystems, if it cannot.

@@ -10,6 +10,7 @@ use crate::error::Failure;
 /// ```
 /// evaluated at the middle of each micro step, so that a held micro step carries the mean of a straight line. The
 /// points need not be equidistant (phase, last step). Until n+1 samples have arrived the degree is what they allow.
+#[derive(Clone)]
 pub(super) struct Extrapolation {
     degree: usize,
     to_actuator: History,
@@ -17,12 +18,16 @@ pub(super) struct Extrapolation {
 }
 
 impl Extrapolation {
-    pub(super) fn boxed(degree: usize, mechanics: &Ports, actuator: &Ports) -> Box<dyn CouplingScheme> {
-        Box::new(Extrapolation {
+    pub(super) fn new(degree: usize, mechanics: &Ports, actuator: &Ports) -> Self {
+        Extrapolation {
             degree,
             to_actuator: History::new(mechanics.outputs.len(), degree + 1),
             to_mechanics: History::new(actuator.outputs.len(), degree + 1),
-        })
+        }
+    }
+
+    pub(super) fn boxed(degree: usize, mechanics: &Ports, actuator: &Ports) -> Box<dyn CouplingScheme> {
+        Box::new(Self::new(degree, mechanics, actuator))
     }
 }
 
@@ -45,9 +50,14 @@ impl CouplingScheme for Extrapolation {
         history.evaluate(self.degree, at.middle(), u);
         Ok(())
     }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
+    }
 }
 
 /// The last samples, newest first, in buffers of fixed size.
+#[derive(Clone)]
 struct History {
     width: usize,
     times: [f64; 3],

@@ -43,6 +43,7 @@ const MOST_ROWS: usize = 8;
 type Square = SMatrix<f64, MOST_ROWS, MOST_ROWS>;
 type Column = SVector<f64, MOST_ROWS>;
 
+#[derive(Clone)]
 struct InterfaceJacobian {
     rows: usize,
     options: SchemeOptions,
@@ -166,6 +167,10 @@ impl CouplingScheme for InterfaceJacobian {
 
     fn counters(&self) -> SolverCounters {
         self.active.as_ref().map(ActiveContacts::counters).unwrap_or_default()
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
     }
 }
 

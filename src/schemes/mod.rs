@@ -9,7 +9,11 @@ mod contact_selection;
 mod entry;
 mod extrapolation;
 mod first_order_hold;
+mod implicit;
 mod interface_jacobian;
+mod iterated_aitken;
+mod iterated_quasi_newton;
+mod monolithic;
 mod need;
 mod packed_model;
 mod reduced_interface;
@@ -36,4 +40,7 @@ pub const SCHEMES: &[SchemeEntry] = &[
     rim_smooth_active::ENTRY,
     rim_nonsmooth::ENTRY,
     rim_nonsmooth_gap::ENTRY,
+    iterated_aitken::ENTRY,
+    iterated_quasi_newton::ENTRY,
+    monolithic::ENTRY,
 ];

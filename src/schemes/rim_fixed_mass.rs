@@ -36,6 +36,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     },
 };
 
+#[derive(Clone)]
 struct FixedMass {
     redundancy: Redundancy,
     /// `Ĥ_ii(t_0)`.
@@ -88,6 +89,10 @@ impl CouplingScheme for FixedMass {
 
     fn diagnostics(&mut self) -> Diagnostics {
         Diagnostics { effective_mass: self.mobility.as_ref().map(|mobility| mobility.effective_mass) }
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
     }
 }
 

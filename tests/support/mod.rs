@@ -5,7 +5,7 @@ use rimbench::cases::{Case, CoupledSystem, Recorder, case_by_name};
 use rimbench::complementarity::{SolverEntry, solver_by_name};
 use rimbench::cosim::{
     Bounds, CommunicationGrid, CommunicationPoint, CouplingScheme, ForceReturn, Port, Ports, Quantity, Report,
-    Sequence, Setup, Subsystem, SubsystemCounters, Timing, Trajectory, cosimulate,
+    Sequence, Setup, StepControl, Subsystem, SubsystemCounters, Timing, Trajectory, cosimulate,
 };
 use rimbench::error::Failure;
 use rimbench::harness::{RunResult, RunSpec, simulate};
@@ -45,6 +45,7 @@ pub fn wedge_box_spec(scheme: &str, macro_step: f64) -> RunSpec {
         scheme,
         options: options(),
         macro_step,
+        step_control: StepControl::None,
         phase: 1.0,
         micro_step: case.defaults.micro_step_s,
         mechanics_steps: 1,
@@ -313,6 +314,10 @@ impl Subsystem for Springs {
         self.steps += 1;
         Ok(())
     }
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn counters(&self) -> SubsystemCounters {
         SubsystemCounters { micro_steps: self.steps, ..SubsystemCounters::default() }
     }
@@ -322,6 +327,7 @@ impl Subsystem for Springs {
 pub fn setup(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Setup {
     Setup {
         grid,
+        step_control: StepControl::None,
         micro_step,
         mechanics_steps: 1,
         sequence,
