@@ -8,7 +8,7 @@
 //! ```
 //! 1 + 2n velocities (blade; x and y of n discs: without friction they do not spin). Layers are hexagonal, with one disc less in each
 //! second one; some 3n contacts: many more than a frictionless heap can carry (2n), so its forces are not unique. The number of
-//! contacts follows from `columns` and `layers`: 6 × 4 has 66, 10 × 8 has 228.
+//! contacts follows from `columns` and `layers`: 6 × 4 has 62, 10 × 8 has 220.
 //!
 //! **Manoeuvre.** The heap is stacked against the blade, with some room before the wall. Let go, it settles: the upper discs push the
 //! lower ones apart until the wall holds them; then the blade pushes all of it.
@@ -29,7 +29,7 @@ use crate::error::Result;
 
 pub(super) const ENTRY: Case = Case {
     name: "disc-pile",
-    about: "A loader's blade pushes a heap of discs against a wall (66 contacts; up to some 200 by its parameters)",
+    about: "A loader's blade pushes a heap of discs against a wall (62 contacts; up to some 200 by its parameters)",
     parameters: &PARAMETERS,
     defaults: CaseDefaults {
         duration_s: 0.5,

@@ -28,7 +28,7 @@ pub struct DiscsGeometry {
 
 /// Contacts with a gap below this many radii at the start are listed: in a hexagonal heap the direct neighbours, whose next ones
 /// are 1.46 radii away, and both discs at the end of each layer.
-const LISTED: f64 = 1.2;
+const LISTED: f64 = 1.3;
 
 /// What a disc can touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +45,7 @@ enum Contact {
 /// g_blade = x_d − R − x_b     g_wall = x_w − R − x_d     g_floor = y_d − R     g_ij = |c_j − c_i| − 2R
 /// A_ij = [−nᵀ, nᵀ],  n = (c_j − c_i)/|c_j − c_i|,        Ȧv = |ċ_⊥|²/|c_j − c_i|
 /// ```
-/// The list is made once, at the start: whatever is closer than 1.2 radii. It holds for as long as no disc has moved by more
+/// The list is made once, at the start: whatever is closer than 1.3 radii. It holds for as long as no disc has moved by more
 /// than half of what is missing to the nearest contact that is not listed: [`reach`](Self::reach) says how far that is, and the
 /// observable `largest_displacement_m` how much of it is used. A row touches at most two bodies.
 /// # Source
