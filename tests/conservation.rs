@@ -256,9 +256,6 @@ impl Subsystem for Metered {
     fn outputs(&self, u: &[f64], y: &mut [f64]) {
         self.inner.outputs(u, y);
     }
-    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
-        self.inner.output_rates(t, u, rates)
-    }
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let m = u.len() / 2;
         let mut force = vec![0.0; m];

@@ -3,10 +3,17 @@
 //! To add one: write a file with an `ENTRY`, and add it to the list.
 
 mod case;
+mod crane_set_down;
+mod disc_pile;
+mod disc_row;
 mod fluid;
+mod gripper;
+mod half_car;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
+mod hydraulics;
 mod linear_oscillator;
+mod loader;
 mod parameters;
 mod precice_oscillator;
 mod quarter_car;
@@ -29,4 +36,9 @@ pub const CASES: &[Case] = &[
     linear_oscillator::ENTRY,
     quarter_car::ENTRY,
     precice_oscillator::ENTRY,
+    crane_set_down::ENTRY,
+    half_car::ENTRY,
+    gripper::ENTRY,
+    disc_row::ENTRY,
+    disc_pile::ENTRY,
 ];

@@ -55,10 +55,11 @@ pub trait MechanicalModel: Send {
     /// Names, with units, of what [`observe`](Self::observe) writes.
     fn observables(&self) -> &'static [&'static str];
 
-    /// Names of the gaps, one per unilateral row, for example `gap_left_wedge_m`.
+    /// Names of the gaps of the first unilateral rows, for example `gap_left_wedge_m`. A model with a few contacts names them
+    /// all; one with many names the first, and shows the least gap of the others among its observables.
     fn gap_names(&self) -> &'static [&'static str];
 
-    /// Names of the contact forces, one per unilateral row, for example `contact_force_left_wedge_n`.
+    /// Names of the contact forces of the first unilateral rows, for example `contact_force_left_wedge_n`.
     fn contact_force_names(&self) -> &'static [&'static str];
 
     /// Writes the model's own observables.

@@ -222,9 +222,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 /// Observables that every model with contacts has.
 ///
 /// `effective_mass_kg` is that of the closed contacts; `active_effective_mass_kg` that of the contacts that carried impulse
-/// in the last step.
-const CONTACT_OBSERVABLES: [&str; 4] =
-    ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg"];
+/// in the last step. The sum of contact forces is also there for contacts that have no name of their own.
+const CONTACT_OBSERVABLES: [&str; 5] =
+    ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg", "contact_force_sum_n"];
 
 impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
     fn ports(&self) -> &Ports {
@@ -276,15 +276,17 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
     }
 
     fn observe(&mut self, h: f64, row: &mut [f64]) {
-        let own = self.model.observables().len();
         let n_u = self.eq3.unilateral.len();
-        self.model.observe(&self.q, &self.v, &mut row[..own]);
-        row[own..own + n_u].copy_from_slice(&self.eq3.unilateral.position);
-        for (force, impulse) in row[own + n_u..own + 2 * n_u].iter_mut().zip(&self.impulses) {
+        let (own, row) = row.split_at_mut(self.model.observables().len());
+        let (gaps, row) = row.split_at_mut(self.model.gap_names().len());
+        let (forces, contact) = row.split_at_mut(self.model.contact_force_names().len());
+        self.model.observe(&self.q, &self.v, own);
+        gaps.copy_from_slice(&self.eq3.unilateral.position[..gaps.len()]);
+        for (force, impulse) in forces.iter_mut().zip(&self.impulses[..n_u]) {
             *force = impulse / self.last_step;
         }
-        let contact = &mut row[own + 2 * n_u..];
         contact.fill(f64::NAN);
+        contact[4] = self.impulses[..n_u].iter().sum::<f64>() / self.last_step;
         if self.reduce(h).is_ok() {
             self.eq4.closed_contacts(&mut self.closed);
             condense(&self.eq4, &self.closed, Redundancy::Drop, &mut self.condensation);
