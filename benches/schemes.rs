@@ -6,8 +6,8 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rimbench::complementarity::solver_by_name;
 use rimbench::cosim::{CommunicationGrid, CouplingScheme, MicroStep, OutputRates, Port, Ports, Quantity, Sample, Side};
-use rimbench::interface_model::{ReducedInterfaceModel, Redundancy};
-use rimbench::schemes::{Family, ModelMotion, SCHEMES, SchemeEntry, SchemeOptions};
+use rimbench::interface_model::ReducedInterfaceModel;
+use rimbench::schemes::{Family, SCHEMES, SchemeEntry, SchemeOptions};
 use std::hint::black_box;
 
 const MICRO_STEPS: usize = 100;
@@ -23,7 +23,7 @@ fn settled(entry: &SchemeEntry) -> Box<dyn CouplingScheme> {
     let actuator = Ports { inputs: motion, outputs: force, direct_feedthrough: true };
     let solver = solver_by_name("active-set").unwrap();
     let gain = entry.gain_value(None).unwrap();
-    let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver, gain };
+    let options = SchemeOptions { gain, ..SchemeOptions::of(solver) };
     let mut scheme = (entry.build)(&mechanics, &actuator, &options);
     let mut model = ReducedInterfaceModel::zeros(0, 1);
     model.h[0] = 1.0;

@@ -57,7 +57,7 @@ fn a_ball_must_come_to_rest_when_infinitely_many_impacts_add_up() {
     // 2 h. Down to rebounds of 1 µm (4.43 mm/s) it takes 66 impacts: 66 · 7.2 h = 475 h. From there to rest the rebounds of an
     // exact ball take 2 · 4.43e-3/(g (1 − e)) = 9.0 ms; one more or less of them, 1 ms, may be above the level.
     let level = 1e-6;
-    let last = run.rows().filter(|row| row[height] > level).last().unwrap()[time];
+    let last = run.rows().rfind(|row| row[height] > level).unwrap()[time];
     println!("first {first}, last above 1 µm {last}");
     assert!(last > 8.578949 - 0.0090 - 0.0010 && last < 8.578949 + 475.0 * h, "{last}");
     // What is left of it rattles within 3.4 g h².

@@ -38,7 +38,10 @@ fn run(name: &str, experiment: &str) -> String {
 /// Completed and planned runs of the first line that names both.
 fn completed(table: &str, case: &str, scheme: &str) -> (usize, usize) {
     let words = |line: &'_ str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-    let found = table.lines().map(words).find(|line| line.len() > 2 && line[0] == case && line[1] == scheme);
+    let found = table
+        .lines()
+        .map(words)
+        .find(|line| line.len() > 2 && line[0] == case && line[1] == scheme && line[2].contains('/'));
     let line = found.unwrap_or_else(|| panic!("no line for {case} {scheme} in\n{table}"));
     let (completed, runs) = line[2].split_once('/').unwrap();
     (completed.parse().unwrap(), runs.parse().unwrap())

@@ -8,7 +8,7 @@ use rimbench::complementarity::{SOLVERS, SolverEntry};
 use rimbench::cosim::Trajectory;
 use rimbench::cosim::{CommunicationGrid, CommunicationPoint, ForceReturn, Outcome, Sequence, Setup, Side, cosimulate};
 use rimbench::interface_model::Redundancy;
-use rimbench::schemes::{Family, ModelMotion, Need, SCHEMES, SchemeEntry, SchemeOptions};
+use rimbench::schemes::{ContactChoice, Family, ModelMotion, Need, SCHEMES, SchemeEntry, SchemeOptions};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use support::*;
@@ -116,8 +116,16 @@ fn variants(solver: &'static SolverEntry) -> Vec<Variant> {
                 // Holds survive the start only with the smaller one.
                 let macro_steps: &[f64] = if scheme.family != Family::Model { &[1e-3, 5e-3] } else { &[5e-3] };
                 for &macro_step in macro_steps {
-                    let options = SchemeOptions { redundancy, motion, solver, gain: None };
-                    variants.push(Variant { scheme, options, sequence, force_return, mechanics_steps, macro_step });
+                    let choices: &[ContactChoice] = match (scheme.family, motion) {
+                        (Family::Model, ModelMotion::Frozen) => {
+                            &[ContactChoice::All, ContactChoice::Coupled { tolerance: 1e-3 }]
+                        }
+                        _ => &[ContactChoice::All],
+                    };
+                    for &contacts in choices {
+                        let options = SchemeOptions { redundancy, motion, contacts, solver, gain: None };
+                        variants.push(Variant { scheme, options, sequence, force_return, mechanics_steps, macro_step });
+                    }
                 }
             }
         }

@@ -96,11 +96,12 @@ fn measured_order(scheme: &'static SchemeEntry, (case, set, finest): SmoothCase,
 /// 1 − 1/ln(τ/H); τ = 31 ms, one over the fastest mode's 32 rad/s, and H = 1 ms give 0.29, the preCICE case 0.31.
 const SLOW: [(&str, f64); 1] = [("energy-leak-damper", 0.31)];
 
-/// A scheme reaches its declared order on every smooth case, and does not do better on all of them.
+/// A scheme reaches its declared order on every smooth case, and does not do better on all of them. Ceilings are left out: with
+/// many micro steps per macro step their error here is that of the micro steps, or of the tolerance they iterate to.
 #[test]
 fn measured_orders_are_the_declared_ones() {
     let mut faults = Vec::new();
-    for scheme in SCHEMES {
+    for scheme in SCHEMES.iter().filter(|scheme| scheme.family != Family::Ceiling) {
         let declared = f64::from(scheme.order);
         let mut orders = Vec::new();
         for case in SMOOTH {

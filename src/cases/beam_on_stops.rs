@@ -58,11 +58,11 @@ pub(super) const ENTRY: Case = Case {
         "rank_h_uu",
     ],
     drawing_columns: &["carriage_velocity_m_s", "contact_force_stop_1_n", "contact_force_stop_2_n"],
-    interface_columns: InterfaceColumns {
+    interface_columns: &[InterfaceColumns {
         position: "interface_position_m",
         velocity: "interface_velocity_m_s",
         force: "actuator_force_n",
-    },
+    }],
     linear_state: &[],
     reference: |_| ReferenceMethod::Refined,
     build,

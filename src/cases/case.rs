@@ -64,7 +64,7 @@ pub struct CaseDefaults {
     pub reference_sampling_s: f64,
 }
 
-/// Which columns of the trace hold the coupling variables that accuracy is judged by.
+/// Which columns hold the coupling variables of one row of the interface, by which accuracy is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct InterfaceColumns {
     /// Position along the interface.
@@ -90,8 +90,8 @@ pub struct Case {
     pub trace_columns: &'static [&'static str],
     /// Further columns, not in the trace: for drawings, and what metrics need.
     pub drawing_columns: &'static [&'static str],
-    /// What accuracy is judged by.
-    pub interface_columns: InterfaceColumns,
+    /// What accuracy is judged by: one entry per row of the interface. With several the worst row counts.
+    pub interface_columns: &'static [InterfaceColumns],
     /// All state variables, positions first, then their velocities in the same order, if the case is linear for at
     /// least some of its parameters; else none.
     pub linear_state: &'static [StateVariable],

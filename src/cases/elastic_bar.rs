@@ -59,11 +59,11 @@ pub(super) const ENTRY: Case = Case {
         "closed_contacts",
     ],
     drawing_columns: &["carriage_velocity_m_s"],
-    interface_columns: InterfaceColumns {
+    interface_columns: &[InterfaceColumns {
         position: "interface_position_m",
         velocity: "interface_velocity_m_s",
         force: "actuator_force_n",
-    },
+    }],
     linear_state: &[],
     reference: |_| ReferenceMethod::Refined,
     build,

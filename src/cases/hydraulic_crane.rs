@@ -76,11 +76,11 @@ pub(super) const ENTRY: Case = Case {
         "theta_2_rad",
     ],
     drawing_columns: &[],
-    interface_columns: InterfaceColumns {
+    interface_columns: &[InterfaceColumns {
         position: "actuator_length_m",
         velocity: "actuator_velocity_m_s",
         force: "actuator_force_n",
-    },
+    }],
     linear_state: &[],
     reference: |_| ReferenceMethod::Own(solve),
     build,

@@ -8,15 +8,22 @@ mod carriage;
 mod case;
 mod contact_parameters;
 mod cradle;
+mod crane_set_down;
 mod cylinder;
+mod disc_pile;
+mod disc_row;
 mod driven_mass;
 mod elastic_bar;
 mod event_driven;
 mod fluid;
+mod gripper;
+mod half_car;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
+mod hydraulics;
 mod impact_oscillator;
 mod linear_oscillator;
+mod loader;
 mod n_wedge_box;
 mod parameters;
 mod precice_oscillator;
@@ -43,6 +50,11 @@ pub const CASES: &[Case] = &[
     linear_oscillator::ENTRY,
     quarter_car::ENTRY,
     precice_oscillator::ENTRY,
+    crane_set_down::ENTRY,
+    half_car::ENTRY,
+    gripper::ENTRY,
+    disc_row::ENTRY,
+    disc_pile::ENTRY,
     bouncing_ball::ENTRY,
     elastic_bar::ENTRY,
     impact_oscillator::ENTRY,

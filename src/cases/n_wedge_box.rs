@@ -63,11 +63,11 @@ pub(super) const ENTRY: Case = Case {
         "rank_h_uu",
     ],
     drawing_columns: &["contact_force_sum_n"],
-    interface_columns: InterfaceColumns {
+    interface_columns: &[InterfaceColumns {
         position: "actuator_length_m",
         velocity: "actuator_velocity_m_s",
         force: "actuator_force_n",
-    },
+    }],
     linear_state: &[],
     reference: |_| ReferenceMethod::Refined,
     build,

@@ -40,7 +40,7 @@ pub(super) const ENTRY: Case = Case {
     },
     trace_columns: &TRACE_COLUMNS,
     drawing_columns: &FURTHER_COLUMNS,
-    interface_columns: InterfaceColumns { position: "x2_m", velocity: "v2_m_s", force: "coupling_force_n" },
+    interface_columns: &[InterfaceColumns { position: "x2_m", velocity: "v2_m_s", force: "coupling_force_n" }],
     linear_state: &STATE,
     reference: |_| ReferenceMethod::Exact(|parameters| masses(parameters).exact()),
     build,

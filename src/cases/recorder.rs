@@ -50,9 +50,9 @@ impl Recorder {
         let (mechanics, actuator) = (&system.mechanics, &system.actuator);
         let names_of = |ports: &[Port]| -> Vec<&'static str> { ports.iter().map(|port| port.name).collect() };
         let (y_mechanics, y_actuator) = (names_of(&mechanics.ports().outputs), names_of(&actuator.ports().outputs));
-        // Of the forces received only the first has a column.
+        // Of the forces received only the first two have a column.
         let mut received = vec![""; y_actuator.len()];
-        received.iter_mut().take(1).for_each(|name| *name = "force_to_mechanics_n");
+        received.iter_mut().zip(["force_to_mechanics_n", "force_2_to_mechanics_n"]).for_each(|(to, name)| *to = name);
         let parts = [&y_mechanics[..], &y_actuator, &received, mechanics.observables(), actuator.observables()];
         let mut names = vec!["time_s"];
         let ends = parts.map(|part| {

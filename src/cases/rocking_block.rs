@@ -60,11 +60,11 @@ pub(super) const ENTRY: Case = Case {
         "rank_h_uu",
     ],
     drawing_columns: &["contact_force_right_support_n", "contact_force_left_support_n"],
-    interface_columns: InterfaceColumns {
+    interface_columns: &[InterfaceColumns {
         position: "actuator_length_m",
         velocity: "actuator_velocity_m_s",
         force: "actuator_force_n",
-    },
+    }],
     linear_state: &[],
     reference: |_| ReferenceMethod::Refined,
     build,

@@ -71,11 +71,11 @@ pub(super) const ENTRY: Case = Case {
         "contact_force_disc_ledge_n",
         "contact_force_disc_floor_n",
     ],
-    interface_columns: InterfaceColumns {
+    interface_columns: &[InterfaceColumns {
         position: "actuator_length_m",
         velocity: "actuator_velocity_m_s",
         force: "actuator_force_n",
-    },
+    }],
     linear_state: &[],
     reference: |_| ReferenceMethod::Refined,
     build,

@@ -44,6 +44,9 @@ pub struct RunOptions {
     /// The scheme's gain, where it has one (see `rimbench list schemes`)
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     gain: Option<f64>,
+    /// Contacts inside a non-smooth interface model: all, near, coupled:<tolerance>
+    #[arg(long)]
+    contacts: Option<String>,
     /// How the macro step is controlled, H being the first and the longest: none, energy-residual, step-doubling
     #[arg(long)]
     step_control: Option<String>,
@@ -88,7 +91,8 @@ impl RunOptions {
             case,
             parameters,
             scheme,
-            options: SchemeOptions { gain: scheme.gain_value(self.gain)?, ..options },
+            options: SchemeOptions { gain: scheme.gain_value(self.gain)?, ..options }
+                .with_contacts(self.contacts.as_deref())?,
             macro_step,
             phase,
             // A macro step below the usual micro step is its own micro step, unless one is asked for.

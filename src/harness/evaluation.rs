@@ -4,7 +4,7 @@ use super::reference::{Reference, gap_columns};
 use super::run::{RunResult, RunSpec};
 use crate::cases::ReferenceMethod;
 use crate::cosim::{Latency, Outcome, Trajectory};
-use crate::metrics::{Evidence, METRICS, contact_intervals};
+use crate::metrics::{Evidence, InterfaceRow, METRICS, contact_intervals};
 use std::any::Any;
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ pub struct EvaluatedRun {
     pub ended_at_s: f64,
     /// One value per entry of [`METRICS`].
     pub metrics: Vec<Option<f64>>,
-    /// Uncertainty of the reference's interface force, N, and position, m.
+    /// Uncertainty of the reference's interface force, N, and position, m; of several rows the largest.
     pub reference_uncertainty: [Option<f64>; 2],
     /// One value per entry of [`COUNTERS`].
     pub counters: [u64; COUNTERS.len()],
@@ -58,6 +58,15 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
     let counters = counters(&result);
     let columns = spec.case.interface_columns;
     let column = |name: &str| result.trajectory.index_of(name).unwrap_or(0);
+    let interface: Vec<InterfaceRow> = columns
+        .iter()
+        .map(|row| InterfaceRow {
+            position: column(row.position),
+            velocity: column(row.velocity),
+            force: column(row.force),
+            reference_force_peak: reference.largest[column(row.force)],
+        })
+        .collect();
     let gaps: Vec<usize> = gap_columns(result.trajectory.columns()).collect();
     let aligned = exact_at(spec, &result.trajectory)
         .unwrap_or_else(|| reference.trajectory.resampled(result.trajectory.column(0)));
@@ -67,11 +76,8 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
         reference: &aligned,
         run_contacts: &run_contacts,
         reference_contacts: &reference.contacts,
-        reference_force_peak: reference.largest[column(columns.force)],
         report: &result.report,
-        position: column(columns.position),
-        velocity: column(columns.velocity),
-        force: column(columns.force),
+        interface: &interface,
         effective_mass: result.trajectory.index_of("effective_mass_kg"),
         gaps: &gaps,
         energy_identity_residual_j: result.energy_identity_residual_j,
@@ -80,7 +86,10 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
     let metrics = METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
     EvaluatedRun {
         metrics,
-        reference_uncertainty: [reference.uncertainty_of(columns.force), reference.uncertainty_of(columns.position)],
+        reference_uncertainty: [
+            columns.iter().filter_map(|row| reference.uncertainty_of(row.force)).reduce(f64::max),
+            columns.iter().filter_map(|row| reference.uncertainty_of(row.position)).reduce(f64::max),
+        ],
         ended_at_s: result.report.ended_at_s,
         outcome: result.report.outcome,
         counters,

@@ -72,6 +72,7 @@ struct SchemeRow {
     mechanics_steps: Option<toml::Value>,
     redundancy: Option<String>,
     model_motion: Option<String>,
+    contacts: Option<String>,
     solver: Option<String>,
     gain: Option<f64>,
     macro_steps_s: Option<MacroSteps>,
@@ -356,7 +357,8 @@ impl Experiment {
             case,
             parameters: parameters.clone(),
             scheme,
-            options: SchemeOptions { gain: scheme.gain_value(row.gain)?, ..options },
+            options: SchemeOptions { gain: scheme.gain_value(row.gain)?, ..options }
+                .with_contacts(row.contacts.as_deref())?,
             macro_step,
             phase,
             // A macro step below the usual micro step is its own micro step, unless one is asked for.
@@ -411,7 +413,7 @@ pub fn scheme_options(
         other => return Err(Error::unknown("redundancy", other, ["drop", "pseudo-inverse", "regularised"])),
     };
     let motion = motion.map(str::parse).transpose()?.unwrap_or_default();
-    Ok(SchemeOptions { redundancy, motion, solver, gain: None })
+    Ok(SchemeOptions { redundancy, motion, ..SchemeOptions::of(solver) })
 }
 
 impl Phases {

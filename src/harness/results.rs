@@ -19,6 +19,7 @@ use crate::atomic_file::write_atomically;
 use crate::cosim::{Latency, Trajectory};
 use crate::error::{Error, Result};
 use crate::metrics::METRICS;
+use crate::schemes::{ContactChoice, SchemeOptions};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -71,6 +72,14 @@ pub(super) static RUNS_HEADER: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     header
 });
 
+/// Motion of the model and, where not all of them take part, the choice of contacts.
+fn model_motion(options: &SchemeOptions) -> String {
+    match options.contacts {
+        ContactChoice::All => options.motion.to_string(),
+        contacts => format!("{} contacts={contacts}", options.motion),
+    }
+}
+
 /// The rows of one run.
 pub(super) fn record(planned: &PlannedRun, run: &EvaluatedRun, provenance: &Provenance, traced: bool) -> Record {
     let (id, spec) = (planned.id.as_str(), &planned.spec);
@@ -85,7 +94,7 @@ pub(super) fn record(planned: &PlannedRun, run: &EvaluatedRun, provenance: &Prov
         spec.force_return.to_string(),
         mechanics_steps,
         spec.options.redundancy.to_string(),
-        spec.options.motion.to_string(),
+        model_motion(&spec.options),
         spec.solver.name.to_owned(),
         number(spec.macro_step),
         spec.step_control.to_string(),

@@ -9,7 +9,7 @@ use crate::cosim::{
 };
 use crate::error::{Error, Result};
 use crate::numerics_version::NUMERICS_VERSION;
-use crate::schemes::{Need, SchemeEntry, SchemeOptions};
+use crate::schemes::{ContactChoice, Need, SchemeEntry, SchemeOptions};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::time::{Duration, Instant};
@@ -92,6 +92,10 @@ impl RunSpec {
         );
         if let Some(gain) = self.options.gain {
             key += &format!("gain {gain:?}\n");
+        }
+        // Ids from before there was a choice stay valid.
+        if self.options.contacts != ContactChoice::All {
+            key += &format!("contacts {}\n", self.options.contacts);
         }
         // Runs with steps of the grid keep the ids they always had.
         if let Some(rule) = self.step_control.rule() {

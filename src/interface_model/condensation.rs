@@ -215,6 +215,10 @@ fn eliminate(n_c: usize, n_i: usize, work: &mut Work) -> usize {
         for row in (0..n_c + n_i).filter(|&row| row >= n_c || !eliminated[row]) {
             let row = &mut tableau[row * columns..(row + 1) * columns];
             let factor = row[contact] * inverse;
+            // Most contacts of a large system do not know each other.
+            if factor == 0.0 {
+                continue;
+            }
             for (entry, pivot) in row.iter_mut().zip(&*pivot_row) {
                 *entry -= factor * pivot;
             }

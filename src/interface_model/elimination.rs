@@ -42,6 +42,8 @@ pub struct Elimination {
     g_rows: Vec<f64>,
     /// `C_xᵀ`, n_b×(n_u+n_i).
     coupling: Vec<f64>,
+    /// Blocks between the first and the last that is not zero, row by row.
+    supports: Vec<Range<usize>>,
     /// `v̂`.
     pub start_velocity: Vec<f64>,
     /// `α`.
@@ -67,6 +69,7 @@ impl Elimination {
             y: vec![0.0; n_b * n],
             g_rows: vec![0.0; rows * n],
             coupling: vec![0.0; rows * n_b],
+            supports: vec![0..0; rows],
             start_velocity: vec![0.0; n],
             free_acceleration: vec![0.0; n],
             joint_start: vec![0.0; n_b],
@@ -147,6 +150,8 @@ impl Elimination {
         let (n_b, n_u, rows) = (self.bilateral, model.contacts(), self.rows);
         let (start, free) = (blocks::<L>(&self.start_velocity), blocks::<L>(&self.free_acceleration));
         let (y, inverse_mass) = (blocks::<L>(&self.y), blocks::<L>(&self.inverse_mass));
+        // Then a row of G A_xᵀ has the support of its row of A, and rows without a common body do not know each other.
+        let local = n_b == 0 && self.mass_factor.is_none();
         for row in 0..rows {
             let (source, index) = if row < n_u { (&eq3.unilateral, row) } else { (&eq3.interface, row - n_u) };
             let a = row_of(blocks::<L>(&source.jacobian), index, k);
@@ -166,11 +171,14 @@ impl Elimination {
             }
             // Only one triangle is computed, so that H is symmetric to the bit.
             for column in 0..row {
-                let entry = dot(a_x, &row_of(finished, column, k)[support.clone()]);
+                let other = &self.supports[column];
+                let apart = local && (other.end <= support.start || support.end <= other.start);
+                let entry = if apart { 0.0 } else { dot(a_x, &row_of(finished, column, k)[support.clone()]) };
                 model.h[row * rows + column] = entry;
                 model.h[column * rows + row] = entry;
             }
-            model.h[row * rows + row] = dot(a_x, &g[support]);
+            model.h[row * rows + row] = dot(a_x, &g[support.clone()]);
+            self.supports[row] = support;
         }
         Ok(())
     }

@@ -25,6 +25,7 @@ mod gap_law;
 mod linearisation;
 mod reduced_interface_model;
 
+pub(crate) use cholesky::Cholesky;
 pub use condensation::{Condensation, Redundancy, condense};
 pub use elimination::Elimination;
 pub use gap_law::{GapRates, gap_velocity};

@@ -13,22 +13,29 @@ pub struct Evidence<'a> {
     pub run_contacts: &'a [Vec<ContactInterval>],
     /// When each contact is closed in the reference at its own sampling, in the order of `gaps`.
     pub reference_contacts: &'a [Vec<ContactInterval>],
-    /// Largest magnitude of the interface force in the whole reference, N.
-    pub reference_force_peak: f64,
     /// How the run ended.
     pub report: &'a Report,
-    /// Column of the interface position.
-    pub position: usize,
-    /// Column of the interface velocity.
-    pub velocity: usize,
-    /// Column of the interface force.
-    pub force: usize,
+    /// The rows of the interface.
+    pub interface: &'a [InterfaceRow],
     /// Column of the effective mass, where the case has one.
     pub effective_mass: Option<usize>,
     /// Columns of the gaps.
     pub gaps: &'a [usize],
     /// Largest violation of the mechanics' energy identity, J.
     pub energy_identity_residual_j: Option<f64>,
+}
+
+/// One row of the interface in run and reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InterfaceRow {
+    /// Column of the position.
+    pub position: usize,
+    /// Column of the velocity.
+    pub velocity: usize,
+    /// Column of the force.
+    pub force: usize,
+    /// Largest magnitude of the force in the whole reference, N.
+    pub reference_force_peak: f64,
 }
 
 /// One metric by name.

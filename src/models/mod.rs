@@ -1,11 +1,17 @@
 //! Physical models: what the cases are assembled from. A model knows its equations, not the coupling.
 
+mod actuator_pair;
 mod bare_coupling;
 mod crane;
+mod crane_with_rope;
+mod discs;
 mod fluid;
+mod gripper;
+mod half_car;
 mod held_oscillator;
 mod hydraulic_cylinder;
 mod hydraulic_energy;
+mod hydropneumatic_strut;
 mod ledge;
 mod line_masses;
 mod modal_beam;
@@ -17,11 +23,17 @@ mod two_masses;
 mod washboard;
 mod wedge_box;
 
+pub use actuator_pair::{ActuatorNames, ActuatorPair};
 pub use bare_coupling::{CouplingForce, FreeMasses};
 pub use crane::{Crane, CraneGeometry};
+pub use crane_with_rope::CraneWithRope;
+pub use discs::{Discs, DiscsGeometry};
 pub use fluid::Fluid;
+pub use gripper::{Gripper, GripperGeometry};
+pub use half_car::{HalfCar, HalfCarGeometry};
 pub use held_oscillator::{HeldOscillator, OscillatorIntegrator};
 pub use hydraulic_cylinder::{CylinderParameters, HydraulicCylinder, Spool};
+pub use hydropneumatic_strut::{HydropneumaticStrut, StrutParameters};
 pub use ledge::{Ledge, SurfaceContact};
 pub use line_masses::{LineContact, LineDescription, LineMass, LineMasses, LineSpring};
 pub use modal_beam::{BeamGeometry, BeamStop, BeamSupport, MOST_MODES, ModalBeam};

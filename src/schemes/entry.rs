@@ -1,5 +1,6 @@
 //! What the list of schemes holds about each one.
 
+use super::contact_choice::ContactChoice;
 use super::need::Need;
 use crate::complementarity::SolverEntry;
 use crate::cosim::{CouplingScheme, ForceReturn, Ports, Sequence, Side, Subsystem};
@@ -66,10 +67,40 @@ pub struct SchemeOptions {
     pub redundancy: Redundancy,
     /// Frozen or extrapolated model.
     pub motion: ModelMotion,
+    /// Contacts that take part within a macro step (non-smooth models only).
+    pub contacts: ContactChoice,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: &'static SolverEntry,
     /// Value of the scheme's gain; its default if none.
     pub gain: Option<f64>,
+}
+
+impl SchemeOptions {
+    /// The defaults, with `solver` for the complementarity problems inside the scheme.
+    pub fn of(solver: &'static SolverEntry) -> Self {
+        SchemeOptions {
+            redundancy: Redundancy::Drop,
+            motion: ModelMotion::Frozen,
+            contacts: ContactChoice::All,
+            solver,
+            gain: None,
+        }
+    }
+
+    /// The same with a choice of contacts by name; without a name as it is.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] or [`Error::InvalidValue`]; [`Error::Incompatible`] with an extrapolated model, whose rates would
+    /// take up the loads of contacts left out.
+    pub fn with_contacts(self, contacts: Option<&str>) -> Result<Self> {
+        let Some(contacts) = contacts.map(str::parse).transpose()? else { return Ok(self) };
+        if contacts != ContactChoice::All && self.motion == ModelMotion::Extrapolated {
+            return Err(Error::Incompatible(format!(
+                "contacts = {contacts} does not go with an extrapolated model: use model_motion `frozen` or contacts `all`"
+            )));
+        }
+        Ok(SchemeOptions { contacts, ..self })
+    }
 }
 
 /// A coupling scheme by name.

@@ -5,6 +5,8 @@
 
 mod active_contacts;
 mod c1_extrapolated_interpolation;
+mod contact_choice;
+mod contact_selection;
 mod energy_leak_damper;
 mod entry;
 mod extrapolation;
@@ -29,6 +31,7 @@ mod second_order_hold;
 mod transmission_line;
 mod zero_order_hold;
 
+pub use contact_choice::ContactChoice;
 pub use entry::{Family, Gain, ModelMotion, SchemeEntry, SchemeOptions};
 pub use need::Need;
 pub use registry::{all_schemes, register, scheme_by_name};

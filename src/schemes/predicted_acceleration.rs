@@ -106,12 +106,7 @@ mod tests {
         let force = vec![port("force_n", Quantity::Force)];
         let mechanics = Ports { inputs: force.clone(), outputs: motion.clone(), direct_feedthrough: false };
         let actuator = Ports { inputs: motion, outputs: force, direct_feedthrough: true };
-        let options = crate::schemes::SchemeOptions {
-            redundancy: crate::interface_model::Redundancy::Drop,
-            motion: crate::schemes::ModelMotion::Frozen,
-            solver: &crate::complementarity::SOLVERS[0],
-            gain: None,
-        };
+        let options = crate::schemes::SchemeOptions::of(&crate::complementarity::SOLVERS[0]);
         let mut scheme = (ENTRY.build)(&mechanics, &actuator, &options);
         // s = ½ · (−8) t², w = −8 t; F = 1 + 2 t.
         let fall = |t: f64| [-4.0 * t * t, -8.0 * t];

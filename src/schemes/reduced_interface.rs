@@ -9,6 +9,8 @@
 //! The schemes differ in one decision only, [`Contacts`]: what `P_u` is.
 
 use super::active_contacts::ActiveContacts;
+use super::contact_choice::ContactChoice;
+use super::contact_selection::ContactSelection;
 use super::entry::{ModelMotion, SchemeOptions};
 use super::packed_model::PackedModel;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters};
@@ -50,6 +52,7 @@ pub(super) struct ReducedInterface {
     diagnosis: Condensation,
     solver: Checked,
     active: ActiveContacts,
+    selection: ContactSelection,
     /// The model as a micro step uses it.
     packed: PackedModel,
     gap_rates: GapRates,
@@ -92,6 +95,7 @@ impl ReducedInterface {
             diagnosis: Condensation::new(0, interface),
             solver: options.solver.checked(0),
             active: ActiveContacts::new(0, interface, options.solver),
+            selection: ContactSelection::new(0, interface, options.contacts, options.solver),
             packed: PackedModel::new(0, interface),
             gap_rates: GapRates::default(),
             b_u: Vec::new(),
@@ -119,6 +123,7 @@ impl ReducedInterface {
         self.diagnosis = Condensation::new(n_u, n_i);
         self.solver = self.options.solver.checked(n_u);
         self.active = ActiveContacts::new(n_u, n_i, self.options.solver);
+        self.selection = ContactSelection::new(n_u, n_i, self.options.contacts, self.options.solver);
         self.packed = PackedModel::new(n_u, n_i);
         for buffer in [&mut self.b_u, &mut self.p_u, &mut self.gap] {
             *buffer = vec![0.0; n_u];
@@ -148,8 +153,17 @@ impl ReducedInterface {
         self.received_at = sample.time;
         self.micro_step = sample.actuator_micro_step;
         // Which contacts carry impulse depends on the force, which arrives next.
-        if self.contacts != Contacts::BilateralActive {
+        if !self.waits_for_force() {
             self.begin();
+        }
+    }
+
+    /// Whether the set of contacts depends on the actuator's force.
+    fn waits_for_force(&self) -> bool {
+        match self.contacts {
+            Contacts::Bilateral => false,
+            Contacts::BilateralActive => true,
+            Contacts::Unilateral | Contacts::UnilateralWithGaps => self.options.contacts != ContactChoice::All,
         }
     }
 
@@ -253,6 +267,17 @@ impl ReducedInterface {
         }
     }
 
+    /// Leaves out of `set` what does not take part in a macro step of `length` (s).
+    fn choose_contacts(&mut self, length: f64) -> Result<(), Failure> {
+        if self.contacts == Contacts::BilateralActive {
+            return self.active.keep(&mut self.set, &self.received, &self.force);
+        }
+        let tracked = self.contacts == Contacts::UnilateralWithGaps;
+        self.selection.select(&mut self.set, &mut self.received, &self.force, length, tracked)?;
+        self.current.a.copy_from_slice(&self.received.a);
+        Ok(())
+    }
+
     /// Effective mass with the contacts that carry impulse in the first micro step.
     fn active_effective_mass(&mut self) -> Result<f64, Failure> {
         let force = std::mem::take(&mut self.force);
@@ -277,8 +302,8 @@ impl CouplingScheme for ReducedInterface {
             (Side::Mechanics, None) => {}
             (Side::Actuator, _) => {
                 self.force.copy_from_slice(sample.y);
-                if self.contacts == Contacts::BilateralActive {
-                    self.active.keep(&mut self.set, &self.received, &self.force)?;
+                if self.waits_for_force() {
+                    self.choose_contacts(sample.step.length)?;
                     self.begin();
                 }
             }
@@ -330,6 +355,7 @@ impl CouplingScheme for ReducedInterface {
     fn counters(&self) -> SolverCounters {
         let mut counters = self.solver.counters();
         counters.add(&self.active.counters());
+        counters.add(&self.selection.counters());
         counters
     }
 }

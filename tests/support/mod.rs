@@ -9,10 +9,10 @@ use rimbench::cosim::{
 };
 use rimbench::error::Failure;
 use rimbench::harness::{RunResult, RunSpec, simulate};
-use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows};
+use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
 use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, monolithic};
 use rimbench::models::{WedgeBox, WedgeBoxGeometry};
-use rimbench::schemes::{ModelMotion, SchemeOptions, scheme_by_name};
+use rimbench::schemes::{SchemeOptions, scheme_by_name};
 
 /// Plastic contacts without position stabilisation.
 pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 1e-3 };
@@ -22,7 +22,7 @@ pub fn solver() -> &'static SolverEntry {
 }
 
 pub fn options() -> SchemeOptions {
-    SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver: solver(), gain: None }
+    SchemeOptions::of(solver())
 }
 
 pub fn wedge_box_case() -> &'static Case {
