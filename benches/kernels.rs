@@ -26,7 +26,7 @@ use rimbench::cosim::{CommunicationGrid, MicroStep, Ports, Sample, Side, Subsyst
 use rimbench::interface_model::{Condensation, Elimination, MassMatrix, ReducedInterfaceModel, Redundancy, condense};
 use rimbench::mechanics::{ContactLaw, NonSmoothMechanics};
 use rimbench::models::{WedgeBox, WedgeBoxGeometry};
-use rimbench::schemes::{ContactChoice, ModelMotion, SchemeOptions, scheme_by_name};
+use rimbench::schemes::{SchemeOptions, scheme_by_name};
 use std::hint::black_box;
 
 /// kg, at the start of the wedge box.
@@ -149,12 +149,7 @@ fn rim_nonsmooth_input(c: &mut Criterion) {
     const MICRO_STEPS: usize = 100;
     let solver = solver_by_name("active-set").unwrap();
     let CoupledSystem { mut mechanics, actuator, .. } = system();
-    let options = SchemeOptions {
-        redundancy: Redundancy::Drop,
-        motion: ModelMotion::Frozen,
-        contacts: ContactChoice::All,
-        solver,
-    };
+    let options = SchemeOptions::of(solver);
     let ports: (&Ports, &Ports) = (mechanics.ports(), actuator.ports());
     let mut scheme = (scheme_by_name("rim-nonsmooth").unwrap().build)(ports.0, ports.1, &options);
     let mut model = mechanics.empty_interface_model().unwrap();

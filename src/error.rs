@@ -135,6 +135,19 @@ pub fn find_by_name<'a, T>(
         .ok_or_else(|| Error::unknown(kind, wanted, entries.iter().map(&name_of)))
 }
 
+/// Checks a name that is to be added to a list: kebab-case, and not in the list yet.
+pub fn check_new_name<'a>(kind: &'static str, name: &str, mut taken: impl Iterator<Item = &'a str>) -> Result<()> {
+    let word = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
+    if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.split('-').all(word)) {
+        let expected = "kebab-case: lower-case letters and digits in words joined by single hyphens, a letter first";
+        return Err(Error::invalid(format!("name of the {kind}"), format!("`{name}`"), expected));
+    }
+    if taken.any(|known| known == name) {
+        return Err(Error::invalid(format!("name of the {kind}"), format!("`{name}`"), "a name that is not taken yet"));
+    }
+    Ok(())
+}
+
 fn did_you_mean(found: &str, valid: &[String]) -> String {
     let nearest = valid.iter().map(|name| (strsim::damerau_levenshtein(found, name), name)).min();
     match nearest {

@@ -4,7 +4,8 @@ mod support;
 
 use rimbench::complementarity::SolverCounters;
 use rimbench::cosim::{
-    CommunicationGrid, ForceReturn, Outcome, Ports, Sequence, Setup, Side, Subsystem, SubsystemCounters, cosimulate,
+    CommunicationGrid, ForceReturn, Outcome, OutputRates, Ports, Sequence, Setup, Side, Subsystem, SubsystemCounters,
+    cosimulate,
 };
 use rimbench::error::Failure;
 use rimbench::interface_model::{MassMatrix, ReducedInterfaceModel};
@@ -232,7 +233,9 @@ fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes
             assert!(audited.contact < 0.0, "{name}: contacts gave {} J", audited.contact);
             assert!(audited.unexplained <= 1.0, "{name}: a contact gave {} J", audited.largest_gift);
             // And the two explanations are no excuse: all they allow is next to nothing of what contacts took.
-            assert!(audited.largest_gift < 1e-6 * -audited.contact, "{name}: {} J in a step", audited.largest_gift);
+            // Runs that end before contacts took anything keep the rounding of their energies, as in the identity above.
+            let least = 1e-6 * -audited.contact + 32.0 * f64::EPSILON * audited.scale;
+            assert!(audited.largest_gift < least, "{name}: {} J in a step", audited.largest_gift);
         }
     }
 }
@@ -262,6 +265,9 @@ impl Subsystem for Metered {
         }
         self.last.copy_from_slice(u);
         self.inner.step(t, u, h)
+    }
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        self.inner.output_rates(t, u, rates)
     }
     fn counters(&self) -> SubsystemCounters {
         self.inner.counters()

@@ -110,6 +110,7 @@ fn variants(solver: &'static SolverEntry) -> Vec<Variant> {
                 (ModelMotion::Extrapolated, Redundancy::Regularised { epsilon: 1e-9 }),
             ],
         };
+        ways.retain(|way| scheme.check_force_return(way.1).is_ok());
         for &(sequence, force_return, mechanics_steps) in &ways {
             for &(motion, redundancy) in models {
                 // Holds survive the start only with the smaller one.
@@ -122,7 +123,7 @@ fn variants(solver: &'static SolverEntry) -> Vec<Variant> {
                         _ => &[ContactChoice::All],
                     };
                     for &contacts in choices {
-                        let options = SchemeOptions { redundancy, motion, contacts, solver };
+                        let options = SchemeOptions { redundancy, motion, contacts, solver, gain: None };
                         variants.push(Variant { scheme, options, sequence, force_return, mechanics_steps, macro_step });
                     }
                 }

@@ -3,8 +3,7 @@
 use rimbench::cases::{Recorder, case_by_name};
 use rimbench::complementarity::solver_by_name;
 use rimbench::cosim::{Bounds, CommunicationGrid, Outcome, Setup, StepControl, Timing, Trajectory, cosimulate};
-use rimbench::interface_model::Redundancy;
-use rimbench::schemes::{ContactChoice, ModelMotion, SchemeOptions, scheme_by_name};
+use rimbench::schemes::{SchemeOptions, scheme_by_name};
 
 /// Simulated time, s.
 pub const DURATION: f64 = 2.5;
@@ -30,12 +29,7 @@ pub fn wedge_box(scheme: &str, macro_step: f64) -> Trajectory {
         timing: Timing::default(),
     };
     let mut system = (case.build)(&case.default_parameters(), solver).unwrap();
-    let options = SchemeOptions {
-        redundancy: Redundancy::Drop,
-        motion: ModelMotion::Frozen,
-        contacts: ContactChoice::All,
-        solver,
-    };
+    let options = SchemeOptions::of(solver);
     let mut scheme = (entry.build)(system.mechanics.ports(), system.actuator.ports(), &options);
     let mut recorder = Recorder::new(case, &mut system);
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), setup.grid.macro_steps() + 1);

@@ -6,7 +6,7 @@ use rimbench::complementarity::solver_by_name;
 use rimbench::cosim::{ForceReturn, Sequence, StepControl};
 use rimbench::error::{Error, Result};
 use rimbench::harness::{RunSpec, parse_mechanics_steps, scheme_options};
-use rimbench::schemes::scheme_by_name;
+use rimbench::schemes::{SchemeOptions, scheme_by_name};
 
 /// Case, scheme and everything else that determines a run, but for the macro step and the phase.
 #[derive(Debug, Args)]
@@ -41,6 +41,9 @@ pub struct RunOptions {
     /// Interface model within a macro step: frozen, extrapolated
     #[arg(long)]
     model_motion: Option<String>,
+    /// The scheme's gain, where it has one (see `rimbench list schemes`)
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    gain: Option<f64>,
     /// Contacts inside a non-smooth interface model: all, near, coupled:<tolerance>
     #[arg(long)]
     contacts: Option<String>,
@@ -75,6 +78,7 @@ impl RunOptions {
         let force_return: Option<ForceReturn> = self.force_return.as_deref().map(str::parse).transpose()?;
         let (sequence, force_return) = scheme.sequence_and_return(sequence, force_return)?;
         let macro_step = macro_step.unwrap_or(case.defaults.macro_step_s);
+        let options = scheme_options(self.redundancy.as_deref(), self.model_motion.as_deref(), solver)?;
         let step_control = StepControl::new(
             self.step_control.as_deref(),
             self.step_tolerance,
@@ -87,7 +91,7 @@ impl RunOptions {
             case,
             parameters,
             scheme,
-            options: scheme_options(self.redundancy.as_deref(), self.model_motion.as_deref(), solver)?
+            options: SchemeOptions { gain: scheme.gain_value(self.gain)?, ..options }
                 .with_contacts(self.contacts.as_deref())?,
             macro_step,
             phase,

@@ -101,6 +101,11 @@ pub trait CouplingScheme: Send {
         Diagnostics::default()
     }
 
+    /// Energy that the scheme itself has taken out of the system since the start, J, if it does such a thing.
+    fn dissipated_j(&self) -> Option<f64> {
+        None
+    }
+
     /// Complementarity solves inside the scheme.
     fn counters(&self) -> SolverCounters {
         SolverCounters::default()

@@ -103,6 +103,7 @@ pub fn cosimulate(
         spent,
         energy_identity_residual_j: pair.mechanics.energy_identity_residual(),
         work,
+        scheme_dissipated_j: pair.scheme.dissipated_j(),
         audit: EnergyAudit { mechanics, actuator, work },
         interface_residual: run.interface_residual,
         latencies_s: run.stopwatch.latencies,

@@ -6,12 +6,12 @@ use super::interface_work::InterfaceWork;
 use super::macro_loop::Setup;
 use super::step_control::{StepControl, StepRule};
 
-/// Gains of the controller, `k_I` and `k_P`: those of Gustafsson's PI controller for an error that falls with H.
+/// Gains of the controller, `k_I` and `k_P`, of the usual size for a PI controller; ours.
 const INTEGRAL_GAIN: f64 = 0.15;
 const PROPORTIONAL_GAIN: f64 = 0.2;
-/// Aim a little below the tolerance.
+/// Aim a little below the tolerance; ours.
 const SAFETY: f64 = 0.8;
-/// Least and greatest ratio of one macro step to the one before.
+/// Least and greatest ratio of one macro step to the one before; ours.
 const CHANGE: [f64; 2] = [0.2, 1.5];
 
 /// Lays one macro step after the other.
@@ -23,10 +23,10 @@ const CHANGE: [f64; 2] = [0.2, 1.5];
 /// ```
 /// The power residual is that of the energy audit: each side counts the work in its own discretisation, instead of the
 /// product of the last values. The reference power is the largest so far instead of the present one, so that a power that
-/// passes through zero does not stop the run. Both are *ours*; the controller is the published one.
+/// passes through zero does not stop the run. Both are *ours*, and so are gains and limits; the controller's form is the published one. Nothing is taken back: a first step
+/// that is too long stays in the result.
 /// # Source
-/// Sadjina, Kyllingstad, Skjong, Pedersen, *Energy conservation and power bonds in co-simulations*, Eng. Comput. 33 (2017);
-/// gains and limits as in libcosim.
+/// Sadjina, Kyllingstad, Skjong, Pedersen, *Energy conservation and power bonds in co-simulations*, Eng. Comput. 33 (2017).
 #[derive(Debug, Clone)]
 pub(super) struct Pace {
     grid: CommunicationGrid,

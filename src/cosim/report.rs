@@ -31,6 +31,8 @@ pub struct Report {
     pub energy_identity_residual_j: Option<f64>,
     /// Work across the interface.
     pub work: InterfaceWork,
+    /// Energy that the scheme itself took out, J, if it does such a thing.
+    pub scheme_dissipated_j: Option<f64>,
     /// Accounts of both sides and the interface.
     pub audit: EnergyAudit,
     /// Cumulative interface residual, one pair (t_k in s, J) per communication point; empty where it is not counted.
@@ -49,6 +51,7 @@ impl Report {
             spent: Work::default(),
             energy_identity_residual_j: None,
             work: InterfaceWork::default(),
+            scheme_dissipated_j: None,
             audit: EnergyAudit::default(),
             interface_residual: Vec::new(),
             latencies_s: Vec::new(),

@@ -9,7 +9,7 @@ use crate::complementarity::{SolverEntry, solver_by_name};
 use crate::cosim::StepControl;
 use crate::error::{Error, Result};
 use crate::interface_model::Redundancy;
-use crate::schemes::{ContactChoice, SchemeOptions, scheme_by_name};
+use crate::schemes::{SchemeOptions, scheme_by_name};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -74,6 +74,7 @@ struct SchemeRow {
     model_motion: Option<String>,
     contacts: Option<String>,
     solver: Option<String>,
+    gain: Option<f64>,
     macro_steps_s: Option<MacroSteps>,
     step_control: Option<String>,
     step_tolerance: Option<f64>,
@@ -143,11 +144,33 @@ impl Experiment {
     pub fn read(path: &Path) -> Result<Self> {
         let text =
             std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        Self::parse(path, text)
+    }
+
+    fn parse(path: &Path, text: String) -> Result<Self> {
         let mut experiment: Experiment =
             toml::from_str(&text).map_err(|error| Error::file(path, format!("is no experiment: {error}")))?;
         experiment.path = path.to_owned();
         experiment.source = text;
         Ok(experiment)
+    }
+
+    /// The same experiment with one more scheme, as if its file had one more `[[schemes]]`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a scheme that is neither built in nor registered.
+    pub fn with_scheme(&self, name: &str) -> Result<Self> {
+        scheme_by_name(name)?;
+        Self::parse(&self.path, format!("{}\n[[schemes]]\nscheme = \"{name}\"\n", self.source))
+    }
+
+    /// The same experiment with one more case at its defaults, as if its file had one more `[[cases]]`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a case that is neither built in nor registered.
+    pub fn with_case(&self, name: &str) -> Result<Self> {
+        case_by_name(name)?;
+        Self::parse(&self.path, format!("{}\n[[cases]]\nname = \"{name}\"\n", self.source))
     }
 
     /// Reads the copy of an experiment file that lies in a results folder; the folder's name is the experiment's.
@@ -321,6 +344,7 @@ impl Experiment {
             None => 1,
             Some(value) => parse_mechanics_steps(&scalar_text("mechanics_steps", value)?)?,
         };
+        let options = scheme_options(row.redundancy.as_deref(), row.model_motion.as_deref(), solver)?;
         let step_control = StepControl::new(
             row.step_control.as_deref(),
             row.step_tolerance,
@@ -333,7 +357,7 @@ impl Experiment {
             case,
             parameters: parameters.clone(),
             scheme,
-            options: scheme_options(row.redundancy.as_deref(), row.model_motion.as_deref(), solver)?
+            options: SchemeOptions { gain: scheme.gain_value(row.gain)?, ..options }
                 .with_contacts(row.contacts.as_deref())?,
             macro_step,
             phase,
@@ -373,7 +397,7 @@ fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
     Ok(())
 }
 
-/// Options of the model-based schemes from their names.
+/// Options of the schemes from their names; the gain is left to its default.
 ///
 /// # Errors
 /// [`Error::UnknownName`] with all names.
@@ -389,7 +413,7 @@ pub fn scheme_options(
         other => return Err(Error::unknown("redundancy", other, ["drop", "pseudo-inverse", "regularised"])),
     };
     let motion = motion.map(str::parse).transpose()?.unwrap_or_default();
-    Ok(SchemeOptions { redundancy, motion, contacts: ContactChoice::All, solver })
+    Ok(SchemeOptions { redundancy, motion, ..SchemeOptions::of(solver) })
 }
 
 impl Phases {

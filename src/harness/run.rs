@@ -23,7 +23,7 @@ pub struct RunSpec {
     pub parameters: Parameters,
     /// The coupling scheme.
     pub scheme: &'static SchemeEntry,
-    /// Options of model-based schemes.
+    /// Options of the scheme.
     pub options: SchemeOptions,
     /// Macro step H, s.
     pub macro_step: f64,
@@ -90,6 +90,9 @@ impl RunSpec {
             self.force_return,
             self.solver.name,
         );
+        if let Some(gain) = self.options.gain {
+            key += &format!("gain {gain:?}\n");
+        }
         // Ids from before there was a choice stay valid.
         if self.options.contacts != ContactChoice::All {
             key += &format!("contacts {}\n", self.options.contacts);
@@ -123,6 +126,7 @@ impl RunSpec {
                 ),
             ));
         }
+        self.scheme.gain_value(self.options.gain)?;
         self.step_control.check(self.macro_step)?;
         if let Some(rule) = self.step_control.rule()
             && self.duration / rule.shortest > MOST_STEPS
@@ -131,6 +135,7 @@ impl RunSpec {
             return Err(Error::invalid("min_macro_step_s", rule.shortest, expected));
         }
         self.scheme.check_sequence(self.sequence)?;
+        self.scheme.check_force_return(self.force_return)?;
         self.force_return.check(self.sequence)
     }
 

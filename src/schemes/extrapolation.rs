@@ -1,4 +1,5 @@
-//! Polynomial extrapolation through the last communication points, shared by the holds of order 0, 1 and 2.
+//! Polynomial extrapolation through the last communication points, shared by the holds of order 0, 1 and 2, and the force of
+//! `predicted-acceleration`.
 
 use crate::cosim::{CouplingScheme, MicroStep, Ports, Sample, Side};
 use crate::error::Failure;
@@ -58,7 +59,7 @@ impl CouplingScheme for Extrapolation {
 
 /// The last samples, newest first, in buffers of fixed size.
 #[derive(Clone)]
-struct History {
+pub(super) struct History {
     width: usize,
     times: [f64; 3],
     values: Vec<f64>,
@@ -67,13 +68,13 @@ struct History {
 }
 
 impl History {
-    fn new(width: usize, capacity: usize) -> Self {
+    pub(super) fn new(width: usize, capacity: usize) -> Self {
         debug_assert!(capacity <= 3);
         History { width, times: [0.0; 3], values: vec![0.0; width * capacity], capacity, count: 0 }
     }
 
     /// Takes a sample; one at the time of the newest replaces it.
-    fn push(&mut self, time: f64, y: &[f64]) {
+    pub(super) fn push(&mut self, time: f64, y: &[f64]) {
         if self.count == 0 || time != self.times[0] {
             self.times.copy_within(0..2, 1);
             self.values.copy_within(0..self.width * (self.capacity - 1), self.width);
@@ -84,7 +85,7 @@ impl History {
     }
 
     #[inline]
-    fn evaluate(&self, degree: usize, t: f64, u: &mut [f64]) {
+    pub(super) fn evaluate(&self, degree: usize, t: f64, u: &mut [f64]) {
         let points = self.count.min(degree + 1);
         let sample = |j: usize| &self.values[j * self.width..(j + 1) * self.width];
         if points <= 1 {

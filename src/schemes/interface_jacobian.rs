@@ -34,6 +34,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 1,
     sequence: Sequence::Jacobi,
     needs: &[Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::Rows(MOST_ROWS)],
+    gain: None,
     build: |_mechanics, actuator, options| Box::new(InterfaceJacobian::new(actuator.outputs.len(), options)),
 };
 
@@ -131,11 +132,13 @@ impl CouplingScheme for InterfaceJacobian {
                 self.position.as_mut_slice()[..self.rows].copy_from_slice(&sample.y[..self.rows]);
                 self.receive_model(model);
             }
-            (Side::Actuator, _, Some(rates)) => {
+            (Side::Actuator, _, rates) => {
                 self.force.as_mut_slice()[..self.rows].copy_from_slice(sample.y);
-                self.predict(sample.y, rates)?;
+                if let Some(rates) = rates {
+                    self.predict(sample.y, rates)?;
+                }
             }
-            _ => {}
+            (Side::Mechanics, None, _) => {}
         }
         Ok(())
     }
@@ -178,17 +181,10 @@ impl CouplingScheme for InterfaceJacobian {
 mod tests {
     use super::*;
     use crate::complementarity::SOLVERS;
-    use crate::interface_model::Redundancy;
-    use crate::schemes::{ContactChoice, ModelMotion};
 
     /// A mass of 1 kg at `s`, `w`, held by a spring of 1 N/m, over a macro step of `h`; increments of `w` and λ.
     fn increments(s: f64, w: f64, h: f64) -> [f64; 2] {
-        let options = SchemeOptions {
-            redundancy: Redundancy::Drop,
-            motion: ModelMotion::Frozen,
-            contacts: ContactChoice::All,
-            solver: &SOLVERS[0],
-        };
+        let options = SchemeOptions::of(&SOLVERS[0]);
         let mut scheme = InterfaceJacobian::new(1, &options);
         let mut model = ReducedInterfaceModel::zeros(0, 1);
         (model.h[0], model.w[0], model.position[0], model.mechanics_step) = (1.0, w, s, h);

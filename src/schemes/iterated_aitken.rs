@@ -25,5 +25,6 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
     needs: &[Need::Copies],
+    gain: None,
     build: |mechanics, actuator, _options| Implicit::boxed(Acceleration::Aitken, mechanics, actuator),
 };

@@ -23,6 +23,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 1,
     sequence: Sequence::Jacobi,
     needs: &[],
+    gain: None,
     build: |mechanics, actuator, _options| Box::new(Monolithic(Extrapolation::new(0, mechanics, actuator))),
 };
 

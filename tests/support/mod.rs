@@ -4,15 +4,15 @@
 use rimbench::cases::{Case, CoupledSystem, Recorder, case_by_name};
 use rimbench::complementarity::{SolverEntry, solver_by_name};
 use rimbench::cosim::{
-    Bounds, CommunicationGrid, CommunicationPoint, CouplingScheme, ForceReturn, Port, Ports, Quantity, Report,
-    Sequence, Setup, StepControl, Subsystem, SubsystemCounters, Timing, Trajectory, cosimulate,
+    Bounds, CommunicationGrid, CommunicationPoint, CouplingScheme, ForceReturn, OutputRates, Port, Ports, Quantity,
+    Report, Sequence, Setup, StepControl, Subsystem, SubsystemCounters, Timing, Trajectory, cosimulate,
 };
 use rimbench::error::Failure;
 use rimbench::harness::{RunResult, RunSpec, simulate};
-use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows};
+use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
 use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, monolithic};
 use rimbench::models::{WedgeBox, WedgeBoxGeometry};
-use rimbench::schemes::{ContactChoice, ModelMotion, SchemeOptions, scheme_by_name};
+use rimbench::schemes::{SchemeOptions, scheme_by_name};
 
 /// Plastic contacts without position stabilisation.
 pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 1e-3 };
@@ -22,12 +22,7 @@ pub fn solver() -> &'static SolverEntry {
 }
 
 pub fn options() -> SchemeOptions {
-    SchemeOptions {
-        redundancy: Redundancy::Drop,
-        motion: ModelMotion::Frozen,
-        contacts: ContactChoice::All,
-        solver: solver(),
-    }
+    SchemeOptions::of(solver())
 }
 
 pub fn wedge_box_case() -> &'static Case {
@@ -313,6 +308,17 @@ impl Subsystem for Springs {
         }
         self.steps += 1;
         Ok(())
+    }
+    fn output_rates(&self, _t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        let m = self.stiffness.len();
+        rates.feedthrough.fill(0.0);
+        rates.rate_gain.fill(0.0);
+        for i in 0..m {
+            rates.rate[i] = -self.stiffness[i] * u[m + i];
+            rates.feedthrough[i * 2 * m + m + i] = -self.damping[i];
+            rates.rate_gain[i * 2 * m + m + i] = -self.stiffness[i];
+        }
+        true
     }
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
         Some(Box::new(self.clone()))
