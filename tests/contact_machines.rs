@@ -292,7 +292,8 @@ fn the_load_is_set_down_the_rope_goes_slack_and_the_load_is_lifted_again() {
     assert!(of(0.1, "gap_rope_m").abs() < 1e-6 && of(0.1, "gap_ground_m") > 0.02);
     approx::assert_relative_eq!(of(0.1, "contact_force_rope_n"), 981.0, max_relative = 1e-3);
     // On the ground with a slack rope it carries its whole weight.
-    assert!(of(1.55, "gap_rope_m") > 5e-3, "{}", of(1.55, "gap_rope_m"));
+    // Twice the contact margin: relieved of the load, the cylinder all but stops sinking.
+    assert!(of(1.55, "gap_rope_m") > 2e-3, "{}", of(1.55, "gap_rope_m"));
     approx::assert_relative_eq!(of(1.55, "contact_force_ground_n"), 981.0, max_relative = 1e-6);
     assert!(of(3.95, "gap_rope_m") < 1e-3 && of(3.95, "gap_ground_m") > 1e-2, "not lifted");
 }
