@@ -1,6 +1,7 @@
 //! One file per subcommand.
 
 mod collect;
+mod corpus;
 mod figures;
 mod limit;
 mod list;
@@ -10,6 +11,7 @@ mod reproduce;
 mod run;
 mod run_options;
 mod simulate;
+mod solvers;
 mod verify;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -44,6 +46,10 @@ enum Command {
     Limit(limit::Limit),
     /// List what there is, by name
     List(list::List),
+    /// Harvest the contact problems of actual runs into a file
+    Corpus(corpus::CorpusCommand),
+    /// Give the corpus of contact problems to every solver and compare
+    Solvers(solvers::Solvers),
 }
 
 /// Width of the printed table of claims, characters.
@@ -74,6 +80,8 @@ impl Cli {
             Command::Limit(command) => command.run()?,
             Command::Figures(command) => command.run()?,
             Command::List(command) => command.run()?,
+            Command::Corpus(command) => command.run()?,
+            Command::Solvers(command) => command.run()?,
         }
         Ok(ExitCode::SUCCESS)
     }
