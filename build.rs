@@ -1,4 +1,4 @@
-//! Tells the program which compiler built it, and from which sources of the numerical rooms.
+//! Tells the program which compiler built it, for which target, and from which sources of the numerical rooms.
 
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
@@ -16,6 +16,7 @@ fn main() {
     let version = Command::new(rustc).arg("--version").output().ok();
     let version = version.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
     println!("cargo::rustc-env=RIMBENCH_RUSTC={}", version.unwrap_or_else(|| "unknown".to_owned()));
+    println!("cargo::rustc-env=RIMBENCH_TARGET={}", std::env::var("TARGET").unwrap_or_else(|_| "unknown".to_owned()));
     println!("cargo::rustc-env=RIMBENCH_NUMERICAL_SOURCES={:016x}", hash_of_sources());
 }
 

@@ -1,13 +1,15 @@
-//! What the harness costs on top of the runs: overhead per run, gain from a second core, start on a large store.
+//! What the harness costs on top of the runs: overhead per run, gain from a second core, memory over many runs, start on a
+//! large store.
 //!
 //! Everything is compared within this process. Ratios matter; times are printed beside them.
 
 use rimbench::cases::case_by_name;
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::Bounds;
+use rimbench::cosim::{Bounds, StepControl};
 use rimbench::harness::{Cache, Experiment, Job, Record, RunSpec, Store, run_job, scheme_options, simulate};
 use rimbench::schemes::scheme_by_name;
 use std::hint::black_box;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -24,6 +26,17 @@ name = "wedge-box"
 scheme = "rim-smooth"
 "#;
 
+/// Short runs, to be many.
+fn many(runs: usize) -> String {
+    format!("duration_s = 0.05\n{}", EXPERIMENT.replace("phases = 400", &format!("phases = {runs}")))
+}
+
+/// Most memory this process has held so far, kB, where the system tells.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()
+}
+
 fn seconds(task: impl FnOnce()) -> f64 {
     let start = Instant::now();
     task();
@@ -38,14 +51,44 @@ fn median(mut values: Vec<f64>) -> f64 {
 fn main() {
     let folder = tempfile::tempdir().expect("a folder for temporary files");
     let cache = Cache::in_folder(folder.path().join("cache"));
-    let file = folder.path().join("overhead.toml");
+    // First, because the most memory ever held is what the system tells.
+    memory(folder.path(), &cache);
+    overhead(folder.path(), &cache);
+    large_store(folder.path());
+}
+
+/// Memory over many runs.
+fn memory(folder: &Path, cache: &Cache) {
+    let peaks = [1_000, 10_000].map(|runs| {
+        let file = folder.join(format!("many-{runs}.toml"));
+        std::fs::write(&file, many(runs)).expect("the experiment can be written");
+        let experiment = Experiment::read(&file).expect("the experiment is valid");
+        let results = folder.join(format!("many-{runs}"));
+        let job = Job { experiment: &experiment, folder: &results, quick: false, fresh: true, shard: None, cache };
+        let summary = run_job(job, &|_| {}, &AtomicBool::new(false)).expect("the sweep runs");
+        assert_eq!((summary.computed, summary.missing), (runs, 0));
+        peak_memory()
+    });
+    match peaks {
+        [Some(few), Some(many)] => println!(
+            "peak memory: {:.1} MB after 1000 runs, {:.1} MB after 10 000: {:.2} kB for each run more (plan and index)",
+            few as f64 / 1024.0,
+            many as f64 / 1024.0,
+            (many - few) as f64 / 9000.0
+        ),
+        _ => println!("peak memory: this system does not tell"),
+    }
+}
+
+/// Overhead per run, and gain from a second core.
+fn overhead(folder: &Path, cache: &Cache) {
+    let file = folder.join("overhead.toml");
     std::fs::write(&file, EXPERIMENT).expect("the experiment can be written");
     let experiment = Experiment::read(&file).expect("the experiment is valid");
     let sweep = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let results = folder.path().join("results");
-        let job =
-            Job { experiment: &experiment, folder: &results, quick: false, fresh: true, shard: None, cache: &cache };
+        let results = folder.join("results");
+        let job = Job { experiment: &experiment, folder: &results, quick: false, fresh: true, shard: None, cache };
         pool.install(|| run_job(job, &|_| {}, &AtomicBool::new(false)).expect("the sweep runs"));
     };
     let case = case_by_name("wedge-box").expect("the case exists");
@@ -60,6 +103,7 @@ fn main() {
             scheme,
             options: scheme_options(None, None, solver).expect("the options are valid"),
             macro_step: 5e-3,
+            step_control: StepControl::None,
             phase,
             micro_step: 5e-5,
             mechanics_steps: 1,
@@ -87,8 +131,11 @@ fn main() {
     println!("400 runs at 5 ms: bare {bare:.3} s, harness with one thread {one:.3} s, with two {two:.3} s");
     println!("overhead of the harness: {:.1} % of the runs", 100.0 * (one / bare - 1.0));
     println!("two threads: {:.2} times as fast as one", one / two);
+}
 
-    let records = folder.path().join("large");
+/// Start on a large store.
+fn large_store(folder: &Path) {
+    let records = folder.join("large");
     let store = Store::open(&records, "large", "columns").expect("an empty store");
     let append = seconds(|| {
         for index in 0..100_000_u64 {

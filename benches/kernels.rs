@@ -149,7 +149,7 @@ fn rim_nonsmooth_input(c: &mut Criterion) {
     const MICRO_STEPS: usize = 100;
     let solver = solver_by_name("active-set").unwrap();
     let CoupledSystem { mut mechanics, actuator, .. } = system();
-    let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver };
+    let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver, gain: None };
     let ports: (&Ports, &Ports) = (mechanics.ports(), actuator.ports());
     let mut scheme = (scheme_by_name("rim-nonsmooth").unwrap().build)(ports.0, ports.1, &options);
     let mut model = mechanics.empty_interface_model().unwrap();

@@ -92,6 +92,15 @@ pub enum Failure {
         /// Which matrix.
         matrix: &'static str,
     },
+    /// The coupling variables of a macro step were not found by iteration.
+    NotConverged {
+        /// Largest relative residual of the last iteration.
+        residual: f64,
+        /// Iterations made.
+        iterations: u32,
+    },
+    /// A step was to be taken on a copy, and a subsystem or the scheme has none to give.
+    NotCopied,
 }
 
 impl fmt::Display for Failure {
@@ -103,6 +112,12 @@ impl fmt::Display for Failure {
             Failure::SolverFailed { residual } => write!(f, "complementarity residual {residual:.3e} above tolerance"),
             Failure::NonFinite { quantity } => write!(f, "{quantity} is not finite"),
             Failure::Singular { matrix } => write!(f, "{matrix} is singular"),
+            Failure::NotConverged { residual, iterations } => {
+                write!(f, "relative interface residual {residual:.3e} after {iterations} iterations")
+            }
+            Failure::NotCopied => {
+                f.write_str("a subsystem or the scheme cannot be copied, so no step can be taken again")
+            }
         }
     }
 }
@@ -118,6 +133,19 @@ pub fn find_by_name<'a, T>(
         .iter()
         .find(|entry| name_of(entry) == wanted)
         .ok_or_else(|| Error::unknown(kind, wanted, entries.iter().map(&name_of)))
+}
+
+/// Checks a name that is to be added to a list: kebab-case, and not in the list yet.
+pub fn check_new_name<'a>(kind: &'static str, name: &str, mut taken: impl Iterator<Item = &'a str>) -> Result<()> {
+    let word = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
+    if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.split('-').all(word)) {
+        let expected = "kebab-case: lower-case letters and digits in words joined by single hyphens, a letter first";
+        return Err(Error::invalid(format!("name of the {kind}"), format!("`{name}`"), expected));
+    }
+    if taken.any(|known| known == name) {
+        return Err(Error::invalid(format!("name of the {kind}"), format!("`{name}`"), "a name that is not taken yet"));
+    }
+    Ok(())
 }
 
 fn did_you_mean(found: &str, valid: &[String]) -> String {

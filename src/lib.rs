@@ -11,6 +11,7 @@
 //!
 //! | room | what it holds |
 //! |---|---|
+//! | [`perf`] | a fixed suite of work, its history, and what counts as a regression |
 //! | [`report`] | figures and the report, from result files; never simulates |
 //! | [`harness`] | experiment file → plan → runs → result files |
 //! | [`cases`], [`schemes`], [`metrics`] | what is simulated, how it is coupled, what is measured; explicit lists |
@@ -45,6 +46,7 @@ pub mod mechanics;
 pub mod metrics;
 pub mod models;
 pub mod numerics_version;
+pub mod perf;
 pub mod report;
 pub mod results_table;
 pub mod schemes;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each room and the rooms it may use, from the ground up.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 16] = [
     ("error", &[]),
     ("atomic_file", &["error"]),
     ("numerics_version", &[]),
@@ -37,6 +37,23 @@ const ROOMS: [(&str, &[&str]); 15] = [
     ("corpus", &["harness", "cases", "schemes", "cosim", "complementarity", "atomic_file", "error"]),
     // Reads results, never simulates; of the metrics it takes the order of convergence.
     ("report", &["metrics", "results_table", "atomic_file", "error"]),
+    // The program under measurement is everything else.
+    (
+        "perf",
+        &[
+            "report",
+            "harness",
+            "cases",
+            "schemes",
+            "models",
+            "mechanics",
+            "cosim",
+            "interface_model",
+            "complementarity",
+            "atomic_file",
+            "error",
+        ],
+    ),
 ];
 
 /// Names that follow `crate::` in the code of one line; what stands behind `//` is prose.

@@ -4,13 +4,14 @@ mod support;
 
 use rimbench::complementarity::SolverCounters;
 use rimbench::cosim::{
-    CommunicationGrid, ForceReturn, Outcome, Ports, Sequence, Setup, Side, Subsystem, SubsystemCounters, cosimulate,
+    CommunicationGrid, ForceReturn, Outcome, OutputRates, Ports, Sequence, Setup, Side, Subsystem, SubsystemCounters,
+    cosimulate,
 };
 use rimbench::error::Failure;
 use rimbench::interface_model::{MassMatrix, ReducedInterfaceModel};
 use rimbench::mechanics::{ContactLaw, NonSmoothMechanics};
 use rimbench::models::WedgeBox;
-use rimbench::schemes::{SCHEMES, scheme_by_name};
+use rimbench::schemes::{Need, SCHEMES, SchemeEntry, scheme_by_name};
 use support::*;
 
 /// The mechanics of the wedge box, with an account of its own kept from states and impulses.
@@ -147,6 +148,11 @@ struct Account {
     passed: f64,
 }
 
+/// Schemes that step the subsystem they are given: what steps copies cannot be listened to by [`Audited`].
+fn on_the_original() -> impl Iterator<Item = &'static SchemeEntry> {
+    SCHEMES.iter().filter(|scheme| !scheme.needs.contains(&Need::Copies))
+}
+
 fn account(
     scheme: &str,
     law: ContactLaw,
@@ -176,7 +182,7 @@ fn account(
 #[test]
 fn the_impulse_energy_identity_must_close_in_every_step_of_every_scheme() {
     let (mut ended_early, mut wild) = (0, 0);
-    for scheme in SCHEMES {
+    for scheme in on_the_original() {
         for macro_step in [1e-3, 5e-3, 2e-2] {
             let law = ContactLaw { stabilisation: 0.2, ..PLASTIC };
             let Account { audited, outcome, received, .. } = account(scheme.name, law, macro_step, 1, None, 2.5);
@@ -215,7 +221,7 @@ fn the_impulse_energy_identity_must_close_in_every_step_of_every_scheme() {
 #[test]
 fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes() {
     // With γ > 0 they may: pushing a penetration out is work. Runs that diverge are in on purpose.
-    for scheme in SCHEMES {
+    for scheme in on_the_original() {
         for (macro_step, mechanics_steps) in [(2e-4, 1), (5e-3, 1), (5e-3, 0)] {
             let Account { audited, outcome, .. } =
                 account(scheme.name, PLASTIC, macro_step, mechanics_steps, None, 2.5);
@@ -227,7 +233,9 @@ fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes
             assert!(audited.contact < 0.0, "{name}: contacts gave {} J", audited.contact);
             assert!(audited.unexplained <= 1.0, "{name}: a contact gave {} J", audited.largest_gift);
             // And the two explanations are no excuse: all they allow is next to nothing of what contacts took.
-            assert!(audited.largest_gift < 1e-6 * -audited.contact, "{name}: {} J in a step", audited.largest_gift);
+            // Runs that end before contacts took anything keep the rounding of their energies, as in the identity above.
+            let least = 1e-6 * -audited.contact + 32.0 * f64::EPSILON * audited.scale;
+            assert!(audited.largest_gift < least, "{name}: {} J in a step", audited.largest_gift);
         }
     }
 }
@@ -248,6 +256,9 @@ impl Subsystem for Metered {
     fn outputs(&self, u: &[f64], y: &mut [f64]) {
         self.inner.outputs(u, y);
     }
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        self.inner.output_rates(t, u, rates)
+    }
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let m = u.len() / 2;
         let mut force = vec![0.0; m];
@@ -257,6 +268,9 @@ impl Subsystem for Metered {
         }
         self.last.copy_from_slice(u);
         self.inner.step(t, u, h)
+    }
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        self.inner.output_rates(t, u, rates)
     }
     fn counters(&self) -> SubsystemCounters {
         self.inner.counters()

@@ -8,7 +8,7 @@ use rimbench::complementarity::{ComplementaritySolver, SOLVERS, SolverEntry};
 use rimbench::cosim::Trajectory;
 use rimbench::cosim::{CommunicationGrid, CommunicationPoint, ForceReturn, Outcome, Sequence, Setup, Side, cosimulate};
 use rimbench::interface_model::Redundancy;
-use rimbench::schemes::{Family, ModelMotion, SCHEMES, SchemeEntry, SchemeOptions};
+use rimbench::schemes::{Family, ModelMotion, Need, SCHEMES, SchemeEntry, SchemeOptions};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use support::*;
@@ -86,7 +86,8 @@ fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
 
 fn variants(solver: &'static SolverEntry) -> Vec<Variant> {
     let mut variants = Vec::new();
-    for scheme in SCHEMES {
+    // What takes steps on copies must allocate them, and says that it is not real-time.
+    for scheme in SCHEMES.iter().filter(|scheme| !scheme.needs.contains(&Need::Copies)) {
         let (own, own_return) = scheme.sequence_and_return(None, None).unwrap();
         let mut ways = vec![
             (own, own_return, 1),
@@ -102,19 +103,20 @@ fn variants(solver: &'static SolverEntry) -> Vec<Variant> {
             ways.truncate(1);
         }
         let models: &[(ModelMotion, Redundancy)] = match scheme.family {
-            Family::Signal => &[(ModelMotion::Frozen, Redundancy::Drop)],
+            Family::Signal | Family::Ceiling => &[(ModelMotion::Frozen, Redundancy::Drop)],
             Family::Model => &[
                 (ModelMotion::Frozen, Redundancy::Drop),
                 (ModelMotion::Extrapolated, Redundancy::PseudoInverse),
                 (ModelMotion::Extrapolated, Redundancy::Regularised { epsilon: 1e-9 }),
             ],
         };
+        ways.retain(|way| scheme.check_force_return(way.1).is_ok());
         for &(sequence, force_return, mechanics_steps) in &ways {
             for &(motion, redundancy) in models {
                 // Holds survive the start only with the smaller one.
-                let macro_steps: &[f64] = if scheme.family == Family::Signal { &[1e-3, 5e-3] } else { &[5e-3] };
+                let macro_steps: &[f64] = if scheme.family != Family::Model { &[1e-3, 5e-3] } else { &[5e-3] };
                 for &macro_step in macro_steps {
-                    let options = SchemeOptions { redundancy, motion, solver };
+                    let options = SchemeOptions { redundancy, motion, solver, gain: None };
                     variants.push(Variant { scheme, options, sequence, force_return, mechanics_steps, macro_step });
                 }
             }

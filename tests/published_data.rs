@@ -2,7 +2,7 @@
 
 use rimbench::cases::{Parameters, ReferenceMethod, case_by_name};
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{Bounds, Outcome, Trajectory};
+use rimbench::cosim::{Bounds, Outcome, StepControl, Trajectory};
 use rimbench::harness::{
     Cache, Experiment, Job, Reference, RunResult, RunSpec, check_claims, run_job, scheme_options, simulate,
 };
@@ -30,6 +30,7 @@ fn jacobi_zoh(set: &[(&str, &str)], macro_step: f64, duration: f64) -> RunSpec {
         scheme,
         options: scheme_options(None, None, solver).unwrap(),
         macro_step,
+        step_control: StepControl::None,
         phase: 1.0,
         micro_step: macro_step.min(2e-4),
         mechanics_steps: 1,

@@ -2,7 +2,7 @@
 
 use rimbench::cases::{Recorder, case_by_name};
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{Bounds, CommunicationGrid, Outcome, Setup, Timing, Trajectory, cosimulate};
+use rimbench::cosim::{Bounds, CommunicationGrid, Outcome, Setup, StepControl, Timing, Trajectory, cosimulate};
 use rimbench::interface_model::Redundancy;
 use rimbench::schemes::{ModelMotion, SchemeOptions, scheme_by_name};
 
@@ -20,6 +20,7 @@ pub fn wedge_box(scheme: &str, macro_step: f64) -> Trajectory {
     let (sequence, force_return) = entry.sequence_and_return(None, None).unwrap();
     let setup = Setup {
         grid: CommunicationGrid::new(macro_step, 1.0, DURATION).unwrap(),
+        step_control: StepControl::None,
         micro_step: MICRO_STEP,
         mechanics_steps: 1,
         sequence,
@@ -29,7 +30,7 @@ pub fn wedge_box(scheme: &str, macro_step: f64) -> Trajectory {
         timing: Timing::default(),
     };
     let mut system = (case.build)(&case.default_parameters(), solver).unwrap();
-    let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver };
+    let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver, gain: None };
     let mut scheme = (entry.build)(system.mechanics.ports(), system.actuator.ports(), &options);
     let mut recorder = Recorder::new(case, &mut system);
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), setup.grid.macro_steps() + 1);

@@ -4,7 +4,7 @@ use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::cosim::Subsystem;
-use crate::error::{Result, find_by_name};
+use crate::error::Result;
 
 /// Two subsystems that fit each other, and how the case wants them run and recorded.
 pub struct CoupledSystem {
@@ -111,12 +111,4 @@ impl Case {
     pub fn recorded_columns(&self) -> Vec<String> {
         self.trace_columns.iter().chain(self.drawing_columns).map(|name| (*name).to_owned()).collect()
     }
-}
-
-/// Finds a case.
-///
-/// # Errors
-/// [`Error::UnknownName`](crate::error::Error::UnknownName) with all names.
-pub fn case_by_name(name: &str) -> Result<&'static Case> {
-    find_by_name("case", super::CASES, |case| case.name, name)
 }

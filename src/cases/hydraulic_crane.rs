@@ -213,6 +213,6 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     Ok(system)
 }
 
-fn clocked(hydraulics: impl Subsystem + 'static, published: bool) -> Box<dyn Subsystem> {
+fn clocked(hydraulics: impl Subsystem + Clone + 'static, published: bool) -> Box<dyn Subsystem> {
     if published { Box::new(PublishedClock::new(hydraulics)) } else { Box::new(hydraulics) }
 }

@@ -12,17 +12,17 @@ mod precice_oscillator;
 mod quarter_car;
 mod recorder;
 mod reference_method;
+mod registry;
 mod two_masses;
 mod wedge_box;
 
-pub use case::{
-    Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, RowFunction, StateVariable, case_by_name,
-};
+pub use case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, RowFunction, StateVariable};
 pub use parameters::{Parameter, Parameters, Range, Value};
 pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, ReferenceMethod};
+pub use registry::{all_cases, case_by_name, register};
 
-/// Every case.
+/// Every built-in case.
 pub const CASES: &[Case] = &[
     wedge_box::ENTRY,
     hydraulic_crane::ENTRY,

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use std::fmt;
+use std::sync::Arc;
 
 /// The value of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,13 +132,14 @@ impl Parameter {
 pub struct Parameters {
     case: &'static str,
     declared: &'static [Parameter],
-    values: Vec<Value>,
+    /// Shared by the many runs of a plan that differ in other things.
+    values: Arc<Vec<Value>>,
 }
 
 impl Parameters {
     /// All at their defaults.
     pub fn defaults(case: &'static str, declared: &'static [Parameter]) -> Self {
-        Parameters { case, declared, values: declared.iter().map(|parameter| parameter.default).collect() }
+        Parameters { case, declared, values: Arc::new(declared.iter().map(|parameter| parameter.default).collect()) }
     }
 
     /// Sets one parameter from text.
@@ -151,7 +153,8 @@ impl Parameters {
                 found: key.to_owned(),
                 valid: self.declared.iter().map(|parameter| parameter.name.to_owned()).collect(),
             })?;
-        self.values[index] = self.declared[index].range.parse(key, text)?;
+        let value = self.declared[index].range.parse(key, text)?;
+        Arc::make_mut(&mut self.values)[index] = value;
         Ok(())
     }
 

@@ -2,10 +2,10 @@
 
 use super::{Format, print, table};
 use clap::{Args, ValueEnum};
-use rimbench::cases::{CASES, case_by_name};
+use rimbench::cases::{all_cases, case_by_name};
 use rimbench::complementarity::SOLVERS;
 use rimbench::metrics::METRICS;
-use rimbench::schemes::SCHEMES;
+use rimbench::schemes::all_schemes;
 use serde_json::{Map, Value};
 
 /// Arguments of `list`.
@@ -37,13 +37,16 @@ impl List {
     pub(super) fn run(self) -> anyhow::Result<()> {
         let case = self.case.as_deref().map(case_by_name).transpose()?;
         let entries: Vec<Entry> = match self.what {
-            What::Cases => CASES.iter().map(|case| named(case.name, case.about)).collect(),
-            What::Schemes => SCHEMES
+            What::Cases => all_cases().iter().map(|case| named(case.name, case.about)).collect(),
+            What::Schemes => all_schemes()
                 .iter()
                 .map(|scheme| {
                     let mut entry = named(scheme.name, scheme.about);
                     entry.push(("order", scheme.order.to_string()));
                     entry.push(("sequence", scheme.sequence.to_string()));
+                    let gain = scheme.gain.map(|gain| format!("{} ({})", gain.default, gain.about));
+                    entry.push(("gain", gain.unwrap_or_default()));
+                    entry.push(("real-time", if scheme.real_time() { "yes" } else { "no" }.to_owned()));
                     entry
                 })
                 .collect(),
@@ -63,7 +66,7 @@ impl List {
                     entry
                 })
                 .collect(),
-            What::Parameters => CASES
+            What::Parameters => all_cases()
                 .iter()
                 .filter(|known| case.is_none_or(|case| case.name == known.name))
                 .flat_map(|case| case.parameters.iter().map(|parameter| (case.name, parameter)))

@@ -5,6 +5,8 @@ mod corpus;
 mod figures;
 mod limit;
 mod list;
+mod perf;
+mod perf_compare;
 mod plan;
 mod progress;
 mod reproduce;
@@ -44,6 +46,8 @@ enum Command {
     Verify(verify::Verify),
     /// Find the largest stable macro step of a scheme on a case
     Limit(limit::Limit),
+    /// Record the program's own performance, and compare records or git revisions
+    Perf(perf::Perf),
     /// List what there is, by name
     List(list::List),
     /// Harvest the contact problems of actual runs into a file
@@ -79,6 +83,7 @@ impl Cli {
             Command::Verify(command) => return command.run(),
             Command::Limit(command) => command.run()?,
             Command::Figures(command) => command.run()?,
+            Command::Perf(command) => return command.run(),
             Command::List(command) => command.run()?,
             Command::Corpus(command) => command.run()?,
             Command::Solvers(command) => command.run()?,

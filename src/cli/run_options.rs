@@ -3,10 +3,10 @@
 use clap::Args;
 use rimbench::cases::case_by_name;
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{ForceReturn, Sequence};
+use rimbench::cosim::{ForceReturn, Sequence, StepControl};
 use rimbench::error::{Error, Result};
 use rimbench::harness::{RunSpec, parse_mechanics_steps, scheme_options};
-use rimbench::schemes::scheme_by_name;
+use rimbench::schemes::{SchemeOptions, scheme_by_name};
 
 /// Case, scheme and everything else that determines a run, but for the macro step and the phase.
 #[derive(Debug, Args)]
@@ -41,6 +41,18 @@ pub struct RunOptions {
     /// Interface model within a macro step: frozen, extrapolated
     #[arg(long)]
     model_motion: Option<String>,
+    /// The scheme's gain, where it has one (see `rimbench list schemes`)
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    gain: Option<f64>,
+    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, step-doubling
+    #[arg(long)]
+    step_control: Option<String>,
+    /// Error allowed per macro step where the step is controlled, a pure number
+    #[arg(long, value_name = "TOL", allow_negative_numbers = true)]
+    step_tolerance: Option<f64>,
+    /// Shortest macro step where the step is controlled, s; default H/100
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    min_macro_step: Option<f64>,
     /// A parameter of the case, key=value (see `rimbench list parameters`); may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -63,11 +75,20 @@ impl RunOptions {
         let force_return: Option<ForceReturn> = self.force_return.as_deref().map(str::parse).transpose()?;
         let (sequence, force_return) = scheme.sequence_and_return(sequence, force_return)?;
         let macro_step = macro_step.unwrap_or(case.defaults.macro_step_s);
+        let options = scheme_options(self.redundancy.as_deref(), self.model_motion.as_deref(), solver)?;
+        let step_control = StepControl::new(
+            self.step_control.as_deref(),
+            self.step_tolerance,
+            self.min_macro_step,
+            macro_step,
+            scheme.order,
+        )?;
         let spec = RunSpec {
+            step_control,
             case,
             parameters,
             scheme,
-            options: scheme_options(self.redundancy.as_deref(), self.model_motion.as_deref(), solver)?,
+            options: SchemeOptions { gain: scheme.gain_value(self.gain)?, ..options },
             macro_step,
             phase,
             // A macro step below the usual micro step is its own micro step, unless one is asked for.

@@ -84,6 +84,9 @@ fn json(spec: &RunSpec, run: &EvaluatedRun) -> Value {
     put("force_return", spec.force_return.to_string().into());
     put("solver", spec.solver.name.into());
     put("macro_step_s", json_number(spec.macro_step));
+    put("step_control", spec.step_control.to_string().into());
+    put("step_tolerance", spec.step_control.rule().map_or(Value::Null, |rule| json_number(rule.tolerance)));
+    put("min_macro_step_s", spec.step_control.rule().map_or(Value::Null, |rule| json_number(rule.shortest)));
     put("micro_step_s", json_number(spec.micro_step));
     put("phase", json_number(spec.phase));
     put("duration_s", json_number(spec.duration));

@@ -312,4 +312,8 @@ impl ComplementaritySolver for ActiveSet {
     fn capacity(&self) -> usize {
         self.capacity
     }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
 }

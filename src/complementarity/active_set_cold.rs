@@ -27,4 +27,8 @@ impl ComplementaritySolver for ActiveSetCold {
     fn capacity(&self) -> usize {
         self.solver.capacity()
     }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
 }

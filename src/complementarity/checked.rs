@@ -30,12 +30,25 @@ impl SolverCounters {
         self.failures += other.failures;
         self.worst_residual = self.worst_residual.max(other.worst_residual);
     }
+
+    /// The counts on top of `earlier` ones of the same solver; the worst residual is that of all.
+    pub fn since(&self, earlier: &SolverCounters) -> Self {
+        SolverCounters {
+            solves: self.solves - earlier.solves,
+            pivots: self.pivots - earlier.pivots,
+            factorisations: self.factorisations - earlier.factorisations,
+            fallbacks: self.fallbacks - earlier.fallbacks,
+            failures: self.failures - earlier.failures,
+            worst_residual: self.worst_residual,
+        }
+    }
 }
 
 /// A solver whose every answer is measured by [`natural_residual`], and replaced by the fallback's if it is not good
 /// enough.
 ///
 /// Solving it means: `r(z) ≤ tolerance`, or [`Failure::SolverFailed`] with the smaller residual of the two attempts.
+#[derive(Clone)]
 pub struct Checked {
     primary: Solver,
     fallback: Option<Lemke>,
@@ -112,6 +125,10 @@ impl ComplementaritySolver for Checked {
     fn capacity(&self) -> usize {
         self.primary.capacity()
     }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
 }
 
 #[cfg(test)]
@@ -119,6 +136,7 @@ mod tests {
     use super::*;
 
     /// Proposes the same number for every impulse, or nothing.
+    #[derive(Clone)]
     struct Stubborn(Option<f64>);
 
     impl ComplementaritySolver for Stubborn {
@@ -126,6 +144,10 @@ mod tests {
             z.fill(self.0.unwrap_or_default());
             let stats = SolveStats { pivots: 3, factorisations: 2, ..SolveStats::default() };
             self.0.map(|_| stats).ok_or(Failure::SolverFailed { residual: 0.0 })
+        }
+
+        fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+            Box::new(self.clone())
         }
     }
 

@@ -89,6 +89,13 @@ impl Clarabel {
     }
 }
 
+/// The copy sets its own object up; the answers do not depend on which object gives them.
+impl Clone for Clarabel {
+    fn clone(&self) -> Self {
+        Clarabel::new()
+    }
+}
+
 impl ComplementaritySolver for Clarabel {
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
         let n = lcp.size();
@@ -113,5 +120,9 @@ impl ComplementaritySolver for Clarabel {
             *z = (s * q_max * x).max(0.0);
         }
         Ok(stats)
+    }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
     }
 }

@@ -84,6 +84,13 @@ fn minus_root(mut m: Vec<f64>, n: usize) -> Vec<f64> {
     minus_b
 }
 
+/// The copy sets its own object up; the answers do not depend on which object gives them.
+impl Clone for ClarabelVelocity {
+    fn clone(&self) -> Self {
+        ClarabelVelocity::new()
+    }
+}
+
 impl ComplementaritySolver for ClarabelVelocity {
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
         let n = lcp.size();
@@ -111,6 +118,10 @@ impl ComplementaritySolver for ClarabelVelocity {
             *z = (s * q_max * multiplier).max(0.0);
         }
         Ok(stats)
+    }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
     }
 }
 

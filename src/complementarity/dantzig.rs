@@ -203,4 +203,8 @@ impl ComplementaritySolver for Dantzig {
     fn capacity(&self) -> usize {
         self.capacity
     }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
 }

@@ -8,8 +8,8 @@ pub(super) fn solve_in_place(a: &mut [f64], b: &mut [f64], row: &mut [f64]) -> b
     let largest = a.iter().fold(0.0_f64, |max, entry| max.max(entry.abs()));
     for k in 0..n {
         let pivot = (k..n).fold(k, |best, i| if a[i * n + k].abs() > a[best * n + k].abs() { i } else { best });
-        // Written so that NaN is singular.
-        if !(a[pivot * n + k].abs() > f64::EPSILON * largest) {
+        let size = a[pivot * n + k].abs();
+        if size.is_nan() || size <= f64::EPSILON * largest {
             return false;
         }
         if pivot != k {

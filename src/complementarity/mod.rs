@@ -130,12 +130,21 @@ pub trait ComplementaritySolver: Send {
         if stats.residual.is_finite() { Ok(stats) } else { Err(NON_FINITE) }
     }
 
+    /// A copy with the same warm start, which answers the next problem with the same bits.
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver>;
+
     /// Forgets the warm start, so that the next answer depends on its problem alone.
     fn reset(&mut self) {}
 
     /// Returns the largest `n` solved without allocating; 0 if the solver allocates at every problem.
     fn capacity(&self) -> usize {
         0
+    }
+}
+
+impl Clone for Box<dyn ComplementaritySolver> {
+    fn clone(&self) -> Self {
+        (**self).boxed_clone()
     }
 }
 

@@ -176,4 +176,8 @@ impl ComplementaritySolver for NewtonMinimumMap {
     fn capacity(&self) -> usize {
         self.capacity
     }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
 }

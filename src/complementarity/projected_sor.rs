@@ -111,4 +111,8 @@ impl ComplementaritySolver for ProjectedSor {
     fn capacity(&self) -> usize {
         self.capacity
     }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
 }

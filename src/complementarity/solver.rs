@@ -7,6 +7,7 @@ use crate::error::Failure;
 ///
 /// The default solver answers in some ten nanoseconds, of which a call through a table of functions would be a part worth
 /// having; so it is named.
+#[derive(Clone)]
 pub enum Solver {
     /// The default.
     ActiveSet(Box<ActiveSet>),
@@ -42,5 +43,9 @@ impl ComplementaritySolver for Solver {
             Solver::ActiveSet(solver) => solver.capacity(),
             Solver::Other(solver) => solver.capacity(),
         }
+    }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
     }
 }

@@ -6,7 +6,7 @@ use super::recorder::{RECORDING, observe};
 use super::selection::{Mark, select};
 use crate::cases::{CASES, Case};
 use crate::complementarity::Lcp;
-use crate::cosim::{Bounds, Outcome};
+use crate::cosim::{Bounds, Outcome, StepControl};
 use crate::error::Result;
 use crate::harness::{RunSpec, parse_mechanics_steps, scheme_options, simulate};
 use crate::schemes::scheme_by_name;
@@ -111,6 +111,7 @@ fn run_of(case: &'static Case, settings: &[(&str, &str)], scheme: &str, macro_st
         duration: case.defaults.duration_s,
         solver: &RECORDING,
         wall_limit: None,
+        step_control: StepControl::None,
     };
     Ok((spec, source))
 }

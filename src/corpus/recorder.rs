@@ -42,6 +42,7 @@ pub(super) fn observe<T>(
     (result, PRESENT.take().built)
 }
 
+#[derive(Clone)]
 struct Recorder {
     number: usize,
     solver: ActiveSet,
@@ -74,6 +75,10 @@ impl ComplementaritySolver for Recorder {
 
     fn capacity(&self) -> usize {
         self.solver.capacity()
+    }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
     }
 }
 

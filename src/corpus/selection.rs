@@ -86,7 +86,7 @@ mod tests {
             n: 4,
             changed: [0, 100, 200, 300].contains(&k),
             trivial: k < 100,
-            same_matrix: k % 10 != 0,
+            same_matrix: !k.is_multiple_of(10),
             matrix_bytes,
         };
         (0..1000).map(mark).collect()

@@ -1,6 +1,7 @@
 //! The approximation of the coupling variables between communication points.
 
 use super::communication_grid::MacroStep;
+use super::iteration::Coupling;
 use super::output_rates::OutputRates;
 use super::subsystem::Side;
 use crate::complementarity::SolverCounters;
@@ -85,9 +86,24 @@ pub trait CouplingScheme: Send {
         false
     }
 
+    /// How the sides are coupled over a macro step; anything but `Explicit` is not real-time.
+    fn coupling(&self) -> Coupling {
+        Coupling::Explicit
+    }
+
+    /// A copy in the present state, or nothing if the scheme cannot be copied.
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        None
+    }
+
     /// Reports on the scheme's own picture of the other side.
     fn diagnostics(&mut self) -> Diagnostics {
         Diagnostics::default()
+    }
+
+    /// Energy that the scheme itself has taken out of the system since the start, J, if it does such a thing.
+    fn dissipated_j(&self) -> Option<f64> {
+        None
     }
 
     /// Complementarity solves inside the scheme.

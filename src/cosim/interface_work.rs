@@ -1,6 +1,6 @@
 //! Work across the interface, as each side counts it.
 
-use super::subsystem::{Port, Ports, Quantity};
+use super::subsystem::{Port, Ports, Quantity, Subsystem};
 
 /// Work across the interface, counted by each side in its own discretisation.
 ///
@@ -22,6 +22,11 @@ impl InterfaceWork {
     pub fn residual_j(&self) -> Option<f64> {
         Some(self.sent_j? - self.received_j?)
     }
+}
+
+/// Whether both sides count the work across their interface, so that there is a residual.
+pub fn counts_interface_work(mechanics: &dyn Subsystem, actuator: &dyn Subsystem) -> bool {
+    WorkMeter::new(actuator.ports()).sent().is_some() && mechanics.interface_work().is_some()
 }
 
 /// Counts what the actuator sends.

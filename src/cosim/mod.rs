@@ -1,4 +1,6 @@
-//! Non-iterative co-simulation of two subsystems: what they are, how they exchange, and the one macro loop.
+//! Co-simulation of two subsystems: what they are, how they exchange, and the one macro loop. Non-iterative, but for the
+//! ceilings that real-time schemes are held against ([`Coupling`]) and for step doubling ([`StepControl`]): these take steps
+//! on copies.
 //!
 //! | symbol | unit | meaning |
 //! |---|---|---|
@@ -13,28 +15,40 @@
 //! between communication points is a [`CouplingScheme`]. [`ForceReturn`] says what the mechanics receives from an
 //! actuator that went first.
 
+mod acceleration;
 mod communication_grid;
+mod coupled_pair;
 mod coupling_scheme;
 mod energy_account;
 mod force_return;
+mod held;
 mod interface_work;
+mod iteration;
 mod latency;
 mod macro_loop;
 mod outcome;
 mod output_rates;
+mod pace;
 mod report;
+mod step_control;
+mod step_doubling;
 mod subsystem;
 mod trajectory;
+mod work;
 
+pub use acceleration::Acceleration;
 pub use communication_grid::{CommunicationGrid, MacroStep, division};
 pub use coupling_scheme::{CouplingScheme, Diagnostics, MicroStep, Sample};
 pub use energy_account::{EnergyAccount, EnergyAudit};
 pub use force_return::{ForceReturn, Sequence};
-pub use interface_work::InterfaceWork;
+pub use interface_work::{InterfaceWork, counts_interface_work};
+pub use iteration::{Coupling, Iteration};
 pub use latency::{Latency, Timing};
 pub use macro_loop::{Bounds, CommunicationPoint, Setup, cosimulate};
 pub use outcome::Outcome;
 pub use output_rates::OutputRates;
 pub use report::{CosimCounters, Report};
+pub use step_control::{StepControl, StepRule};
 pub use subsystem::{Port, Ports, Quantity, Side, Subsystem, SubsystemCounters, check_coupling};
 pub use trajectory::Trajectory;
+pub use work::Work;

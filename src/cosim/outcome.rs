@@ -26,7 +26,7 @@ pub enum Outcome {
         /// Its value.
         value: f64,
     },
-    /// A complementarity problem or factorisation failed.
+    /// A complementarity problem, a factorisation or the iteration over a macro step failed.
     SolverFailed {
         /// When, s.
         at_s: f64,
@@ -56,7 +56,10 @@ impl Outcome {
         match failure {
             Failure::OutOfRange { quantity, value } => Outcome::OutOfRange { at_s, quantity, value },
             Failure::NonFinite { quantity } => Outcome::Diverged { at_s, quantity, value: f64::NAN },
-            Failure::SolverFailed { .. } | Failure::Singular { .. } => Outcome::SolverFailed { at_s, failure },
+            Failure::SolverFailed { .. } | Failure::Singular { .. } | Failure::NotConverged { .. } => {
+                Outcome::SolverFailed { at_s, failure }
+            }
+            Failure::NotCopied => Outcome::Skipped { reason: failure.to_string() },
         }
     }
 

@@ -39,6 +39,18 @@ pub enum Quantity {
     Pressure,
 }
 
+impl Quantity {
+    /// Magnitude below which a coupling variable counts as zero, so that the round-off of a system at rest is nothing: m,
+    /// m/s, N, Pa. Ours.
+    pub fn negligible(self) -> f64 {
+        match self {
+            Quantity::Position | Quantity::Velocity => 1e-6,
+            Quantity::Force => 1e-3,
+            Quantity::Pressure => 1.0,
+        }
+    }
+}
+
 /// One coupling variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Port {
@@ -70,11 +82,29 @@ pub struct SubsystemCounters {
     pub solver: SolverCounters,
 }
 
+impl SubsystemCounters {
+    /// Adds other counts.
+    pub fn add(&mut self, other: &SubsystemCounters) {
+        self.micro_steps += other.micro_steps;
+        self.eliminations += other.eliminations;
+        self.solver.add(&other.solver);
+    }
+
+    /// The counts on top of `earlier` ones of the same subsystem.
+    pub fn since(&self, earlier: &SubsystemCounters) -> Self {
+        SubsystemCounters {
+            micro_steps: self.micro_steps - earlier.micro_steps,
+            eliminations: self.eliminations - earlier.eliminations,
+            solver: self.solver.since(&earlier.solver),
+        }
+    }
+}
+
 /// One side of a co-simulation, with its own solver.
 ///
 /// The macro loop calls, at each communication point, [`outputs`](Self::outputs), then, if the scheme wants one,
 /// [`interface_model`](Self::interface_model); then for each micro step `outputs` and [`step`](Self::step). There is no
-/// way back: non-iterative coupling is a property of this trait.
+/// way back: non-iterative coupling is a property of this trait. What iterates, or tries a step, works on copies.
 pub trait Subsystem: Send {
     /// Names the coupling variables.
     fn ports(&self) -> &Ports;

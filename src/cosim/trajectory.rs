@@ -100,23 +100,29 @@ impl Trajectory {
     /// Number of rows with time ≤ `t`.
     fn rows_until(&self, t: f64) -> usize {
         let (mut low, mut high) = (0, self.len());
-        // Rows at equal distances, as in a reference, are found at once.
+        // Rows at equal distances, as in a reference, are found at once, up to the rounding of their times.
         if high > 1 {
-            let guess =
-                ((t - self.row(0)[0]) / (self.row(1)[0] - self.row(0)[0])).clamp(0.0, (high - 1) as f64) as usize;
-            let next = guess + 1;
-            if self.row(guess)[0] <= t {
-                low = next;
-                if next < high && self.row(next)[0] > t {
-                    return next;
-                }
-            }
+            let spacing = self.row(1)[0] - self.row(0)[0];
+            let guess = ((t - self.row(0)[0]) / spacing).clamp(0.0, (high - 1) as f64) as usize;
+            (low, high) = self.bracket(guess, t);
         }
         while low < high {
             let middle = (low + high) / 2;
             if self.row(middle)[0] <= t { low = middle + 1 } else { high = middle }
         }
         low
+    }
+
+    /// Bounds of the number of rows with time ≤ `t`, equal if row `guess` or one beside it is the last of them.
+    fn bracket(&self, guess: usize, t: f64) -> (usize, usize) {
+        let is_later = |row: usize| row >= self.len() || self.row(row)[0] > t;
+        match (is_later(guess), is_later(guess + 1)) {
+            (false, true) => (guess + 1, guess + 1),
+            (false, false) if is_later(guess + 2) => (guess + 2, guess + 2),
+            (false, false) => (guess + 3, self.len()),
+            (true, _) if guess == 0 || !is_later(guess - 1) => (guess, guess),
+            (true, _) => (0, guess - 1),
+        }
     }
 }
 

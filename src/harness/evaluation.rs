@@ -4,7 +4,7 @@ use super::reference::{Reference, gap_columns};
 use super::run::{RunResult, RunSpec};
 use crate::cases::ReferenceMethod;
 use crate::cosim::{Latency, Outcome, Trajectory};
-use crate::metrics::{Evidence, METRICS};
+use crate::metrics::{Evidence, METRICS, contact_intervals};
 use std::any::Any;
 use std::time::Duration;
 
@@ -61,9 +61,11 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
     let gaps: Vec<usize> = gap_columns(result.trajectory.columns()).collect();
     let aligned = exact_at(spec, &result.trajectory)
         .unwrap_or_else(|| reference.trajectory.resampled(result.trajectory.column(0)));
+    let run_contacts: Vec<_> = gaps.iter().map(|&gap| contact_intervals(&result.trajectory, gap)).collect();
     let evidence = Evidence {
         run: &result.trajectory,
         reference: &aligned,
+        run_contacts: &run_contacts,
         reference_contacts: &reference.contacts,
         reference_force_peak: reference.largest[column(columns.force)],
         report: &result.report,
@@ -89,8 +91,9 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
 }
 
 /// Names of the exact counters, in the order of the columns in data.
-pub const COUNTERS: [&str; 13] = [
+pub const COUNTERS: [&str; 14] = [
     "macro_steps",
+    "repeated_macro_steps",
     "exchanges",
     "mechanics_micro_steps",
     "actuator_micro_steps",
@@ -110,6 +113,7 @@ fn counters(result: &RunResult) -> [u64; COUNTERS.len()] {
     let (mechanics, scheme) = (&result.mechanics, &result.scheme);
     [
         result.report.counters.macro_steps,
+        result.report.counters.repeated_macro_steps,
         result.report.counters.exchanges,
         mechanics.micro_steps,
         result.actuator.micro_steps,

@@ -62,7 +62,6 @@ pub type Progress<'a> = &'a (dyn Fn(&Outcome) + Sync);
 /// Bad input; a folder that belongs to something else; a disk that is full. A run that fails is a record.
 pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Result<Summary> {
     let planned = job.experiment.plan(job.quick)?;
-    let ids = run_ids(&planned);
     if job.fresh {
         Store::clear(job.folder)?;
     }
@@ -73,7 +72,7 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
     sweep_temporary_files(&job.folder.join("traces"));
     let in_shard = |index: usize| job.shard.is_none_or(|(part, parts)| index % parts == part - 1);
     let todo: Vec<usize> =
-        (0..planned.len()).filter(|&index| in_shard(index) && !store.contains(&ids[index])).collect();
+        (0..planned.len()).filter(|&index| in_shard(index) && !store.contains(&planned[index].id)).collect();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect();
     let mut held = None;
@@ -87,16 +86,16 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
             if stop.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            let (planned, id) = (&planned[index], &ids[index]);
+            let planned = &planned[index];
             let attempt = catch_unwind(AssertUnwindSafe(|| {
                 Ok(evaluate(&planned.spec, simulate(&planned.spec, bounds.clone())?, &reference))
             }));
             let evaluated = attempt.unwrap_or_else(|panic| Ok(EvaluatedRun::panicked(&planned.spec, &*panic)))?;
             let trace = job.experiment.trace_of(&planned.label);
             if let Some(every) = trace {
-                results::write_trace(job.folder, &format!("{id}.csv"), &evaluated.trajectory, every)?;
+                results::write_trace(job.folder, &format!("{}.csv", planned.id), &evaluated.trajectory, every)?;
             }
-            store.append(&results::record(id, planned, &evaluated, &provenance, trace.is_some()))?;
+            store.append(&results::record(planned, &evaluated, &provenance, trace.is_some()))?;
             computed.fetch_add(1, Ordering::Relaxed);
             if evaluated.outcome != Outcome::Completed {
                 not_completed.fetch_add(1, Ordering::Relaxed);
@@ -107,10 +106,10 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
         held = Some((first, reference));
     }
     store.sync()?;
-    let missing = export_if_complete(&job, &planned, &ids, held)?;
+    let missing = export_if_complete(&job, &planned, held)?;
     Ok(Summary {
         planned: planned.len(),
-        reused: ids.iter().filter(|id| store.contains(id)).count(),
+        reused: planned.iter().filter(|run| store.contains(&run.id)).count(),
         computed: computed.into_inner(),
         not_completed: not_completed.into_inner(),
         damaged: store.damaged,
@@ -125,17 +124,16 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
 /// Folders that belong to something else; a disk that is full.
 pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<PlannedRun>)> {
     let planned = job.experiment.plan(job.quick)?;
-    let ids = run_ids(&planned);
     let (name, columns) = (job.experiment.name(), columns_of(job.experiment));
     job.experiment.copy_to(job.folder)?;
     let own = Store::open(job.folder, &name, &columns)?;
     let mut summary = Summary { planned: planned.len(), damaged: own.damaged, ..Summary::default() };
-    summary.reused = ids.iter().filter(|id| own.contains(id)).count();
+    summary.reused = planned.iter().filter(|run| own.contains(&run.id)).count();
     let mut taken: HashSet<&str> = HashSet::new();
     for folder in folders {
         let other = Store::open(folder, &name, &columns)?;
         summary.damaged += other.damaged;
-        for id in ids.iter().filter(|id| !own.contains(id)) {
+        for id in planned.iter().map(|run| run.id.as_str()).filter(|id| !own.contains(id)) {
             if let Some(record) = other.read(id)?
                 && taken.insert(id)
             {
@@ -146,10 +144,9 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
         }
     }
     own.sync()?;
-    let missing: HashSet<String> = export_if_complete(&job, &planned, &ids, None)?.into_iter().collect();
+    let missing: HashSet<String> = export_if_complete(&job, &planned, None)?.into_iter().collect();
     summary.missing = missing.len();
-    let runs = planned.into_iter().zip(ids).filter(|(_, id)| missing.contains(id)).map(|(run, _)| run);
-    Ok((summary, runs.collect()))
+    Ok((summary, planned.into_iter().filter(|run| missing.contains(&run.id)).collect()))
 }
 
 /// Writes the result files of an experiment if all its runs are stored; else names those that are missing.
@@ -158,14 +155,13 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
 fn export_if_complete(
     job: &Job<'_>,
     planned: &[PlannedRun],
-    ids: &[String],
     mut held: Option<(usize, Reference)>,
 ) -> Result<Vec<String>> {
     // Other processes may have stored their shards meanwhile.
     let store = Store::open(job.folder, &job.experiment.name(), &columns_of(job.experiment))?;
-    let missing: Vec<String> = ids.iter().filter(|id| !store.contains(id)).cloned().collect();
+    let missing: Vec<String> = planned.iter().map(|run| &run.id).filter(|id| !store.contains(id)).cloned().collect();
     if missing.is_empty() {
-        results::write_tables(job.folder, ids, &store)?;
+        results::write_tables(job.folder, planned, &store)?;
         let everything: Vec<usize> = (0..planned.len()).collect();
         let references = groups_of_one_reference(planned, &everything).into_iter().map(|group| {
             let run = &planned[group[0]];
@@ -197,10 +193,6 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
         }
     }
     groups
-}
-
-fn run_ids(planned: &[PlannedRun]) -> Vec<String> {
-    planned.iter().map(|run| run.spec.id()).collect()
 }
 
 /// What records must have been written with to belong together.

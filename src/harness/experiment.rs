@@ -6,6 +6,7 @@ use super::stability::logarithmic_grid;
 use crate::atomic_file::write_atomically;
 use crate::cases::{Case, Parameters, case_by_name};
 use crate::complementarity::{SolverEntry, solver_by_name};
+use crate::cosim::StepControl;
 use crate::error::{Error, Result};
 use crate::interface_model::Redundancy;
 use crate::schemes::{SchemeOptions, scheme_by_name};
@@ -55,6 +56,10 @@ struct CaseEntry {
     name: String,
     #[serde(default)]
     set: BTreeMap<String, toml::Value>,
+    /// Instead of those of the experiment: cases have time scales of their own.
+    macro_steps_s: Option<MacroSteps>,
+    duration_s: Option<f64>,
+    micro_step_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -68,7 +73,11 @@ struct SchemeRow {
     redundancy: Option<String>,
     model_motion: Option<String>,
     solver: Option<String>,
+    gain: Option<f64>,
     macro_steps_s: Option<MacroSteps>,
+    step_control: Option<String>,
+    step_tolerance: Option<f64>,
+    min_macro_step_s: Option<f64>,
 }
 
 /// Macro steps one by one, or evenly spread in logarithms.
@@ -122,6 +131,8 @@ pub struct PlannedRun {
     pub label: String,
     /// Parameters that differ from their defaults, as `key=value` separated by spaces.
     pub set: String,
+    /// [`RunSpec::id`].
+    pub id: String,
 }
 
 impl Experiment {
@@ -132,11 +143,33 @@ impl Experiment {
     pub fn read(path: &Path) -> Result<Self> {
         let text =
             std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        Self::parse(path, text)
+    }
+
+    fn parse(path: &Path, text: String) -> Result<Self> {
         let mut experiment: Experiment =
             toml::from_str(&text).map_err(|error| Error::file(path, format!("is no experiment: {error}")))?;
         experiment.path = path.to_owned();
         experiment.source = text;
         Ok(experiment)
+    }
+
+    /// The same experiment with one more scheme, as if its file had one more `[[schemes]]`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a scheme that is neither built in nor registered.
+    pub fn with_scheme(&self, name: &str) -> Result<Self> {
+        scheme_by_name(name)?;
+        Self::parse(&self.path, format!("{}\n[[schemes]]\nscheme = \"{name}\"\n", self.source))
+    }
+
+    /// The same experiment with one more case at its defaults, as if its file had one more `[[cases]]`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a case that is neither built in nor registered.
+    pub fn with_case(&self, name: &str) -> Result<Self> {
+        case_by_name(name)?;
+        Self::parse(&self.path, format!("{}\n[[cases]]\nname = \"{name}\"\n", self.source))
     }
 
     /// Reads the copy of an experiment file that lies in a results folder; the folder's name is the experiment's.
@@ -244,16 +277,22 @@ impl Experiment {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).count();
         let steps = quick.and_then(|quick| quick.macro_steps_s.as_ref()).unwrap_or(&self.macro_steps_s).list()?.len();
-        let of_row = |row: &SchemeRow| row.macro_steps_s.as_ref().map_or(Ok(steps), |own| Ok(own.list()?.len()));
-        let of_case = |case: &CaseEntry| {
+        let mut cells: usize = 0;
+        for case in &self.cases {
             let lengths = case.set.values().map(|value| value.as_array().map_or(1, Vec::len));
-            lengths.fold(1_usize, usize::saturating_mul)
-        };
-        let schemes = self.schemes.iter().map(of_row).sum::<Result<usize>>()?;
-        let cases: usize = self.cases.iter().map(of_case).fold(0, usize::saturating_add);
-        match cases.saturating_mul(schemes).saturating_mul(phases) {
+            let parameters = lengths.fold(1_usize, usize::saturating_mul);
+            for row in &self.schemes {
+                let own = row.macro_steps_s.as_ref().or(case.macro_steps_s.as_ref());
+                let steps = own.map_or(Ok(steps), |own| Ok(own.list()?.len()))?;
+                cells = cells.saturating_add(parameters.saturating_mul(steps));
+            }
+        }
+        match cells.saturating_mul(phases) {
             0 => Err(Error::Incompatible(format!(
-                "the grid is empty: {cases} cases × {schemes} schemes and macro steps × {phases} phases"
+                "the grid is empty: {} cases, {} schemes, {cells} combinations of them with parameters and macro steps, \
+                 {phases} phases",
+                self.cases.len(),
+                self.schemes.len()
             ))),
             runs if runs > MOST_RUNS => Err(Error::Incompatible(format!(
                 "the grid has {runs} runs, more than the {MOST_RUNS} that one experiment may have: split it"
@@ -271,10 +310,11 @@ impl Experiment {
             let case = case_by_name(&entry.name)?;
             for parameters in parameter_grid(case, &entry.set)? {
                 for row in &self.schemes {
-                    let steps = row.macro_steps_s.as_ref().or(quick_steps).unwrap_or(&self.macro_steps_s);
+                    let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
+                    let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
                     for macro_step in steps.list()? {
                         for &phase in &phases {
-                            runs.push(self.planned(case, &parameters, row, macro_step, phase)?);
+                            runs.push(self.planned(case, entry, &parameters, row, [macro_step, phase])?);
                         }
                     }
                 }
@@ -286,10 +326,10 @@ impl Experiment {
     fn planned(
         &self,
         case: &'static Case,
+        entry: &CaseEntry,
         parameters: &Parameters,
         row: &SchemeRow,
-        macro_step: f64,
-        phase: f64,
+        [macro_step, phase]: [f64; 2],
     ) -> Result<PlannedRun> {
         let scheme = scheme_by_name(&row.scheme)?;
         if let Some(label) = row.label.as_deref().filter(|label| label.is_empty() || label.contains(char::is_control)) {
@@ -303,19 +343,28 @@ impl Experiment {
             None => 1,
             Some(value) => parse_mechanics_steps(&scalar_text("mechanics_steps", value)?)?,
         };
+        let options = scheme_options(row.redundancy.as_deref(), row.model_motion.as_deref(), solver)?;
+        let step_control = StepControl::new(
+            row.step_control.as_deref(),
+            row.step_tolerance,
+            row.min_macro_step_s,
+            macro_step,
+            scheme.order,
+        )?;
         let spec = RunSpec {
+            step_control,
             case,
             parameters: parameters.clone(),
             scheme,
-            options: scheme_options(row.redundancy.as_deref(), row.model_motion.as_deref(), solver)?,
+            options: SchemeOptions { gain: scheme.gain_value(row.gain)?, ..options },
             macro_step,
             phase,
             // A macro step below the usual micro step is its own micro step, unless one is asked for.
-            micro_step: self.micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
+            micro_step: entry.micro_step_s.or(self.micro_step_s).unwrap_or(case.defaults.micro_step_s.min(macro_step)),
             mechanics_steps,
             sequence,
             force_return,
-            duration: self.duration_s.unwrap_or(case.defaults.duration_s),
+            duration: entry.duration_s.or(self.duration_s).unwrap_or(case.defaults.duration_s),
             solver,
             wall_limit: self.wall_limit_s.map(wall_limit).transpose()?,
         };
@@ -326,7 +375,8 @@ impl Experiment {
             .map(|(parameter, value)| format!("{}={value}", parameter.name))
             .collect::<Vec<_>>()
             .join(" ");
-        Ok(PlannedRun { spec, label: row.label.clone().unwrap_or_else(|| row.scheme.clone()), set })
+        let label = row.label.clone().unwrap_or_else(|| row.scheme.clone());
+        Ok(PlannedRun { id: spec.id(), spec, label, set })
     }
 }
 
@@ -334,7 +384,7 @@ impl Experiment {
 fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
     let mut first = HashMap::with_capacity(runs.len());
     for run in runs {
-        if let Some(earlier) = first.insert(run.spec.id(), &run.label) {
+        if let Some(earlier) = first.insert(run.id.as_str(), &run.label) {
             return Err(Error::Incompatible(format!(
                 "the plan holds one run twice: `{earlier}` and `{}` at macro_step_s = {:?}, phase {:?} are the same in \
                  everything that determines a run",
@@ -345,7 +395,7 @@ fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
     Ok(())
 }
 
-/// Options of the model-based schemes from their names.
+/// Options of the schemes from their names; the gain is left to its default.
 ///
 /// # Errors
 /// [`Error::UnknownName`] with all names.
@@ -361,7 +411,7 @@ pub fn scheme_options(
         other => return Err(Error::unknown("redundancy", other, ["drop", "pseudo-inverse", "regularised"])),
     };
     let motion = motion.map(str::parse).transpose()?.unwrap_or_default();
-    Ok(SchemeOptions { redundancy, motion, solver })
+    Ok(SchemeOptions { redundancy, motion, solver, gain: None })
 }
 
 impl Phases {

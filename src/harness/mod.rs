@@ -6,6 +6,7 @@
 
 mod cache;
 mod claims;
+mod comparison;
 mod evaluation;
 mod execution;
 mod experiment;
@@ -19,6 +20,7 @@ mod store;
 
 pub use cache::Cache;
 pub use claims::{CheckedClaim, Claim, Verdict, check_claims, write_claims};
+pub use comparison::{Comparison, ComparisonRow, compare};
 pub use evaluation::{COUNTERS, EvaluatedRun, evaluate};
 pub use execution::{Job, Progress, Summary, collect_shards, run_job};
 pub use experiment::{Experiment, PlannedRun, phase_ensemble, scheme_options};

@@ -3,9 +3,11 @@
 use super::cache::hex;
 use sha2::{Digest, Sha256};
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Where a result comes from. Machine-dependent, therefore kept apart from the results.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct Provenance {
     /// Git revision of the source, or `unknown`.
     pub git_revision: String,
@@ -19,6 +21,14 @@ pub struct Provenance {
     pub rustc: &'static str,
     /// Processor.
     pub cpu: String,
+    load: Mutex<Load>,
+}
+
+/// Load of the machine over the last minute, as text, and when it was read.
+#[derive(Debug)]
+struct Load {
+    text: String,
+    read: Instant,
 }
 
 /// Columns of `provenance.csv`.
@@ -35,6 +45,7 @@ impl Provenance {
             lock_hash: hex(&Sha256::digest(include_bytes!("../../Cargo.lock")))[..16].to_owned(),
             version: env!("CARGO_PKG_VERSION"),
             rustc: env!("RIMBENCH_RUSTC"),
+            load: Mutex::new(Load { text: load(), read: Instant::now() }),
             cpu: cpu_model().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
         }
     }
@@ -49,8 +60,17 @@ impl Provenance {
             self.version.to_owned(),
             self.rustc.to_owned(),
             self.cpu.clone(),
-            load(),
+            self.load(),
         ]
+    }
+
+    /// The machine says anew every few seconds what its load is; asking for each run would cost more than the answer is worth.
+    fn load(&self) -> String {
+        let mut held = self.load.lock().unwrap_or_else(PoisonError::into_inner);
+        if held.read.elapsed() > Duration::from_secs(1) {
+            *held = Load { text: load(), read: Instant::now() };
+        }
+        held.text.clone()
     }
 }
 

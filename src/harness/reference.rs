@@ -3,7 +3,7 @@
 use super::cache::Cache;
 use crate::cases::{Case, ExactSolution, Parameters, Recorder, ReferenceMethod};
 use crate::complementarity::SolverEntry;
-use crate::cosim::{Bounds, Quantity, Trajectory};
+use crate::cosim::{Bounds, Trajectory};
 use crate::error::{Error, Result};
 use crate::mechanics::monolithic;
 use crate::metrics::{ContactInterval, contact_intervals};
@@ -57,7 +57,7 @@ impl Reference {
         let key = content_key(case, parameters, duration);
         let columns = case.recorded_columns();
         if let Some(data) = cache.read(&key)
-            && let Some(reference) = Self::unpack(columns, &data)
+            && let Some(reference) = Self::unpack(columns, data)
         {
             return Ok(reference);
         }
@@ -123,7 +123,7 @@ impl Reference {
             ports
                 .iter()
                 .map(|port| match self.trajectory.index_of(port.name) {
-                    Some(column) => DIVERGENCE_FACTOR * self.largest[column].max(at_rest(port.quantity)),
+                    Some(column) => DIVERGENCE_FACTOR * self.largest[column].max(port.quantity.negligible()),
                     None => f64::INFINITY,
                 })
                 .collect()
@@ -139,20 +139,20 @@ impl Reference {
         self.trajectory.index_of(column).map(|index| self.uncertainty[index])
     }
 
+    /// The rows, then what is known about the columns, then the step: what is read back is cut off from the end.
     fn pack(&self) -> Vec<f64> {
-        [&[self.step], self.uncertainty.as_slice(), &self.order, self.trajectory.data()].concat()
+        [self.trajectory.data(), &self.uncertainty, &self.order, &[self.step]].concat()
     }
 
-    fn unpack(columns: Vec<String>, data: &[f64]) -> Option<Self> {
+    fn unpack(columns: Vec<String>, mut data: Vec<f64>) -> Option<Self> {
         let n = columns.len();
-        let (step, rest) = data.split_first()?;
-        let (uncertainty, rest) = rest.split_at_checked(n)?;
-        let (order, rows) = rest.split_at_checked(n)?;
-        if rows.is_empty() || rows.len() % n != 0 {
+        let step = data.pop()?;
+        let order = data.split_off(data.len().checked_sub(n)?);
+        let uncertainty = data.split_off(data.len().checked_sub(n)?);
+        if data.is_empty() || !data.len().is_multiple_of(n) {
             return None;
         }
-        let trajectory = Trajectory::from_data(columns, rows.to_vec());
-        Some(Self::of(trajectory, uncertainty.to_vec(), order.to_vec(), *step))
+        Some(Self::of(Trajectory::from_data(columns, data), uncertainty, order, step))
     }
 }
 
@@ -170,16 +170,6 @@ fn largest(trajectory: &Trajectory) -> Vec<f64> {
         }
     }
     largest
-}
-
-/// Magnitudes below which a coupling variable counts as zero, so that the round-off of a system at rest is no
-/// divergence: m, m/s, N, Pa. Ours.
-fn at_rest(quantity: Quantity) -> f64 {
-    match quantity {
-        Quantity::Position | Quantity::Velocity => 1e-6,
-        Quantity::Force => 1e-3,
-        Quantity::Pressure => 1.0,
-    }
 }
 
 /// Everything that determines a reference, as text; the code itself included.

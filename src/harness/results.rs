@@ -23,7 +23,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 /// What determines a run and how it ended; metrics and counters follow.
-const FACTS: [&str; 19] = [
+const FACTS: [&str; 22] = [
     "run_id",
     "case",
     "set",
@@ -36,6 +36,9 @@ const FACTS: [&str; 19] = [
     "model_motion",
     "solver",
     "macro_step_s",
+    "step_control",
+    "step_tolerance",
+    "min_macro_step_s",
     "phase",
     "micro_step_s",
     "duration_s",
@@ -69,14 +72,8 @@ pub(super) static RUNS_HEADER: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
 });
 
 /// The rows of one run.
-pub(super) fn record(
-    id: &str,
-    planned: &PlannedRun,
-    run: &EvaluatedRun,
-    provenance: &Provenance,
-    traced: bool,
-) -> Record {
-    let spec = &planned.spec;
+pub(super) fn record(planned: &PlannedRun, run: &EvaluatedRun, provenance: &Provenance, traced: bool) -> Record {
+    let (id, spec) = (planned.id.as_str(), &planned.spec);
     let mechanics_steps = if spec.mechanics_steps == 0 { "all".to_owned() } else { spec.mechanics_steps.to_string() };
     let mut facts = vec![
         id.to_owned(),
@@ -91,6 +88,9 @@ pub(super) fn record(
         spec.options.motion.to_string(),
         spec.solver.name.to_owned(),
         number(spec.macro_step),
+        spec.step_control.to_string(),
+        optional(spec.step_control.rule().map(|rule| rule.tolerance)),
+        optional(spec.step_control.rule().map(|rule| rule.shortest)),
         number(spec.phase),
         number(spec.micro_step),
         number(spec.duration),
@@ -119,11 +119,11 @@ pub(super) fn record(
     Record { run: row(&facts), cost: row(&cost), provenance: row(&provenance.row(id)) }
 }
 
-/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of `ids`, one row at a time.
+/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan, one row at a time.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.
-pub(super) fn write_tables(folder: &Path, ids: &[String], store: &Store) -> Result<()> {
+pub(super) fn write_tables(folder: &Path, planned: &[PlannedRun], store: &Store) -> Result<()> {
     type RowOf = fn(Record) -> String;
     let tables: [(&str, String, RowOf); 3] = [
         ("runs.csv", row(&RUNS_HEADER), |record| record.run),
@@ -133,7 +133,7 @@ pub(super) fn write_tables(folder: &Path, ids: &[String], store: &Store) -> Resu
     for (name, header, row_of) in tables {
         write_atomically(&folder.join(name), |file| {
             writeln!(file, "{header}")?;
-            for id in ids {
+            for PlannedRun { id, .. } in planned {
                 let record = store.read(id).map_err(std::io::Error::other)?;
                 let record = record.ok_or_else(|| std::io::Error::other(format!("record {id} has gone")))?;
                 writeln!(file, "{}", row_of(record))?;

@@ -1,16 +1,17 @@
 //! One run: everything that determines it, and what comes of it.
 
 use super::cache::hex;
-use crate::cases::{Case, Parameters, Recorder};
+use crate::cases::{Case, CoupledSystem, Parameters, Recorder};
 use crate::complementarity::{SolverCounters, SolverEntry};
 use crate::cosim::{
-    Bounds, CommunicationGrid, ForceReturn, Outcome, Report, Sequence, Setup, SubsystemCounters, Timing, Trajectory,
-    check_coupling, cosimulate,
+    Bounds, CommunicationGrid, CouplingScheme, ForceReturn, Outcome, Report, Sequence, Setup, StepControl,
+    SubsystemCounters, Timing, Trajectory, check_coupling, cosimulate, counts_interface_work,
 };
 use crate::error::{Error, Result};
 use crate::numerics_version::NUMERICS_VERSION;
-use crate::schemes::{SchemeEntry, SchemeOptions};
+use crate::schemes::{Need, SchemeEntry, SchemeOptions};
 use sha2::{Digest, Sha256};
+use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 /// Everything that determines a run.
@@ -22,10 +23,12 @@ pub struct RunSpec {
     pub parameters: Parameters,
     /// The coupling scheme.
     pub scheme: &'static SchemeEntry,
-    /// Options of model-based schemes.
+    /// Options of the scheme.
     pub options: SchemeOptions,
     /// Macro step H, s.
     pub macro_step: f64,
+    /// How the macro step is controlled; H is then the first and the longest.
+    pub step_control: StepControl,
     /// Communication phase φ ∈ (0, 1].
     pub phase: f64,
     /// Longest micro step of the actuator side, s.
@@ -51,9 +54,9 @@ pub struct RunResult {
     pub report: Report,
     /// One row per communication point.
     pub trajectory: Trajectory,
-    /// Work of the mechanics.
+    /// Work of the mechanics, that on copies included.
     pub mechanics: SubsystemCounters,
-    /// Work of the actuator.
+    /// Work of the actuator, that on copies included.
     pub actuator: SubsystemCounters,
     /// Complementarity solves inside the scheme.
     pub scheme: SolverCounters,
@@ -67,10 +70,12 @@ impl RunSpec {
     /// Hash of everything that determines the run, 16 hexadecimal digits.
     pub fn id(&self) -> String {
         let mut key = format!("numerics {NUMERICS_VERSION}\ncase {}\n", self.case.name);
+        // Writing to a string cannot fail.
         for (parameter, value) in self.parameters.iter() {
-            key += &format!("{} = {value}\n", parameter.name);
+            let _ = writeln!(key, "{} = {value}", parameter.name);
         }
-        key += &format!(
+        let _ = write!(
+            key,
             "scheme {} {:?} {} {}\nH = {:?} φ = {:?} h = {:?} n_m = {} T = {:?}\nsequence {} return {} solver {}\n",
             self.scheme.name,
             self.options.redundancy,
@@ -85,6 +90,16 @@ impl RunSpec {
             self.force_return,
             self.solver.name,
         );
+        if let Some(gain) = self.options.gain {
+            key += &format!("gain {gain:?}\n");
+        }
+        // Runs with steps of the grid keep the ids they always had.
+        if let Some(rule) = self.step_control.rule() {
+            key += &format!(
+                "step control {} tolerance {:?} shortest {:?}\n",
+                self.step_control, rule.tolerance, rule.shortest
+            );
+        }
         hex(&Sha256::digest(key))[..16].to_owned()
     }
 
@@ -107,7 +122,16 @@ impl RunSpec {
                 ),
             ));
         }
+        self.scheme.gain_value(self.options.gain)?;
+        self.step_control.check(self.macro_step)?;
+        if let Some(rule) = self.step_control.rule()
+            && self.duration / rule.shortest > MOST_STEPS
+        {
+            let expected = format!("at least {:e} s for this duration", self.duration / MOST_STEPS);
+            return Err(Error::invalid("min_macro_step_s", rule.shortest, expected));
+        }
         self.scheme.check_sequence(self.sequence)?;
+        self.scheme.check_force_return(self.force_return)?;
         self.force_return.check(self.sequence)
     }
 
@@ -154,6 +178,7 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
     let mut system = (spec.case.build)(&spec.parameters, spec.solver)?;
     let setup = Setup {
         grid: spec.grid()?,
+        step_control: spec.step_control,
         micro_step: spec.micro_step,
         mechanics_steps: spec.mechanics_steps,
         sequence: spec.sequence,
@@ -164,7 +189,10 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
     };
     check_coupling(system.mechanics.ports(), system.actuator.ports())?;
     let mut scheme = (spec.scheme.build)(system.mechanics.ports(), system.actuator.ports(), &spec.options);
-    let skip = spec.scheme.incompatibility(&*system.mechanics, &*system.actuator);
+    let skip = spec
+        .scheme
+        .incompatibility(&*system.mechanics, &*system.actuator)
+        .or_else(|| uncontrollable(spec.step_control, &system, &*scheme));
     let mut recorder = Recorder::new(spec.case, &mut system);
     let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
     let started = Instant::now();
@@ -176,14 +204,28 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
     };
     let wall = started.elapsed();
     Ok(RunResult {
+        mechanics: report.spent.mechanics,
+        actuator: report.spent.actuator,
+        scheme: report.spent.scheme,
+        energy_identity_residual_j: report.energy_identity_residual_j,
         report,
         trajectory,
-        mechanics: system.mechanics.counters(),
-        actuator: system.actuator.counters(),
-        scheme: scheme.counters(),
-        energy_identity_residual_j: system.mechanics.energy_identity_residual(),
         wall,
     })
+}
+
+/// Why a step control cannot work with these subsystems and this scheme, if it cannot.
+fn uncontrollable(control: StepControl, system: &CoupledSystem, scheme: &dyn CouplingScheme) -> Option<String> {
+    let (mechanics, actuator) = (&*system.mechanics, &*system.actuator);
+    match control {
+        StepControl::None => None,
+        StepControl::EnergyResidual(_) => (!counts_interface_work(mechanics, actuator))
+            .then(|| "step control energy-residual needs an interface whose work both sides count".to_owned()),
+        StepControl::StepDoubling(_) => Need::Copies
+            .unmet(mechanics, actuator)
+            .or_else(|| scheme.try_clone().is_none().then(|| "the scheme cannot be copied".to_owned()))
+            .map(|reason| format!("step control step-doubling takes steps back: {reason}")),
+    }
 }
 
 /// Reads the number of mechanics steps per macro step: a whole number from 1, or `all` (0 in [`RunSpec`]).

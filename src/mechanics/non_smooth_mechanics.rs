@@ -29,6 +29,7 @@ pub struct ContactLaw {
 /// The reduction at `t_k` is made once and serves both the interface model and the step that follows.
 /// # Source
 /// Raoofian, Kövecses, Teichmann, Eqs. 1–4, with `M̂ = M`, `ĉ = c` (semi-implicit); gap law ours.
+#[derive(Clone)]
 pub struct NonSmoothMechanics<M> {
     model: M,
     law: ContactLaw,
@@ -225,7 +226,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 const CONTACT_OBSERVABLES: [&str; 4] =
     ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg"];
 
-impl<M: MechanicalModel> Subsystem for NonSmoothMechanics<M> {
+impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
     fn ports(&self) -> &Ports {
         &self.ports
     }
@@ -312,6 +313,10 @@ impl<M: MechanicalModel> Subsystem for NonSmoothMechanics<M> {
         let [kinetic, potential] = self.start_energy;
         let potential_change = self.model.potential_energy(&self.q) - potential;
         Some(self.ledger.account(self.kinetic_energy() - kinetic + potential_change, potential_change))
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
     }
 
     fn counters(&self) -> SubsystemCounters {

@@ -4,7 +4,7 @@
 //! are one event. Run and reference are read by the same rules with the same chatter, `max(H, 5 ms)`; the reference at its own
 //! sampling. Only what the run lived to see counts: a run that ended early is compared up to its end.
 
-use super::contact_phase::{CHATTER, ContactPhase, contact_intervals, phases};
+use super::contact_phase::{CHATTER, ContactPhase, phases};
 use super::evidence::{Evidence, Metric};
 
 /// Events further apart than this, s, are not the same event; ours.
@@ -78,8 +78,8 @@ fn contacts<'a>(evidence: &'a Evidence<'_>) -> Option<impl Iterator<Item = Conta
     let end = evidence.run.end_time().filter(|end| *end > 0.0 && !evidence.gaps.is_empty())?;
     let steps = evidence.run.column(0).zip(evidence.run.column(0).skip(1)).map(|(from, to)| to - from);
     let chatter = steps.fold(CHATTER, f64::max);
-    Some(evidence.gaps.iter().zip(evidence.reference_contacts).map(move |(&gap, reference)| Contact {
-        run: phases(&contact_intervals(evidence.run, gap), chatter),
+    Some(evidence.run_contacts.iter().zip(evidence.reference_contacts).map(move |(run, reference)| Contact {
+        run: phases(run, chatter),
         reference: phases(reference, chatter),
         end,
     }))
@@ -111,6 +111,7 @@ fn time_of_difference(contacts: &[Contact], end: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::contact_phase::contact_intervals;
     use super::*;
     use crate::cosim::{Outcome, Report, Trajectory};
 
@@ -128,6 +129,7 @@ mod tests {
         let evidence = Evidence {
             run,
             reference: &aligned,
+            run_contacts: &[1, 2].map(|gap| contact_intervals(run, gap)),
             reference_contacts: &[1, 2].map(|gap| contact_intervals(reference, gap)),
             reference_force_peak: 1.0,
             report: &Report::not_run(Outcome::Completed),

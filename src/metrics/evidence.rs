@@ -9,6 +9,8 @@ pub struct Evidence<'a> {
     pub run: &'a Trajectory,
     /// The reference at the communication points of the run, with the same columns.
     pub reference: &'a Trajectory,
+    /// When each contact is closed in the run, in the order of `gaps`.
+    pub run_contacts: &'a [Vec<ContactInterval>],
     /// When each contact is closed in the reference at its own sampling, in the order of `gaps`.
     pub reference_contacts: &'a [Vec<ContactInterval>],
     /// Largest magnitude of the interface force in the whole reference, N.

@@ -9,10 +9,12 @@ mod contact_phase;
 mod energy;
 mod event;
 mod evidence;
+mod performance_profile;
 
 pub use accuracy::order_of_convergence;
 pub use contact_phase::{ContactInterval, contact_intervals};
 pub use evidence::{Evidence, Metric};
+pub use performance_profile::{performance_profile, performance_ratios};
 
 /// Every metric, in the order of the columns in data.
 pub const METRICS: &[Metric] = &[

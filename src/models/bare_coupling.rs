@@ -98,6 +98,10 @@ impl Subsystem for FreeMasses {
         Some(self.work)
     }
 
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn counters(&self) -> SubsystemCounters {
         self.counters
     }
@@ -132,6 +136,10 @@ impl Subsystem for CouplingForce {
     fn step(&mut self, _t: f64, _u: &[f64], _h: f64) -> Result<(), Failure> {
         self.counters.micro_steps += 1;
         Ok(())
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
     }
 
     fn counters(&self) -> SubsystemCounters {

@@ -273,6 +273,10 @@ impl Subsystem for HydraulicCylinder {
         Some(self.energy.account())
     }
 
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn counters(&self) -> SubsystemCounters {
         self.counters
     }

@@ -47,6 +47,10 @@ impl Subsystem for PressureOutput {
         self.cylinder.observe(h, row);
     }
 
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn counters(&self) -> SubsystemCounters {
         self.cylinder.counters()
     }
@@ -58,6 +62,7 @@ impl Subsystem for PressureOutput {
 /// F = (p₂ − p₁) A − c ṡ       ṡ at the start of the step
 /// ```
 /// It offers no reduced interface model: the interface is not a force and its displacement.
+#[derive(Clone)]
 pub struct PressureDrivenMechanics<M> {
     mechanics: M,
     piston_area: f64,
@@ -78,7 +83,7 @@ impl<M: Subsystem> PressureDrivenMechanics<M> {
     }
 }
 
-impl<M: Subsystem> Subsystem for PressureDrivenMechanics<M> {
+impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
     fn ports(&self) -> &Ports {
         &self.ports
     }
@@ -108,6 +113,10 @@ impl<M: Subsystem> Subsystem for PressureDrivenMechanics<M> {
 
     fn energy_identity_residual(&self) -> Option<f64> {
         self.mechanics.energy_identity_residual()
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
     }
 
     fn counters(&self) -> SubsystemCounters {

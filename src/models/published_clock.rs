@@ -7,6 +7,7 @@ use crate::error::Failure;
 ///
 /// In the published driver (LIM cosim-benchmarks) the hydraulics steps `while t − t_goal < h/2`, one time too often in
 /// its first call. From then on its clock, and with it the spool command it sees, is one micro step ahead.
+#[derive(Debug, Clone)]
 pub struct PublishedClock<S> {
     inner: S,
     started: bool,
@@ -19,7 +20,7 @@ impl<S: Subsystem> PublishedClock<S> {
     }
 }
 
-impl<S: Subsystem> Subsystem for PublishedClock<S> {
+impl<S: Subsystem + Clone + 'static> Subsystem for PublishedClock<S> {
     fn ports(&self) -> &Ports {
         self.inner.ports()
     }
@@ -42,6 +43,10 @@ impl<S: Subsystem> Subsystem for PublishedClock<S> {
 
     fn observe(&mut self, h: f64, row: &mut [f64]) {
         self.inner.observe(h, row);
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
     }
 
     fn counters(&self) -> SubsystemCounters {

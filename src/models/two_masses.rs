@@ -198,6 +198,10 @@ impl Subsystem for MassSide {
         (self.role == MassRole::ForceDriven).then_some(self.work)
     }
 
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn counters(&self) -> SubsystemCounters {
         self.counters
     }

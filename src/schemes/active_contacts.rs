@@ -10,6 +10,7 @@ use crate::interface_model::ReducedInterfaceModel;
 /// ```text
 /// w_c⁺ = w_c + h a_c + h H_ci λ + H_cc P_c      0 ≤ w_c⁺ ⟂ P_c ≥ 0      active = {α : P_α > 0}
 /// ```
+#[derive(Clone)]
 pub(super) struct ActiveContacts {
     solver: Checked,
     packed: PackedModel,

@@ -15,6 +15,8 @@ pub enum Family {
     Signal,
     /// A reduced interface model.
     Model,
+    /// The other side itself: steps are taken again, or both sides together. Not real-time; what the others are held against.
+    Ceiling,
 }
 
 /// What happens to the matrices of a reduced interface model within a macro step.
@@ -46,7 +48,18 @@ impl FromStr for ModelMotion {
     }
 }
 
-/// Options of the model-based schemes; the signal-based ones have none.
+/// The one number by which a scheme can be tuned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gain {
+    /// What it does.
+    pub about: &'static str,
+    /// Used unless another is asked for.
+    pub default: f64,
+    /// Least and greatest value that make sense.
+    pub range: [f64; 2],
+}
+
+/// Options of the schemes. Redundancy, motion and solver concern the model-based ones only.
 #[derive(Debug, Clone, Copy)]
 pub struct SchemeOptions {
     /// Treatment of dependent contacts where they become bilateral.
@@ -55,6 +68,8 @@ pub struct SchemeOptions {
     pub motion: ModelMotion,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: &'static SolverEntry,
+    /// Value of the scheme's gain; its default if none.
+    pub gain: Option<f64>,
 }
 
 /// A coupling scheme by name.
@@ -64,7 +79,7 @@ pub struct SchemeEntry {
     pub name: &'static str,
     /// One line.
     pub about: &'static str,
-    /// Signal- or model-based.
+    /// Signal- or model-based, or a ceiling.
     pub family: Family,
     /// Declared order in H of the coupling itself: smooth system, exact subsystems, default force return.
     pub order: u32,
@@ -74,6 +89,8 @@ pub struct SchemeEntry {
     pub sequence: Sequence,
     /// What both sides must offer; a run between others is skipped with the reason.
     pub needs: &'static [Need],
+    /// What can be tuned, if anything.
+    pub gain: Option<Gain>,
     /// Builds the scheme for a pair of subsystems' ports (mechanics, actuator).
     pub build: fn(&Ports, &Ports, &SchemeOptions) -> Box<dyn CouplingScheme>,
 }
@@ -99,11 +116,60 @@ impl SchemeEntry {
             (None, Some(_)) => actuator_first,
             (None, None) => self.sequence,
         };
-        let default_return = if sequence == actuator_first { ForceReturn::Mean } else { ForceReturn::Held };
+        let held = sequence != actuator_first || self.needs.contains(&Need::HeldReturn);
+        let default_return = if held { ForceReturn::Held } else { ForceReturn::Mean };
         let force_return = force_return.unwrap_or(default_return);
         self.check_sequence(sequence)?;
         force_return.check(sequence)?;
+        self.check_force_return(force_return)?;
         Ok((sequence, force_return))
+    }
+
+    /// Checks that the scheme can live with a force return.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] where the scheme acts through the force it hands to the mechanics and would be bypassed.
+    pub fn check_force_return(&self, force_return: ForceReturn) -> Result<()> {
+        if self.needs.contains(&Need::HeldReturn) && force_return != ForceReturn::Held {
+            return Err(Error::Incompatible(format!(
+                "scheme `{}` acts through the force it hands to the mechanics, which force return `{force_return}` \
+                 replaces: use force return `held`",
+                self.name
+            )));
+        }
+        Ok(())
+    }
+
+    /// The value of the gain to use: the one asked for, else the default; none where the scheme has no gain.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] where a gain is asked for that the scheme does not have; [`Error::InvalidValue`] for one
+    /// outside its range.
+    pub fn gain_value(&self, asked: Option<f64>) -> Result<Option<f64>> {
+        match (self.gain, asked) {
+            (None, None) => Ok(None),
+            (Some(gain), None) => Ok(Some(gain.default)),
+            (None, Some(value)) => {
+                let tunable: Vec<&str> = super::all_schemes()
+                    .iter()
+                    .filter(|scheme| scheme.gain.is_some())
+                    .map(|scheme| scheme.name)
+                    .collect();
+                Err(Error::Incompatible(format!(
+                    "gain = {value}: scheme `{}` has no gain; schemes that have one: {}",
+                    self.name,
+                    tunable.join(", ")
+                )))
+            }
+            (Some(gain), Some(value)) => {
+                let [least, greatest] = gain.range;
+                if !(least..=greatest).contains(&value) {
+                    let expected = format!("a number from {least} to {greatest} ({})", gain.about);
+                    return Err(Error::invalid("gain", value, expected));
+                }
+                Ok(Some(value))
+            }
+        }
     }
 
     /// Checks that the scheme can live with a sequence.
@@ -121,16 +187,13 @@ impl SchemeEntry {
         Ok(())
     }
 
+    /// Whether no step is ever taken again, so that the scheme can run in real time.
+    pub fn real_time(&self) -> bool {
+        self.family != Family::Ceiling
+    }
+
     /// Why this scheme cannot couple these subsystems, if it cannot.
     pub fn incompatibility(&self, mechanics: &dyn Subsystem, actuator: &dyn Subsystem) -> Option<String> {
         self.needs.iter().find_map(|need| need.unmet(mechanics, actuator))
     }
-}
-
-/// Finds a scheme.
-///
-/// # Errors
-/// [`Error::UnknownName`] with all names.
-pub fn scheme_by_name(name: &str) -> Result<&'static SchemeEntry> {
-    find_by_name("scheme", super::SCHEMES, |entry| entry.name, name)
 }

@@ -1,4 +1,5 @@
-//! Polynomial extrapolation through the last communication points, shared by the holds of order 0, 1 and 2.
+//! Polynomial extrapolation through the last communication points, shared by the holds of order 0, 1 and 2, and the force of
+//! `predicted-acceleration`.
 
 use crate::cosim::{CouplingScheme, MicroStep, Ports, Sample, Side};
 use crate::error::Failure;
@@ -10,6 +11,7 @@ use crate::error::Failure;
 /// ```
 /// evaluated at the middle of each micro step, so that a held micro step carries the mean of a straight line. The
 /// points need not be equidistant (phase, last step). Until n+1 samples have arrived the degree is what they allow.
+#[derive(Clone)]
 pub(super) struct Extrapolation {
     degree: usize,
     to_actuator: History,
@@ -17,12 +19,16 @@ pub(super) struct Extrapolation {
 }
 
 impl Extrapolation {
-    pub(super) fn boxed(degree: usize, mechanics: &Ports, actuator: &Ports) -> Box<dyn CouplingScheme> {
-        Box::new(Extrapolation {
+    pub(super) fn new(degree: usize, mechanics: &Ports, actuator: &Ports) -> Self {
+        Extrapolation {
             degree,
             to_actuator: History::new(mechanics.outputs.len(), degree + 1),
             to_mechanics: History::new(actuator.outputs.len(), degree + 1),
-        })
+        }
+    }
+
+    pub(super) fn boxed(degree: usize, mechanics: &Ports, actuator: &Ports) -> Box<dyn CouplingScheme> {
+        Box::new(Self::new(degree, mechanics, actuator))
     }
 }
 
@@ -45,10 +51,15 @@ impl CouplingScheme for Extrapolation {
         history.evaluate(self.degree, at.middle(), u);
         Ok(())
     }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
+    }
 }
 
 /// The last samples, newest first, in buffers of fixed size.
-struct History {
+#[derive(Clone)]
+pub(super) struct History {
     width: usize,
     times: [f64; 3],
     values: Vec<f64>,
@@ -57,13 +68,13 @@ struct History {
 }
 
 impl History {
-    fn new(width: usize, capacity: usize) -> Self {
+    pub(super) fn new(width: usize, capacity: usize) -> Self {
         debug_assert!(capacity <= 3);
         History { width, times: [0.0; 3], values: vec![0.0; width * capacity], capacity, count: 0 }
     }
 
     /// Takes a sample; one at the time of the newest replaces it.
-    fn push(&mut self, time: f64, y: &[f64]) {
+    pub(super) fn push(&mut self, time: f64, y: &[f64]) {
         if self.count == 0 || time != self.times[0] {
             self.times.copy_within(0..2, 1);
             self.values.copy_within(0..self.width * (self.capacity - 1), self.width);
@@ -74,7 +85,7 @@ impl History {
     }
 
     #[inline]
-    fn evaluate(&self, degree: usize, t: f64, u: &mut [f64]) {
+    pub(super) fn evaluate(&self, degree: usize, t: f64, u: &mut [f64]) {
         let points = self.count.min(degree + 1);
         let sample = |j: usize| &self.values[j * self.width..(j + 1) * self.width];
         if points <= 1 {

@@ -19,5 +19,6 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 2,
     sequence: Sequence::Jacobi,
     needs: &[],
+    gain: None,
     build: |mechanics, actuator, _options| Extrapolation::boxed(1, mechanics, actuator),
 };

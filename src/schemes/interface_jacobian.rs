@@ -34,6 +34,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 1,
     sequence: Sequence::Jacobi,
     needs: &[Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::Rows(MOST_ROWS)],
+    gain: None,
     build: |_mechanics, actuator, options| Box::new(InterfaceJacobian::new(actuator.outputs.len(), options)),
 };
 
@@ -43,6 +44,7 @@ const MOST_ROWS: usize = 8;
 type Square = SMatrix<f64, MOST_ROWS, MOST_ROWS>;
 type Column = SVector<f64, MOST_ROWS>;
 
+#[derive(Clone)]
 struct InterfaceJacobian {
     rows: usize,
     options: SchemeOptions,
@@ -130,11 +132,13 @@ impl CouplingScheme for InterfaceJacobian {
                 self.position.as_mut_slice()[..self.rows].copy_from_slice(&sample.y[..self.rows]);
                 self.receive_model(model);
             }
-            (Side::Actuator, _, Some(rates)) => {
+            (Side::Actuator, _, rates) => {
                 self.force.as_mut_slice()[..self.rows].copy_from_slice(sample.y);
-                self.predict(sample.y, rates)?;
+                if let Some(rates) = rates {
+                    self.predict(sample.y, rates)?;
+                }
             }
-            _ => {}
+            (Side::Mechanics, None, _) => {}
         }
         Ok(())
     }
@@ -167,6 +171,10 @@ impl CouplingScheme for InterfaceJacobian {
     fn counters(&self) -> SolverCounters {
         self.active.as_ref().map(ActiveContacts::counters).unwrap_or_default()
     }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
+    }
 }
 
 #[cfg(test)]
@@ -178,7 +186,12 @@ mod tests {
 
     /// A mass of 1 kg at `s`, `w`, held by a spring of 1 N/m, over a macro step of `h`; increments of `w` and λ.
     fn increments(s: f64, w: f64, h: f64) -> [f64; 2] {
-        let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver: &SOLVERS[0] };
+        let options = SchemeOptions {
+            redundancy: Redundancy::Drop,
+            motion: ModelMotion::Frozen,
+            solver: &SOLVERS[0],
+            gain: None,
+        };
         let mut scheme = InterfaceJacobian::new(1, &options);
         let mut model = ReducedInterfaceModel::zeros(0, 1);
         (model.h[0], model.w[0], model.position[0], model.mechanics_step) = (1.0, w, s, h);

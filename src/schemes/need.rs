@@ -13,6 +13,8 @@ pub enum Need {
     Rows(usize),
     /// Directional derivatives of the actuator's outputs.
     OutputRates,
+    /// The force that the scheme hands to the mechanics must be used: force return `held`. Refused before any run.
+    HeldReturn,
     /// Both subsystems can be copied, so that a step can be taken again.
     Copies,
 }
@@ -31,7 +33,7 @@ impl Need {
             Need::Rows(most) if actuator.ports().outputs.len() > most => {
                 return Some(format!("the interface has more than {most} rows"));
             }
-            Need::Rows(_) => return None,
+            Need::Rows(_) | Need::HeldReturn => return None,
             Need::OutputRates => {
                 let ports = actuator.ports();
                 let mut rates = OutputRates::zeros(ports.outputs.len(), ports.inputs.len());

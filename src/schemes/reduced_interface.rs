@@ -30,6 +30,7 @@ pub(super) enum Contacts {
 }
 
 /// A coupling scheme made from a reduced interface model.
+#[derive(Clone)]
 pub(super) struct ReducedInterface {
     contacts: Contacts,
     options: SchemeOptions,
@@ -297,8 +298,8 @@ impl CouplingScheme for ReducedInterface {
         }
         self.solve_contacts(own)?;
         let (n, n_i) = (self.packed.contacts(), own.len());
+        std::mem::swap(&mut self.w, &mut self.w_free);
         let w = &mut self.w[..n + n_i];
-        w.copy_from_slice(&self.w_free[..n + n_i]);
         self.packed.add_impulses(&self.p_u[..n], w);
         let (w_u, w_i) = w.split_at(n);
         for (gap, w) in self.gap.iter_mut().zip(w_u) {
@@ -311,6 +312,10 @@ impl CouplingScheme for ReducedInterface {
             u_velocity[i] = *w;
         }
         Ok(())
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
     }
 
     fn diagnostics(&mut self) -> Diagnostics {

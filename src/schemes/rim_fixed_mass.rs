@@ -24,6 +24,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
     needs: &[Need::ForceDisplacement, Need::InterfaceModel],
+    gain: None,
     build: |_mechanics, actuator, options| {
         let interface = actuator.outputs.len();
         Box::new(FixedMass {
@@ -36,6 +37,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     },
 };
 
+#[derive(Clone)]
 struct FixedMass {
     redundancy: Redundancy,
     /// `Ĥ_ii(t_0)`.
@@ -88,6 +90,10 @@ impl CouplingScheme for FixedMass {
 
     fn diagnostics(&mut self) -> Diagnostics {
         Diagnostics { effective_mass: self.mobility.as_ref().map(|mobility| mobility.effective_mass) }
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        Some(Box::new(self.clone()))
     }
 }
 

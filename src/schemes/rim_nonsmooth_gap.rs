@@ -23,6 +23,7 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
     needs: &[Need::ForceDisplacement, Need::InterfaceModel],
+    gain: None,
     build: |mechanics, actuator, options| {
         ReducedInterface::boxed(Contacts::UnilateralWithGaps, mechanics, actuator, options)
     },

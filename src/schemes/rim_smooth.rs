@@ -22,5 +22,6 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 1,
     sequence: Sequence::GaussSeidel { first: Side::Actuator },
     needs: &[Need::ForceDisplacement, Need::InterfaceModel],
+    gain: None,
     build: |mechanics, actuator, options| ReducedInterface::boxed(Contacts::Bilateral, mechanics, actuator, options),
 };

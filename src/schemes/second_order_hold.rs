@@ -19,5 +19,6 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 3,
     sequence: Sequence::Jacobi,
     needs: &[],
+    gain: None,
     build: |mechanics, actuator, _options| Extrapolation::boxed(2, mechanics, actuator),
 };

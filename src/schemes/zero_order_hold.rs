@@ -19,5 +19,6 @@ pub(super) const ENTRY: SchemeEntry = SchemeEntry {
     samples: 1,
     sequence: Sequence::Jacobi,
     needs: &[],
+    gain: None,
     build: |mechanics, actuator, _options| Extrapolation::boxed(0, mechanics, actuator),
 };

@@ -4,8 +4,8 @@
 use rimbench::cases::{Case, CoupledSystem, Recorder, case_by_name};
 use rimbench::complementarity::{SolverEntry, solver_by_name};
 use rimbench::cosim::{
-    Bounds, CommunicationGrid, CommunicationPoint, CouplingScheme, ForceReturn, Port, Ports, Quantity, Report,
-    Sequence, Setup, Subsystem, SubsystemCounters, Timing, Trajectory, cosimulate,
+    Bounds, CommunicationGrid, CommunicationPoint, CouplingScheme, ForceReturn, OutputRates, Port, Ports, Quantity,
+    Report, Sequence, Setup, StepControl, Subsystem, SubsystemCounters, Timing, Trajectory, cosimulate,
 };
 use rimbench::error::Failure;
 use rimbench::harness::{RunResult, RunSpec, simulate};
@@ -22,7 +22,7 @@ pub fn solver() -> &'static SolverEntry {
 }
 
 pub fn options() -> SchemeOptions {
-    SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver: solver() }
+    SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver: solver(), gain: None }
 }
 
 pub fn wedge_box_case() -> &'static Case {
@@ -40,6 +40,7 @@ pub fn wedge_box_spec(scheme: &str, macro_step: f64) -> RunSpec {
         scheme,
         options: options(),
         macro_step,
+        step_control: StepControl::None,
         phase: 1.0,
         micro_step: case.defaults.micro_step_s,
         mechanics_steps: 1,
@@ -308,6 +309,21 @@ impl Subsystem for Springs {
         self.steps += 1;
         Ok(())
     }
+    fn output_rates(&self, _t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        let m = self.stiffness.len();
+        rates.feedthrough.fill(0.0);
+        rates.rate_gain.fill(0.0);
+        for i in 0..m {
+            rates.rate[i] = -self.stiffness[i] * u[m + i];
+            rates.feedthrough[i * 2 * m + m + i] = -self.damping[i];
+            rates.rate_gain[i * 2 * m + m + i] = -self.stiffness[i];
+        }
+        true
+    }
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn counters(&self) -> SubsystemCounters {
         SubsystemCounters { micro_steps: self.steps, ..SubsystemCounters::default() }
     }
@@ -317,6 +333,7 @@ impl Subsystem for Springs {
 pub fn setup(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Setup {
     Setup {
         grid,
+        step_control: StepControl::None,
         micro_step,
         mechanics_steps: 1,
         sequence,

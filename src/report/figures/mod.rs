@@ -8,6 +8,7 @@ mod latency_figure;
 mod manoeuvre_figure;
 mod parameter_figure;
 mod phase_figure;
+mod profile_figure;
 mod stability_figure;
 mod statistics;
 mod sweep_figure;
@@ -63,6 +64,8 @@ pub enum FigureKind {
     WorkPrecision(work_precision_figure::WorkPrecisionFigure),
     /// A metric against a parameter of the case.
     ParameterSweep(parameter_figure::ParameterFigure),
+    /// Share of the problems in which a scheme is within a factor of the best.
+    PerformanceProfile(profile_figure::ProfileFigure),
     /// Wall time of single macro steps.
     Latency(latency_figure::LatencyFigure),
 }
@@ -145,6 +148,7 @@ impl FigureEntry {
             FigureKind::StabilityMap(figure) => figure.draw(folder),
             FigureKind::WorkPrecision(figure) => figure.draw(folder),
             FigureKind::ParameterSweep(figure) => figure.draw(folder),
+            FigureKind::PerformanceProfile(figure) => figure.draw(folder),
             FigureKind::Latency(figure) => figure.draw(folder),
         }
     }

@@ -1,0 +1,80 @@
+//! Cost of one `input` call of each signal-based scheme, both ways, for an interface of one row.
+//!
+//! Each is checked once before it is timed: an interface at rest under load must be left at rest. One iteration is a macro step
+//! of 100 calls to the actuator's side and as many to the mechanics'; the time per element is that of one call.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use rimbench::complementarity::solver_by_name;
+use rimbench::cosim::{CommunicationGrid, CouplingScheme, MicroStep, OutputRates, Port, Ports, Quantity, Sample, Side};
+use rimbench::interface_model::{ReducedInterfaceModel, Redundancy};
+use rimbench::schemes::{Family, ModelMotion, SCHEMES, SchemeEntry, SchemeOptions};
+use std::hint::black_box;
+
+const MICRO_STEPS: usize = 100;
+const REST: [f64; 2] = [0.7, 0.0];
+const FORCE: [f64; 1] = [300.0];
+
+/// The scheme after five exchanges over an interface at rest.
+fn settled(entry: &SchemeEntry) -> Box<dyn CouplingScheme> {
+    let port = |name, quantity| Port { name, quantity };
+    let motion = vec![port("position_m", Quantity::Position), port("velocity_m_s", Quantity::Velocity)];
+    let force = vec![port("force_n", Quantity::Force)];
+    let mechanics = Ports { inputs: force.clone(), outputs: motion.clone(), direct_feedthrough: false };
+    let actuator = Ports { inputs: motion, outputs: force, direct_feedthrough: true };
+    let solver = solver_by_name("active-set").unwrap();
+    let gain = entry.gain_value(None).unwrap();
+    let options = SchemeOptions { redundancy: Redundancy::Drop, motion: ModelMotion::Frozen, solver, gain };
+    let mut scheme = (entry.build)(&mechanics, &actuator, &options);
+    let mut model = ReducedInterfaceModel::zeros(0, 1);
+    model.h[0] = 1.0;
+    let rates = OutputRates { rate: vec![0.0], feedthrough: vec![0.0, -2.0], rate_gain: vec![0.0, -4.0] };
+    let grid = CommunicationGrid::new(1e-3, 1.0, 1.0).unwrap();
+    for k in 0..5 {
+        let step = grid.step(k);
+        let sample =
+            Sample { time: step.start, y: &REST, model: Some(&model), rates: None, step, actuator_micro_step: 1e-5 };
+        scheme.receive(Side::Mechanics, &sample).unwrap();
+        let sample = Sample { y: &FORCE, model: None, rates: Some(&rates), ..sample };
+        scheme.receive(Side::Actuator, &sample).unwrap();
+        if k < 4 {
+            calls(&mut *scheme, k, Side::Actuator);
+            calls(&mut *scheme, k, Side::Mechanics);
+        }
+    }
+    scheme
+}
+
+/// The calls of macro step `k`; returns the last input.
+fn calls(scheme: &mut dyn CouplingScheme, k: usize, to: Side) -> f64 {
+    let step = CommunicationGrid::new(1e-3, 1.0, 1.0).unwrap().step(k);
+    let (mut u, mut received) = (REST, FORCE);
+    for j in 0..MICRO_STEPS {
+        let at = MicroStep::new(step, j, MICRO_STEPS);
+        match to {
+            Side::Actuator => scheme.input(to, at, black_box(&FORCE), &mut u).unwrap(),
+            Side::Mechanics => scheme.input(to, at, black_box(&REST), &mut received).unwrap(),
+        }
+    }
+    match to {
+        Side::Actuator => u[0],
+        Side::Mechanics => received[0],
+    }
+}
+
+fn input(c: &mut Criterion) {
+    for (to, name, expected) in [(Side::Actuator, "to_actuator", REST[0]), (Side::Mechanics, "to_mechanics", FORCE[0])]
+    {
+        let mut group = c.benchmark_group(format!("input_{name}"));
+        group.throughput(Throughput::Elements(MICRO_STEPS as u64));
+        for entry in SCHEMES.iter().filter(|entry| entry.family == Family::Signal) {
+            let mut scheme = settled(entry);
+            let found = calls(&mut *scheme, 4, to);
+            assert!((found - expected).abs() < 1e-11, "{}: {found} instead of {expected}", entry.name);
+            group.bench_function(entry.name, |bencher| bencher.iter(|| calls(black_box(&mut *scheme), 4, to)));
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, input);
+criterion_main!(benches);

@@ -1,0 +1,182 @@
+//! `rimbench perf`: has the program become slower?
+
+use super::perf_compare::Compare;
+use super::print;
+use super::reproduce::home;
+use anyhow::Context;
+use clap::{Args, Subcommand};
+use rimbench::atomic_file::check_writable_folder;
+use rimbench::error::Error;
+use rimbench::harness::Provenance;
+use rimbench::perf::{self, BENCHMARKS, History, Plan, Program, benchmark_by_name, callgrind, draw_history};
+use rimbench::report::render;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `perf`.
+#[derive(Debug, Args)]
+pub struct Perf {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the fixed suite and append its counters, instructions and times to the history
+    Record(Record),
+    /// Compare two records, or two git revisions (--rev A --rev B); exit code 1 on a regression
+    Compare(Compare),
+    /// Draw the history with the steps found in it
+    Plot(Plot),
+    /// Measure one benchmark in this process
+    #[command(hide = true)]
+    Sample(Sample),
+}
+
+impl Perf {
+    pub(super) fn run(self) -> anyhow::Result<ExitCode> {
+        match self.command {
+            Command::Record(command) => command.run()?,
+            Command::Compare(command) => return command.run(),
+            Command::Plot(command) => command.run()?,
+            Command::Sample(command) => command.run()?,
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// How to measure, shared by `record` and `compare --rev`.
+#[derive(Debug, Args)]
+pub(super) struct Measuring {
+    /// Only this benchmark; may be repeated
+    #[arg(long = "benchmark", value_name = "NAME")]
+    benchmarks: Vec<String>,
+    /// Rounds of the wall times; 0 measures none
+    #[arg(long, value_name = "N", default_value = "12")]
+    pub(super) rounds: u32,
+    /// Program that counts instructions
+    #[arg(long, value_name = "FILE", default_value = "valgrind")]
+    valgrind: PathBuf,
+    /// Do not count instructions
+    #[arg(long)]
+    without_instructions: bool,
+}
+
+impl Measuring {
+    /// The plan, from the benchmarks there are. Says so if valgrind is missing.
+    pub(super) fn plan(&self, known: &[String]) -> anyhow::Result<Plan> {
+        for name in &self.benchmarks {
+            if !known.contains(name) {
+                return Err(Error::unknown("benchmark", name, known.iter().map(String::as_str)).into());
+            }
+        }
+        if self.rounds == 1 {
+            return Err(Error::invalid("--rounds", self.rounds, "0, or at least 2: one round has no spread").into());
+        }
+        let benchmarks = if self.benchmarks.is_empty() { known.to_vec() } else { self.benchmarks.clone() };
+        let valgrind = match callgrind::find(&self.valgrind) {
+            _ if self.without_instructions => None,
+            Ok(()) => Some(self.valgrind.clone()),
+            Err(note) => {
+                eprintln!("note: {note}");
+                None
+            }
+        };
+        Ok(Plan { benchmarks, rounds: self.rounds, valgrind })
+    }
+}
+
+/// The history file of a command, by default that of the package.
+pub(super) fn history_file(given: Option<PathBuf>) -> anyhow::Result<PathBuf> {
+    given.map_or_else(|| Ok(home()?.join("results/perf/history.csv")), Ok)
+}
+
+/// Arguments of `perf record`.
+#[derive(Debug, Args)]
+struct Record {
+    /// The history [default: results/perf/history.csv of the package]
+    #[arg(long, value_name = "FILE")]
+    history: Option<PathBuf>,
+    #[command(flatten)]
+    measuring: Measuring,
+}
+
+impl Record {
+    fn run(self) -> anyhow::Result<()> {
+        let path = history_file(self.history)?;
+        // A damaged history or a place that cannot be written is found before minutes of measuring.
+        let mut history = History::read_or_begin(&path)?;
+        check_writable_folder(path.parent().unwrap_or(Path::new(".")))?;
+        let names: Vec<String> = BENCHMARKS.iter().map(|benchmark| benchmark.name.to_owned()).collect();
+        let plan = self.measuring.plan(&names)?;
+        let provenance = Provenance::collect();
+        let program = Program {
+            path: std::env::current_exe().context("this program cannot find itself")?,
+            git_revision: provenance.git_revision.clone(),
+            git_dirty: provenance.git_dirty.clone(),
+        };
+        let rows = perf::record(&program, &provenance, &plan, &mut |benchmark| eprintln!("{benchmark}"))?;
+        history.append(&rows)?;
+        for row in rows.iter().filter(|row| !row.is_ok()) {
+            eprintln!("note: {}: {}", row.benchmark, row.status);
+        }
+        let uneven: Vec<f64> =
+            rows.iter().filter_map(|row| row.placebo().map(|[low, high]| (high / low).sqrt() - 1.0)).collect();
+        if !uneven.is_empty() {
+            let (median, worst) = (perf::quantile(&uneven, 0.5), perf::quantile(&uneven, 1.0));
+            print(&format!(
+                "placebo: this machine tells times apart to {:.1} % (median), {:.1} % (worst benchmark)",
+                100.0 * median,
+                100.0 * worst
+            ))?;
+        }
+        let record = rows.first().map_or("nothing", |row| &row.record);
+        print(&format!("record {record}: {} rows appended to {}", rows.len(), path.display()))
+    }
+}
+
+/// Arguments of `perf plot`.
+#[derive(Debug, Args)]
+struct Plot {
+    /// The history [default: results/perf/history.csv of the package]; the figure stands beside it
+    #[arg(long, value_name = "FILE")]
+    history: Option<PathBuf>,
+}
+
+impl Plot {
+    fn run(self) -> anyhow::Result<()> {
+        let path = history_file(self.history)?;
+        let history = History::read(&path)?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let files = render::write(&draw_history(&history), path.parent().unwrap_or(Path::new(".")), &name)?;
+        print(&files.svg.display().to_string())
+    }
+}
+
+/// Arguments of `perf sample`.
+#[derive(Debug, Args)]
+struct Sample {
+    /// Name in the suite
+    #[arg(required_unless_present = "list")]
+    benchmark: Option<String>,
+    /// Names of the suite
+    #[arg(long)]
+    list: bool,
+    /// How often; the last one is timed
+    #[arg(long, default_value = "2")]
+    repetitions: u32,
+    /// Without clock and yardstick, for counting instructions
+    #[arg(long)]
+    untimed: bool,
+}
+
+impl Sample {
+    fn run(self) -> anyhow::Result<()> {
+        let Some(name) = self.benchmark.filter(|_| !self.list) else {
+            let names: Vec<&str> = BENCHMARKS.iter().map(|benchmark| benchmark.name).collect();
+            return print(&serde_json::to_string(&names)?);
+        };
+        let sample = perf::measure(benchmark_by_name(&name)?, self.repetitions, !self.untimed)?;
+        print(&serde_json::to_string(&sample)?)
+    }
+}

@@ -1,0 +1,135 @@
+//! Which macro step comes next: the communication grid's, or as long as the energy residual allows.
+
+use super::communication_grid::{CommunicationGrid, MacroStep};
+use super::coupled_pair::Interval;
+use super::interface_work::InterfaceWork;
+use super::macro_loop::Setup;
+use super::step_control::{StepControl, StepRule};
+
+/// Gains of the controller, `k_I` and `k_P`, of the usual size for a PI controller; ours.
+const INTEGRAL_GAIN: f64 = 0.15;
+const PROPORTIONAL_GAIN: f64 = 0.2;
+/// Aim a little below the tolerance; ours.
+const SAFETY: f64 = 0.8;
+/// Least and greatest ratio of one macro step to the one before; ours.
+const CHANGE: [f64; 2] = [0.2, 1.5];
+
+/// Lays one macro step after the other.
+///
+/// ```text
+/// δE_k = (sent − received) over macro step k            what the coupling lost or created, J
+/// ε_k  = |δE_k| / H_k / (tolerance · P_k)               P_k = max over j ≤ k of max(|sent_j|, |received_j|) / H_j
+/// H_{k+1} = H_k σ ε_k^(−k_I−k_P) ε_{k−1}^(k_P)          held within [0.2, 1.5] H_k and [shortest, H]
+/// ```
+/// The power residual is that of the energy audit: each side counts the work in its own discretisation, instead of the
+/// product of the last values. The reference power is the largest so far instead of the present one, so that a power that
+/// passes through zero does not stop the run. Both are *ours*, and so are gains and limits; the controller's form is the published one. Nothing is taken back: a first step
+/// that is too long stays in the result.
+/// # Source
+/// Sadjina, Kyllingstad, Skjong, Pedersen, *Energy conservation and power bonds in co-simulations*, Eng. Comput. 33 (2017).
+#[derive(Debug, Clone)]
+pub(super) struct Pace {
+    grid: CommunicationGrid,
+    rule: Option<StepRule>,
+    sent: f64,
+    received: f64,
+    largest_power: f64,
+    last_error: Option<f64>,
+}
+
+impl Pace {
+    pub(super) fn new(setup: &Setup) -> Self {
+        let rule = match setup.step_control {
+            StepControl::EnergyResidual(rule) => Some(rule),
+            StepControl::None | StepControl::StepDoubling(_) => None,
+        };
+        Self::on(setup.grid, rule)
+    }
+
+    fn on(grid: CommunicationGrid, rule: Option<StepRule>) -> Self {
+        Pace { grid, rule, sent: 0.0, received: 0.0, largest_power: 0.0, last_error: None }
+    }
+
+    /// The first macro step.
+    pub(super) fn first(&self) -> Interval {
+        self.of_grid(0)
+    }
+
+    fn of_grid(&self, index: usize) -> Interval {
+        Interval { step: self.grid.step(index), end: self.grid.time(index + 1) }
+    }
+
+    /// The macro step after `done`, given the work across the interface until its end; none after the last.
+    #[inline]
+    pub(super) fn after(&mut self, done: Interval, work: InterfaceWork) -> Option<Interval> {
+        let Some(rule) = self.rule else {
+            let index = done.step.index + 1;
+            return (index < self.grid.macro_steps()).then(|| self.of_grid(index));
+        };
+        let error = self.error(rule, done.step.length, work);
+        let last = self.last_error.replace(error).unwrap_or(error);
+        let change = SAFETY * error.powf(-INTEGRAL_GAIN - PROPORTIONAL_GAIN) * last.powf(PROPORTIONAL_GAIN);
+        let length = done.step.length * change.clamp(CHANGE[0], CHANGE[1]);
+        let length = length.clamp(rule.shortest, self.grid.macro_step());
+        following(done.step.index + 1, done.end, length, self.grid.duration())
+    }
+
+    /// Power residual in units of what is allowed; held within six decades, so that one vanishing error does not make the
+    /// controller's memory useless.
+    fn error(&mut self, rule: StepRule, length: f64, work: InterfaceWork) -> f64 {
+        let (sent, received) = (work.sent_j.unwrap_or(0.0), work.received_j.unwrap_or(0.0));
+        let power = [(sent - self.sent) / length, (received - self.received) / length];
+        (self.sent, self.received) = (sent, received);
+        self.largest_power = self.largest_power.max(power[0].abs()).max(power[1].abs());
+        let residual = (power[0] - power[1]).abs();
+        let error = if residual > 0.0 { residual / (rule.tolerance * self.largest_power) } else { 0.0 };
+        error.clamp(1e-3, 1e3)
+    }
+}
+
+/// The macro step of `length` (s) from `start`, or what is left until the `duration`; none if nothing is left.
+///
+/// The times of a controlled run are sums: no integer knows them beforehand. What is left after a step is never a sliver of
+/// round-off.
+pub(super) fn following(index: usize, start: f64, length: f64, duration: f64) -> Option<Interval> {
+    let left = duration - start;
+    if left <= 0.0 {
+        return None;
+    }
+    let last = left <= length * (1.0 + 1e-9);
+    let (length, end) = if last { (left, duration) } else { (length, start + length) };
+    Some(Interval { step: MacroStep { index, start, length }, end })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_controller_must_do_what_the_calculation_by_hand_does() {
+        let rule = StepRule { tolerance: 0.1, shortest: 1e-3, order: 1 };
+        let mut pace = Pace::on(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
+        let work = |sent, received| InterfaceWork { sent_j: Some(sent), received_j: Some(received) };
+        // 10 W against 9 W of 10 W: ε = 1, H ← 0.8 H.
+        let second = pace.after(pace.first(), work(1.0, 0.9)).unwrap();
+        approx::assert_relative_eq!(second.step.length, 0.08, max_relative = 1e-14);
+        // 10 W against 6 W: ε = 4 after 1, H ← 0.8 · 4^(−0.35) H.
+        let third = pace.after(second, work(1.8, 0.9 + 0.48)).unwrap();
+        approx::assert_relative_eq!(third.step.length, 0.08 * 0.8 * 4.0_f64.powf(-0.35), max_relative = 1e-12);
+        // No residual at all: ε counts as 1e-3, and the step grows by no more than half.
+        let fourth = pace.after(third, work(1.9, 0.9 + 0.48 + 0.1)).unwrap();
+        approx::assert_relative_eq!(fourth.step.length, 1.5 * third.step.length, max_relative = 1e-9);
+        // Ten times the tolerance and more: no shorter than a fifth.
+        let fifth = pace.after(fourth, work(1.9 + 1e3, 0.9 + 0.48 + 0.1)).unwrap();
+        approx::assert_relative_eq!(fifth.step.length, 0.2 * fourth.step.length, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn a_step_that_all_but_reaches_the_end_reaches_it() {
+        let last = following(3, 0.7, 0.3 - 1e-12, 1.0).unwrap();
+        assert_eq!((last.end, last.step.length), (1.0, 1.0 - 0.7));
+        let before = following(3, 0.5, 0.25, 1.0).unwrap();
+        assert_eq!((before.end, before.step.length), (0.75, 0.25));
+        assert_eq!(following(4, 1.0, 0.1, 1.0), None);
+    }
+}

@@ -1,0 +1,47 @@
+//! Has the program become slower? A fixed suite, its history, and decisions that do not depend on luck.
+//!
+//! Three kinds of numbers, by how far they can be trusted:
+//!
+//! | number | depends on | decided |
+//! |---|---|---|
+//! | work counters ([`COUNTERS`]) | the code | exactly |
+//! | instructions ([`callgrind`]) | code, target, compiler, libraries | against a fence from the history ([`fence`]) |
+//! | wall time ([`TimeSummary`]) | everything | as a paired ratio with an interval, confirmed |
+//!
+//! | file | concept |
+//! |---|---|
+//! | `suite`, `kernels` | what is measured, with the answer each benchmark must give |
+//! | `yardstick` | a piece of work that never changes, timed beside every benchmark |
+//! | [`callgrind`], `sample` | one measurement by a program, in a process of its own |
+//! | `record` | the suite measured in interleaved pairs |
+//! | `history` | rows of `history.csv` and how they are named |
+//! | `statistics`, `steps` | quartiles, fence, t interval; steps in a series |
+//! | `decision`, `comparison` | what is a regression; what is told about it |
+//! | `revision` | two git revisions, built side by side |
+//! | `plot` | the history as a figure |
+
+pub mod callgrind;
+
+mod comparison;
+mod decision;
+mod history;
+mod kernels;
+mod plot;
+mod record;
+mod revision;
+mod sample;
+mod statistics;
+mod steps;
+mod suite;
+mod yardstick;
+
+pub use comparison::{Comparison, Paired, compare_pairs, compare_records};
+pub use decision::{Finding, Verdict, decide_counter, decide_instructions, decide_time};
+pub use history::{COUNTERS, History, Row};
+pub use plot::draw_history;
+pub use record::{Plan, Recording, Round, measure_rounds, paired_ratio, placebo_ratio, record};
+pub use revision::{Checkout, Repository};
+pub use sample::{Program, Sample, measure};
+pub use statistics::{Fence, TimeSummary, fence, quantile, ratio_interval};
+pub use steps::{Step, steps};
+pub use suite::{BENCHMARKS, Benchmark, Work, benchmark_by_name};

@@ -1,0 +1,30 @@
+//! Implicit coupling with Aitken's relaxation: each macro step is taken again until both sides agree.
+//!
+//! ```text
+//! u(t) linear from y(t_k) to the guess x for t_{k+1};     G(x): outputs at t_{k+1};     x ← x + ω (G(x) − x)
+//! ```
+//! Until `|G(x) − x| ≤ 1e-8` of the size of each coupling variable; a run that does not get there within 50 iterations of a
+//! macro step ends as `solver-failed` with the reason. The actuator goes first, with the mechanics' motion guessed, and
+//! returns its mean force, as the interface models do.
+//!
+//! **Not real-time**: the number of iterations is not known beforehand, and every one takes the whole macro step again.
+//! **Needs** copies of both sides. **Order** 2 in H. **Known weakness**: one relaxation factor for all variables; a force
+//! between the two values at the ends of the macro step is not seen. **Source**: Küttler, Wall 2008; see
+//! [`Acceleration`](crate::cosim::Acceleration).
+
+use super::entry::{Family, SchemeEntry};
+use super::implicit::Implicit;
+use super::need::Need;
+use crate::cosim::{Acceleration, Sequence, Side};
+
+pub(super) const ENTRY: SchemeEntry = SchemeEntry {
+    name: "iterated-aitken",
+    about: "Ceiling: repeat each macro step to agreement, Aitken relaxation",
+    family: Family::Ceiling,
+    order: 2,
+    samples: 1,
+    sequence: Sequence::GaussSeidel { first: Side::Actuator },
+    needs: &[Need::Copies],
+    gain: None,
+    build: |mechanics, actuator, _options| Implicit::boxed(Acceleration::Aitken, mechanics, actuator),
+};

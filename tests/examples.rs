@@ -1,0 +1,65 @@
+//! The examples run as a user would run them, on a shipped experiment, into an empty folder.
+
+use assert_cmd::Command;
+use std::path::{Path, PathBuf};
+
+/// An example as `cargo test` builds it: `target/<profile>/examples`, two floors above this test's own program. A run of this
+/// test alone does not build examples; then they are built now.
+fn example(name: &str) -> PathBuf {
+    let own = std::env::current_exe().unwrap();
+    let profile = own.parent().and_then(Path::parent).unwrap();
+    let program = profile.join("examples").join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
+    if !program.is_file() {
+        let mut build = Command::new(env!("CARGO"));
+        build.current_dir(env!("CARGO_MANIFEST_DIR")).args(["build", "--quiet", "--offline", "--example", name]);
+        if profile.ends_with("release") {
+            build.arg("--release");
+        }
+        build.assert().success();
+    }
+    program
+}
+
+fn run(name: &str, experiment: &str) -> String {
+    let results = tempfile::tempdir().unwrap();
+    let output = Command::new(example(name))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .arg(results.path())
+        .arg(experiment)
+        .assert()
+        .success()
+        .get_output()
+        .stdout
+        .clone();
+    assert!(results.path().join(experiment.replace("experiments/", "").replace(".toml", "/runs.csv")).is_file());
+    String::from_utf8(output).unwrap()
+}
+
+/// Completed and planned runs of the first line that names both.
+fn completed(table: &str, case: &str, scheme: &str) -> (usize, usize) {
+    let words = |line: &'_ str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let found = table
+        .lines()
+        .map(words)
+        .find(|line| line.len() > 2 && line[0] == case && line[1] == scheme && line[2].contains('/'));
+    let line = found.unwrap_or_else(|| panic!("no line for {case} {scheme} in\n{table}"));
+    let (completed, runs) = line[2].split_once('/').unwrap();
+    (completed.parse().unwrap(), runs.parse().unwrap())
+}
+
+#[test]
+fn a_scheme_of_ones_own_stands_beside_the_built_in_ones() {
+    let table = run("custom_scheme", "experiments/paper/fig2.toml");
+    // It is no better than the hold it is made from, and its failures are shown.
+    assert_eq!(completed(&table, "wedge-box", "zero-order-hold"), (0, 1));
+    assert_eq!(completed(&table, "wedge-box", "smoothed-hold"), (0, 1));
+    assert_eq!(completed(&table, "wedge-box", "rim-nonsmooth-gap"), (1, 1));
+}
+
+#[test]
+fn a_case_of_ones_own_is_run_by_every_scheme_of_an_experiment() {
+    let table = run("custom_case", "experiments/published/oscillator.toml");
+    let (done, runs) = completed(&table, "light-on-heavy", "zero-order-hold");
+    assert!(done > 0 && runs == 2, "{table}");
+    assert!(completed(&table, "linear-oscillator", "zero-order-hold").1 > runs);
+}

@@ -1,0 +1,140 @@
+//! `rimbench perf` as a user meets it.
+
+use assert_cmd::Command;
+use std::fs;
+use std::path::Path;
+
+fn perf(arguments: &[&str]) -> Command {
+    let mut command = Command::cargo_bin("rimbench").unwrap();
+    command.arg("perf").args(arguments);
+    command
+}
+
+/// Records one cheap benchmark without valgrind.
+fn record(history: &Path) -> std::process::Output {
+    let mut command = perf(&["record", "--benchmark", "kernel/lcp-warm", "--rounds", "2"]);
+    command.args(["--valgrind", "/no/such/valgrind", "--history"]).arg(history);
+    command.assert().success().get_output().clone()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_compared_and_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let history = folder.path().join("history.csv");
+    let output = record(&history);
+    assert!(text(&output.stderr).contains("note: /no/such/valgrind is not there"), "{}", text(&output.stderr));
+    record(&history);
+
+    let output =
+        perf(&["compare", "previous", "latest", "--format", "json", "--history"]).arg(&history).output().unwrap();
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let counters: Vec<_> =
+        told["findings"].as_array().unwrap().iter().filter(|one| one["quantity"] != "time").collect();
+    assert_eq!(counters.len(), 8);
+    assert!(counters.iter().all(|counter| counter["verdict"] == "same"), "{told}");
+    assert!(text(told["notes"].to_string().as_bytes()).contains("recorded without valgrind"), "{told}");
+
+    perf(&["plot", "--history"]).arg(&history).assert().success();
+    assert!(folder.path().join("history.svg").exists() && folder.path().join("history.png").exists());
+}
+
+#[test]
+fn a_regression_has_exit_code_one_and_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (history, slower) = (folder.path().join("history.csv"), folder.path().join("slower.csv"));
+    record(&history);
+    let mut reader = csv::Reader::from_path(&history).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let row = reader.records().next().unwrap().unwrap();
+    let pivots = header.iter().position(|name| name == "lcp_pivots").unwrap();
+    let changed = row.iter().enumerate().map(|(k, cell)| if k == pivots { "999999" } else { cell });
+    let mut writer = csv::Writer::from_path(&slower).unwrap();
+    writer.write_record(&header).unwrap();
+    writer.write_record(changed).unwrap();
+    writer.flush().unwrap();
+
+    let [before, after] = [&history, &slower].map(|path| path.to_str().unwrap());
+    let output = perf(&["compare", before, after]).assert().code(1).get_output().clone();
+    assert!(text(&output.stdout).contains("Regressed: kernel/lcp-warm: lcp_pivots."), "{}", text(&output.stdout));
+    let back = perf(&["compare", &format!("{after}@latest"), before]).assert().success().get_output().clone();
+    assert!(text(&back.stdout).contains("improved") && text(&back.stdout).contains("No regression."));
+}
+
+#[test]
+fn bad_input_is_one_clear_error_with_exit_code_two() {
+    let folder = tempfile::tempdir().unwrap();
+    let damaged = folder.path().join("damaged.csv");
+    fs::write(&damaged, "record,benchmark\n1,2\n").unwrap();
+    let damaged = damaged.to_str().unwrap();
+    for (arguments, says) in [
+        (vec!["compare", damaged, "latest"], "missing field"),
+        (vec!["record", "--history", damaged], "missing field"),
+        (vec!["plot", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
+        (vec!["compare", "nonsense", "latest"], "record = nonsense is not valid; valid: latest, previous"),
+        (vec!["compare", "--rev", "HEAD"], "two revisions"),
+        (vec!["compare", "--rev", "no-such-revision", "--rev", "HEAD"], "--rev = no-such-revision is not valid"),
+        (vec!["record", "--benchmark", "kernel/lcp-warmth"], "did you mean `kernel/lcp-warm`?"),
+        (vec!["record", "--rounds", "1"], "--rounds = 1 is not valid"),
+        (vec!["sample", "nothing"], "unknown benchmark `nothing`"),
+    ] {
+        let output = perf(&arguments).assert().code(2).get_output().clone();
+        let message = text(&output.stderr);
+        assert!(output.stdout.is_empty() && message.contains(says), "{arguments:?}: {message}");
+    }
+    assert_eq!(fs::read_to_string(damaged).unwrap(), "record,benchmark\n1,2\n", "a damaged history is left alone");
+    perf(&["compare"]).assert().code(2);
+    perf(&["compare", "latest"]).assert().code(2);
+}
+
+/// A package without dependencies that answers as the suite does, with a number of pivots.
+fn commit_toy(repository: &Path, pivots: u32) -> String {
+    let sample = serde_json::json!({
+        "status": "ok", "rustc": "r", "target": "t", "counters": [["lcp_pivots", pivots]],
+        "wall_s": 0.01, "yardstick_s": 0.01
+    });
+    let main = format!(
+        "fn main() {{ let list = std::env::args().any(|a| a == \"--list\"); \
+         println!(\"{{}}\", if list {{ {:?} }} else {{ {:?} }}); }}",
+        r#"["toy"]"#,
+        sample.to_string()
+    );
+    fs::create_dir_all(repository.join("src")).unwrap();
+    fs::write(repository.join("src/main.rs"), main).unwrap();
+    let package = "name = \"rimbench\"\nversion = \"0.0.0\"\n";
+    fs::write(repository.join("Cargo.toml"), format!("[package]\n{package}edition = \"2024\"\n")).unwrap();
+    fs::write(repository.join("Cargo.lock"), format!("version = 4\n\n[[package]]\n{package}")).unwrap();
+    let git = |arguments: &[&str]| {
+        let who = ["-c", "user.name=toy", "-c", "user.email=toy@example.org", "-c", "init.defaultBranch=main"];
+        let output =
+            std::process::Command::new("git").current_dir(repository).args(who).args(arguments).output().unwrap();
+        assert!(output.status.success(), "git {arguments:?}: {}", text(&output.stderr));
+        text(&output.stdout).trim().to_owned()
+    };
+    git(&["init", "--quiet"]);
+    git(&["add", "."]);
+    git(&["commit", "--quiet", "--message", "Toy"]);
+    git(&["rev-parse", "HEAD"])
+}
+
+#[test]
+fn two_revisions_are_built_measured_in_turn_compared_and_cleaned_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let (before, after) = (commit_toy(folder.path(), 7), commit_toy(folder.path(), 8));
+    let compare = |base: &str, new: &str| {
+        let mut command = perf(&["compare", "--rev", base, "--rev", new, "--rounds", "2", "--without-instructions"]);
+        command.args(["--format", "json", "--history"]).arg(folder.path().join("none.csv")).current_dir(folder.path());
+        command
+    };
+    let output = compare(&before, &after).assert().code(1).get_output().clone();
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(told["regressions"], serde_json::json!(["toy: lcp_pivots"]), "{told}");
+    compare(&before, &before).assert().success();
+    let left =
+        std::process::Command::new("git").current_dir(folder.path()).args(["worktree", "list"]).output().unwrap();
+    assert_eq!(text(&left.stdout).lines().count(), 1, "{}", text(&left.stdout));
+    assert!(!folder.path().join("none.csv").exists(), "a comparison of revisions writes no history");
+}
