@@ -37,6 +37,7 @@
 pub mod atomic_file;
 pub mod cases;
 pub mod complementarity;
+pub mod corpus;
 pub mod cosim;
 pub mod error;
 pub mod harness;

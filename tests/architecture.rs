@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each room and the rooms it may use, from the ground up.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 16] = [
     ("error", &[]),
     ("atomic_file", &["error"]),
     ("numerics_version", &[]),
@@ -34,6 +34,7 @@ const ROOMS: [(&str, &[&str]); 15] = [
             "error",
         ],
     ),
+    ("corpus", &["harness", "cases", "schemes", "cosim", "complementarity", "atomic_file", "error"]),
     // Reads results, never simulates; of the metrics it takes the order of convergence.
     ("report", &["metrics", "results_table", "atomic_file", "error"]),
     // The program under measurement is everything else.

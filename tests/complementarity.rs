@@ -69,10 +69,13 @@ fn assert_close(name: &str, what: &str, found: &[f64], expected: &[f64], toleran
     }
 }
 
-/// What an accepted residual still leaves open in `w`: with rows scaled 1:1e4 an interior point that passed at 1e-7 may
-/// have a velocity wrong by 7e-4 of ‖q‖ (seen while shrinking one of 20 000 problems); the pivoting solvers solve for `w` directly.
+/// What an accepted residual still leaves open in `w`. Solvers that solve for `w = 0` directly leave round-off; the others
+/// leave the residual, enlarged by the scales of the rows: an impulse that is wrong by `r/M_ii` at one contact is a velocity
+/// `r √(M_jj/M_ii)` at another, and rows here are scaled up to 1:1e4. (An interior point that passed at 1e-7 was seen with a
+/// velocity wrong by 7e-4 of ‖q‖, in one of 20 000 problems.) Twice that.
 fn comparison_tolerance(entry: &SolverEntry) -> f64 {
-    if entry.name == "clarabel" { 2e-3 } else { 1e-8 }
+    let stops_short = ["clarabel", "clarabel-velocity", "pgs", "pgs-50", "psor", "psor-50"].contains(&entry.name);
+    if stops_short { 2e4 * entry.tolerance } else { 1e-8 }
 }
 
 #[test]

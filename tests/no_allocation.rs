@@ -4,7 +4,7 @@
 mod support;
 
 use rimbench::cases::Recorder;
-use rimbench::complementarity::{SOLVERS, SolverEntry};
+use rimbench::complementarity::{ComplementaritySolver, SOLVERS, SolverEntry};
 use rimbench::cosim::Trajectory;
 use rimbench::cosim::{CommunicationGrid, CommunicationPoint, ForceReturn, Outcome, Sequence, Setup, Side, cosimulate};
 use rimbench::interface_model::Redundancy;

@@ -1,6 +1,7 @@
 //! One file per subcommand.
 
 mod collect;
+mod corpus;
 mod figures;
 mod limit;
 mod list;
@@ -12,6 +13,7 @@ mod reproduce;
 mod run;
 mod run_options;
 mod simulate;
+mod solvers;
 mod verify;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -48,6 +50,10 @@ enum Command {
     Perf(perf::Perf),
     /// List what there is, by name
     List(list::List),
+    /// Harvest the contact problems of actual runs into a file
+    Corpus(corpus::CorpusCommand),
+    /// Give the corpus of contact problems to every solver and compare
+    Solvers(solvers::Solvers),
 }
 
 /// Width of the printed table of claims, characters.
@@ -79,6 +85,8 @@ impl Cli {
             Command::Figures(command) => command.run()?,
             Command::Perf(command) => return command.run(),
             Command::List(command) => command.run()?,
+            Command::Corpus(command) => command.run()?,
+            Command::Solvers(command) => command.run()?,
         }
         Ok(ExitCode::SUCCESS)
     }

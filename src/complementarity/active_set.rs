@@ -22,6 +22,8 @@
 //! Complementarity Problem* (1992), section 4.2. The treatment of dependent rows by the ray is theirs; the warm start
 //! is the usual one of active-set methods.
 
+mod confirm;
+
 use super::buffer::Buffer;
 use super::factor::Factor;
 use super::{ComplementaritySolver, Lcp, SolveStats};
@@ -248,13 +250,12 @@ impl ActiveSet {
         }
     }
 
-    /// Solves a problem with some `q < 0`. Apart from `attempt`, so that contacts at rest do not pay for its frame.
+    /// Pivots from the active set at hand. Apart from `attempt`, so that the usual problems do not pay for its frame.
     #[inline(never)]
-    fn pivot_to_solution(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn pivot_to_solution(&mut self, lcp: Lcp<'_>, z: &mut [f64], mut stats: SolveStats) -> Result<SolveStats, Failure> {
         let n = self.n;
         let q_max = lcp.q.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
         let (bland_after, bound) = (10 + 5 * n as u32, 50 * n as u32 + (1 << n.min(12)));
-        let mut stats = SolveStats { factorisations: u32::from(self.factorise(lcp.m)), ..SolveStats::default() };
         loop {
             stats.pivots += self.make_feasible(lcp);
             let Some(j) = self.most_violated(lcp, NEGLIGIBLE * q_max, stats.pivots > bland_after) else { break };
@@ -294,7 +295,11 @@ impl ComplementaritySolver for ActiveSet {
         if n != self.n {
             self.resize(n);
         }
-        self.pivot_to_solution(lcp, z)
+        let stats = SolveStats { factorisations: u32::from(self.factorise(lcp.m)), ..SolveStats::default() };
+        if self.confirm_few(lcp, z) {
+            return Ok(stats);
+        }
+        self.pivot_to_solution(lcp, z, stats)
     }
 
     fn reset(&mut self) {

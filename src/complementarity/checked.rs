@@ -1,6 +1,6 @@
 //! The solver a simulation holds: checked after every problem, with a fallback, and counted.
 
-use super::{ComplementaritySolver, Lcp, Lemke, SolveStats, natural_residual};
+use super::{ComplementaritySolver, Lcp, Lemke, SolveStats, Solver, natural_residual};
 use crate::error::Failure;
 
 /// Exact work counts of many solves.
@@ -50,7 +50,7 @@ impl SolverCounters {
 /// Solving it means: `r(z) ≤ tolerance`, or [`Failure::SolverFailed`] with the smaller residual of the two attempts.
 #[derive(Clone)]
 pub struct Checked {
-    primary: Box<dyn ComplementaritySolver>,
+    primary: Solver,
     fallback: Option<Lemke>,
     tolerance: f64,
     counters: SolverCounters,
@@ -58,7 +58,7 @@ pub struct Checked {
 
 impl Checked {
     /// Wraps a solver; `fallback` is tried when the residual of `primary` exceeds `tolerance`.
-    pub fn new(primary: Box<dyn ComplementaritySolver>, fallback: Option<Lemke>, tolerance: f64) -> Self {
+    pub fn new(primary: Solver, fallback: Option<Lemke>, tolerance: f64) -> Self {
         Checked { primary, fallback, tolerance, counters: SolverCounters::default() }
     }
 
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn a_wrong_answer_is_replaced_and_counted() {
         for (proposal, own_pivots) in [(Some(7.0), 3), (Some(f64::NAN), 3), (None, 0)] {
-            let mut solver = Checked::new(Box::new(Stubborn(proposal)), Some(Lemke::new(1)), 1e-9);
+            let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(proposal))), Some(Lemke::new(1)), 1e-9);
             let mut z = [0.0];
             let stats = solver.solve(LCP, &mut z).unwrap();
             assert_eq!((z, stats.fallback), ([2.0], true));
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_right_answer_is_kept() {
-        let mut solver = Checked::new(Box::new(Stubborn(Some(2.0))), Some(Lemke::new(1)), 1e-9);
+        let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(Some(2.0)))), Some(Lemke::new(1)), 1e-9);
         let stats = solver.solve(LCP, &mut [0.0]).unwrap();
         assert_eq!(stats, SolveStats { pivots: 3, factorisations: 2, fallback: false, residual: 0.0 });
         let mut total = solver.counters();
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn without_a_solution_the_failure_names_the_best_residual() {
-        let mut solver = Checked::new(Box::new(Stubborn(Some(0.0))), Some(Lemke::new(1)), 1e-9);
+        let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(Some(0.0)))), Some(Lemke::new(1)), 1e-9);
         let impossible = Lcp { m: &[0.0], q: &[-4.0] };
         assert_eq!(solver.solve(impossible, &mut [0.0]), Err(Failure::SolverFailed { residual: 1.0 }));
         assert_eq!(solver.counters().failures, 1);

@@ -8,6 +8,10 @@
 //! interior point leaves `z_i w_i ≈ μ > 0` everywhere, so where a contact is degenerate (`z_i = w_i = 0`) the answer is
 //! only good to `√μ`. That is why the accepted residual is larger than for the pivoting solvers.
 //!
+//! The solver object, with its symbolic factorisation, is kept as long as `n` stays the same, and only the numbers are
+//! replaced. Clarabel's own scaling of the data, which would remember those of the first problem, is switched off; ours
+//! takes its place. An interior point has no use for the answer to the last problem.
+//!
 //! # Source
 //! Goulart, Chen, *Clarabel: an interior-point solver for conic programs with quadratic objectives* (2024).
 
@@ -20,16 +24,75 @@ use crate::error::Failure;
 /// Gap and feasibility asked of Clarabel, on the scaled program.
 const TOLERANCE: f64 = 1e-12;
 
+/// What both forms ask of Clarabel.
+pub(super) fn settings() -> DefaultSettings<f64> {
+    DefaultSettings {
+        verbose: false,
+        tol_gap_abs: TOLERANCE,
+        tol_gap_rel: TOLERANCE,
+        tol_feas: TOLERANCE,
+        // Both would stand in the way of replacing the data.
+        presolve_enable: false,
+        equilibrate_enable: false,
+        ..DefaultSettings::default()
+    }
+}
+
+/// True if the point Clarabel ended at is worth a look; short of the tolerance it may still do, and the residual decides.
+pub(super) fn has_answer(status: SolverStatus) -> bool {
+    matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress)
+}
+
+/// `1/√M_ii` (1 where there is none) and the largest `|q_i|/√M_ii`: what takes a problem to unit diagonal and unit `q`.
+pub(super) fn scaling(lcp: Lcp<'_>) -> (Vec<f64>, f64) {
+    let n = lcp.size();
+    let inverse_root = |m_ii: f64| if m_ii > 0.0 { 1.0 / m_ii.sqrt() } else { 1.0 };
+    let scale: Vec<f64> = (0..n).map(|i| inverse_root(lcp.m[i * n + i])).collect();
+    let q_max = scale.iter().zip(lcp.q).fold(f64::MIN_POSITIVE, |max, (s, q)| max.max((s * q).abs()));
+    (scale, q_max)
+}
+
 /// Interior-point solver. See the module for the program and its accuracy.
 ///
 /// Guaranteed for symmetric positive semidefinite `M` when a solution exists. Allocates at every problem.
-#[derive(Debug, Clone, Default)]
-pub struct Clarabel {}
+#[derive(Default)]
+pub struct Clarabel {
+    /// For problems of the last size.
+    kept: Option<(usize, DefaultSolver<f64>)>,
+}
 
 impl Clarabel {
-    /// Builds the solver; it keeps nothing between problems.
+    /// Builds the solver.
     pub fn new() -> Self {
-        Clarabel {}
+        Clarabel::default()
+    }
+
+    /// The solver object with the data of a program of size `n`; `None` if Clarabel refuses them.
+    fn with_data(&mut self, n: usize, values: Vec<f64>, q: &[f64]) -> Option<&mut DefaultSolver<f64>> {
+        match self.kept.take_if(|(kept, _)| *kept == n) {
+            Some((_, mut solver)) => {
+                solver.update_P(&values).ok()?;
+                solver.update_q(&q.to_vec()).ok()?;
+                Some(&mut self.kept.insert((n, solver)).1)
+            }
+            None => {
+                // Upper triangle by columns.
+                let starts = (0..=n).map(|j| j * (j + 1) / 2).collect();
+                let rows = (0..n).flat_map(|j| 0..=j).collect();
+                let p = CscMatrix::new(n, n, starts, rows, values);
+                let minus_identity = CscMatrix::new(n, n, (0..=n).collect(), (0..n).collect(), vec![-1.0; n]);
+                let cones = [NonnegativeConeT(n)];
+                let solver = DefaultSolver::new(&p, q, &minus_identity, &vec![0.0; n], &cones, settings()).ok()?;
+                Some(&mut self.kept.insert((n, solver)).1)
+            }
+        }
+    }
+}
+
+/// The copy sets its own object up; the answers do not depend on which object gives them.
+impl Clone for Clarabel {
+    fn clone(&self) -> Self {
+        Clarabel::new()
     }
 }
 
@@ -42,38 +105,16 @@ impl ComplementaritySolver for Clarabel {
         }
         lcp.require_finite_matrix()?;
         let unsolved = Failure::SolverFailed { residual: f64::INFINITY };
-        let scale: Vec<f64> = (0..n)
-            .map(|i| match lcp.m[i * n + i] {
-                m_ii if m_ii > 0.0 => 1.0 / m_ii.sqrt(),
-                _ => 1.0,
-            })
-            .collect();
-        let q_max = scale.iter().zip(lcp.q).fold(f64::MIN_POSITIVE, |max, (s, q)| max.max((s * q).abs()));
+        let (scale, q_max) = scaling(lcp);
         let q: Vec<f64> = scale.iter().zip(lcp.q).map(|(s, q)| s * q / q_max).collect();
-
-        // Upper triangle by columns; M is symmetric, so column j of it is the head of row j.
-        let starts = (0..=n).map(|j| j * (j + 1) / 2).collect();
-        let rows = (0..n).flat_map(|j| 0..=j).collect();
+        // M is symmetric, so column j of its upper triangle is the head of row j.
         let values = (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)));
         let values = values.map(|(i, j)| scale[i] * lcp.m[j * n + i] * scale[j]).collect();
-        let p = CscMatrix::new(n, n, starts, rows, values);
-        let minus_identity = CscMatrix::new(n, n, (0..=n).collect(), (0..n).collect(), vec![-1.0; n]);
-        let settings = DefaultSettings {
-            verbose: false,
-            tol_gap_abs: TOLERANCE,
-            tol_gap_rel: TOLERANCE,
-            tol_feas: TOLERANCE,
-            ..DefaultSettings::default()
-        };
-        let cones = [NonnegativeConeT(n)];
-        let mut solver =
-            DefaultSolver::new(&p, &q, &minus_identity, &vec![0.0; n], &cones, settings).map_err(|_| unsolved)?;
+        let solver = self.with_data(n, values, &q).ok_or(unsolved)?;
         solver.solve();
         let stats = SolveStats { pivots: solver.solution.iterations, ..SolveStats::default() };
-        // Short of the tolerance the point may still do; the residual decides.
-        match solver.solution.status {
-            SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress => {}
-            _ => return Err(unsolved),
+        if !has_answer(solver.solution.status) {
+            return Err(unsolved);
         }
         for ((z, s), x) in z.iter_mut().zip(&scale).zip(&solver.solution.x) {
             *z = (s * q_max * x).max(0.0);

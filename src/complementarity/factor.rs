@@ -102,6 +102,30 @@ impl Factor {
         }
     }
 
+    /// [`Factor::solve`] for fewer than eight indices of at most `N`, with the same digits.
+    ///
+    /// `x` has zeros behind the right-hand side, and keeps them.
+    #[inline(always)]
+    pub(super) fn solve_few<const N: usize>(&self, x: &mut [f64; N]) {
+        let (rows, _) = self.l.as_chunks::<N>();
+        let len = self.len.min(N).min(rows.len());
+        debug_assert!(self.stride == N && self.len < 8 && len == self.len);
+        for k in 1..len {
+            let mut known = 0.0;
+            for i in 0..k {
+                known += rows[k][i] * x[i];
+            }
+            x[k] -= known;
+        }
+        for k in (0..len).rev() {
+            let mut x_k = x[k] * self.d_inverse[k];
+            for i in k + 1..len {
+                x_k -= rows[i][k] * x[i];
+            }
+            x[k] = x_k;
+        }
+    }
+
     /// Replaces `x` by `L⁻ᵀ x`, one row of `L` at a time.
     #[inline]
     fn backward(&self, x: &mut [f64]) {

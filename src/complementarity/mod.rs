@@ -17,21 +17,36 @@
 //! a solver: one file, one line in [`SOLVERS`]; the tests run over the list.
 
 mod active_set;
+mod active_set_cold;
 mod buffer;
 mod checked;
 mod clarabel;
+mod clarabel_velocity;
+mod dantzig;
 mod dot;
 mod enumeration;
 mod factor;
 mod lemke;
+mod lu;
 mod natural_residual;
+mod newton_fischer_burmeister;
+mod newton_minimum_map;
+mod projected_sor;
+mod solver;
 
 pub use active_set::ActiveSet;
+pub use active_set_cold::ActiveSetCold;
 pub use checked::{Checked, SolverCounters};
 pub use clarabel::Clarabel;
+pub use clarabel_velocity::ClarabelVelocity;
+pub use dantzig::Dantzig;
 pub use enumeration::{ENUMERATION_LIMIT, Enumeration};
 pub use lemke::Lemke;
 pub use natural_residual::natural_residual;
+pub use newton_fischer_burmeister::NewtonFischerBurmeister;
+pub use newton_minimum_map::NewtonMinimumMap;
+pub use projected_sor::{ProjectedSor, Sweeps};
+pub use solver::Solver;
 
 use crate::error::{Error, Failure, find_by_name};
 
@@ -147,7 +162,7 @@ pub struct SolverEntry {
     /// True if a rejected problem is given to `lemke`.
     pub fallback: bool,
     /// Builds the bare solver with room for problems up to the given `n`.
-    pub build: fn(capacity: usize) -> Box<dyn ComplementaritySolver>,
+    pub build: fn(capacity: usize) -> Solver,
 }
 
 impl SolverEntry {
@@ -158,6 +173,12 @@ impl SolverEntry {
     }
 }
 
+/// Sweeps of the relaxation methods where their number is fixed, and where it is bounded.
+const FIXED_SWEEPS: u32 = 50;
+const MOST_SWEEPS: u32 = 10_000;
+/// Relaxation factor: half way between Gauss–Seidel and the end of convergence. Not tuned.
+const RELAXATION: f64 = 1.5;
+
 /// Every solver, the default first.
 pub const SOLVERS: &[SolverEntry] = &[
     SolverEntry {
@@ -166,7 +187,7 @@ pub const SOLVERS: &[SolverEntry] = &[
         guaranteed: "symmetric positive semidefinite, feasible",
         tolerance: 1e-9,
         fallback: true,
-        build: |capacity| Box::new(ActiveSet::new(capacity)),
+        build: |capacity| Solver::ActiveSet(Box::new(ActiveSet::new(capacity))),
     },
     SolverEntry {
         name: "lemke",
@@ -174,7 +195,73 @@ pub const SOLVERS: &[SolverEntry] = &[
         guaranteed: "positive semidefinite, feasible",
         tolerance: 1e-9,
         fallback: false,
-        build: |capacity| Box::new(Lemke::new(capacity)),
+        build: |capacity| Solver::other(Lemke::new(capacity)),
+    },
+    SolverEntry {
+        name: "active-set-cold",
+        about: "active-set from no contact at every problem: what the warm start is worth is the difference",
+        guaranteed: "symmetric positive semidefinite, feasible",
+        tolerance: 1e-9,
+        fallback: true,
+        build: |capacity| Solver::other(ActiveSetCold::new(capacity)),
+    },
+    SolverEntry {
+        name: "dantzig",
+        about: "principal pivoting of Dantzig and Cottle, one contact after the other; no warm start",
+        guaranteed: "symmetric positive definite; semidefinite and feasible in exact arithmetic unless degenerate pivots cycle",
+        tolerance: 1e-9,
+        fallback: true,
+        build: |capacity| Solver::other(Dantzig::new(capacity)),
+    },
+    SolverEntry {
+        name: "pgs",
+        about: "projected Gauss–Seidel from the last impulses, to a residual of 1e-10 or 10000 sweeps",
+        guaranteed: "symmetric positive semidefinite with positive diagonal, feasible; as fast as it is well-conditioned",
+        tolerance: 1e-9,
+        fallback: true,
+        build: |capacity| Solver::other(ProjectedSor::new(capacity, 1.0, Sweeps::UntilSolved { most: MOST_SWEEPS })),
+    },
+    SolverEntry {
+        name: "pgs-50",
+        about: "projected Gauss–Seidel from the last impulses, 50 sweeps whatever comes out, as in real-time engines",
+        guaranteed: "none: a fixed number of sweeps is an approximation",
+        tolerance: 1e-9,
+        fallback: true,
+        build: |capacity| Solver::other(ProjectedSor::new(capacity, 1.0, Sweeps::Fixed(FIXED_SWEEPS))),
+    },
+    SolverEntry {
+        name: "psor",
+        about: "projected over-relaxation (factor 1.5) from the last impulses, to a residual of 1e-10 or 10000 sweeps",
+        guaranteed: "symmetric positive semidefinite with positive diagonal, feasible; as fast as it is well-conditioned",
+        tolerance: 1e-9,
+        fallback: true,
+        build: |capacity| {
+            Solver::other(ProjectedSor::new(capacity, RELAXATION, Sweeps::UntilSolved { most: MOST_SWEEPS }))
+        },
+    },
+    SolverEntry {
+        name: "psor-50",
+        about: "projected over-relaxation (factor 1.5) from the last impulses, 50 sweeps whatever comes out",
+        guaranteed: "none: a fixed number of sweeps is an approximation",
+        tolerance: 1e-9,
+        fallback: true,
+        build: |capacity| Solver::other(ProjectedSor::new(capacity, RELAXATION, Sweeps::Fixed(FIXED_SWEEPS))),
+    },
+    SolverEntry {
+        name: "newton-minimum-map",
+        about: "damped semismooth Newton on min(M_ii z, w) from the last impulses",
+        guaranteed: "none globally; local at nondegenerate solutions with regular M_AA",
+        tolerance: 1e-9,
+        fallback: true,
+        build: |capacity| Solver::other(NewtonMinimumMap::new(capacity)),
+    },
+    SolverEntry {
+        name: "newton-fischer-burmeister",
+        about: "semismooth Newton on the Fischer–Burmeister function with line search, from the last impulses",
+        guaranteed: "symmetric positive definite",
+        tolerance: 1e-9,
+        fallback: true,
+        build: |capacity| Solver::other(NewtonFischerBurmeister::new(capacity)),
     },
     SolverEntry {
         name: "clarabel",
@@ -182,7 +269,15 @@ pub const SOLVERS: &[SolverEntry] = &[
         guaranteed: "symmetric positive semidefinite, feasible; degenerate contacts to the square root of the gap",
         tolerance: 1e-7,
         fallback: true,
-        build: |_| Box::new(Clarabel::new()),
+        build: |_| Solver::other(Clarabel::new()),
+    },
+    SolverEntry {
+        name: "clarabel-velocity",
+        about: "interior point on the velocity form (least constraint), unpolished; allocates at every problem",
+        guaranteed: "symmetric positive semidefinite, feasible; degenerate contacts to the square root of the gap",
+        tolerance: 1e-7,
+        fallback: true,
+        build: |_| Solver::other(ClarabelVelocity::new()),
     },
     SolverEntry {
         name: "enumeration",
@@ -190,7 +285,7 @@ pub const SOLVERS: &[SolverEntry] = &[
         guaranteed: "symmetric positive semidefinite, feasible, n ≤ 12",
         tolerance: 1e-9,
         fallback: false,
-        build: |_| Box::new(Enumeration::new()),
+        build: |_| Solver::other(Enumeration::new()),
     },
 ];
 

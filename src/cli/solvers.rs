@@ -1,0 +1,199 @@
+//! `rimbench solvers`: give the corpus to every solver and compare.
+
+use super::corpus::CORPUS;
+use super::{Format, json_number, print, table};
+use clap::Args;
+use rimbench::atomic_file::{check_writable_folder, write_atomically};
+use rimbench::complementarity::{SOLVERS, SolverEntry, solver_by_name};
+use rimbench::corpus::{Corpus, Replay, Solve, Start, performance_profile, replay};
+use rimbench::error::{Error, Result};
+use serde_json::{Map, Value};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `solvers`.
+#[derive(Debug, Args)]
+pub struct Solvers {
+    /// The corpus of contact problems (see `rimbench corpus`)
+    #[arg(long, value_name = "FILE", default_value = CORPUS)]
+    corpus: PathBuf,
+    /// Only these solvers (see `rimbench list solvers`); may be repeated
+    #[arg(long, value_name = "NAME")]
+    solver: Vec<String>,
+    /// Only problems whose source begins so, for example `wedge-box rim-nonsmooth`
+    #[arg(long, value_name = "TEXT")]
+    source: Option<String>,
+    /// Write work.csv (the same everywhere), time.csv and profile.csv (of this machine) to a folder
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+}
+
+/// Factors of the performance profile.
+const FACTORS: [f64; 10] = [1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 30.0, 100.0, 1000.0, f64::INFINITY];
+
+/// Sizes that results are grouped by, upper ends.
+const SIZES: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, usize::MAX];
+
+/// A row: key and value, in the order of the columns.
+type Row = Vec<(&'static str, Value)>;
+
+impl Solvers {
+    pub(super) fn run(self) -> anyhow::Result<()> {
+        let chosen = self.chosen()?;
+        if let Some(folder) = &self.out {
+            check_writable_folder(folder)?;
+        }
+        let mut corpus = Corpus::read(&self.corpus)?;
+        if let Some(source) = &self.source {
+            corpus = corpus.of_source(source);
+            if corpus.is_empty() {
+                let expected = "the beginning of a source in the corpus, for example the name of a case";
+                return Err(Error::invalid("--source", source, expected).into());
+            }
+        }
+        let mut replays = Vec::new();
+        for solver in chosen {
+            eprintln!("{}", solver.name);
+            replays.extend([Start::Warm, Start::Cold].map(|start| replay(&corpus, solver, start)));
+        }
+        let work: Vec<Row> =
+            replays.iter().flat_map(|replay| grouped(replay).map(|(group, s)| work(group, &s))).collect();
+        let time: Vec<Row> =
+            replays.iter().flat_map(|replay| grouped(replay).map(|(group, s)| time(group, &s))).collect();
+        let profile = profile(&replays);
+        if let Some(folder) = &self.out {
+            for (name, rows) in [("work.csv", &work), ("time.csv", &time), ("profile.csv", &profile)] {
+                write_csv(&folder.join(name), rows)?;
+            }
+        }
+        let overall: Vec<Row> = replays.iter().map(overall).collect();
+        match self.format {
+            Format::Json => {
+                let parts = [("overall", &overall), ("work", &work), ("time", &time), ("profile", &profile)];
+                let object = parts.map(|(name, rows)| (name.to_owned(), json(rows))).into_iter();
+                print(&serde_json::to_string_pretty(&Value::Object(object.collect()))?)
+            }
+            Format::Table => {
+                print(&text(&overall))?;
+                print("\nFraction of problems solved within a factor of the fastest, warm:")?;
+                print(&text(&profile))
+            }
+        }
+    }
+
+    fn chosen(&self) -> Result<Vec<&'static SolverEntry>> {
+        if self.solver.is_empty() {
+            return Ok(SOLVERS.iter().collect());
+        }
+        self.solver.iter().map(|name| solver_by_name(name)).collect()
+    }
+}
+
+/// A replay and an upper end of sizes; the first are the columns that say so.
+fn grouped(replay: &Replay) -> impl Iterator<Item = (Row, Vec<Solve>)> {
+    let ends = SIZES.iter().scan(0, |from, &end| {
+        let group = (*from + 1, end);
+        *from = end;
+        Some(group)
+    });
+    ends.filter_map(move |(from, end)| {
+        let solves: Vec<Solve> = replay.solves.iter().filter(|s| (from..=end).contains(&s.n)).copied().collect();
+        let largest = solves.iter().map(|solve| solve.n).max()?;
+        let mut row = named(replay);
+        row.extend([("n_from", from.into()), ("n_to", largest.into()), ("problems", solves.len().into())]);
+        Some((row, solves))
+    })
+}
+
+fn named(replay: &Replay) -> Row {
+    let start = if replay.start == Start::Warm { "warm" } else { "cold" };
+    vec![("solver", replay.solver.name.into()), ("start", start.into())]
+}
+
+/// What does not depend on the machine.
+fn work(mut row: Row, solves: &[Solve]) -> Row {
+    let total = |count: fn(&Solve) -> u32| solves.iter().map(|solve| u64::from(count(solve))).sum::<u64>();
+    let most = solves.iter().map(|solve| solve.stats.pivots).max().unwrap_or(0);
+    let solved = solves.iter().filter(|solve| solve.solved);
+    let refused = solves.iter().filter(|solve| solve.refused).count();
+    let worst = solved.clone().map(|solve| solve.stats.residual).fold(f64::NAN, f64::max);
+    row.extend([
+        ("refused", refused.into()),
+        ("failures", (solves.len() - refused - solved.count()).into()),
+        ("pivots", total(|solve| solve.stats.pivots).into()),
+        ("most_pivots", most.into()),
+        ("factorisations", total(|solve| solve.stats.factorisations).into()),
+        ("worst_accepted_residual", json_number(worst)),
+    ]);
+    row
+}
+
+/// What does.
+fn time(mut row: Row, solves: &[Solve]) -> Row {
+    let mut times: Vec<f64> = solves.iter().filter(|solve| solve.solved).map(|solve| solve.time_ns).collect();
+    times.sort_unstable_by(f64::total_cmp);
+    let quantile = |fraction: f64| {
+        let index = (fraction * times.len() as f64).ceil() as usize;
+        times.get(index.saturating_sub(1).min(times.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
+    };
+    for (name, fraction) in [("median_ns", 0.5), ("p99_ns", 0.99), ("max_ns", 1.0)] {
+        row.push((name, json_number(quantile(fraction).round())));
+    }
+    row
+}
+
+/// One line for the reader.
+fn overall(replay: &Replay) -> Row {
+    let with_work = work(named(replay), &replay.solves);
+    let mut row = time(with_work, &replay.solves);
+    row.push(("mean_ns", json_number((10.0 * replay.mean_ns).round() / 10.0)));
+    row
+}
+
+/// The performance profile of the warm replays.
+fn profile(replays: &[Replay]) -> Vec<Row> {
+    let warm: Vec<&Replay> = replays.iter().filter(|replay| replay.start == Start::Warm).collect();
+    // Faster than the clock can tell is one nanosecond.
+    let time = |solve: &Solve| solve.solved.then_some(solve.time_ns.max(1.0));
+    let times: Vec<Vec<Option<f64>>> = warm.iter().map(|replay| replay.solves.iter().map(time).collect()).collect();
+    let rows = FACTORS.iter().zip(performance_profile(&times, &FACTORS));
+    rows.map(|(&factor, fractions)| {
+        let columns = warm
+            .iter()
+            .zip(fractions)
+            .map(|(replay, fraction)| (replay.solver.name, json_number((1e4 * fraction).round() / 1e4)));
+        std::iter::once(("factor", json_number(factor))).chain(columns).collect()
+    })
+    .collect()
+}
+
+fn json(rows: &[Row]) -> Value {
+    let object = |row: &Row| row.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect::<Map<_, _>>();
+    rows.iter().map(|row| Value::Object(object(row))).collect()
+}
+
+fn cell(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+fn text(rows: &[Row]) -> String {
+    let header: Vec<&str> = rows.first().map(|row| row.iter().map(|(key, _)| *key).collect()).unwrap_or_default();
+    let mut table = table(&header);
+    table.add_rows(rows.iter().map(|row| row.iter().map(|(_, value)| cell(value))));
+    table.to_string()
+}
+
+fn write_csv(path: &Path, rows: &[Row]) -> Result<()> {
+    write_atomically(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        if let Some(first) = rows.first() {
+            writer.write_record(first.iter().map(|(key, _)| key))?;
+        }
+        for row in rows {
+            writer.write_record(row.iter().map(|(_, value)| cell(value)))?;
+        }
+        writer.flush()
+    })
+}

@@ -1,0 +1,159 @@
+//! The bare solvers, without the fallback: what each is guaranteed to solve it must solve, and where it is known to fail it
+//! must be seen to fail, by the natural residual and not by its own word.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rimbench::complementarity::{ComplementaritySolver, Lcp, SOLVERS, SolveStats, natural_residual, solver_by_name};
+
+/// `M = Bᵀ B + shift`, `B` rank×n, and a `q` that makes the problem solvable.
+fn random(rng: &mut Pcg64, n: usize, rank: usize, shift: f64) -> (Vec<f64>, Vec<f64>) {
+    let mut draw = |len: usize| (0..len).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f64>>();
+    let (b, c, slack) = (draw(rank * n), draw(rank), draw(n));
+    let inner = |i: usize, j: usize| (0..rank).map(|r| b[r * n + i] * b[r * n + j]).sum::<f64>();
+    let m = (0..n * n).map(|k| inner(k / n, k % n) + if k % (n + 1) == 0 { shift } else { 0.0 }).collect();
+    let q = (0..n).map(|i| (0..rank).map(|r| b[r * n + i] * c[r]).sum::<f64>() + slack[i].max(0.0)).collect();
+    (m, q)
+}
+
+/// A row of `n` contacts, each sharing a body with its neighbours: `tridiag(−1, 2, −1)`.
+fn row_of_discs(n: usize) -> Vec<f64> {
+    let coupling = |i: usize, j: usize| [2.0, -1.0, 0.0][i.abs_diff(j).min(2)];
+    (0..n * n).map(|k| coupling(k / n, k % n)).collect()
+}
+
+/// The stats with the residual recomputed, infinite if the solver gave up; and whether it is within its tolerance.
+fn attempt(name: &str, m: &[f64], q: &[f64]) -> (SolveStats, bool) {
+    let entry = solver_by_name(name).unwrap();
+    let lcp = Lcp { m, q };
+    let mut z = vec![f64::NAN; q.len()];
+    let mut stats = match (entry.build)(q.len()).attempt(lcp, &mut z) {
+        Ok(stats) => stats,
+        Err(_) => SolveStats { residual: f64::INFINITY, ..SolveStats::default() },
+    };
+    if stats.residual == 0.0 {
+        stats.residual = natural_residual(lcp, &z);
+    }
+    (stats, stats.residual <= entry.tolerance)
+}
+
+/// How many of 300 problems each solver solves: `[solver][regular, redundant]`.
+fn solved_of_300() -> Vec<(&'static str, [usize; 2])> {
+    let mut rng = Pcg64::seed_from_u64(61);
+    let mut solved: Vec<_> = SOLVERS.iter().map(|entry| (entry.name, [0; 2])).collect();
+    for k in 0..300 {
+        let n = 2 + k % 7;
+        // At least a tenth of the diagonal is added, so that condition numbers stay below some hundred.
+        let problems = [random(&mut rng, n, n, 0.3), random(&mut rng, n, n.div_ceil(2), 0.0)];
+        for (kind, (m, q)) in problems.iter().enumerate() {
+            for (name, counts) in &mut solved {
+                counts[kind] += usize::from(attempt(name, m, q).1);
+            }
+        }
+    }
+    solved
+}
+
+#[test]
+fn each_solver_keeps_what_its_class_promises_and_newton_fails_on_redundant_contacts() {
+    let solved = solved_of_300();
+    println!("regular, redundant: {solved:?}");
+    for (name, [regular, redundant]) in solved {
+        match name {
+            // Guaranteed for every semidefinite problem with a solution.
+            "active-set" | "active-set-cold" | "lemke" | "enumeration" => {
+                assert_eq!((regular, redundant), (300, 300), "{name}")
+            }
+            // Guaranteed for definite matrices. With redundant contacts rounding lets a dependent contact seem to move.
+            "dantzig" => assert!(regular == 300 && (270..300).contains(&redundant), "{name}: {regular}, {redundant}"),
+            // Convergent for both, and well-conditioned where regular.
+            "pgs" | "psor" => assert!(regular == 300 && redundant > 200, "{name}: {regular}, {redundant}"),
+            "newton-fischer-burmeister" => assert_eq!(regular, 300, "{name}"),
+            // No guarantee: M_AA is singular as soon as more contacts are in A than the rank. Five of six get by.
+            "newton-minimum-map" => assert!(redundant < 300, "{name}: {regular}, {redundant}"),
+            // A residual of 1e-7 is within reach unless a contact is degenerate.
+            "clarabel" | "clarabel-velocity" => {
+                assert!(regular > 250 && redundant > 200, "{name}: {regular}, {redundant}")
+            }
+            // No guarantee.
+            "pgs-50" | "psor-50" => assert!(redundant < 300, "{name}: {redundant}"),
+            _ => panic!("say here what `{name}` promises"),
+        }
+    }
+}
+
+/// The convergence factor of Gauss–Seidel on a row of n is cos²(π/(n+1)): 0.991 for 32, 0.9977 for 64. To 1e-10 that is
+/// some 2500 and 9900 sweeps; fifty are nowhere near.
+#[test]
+fn fifty_sweeps_are_no_solution_of_a_long_row() {
+    for n in [32, 64] {
+        let (m, q) = (row_of_discs(n), vec![-1.0; n]);
+        for name in ["pgs-50", "psor-50"] {
+            let (stats, solved) = attempt(name, &m, &q);
+            assert!(!solved && stats.residual > 1e-4, "{name} n = {n}: {stats:?}");
+        }
+    }
+    let (m, q) = (row_of_discs(32), vec![-1.0; 32]);
+    let ([gauss_seidel, solved], [relaxed, relaxed_solved]) = (sweeps_of("pgs", &m, &q), sweeps_of("psor", &m, &q));
+    assert!(solved == 1 && relaxed_solved == 1, "both get there in the end");
+    assert!(2 * relaxed < gauss_seidel, "{relaxed} against {gauss_seidel} sweeps");
+}
+
+fn sweeps_of(name: &str, m: &[f64], q: &[f64]) -> [u32; 2] {
+    let (stats, solved) = attempt(name, m, q);
+    [stats.pivots, u32::from(solved)]
+}
+
+/// A body of 1 kg on the ground under one of a million: M = [1, −1; −1, 1 + 1e-6], factor 1/(1 + 1e-6) per sweep, so
+/// that ten thousand sweeps gain one per cent. Pivoting does not notice.
+#[test]
+fn relaxation_fails_under_a_heavy_body_and_pivoting_does_not() {
+    let (m, q) = ([1.0, -1.0, -1.0, 1.0 + 1e-6], [-0.5, -1.0]);
+    for name in ["pgs", "pgs-50", "psor", "psor-50"] {
+        assert!(!attempt(name, &m, &q).1, "{name}");
+    }
+    for name in ["active-set", "lemke", "dantzig", "enumeration", "newton-minimum-map"] {
+        assert!(attempt(name, &m, &q).1, "{name}");
+    }
+}
+
+/// Two contact points at the same place: Newton's M_AA is singular at the first iteration, the others share the impulse.
+#[test]
+fn newton_on_the_minimum_map_has_no_answer_for_coincident_contacts() {
+    let (m, q) = ([1.0; 4], [-1.0; 2]);
+    for entry in SOLVERS {
+        assert_eq!(attempt(entry.name, &m, &q).1, entry.name != "newton-minimum-map", "{}", entry.name);
+    }
+}
+
+#[test]
+fn a_problem_without_a_solution_is_never_passed_off_as_solved() {
+    let cases: [(&[f64], &[f64]); 3] = [
+        (&[1.0, -1.0, -1.0, 1.0], &[-1.0, 0.0]),
+        (&[0.0], &[-1.0]),
+        (&[2.0, 0.0, 0.0, 0.0, 3.0, -3.0, 0.0, -3.0, 3.0], &[-1.0, -2.0, 1.0]),
+    ];
+    for (m, q) in cases {
+        for entry in SOLVERS {
+            let (stats, solved) = attempt(entry.name, m, q);
+            assert!(!solved && stats.residual > 0.1, "{} {stats:?}", entry.name);
+        }
+    }
+}
+
+/// Iterative solvers that start from the last impulses must need less the second time, and the same when reset.
+#[test]
+fn warm_starts_save_iterations_and_reset_forgets() {
+    let (m, q) = (row_of_discs(12), vec![-1.0; 12]);
+    for name in ["active-set", "pgs", "psor", "newton-minimum-map", "newton-fischer-burmeister"] {
+        let mut solver = (solver_by_name(name).unwrap().build)(12);
+        let mut z = vec![0.0; 12];
+        let mut pivots = || {
+            let lcp = Lcp { m: &m, q: &q };
+            solver.attempt(lcp, &mut z).unwrap().pivots
+        };
+        let (first, second) = (pivots(), pivots());
+        assert!(second < first, "{name}: {first}, then {second}");
+        solver.reset();
+        assert_eq!(solver.attempt(Lcp { m: &m, q: &q }, &mut z).unwrap().pivots, first, "{name}");
+    }
+}
