@@ -26,6 +26,7 @@ mod confirm;
 
 use super::buffer::Buffer;
 use super::factor::Factor;
+use super::sparse_rows::SparseRows;
 use super::{ComplementaritySolver, Lcp, SolveStats};
 use crate::error::Failure;
 
@@ -56,6 +57,11 @@ pub struct ActiveSet {
     factor: Factor,
     /// The matrix the factor belongs to.
     factored: Buffer<f64, 64>,
+    /// True if that is also the matrix of the last problem, of which sometimes only `q` is looked at.
+    seen: bool,
+    /// The same matrix without its zeros, read once it comes again.
+    rows: SparseRows,
+    rows_read: bool,
     /// Updates of the factor since it was computed; `None` if there is none to reuse.
     age: Option<u32>,
     z_a: Buffer<f64, 8>,
@@ -81,6 +87,9 @@ impl ActiveSet {
             inside: Buffer::new(capacity),
             factor: Factor::new(capacity),
             factored: Buffer::new(capacity * capacity),
+            seen: false,
+            rows: SparseRows::new(capacity),
+            rows_read: false,
             age: None,
             z_a: Buffer::new(capacity),
             p: Buffer::new(capacity),
@@ -99,6 +108,7 @@ impl ActiveSet {
         self.set.grow(n);
         self.inside.grow(n);
         self.factored.grow(n * n);
+        self.rows.reserve(n);
         self.z_a.grow(n);
         self.p.grow(n);
         self.w.grow(n);
@@ -109,14 +119,18 @@ impl ActiveSet {
     /// Factorises `M_AA` for the active set at hand, leaving out members that became dependent; false if the factor
     /// at hand is still that of `M`.
     #[inline]
-    fn factorise(&mut self, m: &[f64]) -> bool {
+    fn factorise(&mut self, m: &[f64], again: bool) -> bool {
         let factored = &mut self.factored[..m.len()];
-        // Without an early exit, so that whole vectors are compared.
-        let same = factored.iter().zip(m).fold(true, |same, (old, new)| same & (old == new));
+        let same = again && self.seen || same_entries(factored, m);
+        debug_assert!(!same || same_entries(factored, m), "the matrix is said to be that of the problem before");
+        self.seen = true;
         if same && self.age.is_some_and(|age| age < REFRESH) {
             return false;
         }
-        factored.copy_from_slice(m);
+        if !same {
+            factored.copy_from_slice(m);
+            self.rows_read = false;
+        }
         self.factor.clear(self.n);
         let mut kept = 0;
         for position in 0..self.len {
@@ -179,6 +193,12 @@ impl ActiveSet {
         let w = &mut self.w[..n];
         w.copy_from_slice(lcp.q);
         for (&z, &a) in self.z_a[..self.len].iter().zip(&self.set[..]) {
+            if self.rows_read && self.rows.holds() {
+                for (j, m) in self.rows.row(a) {
+                    w[j] += m * z;
+                }
+                continue;
+            }
             for (w, m) in w.iter_mut().zip(&lcp.m[a * n..(a + 1) * n]) {
                 *w += m * z;
             }
@@ -282,12 +302,12 @@ impl ActiveSet {
         self.reset();
         Failure::SolverFailed { residual: f64::INFINITY }
     }
-}
 
-impl ComplementaritySolver for ActiveSet {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    #[inline(always)]
+    fn solve_from_last_set(&mut self, lcp: Lcp<'_>, z: &mut [f64], again: bool) -> Result<SolveStats, Failure> {
         let n = lcp.size();
         if lcp.is_solved_by_zero()? {
+            self.seen &= again;
             // Not `fill`: the library call it becomes costs 20 ns here, half of this path.
             z.iter_mut().zip(lcp.q).for_each(|(z, q)| *z = 0.0 * q);
             return Ok(SolveStats::default());
@@ -295,11 +315,32 @@ impl ComplementaritySolver for ActiveSet {
         if n != self.n {
             self.resize(n);
         }
-        let stats = SolveStats { factorisations: u32::from(self.factorise(lcp.m)), ..SolveStats::default() };
+        let stats = SolveStats { factorisations: u32::from(self.factorise(lcp.m, again)), ..SolveStats::default() };
         if self.confirm_few(lcp, z) {
             return Ok(stats);
         }
+        if again && !self.rows_read {
+            self.rows.read(lcp.m, n);
+            self.rows_read = true;
+        }
         self.pivot_to_solution(lcp, z, stats)
+    }
+}
+
+/// Blocks of the size of a cache line or more are compared at once, without an exit in between.
+#[inline]
+fn same_entries(a: &[f64], b: &[f64]) -> bool {
+    let same = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(true, |same, (a, b)| same & (a == b));
+    if a.len() <= 64 { same(a, b) } else { a.chunks(64).zip(b.chunks(64)).all(|(a, b)| same(a, b)) }
+}
+
+impl ComplementaritySolver for ActiveSet {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        self.solve_from_last_set(lcp, z, false)
+    }
+
+    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        self.solve_from_last_set(lcp, z, true)
     }
 
     fn reset(&mut self) {
@@ -307,6 +348,7 @@ impl ComplementaritySolver for ActiveSet {
         self.inside.fill(false);
         self.factor.clear(self.n);
         self.age = None;
+        self.seen = false;
     }
 
     fn capacity(&self) -> usize {

@@ -33,6 +33,7 @@ mod newton_fischer_burmeister;
 mod newton_minimum_map;
 mod projected_sor;
 mod solver;
+mod sparse_rows;
 
 pub use active_set::ActiveSet;
 pub use active_set_cold::ActiveSetCold;
@@ -118,6 +119,17 @@ pub trait ComplementaritySolver: Send {
     /// # Panics
     /// If the lengths of `M`, `q` and `z` do not fit.
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure>;
+
+    /// [`attempt`](Self::attempt) of a problem whose `M` is to the last bit that of the call before; only `q` may differ.
+    ///
+    /// The problems of one macro step share their matrix, and with many contacts finding that out takes longer than the
+    /// solution.
+    ///
+    /// # Errors
+    /// As [`attempt`](Self::attempt).
+    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        self.attempt(lcp, z)
+    }
 
     /// Writes a solution to `z` and reports its natural residual, recomputed here and not by the solver.
     ///

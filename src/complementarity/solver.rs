@@ -31,6 +31,14 @@ impl ComplementaritySolver for Solver {
         }
     }
 
+    #[inline]
+    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        match self {
+            Solver::ActiveSet(solver) => solver.attempt_again(lcp, z),
+            Solver::Other(solver) => solver.attempt_again(lcp, z),
+        }
+    }
+
     fn reset(&mut self) {
         match self {
             Solver::ActiveSet(solver) => solver.reset(),

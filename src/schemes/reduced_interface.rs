@@ -55,6 +55,8 @@ pub(super) struct ReducedInterface {
     selection: ContactSelection,
     /// The model as a micro step uses it.
     packed: PackedModel,
+    /// True until the matrix of `packed` has been given to the solver.
+    packed_anew: bool,
     gap_rates: GapRates,
     /// Right-hand side and impulses of the complementarity problem.
     b_u: Vec<f64>,
@@ -97,6 +99,7 @@ impl ReducedInterface {
             active: ActiveContacts::new(0, interface, options.solver),
             selection: ContactSelection::new(0, interface, options.contacts, options.solver),
             packed: PackedModel::new(0, interface),
+            packed_anew: true,
             gap_rates: GapRates::default(),
             b_u: Vec::new(),
             p_u: Vec::new(),
@@ -223,6 +226,7 @@ impl ReducedInterface {
 
     /// Derives from `current` what a micro step needs.
     fn prepare(&mut self) {
+        self.packed_anew = true;
         match self.contacts {
             Contacts::Bilateral | Contacts::BilateralActive => {
                 condense(&self.current, &self.set, self.options.redundancy, &mut self.condensation);
@@ -253,7 +257,9 @@ impl ReducedInterface {
             self.bounce(n);
         }
         let lcp = Lcp { m: self.packed.h_uu(), q: &self.b_u[..n] };
-        self.solver.solve(lcp, &mut self.p_u[..n]).map(|_| ())
+        let anew = std::mem::replace(&mut self.packed_anew, false);
+        let p_u = &mut self.p_u[..n];
+        if anew { self.solver.solve(lcp, p_u) } else { self.solver.attempt_again(lcp, p_u) }.map(|_| ())
     }
 
     /// Replaces the gap law by the impact law `w⁺ + e w⁻ ≥ 0` where a contact closes within the micro step.
