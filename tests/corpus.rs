@@ -57,9 +57,9 @@ fn the_pivoting_solvers_solve_the_whole_corpus() {
 #[test]
 fn redundant_contacts_are_in_the_corpus() {
     let redundant = |m: &[f64], n: usize| {
-        let matrix = nalgebra::DMatrix::from_row_slice(n, n, m);
-        let singular = matrix.singular_values();
-        singular.min() < 1e-12 * singular.max()
+        // No singular values where no contact was closed.
+        let singular = (n > 0).then(|| nalgebra::DMatrix::from_row_slice(n, n, m).singular_values());
+        singular.is_some_and(|singular| singular.min() < 1e-12 * singular.max())
     };
     let corpus = committed();
     let count = corpus.problems().filter(|problem| redundant(&problem.m, problem.q.len())).count();
