@@ -200,6 +200,17 @@ impl Stopped {
         [closed, rank]
     }
 
+    /// Pivots, factorisations and fallbacks to another solver per micro step.
+    fn work(&mut self) -> [f64; 3] {
+        self.receive(MICRO_STEPS);
+        self.inputs(MICRO_STEPS);
+        let before = self.scheme.counters();
+        self.receive(MICRO_STEPS);
+        self.inputs(MICRO_STEPS);
+        let spent = self.scheme.counters().since(&before);
+        [spent.pivots, spent.factorisations, spent.fallbacks].map(|count| count as f64 / MICRO_STEPS as f64)
+    }
+
     /// Medians, s: building the model, taking it, using it for a macro step, the mechanics' step.
     fn measure(&mut self) -> [f64; 4] {
         // The reduction is kept for the step it was made for; a step of another length asks for a new one.
@@ -252,7 +263,9 @@ fn main() {
     println!("and the mechanics' own step (its reduction is the model's); the share of the real-time budget H.");
     for family in families(whole) {
         println!("\n{}", family.case);
-        println!("  bodies contacts closed rank      build       take        use       step  share of H");
+        println!(
+            "  bodies contacts closed rank      build       take        use       step  share of H  pivots factorisations fallbacks per micro step"
+        );
         let mut points: [Vec<(f64, f64)>; 4] = Default::default();
         for size in &family.sizes {
             let mut stopped = Stopped::new(&family, size);
@@ -265,7 +278,9 @@ fn main() {
             }
             let times = stopped.measure();
             times.iter().for_each(|time| print!(" {:10.0}", 1e9 * time));
-            println!(" {:9.3} %", 100.0 * times.iter().sum::<f64>() / H);
+            let [pivots, factorisations, fallbacks] = stopped.work();
+            print!(" {:9.3} %", 100.0 * times.iter().sum::<f64>() / H);
+            println!(" {pivots:7.2} {factorisations:14.2} {fallbacks:9.2}");
             if contacts >= LARGE {
                 points.iter_mut().zip(times).for_each(|(points, time)| points.push((contacts as f64, time)));
             }
