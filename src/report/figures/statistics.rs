@@ -86,7 +86,7 @@ impl Runs {
             let column = self.table.column(name)?;
             let there: BTreeSet<&str> = rows.iter().map(|&row| self.table.text(row, column)).collect();
             if !there.contains(wanted.as_str()) {
-                return Err(Error::file(self.table.path(), Error::unknown(name, wanted, there.into_iter())));
+                return Err(Error::file(self.table.path(), Error::unknown(name, wanted, there)));
             }
             rows.retain(|&row| self.table.text(row, column) == wanted);
         }
