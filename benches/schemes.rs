@@ -1,7 +1,12 @@
-//! Cost of one `input` call of each signal-based scheme, both ways, for an interface of one row.
+//! Cost of one `input` call of each scheme that is not a ceiling, both ways, for an interface of one row and no contact (what
+//! contacts cost is in `kernels` and `scaling`).
 //!
 //! Each is checked once before it is timed: an interface at rest under load must be left at rest. One iteration is a macro step
-//! of 100 calls to the actuator's side and as many to the mechanics'; the time per element is that of one call.
+//! of 100 calls to the actuator's side, or as many to the mechanics'; the time per element is that of one call.
+//!
+//! Measured side by side on a shared machine, ns per call beyond the 7.7 ns of the zero-order hold, to the actuator and to the
+//! mechanics: first-order hold 15 and 13, second-order hold 18 and 18, transmission line 12 and 1, predicted acceleration −1 and
+//! 14; all other signal-based schemes within 2. Model-based: interface Jacobian −2, fixed mass 7, smooth 9, non-smooth 22.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rimbench::complementarity::solver_by_name;
@@ -26,7 +31,8 @@ fn settled(entry: &SchemeEntry) -> Box<dyn CouplingScheme> {
     let options = SchemeOptions { gain, ..SchemeOptions::of(solver) };
     let mut scheme = (entry.build)(&mechanics, &actuator, &options);
     let mut model = ReducedInterfaceModel::zeros(0, 1);
-    model.h[0] = 1.0;
+    // The load is carried: 300 N on 1 kg against the free acceleration.
+    (model.h[0], model.a[0], model.position[0]) = (1.0, -FORCE[0], REST[0]);
     let rates = OutputRates { rate: vec![0.0], feedthrough: vec![0.0, -2.0], rate_gain: vec![0.0, -4.0] };
     let grid = CommunicationGrid::new(1e-3, 1.0, 1.0).unwrap();
     for k in 0..5 {
@@ -66,9 +72,12 @@ fn input(c: &mut Criterion) {
     {
         let mut group = c.benchmark_group(format!("input_{name}"));
         group.throughput(Throughput::Elements(MICRO_STEPS as u64));
-        for entry in SCHEMES.iter().filter(|entry| entry.family == Family::Signal) {
+        for entry in SCHEMES.iter().filter(|entry| entry.family != Family::Ceiling) {
             let mut scheme = settled(entry);
             let found = calls(&mut *scheme, 4, to);
+            // The ablation knows no free acceleration and falls: Σ (j + 1) δ² λ over 100 steps of 10 µs.
+            let sags = entry.name == "rim-fixed-mass" && to == Side::Actuator;
+            let expected = if sags { expected + 300.0 * 1e-10 * 5050.0 } else { expected };
             assert!((found - expected).abs() < 1e-11, "{}: {found} instead of {expected}", entry.name);
             group.bench_function(entry.name, |bencher| bencher.iter(|| calls(black_box(&mut *scheme), 4, to)));
         }
@@ -76,5 +85,10 @@ fn input(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, input);
+criterion_group! {
+    name = benches;
+    // A scheme whose calls all take the same time leaves nothing to plot.
+    config = Criterion::default().without_plots();
+    targets = input
+}
 criterion_main!(benches);

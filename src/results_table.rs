@@ -25,6 +25,17 @@ impl ResultsTable {
         Ok(ResultsTable { path: path.to_owned(), header, rows: rows.map_err(wrong)? })
     }
 
+    /// Where it was read from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Some of the rows, in the order asked for.
+    pub fn with_rows(&self, rows: &[usize]) -> Self {
+        let rows = rows.iter().map(|&row| self.rows[row].clone()).collect();
+        ResultsTable { path: self.path.clone(), header: self.header.clone(), rows }
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()

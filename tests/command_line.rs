@@ -195,6 +195,14 @@ fn nonsense_values_are_refused_before_anything_runs() {
         (&["--set", "disc_pin_y_m=-0.1"], "inside the ground"),
         (&["--sequence", "jacobi", "--force-return", "mean"], "needs the actuator's forces"),
         (&["--sequence", "gauss-seidel-mechanics-first"], "the actuator goes first"),
+        (&["--gain", "0.5"], "gain = 0.5: scheme `rim-nonsmooth` has no gain; schemes that have one: "),
+        (
+            &["--scheme", "energy-leak-damper", "--gain", "1.5"],
+            "gain = 1.5 is not valid; valid: a number from 0 to 1 (γ",
+        ),
+        (&["--scheme", "energy-leak-damper", "--gain", "-0.1"], "gain = -0.1"),
+        (&["--scheme", "energy-leak-damper", "--gain", "nan"], "gain = NaN"),
+        (&["--scheme", "energy-leak-damper", "--force-return", "mean"], "force return `held`"),
         (&["--trace", "no-such-folder/trace.csv"], "there is no folder no-such-folder"),
     ] {
         let scheme: &[&str] = if arguments.contains(&"--scheme") { &[] } else { &["--scheme", "rim-nonsmooth"] };
@@ -202,7 +210,9 @@ fn nonsense_values_are_refused_before_anything_runs() {
         assert!(message.contains(wanted), "{arguments:?}: {message}");
     }
     // What clap refuses is refused with the same exit code.
-    for arguments in [&["--macro-step", "fast"] as &[&str], &["--format", "xml"], &["--no-such-flag"]] {
+    for arguments in
+        [&["--macro-step", "fast"] as &[&str], &["--format", "xml"], &["--gain", "much"], &["--no-such-flag"]]
+    {
         simulate(&["--scheme", "rim-nonsmooth"]).args(arguments).assert().code(2);
     }
 }

@@ -371,7 +371,7 @@ fn impossible_machines_are_refused_with_the_numbers() {
         ("gripper", "upper_pad_m", 0.5, "a pad at 0.5 m is beside the box"),
         ("gripper", "cylinder_length_m", 1.3, "cylinder_length_m = 1.3"),
         ("disc-row", "disc_gap_m", -0.01, "would start with a gap of -0.010000 m"),
-        ("disc-row", "discs", 2.5, "discs = 2.5 is not valid; valid: a whole number from 2 to 100"),
+        ("disc-row", "discs", 2.5, "discs = 2.5 is not valid; valid: a whole number from 2 to 256"),
         ("disc-row", "wall_gap_m", 1.0, "must start within 0.13 m of each other"),
         ("disc-pile", "wall_gap_m", -0.01, "would start with a gap of -0.01"),
         ("disc-pile", "layers", 40.0, "a whole number from 1 to 20"),

@@ -12,7 +12,8 @@ use rimbench::report::drawing::{Drawing, Shape};
 use rimbench::report::heatmap::{Cell, Heatmap, Row};
 use rimbench::report::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
 use rimbench::report::render;
-use rimbench::report::style::style_of;
+use rimbench::report::style::{shown_name, style_of};
+use rimbench::schemes::{Family, SCHEMES};
 
 const TOUCH_DOWN_S: f64 = 1.693;
 
@@ -62,6 +63,21 @@ fn a_place_that_cannot_be_written_is_named() {
     std::fs::write(&file, "").expect("a writable folder");
     let error = render::write(&Drawing::new(10.0, 10.0), &file, "figure").expect_err("a file is no folder");
     assert!(matches!(error, Error::File { path, .. } if path.starts_with(&file)));
+}
+
+/// With twenty and more lines in one figure colour alone does not do, and a style computed from a name may collide.
+#[test]
+fn every_listed_scheme_has_a_style_of_its_own_and_ceilings_say_that_they_are_not_real_time() {
+    for (index, scheme) in SCHEMES.iter().enumerate() {
+        let style = style_of(scheme.name);
+        for other in &SCHEMES[..index] {
+            let second = style_of(other.name);
+            assert_ne!(style.color, second.color, "{} and {}", scheme.name, other.name);
+            assert!((style.dash, style.marker) != (second.dash, second.marker), "{}, {}", scheme.name, other.name);
+        }
+        let marked = shown_name(&format!("{}/fine", scheme.name)).ends_with("(not real-time)");
+        assert_eq!(marked, scheme.family == Family::Ceiling, "{}", scheme.name);
+    }
 }
 
 /// Results of a made-up experiment `study/made-up`: two schemes, two macro steps, two phases, two margins.
@@ -246,6 +262,38 @@ fn an_unknown_column_or_parameter_is_named() {
     assert!(reason_of("work").contains("pivots"), "{}", reason_of("work"));
     assert!(reason_of("margin").contains("mass_kg"), "{}", reason_of("margin"));
     assert!(FigureList::read(&list).unwrap().make_all(&place.path().join("nowhere"), None).is_err());
+}
+
+/// A panel may show one case of several; one that is not there is named with those that are.
+#[test]
+fn a_figure_of_one_case_has_only_its_runs() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let list = place.path().join("figures.toml");
+    let one = |set: &str| MADE_UP_FIGURES.replace("hatch_label", &format!("only = {{ set = \"{set}\" }}\nhatch_label"));
+    std::fs::write(&list, one("margin_m=0.1")).unwrap();
+    let runs = place.path().join("study/made-up/runs.csv");
+    // Both phases of rim-smooth at 5 ms stay stable in the set that is shown, and in that only.
+    let kept = |row: &str| {
+        if row.contains("margin_m=0.1,rim-smooth") { row.replace("diverged", "completed") } else { row.into() }
+    };
+    let rows: String = std::fs::read_to_string(&runs).unwrap().lines().map(|row| kept(row) + "\n").collect();
+    std::fs::write(&runs, rows).unwrap();
+    let values = |list: &Path| {
+        let made = FigureList::read(list).unwrap().make_all(place.path(), Some("study")).unwrap();
+        let svg = read(&place.path().join("study/made-up/figures/map.svg"));
+        (made, texts_of(&String::from_utf8(svg).unwrap()))
+    };
+    // The colour bar may say the same.
+    let three_quarters = |list: &Path| values(list).1.get("0.75").copied().unwrap_or_default();
+    let of_one = three_quarters(&list);
+    std::fs::write(&list, MADE_UP_FIGURES).unwrap();
+    assert_eq!(three_quarters(&list), of_one + 1, "three of the four runs of both sets are stable");
+
+    std::fs::write(&list, one("margin_m=0.2")).unwrap();
+    let (made, _) = values(&list);
+    let reason = &made.missing.iter().find(|(missing, _)| missing == "map").expect("not drawn").1;
+    assert!(reason.contains("margin_m=0.2") && reason.contains("margin_m=0.1"), "{reason}");
 }
 
 /// Writes a drawing twice and checks: both files, equal bytes, each label once, nothing outside the page.

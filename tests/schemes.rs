@@ -9,7 +9,7 @@ use rimbench::cosim::{
 use rimbench::harness::{RunResult, RunSpec, simulate};
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::metrics::order_of_convergence;
-use rimbench::schemes::{Family, SCHEMES, SchemeEntry, SchemeOptions};
+use rimbench::schemes::{Family, Gain, SCHEMES, SchemeEntry, SchemeOptions, all_schemes, register};
 use support::*;
 
 /// A case, its parameters and a macro step.
@@ -296,4 +296,24 @@ fn the_energy_leak_damper_takes_out_what_its_ledger_says() {
     assert!(taken > 0.0, "{taken} J");
     // Sent minus received: energy from nowhere is negative.
     assert!(with.abs() < without.abs(), "residual {without} J without, {with} J with the damper, which took {taken} J");
+}
+
+/// What a program may not register, and that a refusal leaves the list as it was.
+#[test]
+fn a_scheme_with_a_bad_or_taken_name_or_an_impossible_gain_is_not_registered() {
+    let plain = SCHEMES.iter().find(|scheme| scheme.name == "zero-order-hold").unwrap();
+    let entry = |name, gain| &*Box::leak(Box::new(SchemeEntry { name, gain, ..*plain }));
+    let gain = |default| Some(Gain { about: "a share", default, range: [0.0, 1.0] });
+    for (name, gain, wanted) in [
+        ("My Scheme", None, "name of the scheme = `My Scheme` is not valid; valid: kebab-case"),
+        ("my--scheme", None, "kebab-case"),
+        ("2nd", None, "kebab-case"),
+        ("rim-smooth", None, "valid: a name that is not taken yet"),
+        ("my-scheme", gain(1.5), "default gain of my-scheme = 1.5 is not valid; valid: a number from 0 to 1"),
+        ("my-scheme", gain(f64::NAN), "default gain of my-scheme = NaN"),
+    ] {
+        let message = register(entry(name, gain)).unwrap_err().to_string();
+        assert!(message.contains(wanted), "{name}: {message}");
+        assert_eq!(all_schemes().len(), SCHEMES.len(), "{name}");
+    }
 }

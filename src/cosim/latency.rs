@@ -33,15 +33,14 @@ impl Latency {
     /// p_q = x_(⌈q n⌉),    x_(1) ≤ … ≤ x_(n)
     /// ```
     pub fn of(mut latencies: Vec<f64>, deadline: f64) -> Option<Self> {
-        latencies.sort_by(f64::total_cmp);
         let n = latencies.len();
-        let rank = |percent: usize| latencies.get((percent * n).div_ceil(100).max(1) - 1).copied();
-        Some(Latency {
-            p50_s: rank(50)?,
-            p99_s: rank(99)?,
-            max_s: rank(100)?,
-            missed_deadlines: latencies.iter().filter(|latency| **latency > deadline).count() as u64,
-        })
+        let missed = latencies.iter().filter(|latency| **latency > deadline).count() as u64;
+        // Three ranks need no sorted list.
+        let mut rank = |percent: usize| {
+            let index = (percent * n).div_ceil(100).max(1) - 1;
+            (index < n).then(|| *latencies.select_nth_unstable_by(index, f64::total_cmp).1)
+        };
+        Some(Latency { p50_s: rank(50)?, p99_s: rank(99)?, max_s: rank(100)?, missed_deadlines: missed })
     }
 }
 

@@ -74,6 +74,13 @@ impl Trajectory {
         self.rows().next_back().map(|row| row[0])
     }
 
+    /// Some of the columns, by position.
+    pub fn selected(&self, columns: &[usize]) -> Trajectory {
+        let names = columns.iter().map(|&column| self.columns[column].clone()).collect();
+        let data = self.rows().flat_map(|row| columns.iter().map(|&column| row[column])).collect();
+        Trajectory { columns: names, data }
+    }
+
     /// All columns at other times, linear between rows, held outside.
     pub fn resampled(&self, times: impl ExactSizeIterator<Item = f64>) -> Trajectory {
         let mut resampled = Trajectory::with_capacity(self.columns.clone(), times.len());

@@ -68,8 +68,8 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Eva
         })
         .collect();
     let gaps: Vec<usize> = gap_columns(result.trajectory.columns()).collect();
-    let aligned = exact_at(spec, &result.trajectory)
-        .unwrap_or_else(|| reference.trajectory.resampled(result.trajectory.column(0)));
+    let aligned =
+        exact_at(spec, &result.trajectory).unwrap_or_else(|| reference.judged.resampled(result.trajectory.column(0)));
     let run_contacts: Vec<_> = gaps.iter().map(|&gap| contact_intervals(&result.trajectory, gap)).collect();
     let evidence = Evidence {
         run: &result.trajectory,

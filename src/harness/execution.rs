@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// What to run, and where to.
@@ -74,7 +75,9 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
     let todo: Vec<usize> =
         (0..planned.len()).filter(|&index| in_shard(index) && !store.contains(&planned[index].id)).collect();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let provenance = Provenance::collect();
+    // Git takes a while to answer, during which the reference is read.
+    let asked = std::thread::spawn(Provenance::collect);
+    let provenance = LazyLock::new(move || asked.join().unwrap_or_else(|_| Provenance::collect()));
     let mut held = None;
     for group in groups_of_one_reference(&planned, &todo) {
         let first = group[0];

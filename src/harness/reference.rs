@@ -33,6 +33,9 @@ pub struct Reference {
     pub order: Vec<f64>,
     /// Largest magnitude of each column.
     pub largest: Vec<f64>,
+    /// What runs are judged by: time, the interface's columns and the gaps, at the same points. A run looks up as many rows as it
+    /// has macro steps, and narrow rows stay in the processor's cache.
+    pub judged: Trajectory,
     /// When each contact is closed, one list per gap column.
     pub contacts: Vec<Vec<ContactInterval>>,
     /// Its finest step, s.
@@ -55,9 +58,8 @@ impl Reference {
             return Self::sample(case, solution(parameters)?, duration);
         }
         let key = content_key(case, parameters, duration);
-        let columns = case.recorded_columns();
         if let Some(data) = cache.read(&key)
-            && let Some(reference) = Self::unpack(columns, data)
+            && let Some(reference) = Self::unpack(case, data)
         {
             return Ok(reference);
         }
@@ -67,9 +69,14 @@ impl Reference {
     }
 
     /// Derives once what every run is held against.
-    fn of(trajectory: Trajectory, uncertainty: Vec<f64>, order: Vec<f64>, step: f64) -> Self {
-        let contacts = gap_columns(trajectory.columns()).map(|gap| contact_intervals(&trajectory, gap)).collect();
-        Reference { largest: largest(&trajectory), contacts, trajectory, uncertainty, order, step }
+    fn of(case: &Case, trajectory: Trajectory, uncertainty: Vec<f64>, order: Vec<f64>, step: f64) -> Self {
+        let names = case.interface_columns.iter().flat_map(|row| [row.position, row.velocity, row.force]);
+        let mut columns = vec![0];
+        columns.extend(names.filter_map(|name| trajectory.index_of(name)));
+        columns.extend(gap_columns(trajectory.columns()));
+        let judged = trajectory.selected(&columns);
+        let contacts = gap_columns(judged.columns()).map(|gap| contact_intervals(&judged, gap)).collect();
+        Reference { largest: largest(&trajectory), judged, contacts, trajectory, uncertainty, order, step }
     }
 
     /// Samples a closed form, which has no uncertainty.
@@ -81,7 +88,7 @@ impl Reference {
             solution(duration * point as f64 / points as f64, trajectory.push_row());
         }
         let count = trajectory.columns().len();
-        Ok(Self::of(trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0))
+        Ok(Self::of(case, trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0))
     }
 
     /// Computes the three solutions and compares them.
@@ -110,7 +117,7 @@ impl Reference {
         }
         let finest = f64::from(REFINEMENTS[REFINEMENTS.len() - 1]);
         let step = case.defaults.reference_step_s / finest;
-        Ok(Self::of(fine, uncertainty, order, step))
+        Ok(Self::of(case, fine, uncertainty, order, step))
     }
 
     /// Bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling variable.
@@ -144,7 +151,8 @@ impl Reference {
         [self.trajectory.data(), &self.uncertainty, &self.order, &[self.step]].concat()
     }
 
-    fn unpack(columns: Vec<String>, mut data: Vec<f64>) -> Option<Self> {
+    fn unpack(case: &Case, mut data: Vec<f64>) -> Option<Self> {
+        let columns = case.recorded_columns();
         let n = columns.len();
         let step = data.pop()?;
         let order = data.split_off(data.len().checked_sub(n)?);
@@ -152,7 +160,7 @@ impl Reference {
         if data.is_empty() || !data.len().is_multiple_of(n) {
             return None;
         }
-        Some(Self::of(Trajectory::from_data(columns, data), uncertainty, order, step))
+        Some(Self::of(case, Trajectory::from_data(columns, data), uncertainty, order, step))
     }
 }
 

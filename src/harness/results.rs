@@ -20,6 +20,7 @@ use crate::cosim::{Latency, Trajectory};
 use crate::error::{Error, Result};
 use crate::metrics::METRICS;
 use crate::schemes::{ContactChoice, SchemeOptions};
+use std::io::Write;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -133,24 +134,27 @@ pub(super) fn record(planned: &PlannedRun, run: &EvaluatedRun, provenance: &Prov
 /// # Errors
 /// [`Error::File`] naming the file.
 pub(super) fn write_tables(folder: &Path, planned: &[PlannedRun], store: &Store) -> Result<()> {
-    type RowOf = fn(Record) -> String;
-    let tables: [(&str, String, RowOf); 3] = [
-        ("runs.csv", row(&RUNS_HEADER), |record| record.run),
-        ("cost.csv", row(&COST_HEADER), |record| record.cost),
-        ("provenance.csv", row(&provenance::HEADER), |record| record.provenance),
-    ];
-    for (name, header, row_of) in tables {
-        write_atomically(&folder.join(name), |file| {
-            writeln!(file, "{header}")?;
-            for PlannedRun { id, .. } in planned {
-                let record = store.read(id).map_err(std::io::Error::other)?;
-                let record = record.ok_or_else(|| std::io::Error::other(format!("record {id} has gone")))?;
-                writeln!(file, "{}", row_of(record))?;
-            }
-            Ok(())
-        })?;
-    }
-    Ok(())
+    // All three at once: reading and checking a record takes longer than writing its rows.
+    let write = |runs: &mut dyn Write, cost: &mut dyn Write, provenance: &mut dyn Write| -> std::io::Result<()> {
+        writeln!(runs, "{}", row(&RUNS_HEADER))?;
+        writeln!(cost, "{}", row(&COST_HEADER))?;
+        writeln!(provenance, "{}", row(&provenance::HEADER))?;
+        for PlannedRun { id, .. } in planned {
+            let record = store.read(id).map_err(std::io::Error::other)?;
+            let record = record.ok_or_else(|| std::io::Error::other(format!("record {id} has gone")))?;
+            writeln!(runs, "{}", record.run)?;
+            writeln!(cost, "{}", record.cost)?;
+            writeln!(provenance, "{}", record.provenance)?;
+        }
+        Ok(())
+    };
+    let [runs, cost, provenance] = ["runs.csv", "cost.csv", "provenance.csv"].map(|name| folder.join(name));
+    write_atomically(&runs, |runs| {
+        let of_machine = write_atomically(&cost, |cost| {
+            write_atomically(&provenance, |provenance| write(runs, cost, provenance)).map_err(std::io::Error::other)
+        });
+        of_machine.map_err(std::io::Error::other)
+    })
 }
 
 /// Writes `parameters.csv`, `reference.csv` and the traces of the references, one reference at a time.

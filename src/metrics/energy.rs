@@ -72,6 +72,13 @@ pub(super) const CONTACT_DISSIPATION: Metric = Metric {
     compute: |evidence| evidence.report.audit.mechanics.map(|account| account.contact),
 };
 
+pub(super) const SCHEME_DISSIPATION: Metric = Metric {
+    name: "scheme_dissipated_j",
+    unit: "J",
+    about: "Energy that the scheme itself took out, where it has a damper; part of the work received, not beside it",
+    compute: |evidence| evidence.report.scheme_dissipated_j,
+};
+
 pub(super) const INTEGRATION_RESIDUAL: Metric = Metric {
     name: "integration_residual_j",
     unit: "J",

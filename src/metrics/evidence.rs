@@ -7,7 +7,7 @@ use crate::cosim::{Report, Trajectory};
 pub struct Evidence<'a> {
     /// The run, one row per communication point.
     pub run: &'a Trajectory,
-    /// The reference at the communication points of the run, with the same columns.
+    /// The reference at the communication points of the run: at least the interface's columns and the gaps.
     pub reference: &'a Trajectory,
     /// When each contact is closed in the run, in the order of `gaps`.
     pub run_contacts: &'a [Vec<ContactInterval>],
@@ -52,8 +52,10 @@ pub struct Metric {
 }
 
 impl Evidence<'_> {
-    /// Pairs (run, reference) of one column at the communication points of the run.
+    /// Pairs (run, reference) of one column of the run at its communication points; none if the reference lacks it.
     pub(super) fn pairs(&self, column: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
-        self.run.column(column).zip(self.reference.column(column))
+        let in_reference = self.reference.index_of(&self.run.columns()[column]);
+        let reference = in_reference.into_iter().flat_map(|column| self.reference.column(column));
+        self.run.column(column).zip(reference)
     }
 }

@@ -9,6 +9,7 @@ mod contact_phase;
 mod energy;
 mod event;
 mod evidence;
+mod pace;
 mod performance_profile;
 
 pub use accuracy::order_of_convergence;
@@ -43,7 +44,9 @@ pub const METRICS: &[Metric] = &[
     energy::TANK_OUTFLOW,
     energy::VISCOUS_DISSIPATION,
     energy::CONTACT_DISSIPATION,
+    energy::SCHEME_DISSIPATION,
     energy::INTEGRATION_RESIDUAL,
     energy::AUDIT_CLOSURE,
     energy::IDENTITY_RESIDUAL,
+    pace::MEAN_MACRO_STEP,
 ];

@@ -4,7 +4,7 @@ use super::history::{History, Row};
 use super::steps::steps;
 use crate::report::chart::{Axis, Figure, Guide, LegendPlace, Mode, Panel, Series};
 use crate::report::drawing::Drawing;
-use crate::report::style::style_of;
+use crate::report::style::{SeriesStyle, style_in_list};
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 640.0;
@@ -28,23 +28,24 @@ pub fn draw_history(history: &History) -> Drawing {
             names.push(&row.benchmark);
         }
     }
-    let x = || Axis::linear("record").range(0.5, records.len() as f64 + 0.5);
+    let x = || Axis::count("record").range(0.5, records.len() as f64 + 0.5);
     let mut counts = Panel::new("(a) instructions", x(), Axis::linear("relative to first record"));
     let mut times = Panel::new("(b) wall time over yardstick", x(), Axis::linear("relative to first record"));
-    for name in names {
+    for (index, name) in names.into_iter().enumerate() {
+        let style = style_in_list(index);
         let of = |value: fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
             let number = |row: &Row| records.iter().position(|record| *record == row.record).map(|at| at as f64 + 1.0);
             let rows = rows.iter().filter(|row| row.benchmark == name);
             rows.filter_map(|row| number(row).zip(value(row))).collect()
         };
         let label = name.replace('/', " ");
-        counts = with_series(counts, &label, &of(|row| row.instructions.map(|count| count as f64)), 0.0);
-        times = with_series(times, &label, &of(|row| row.time_ratio), TIME_FLOOR);
+        counts = with_series(counts, &label, style, &of(|row| row.instructions.map(|count| count as f64)), 0.0);
+        times = with_series(times, &label, style, &of(|row| row.time_ratio), TIME_FLOOR);
     }
     Figure::new(WIDTH, HEIGHT).columns(1).legend(LegendPlace::Right).panel(counts).panel(times).draw()
 }
 
-fn with_series(mut panel: Panel, name: &str, points: &[(f64, f64)], floor: f64) -> Panel {
+fn with_series(mut panel: Panel, name: &str, style: SeriesStyle, points: &[(f64, f64)], floor: f64) -> Panel {
     let Some(&(_, first)) = points.first() else { return panel };
     let values: Vec<f64> = points.iter().map(|(_, value)| *value).collect();
     for step in steps(&values, floor) {
@@ -52,5 +53,5 @@ fn with_series(mut panel: Panel, name: &str, points: &[(f64, f64)], floor: f64) 
         panel = panel.guide(Guide::Vertical { x: points[step.at].0 - 0.5, label });
     }
     let relative = points.iter().map(|(x, value)| (*x, value / first)).collect();
-    panel.series(Series::new(name, relative, style_of(&name.replace(' ', "-"))).mode(Mode::LineMarkers))
+    panel.series(Series::new(name, relative, style).mode(Mode::LineMarkers))
 }

@@ -9,6 +9,8 @@ use super::style::SeriesStyle;
 pub enum Scale {
     /// Equal differences.
     Linear,
+    /// Equal differences, ticks at whole numbers only: what is counted.
+    Count,
     /// Equal ratios; values ≤ 0 cannot be shown and break the line.
     Log10,
 }
@@ -37,6 +39,11 @@ impl Axis {
     /// A linear axis that shows everything.
     pub fn linear(label: impl Into<String>) -> Self {
         Axis { label: label.into(), scale: Scale::Linear, range: Range::Auto }
+    }
+
+    /// A linear axis for what is counted.
+    pub fn count(label: impl Into<String>) -> Self {
+        Axis { label: label.into(), scale: Scale::Count, range: Range::Auto }
     }
 
     /// A logarithmic axis that shows everything.

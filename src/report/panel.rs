@@ -108,7 +108,7 @@ fn intervals(panel: &Panel) -> ((f64, f64), (f64, f64)) {
     });
     let extra: Vec<(f64, f64)> = slopes.flatten().collect();
     let points = || panel.series.iter().flat_map(|series| &series.points).chain(&extra).copied();
-    let tight = panel.x.scale == Scale::Linear;
+    let tight = panel.x.scale != Scale::Log10;
     let x = interval(&panel.x, points().map(|p| p.0), if tight { 0.0 } else { 0.05 });
     // What a fixed x interval hides does not widen y.
     let seen = points().filter(|p| (x.0..=x.1).contains(&p.0));

@@ -55,7 +55,10 @@ const DOTTED: Dash = &[1.8, 2.2];
 const DASH_DOT: Dash = &[8.0, 2.5, 1.8, 2.5];
 const DASH_DOT_DOT: Dash = &[8.0, 2.5, 1.8, 2.5, 1.8, 2.5];
 
-const FIXED: [(&str, SeriesStyle); 9] = [
+/// Schemes that cannot run in real time; the ceilings among them are grey.
+const NOT_REAL_TIME: [&str; 3] = ["iterated-aitken", "iterated-quasi-newton", "monolithic"];
+
+const FIXED: [(&str, SeriesStyle); 20] = [
     ("reference", entry(Color(0x00, 0x00, 0x00), SOLID, Marker::Circle)),
     ("zero-order-hold", entry(Color(0xE6, 0x9F, 0x00), SHORT, Marker::Square)),
     ("first-order-hold", entry(Color(0x56, 0xB4, 0xE9), DASH_DOT_DOT, Marker::Triangle)),
@@ -65,6 +68,17 @@ const FIXED: [(&str, SeriesStyle); 9] = [
     ("rim-nonsmooth", entry(Color(0x00, 0x72, 0xB2), DASHED, Marker::Circle)),
     ("rim-nonsmooth-gap", entry(Color(0x00, 0x9E, 0x73), DASH_DOT, Marker::Square)),
     ("rim-fixed-mass", entry(Color(0x80, 0x80, 0x80), DOTTED, Marker::Cross)),
+    ("interface-jacobian", entry(Color(0x7C, 0xA8, 0x1A), LONG, Marker::Star)),
+    ("c1-extrapolated-interpolation", entry(Color(0x6A, 0x3D, 0x9A), DASH_DOT, Marker::Pentagon)),
+    ("c1-extrapolated-interpolation-quadratic", entry(Color(0xA8, 0x7B, 0xD0), DASHED, Marker::Pentagon)),
+    ("predicted-acceleration", entry(Color(0xC2, 0x18, 0x5B), LONG, Marker::Circle)),
+    ("nepce", entry(Color(0x0E, 0x6E, 0x7C), SHORT, Marker::Triangle)),
+    ("nepce-feedthrough", entry(Color(0x45, 0xB7, 0xC4), DASHED, Marker::Triangle)),
+    ("energy-leak-damper", entry(Color(0x7A, 0x5C, 0x3E), SHORT, Marker::Plus)),
+    ("transmission-line", entry(Color(0xB0, 0x8A, 0x00), DASH_DOT, Marker::Plus)),
+    ("iterated-aitken", entry(Color(0x5A, 0x5A, 0x5A), DASHED, Marker::OpenCircle)),
+    ("iterated-quasi-newton", entry(Color(0x9C, 0x9C, 0x9C), DOTTED, Marker::OpenCircle)),
+    ("monolithic", entry(Color(0x2E, 0x2E, 0x2E), LONG, Marker::OpenCircle)),
 ];
 
 /// Dark enough for white paper and none of the fixed colours.
@@ -127,6 +141,41 @@ pub fn style_of_variant(scheme: &str, variant: &str) -> SeriesStyle {
     SeriesStyle { dash, marker, ..base }
 }
 
+/// What a legend or table says of a label: ceilings are marked as not real-time.
+pub fn shown_name(label: &str) -> String {
+    let scheme = label.split(['/', '+', ':', '(', ' ']).next().unwrap_or_default();
+    if NOT_REAL_TIME.contains(&scheme) { format!("{label} (not real-time)") } else { label.to_owned() }
+}
+
+/// A style for the entry at `index` of a list that only grows, and whose names are no schemes: neighbours differ in colour,
+/// dash and marker, and no two of the first 55 agree in both dash and marker.
+pub fn style_in_list(index: usize) -> SeriesStyle {
+    const COLORS: [Color; 8] = [
+        Color(0x00, 0x72, 0xB2),
+        Color(0xD5, 0x5E, 0x00),
+        Color(0x00, 0x9E, 0x73),
+        Color(0xCC, 0x79, 0xA7),
+        Color(0x33, 0x22, 0x88),
+        Color(0xE6, 0x9F, 0x00),
+        Color(0x56, 0xB4, 0xE9),
+        Color(0x80, 0x80, 0x80),
+    ];
+    const MARKERS: [Marker; 11] = [
+        Marker::Circle,
+        Marker::Square,
+        Marker::OpenCircle,
+        Marker::Diamond,
+        Marker::Plus,
+        Marker::Triangle,
+        Marker::OpenSquare,
+        Marker::Star,
+        Marker::Cross,
+        Marker::OpenDiamond,
+        Marker::Pentagon,
+    ];
+    entry(COLORS[index % COLORS.len()], SPARE_DASHES[index % SPARE_DASHES.len()], MARKERS[index % MARKERS.len()])
+}
+
 fn spare(name: &str) -> SeriesStyle {
     let code = code_of(name);
     entry(pick(&SPARE_COLORS, code), pick(&SPARE_DASHES, code / 64), pick(&SPARE_MARKERS, code / 4096))
@@ -153,6 +202,13 @@ mod tests {
                 assert_ne!(style.color, second.color, "{name} and {other}");
             }
         }
+    }
+
+    #[test]
+    fn the_styles_of_a_list_differ_without_colour() {
+        let pair = |index: usize| (style_in_list(index).dash, style_in_list(index).marker);
+        assert!((0..55).all(|index| (0..index).all(|other| pair(index) != pair(other))));
+        assert!((1..55).all(|index| style_in_list(index).color != style_in_list(index - 1).color));
     }
 
     #[test]

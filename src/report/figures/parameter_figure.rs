@@ -5,7 +5,7 @@ use super::sweep_figure::with_range;
 use crate::error::{Error, Result};
 use crate::report::chart::{Axis, Figure, Panel};
 use crate::report::drawing::Drawing;
-use crate::report::style::style_of;
+use crate::report::style::{shown_name, style_of};
 use crate::results_table::ResultsTable;
 use serde::Deserialize;
 use std::path::Path;
@@ -55,7 +55,7 @@ impl ParameterFigure {
                 let wanted_ms = spec.macro_step_s.map(|step| step * 1e3);
                 rows.retain(|&row| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9));
                 let points = runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?;
-                panel = with_range(panel, &points, &label, style_of(&label));
+                panel = with_range(panel, &points, &shown_name(&label), style_of(&label));
             }
             figure = figure.panel(panel);
         }

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::metrics::{performance_profile, performance_ratios};
 use crate::report::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::report::drawing::Drawing;
-use crate::report::style::style_of;
+use crate::report::style::{shown_name, style_of};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -82,7 +82,7 @@ impl ProfileFigure {
             for (label, ratios) in labels.iter().zip(performance_ratios(&rows)) {
                 let mut corners = performance_profile(&ratios);
                 corners.extend(corners.last().map(|&(_, share)| (spec.most, share)));
-                panel = panel.series(Series::new(label.as_str(), corners, style_of(label)).mode(Mode::Steps));
+                panel = panel.series(Series::new(shown_name(label), corners, style_of(label)).mode(Mode::Steps));
             }
             figure = figure.panel(panel);
         }

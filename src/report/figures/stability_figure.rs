@@ -1,9 +1,10 @@
 //! Which scheme is stable at which macro step: fraction of phases that complete, hatched where stable but wrong.
 
-use super::statistics::{Part, Runs, groups};
+use super::statistics::{Only, Part, Runs, groups};
 use crate::error::Result;
 use crate::report::drawing::Drawing;
 use crate::report::heatmap::{Cell, Heatmap, Row};
+use crate::report::style::shown_name;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -19,6 +20,9 @@ pub struct StabilityFigure {
     wrong_above: f64,
     /// What hatching means, in words.
     hatch_label: String,
+    /// The case shown, of an experiment with several.
+    #[serde(default)]
+    only: Only,
     #[serde(default)]
     labels: Vec<String>,
 }
@@ -29,7 +33,7 @@ impl StabilityFigure {
     /// # Errors
     /// [`Error::File`](crate::error::Error::File) for a column that is not there.
     pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
-        let runs = Runs::read(folder)?;
+        let runs = Runs::read(folder)?.only(&self.only)?;
         let all: Vec<usize> = (0..runs.table.len()).collect();
         let columns: Vec<f64> = groups(&all, |row| runs.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();
         let mut map = Heatmap {
@@ -54,7 +58,7 @@ impl StabilityFigure {
                 Ok(Cell { value, hatched: value == Some(1.0) && wrong })
             };
             let cells = map.columns.iter().map(cell).collect::<Result<_>>()?;
-            map.rows.push(Row { label, cells });
+            map.rows.push(Row { label: shown_name(&label), cells });
         }
         Ok(map.draw())
     }

@@ -1,8 +1,9 @@
 //! What figures make of `runs.csv`: labels, and a metric over the phases.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::results_table::ResultsTable;
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Name that stands for the share of phases that completed, where a figure asks for a metric.
@@ -34,6 +35,16 @@ impl Part {
     }
 }
 
+/// One case of an experiment with several, for a figure or a panel of it.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Only {
+    /// The case, by name; all if absent.
+    pub case: Option<String>,
+    /// Its changed parameters as they stand in the column `set` of `runs.csv`, empty for the defaults; all if absent.
+    pub set: Option<String>,
+}
+
 /// The rows of an experiment with the columns that every figure needs.
 pub struct Runs {
     /// All of `runs.csv`.
@@ -62,6 +73,24 @@ impl Runs {
         let table = ResultsTable::read(&folder.join("runs.csv"))?;
         let (label, macro_step) = (table.column("label")?, table.column("macro_step_s")?);
         Ok(Runs { label, macro_step, outcome: table.column("outcome")?, table })
+    }
+
+    /// The rows of one case.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming what there is, if there is no such row.
+    pub fn only(&self, only: &Only) -> Result<Self> {
+        let mut rows: Vec<usize> = (0..self.table.len()).collect();
+        for (name, wanted) in [("case", &only.case), ("set", &only.set)] {
+            let Some(wanted) = wanted else { continue };
+            let column = self.table.column(name)?;
+            let there: BTreeSet<&str> = rows.iter().map(|&row| self.table.text(row, column)).collect();
+            if !there.contains(wanted.as_str()) {
+                return Err(Error::file(self.table.path(), Error::unknown(name, wanted, there)));
+            }
+            rows.retain(|&row| self.table.text(row, column) == wanted);
+        }
+        Ok(Runs { table: self.table.with_rows(&rows), ..*self })
     }
 
     /// Labels of the scheme rows, in the order of the experiment; only the wanted ones, if any are named.

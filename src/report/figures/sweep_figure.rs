@@ -1,11 +1,11 @@
 //! A metric against the macro step: median over phases, with the range from best to worst phase.
 
-use super::statistics::{OverPhases, Part, Runs};
+use super::statistics::{Only, OverPhases, Part, Runs};
 use crate::error::Result;
 use crate::metrics::order_of_convergence;
 use crate::report::chart::{Axis, Figure, Guide, Mode, Panel, Series};
 use crate::report::drawing::Drawing;
-use crate::report::style::{SeriesStyle, style_of};
+use crate::report::style::{SeriesStyle, shown_name, style_of};
 use crate::report::ticks::signed;
 use serde::Deserialize;
 use std::path::Path;
@@ -15,6 +15,8 @@ use std::path::Path;
 pub struct SweepFigure {
     width: f64,
     height: f64,
+    /// Panels per row; all in one if absent.
+    columns: Option<usize>,
     panels: Vec<SweepPanel>,
 }
 
@@ -25,6 +27,9 @@ struct SweepPanel {
     metric: String,
     label: String,
     range: [f64; 2],
+    /// The case shown, of an experiment with several.
+    #[serde(default)]
+    only: Only,
     /// Which values of a signed metric to show; the label should say so.
     #[serde(default)]
     part: Part,
@@ -46,9 +51,11 @@ impl SweepFigure {
     /// # Errors
     /// [`Error::File`](crate::error::Error::File) for a column that is not there.
     pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
-        let runs = Runs::read(folder)?;
-        let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
+        let all = Runs::read(folder)?;
+        let columns = self.columns.unwrap_or(self.panels.len());
+        let mut figure = Figure::new(self.width, self.height).columns(columns);
         for spec in &self.panels {
+            let runs = all.only(&spec.only)?;
             let mut panel = Panel::new(
                 &spec.title,
                 Axis::log10("macro step H (ms)"),
@@ -59,9 +66,11 @@ impl SweepFigure {
                 let points = runs.over_phases(&rows, |row| runs.macro_step_ms(row), &spec.metric, spec.part)?;
                 let order = spec.order(&points).filter(|_| self.panels.len() == 1);
                 let entry = match order {
-                    _ if runs.fraction_stable(&rows) == Some(0.0) => format!("{label}: never stable"),
-                    Some(order) => format!("{label}, order {}", signed(format!("{order:.2}"))),
-                    None => label.clone(),
+                    _ if all.fraction_stable(&all.of_label(&label)) == Some(0.0) => {
+                        format!("{}: never stable", shown_name(&label))
+                    }
+                    Some(order) => format!("{}, order {}", shown_name(&label), signed(format!("{order:.2}"))),
+                    None => shown_name(&label),
                 };
                 panel = with_range(panel, &points, &entry, style_of(&label));
             }

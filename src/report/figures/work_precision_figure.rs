@@ -1,11 +1,11 @@
 //! What accuracy costs: an error metric against wall time and against exact counters, one point per macro step.
 
 use super::cost::Cost;
-use super::statistics::{Part, Runs, groups, over};
+use super::statistics::{Only, Part, Runs, groups, over};
 use crate::error::Result;
 use crate::report::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::report::drawing::Drawing;
-use crate::report::style::style_of;
+use crate::report::style::{shown_name, style_of};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -33,6 +33,9 @@ struct WorkPanel {
     /// Heading of the horizontal axis.
     label: String,
     range: Option<[f64; 2]>,
+    /// The case shown, of an experiment with several.
+    #[serde(default)]
+    only: Only,
 }
 
 impl WorkPrecisionFigure {
@@ -42,11 +45,11 @@ impl WorkPrecisionFigure {
     /// # Errors
     /// [`Error::File`](crate::error::Error::File) for a column that is not there, or a run without a row of cost.
     pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
-        let runs = Runs::read(folder)?;
-        let cost = Cost::read(folder, &runs)?;
+        let all = Runs::read(folder)?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
-            let work = cost.of_runs(&spec.cost, &runs)?;
+            let runs = all.only(&spec.only)?;
+            let work = Cost::read(folder, &runs)?.of_runs(&spec.cost, &runs)?;
             let mut x = Axis::log10(&spec.label);
             if let Some([low, high]) = spec.range {
                 x = x.range(low, high);
@@ -60,7 +63,7 @@ impl WorkPrecisionFigure {
                     let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute)?;
                     points.extend(work.zip(error.first()).map(|(work, error)| (work.median, error.median)));
                 }
-                panel = panel.series(Series::new(label.as_str(), points, style_of(&label)).mode(Mode::LineMarkers));
+                panel = panel.series(Series::new(shown_name(&label), points, style_of(&label)).mode(Mode::LineMarkers));
             }
             figure = figure.panel(panel);
         }

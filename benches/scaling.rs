@@ -1,0 +1,295 @@
+//! Cost of a macro step against the number of contacts and bodies: building the interface model, using it, and the mechanics' own
+//! step, each by itself.
+//!
+//! Three families, in the state that costs most, all supports or discs in contact:
+//!
+//! - `n-wedge-box` after its manoeuvre: two bodies on 2 to 64 coplanar wedges (rank 2 of H_uu), the disc in the air;
+//! - `disc-row` pushed against the wall: n + 1 bodies, 2n + 1 contacts, all of them needed;
+//! - `disc-pile` against the wall: a heap whose contacts are redundant.
+//!
+//! With n velocities, n_b joint rows and n_u contacts the elimination is `n_u² n` products at most (less by what is zero), the
+//! model's copy and packing `n_u²`, a micro step of the model `2 n_u²` with a warm active set plus what its right-hand side changes
+//! in it. Exponents are slopes of least squares in logarithms, over the systems with 16 contacts or more.
+//!
+//! Nothing is timed before it is verified: the model, used with one micro step of H, must give the velocity that the mechanics itself
+//! reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall. Without `--bench` only that is
+//! done, on the small systems.
+
+use rimbench::cases::case_by_name;
+use rimbench::complementarity::solver_by_name;
+use rimbench::cosim::{
+    Bounds, CommunicationGrid, CouplingScheme, MacroStep, MicroStep, Outcome, Sample, Setup, Side, StepControl,
+    Subsystem, Timing, cosimulate,
+};
+use rimbench::interface_model::ReducedInterfaceModel;
+use rimbench::metrics::order_of_convergence;
+use rimbench::schemes::{SchemeOptions, scheme_by_name};
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+const SCHEME: &str = "rim-nonsmooth-gap";
+const H: f64 = 5e-3;
+const MICRO_STEPS: usize = 100;
+const GRAVITY: f64 = 9.81;
+/// Contacts from which an exponent is fitted.
+const LARGE: usize = 16;
+/// Time for each measurement, and least and greatest number of repetitions.
+const BUDGET: Duration = Duration::from_millis(300);
+const REPETITIONS: [usize; 2] = [5, 20_000];
+/// Of the forces: contacts hold to the solver's tolerance, and what moves at the end of the manoeuvre decays.
+const FORCE_TOLERANCE: f64 = 1e-6;
+
+/// A system of a family.
+struct Size {
+    set: Vec<(&'static str, usize)>,
+    bodies: usize,
+    /// Sum of the contact forces, N, for a force of the actuator, where statics tells.
+    contact_force: Option<Box<dyn Fn(f64) -> f64>>,
+}
+
+/// A case at several sizes, run until `settled_s`.
+struct Family {
+    case: &'static str,
+    set: &'static [(&'static str, &'static str)],
+    settled_s: f64,
+    sizes: Vec<Size>,
+}
+
+fn families(whole: bool) -> [Family; 3] {
+    let up_to = |sizes: &[usize]| sizes[..if whole { sizes.len() } else { 2 }].to_vec();
+    let box_of = |supports| Size {
+        set: vec![("supports", supports)],
+        bodies: 2,
+        contact_force: Some(Box::new(|_| 250.0 * GRAVITY)),
+    };
+    let row_of = |discs: usize| {
+        let count = discs as f64;
+        // Each disc stands on the floor; the push goes through the blade's contact, those between discs and the wall's.
+        let force = move |push: f64| 20.0 * GRAVITY * count + push * (count + 1.0);
+        Size { set: vec![("discs", discs)], bodies: discs + 1, contact_force: Some(Box::new(force)) }
+    };
+    let pile_of = |columns: usize, layers: usize| Size {
+        set: vec![("columns", columns), ("layers", layers)],
+        bodies: 1 + columns * layers - layers / 2,
+        contact_force: None,
+    };
+    let piles = [(2, 2), (4, 3), (6, 4), (8, 6), (10, 8), (15, 12)];
+    [
+        Family {
+            case: "n-wedge-box",
+            set: &[],
+            settled_s: 2.5,
+            sizes: up_to(&[2, 4, 8, 16, 32, 64]).into_iter().map(box_of).collect(),
+        },
+        Family {
+            case: "disc-row",
+            set: &[("disc_gap_m", "0"), ("wall_gap_m", "0")],
+            settled_s: 0.25,
+            sizes: up_to(&[2, 4, 8, 16, 32, 64, 128, 256]).into_iter().map(row_of).collect(),
+        },
+        Family {
+            case: "disc-pile",
+            set: &[("wall_gap_m", "0")],
+            settled_s: 0.25,
+            sizes: piles[..if whole { piles.len() } else { 2 }].iter().map(|&(c, l)| pile_of(c, l)).collect(),
+        },
+    ]
+}
+
+/// A run stopped at a communication point: both samples and the mechanics in that state.
+struct Stopped {
+    mechanics: Box<dyn Subsystem>,
+    scheme: Box<dyn CouplingScheme>,
+    model: ReducedInterfaceModel,
+    motion: Vec<f64>,
+    force: Vec<f64>,
+    step: MacroStep,
+}
+
+impl Stopped {
+    fn new(family: &Family, size: &Size) -> Self {
+        let (case, entry) = (case_by_name(family.case).unwrap(), scheme_by_name(SCHEME).unwrap());
+        let solver = solver_by_name("active-set").unwrap();
+        let mut parameters = case.default_parameters();
+        let fixed = family.set.iter().map(|(key, value)| (*key, (*value).to_owned()));
+        for (key, value) in fixed.chain(size.set.iter().map(|(key, value)| (*key, value.to_string()))) {
+            parameters.set(key, &value).unwrap();
+        }
+        let (sequence, force_return) = entry.sequence_and_return(None, None).unwrap();
+        let setup = Setup {
+            grid: CommunicationGrid::new(H, 1.0, family.settled_s).unwrap(),
+            step_control: StepControl::None,
+            micro_step: H / MICRO_STEPS as f64,
+            mechanics_steps: 1,
+            sequence,
+            force_return,
+            stale_feedthrough: false,
+            bounds: Bounds::default(),
+            timing: Timing::default(),
+        };
+        let mut system = (case.build)(&parameters, solver).unwrap();
+        let scheme = (entry.build)(system.mechanics.ports(), system.actuator.ports(), &SchemeOptions::of(solver));
+        let mut used = scheme.try_clone().unwrap();
+        let (mut motion, mut force) = (Vec::new(), Vec::new());
+        let report = cosimulate(&setup, &mut *system.mechanics, &mut *system.actuator, &mut *used, &mut |point| {
+            motion = point.y_mechanics.to_vec();
+            force = point.y_actuator.to_vec();
+        });
+        assert_eq!(report.outcome, Outcome::Completed, "{} {:?}", family.case, size.set);
+        let mut mechanics = system.mechanics;
+        let mut model = mechanics.empty_interface_model().unwrap();
+        assert!(mechanics.interface_model(H, &mut model).unwrap());
+        let step = setup.grid.step(0);
+        Stopped { mechanics, scheme, model, motion, force, step }
+    }
+
+    /// The scheme takes the model, for micro steps of `H / count`.
+    fn receive(&mut self, count: usize) {
+        let sample = Sample {
+            time: 0.0,
+            y: &self.motion,
+            model: Some(&self.model),
+            rates: None,
+            step: self.step,
+            actuator_micro_step: H / count as f64,
+        };
+        self.scheme.receive(Side::Mechanics, &sample).unwrap();
+        self.scheme.receive(Side::Actuator, &Sample { y: &self.force, model: None, ..sample }).unwrap();
+    }
+
+    /// The inputs of a macro step with the actuator's force held; returns the last.
+    fn inputs(&mut self, count: usize) -> [f64; 2] {
+        let mut u = [self.motion[0], self.motion[1]];
+        for index in 0..count {
+            let at = MicroStep::new(self.step, index, count);
+            self.scheme.input(Side::Actuator, at, black_box(&self.force), &mut u).unwrap();
+        }
+        u
+    }
+
+    /// Contacts closed, and the sum of contact forces in the last step.
+    fn observed(mechanics: &mut dyn Subsystem) -> [f64; 3] {
+        let names = mechanics.observables().to_vec();
+        let mut row = vec![0.0; names.len()];
+        mechanics.observe(H, &mut row);
+        ["closed_contacts", "rank_h_uu", "contact_force_sum_n"]
+            .map(|name| row[names.iter().position(|known| *known == name).unwrap()])
+    }
+
+    /// Checks the answers; returns closed contacts and their rank.
+    fn verify(&mut self, size: &Size) -> [f64; 2] {
+        let mut after = self.mechanics.try_clone().unwrap();
+        after.step(0.0, &self.force, H).unwrap();
+        let mut motion = vec![0.0; self.motion.len()];
+        after.outputs(&self.force, &mut motion);
+        self.receive(1);
+        let used = self.inputs(1);
+        // The actuator alone would change the velocity by this much.
+        let contacts = self.model.contacts();
+        let free = H * self.model.entry(contacts, contacts) * self.force[0].abs();
+        let tolerance = FORCE_TOLERANCE * (free + motion[1].abs());
+        assert!((used[1] - motion[1]).abs() <= tolerance, "{used:?} instead of {motion:?} m, m/s");
+
+        let [_, _, carried] = Self::observed(&mut *after);
+        if let Some(statics) = &size.contact_force {
+            let expected = statics(self.force[0]);
+            let apart = (carried - expected).abs();
+            assert!(apart <= FORCE_TOLERANCE * expected, "contacts carry {carried} N instead of {expected} N");
+        }
+        let [closed, rank, _] = Self::observed(&mut *self.mechanics);
+        [closed, rank]
+    }
+
+    /// Pivots, factorisations and fallbacks to another solver per micro step.
+    fn work(&mut self) -> [f64; 3] {
+        self.receive(MICRO_STEPS);
+        self.inputs(MICRO_STEPS);
+        let before = self.scheme.counters();
+        self.receive(MICRO_STEPS);
+        self.inputs(MICRO_STEPS);
+        let spent = self.scheme.counters().since(&before);
+        [spent.pivots, spent.factorisations, spent.fallbacks].map(|count| count as f64 / MICRO_STEPS as f64)
+    }
+
+    /// Medians, s: building the model, taking it, using it for a macro step, the mechanics' step.
+    fn measure(&mut self) -> [f64; 4] {
+        // The reduction is kept for the step it was made for; a step of another length asks for a new one.
+        let mut model = self.model.clone();
+        let mut length = H;
+        let build = median(|| {
+            length = if length == H { 0.5 * H } else { H };
+            timed(|| self.mechanics.interface_model(black_box(length), &mut model).unwrap())
+        });
+        let take = median(|| timed(|| self.receive(MICRO_STEPS)));
+        let using = median(|| {
+            self.receive(MICRO_STEPS);
+            timed(|| self.inputs(MICRO_STEPS))
+        });
+        let mut copy = self.mechanics.try_clone().unwrap();
+        let mut steps = 0;
+        let step = median(|| {
+            if steps % 20 == 0 {
+                copy = self.mechanics.try_clone().unwrap();
+            }
+            steps += 1;
+            copy.interface_model(H, &mut model).unwrap();
+            timed(|| copy.step(0.0, black_box(&self.force), H).unwrap())
+        });
+        [build, take, using, step]
+    }
+}
+
+fn timed<T>(task: impl FnOnce() -> T) -> f64 {
+    let started = Instant::now();
+    black_box(task());
+    started.elapsed().as_secs_f64()
+}
+
+fn median(mut once: impl FnMut() -> f64) -> f64 {
+    let (started, [least, most]) = (Instant::now(), REPETITIONS);
+    let mut times = Vec::new();
+    while times.len() < least || (started.elapsed() < BUDGET && times.len() < most) {
+        times.push(once());
+    }
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn main() {
+    let whole = std::env::args().any(|argument| argument == "--bench");
+    println!(
+        "One macro step of {SCHEME} at H = 5 ms, ns: building the model, taking it, {MICRO_STEPS} micro steps with it,"
+    );
+    println!("and the mechanics' own step (its reduction is the model's); the share of the real-time budget H.");
+    for family in families(whole) {
+        println!("\n{}", family.case);
+        println!(
+            "  bodies contacts closed rank      build       take        use       step  share of H  pivots factorisations fallbacks per micro step"
+        );
+        let mut points: [Vec<(f64, f64)>; 4] = Default::default();
+        for size in &family.sizes {
+            let mut stopped = Stopped::new(&family, size);
+            let [closed, rank] = stopped.verify(size);
+            let contacts = stopped.model.contacts();
+            print!("  {:6} {contacts:8} {closed:6} {rank:4}", size.bodies);
+            if !whole {
+                println!(" verified");
+                continue;
+            }
+            let times = stopped.measure();
+            times.iter().for_each(|time| print!(" {:10.0}", 1e9 * time));
+            let [pivots, factorisations, fallbacks] = stopped.work();
+            print!(" {:9.3} %", 100.0 * times.iter().sum::<f64>() / H);
+            println!(" {pivots:7.2} {factorisations:14.2} {fallbacks:9.2}");
+            if contacts >= LARGE {
+                points.iter_mut().zip(times).for_each(|(points, time)| points.push((contacts as f64, time)));
+            }
+        }
+        if whole {
+            print!("  exponent in contacts, from {LARGE} on");
+            let exponents = points.iter().map(|points| order_of_convergence(points).unwrap());
+            exponents.for_each(|exponent| print!(" {exponent:9.2} "));
+            println!();
+        }
+    }
+}
