@@ -22,7 +22,7 @@ pub struct Work {
     pub eliminations: u64,
     /// Complementarity work of both sides.
     pub lcp: SolverCounters,
-    /// Floating-point operations of elimination and complementarity, see [`Size::flops`].
+    /// Floating-point operations of elimination and complementarity, from the counters by dense operation counts.
     pub flops_estimate: u64,
     /// A number that must come out.
     pub answer: f64,
