@@ -15,20 +15,21 @@
 //! and the pivots are bounded.
 //!
 //! In a simulation the next problem has almost always the active set of the last one: then the answer is one
-//! factorisation of `M_AA` (none if `M` is the same as before) and one look at `w`.
+//! factorisation of `M_AA` (with more than four members none if `M` is the same as before) and one look at `w`.
 //!
 //! # Source
 //! Keller, *The general quadratic optimization problem*, Math. Programming 5 (1973); Cottle, Pang, Stone, *The Linear
 //! Complementarity Problem* (1992), section 4.2. The treatment of dependent rows by the ray is theirs; the warm start
 //! is the usual one of active-set methods.
 
-mod confirm;
+mod few;
 
 use super::buffer::Buffer;
 use super::factor::Factor;
 use super::sparse_rows::SparseRows;
 use super::{ComplementaritySolver, Lcp, SolveStats};
 use crate::error::Failure;
+use few::Few;
 
 /// A row is dependent if its pivot `d` is below this part of its diagonal: far above the rounding of `d` (about
 /// 1e-15), far below what distinguishes two contacts.
@@ -270,8 +271,7 @@ impl ActiveSet {
         }
     }
 
-    /// Pivots from the active set at hand. Apart from `attempt`, so that the usual problems do not pay for its frame.
-    #[inline(never)]
+    /// Pivots from the active set at hand.
     fn pivot_to_solution(&mut self, lcp: Lcp<'_>, z: &mut [f64], mut stats: SolveStats) -> Result<SolveStats, Failure> {
         let n = self.n;
         let q_max = lcp.q.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
@@ -306,6 +306,26 @@ impl ActiveSet {
     #[inline(always)]
     fn solve_from_last_set(&mut self, lcp: Lcp<'_>, z: &mut [f64], again: bool) -> Result<SolveStats, Failure> {
         let n = lcp.size();
+        if n == self.n {
+            match self.solve_few(lcp, z) {
+                Few::SolvedByZero => {
+                    self.seen &= again;
+                    return Ok(SolveStats::default());
+                }
+                Few::Confirmed => {
+                    self.seen &= again;
+                    return Ok(SolveStats { factorisations: 1, ..SolveStats::default() });
+                }
+                Few::Open => {}
+            }
+        }
+        self.solve_any(Lcp { m: lcp.m, q: lcp.q }, z, again)
+    }
+
+    /// Apart from the usual case, which does not pay for its frame.
+    #[inline(never)]
+    fn solve_any(&mut self, lcp: Lcp<'_>, z: &mut [f64], again: bool) -> Result<SolveStats, Failure> {
+        let n = lcp.size();
         if lcp.is_solved_by_zero()? {
             self.seen &= again;
             // Not `fill`: the library call it becomes costs 20 ns here, half of this path.
@@ -316,9 +336,6 @@ impl ActiveSet {
             self.resize(n);
         }
         let stats = SolveStats { factorisations: u32::from(self.factorise(lcp.m, again)), ..SolveStats::default() };
-        if self.confirm_few(lcp, z) {
-            return Ok(stats);
-        }
         if again && !self.rows_read {
             self.rows.read(lcp.m, n);
             self.rows_read = true;

@@ -29,14 +29,14 @@ pub fn natural_residual(lcp: Lcp<'_>, z: &[f64]) -> f64 {
     assert_eq!(z.len(), n, "z has one entry per row of M");
     // The same code with the sizes of a few contacts known to the compiler: about half of the time.
     match n {
-        1 => few::<1>(lcp, z),
-        2 => few::<2>(lcp, z),
-        3 => few::<3>(lcp, z),
-        4 => few::<4>(lcp, z),
-        5 => few::<5>(lcp, z),
-        6 => few::<6>(lcp, z),
-        7 => few::<7>(lcp, z),
-        8 => few::<8>(lcp, z),
+        1 => few::<1>(lcp.m, lcp.q, z),
+        2 => few::<2>(lcp.m, lcp.q, z),
+        3 => few::<3>(lcp.m, lcp.q, z),
+        4 => few::<4>(lcp.m, lcp.q, z),
+        5 => few::<5>(lcp.m, lcp.q, z),
+        6 => few::<6>(lcp.m, lcp.q, z),
+        7 => few::<7>(lcp.m, lcp.q, z),
+        8 => few::<8>(lcp.m, lcp.q, z),
         _ => measure(lcp, z, (0..n).map(|i| dot(&lcp.m[i * n..(i + 1) * n], z) + lcp.q[i])),
     }
 }
@@ -51,10 +51,11 @@ pub(super) fn natural_residual_of_rows(lcp: Lcp<'_>, rows: &SparseRows, z: &[f64
     measure(lcp, z, (0..lcp.size()).map(|i| sum(i) + lcp.q[i]))
 }
 
-/// All rows side by side, one `z_j` after the other. A function per size, or the saving is lost in one large frame.
+/// All rows side by side, one `z_j` after the other. A function per size, or the saving is lost in one large frame; slices
+/// one by one, for the problem as one would go through memory.
 #[inline(never)]
-fn few<const N: usize>(lcp: Lcp<'_>, z: &[f64]) -> f64 {
-    let (m, q, z) = (&lcp.m[..N * N], &lcp.q[..N], &z[..N]);
+fn few<const N: usize>(m: &[f64], q: &[f64], z: &[f64]) -> f64 {
+    let (m, q, z) = (&m[..N * N], &q[..N], &z[..N]);
     let mut w = [0.0; N];
     for j in 0..N {
         for i in 0..N {
