@@ -17,7 +17,7 @@
 
 use super::buffer::Buffer;
 use super::dot::dot;
-use super::lu::solve_in_place;
+use super::lu::Lu;
 use super::{ComplementaritySolver, Lcp, SolveStats};
 use crate::error::Failure;
 
@@ -51,7 +51,7 @@ pub struct NewtonFischerBurmeister {
     gradient: Buffer<f64, 8>,
     direction: Buffer<f64, 8>,
     trial: Buffer<f64, 8>,
-    work: Buffer<f64, 64>,
+    lu: Lu,
 }
 
 impl NewtonFischerBurmeister {
@@ -73,7 +73,7 @@ impl NewtonFischerBurmeister {
             gradient: vector(),
             direction: vector(),
             trial: vector(),
-            work: matrix(),
+            lu: Lu::new(capacity),
         }
     }
 
@@ -92,7 +92,8 @@ impl NewtonFischerBurmeister {
             &mut self.trial,
         ];
         vectors.into_iter().for_each(|vector| vector.grow(n));
-        [&mut self.m, &mut self.jacobian, &mut self.work].into_iter().for_each(|matrix| matrix.grow(n * n));
+        [&mut self.m, &mut self.jacobian].into_iter().for_each(|matrix| matrix.grow(n * n));
+        self.lu.grow(n);
         self.reset();
     }
 
@@ -152,7 +153,7 @@ impl NewtonFischerBurmeister {
             self.direction[i] = -self.phi[i];
         }
         let (jacobian, direction) = (&mut self.jacobian[..n * n], &mut self.direction[..n]);
-        let regular = solve_in_place(jacobian, direction, &mut self.work);
+        let regular = self.lu.solve(jacobian, direction);
         let slope = dot(&self.gradient[..n], direction);
         let length = dot(direction, direction).sqrt();
         if regular && slope <= -DESCENT * length.powf(DESCENT_POWER) {
