@@ -20,12 +20,12 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::DMatrix;
-use rimbench::cases::{CoupledSystem, case_by_name};
+use rimbench::cases::{CoupledSystem, case_by_name, wedge_box_geometry};
 use rimbench::complementarity::solver_by_name;
 use rimbench::cosim::{CommunicationGrid, MicroStep, Ports, Sample, Side, Subsystem};
 use rimbench::interface_model::{Condensation, Elimination, MassMatrix, ReducedInterfaceModel, Redundancy, condense};
 use rimbench::mechanics::{ContactLaw, NonSmoothMechanics};
-use rimbench::models::{WedgeBox, WedgeBoxGeometry};
+use rimbench::models::WedgeBox;
 use rimbench::schemes::{SchemeOptions, scheme_by_name};
 use std::hint::black_box;
 
@@ -42,22 +42,7 @@ fn system() -> CoupledSystem {
 
 fn mechanics() -> NonSmoothMechanics<WedgeBox> {
     let parameters = case_by_name("wedge-box").unwrap().default_parameters();
-    let get = |name: &str| parameters.number(name);
-    let model = WedgeBox::new(WedgeBoxGeometry {
-        box_mass: get("box_mass_kg"),
-        box_size: [get("box_width_m"), get("box_height_m")],
-        wedge_tip: [get("wedge_tip_x_m"), get("wedge_tip_y_m")],
-        disc_mass: get("disc_mass_kg"),
-        disc_radius: get("disc_radius_m"),
-        disc_pin: [get("disc_pin_x_m"), get("disc_pin_y_m")],
-        ledge_height: get("ledge_height_m"),
-        ledge_lead: get("ledge_lead_m"),
-        ramp_slope: get("ramp_slope"),
-        attachment: [get("attachment_x_m"), get("attachment_y_m")],
-        ground_pin_x: get("ground_pin_x_m"),
-        gravity: get("gravity_m_s2"),
-    })
-    .unwrap();
+    let model = WedgeBox::new(wedge_box_geometry(&parameters)).unwrap();
     let law = ContactLaw { stabilisation: 0.2, restitution: 0.0, contact_margin: 1e-3 };
     let ports = system().mechanics.ports().clone();
     NonSmoothMechanics::new(model, law, ports, solver_by_name("active-set").unwrap().checked(4))

@@ -22,13 +22,10 @@
 use super::carriage;
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
-use super::driven_mass::mirrored;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
-use crate::cosim::Subsystem;
-use crate::error::{Error, Result};
-use crate::mechanics::{MechanicalModel, NonSmoothMechanics};
+use crate::error::Result;
 use crate::models::{BeamGeometry, BeamStop, BeamSupport, MOST_MODES, ModalBeam};
 use std::f64::consts::FRAC_PI_2;
 
@@ -105,10 +102,8 @@ const PARAMETERS: [Parameter; 27] = {
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
-    let (width, thickness, modes) = (get("width_m"), get("thickness_m"), get("modes"));
-    if modes.fract() != 0.0 || modes > MOST_MODES as f64 {
-        return Err(Error::invalid("modes", modes, format!("a whole number from 1 to {MOST_MODES}")));
-    }
+    let modes = parameters.whole("modes", 1..=MOST_MODES as u32)?;
+    let (width, thickness) = (get("width_m"), get("thickness_m"));
     let stop = |position: &str, clearance: &str| BeamStop { position: get(position), clearance: get(clearance) };
     let model = ModalBeam::new(BeamGeometry {
         support: match parameters.choice("beam_support") {
@@ -123,9 +118,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         stops: [stop("stop_1_position_m", "stop_1_clearance_m"), stop("stop_2_position_m", "stop_2_clearance_m")],
         actuator_position: get("actuator_position_m"),
     })?;
-    let actuator = carriage::actuator(parameters)?;
-    let checked = solver.checked(model.size().unilateral);
-    let law = contact_parameters::law(parameters);
-    let mechanics = NonSmoothMechanics::new(model, law, mirrored(actuator.ports()), checked);
-    Ok(CoupledSystem::new(Box::new(mechanics), Box::new(actuator)))
+    Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
 }

@@ -3,7 +3,7 @@
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
-use crate::cosim::Subsystem;
+use crate::cosim::{Ports, Quantity, Subsystem};
 use crate::error::Result;
 
 /// Two subsystems that fit each other, and how the case wants them run and recorded.
@@ -25,6 +25,12 @@ impl CoupledSystem {
     pub fn new(mechanics: Box<dyn Subsystem>, actuator: Box<dyn Subsystem>) -> Self {
         CoupledSystem { mechanics, actuator, stale_feedthrough: false, late_rows: false, derived: Vec::new() }
     }
+}
+
+/// The ports of the mechanics that meet those of a force-producing actuator.
+pub(super) fn facing(actuator: &Ports) -> Ports {
+    debug_assert!(actuator.outputs.iter().all(|port| port.quantity == Quantity::Force));
+    Ports { inputs: actuator.outputs.clone(), outputs: actuator.inputs.clone(), direct_feedthrough: false }
 }
 
 /// A number from some columns of a row.

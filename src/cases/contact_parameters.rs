@@ -1,7 +1,10 @@
-//! The contact law as parameters, shared by the contact cases.
+//! The contact law as parameters, and the two sides made with it; shared by the contact cases.
 
+use super::case::{CoupledSystem, facing};
 use super::parameters::{Parameter, Parameters, Range, number};
-use crate::mechanics::ContactLaw;
+use crate::complementarity::SolverEntry;
+use crate::cosim::Subsystem;
+use crate::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
 
 const OURS: &str = "ours";
 
@@ -23,8 +26,24 @@ pub(super) const fn restitution(default: f64, source: &'static str) -> Parameter
     number("restitution", "-", default, Range::Fraction, "restitution e of the mechanics' contacts", source)
 }
 
+/// All three, with these defaults; `source` is that of the restitution.
+pub(super) const fn all(margin_m: f64, e: f64, source: &'static str) -> [Parameter; 3] {
+    [margin(margin_m), STABILISATION, restitution(e, source)]
+}
+
+/// A force-producing actuator and the mechanics that it drives, with contacts as the parameters say.
+pub(super) fn coupled<M, A>(model: M, actuator: A, parameters: &Parameters, solver: &SolverEntry) -> CoupledSystem
+where
+    M: MechanicalModel + Clone + 'static,
+    A: Subsystem + 'static,
+{
+    let checked = solver.checked(model.size().unilateral);
+    let mechanics = NonSmoothMechanics::new(model, law(parameters), facing(actuator.ports()), checked);
+    CoupledSystem::new(Box::new(mechanics), Box::new(actuator))
+}
+
 /// The contact law as the parameters say.
-pub(super) fn law(parameters: &Parameters) -> ContactLaw {
+fn law(parameters: &Parameters) -> ContactLaw {
     ContactLaw {
         stabilisation: parameters.number("stabilisation"),
         restitution: parameters.number("restitution"),

@@ -19,7 +19,6 @@
 use super::carriage;
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
-use super::driven_mass;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
@@ -120,5 +119,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         gap_names: &["gap_1_2_m", "gap_2_3_m"],
         contact_force_names: &["contact_force_1_2_n", "contact_force_2_3_n"],
     })?;
-    driven_mass::line_system(model, carriage::actuator(parameters)?, parameters, solver)
+    Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
 }

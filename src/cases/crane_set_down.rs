@@ -21,14 +21,13 @@
 //! **Source**: geometry, masses and hydraulics of LIM cosim-benchmarks; rope, ground and manoeuvre are *ours*.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
-use crate::cosim::Subsystem;
 use crate::error::Result;
-use crate::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
 use crate::models::{CraneGeometry, CraneWithRope};
 
 pub(super) const ENTRY: Case = Case {
@@ -101,8 +100,8 @@ const PARAMETERS: [Parameter; 28] = {
         fluid::COMPRESSIBILITY_A,
         fluid::COMPRESSIBILITY_B,
         p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", LIM),
-        p("contact_margin_m", "m", 1e-3, NotNegative, "a contact with gap ≤ margin counts as closed at t_k", OURS),
-        p("stabilisation", "-", 0.2, Fraction, "fraction γ of a penetration removed per mechanics step", OURS),
+        contact_parameters::margin(1e-3),
+        contact_parameters::STABILISATION,
         p("restitution", "-", 0.0, Fraction, "restitution e of load and rope", OURS),
         p("attachment_m", "m", 0.5, Positive, "distance of the actuator's other end from the joint O", LIM),
     ]
@@ -134,12 +133,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         (lift.0, lift.1 + ramp, centre - change),
     ])?;
     let cylinder = hydraulics::cylinder(parameters, model.taut().start_length(), pressures, spool)?;
-    let contacts = model.size().unilateral;
-    let law = ContactLaw {
-        stabilisation: get("stabilisation"),
-        restitution: get("restitution"),
-        contact_margin: get("contact_margin_m"),
-    };
-    let mechanics = NonSmoothMechanics::new(model, law, hydraulics::facing(cylinder.ports()), solver.checked(contacts));
-    Ok(CoupledSystem::new(Box::new(mechanics), Box::new(cylinder)))
+    Ok(contact_parameters::coupled(model, cylinder, parameters, solver))
 }

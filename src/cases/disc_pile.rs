@@ -22,7 +22,7 @@
 
 use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::loader;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::error::Result;
@@ -46,14 +46,17 @@ pub(super) const ENTRY: Case = Case {
     build,
 };
 
-const PARAMETERS: [Parameter; 26] = loader::with_loader([
-    p("columns", "-", 6.0, Range::Positive, "discs in the lowest layer, 2 to 20", "ours"),
-    p("layers", "-", 4.0, Range::Positive, "layers, 1 to 20", "ours"),
+const PARAMETERS: [Parameter; 26] = joined(&[
+    &[
+        p("columns", "-", 6.0, Range::Positive, "discs in the lowest layer, 2 to 20", "ours"),
+        p("layers", "-", 4.0, Range::Positive, "layers, 1 to 20", "ours"),
+    ],
+    &loader::PARAMETERS,
 ]);
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let columns = loader::whole(parameters, "columns", 2..=20)?;
-    let layers = loader::whole(parameters, "layers", 1..=20)?;
+    let columns = parameters.whole("columns", 2..=20)?;
+    let layers = parameters.whole("layers", 1..=20)?;
     let radius = parameters.number("disc_radius_m");
     let mut centres = Vec::new();
     for layer in 0..layers {

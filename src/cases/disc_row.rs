@@ -18,7 +18,7 @@
 
 use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::loader;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::error::Result;
@@ -42,13 +42,16 @@ pub(super) const ENTRY: Case = Case {
     build,
 };
 
-const PARAMETERS: [Parameter; 26] = loader::with_loader([
-    p("discs", "-", 10.0, Range::Positive, "number of discs, 2 to 256", "ours"),
-    p("disc_gap_m", "m", 5e-3, Range::Finite, "gap between blade, discs and next discs at the start", "ours"),
+const PARAMETERS: [Parameter; 26] = joined(&[
+    &[
+        p("discs", "-", 10.0, Range::Positive, "number of discs, 2 to 256", "ours"),
+        p("disc_gap_m", "m", 5e-3, Range::Finite, "gap between blade, discs and next discs at the start", "ours"),
+    ],
+    &loader::PARAMETERS,
 ]);
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let discs = loader::whole(parameters, "discs", 2..=256)?;
+    let discs = parameters.whole("discs", 2..=256)?;
     let (radius, gap) = (parameters.number("disc_radius_m"), parameters.number("disc_gap_m"));
     let place = |disc: u32| [f64::from(disc) * (2.0 * radius + gap) + gap + radius, radius];
     loader::build(parameters, solver, (0..discs).map(place).collect())

@@ -7,10 +7,8 @@ use super::event_driven::{DrivenMass, EventDriven, Stop};
 use super::parameters::Parameters;
 use super::reference_method::ExactSolution;
 use crate::complementarity::SolverEntry;
-use crate::cosim::{Ports, Quantity, Subsystem};
 use crate::error::{Error, Result};
-use crate::mechanics::{MechanicalModel, NonSmoothMechanics};
-use crate::models::{LineContact, LineDescription, LineMass, LineMasses, SpringActuator};
+use crate::models::{LineContact, LineDescription, LineMass, LineMasses};
 use std::sync::{Mutex, PoisonError};
 
 /// Names of the contacts.
@@ -47,26 +45,7 @@ pub(super) fn system(
         gap_names: names.gaps,
         contact_force_names: names.forces,
     })?;
-    line_system(model, carriage::actuator(parameters)?, parameters, solver)
-}
-
-/// Masses on a line with a spring actuator.
-pub(super) fn line_system(
-    model: LineMasses,
-    actuator: SpringActuator,
-    parameters: &Parameters,
-    solver: &SolverEntry,
-) -> Result<CoupledSystem> {
-    let checked = solver.checked(model.size().unilateral);
-    let law = contact_parameters::law(parameters);
-    let mechanics = NonSmoothMechanics::new(model, law, mirrored(actuator.ports()), checked);
-    Ok(CoupledSystem::new(Box::new(mechanics), Box::new(actuator)))
-}
-
-/// The ports of the mechanics that meet those of a force-producing actuator.
-pub(super) fn mirrored(actuator: &Ports) -> Ports {
-    debug_assert!(actuator.outputs.iter().all(|port| port.quantity == Quantity::Force));
-    Ports { inputs: actuator.outputs.clone(), outputs: actuator.inputs.clone(), direct_feedthrough: false }
+    Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
 }
 
 /// The solution: rows of time, interface position and velocity, force of the actuator, force received, carriage position and

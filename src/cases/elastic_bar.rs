@@ -26,11 +26,10 @@
 use super::carriage;
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
-use super::driven_mass;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::models::{LineContact, LineDescription, LineMass, LineMasses, LineSpring};
 
 pub(super) const ENTRY: Case = Case {
@@ -100,16 +99,13 @@ const PARAMETERS: [Parameter; 21] = {
 };
 
 /// Most elements that make sense here: the step shrinks with them.
-const MOST_ELEMENTS: f64 = 500.0;
+const MOST_ELEMENTS: u32 = 500;
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
-    let count = get("elements");
-    if count.fract() != 0.0 || !(1.0..=MOST_ELEMENTS).contains(&count) {
-        return Err(Error::invalid("elements", count, format!("a whole number from 1 to {MOST_ELEMENTS}")));
-    }
+    let count = parameters.whole("elements", 1..=MOST_ELEMENTS)?;
     let n = count as usize;
-    let element = get("length_m") / count;
+    let element = get("length_m") / f64::from(count);
     let element_mass = get("density_kg_m3") * get("section_m2") * element;
     let node = |index: usize| LineMass {
         mass: if index == 0 || index == n { 0.5 * element_mass } else { element_mass },
@@ -133,5 +129,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         gap_names: &["gap_floor_m"],
         contact_force_names: &["contact_force_floor_n"],
     })?;
-    driven_mass::line_system(model, carriage::actuator(parameters)?, parameters, solver)
+    Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
 }

@@ -24,14 +24,13 @@
 //! **Source**: *ours*; the fluid is that of Naya et al. 2011.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
-use crate::cosim::Subsystem;
 use crate::error::Result;
-use crate::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
 use crate::models::{ActuatorNames, ActuatorPair, Gripper, GripperGeometry};
 
 pub(super) const ENTRY: Case = Case {
@@ -137,8 +136,8 @@ const PARAMETERS: [Parameter; 29] = {
         fluid::COMPRESSIBILITY_A,
         fluid::COMPRESSIBILITY_B,
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        p("contact_margin_m", "m", 1e-3, NotNegative, "a contact with gap ≤ margin counts as closed at t_k", OURS),
-        p("stabilisation", "-", 0.2, Fraction, "fraction γ of a penetration removed per mechanics step", OURS),
+        contact_parameters::margin(1e-3),
+        contact_parameters::STABILISATION,
         p("restitution", "-", 0.0, Fraction, "restitution e of pads and corners", OURS),
     ]
 };
@@ -164,13 +163,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     ])?;
     let unit = || hydraulics::cylinder(parameters, length, [get("start_pressure_pa"); 2], spool.clone());
     let actuators = ActuatorPair::new([unit()?, unit()?], NAMES);
-    let law = ContactLaw {
-        stabilisation: get("stabilisation"),
-        restitution: get("restitution"),
-        contact_margin: get("contact_margin_m"),
-    };
-    let contacts = model.size().unilateral;
-    let mechanics =
-        NonSmoothMechanics::new(model, law, hydraulics::facing(actuators.ports()), solver.checked(contacts));
-    Ok(CoupledSystem::new(Box::new(mechanics), Box::new(actuators)))
+    Ok(contact_parameters::coupled(model, actuators, parameters, solver))
 }

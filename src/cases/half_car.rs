@@ -19,13 +19,11 @@
 //! **Source**: *ours*; gas and orifice of the size of a small car's.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
-use super::hydraulics;
+use super::contact_parameters;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
-use crate::cosim::Subsystem;
 use crate::error::Result;
-use crate::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
 use crate::models::{ActuatorNames, ActuatorPair, HalfCar, HalfCarGeometry, HydropneumaticStrut, StrutParameters};
 
 pub(super) const ENTRY: Case = Case {
@@ -107,8 +105,8 @@ const PARAMETERS: [Parameter; 19] = {
         p("road_start_m", "m", 1.0, Finite, "start of the washboard ahead of the front wheel at the start", OURS),
         p("start_height_m", "m", 0.0, Finite, "height of both wheels above the smooth road at the start", OURS),
         p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", "standard"),
-        p("contact_margin_m", "m", 1e-3, NotNegative, "a contact with gap ≤ margin counts as closed at t_k", OURS),
-        p("stabilisation", "-", 0.2, Fraction, "fraction γ of a penetration removed per mechanics step", OURS),
+        contact_parameters::margin(1e-3),
+        contact_parameters::STABILISATION,
         p("restitution", "-", 0.0, Fraction, "restitution e of the wheels", OURS),
     ]
 };
@@ -138,12 +136,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         })
     });
     let struts = ActuatorPair::new([front?, rear?], NAMES);
-    let law = ContactLaw {
-        stabilisation: get("stabilisation"),
-        restitution: get("restitution"),
-        contact_margin: get("contact_margin_m"),
-    };
-    let contacts = model.size().unilateral;
-    let mechanics = NonSmoothMechanics::new(model, law, hydraulics::facing(struts.ports()), solver.checked(contacts));
-    Ok(CoupledSystem::new(Box::new(mechanics), Box::new(struts)))
+    Ok(contact_parameters::coupled(model, struts, parameters, solver))
 }

@@ -39,18 +39,18 @@
 //! **Source**: Laboratorio de Ingeniería Mecánica, Univ. da Coruña, `fgonzalezLIM/cosim-benchmarks` (MIT); Naya et al.
 //! 2011; used in Peiret et al. 2018. `rimbench list parameters --case hydraulic-crane` prints the parameter table.
 
-use super::case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, facing};
 use super::fluid::{self, NAYA};
 use super::hydraulic_crane_reference::solve;
+use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
-use crate::cosim::{Ports, Subsystem};
-use crate::error::{Error, Result};
+use crate::cosim::Subsystem;
+use crate::error::Result;
 use crate::mechanics::{ContactLaw, NonSmoothMechanics};
 use crate::models::{
-    Crane, CraneGeometry, CylinderParameters, HydraulicCylinder, PressureDrivenMechanics, PressureOutput,
-    PublishedClock, Spool,
+    Crane, CraneGeometry, HydraulicCylinder, PressureDrivenMechanics, PressureOutput, PublishedClock, Spool,
 };
 
 pub(super) const ENTRY: Case = Case {
@@ -154,47 +154,24 @@ pub(super) fn parts(parameters: &Parameters) -> Result<Parts> {
         start_angles: [get("theta_1_start_rad"), get("theta_2_start_rad")],
         gravity: get("gravity_m_s2"),
     })?;
-    let (supply, tank, area) = (get("supply_pressure_pa"), get("tank_pressure_pa"), get("piston_area_m2"));
-    let (mean, half) = (0.5 * (supply + tank), 0.5 * crane.equilibrium_force() / area);
-    let pressures = [mean - half, mean + half];
-    if pressures.iter().any(|p| !(tank..=supply).contains(p)) {
-        return Err(Error::Incompatible(format!(
-            "the weight needs chamber pressures of {:.0} and {:.0} Pa, outside tank ({tank} Pa) and pump ({supply} Pa)",
-            pressures[0], pressures[1]
-        )));
-    }
-    let (rise, fall) = ((supply - pressures[0]).sqrt(), (pressures[0] - tank).sqrt());
-    let centre = fall / (rise + fall);
+    let (pressures, centre) = hydraulics::equilibrium(parameters, crane.equilibrium_force())?;
     let spool = match parameters.choice("manoeuvre") {
         "m2" => Spool::sine(centre, 2.0, vec![(0.0, 0.0), (1.0, 0.1), (8.0, 0.1), (9.0, 0.0)]),
         _ => Spool::new(vec![(2.0, centre), (2.001, centre - 0.01), (6.0, centre - 0.01), (6.002, centre + 0.02)]),
     };
-    let cylinder = CylinderParameters {
-        piston_area: area,
-        cylinder_length: get("cylinder_length_m"),
-        start_length: crane.start_length(),
-        viscous_friction: get("viscous_friction_n_s_m"),
-        valve_area: get("valve_area_m2"),
-        start_pressures: pressures,
-    };
     Ok(Parts {
+        cylinder: hydraulics::of_any_stroke(parameters, crane.start_length(), pressures, spool.clone()),
         crane,
-        cylinder: HydraulicCylinder::new(fluid::of(parameters), cylinder, spool.clone()),
         spool,
-        piston_area: area,
+        piston_area: get("piston_area_m2"),
         viscous_friction: get("viscous_friction_n_s_m"),
     })
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let Parts { crane, cylinder, piston_area, viscous_friction, .. } = parts(parameters)?;
-    let ports = Ports {
-        inputs: cylinder.ports().outputs.clone(),
-        outputs: cylinder.ports().inputs.clone(),
-        direct_feedthrough: false,
-    };
     let law = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 0.0 };
-    let mechanics = NonSmoothMechanics::new(crane, law, ports, solver.checked(0));
+    let mechanics = NonSmoothMechanics::new(crane, law, facing(cylinder.ports()), solver.checked(0));
     let published = parameters.choice("published_driver") == "true";
     let mut system = if parameters.choice("coupling") == "pressure-displacement" {
         let mechanics = Box::new(PressureDrivenMechanics::new(mechanics, piston_area, viscous_friction));

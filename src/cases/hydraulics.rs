@@ -2,7 +2,6 @@
 
 use super::fluid;
 use super::parameters::Parameters;
-use crate::cosim::{Port, Ports, Quantity};
 use crate::error::{Error, Result};
 use crate::models::{CylinderParameters, HydraulicCylinder, Spool};
 
@@ -24,18 +23,26 @@ pub(super) fn cylinder(
         );
         return Err(Error::invalid("cylinder_length_m", length, expected));
     }
-    Ok(HydraulicCylinder::new(
-        fluid::of(parameters),
-        CylinderParameters {
-            piston_area: parameters.number("piston_area_m2"),
-            cylinder_length: length,
-            start_length,
-            viscous_friction: parameters.number("viscous_friction_n_s_m"),
-            valve_area: parameters.number("valve_area_m2"),
-            start_pressures,
-        },
-        spool,
-    ))
+    Ok(of_any_stroke(parameters, start_length, start_pressures, spool))
+}
+
+/// The same, whatever its stroke.
+pub(super) fn of_any_stroke(
+    parameters: &Parameters,
+    start_length: f64,
+    start_pressures: [f64; 2],
+    spool: Spool,
+) -> HydraulicCylinder {
+    let get = |name: &str| parameters.number(name);
+    let cylinder = CylinderParameters {
+        piston_area: get("piston_area_m2"),
+        cylinder_length: get("cylinder_length_m"),
+        start_length,
+        viscous_friction: get("viscous_friction_n_s_m"),
+        valve_area: get("valve_area_m2"),
+        start_pressures,
+    };
+    HydraulicCylinder::new(fluid::of(parameters), cylinder, spool)
 }
 
 /// A spool command through points (parameter that sets the time, time in s, κ).
@@ -75,10 +82,4 @@ pub(super) fn equilibrium(parameters: &Parameters, force: f64) -> Result<([f64; 
     }
     let (rise, fall) = ((supply - pressures[0]).sqrt(), (pressures[0] - tank).sqrt());
     Ok((pressures, fall / (rise + fall)))
-}
-
-/// The ports of the mechanics that meet those of a force-producing actuator.
-pub(super) fn facing(actuator: &Ports) -> Ports {
-    debug_assert!(actuator.outputs.iter().all(|port: &Port| port.quantity == Quantity::Force));
-    Ports { inputs: actuator.outputs.clone(), outputs: actuator.inputs.clone(), direct_feedthrough: false }
 }

@@ -1,13 +1,12 @@
 //! What the cases with discs share: the loader's blade with its cylinder, its parameters and columns.
 
 use super::case::{CoupledSystem, InterfaceColumns};
+use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::complementarity::SolverEntry;
-use crate::cosim::Subsystem;
-use crate::error::{Error, Result};
-use crate::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
+use crate::error::Result;
 use crate::models::{Discs, DiscsGeometry};
 
 /// Columns of a trace. The many contacts show as their least gap, the number closed and the sum of their forces; one at the blade,
@@ -41,7 +40,7 @@ pub(super) const INTERFACE_COLUMNS: [InterfaceColumns; 1] =
 
 const OURS: &str = "ours";
 
-/// Parameters of blade, discs and cylinder.
+/// Parameters of blade, discs and cylinder, after those of a case.
 pub(super) const PARAMETERS: [Parameter; 24] = {
     use Range::{Finite, Fraction, NotNegative, Positive};
     [
@@ -65,24 +64,12 @@ pub(super) const PARAMETERS: [Parameter; 24] = {
         fluid::COMPRESSIBILITY_A,
         fluid::COMPRESSIBILITY_B,
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        p("contact_margin_m", "m", 1e-3, NotNegative, "a contact with gap ≤ margin counts as closed at t_k", OURS),
-        p("stabilisation", "-", 0.2, Fraction, "fraction γ of a penetration removed per mechanics step", OURS),
+        contact_parameters::margin(1e-3),
+        contact_parameters::STABILISATION,
         p("restitution", "-", 0.0, Fraction, "restitution e of all contacts", OURS),
         p("wall_gap_m", "m", 0.02, Finite, "distance of the wall from the discs at the start", OURS),
     ]
 };
-
-/// The parameters of the loader after those of a case.
-pub(super) const fn with_loader<const OWN: usize, const ALL: usize>(own: [Parameter; OWN]) -> [Parameter; ALL] {
-    assert!(ALL == OWN + PARAMETERS.len());
-    let mut all = [PARAMETERS[0]; ALL];
-    let mut index = 0;
-    while index < ALL {
-        all[index] = if index < OWN { own[index] } else { PARAMETERS[index - OWN] };
-        index += 1;
-    }
-    all
-}
 
 /// Both sides for discs with these centres; the wall stands behind the last of them.
 pub(super) fn build(parameters: &Parameters, solver: &SolverEntry, centres: Vec<[f64; 2]>) -> Result<CoupledSystem> {
@@ -103,23 +90,5 @@ pub(super) fn build(parameters: &Parameters, solver: &SolverEntry, centres: Vec<
     let (start, ramp) = (get("push_start_s"), get("spool_ramp_s"));
     let spool = hydraulics::spool(&[("push_start_s", start, 0.5), ("spool_ramp_s", start + ramp, get("spool_push"))])?;
     let cylinder = hydraulics::cylinder(parameters, length, [get("start_pressure_pa"); 2], spool)?;
-    let law = ContactLaw {
-        stabilisation: get("stabilisation"),
-        restitution: get("restitution"),
-        contact_margin: get("contact_margin_m"),
-    };
-    let contacts = model.size().unilateral;
-    let mechanics = NonSmoothMechanics::new(model, law, hydraulics::facing(cylinder.ports()), solver.checked(contacts));
-    Ok(CoupledSystem::new(Box::new(mechanics), Box::new(cylinder)))
-}
-
-/// A whole number among the parameters.
-///
-/// # Errors
-/// [`Error::InvalidValue`] for a number that is not whole or out of range.
-pub(super) fn whole(parameters: &Parameters, key: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32> {
-    let number = parameters.number(key);
-    let valid = number.fract() == 0.0 && (f64::from(*range.start())..=f64::from(*range.end())).contains(&number);
-    let expected = || format!("a whole number from {} to {}", range.start(), range.end());
-    if valid { Ok(number as u32) } else { Err(Error::invalid(key, number, expected())) }
+    Ok(contact_parameters::coupled(model, cylinder, parameters, solver))
 }

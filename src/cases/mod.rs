@@ -42,6 +42,7 @@ pub use parameters::{Parameter, Parameters, Range, Value};
 pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, ReferenceMethod};
 pub use registry::{all_cases, case_by_name, register};
+pub use wedge_box::wedge_box_geometry;
 
 /// Every built-in case.
 pub const CASES: &[Case] = &[

@@ -24,11 +24,10 @@
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::cylinder;
-use super::fluid;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::models::{LedgeDisc, SupportedBox, SupportedBoxGeometry};
 
 pub(super) const ENTRY: Case = Case {
@@ -76,7 +75,13 @@ pub(super) const ENTRY: Case = Case {
 const OURS: &str = "ours";
 const WEDGE_BOX: &str = "as in the wedge box";
 
-const PARAMETERS: [Parameter; 39] = {
+const PARAMETERS: [Parameter; 39] = joined(&[
+    &OWN,
+    &cylinder::parameters(2.0, 1e4, 0.2),
+    &contact_parameters::all(1e-3, 0.0, "plastic, as in the paper"),
+]);
+
+const OWN: [Parameter; 21] = {
     use Range::{Finite, NotNegative, Positive};
     [
         p("supports", "-", 8.0, Positive, "number n of wedges, a whole number from 2 to 64", OURS),
@@ -121,36 +126,15 @@ const PARAMETERS: [Parameter; 39] = {
         p("attachment_y_m", "m", 0.3, Finite, "actuator's end on the box, box frame, y", WEDGE_BOX),
         p("ground_pin_x_m", "m", -3.0, Finite, "actuator's fixed end, x; its height is the attachment's", WEDGE_BOX),
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        cylinder::PISTON_AREA,
-        cylinder::length(2.0),
-        cylinder::friction(1e4),
-        cylinder::VALVE_AREA,
-        cylinder::SPOOL_START,
-        cylinder::spool_final(0.2),
-        cylinder::RAMP_START,
-        cylinder::RAMP_END,
-        cylinder::START_PRESSURE,
-        fluid::DISCHARGE_COEFFICIENT,
-        fluid::DENSITY,
-        fluid::SUPPLY_PRESSURE,
-        fluid::TANK_PRESSURE,
-        fluid::COMPRESSIBILITY_A,
-        fluid::COMPRESSIBILITY_B,
-        contact_parameters::margin(1e-3),
-        contact_parameters::STABILISATION,
-        contact_parameters::restitution(0.0, "plastic, as in the paper"),
     ]
 };
 
 /// More would say nothing new.
-const MOST_SUPPORTS: f64 = 64.0;
+const MOST_SUPPORTS: u32 = 64;
 
 /// Tips of the wedges: the rightmost, the leftmost, then those between from right to left.
 fn tips(parameters: &Parameters) -> Result<Vec<[f64; 2]>> {
-    let count = parameters.number("supports");
-    if count.fract() != 0.0 || !(2.0..=MOST_SUPPORTS).contains(&count) {
-        return Err(Error::invalid("supports", count, format!("a whole number from 2 to {MOST_SUPPORTS}")));
-    }
+    let count = parameters.whole("supports", 2..=MOST_SUPPORTS)?;
     let (x, y) = (parameters.number("wedge_tip_x_m"), parameters.number("wedge_tip_y_m"));
     let spread = parameters.number("height_spread_m");
     let last = count as usize - 1;

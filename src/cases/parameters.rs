@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// The value of a parameter.
@@ -103,6 +104,22 @@ pub(super) const fn number(
     Parameter::number(name, unit, default, range, about, source)
 }
 
+/// Some lists as one, in their order; `N` must be the sum of their lengths.
+pub(super) const fn joined<const N: usize>(parts: &[&[Parameter]]) -> [Parameter; N] {
+    let mut all = [number("", "-", 0.0, Range::Finite, "", ""); N];
+    let (mut filled, mut part) = (0, 0);
+    while part < parts.len() {
+        let mut index = 0;
+        while index < parts[part].len() {
+            all[filled] = parts[part][index];
+            (filled, index) = (filled + 1, index + 1);
+        }
+        part += 1;
+    }
+    assert!(filled == N);
+    all
+}
+
 impl Parameter {
     /// A numeric parameter.
     pub const fn number(
@@ -164,6 +181,17 @@ impl Parameters {
             Value::Number(number) => number,
             Value::Choice(_) => panic!("parameter {name} of case {} is not a number", self.case),
         }
+    }
+
+    /// A whole number by name, within `range`. The name must be one the case declares: anything else is a defect of the case.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] for a number that is not whole or out of range.
+    pub fn whole(&self, name: &str, range: RangeInclusive<u32>) -> Result<u32> {
+        let number = self.number(name);
+        let valid = number.fract() == 0.0 && (f64::from(*range.start())..=f64::from(*range.end())).contains(&number);
+        let expected = || format!("a whole number from {} to {}", range.start(), range.end());
+        if valid { Ok(number as u32) } else { Err(Error::invalid(name, number, expected())) }
     }
 
     /// A choice by name. The name must be one the case declares: anything else is a defect of the case.

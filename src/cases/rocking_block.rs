@@ -23,8 +23,7 @@
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::cylinder;
-use super::fluid;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::error::{Error, Result};
@@ -72,7 +71,10 @@ pub(super) const ENTRY: Case = Case {
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 26] = {
+const PARAMETERS: [Parameter; 26] =
+    joined(&[&OWN, &cylinder::parameters(1.0, 2e3, 0.4), &contact_parameters::all(1e-3, 0.0, "plastic")]);
+
+const OWN: [Parameter; 8] = {
     use Range::{Finite, NotNegative, Positive};
     [
         p("block_mass_kg", "kg", 200.0, Positive, "mass m of the block", OURS),
@@ -83,24 +85,6 @@ const PARAMETERS: [Parameter; 26] = {
         p("attachment_y_m", "m", 0.1, Finite, "actuator's end on the block, block frame, y", OURS),
         p("ground_pin_x_m", "m", -2.0, Finite, "actuator's fixed end, x; its height is the attachment's", OURS),
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        cylinder::PISTON_AREA,
-        cylinder::length(1.0),
-        cylinder::friction(2e3),
-        cylinder::VALVE_AREA,
-        cylinder::SPOOL_START,
-        cylinder::spool_final(0.4),
-        cylinder::RAMP_START,
-        cylinder::RAMP_END,
-        cylinder::START_PRESSURE,
-        fluid::DISCHARGE_COEFFICIENT,
-        fluid::DENSITY,
-        fluid::SUPPLY_PRESSURE,
-        fluid::TANK_PRESSURE,
-        fluid::COMPRESSIBILITY_A,
-        fluid::COMPRESSIBILITY_B,
-        contact_parameters::margin(1e-3),
-        contact_parameters::STABILISATION,
-        contact_parameters::restitution(0.0, "plastic"),
     ]
 };
 

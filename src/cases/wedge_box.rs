@@ -25,14 +25,15 @@
 //! wedge-box` prints them with unit, default and source.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::contact_parameters;
+use super::cylinder;
 use super::fluid::{self, NAYA};
+use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
-use crate::cosim::{Port, Ports, Quantity, Subsystem};
-use crate::error::{Error, Result};
-use crate::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
-use crate::models::{CylinderParameters, HydraulicCylinder, Spool, WedgeBox, WedgeBoxGeometry};
+use crate::error::Result;
+use crate::models::{WedgeBox, WedgeBoxGeometry};
 
 pub(super) const ENTRY: Case = Case {
     name: "wedge-box",
@@ -131,15 +132,23 @@ const PARAMETERS: [Parameter; 34] = {
         fluid::COMPRESSIBILITY_A,
         fluid::COMPRESSIBILITY_B,
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        p("contact_margin_m", "m", 1e-3, NotNegative, "a contact with gap ≤ margin counts as closed at t_k", OURS),
-        p("stabilisation", "-", 0.2, Fraction, "fraction γ of a penetration removed per mechanics step", OURS),
-        p("restitution", "-", 0.0, Fraction, "restitution e of the mechanics' contacts", "plastic, as in the paper"),
+        contact_parameters::margin(1e-3),
+        contact_parameters::STABILISATION,
+        contact_parameters::restitution(0.0, "plastic, as in the paper"),
     ]
 };
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
+    let model = WedgeBox::new(wedge_box_geometry(parameters))?;
+    let (spool, pressures) = (cylinder::ramp(parameters)?, [parameters.number("start_pressure_pa"); 2]);
+    let cylinder = hydraulics::of_any_stroke(parameters, model.start_length(), pressures, spool);
+    Ok(contact_parameters::coupled(model, cylinder, parameters, solver))
+}
+
+/// The geometry of the wedge box as the parameters say, which must be those of the case `wedge-box`.
+pub fn wedge_box_geometry(parameters: &Parameters) -> WedgeBoxGeometry {
     let get = |name: &str| parameters.number(name);
-    let model = WedgeBox::new(WedgeBoxGeometry {
+    WedgeBoxGeometry {
         box_mass: get("box_mass_kg"),
         box_size: [get("box_width_m"), get("box_height_m")],
         wedge_tip: [get("wedge_tip_x_m"), get("wedge_tip_y_m")],
@@ -152,40 +161,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         attachment: [get("attachment_x_m"), get("attachment_y_m")],
         ground_pin_x: get("ground_pin_x_m"),
         gravity: get("gravity_m_s2"),
-    })?;
-    let (ramp_start, ramp_end) = (get("spool_ramp_start_s"), get("spool_ramp_end_s"));
-    if ramp_end < ramp_start {
-        let expected = format!("at least spool_ramp_start_s = {ramp_start}");
-        return Err(Error::invalid("spool_ramp_end_s", ramp_end, expected));
     }
-    let cylinder = HydraulicCylinder::new(
-        fluid::of(parameters),
-        CylinderParameters {
-            piston_area: get("piston_area_m2"),
-            cylinder_length: get("cylinder_length_m"),
-            start_length: model.start_length(),
-            viscous_friction: get("viscous_friction_n_s_m"),
-            valve_area: get("valve_area_m2"),
-            start_pressures: [get("start_pressure_pa"); 2],
-        },
-        Spool::new(vec![(ramp_start, get("spool_start")), (ramp_end, get("spool_final"))]),
-    );
-    let contacts = model.size().unilateral;
-    let mechanics = NonSmoothMechanics::new(
-        model,
-        ContactLaw {
-            stabilisation: get("stabilisation"),
-            restitution: get("restitution"),
-            contact_margin: get("contact_margin_m"),
-        },
-        mirrored(cylinder.ports()),
-        solver.checked(contacts),
-    );
-    Ok(CoupledSystem::new(Box::new(mechanics), Box::new(cylinder)))
-}
-
-/// The ports of the mechanics that meet those of a force-producing actuator.
-fn mirrored(actuator: &Ports) -> Ports {
-    debug_assert!(actuator.outputs.iter().all(|port: &Port| port.quantity == Quantity::Force));
-    Ports { inputs: actuator.outputs.clone(), outputs: actuator.inputs.clone(), direct_feedthrough: false }
 }

@@ -19,8 +19,7 @@
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::cylinder;
-use super::fluid;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::error::{Error, Result};
@@ -72,7 +71,13 @@ pub(super) const ENTRY: Case = Case {
 const OURS: &str = "ours";
 const WEDGE_BOX: &str = "as in the wedge box";
 
-const PARAMETERS: [Parameter; 36] = {
+const PARAMETERS: [Parameter; 36] = joined(&[
+    &OWN,
+    &cylinder::parameters(2.0, 1e4, 0.2),
+    &contact_parameters::all(1e-3, 0.0, "plastic, as in the paper"),
+]);
+
+const OWN: [Parameter; 18] = {
     use Range::{Finite, NotNegative, Positive};
     [
         p("box_mass_kg", "kg", 200.0, Positive, "mass of the box", WEDGE_BOX),
@@ -114,24 +119,6 @@ const PARAMETERS: [Parameter; 36] = {
         p("attachment_y_m", "m", 0.3, Finite, "actuator's end on the box, box frame, y", WEDGE_BOX),
         p("ground_pin_x_m", "m", -3.0, Finite, "actuator's fixed end, x; its height is the attachment's", WEDGE_BOX),
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        cylinder::PISTON_AREA,
-        cylinder::length(2.0),
-        cylinder::friction(1e4),
-        cylinder::VALVE_AREA,
-        cylinder::SPOOL_START,
-        cylinder::spool_final(0.2),
-        cylinder::RAMP_START,
-        cylinder::RAMP_END,
-        cylinder::START_PRESSURE,
-        fluid::DISCHARGE_COEFFICIENT,
-        fluid::DENSITY,
-        fluid::SUPPLY_PRESSURE,
-        fluid::TANK_PRESSURE,
-        fluid::COMPRESSIBILITY_A,
-        fluid::COMPRESSIBILITY_B,
-        contact_parameters::margin(1e-3),
-        contact_parameters::STABILISATION,
-        contact_parameters::restitution(0.0, "plastic, as in the paper"),
     ]
 };
 

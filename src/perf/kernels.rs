@@ -1,12 +1,12 @@
 //! The kernels of the suite: what every exchange is made of, repeated often enough to be measured.
 
 use super::suite::{Benchmark, Repetition, WEDGE_BOX, Work};
-use crate::cases::{CoupledSystem, case_by_name};
+use crate::cases::{CoupledSystem, case_by_name, wedge_box_geometry};
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, solver_by_name};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{Elimination, ReducedInterfaceModel};
 use crate::mechanics::{ContactLaw, NonSmoothMechanics};
-use crate::models::{WedgeBox, WedgeBoxGeometry};
+use crate::models::WedgeBox;
 use std::hint::black_box;
 
 /// Eq. 3 → Eq. 4 at the start of the wedge box.
@@ -82,22 +82,7 @@ fn start_model(system: &mut CoupledSystem) -> Result<ReducedInterfaceModel> {
 
 /// Eq. 3 of the wedge box at its start.
 fn start_linearisation() -> Result<NonSmoothMechanics<WedgeBox>> {
-    let parameters = case_by_name("wedge-box")?.default_parameters();
-    let get = |name: &str| parameters.number(name);
-    let model = WedgeBox::new(WedgeBoxGeometry {
-        box_mass: get("box_mass_kg"),
-        box_size: [get("box_width_m"), get("box_height_m")],
-        wedge_tip: [get("wedge_tip_x_m"), get("wedge_tip_y_m")],
-        disc_mass: get("disc_mass_kg"),
-        disc_radius: get("disc_radius_m"),
-        disc_pin: [get("disc_pin_x_m"), get("disc_pin_y_m")],
-        ledge_height: get("ledge_height_m"),
-        ledge_lead: get("ledge_lead_m"),
-        ramp_slope: get("ramp_slope"),
-        attachment: [get("attachment_x_m"), get("attachment_y_m")],
-        ground_pin_x: get("ground_pin_x_m"),
-        gravity: get("gravity_m_s2"),
-    })?;
+    let model = WedgeBox::new(wedge_box_geometry(&case_by_name("wedge-box")?.default_parameters()))?;
     let law = ContactLaw { stabilisation: 0.2, restitution: 0.0, contact_margin: 1e-3 };
     let ports = system()?.mechanics.ports().clone();
     Ok(NonSmoothMechanics::new(model, law, ports, solver_by_name("active-set")?.checked(4)))

@@ -106,22 +106,7 @@ pub fn rms_difference(a: &[f64], b: &[f64]) -> f64 {
 
 /// The geometry of the wedge box at its defaults.
 pub fn wedge_box_geometry() -> WedgeBoxGeometry {
-    let parameters = wedge_box_case().default_parameters();
-    let get = |name: &str| parameters.number(name);
-    WedgeBoxGeometry {
-        box_mass: get("box_mass_kg"),
-        box_size: [get("box_width_m"), get("box_height_m")],
-        wedge_tip: [get("wedge_tip_x_m"), get("wedge_tip_y_m")],
-        disc_mass: get("disc_mass_kg"),
-        disc_radius: get("disc_radius_m"),
-        disc_pin: [get("disc_pin_x_m"), get("disc_pin_y_m")],
-        ledge_height: get("ledge_height_m"),
-        ledge_lead: get("ledge_lead_m"),
-        ramp_slope: get("ramp_slope"),
-        attachment: [get("attachment_x_m"), get("attachment_y_m")],
-        ground_pin_x: get("ground_pin_x_m"),
-        gravity: get("gravity_m_s2"),
-    }
+    rimbench::cases::wedge_box_geometry(&wedge_box_case().default_parameters())
 }
 
 /// The mechanics of the wedge box as its own type, for what a trait object does not show.
