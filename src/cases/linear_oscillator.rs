@@ -23,12 +23,12 @@
 //! in Schweizer et al. 2015, González et al. 2011 and 2019.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
-use super::parameters::{Parameter, Parameters, Range};
+use super::parameters::{Parameter, Parameters, Range, joined};
 use super::reference_method::ReferenceMethod;
-use super::two_masses::{COUPLINGS, FURTHER_COLUMNS, STATE, TRACE_COLUMNS, TwoMasses};
+use super::two_masses::{self, COUPLINGS, FURTHER_COLUMNS, INTEGRATORS, NUMBERED, STATE, TRACE_COLUMNS, TwoMasses};
 use crate::complementarity::SolverEntry;
 use crate::error::Result;
-use crate::models::{CouplingElement, OscillatorIntegrator, WalledMass};
+use crate::models::{CouplingElement, WalledMass};
 
 pub(super) const ENTRY: Case = Case {
     name: "linear-oscillator",
@@ -51,30 +51,23 @@ pub(super) const ENTRY: Case = Case {
 
 const LIM: &str = "LIM cosim-benchmarks";
 
-const PARAMETERS: [Parameter; 13] = {
-    use Range::{Finite, NotNegative, Positive};
+const PARAMETERS: [Parameter; 13] = joined(&[&OWN, &two_masses::start([0.0, 0.0, 100.0, -100.0], NUMBERED, LIM)]);
+
+const OWN: [Parameter; 9] = {
+    use Range::{NotNegative, Positive};
     const fn p(name: &'static str, unit: &'static str, default: f64, range: Range, about: &'static str) -> Parameter {
         Parameter::number(name, unit, default, range, about, LIM)
     }
     [
         Parameter::choice("variant", &["0", "1"], "undamped (0) or damped (1)", LIM),
         Parameter::choice("coupling", &COUPLINGS, "what the sides exchange", LIM),
-        Parameter::choice(
-            "integrator",
-            &["exact", "semi-implicit-euler", "trapezoidal"],
-            "how each side integrates itself under held inputs",
-            LIM,
-        ),
+        two_masses::integrator(&INTEGRATORS, LIM),
         p("mass_1_kg", "kg", 1.0, Positive, "mass m₁"),
         p("mass_2_kg", "kg", 1.0, Positive, "mass m₂"),
         p("stiffness_1_n_m", "N/m", 10.0, NotNegative, "stiffness k₁ of the spring between wall and mass 1"),
         p("coupling_stiffness_n_m", "N/m", 100.0, NotNegative, "stiffness k_c of the spring between the masses"),
         p("stiffness_2_n_m", "N/m", 1000.0, NotNegative, "stiffness k₂ of the spring between mass 2 and wall"),
         p("damping_n_s_m", "N·s/m", 0.01, NotNegative, "c₁ = c_c = c₂ of variant 1"),
-        p("x1_0_m", "m", 0.0, Finite, "position of mass 1 at the start"),
-        p("x2_0_m", "m", 0.0, Finite, "position of mass 2 at the start"),
-        p("v1_0_m_s", "m/s", 100.0, Finite, "velocity of mass 1 at the start"),
-        p("v2_0_m_s", "m/s", -100.0, Finite, "velocity of mass 2 at the start"),
     ]
 };
 
@@ -98,10 +91,5 @@ fn masses(parameters: &Parameters) -> TwoMasses {
 }
 
 fn build(parameters: &Parameters, _solver: &SolverEntry) -> Result<CoupledSystem> {
-    let integrator = match parameters.choice("integrator") {
-        "semi-implicit-euler" => OscillatorIntegrator::SemiImplicitEuler,
-        "trapezoidal" => OscillatorIntegrator::Trapezoidal,
-        _ => OscillatorIntegrator::Exact,
-    };
-    masses(parameters).system(parameters, integrator)
+    masses(parameters).system(parameters, two_masses::integrator_of(parameters))
 }

@@ -19,9 +19,9 @@
 //! **Source**: preCICE tutorial `oscillator`; Schüller, Birken, Rodenberg et al. 2022.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
-use super::parameters::{Parameter, Parameters, Range};
+use super::parameters::{Parameter, Parameters, Range, joined};
 use super::reference_method::ReferenceMethod;
-use super::two_masses::{FURTHER_COLUMNS, STATE, TRACE_COLUMNS, TwoMasses};
+use super::two_masses::{self, FURTHER_COLUMNS, NUMBERED, STATE, TRACE_COLUMNS, TwoMasses};
 use crate::complementarity::SolverEntry;
 use crate::error::Result;
 use crate::models::{CouplingElement, OscillatorIntegrator, WalledMass};
@@ -52,8 +52,10 @@ const PRECICE: &str = "preCICE tutorial oscillator";
 const ALPHA_M: f64 = 0.2;
 const ALPHA_F: f64 = 0.4;
 
-const PARAMETERS: [Parameter; 11] = {
-    use Range::{Finite, NotNegative, Positive};
+const PARAMETERS: [Parameter; 11] = joined(&[&OWN, &two_masses::start([1.0, 0.0, 0.0, 0.0], NUMBERED, PRECICE)]);
+
+const OWN: [Parameter; 7] = {
+    use Range::{NotNegative, Positive};
     const fn p(name: &'static str, unit: &'static str, default: f64, range: Range, about: &'static str) -> Parameter {
         Parameter::number(name, unit, default, range, about, PRECICE)
     }
@@ -64,12 +66,7 @@ const PARAMETERS: [Parameter; 11] = {
             "what the sides exchange",
             PRECICE,
         ),
-        Parameter::choice(
-            "integrator",
-            &["exact", "newmark", "generalised-alpha"],
-            "how each side integrates itself under held inputs",
-            PRECICE,
-        ),
+        two_masses::integrator(&["exact", "newmark", "generalised-alpha"], PRECICE),
         p("mass_1_kg", "kg", 1.0, Positive, "mass m₁"),
         p("mass_2_kg", "kg", 1.0, Positive, "mass m₂"),
         p("stiffness_1_n_m", "N/m", 4.0 * PI * PI, NotNegative, "stiffness k₁ of the spring between wall and mass 1"),
@@ -81,10 +78,6 @@ const PARAMETERS: [Parameter; 11] = {
             "stiffness k₁₂ of the spring between the masses",
         ),
         p("stiffness_2_n_m", "N/m", 4.0 * PI * PI, NotNegative, "stiffness k₂ of the spring between mass 2 and wall"),
-        p("x1_0_m", "m", 1.0, Finite, "position of mass 1 at the start"),
-        p("x2_0_m", "m", 0.0, Finite, "position of mass 2 at the start"),
-        p("v1_0_m_s", "m/s", 0.0, Finite, "velocity of mass 1 at the start"),
-        p("v2_0_m_s", "m/s", 0.0, Finite, "velocity of mass 2 at the start"),
     ]
 };
 

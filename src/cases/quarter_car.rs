@@ -26,12 +26,12 @@
 //! **Source**: Open Simulation Platform (libcosim) demo; Sadjina et al. 2017. The exponent's n is *ours*.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
-use super::parameters::{Parameter, Parameters, Range};
+use super::parameters::{Parameter, Parameters, Range, joined};
 use super::reference_method::ReferenceMethod;
-use super::two_masses::{COUPLINGS, FURTHER_COLUMNS, STATE, TRACE_COLUMNS, TwoMasses};
+use super::two_masses::{self, COUPLINGS, FURTHER_COLUMNS, INTEGRATORS, STATE, TRACE_COLUMNS, TwoMasses};
 use crate::complementarity::SolverEntry;
 use crate::error::Result;
-use crate::models::{CouplingElement, OscillatorIntegrator, WalledMass};
+use crate::models::{CouplingElement, WalledMass};
 
 pub(super) const ENTRY: Case = Case {
     name: "quarter-car",
@@ -60,7 +60,9 @@ pub(super) const ENTRY: Case = Case {
 const OSP: &str = "OSP quarter car";
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 14] = {
+const PARAMETERS: [Parameter; 14] = joined(&[&OWN, &two_masses::start([0.0; 4], START, OSP)]);
+
+const OWN: [Parameter; 10] = {
     use Range::{Finite, NotNegative, Positive};
     const fn p(name: &'static str, unit: &'static str, default: f64, range: Range, about: &'static str) -> Parameter {
         Parameter::number(name, unit, default, range, about, OSP)
@@ -73,12 +75,7 @@ const PARAMETERS: [Parameter; 14] = {
             "Sadjina et al. 2017",
         ),
         Parameter::choice("coupling", &COUPLINGS, "what the sides exchange", OURS),
-        Parameter::choice(
-            "integrator",
-            &["exact", "semi-implicit-euler", "trapezoidal"],
-            "how each side integrates itself under held inputs",
-            OURS,
-        ),
+        two_masses::integrator(&INTEGRATORS, OURS),
         p("chassis_mass_kg", "kg", 400.0, Positive, "mass m₁ of the chassis"),
         p("wheel_mass_kg", "kg", 40.0, Positive, "mass m₂ of the wheel"),
         p("suspension_stiffness_n_m", "N/m", 15_000.0, NotNegative, "stiffness k_c of the suspension"),
@@ -86,12 +83,15 @@ const PARAMETERS: [Parameter; 14] = {
         Parameter::number("damper_shape", "-", 1.0, NotNegative, "n of the nonlinear damper's exponent 2/(1+2n)", OURS),
         p("tyre_stiffness_n_m", "N/m", 150_000.0, NotNegative, "stiffness k₂ of the tyre"),
         p("road_step_m", "m", 0.1, Finite, "height of the step in the road"),
-        p("x1_0_m", "m", 0.0, Finite, "position of the chassis at the start"),
-        p("x2_0_m", "m", 0.0, Finite, "position of the wheel at the start"),
-        p("v1_0_m_s", "m/s", 0.0, Finite, "velocity of the chassis at the start"),
-        p("v2_0_m_s", "m/s", 0.0, Finite, "velocity of the wheel at the start"),
     ]
 };
+
+const START: [&str; 4] = [
+    "position of the chassis at the start",
+    "position of the wheel at the start",
+    "velocity of the chassis at the start",
+    "velocity of the wheel at the start",
+];
 
 fn masses(parameters: &Parameters) -> TwoMasses {
     let get = |name: &str| parameters.number(name);
@@ -122,10 +122,5 @@ fn masses(parameters: &Parameters) -> TwoMasses {
 }
 
 fn build(parameters: &Parameters, _solver: &SolverEntry) -> Result<CoupledSystem> {
-    let integrator = match parameters.choice("integrator") {
-        "semi-implicit-euler" => OscillatorIntegrator::SemiImplicitEuler,
-        "trapezoidal" => OscillatorIntegrator::Trapezoidal,
-        _ => OscillatorIntegrator::Exact,
-    };
-    masses(parameters).system(parameters, integrator)
+    masses(parameters).system(parameters, two_masses::integrator_of(parameters))
 }

@@ -1,7 +1,7 @@
 //! What the two-mass cases share: their sides for each coupling, their exact solution, their energy.
 
 use super::case::{CoupledSystem, DerivedColumn, StateVariable};
-use super::parameters::Parameters;
+use super::parameters::{Parameter, Parameters, Range, number};
 use super::reference_method::ExactSolution;
 use crate::cosim::Trajectory;
 use crate::error::{Error, Failure, Result};
@@ -22,6 +22,42 @@ pub(super) const STATE: [StateVariable; 4] = [
     StateVariable { initial: "x2_0_m", column: "x2_m" },
     StateVariable { initial: "v1_0_m_s", column: "v1_m_s" },
     StateVariable { initial: "v2_0_m_s", column: "v2_m_s" },
+];
+
+/// How each side integrates itself, one of `names`.
+pub(super) const fn integrator(names: &'static [&'static str], source: &'static str) -> Parameter {
+    Parameter::choice("integrator", names, "how each side integrates itself under held inputs", source)
+}
+
+/// The integrators of two of the cases.
+pub(super) const INTEGRATORS: [&str; 3] = ["exact", "semi-implicit-euler", "trapezoidal"];
+
+/// The one of [`INTEGRATORS`] that the parameters say.
+pub(super) fn integrator_of(parameters: &Parameters) -> OscillatorIntegrator {
+    match parameters.choice("integrator") {
+        "semi-implicit-euler" => OscillatorIntegrator::SemiImplicitEuler,
+        "trapezoidal" => OscillatorIntegrator::Trapezoidal,
+        _ => OscillatorIntegrator::Exact,
+    }
+}
+
+/// The start of [`STATE`], each variable with its default and its description.
+pub(super) const fn start(values: [f64; 4], about: [&'static str; 4], source: &'static str) -> [Parameter; 4] {
+    let [x1, x2, v1, v2] = STATE;
+    [
+        number(x1.initial, "m", values[0], Range::Finite, about[0], source),
+        number(x2.initial, "m", values[1], Range::Finite, about[1], source),
+        number(v1.initial, "m/s", values[2], Range::Finite, about[2], source),
+        number(v2.initial, "m/s", values[3], Range::Finite, about[3], source),
+    ]
+}
+
+/// Descriptions of the start of masses that have no names but their numbers.
+pub(super) const NUMBERED: [&str; 4] = [
+    "position of mass 1 at the start",
+    "position of mass 2 at the start",
+    "velocity of mass 1 at the start",
+    "velocity of mass 2 at the start",
 ];
 
 /// Two masses and what is between them.
