@@ -5,8 +5,8 @@
 
 use rimbench::cases::case_by_name;
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{Bounds, StepControl};
-use rimbench::harness::{Cache, Experiment, Job, Record, RunSpec, Store, run_job, scheme_options, simulate};
+use rimbench::cosim::Bounds;
+use rimbench::harness::{Cache, Experiment, Job, Record, RunSpec, Store, run_job, simulate};
 use rimbench::schemes::scheme_by_name;
 use std::hint::black_box;
 use std::path::Path;
@@ -98,26 +98,9 @@ fn overhead(folder: &Path, cache: &Cache) {
     let case = case_by_name("wedge-box").expect("the case exists");
     let solver = solver_by_name("active-set").expect("the solver exists");
     let scheme = scheme_by_name("rim-smooth").expect("the scheme exists");
-    let (sequence, force_return) = scheme.sequence_and_return(None, None).expect("its defaults are valid");
-    let specs: Vec<RunSpec> = rimbench::harness::phase_ensemble(400)
-        .into_iter()
-        .map(|phase| RunSpec {
-            case,
-            parameters: case.default_parameters(),
-            scheme,
-            options: scheme_options(None, None, solver).expect("the options are valid"),
-            macro_step: 5e-3,
-            step_control: StepControl::None,
-            phase,
-            micro_step: 5e-5,
-            mechanics_steps: 1,
-            sequence,
-            force_return,
-            duration: 2.5,
-            solver,
-            wall_limit: None,
-        })
-        .collect();
+    let usual = RunSpec::usual(case, scheme, solver, 5e-3).expect("the run is valid");
+    let specs: Vec<RunSpec> =
+        rimbench::harness::phase_ensemble(400).into_iter().map(|phase| RunSpec { phase, ..usual.clone() }).collect();
     let bare = || {
         for spec in &specs {
             black_box(simulate(spec, Bounds::default()).expect("the run is valid"));

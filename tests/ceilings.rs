@@ -6,7 +6,7 @@ mod support;
 use nalgebra::{Matrix4, Vector4};
 use rimbench::cases::{CASES, Case, case_by_name};
 use rimbench::complementarity::{ENUMERATION_LIMIT, SOLVERS};
-use rimbench::cosim::{CommunicationGrid, Outcome, Port, Quantity, Sequence, Side, StepControl, Subsystem};
+use rimbench::cosim::{CommunicationGrid, Outcome, Port, Quantity, Sequence, Side, Subsystem};
 use rimbench::harness::{RunResult, RunSpec};
 use rimbench::mechanics::monolithic;
 use rimbench::schemes::{Family, Need, SCHEMES, scheme_by_name};
@@ -15,26 +15,11 @@ use support::*;
 const ITERATED: [&str; 2] = ["iterated-aitken", "iterated-quasi-newton"];
 
 fn spec(case: &'static Case, set: &[(&str, &str)], scheme: &str, sequence: Sequence, macro_step: f64) -> RunSpec {
-    let mut parameters = case.default_parameters();
-    set.iter().for_each(|(key, value)| parameters.set(key, value).unwrap());
     let scheme = scheme_by_name(scheme).unwrap();
     let (sequence, force_return) = scheme.sequence_and_return(Some(sequence), None).unwrap();
-    RunSpec {
-        case,
-        parameters,
-        scheme,
-        options: options(),
-        macro_step,
-        step_control: StepControl::None,
-        phase: 1.0,
-        micro_step: macro_step,
-        mechanics_steps: 1,
-        sequence,
-        force_return,
-        duration: 1.0,
-        solver: solver(),
-        wall_limit: None,
-    }
+    let mut spec = RunSpec::usual(case, scheme, solver(), macro_step).unwrap();
+    set.iter().for_each(|(key, value)| spec.parameters.set(key, value).unwrap());
+    RunSpec { micro_step: macro_step, sequence, force_return, duration: 1.0, ..spec }
 }
 
 #[test]

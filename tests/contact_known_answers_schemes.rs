@@ -21,16 +21,8 @@ const CASES: [&str; 9] = [
 ];
 
 fn spec(case: &str, scheme: &str, macro_steps: usize) -> RunSpec {
-    let case = case_by_name(case).unwrap();
-    RunSpec {
-        case,
-        parameters: case.default_parameters(),
-        macro_step: case.defaults.macro_step_s,
-        micro_step: case.defaults.micro_step_s,
-        duration: case.defaults.macro_step_s * macro_steps as f64,
-        phase: 0.6,
-        ..wedge_box_spec(scheme, 5e-3)
-    }
+    let macro_step = case_by_name(case).unwrap().defaults.macro_step_s;
+    RunSpec { duration: macro_step * macro_steps as f64, phase: 0.6, ..usual_spec(case, scheme, macro_step) }
 }
 
 #[test]

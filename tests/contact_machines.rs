@@ -2,35 +2,22 @@
 
 mod support;
 
-use rimbench::cases::{Case, case_by_name};
+use rimbench::cases::Case;
 use rimbench::cosim::{Bounds, ForceReturn, Outcome, Sequence, Side, Subsystem, Trajectory};
 use rimbench::harness::{RunResult, RunSpec, simulate};
 use rimbench::mechanics::{MechanicalModel, NonSmoothMechanics, monolithic};
 use rimbench::models::{CraneGeometry, CraneWithRope, Discs, DiscsGeometry, HalfCar, HalfCarGeometry};
-use rimbench::schemes::{ContactChoice, SCHEMES, scheme_by_name};
+use rimbench::schemes::{ContactChoice, SCHEMES};
 use support::*;
 
 const MACHINES: [&str; 5] = ["crane-set-down", "half-car", "gripper", "disc-row", "disc-pile"];
 
 fn spec(case: &str, scheme: &str, macro_step: f64, set: &[(&str, f64)]) -> RunSpec {
-    let case: &'static Case = case_by_name(case).unwrap();
-    let scheme = scheme_by_name(scheme).unwrap();
-    let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
-    let mut parameters = case.default_parameters();
+    let mut spec = usual_spec(case, scheme, macro_step);
     for (key, value) in set {
-        parameters.set(key, &value.to_string()).unwrap();
+        spec.parameters.set(key, &value.to_string()).unwrap();
     }
-    RunSpec {
-        case,
-        parameters,
-        scheme,
-        macro_step,
-        micro_step: case.defaults.micro_step_s,
-        sequence,
-        force_return,
-        duration: case.defaults.duration_s,
-        ..wedge_box_spec(scheme.name, macro_step)
-    }
+    spec
 }
 
 fn last(run: &Trajectory, name: &str) -> f64 {

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use rimbench::cases::{ReferenceMethod, case_by_name};
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{Bounds, Sequence, StepControl, Trajectory};
-use rimbench::harness::{RunSpec, scheme_options, simulate, spectral_radius};
+use rimbench::cosim::{Bounds, Sequence, Trajectory};
+use rimbench::harness::{RunSpec, simulate, spectral_radius};
 use rimbench::metrics::order_of_convergence;
 use rimbench::schemes::scheme_by_name;
 
@@ -18,26 +18,11 @@ fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: &str, macro_st
     let scheme = scheme_by_name(scheme).unwrap();
     let sequence: Sequence = sequence.parse().unwrap();
     let (sequence, force_return) = scheme.sequence_and_return(Some(sequence), None).unwrap();
-    let mut parameters = case.default_parameters();
+    let mut spec = RunSpec::usual(case, scheme, solver, macro_step).unwrap();
     for (key, value) in set {
-        parameters.set(key, value).unwrap();
+        spec.parameters.set(key, value).unwrap();
     }
-    RunSpec {
-        case,
-        parameters,
-        scheme,
-        options: scheme_options(None, None, solver).unwrap(),
-        macro_step,
-        step_control: StepControl::None,
-        phase: 1.0,
-        micro_step: macro_step,
-        mechanics_steps: 1,
-        sequence,
-        force_return,
-        duration: case.defaults.duration_s,
-        solver,
-        wall_limit: None,
-    }
+    RunSpec { micro_step: macro_step, sequence, force_return, ..spec }
 }
 
 fn run(spec: &RunSpec) -> Trajectory {

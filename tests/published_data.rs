@@ -2,10 +2,8 @@
 
 use rimbench::cases::{Parameters, ReferenceMethod, case_by_name};
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{Bounds, Outcome, StepControl, Trajectory};
-use rimbench::harness::{
-    Cache, Experiment, Job, Reference, RunResult, RunSpec, check_claims, run_job, scheme_options, simulate,
-};
+use rimbench::cosim::{Bounds, Outcome, Trajectory};
+use rimbench::harness::{Cache, Experiment, Job, Reference, RunResult, RunSpec, check_claims, run_job, simulate};
 use rimbench::metrics::order_of_convergence;
 use rimbench::schemes::scheme_by_name;
 use std::path::Path;
@@ -23,23 +21,8 @@ fn crane(set: &[(&str, &str)]) -> Parameters {
 fn jacobi_zoh(set: &[(&str, &str)], macro_step: f64, duration: f64) -> RunSpec {
     let solver = solver_by_name("active-set").unwrap();
     let scheme = scheme_by_name("zero-order-hold").unwrap();
-    let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
-    RunSpec {
-        case: case_by_name("hydraulic-crane").unwrap(),
-        parameters: crane(set),
-        scheme,
-        options: scheme_options(None, None, solver).unwrap(),
-        macro_step,
-        step_control: StepControl::None,
-        phase: 1.0,
-        micro_step: macro_step.min(2e-4),
-        mechanics_steps: 1,
-        sequence,
-        force_return,
-        duration,
-        solver,
-        wall_limit: None,
-    }
+    let usual = RunSpec::usual(case_by_name("hydraulic-crane").unwrap(), scheme, solver, macro_step).unwrap();
+    RunSpec { parameters: crane(set), micro_step: macro_step.min(2e-4), duration, ..usual }
 }
 
 fn run(spec: &RunSpec) -> RunResult {

@@ -4,7 +4,7 @@ mod support;
 
 use rimbench::cases::{ReferenceMethod, case_by_name};
 use rimbench::cosim::{
-    Bounds, CommunicationGrid, MacroStep, MicroStep, Outcome, OutputRates, Sample, Side, StepControl, check_coupling,
+    Bounds, CommunicationGrid, MacroStep, MicroStep, Outcome, OutputRates, Sample, Side, check_coupling,
 };
 use rimbench::harness::{RunResult, RunSpec, simulate};
 use rimbench::interface_model::ReducedInterfaceModel;
@@ -23,28 +23,11 @@ const SMOOTH: [SmoothCase; 3] =
 
 /// A run with the scheme's own sequence, force return and gain.
 fn spec(case: &str, set: &[(&str, &str)], scheme: &'static SchemeEntry, macro_step: f64) -> RunSpec {
-    let case = case_by_name(case).unwrap();
-    let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
-    let mut parameters = case.default_parameters();
+    let mut spec = RunSpec::usual(case_by_name(case).unwrap(), scheme, solver(), macro_step).unwrap();
     for (key, value) in set {
-        parameters.set(key, value).unwrap();
+        spec.parameters.set(key, value).unwrap();
     }
-    RunSpec {
-        case,
-        parameters,
-        scheme,
-        options: SchemeOptions { gain: scheme.gain_value(None).unwrap(), ..options() },
-        macro_step,
-        phase: 1.0,
-        micro_step: case.defaults.micro_step_s.min(macro_step),
-        mechanics_steps: 1,
-        sequence,
-        force_return,
-        duration: case.defaults.duration_s,
-        solver: solver(),
-        wall_limit: None,
-        step_control: StepControl::None,
-    }
+    spec
 }
 
 /// The run, or nothing where the case lacks what the scheme needs; the reason is printed.

@@ -10,24 +10,16 @@ use support::*;
 
 /// The quarter car over its step, chassis and wheel integrated exactly, so that all error is the coupling's.
 fn quarter_car(scheme: &str, coupling: &str, macro_step: f64, control: StepControl) -> RunSpec {
-    let case = case_by_name("quarter-car").unwrap();
-    let mut parameters = case.default_parameters();
-    parameters.set("coupling", coupling).unwrap();
+    let mut spec = usual_spec("quarter-car", scheme, macro_step);
+    spec.parameters.set("coupling", coupling).unwrap();
     RunSpec {
-        case,
-        parameters,
-        scheme: scheme_by_name(scheme).unwrap(),
-        options: options(),
-        macro_step,
         step_control: control,
-        phase: 1.0,
         micro_step: 1e-3,
         mechanics_steps: 0,
         sequence: Sequence::Jacobi,
         force_return: ForceReturn::Held,
         duration: 2.0,
-        solver: solver(),
-        wall_limit: None,
+        ..spec
     }
 }
 

@@ -6,9 +6,9 @@ use super::recorder::{RECORDING, observe};
 use super::selection::{Mark, select};
 use crate::cases::{CASES, Case};
 use crate::complementarity::Lcp;
-use crate::cosim::{Bounds, Outcome, StepControl};
+use crate::cosim::{Bounds, Outcome};
 use crate::error::Result;
-use crate::harness::{RunSpec, parse_mechanics_steps, scheme_options, simulate};
+use crate::harness::{RunSpec, simulate};
 use crate::schemes::scheme_by_name;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -110,25 +110,8 @@ fn run_of(case: &'static Case, settings: &[(&str, &str)], scheme: &str, macro_st
         source += &format!(" {key}={value}");
     }
     source += &format!(" {scheme} H={macro_step}");
-    let scheme = scheme_by_name(scheme)?;
-    let (sequence, force_return) = scheme.sequence_and_return(None, None)?;
-    let spec = RunSpec {
-        case,
-        parameters,
-        scheme,
-        options: scheme_options(None, None, &RECORDING)?,
-        macro_step,
-        phase: 1.0,
-        micro_step: case.defaults.micro_step_s.min(macro_step),
-        mechanics_steps: parse_mechanics_steps("1")?,
-        sequence,
-        force_return,
-        duration: case.defaults.duration_s,
-        solver: &RECORDING,
-        wall_limit: None,
-        step_control: StepControl::None,
-    };
-    Ok((spec, source))
+    let usual = RunSpec::usual(case, scheme_by_name(scheme)?, &RECORDING, macro_step)?;
+    Ok((RunSpec { parameters, ..usual }, source))
 }
 
 /// How many solvers the mechanics of a run builds; none if it has no contacts.

@@ -67,6 +67,36 @@ pub struct RunResult {
 }
 
 impl RunSpec {
+    /// The run that an experiment means where it says no more than case, scheme and macro step (s). `solver` serves both sides.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for a scheme whose own sequence, force return and gain do not go together.
+    pub fn usual(
+        case: &'static Case,
+        scheme: &'static SchemeEntry,
+        solver: &'static SolverEntry,
+        macro_step: f64,
+    ) -> Result<Self> {
+        let (sequence, force_return) = scheme.sequence_and_return(None, None)?;
+        Ok(RunSpec {
+            case,
+            parameters: case.default_parameters(),
+            scheme,
+            options: SchemeOptions { gain: scheme.gain_value(None)?, ..SchemeOptions::of(solver) },
+            macro_step,
+            step_control: StepControl::None,
+            phase: 1.0,
+            // A macro step below the usual micro step is its own micro step.
+            micro_step: case.defaults.micro_step_s.min(macro_step),
+            mechanics_steps: 1,
+            sequence,
+            force_return,
+            duration: case.defaults.duration_s,
+            solver,
+            wall_limit: None,
+        })
+    }
+
     /// Hash of everything that determines the run, 16 hexadecimal digits.
     pub fn id(&self) -> String {
         let mut key = format!("numerics {NUMERICS_VERSION}\ncase {}\n", self.case.name);

@@ -3,9 +3,9 @@
 use super::kernels;
 use crate::cases::{Recorder, case_by_name};
 use crate::complementarity::{SolverCounters, solver_by_name};
-use crate::cosim::{Bounds, Outcome, StepControl, Trajectory};
+use crate::cosim::{Bounds, Outcome, Trajectory};
 use crate::error::{Error, Result, find_by_name};
-use crate::harness::{RunSpec, scheme_options, simulate};
+use crate::harness::{RunSpec, simulate};
 use crate::mechanics::monolithic;
 use crate::schemes::scheme_by_name;
 
@@ -154,24 +154,8 @@ impl Size {
 
 /// A whole run with the defaults of its case and scheme, recorded at every communication point.
 fn run(case: &str, scheme: &str, macro_step: f64, size: Size, column: &'static str) -> Result<Repetition> {
-    let (case, scheme, solver) = (case_by_name(case)?, scheme_by_name(scheme)?, solver_by_name("active-set")?);
-    let (sequence, force_return) = scheme.sequence_and_return(None, None)?;
-    let spec = RunSpec {
-        case,
-        parameters: case.default_parameters(),
-        scheme,
-        options: scheme_options(None, None, solver)?,
-        macro_step,
-        phase: 1.0,
-        micro_step: case.defaults.micro_step_s,
-        mechanics_steps: 1,
-        sequence,
-        force_return,
-        duration: case.defaults.duration_s,
-        solver,
-        wall_limit: None,
-        step_control: StepControl::None,
-    };
+    let solver = solver_by_name("active-set")?;
+    let spec = RunSpec::usual(case_by_name(case)?, scheme_by_name(scheme)?, solver, macro_step)?;
     spec.check()?;
     Ok(Box::new(move || {
         let result = simulate(&spec, Bounds::default())?;

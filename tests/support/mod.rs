@@ -29,27 +29,15 @@ pub fn wedge_box_case() -> &'static Case {
     case_by_name("wedge-box").unwrap()
 }
 
-/// The wedge box at its defaults with one scheme; sequence and force return are the scheme's own.
+/// A case at its defaults with one scheme; sequence, force return and gain are the scheme's own.
+pub fn usual_spec(case: &str, scheme: &str, macro_step: f64) -> RunSpec {
+    let (case, scheme) = (case_by_name(case).unwrap(), scheme_by_name(scheme).unwrap());
+    RunSpec::usual(case, scheme, solver(), macro_step).unwrap()
+}
+
+/// The wedge box in the same way.
 pub fn wedge_box_spec(scheme: &str, macro_step: f64) -> RunSpec {
-    let case = wedge_box_case();
-    let scheme = scheme_by_name(scheme).unwrap();
-    let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
-    RunSpec {
-        case,
-        parameters: case.default_parameters(),
-        scheme,
-        options: options(),
-        macro_step,
-        step_control: StepControl::None,
-        phase: 1.0,
-        micro_step: case.defaults.micro_step_s,
-        mechanics_steps: 1,
-        sequence,
-        force_return,
-        duration: case.defaults.duration_s,
-        solver: solver(),
-        wall_limit: None,
-    }
+    usual_spec("wedge-box", scheme, macro_step)
 }
 
 /// Runs without bounds: a run that diverges goes on until it cannot.
