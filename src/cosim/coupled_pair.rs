@@ -1,8 +1,10 @@
-//! Both sides and what is between them: how they exchange, and how each covers a macro step.
+//! Both sides and what is between them, and how they exchange.
+
+mod advance;
 
 use super::communication_grid::{MacroStep, division};
-use super::coupling_scheme::{CouplingScheme, MicroStep, Sample};
-use super::force_return::{ForceReturn, Sequence, Transmission};
+use super::coupling_scheme::{CouplingScheme, Sample};
+use super::force_return::Transmission;
 use super::held::Held;
 use super::interface_work::{InterfaceWork, WorkMeter};
 use super::iteration::Coupling;
@@ -150,7 +152,7 @@ impl<'a> CoupledPair<'a> {
         if let Some(model) = &mut self.model {
             self.mechanics.interface_model(mechanics_step, model)?;
         }
-        let actuator_micro_step = step.length / division(step.length, self.setup.micro_step) as f64;
+        let actuator_micro_step = self.actuator_micro_step(step);
         let (actuator, time, u) = (&self.actuator, self.time, &self.u_actuator);
         let rates = self.rates.as_mut().and_then(|rates| actuator.output_rates(time, u, rates).then_some(&*rates));
         let sample = Sample {
@@ -202,101 +204,6 @@ impl<'a> CoupledPair<'a> {
         self.u_actuator.copy_from_slice(&self.y_mechanics);
     }
 
-    /// Lets both sides cover a macro step in the way that the scheme couples them.
-    pub(super) fn advance(&mut self, interval: Interval) -> Result<(), Failure> {
-        match self.coupling {
-            Coupling::Explicit => self.advance_in_sequence(interval)?,
-            Coupling::Implicit(iteration) => self.iterate(iteration, interval)?,
-            Coupling::Monolithic => self.advance_together(interval.step)?,
-        }
-        self.counters.macro_steps += 1;
-        Ok(())
-    }
-
-    fn advance_in_sequence(&mut self, interval: Interval) -> Result<(), Failure> {
-        let step = interval.step;
-        match self.setup.sequence {
-            Sequence::Jacobi | Sequence::GaussSeidel { first: Side::Actuator } => {
-                self.advance_actuator(step)?;
-                self.advance_mechanics(step)
-            }
-            Sequence::GaussSeidel { first: Side::Mechanics } => {
-                self.advance_mechanics(step)?;
-                self.mechanics.outputs(&self.u_mechanics, &mut self.y_mechanics);
-                self.send_ahead(Side::Mechanics, interval)?;
-                self.advance_actuator(step)
-            }
-        }
-    }
-
-    pub(super) fn advance_actuator(&mut self, step: MacroStep) -> Result<(), Failure> {
-        let count = division(step.length, self.setup.micro_step);
-        let own = &mut self.own[..self.y_actuator.len()];
-        let averaged = matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
-        let (actuator, scheme) = (&mut *self.actuator, &mut *self.scheme);
-        self.transmission.clear();
-        for j in 0..count {
-            let at = MicroStep::new(step, j, count);
-            actuator.outputs(&self.u_actuator, own);
-            self.work_sent.add_half_step(at.length, own, &self.u_actuator);
-            scheme.input(Side::Actuator, at, own, &mut self.u_actuator)?;
-            self.work_sent.add_half_step(at.length, own, &self.u_actuator);
-            actuator.step(at.start, &self.u_actuator, at.length)?;
-            if averaged {
-                self.transmission.push(own);
-            }
-        }
-        // The value at the end of the step, for the force return `end`.
-        actuator.outputs(&self.u_actuator, own);
-        Ok(())
-    }
-
-    pub(super) fn advance_mechanics(&mut self, step: MacroStep) -> Result<(), Failure> {
-        let count = self.mechanics_steps(step);
-        let (mechanics, scheme) = (&mut *self.mechanics, &mut *self.scheme);
-        self.received.fill(0.0);
-        for i in 0..count {
-            let at = MicroStep::new(step, i, count);
-            match self.setup.force_return {
-                ForceReturn::Held => {
-                    let own = &mut self.own[..self.y_mechanics.len()];
-                    mechanics.outputs(&self.u_mechanics, own);
-                    scheme.input(Side::Mechanics, at, own, &mut self.u_mechanics)?;
-                }
-                ForceReturn::End => self.u_mechanics.copy_from_slice(&self.own[..self.y_actuator.len()]),
-                ForceReturn::Mean => self.transmission.mean_over(0, 1, &mut self.u_mechanics),
-                ForceReturn::Profile => self.transmission.mean_over(i, count, &mut self.u_mechanics),
-            }
-            mechanics.step(at.start, &self.u_mechanics, at.length)?;
-            for (received, u) in self.received.iter_mut().zip(&self.u_mechanics) {
-                *received += u / count as f64;
-            }
-        }
-        Ok(())
-    }
-
-    /// Both sides in one loop at the micro step, as [`monolithic`](crate::mechanics::monolithic) does it: the mechanics
-    /// with the force of the state before, the actuator with the motion after.
-    fn advance_together(&mut self, step: MacroStep) -> Result<(), Failure> {
-        let count = self.mechanics_steps(step);
-        self.received.fill(0.0);
-        for j in 0..count {
-            let at = MicroStep::new(step, j, count);
-            for (received, y) in self.received.iter_mut().zip(&self.y_actuator) {
-                *received += y / count as f64;
-            }
-            self.work_sent.add_half_step(at.length, &self.y_actuator, &self.y_mechanics);
-            self.mechanics.step(at.start, &self.y_actuator, at.length)?;
-            self.mechanics.outputs(&self.y_actuator, &mut self.y_mechanics);
-            self.work_sent.add_half_step(at.length, &self.y_actuator, &self.y_mechanics);
-            self.actuator.step(at.start, &self.y_mechanics, at.length)?;
-            self.actuator.outputs(&self.y_mechanics, &mut self.y_actuator);
-        }
-        self.u_mechanics.copy_from_slice(&self.y_actuator);
-        self.u_actuator.copy_from_slice(&self.y_mechanics);
-        Ok(())
-    }
-
     /// The outputs of one side at the end of the macro step reach the scheme before the other side steps.
     pub(super) fn send_ahead(&mut self, from: Side, interval: Interval) -> Result<(), Failure> {
         let step = interval.step;
@@ -304,7 +211,7 @@ impl<'a> CoupledPair<'a> {
             Side::Mechanics => &self.y_mechanics,
             Side::Actuator => &self.y_actuator,
         };
-        let actuator_micro_step = step.length / division(step.length, self.setup.micro_step) as f64;
+        let actuator_micro_step = self.actuator_micro_step(step);
         self.counters.exchanges += 1;
         let sample = Sample { time: interval.end, y, model: None, rates: None, step, actuator_micro_step };
         self.scheme.receive(from, &sample)
@@ -312,18 +219,6 @@ impl<'a> CoupledPair<'a> {
 
     pub(super) fn interface_work(&self) -> InterfaceWork {
         InterfaceWork { sent_j: self.work_sent.sent(), received_j: self.mechanics.interface_work() }
-    }
-
-    /// The mechanics' own step in a macro step, s.
-    fn mechanics_step(&self, step: MacroStep) -> f64 {
-        step.length / self.mechanics_steps(step) as f64
-    }
-
-    fn mechanics_steps(&self, step: MacroStep) -> usize {
-        match self.setup.mechanics_steps {
-            count if count > 0 && self.coupling != Coupling::Monolithic => count,
-            _ => division(step.length, self.setup.micro_step),
-        }
     }
 
     /// Notes the first coupling variable beyond its bound; ends the run at one that is not finite.
