@@ -16,6 +16,7 @@ mod interface_jacobian;
 mod iterated_aitken;
 mod iterated_quasi_newton;
 mod monolithic;
+mod moving_model;
 mod need;
 mod nepce;
 mod packed_model;

@@ -11,7 +11,8 @@
 use super::active_contacts::ActiveContacts;
 use super::contact_choice::ContactChoice;
 use super::contact_selection::ContactSelection;
-use super::entry::{ModelMotion, SchemeOptions};
+use super::entry::SchemeOptions;
+use super::moving_model::MovingModel;
 use super::packed_model::PackedModel;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters};
 use crate::cosim::{CouplingScheme, Diagnostics, MicroStep, Ports, Sample, Side};
@@ -36,14 +37,7 @@ pub(super) enum Contacts {
 pub(super) struct ReducedInterface {
     contacts: Contacts,
     options: SchemeOptions,
-    /// The model as received, and as it is used in the present micro step.
-    received: ReducedInterfaceModel,
-    current: ReducedInterfaceModel,
-    received_at: f64,
-    /// Rates of `H` and `a`; used only where `extrapolating`.
-    h_rate: Vec<f64>,
-    a_rate: Vec<f64>,
-    extrapolating: bool,
+    model: MovingModel,
     /// Contacts in the model, and those of the communication point before.
     set: Vec<usize>,
     previous_set: Vec<usize>,
@@ -84,12 +78,7 @@ impl ReducedInterface {
         Box::new(ReducedInterface {
             contacts,
             options: *options,
-            received: ReducedInterfaceModel::zeros(0, interface),
-            current: ReducedInterfaceModel::zeros(0, interface),
-            received_at: f64::NAN,
-            h_rate: Vec::new(),
-            a_rate: Vec::new(),
-            extrapolating: false,
+            model: MovingModel::new(interface, options.motion),
             set: Vec::new(),
             previous_set: Vec::new(),
             closed: Vec::new(),
@@ -115,10 +104,7 @@ impl ReducedInterface {
     /// Makes all buffers for the size of the first model received; the only place that allocates.
     fn resize(&mut self, model: &ReducedInterfaceModel) {
         let (n_u, n_i) = (model.contacts(), model.interface());
-        self.received = model.clone();
-        self.current = model.clone();
-        self.h_rate = vec![0.0; model.h.len()];
-        self.a_rate = vec![0.0; model.a.len()];
+        self.model.resize(model);
         for list in [&mut self.set, &mut self.previous_set, &mut self.closed] {
             *list = Vec::with_capacity(n_u);
         }
@@ -137,7 +123,7 @@ impl ReducedInterface {
     }
 
     fn receive_model(&mut self, sample: &Sample<'_>, model: &ReducedInterfaceModel) {
-        if self.received.contacts() != model.contacts() || self.received_at.is_nan() {
+        if !self.model.fits(model) {
             self.resize(model);
         }
         std::mem::swap(&mut self.set, &mut self.previous_set);
@@ -150,10 +136,7 @@ impl ReducedInterface {
                 model.closed_contacts(&mut self.set)
             }
         }
-        self.take_rates(sample.time, model);
-        self.received.copy_from(model);
-        self.current.copy_from(model);
-        self.received_at = sample.time;
+        self.model.receive(sample.time, model);
         self.micro_step = sample.actuator_micro_step;
         // Which contacts carry impulse depends on the force, which arrives next.
         if !self.waits_for_force() {
@@ -172,9 +155,11 @@ impl ReducedInterface {
 
     /// Sets the model to its start at the communication point, once the set of contacts is known.
     fn begin(&mut self) {
-        self.extrapolating &= self.set == self.previous_set;
+        if self.set != self.previous_set {
+            self.model.freeze();
+        }
         self.prepare();
-        let model = &self.received;
+        let model = &self.model.received;
         self.gap_rates = GapRates::new(self.micro_step, model.mechanics_step, model.stabilisation);
         let n = self.packed.contacts();
         for (slot, &contact) in self.set[..n].iter().enumerate() {
@@ -189,51 +174,16 @@ impl ReducedInterface {
         self.position.copy_from_slice(&model.position);
     }
 
-    /// Differences of the last two models, unless the contact set has changed in between.
-    fn take_rates(&mut self, time: f64, model: &ReducedInterfaceModel) {
-        let elapsed = time - self.received_at;
-        model.closed_contacts(&mut self.closed);
-        let same_closed = {
-            let received = &self.received;
-            let was_closed = |contact: usize| received.gap[contact] <= received.contact_margin;
-            (0..model.contacts()).all(|contact| was_closed(contact) == self.closed.contains(&contact))
-        };
-        self.extrapolating = self.options.motion == ModelMotion::Extrapolated && elapsed > 0.0 && same_closed;
-        if self.extrapolating {
-            let rates =
-                [(&mut self.h_rate, &model.h, &self.received.h), (&mut self.a_rate, &model.a, &self.received.a)];
-            for (rate, now, before) in rates {
-                for (rate, (now, before)) in rate.iter_mut().zip(now.iter().zip(before)) {
-                    *rate = (now - before) / elapsed;
-                }
-            }
-        }
-    }
-
-    /// Brings `current` to time `since` after the communication point.
-    fn move_model(&mut self, since: f64) {
-        let parts = [
-            (&mut self.current.h, &self.received.h, &self.h_rate),
-            (&mut self.current.a, &self.received.a, &self.a_rate),
-        ];
-        for (current, received, rate) in parts {
-            for (current, (received, rate)) in current.iter_mut().zip(received.iter().zip(rate)) {
-                *current = received + since * rate;
-            }
-        }
-        self.prepare();
-    }
-
-    /// Derives from `current` what a micro step needs.
+    /// Derives from the model as it stands what a micro step needs.
     fn prepare(&mut self) {
         self.packed_anew = true;
         match self.contacts {
             Contacts::Bilateral | Contacts::BilateralActive => {
-                condense(&self.current, &self.set, self.options.redundancy, &mut self.condensation);
+                condense(&self.model.current, &self.set, self.options.redundancy, &mut self.condensation);
                 self.packed.pack_condensed(&self.condensation, self.micro_step);
             }
             Contacts::Unilateral | Contacts::UnilateralWithGaps => {
-                self.packed.pack(&self.current, &self.set, self.micro_step);
+                self.packed.pack(&self.model.current, &self.set, self.micro_step);
             }
         }
     }
@@ -253,7 +203,7 @@ impl ReducedInterface {
                 }
             }
         }
-        if self.received.restitution > 0.0 {
+        if self.model.received.restitution > 0.0 {
             self.bounce(n);
         }
         let lcp = Lcp { m: self.packed.h_uu(), q: &self.b_u[..n] };
@@ -268,7 +218,7 @@ impl ReducedInterface {
         for slot in 0..n {
             let (w, gap) = (self.w[slot], if tracked { self.gap[slot] } else { 0.0 });
             if w < 0.0 && gap + self.micro_step * w <= 0.0 {
-                self.b_u[slot] = self.w_free[slot] + self.received.restitution * w;
+                self.b_u[slot] = self.w_free[slot] + self.model.received.restitution * w;
             }
         }
     }
@@ -276,11 +226,12 @@ impl ReducedInterface {
     /// Leaves out of `set` what does not take part in a macro step of `length` (s).
     fn choose_contacts(&mut self, length: f64) -> Result<(), Failure> {
         if self.contacts == Contacts::BilateralActive {
-            return self.active.keep(&mut self.set, &self.received, &self.force);
+            return self.active.keep(&mut self.set, &self.model.received, &self.force);
         }
         let tracked = self.contacts == Contacts::UnilateralWithGaps;
-        self.selection.select(&mut self.set, &mut self.received, &self.force, length, tracked)?;
-        self.current.a.copy_from_slice(&self.received.a);
+        let MovingModel { received, current, .. } = &mut self.model;
+        self.selection.select(&mut self.set, received, &self.force, length, tracked)?;
+        current.a.copy_from_slice(&received.a);
         Ok(())
     }
 
@@ -292,7 +243,7 @@ impl ReducedInterface {
         solved?;
         self.closed.clear();
         self.closed.extend(self.set.iter().zip(&self.p_u).filter(|(_, p)| **p > 0.0).map(|(&contact, _)| contact));
-        condense(&self.received, &self.closed, self.options.redundancy, &mut self.diagnosis);
+        condense(&self.model.received, &self.closed, self.options.redundancy, &mut self.diagnosis);
         Ok(self.diagnosis.effective_mass)
     }
 }
@@ -324,8 +275,8 @@ impl CouplingScheme for ReducedInterface {
             return Ok(());
         }
         debug_assert_eq!(at.length, self.packed.length());
-        if self.extrapolating {
-            self.move_model(at.since_exchange + 0.5 * at.length);
+        if self.model.move_to(at.since_exchange + 0.5 * at.length) {
+            self.prepare();
         }
         self.solve_contacts(own)?;
         let (n, n_i) = (self.packed.contacts(), own.len());

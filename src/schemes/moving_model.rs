@@ -1,0 +1,105 @@
+//! A reduced interface model as received, and as it stands within the macro step: frozen, or extrapolated.
+
+use super::entry::ModelMotion;
+use crate::interface_model::ReducedInterfaceModel;
+
+/// The model between two communication points.
+///
+/// ```text
+/// extrapolated    H(t) = H_k + (t − t_k) (H_k − H_{k−1})/(t_k − t_{k−1})        a(t) alike
+/// frozen          H(t) = H_k
+/// ```
+/// A model whose closed contacts differ from those of the one before stays frozen.
+#[derive(Clone)]
+pub(super) struct MovingModel {
+    motion: ModelMotion,
+    /// As received.
+    pub(super) received: ReducedInterfaceModel,
+    /// As it is used in the present micro step.
+    pub(super) current: ReducedInterfaceModel,
+    received_at: f64,
+    /// Rates of `H` and `a`; used only where `extrapolating`.
+    h_rate: Vec<f64>,
+    a_rate: Vec<f64>,
+    extrapolating: bool,
+}
+
+impl MovingModel {
+    /// No model yet, for an interface of so many rows.
+    pub(super) fn new(interface: usize, motion: ModelMotion) -> Self {
+        MovingModel {
+            motion,
+            received: ReducedInterfaceModel::zeros(0, interface),
+            current: ReducedInterfaceModel::zeros(0, interface),
+            received_at: f64::NAN,
+            h_rate: Vec::new(),
+            a_rate: Vec::new(),
+            extrapolating: false,
+        }
+    }
+
+    /// Whether there is room for a model of this size.
+    pub(super) fn fits(&self, model: &ReducedInterfaceModel) -> bool {
+        self.received.contacts() == model.contacts() && !self.received_at.is_nan()
+    }
+
+    /// Makes room for models of this size.
+    pub(super) fn resize(&mut self, model: &ReducedInterfaceModel) {
+        self.received = model.clone();
+        self.current = model.clone();
+        self.h_rate = vec![0.0; model.h.len()];
+        self.a_rate = vec![0.0; model.a.len()];
+    }
+
+    /// Takes a model as it is at `time` (s).
+    pub(super) fn receive(&mut self, time: f64, model: &ReducedInterfaceModel) {
+        self.extrapolating =
+            self.motion == ModelMotion::Extrapolated && self.take_rates(time - self.received_at, model);
+        self.received.copy_from(model);
+        self.current.copy_from(model);
+        self.received_at = time;
+    }
+
+    /// Differences of the last two models, and whether they can be gone on with: not if a contact has opened or closed.
+    fn take_rates(&mut self, elapsed: f64, model: &ReducedInterfaceModel) -> bool {
+        let closed = |model: &ReducedInterfaceModel, contact: usize| model.gap[contact] <= model.contact_margin;
+        let same_closed =
+            (0..model.contacts()).all(|contact| closed(&self.received, contact) == closed(model, contact));
+        if !(elapsed > 0.0 && same_closed) {
+            return false;
+        }
+        let rates = [(&mut self.h_rate, &model.h, &self.received.h), (&mut self.a_rate, &model.a, &self.received.a)];
+        for (rate, now, before) in rates {
+            for (rate, (now, before)) in rate.iter_mut().zip(now.iter().zip(before)) {
+                *rate = (now - before) / elapsed;
+            }
+        }
+        true
+    }
+
+    /// Lets the model stand still until the next one arrives.
+    pub(super) fn freeze(&mut self) {
+        self.extrapolating = false;
+    }
+
+    /// Brings the model to time `since` (s) after the communication point; says whether it moves at all.
+    #[inline]
+    pub(super) fn move_to(&mut self, since: f64) -> bool {
+        if self.extrapolating {
+            self.extrapolate(since);
+        }
+        self.extrapolating
+    }
+
+    fn extrapolate(&mut self, since: f64) {
+        let parts = [
+            (&mut self.current.h, &self.received.h, &self.h_rate),
+            (&mut self.current.a, &self.received.a, &self.a_rate),
+        ];
+        for (current, received, rate) in parts {
+            for (current, (received, rate)) in current.iter_mut().zip(received.iter().zip(rate)) {
+                *current = received + since * rate;
+            }
+        }
+    }
+}
