@@ -1,5 +1,6 @@
 //! Solution of a dense system by Gaussian elimination with row pivoting: plain loops where it is small, faer above.
 
+use super::buffer::Buffer;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor as lu_factor, solve as lu_solve};
 use faer::reborrow::{Reborrow, ReborrowMut};
@@ -13,21 +14,21 @@ const FAER_FROM: usize = 64;
 pub(super) struct Lu {
     capacity: usize,
     /// The pivot row of the plain loops.
-    row: Vec<f64>,
+    row: Buffer<f64, 8>,
     order: Vec<usize>,
     inverse_order: Vec<usize>,
     scratch: MemBuffer,
 }
 
 impl Lu {
-    /// Makes the room; the only place that allocates.
+    /// Makes the room; the only place that allocates, but for one buffer that faer makes per thread.
     pub(super) fn new(capacity: usize) -> Self {
         let blocked = if capacity >= FAER_FROM { capacity } else { 0 };
         let factor = lu_factor::lu_in_place_scratch::<usize, f64>(blocked, blocked, Par::Seq, Spec::default());
         let solve = lu_solve::solve_in_place_scratch::<usize, f64>(blocked, 1, Par::Seq);
         Lu {
             capacity,
-            row: vec![0.0; capacity.min(FAER_FROM)],
+            row: Buffer::new(capacity.min(FAER_FROM)),
             order: vec![0; blocked],
             inverse_order: vec![0; blocked],
             scratch: MemBuffer::new(factor.or(solve)),
