@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rimbench::perf::{
-    Comparison, History, Paired, Row, TimeSummary, Verdict, compare_pairs, compare_records, draw_history,
+    Comparison, History, Paired, PerStep, Row, TimeSummary, Verdict, compare_pairs, compare_records, draw_history,
 };
 use std::path::Path;
 
@@ -217,6 +217,36 @@ fn a_history_comes_back_as_it_was_written_and_is_drawn() {
     let files = rimbench::report::render::write(&draw_history(&history), folder.path(), "history").unwrap();
     let svg = std::fs::read_to_string(files.svg).unwrap();
     assert!(svg.contains("2.000"), "the step is labelled with its ratio");
+}
+
+#[test]
+fn what_another_has_recorded_in_between_is_not_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("history.csv");
+    let rows = level(&mut Pcg64::seed_from_u64(10), 2).rows;
+    let [mut one, mut other] = [(); 2].map(|()| History::read_or_begin(&path).unwrap());
+    one.append(&rows[..1]).unwrap();
+    other.append(&rows[1..]).unwrap();
+    assert_eq!(History::read(&path).unwrap().rows, rows);
+    assert_eq!(other.rows, rows);
+}
+
+#[test]
+fn time_per_step_is_that_of_the_steps_there_are() {
+    let mut row = level(&mut Pcg64::seed_from_u64(11), 1).rows.remove(0);
+    row.wall_s = Some(3e-3);
+    (row.macro_steps, row.mechanics_micro_steps, row.actuator_micro_steps) = (1000, 2000, 4000);
+    row.flops_estimate = 0;
+    let per_step = PerStep::of(&row).unwrap();
+    assert!((per_step.macro_step_ns.unwrap() - 3000.0).abs() < 1e-9);
+    assert!((per_step.micro_step_ns.unwrap() - 500.0).abs() < 1e-9);
+    assert_eq!(per_step.flops_per_ns, None);
+    (row.macro_steps, row.flops_estimate) = (0, 6_000_000);
+    let per_step = PerStep::of(&row).unwrap();
+    assert_eq!(per_step.macro_step_ns, None);
+    assert!((per_step.flops_per_ns.unwrap() - 2.0).abs() < 1e-9);
+    row.status = "wrong answer".to_owned();
+    assert_eq!(PerStep::of(&row), None, "a wrong answer has no time");
 }
 
 #[test]

@@ -38,6 +38,10 @@ fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_compared_and_drawn() {
     assert!(counters.iter().all(|counter| counter["verdict"] == "same"), "{told}");
     assert!(text(told["notes"].to_string().as_bytes()).contains("recorded without valgrind"), "{told}");
 
+    let shown = perf(&["show", "--history"]).arg(&history).assert().success().get_output().clone();
+    let shown = text(&shown.stdout);
+    assert!(shown.contains("kernel/lcp-warm") && shown.contains("ns per micro step"), "{shown}");
+
     perf(&["plot", "--history"]).arg(&history).assert().success();
     assert!(folder.path().join("history.svg").exists() && folder.path().join("history.png").exists());
 }
@@ -74,6 +78,8 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
         (vec!["compare", damaged, "latest"], "missing field"),
         (vec!["record", "--history", damaged], "missing field"),
         (vec!["plot", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
+        (vec!["show", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
+        (vec!["show", "nonsense"], "record = nonsense is not valid; valid: latest, previous"),
         (vec!["compare", "nonsense", "latest"], "record = nonsense is not valid; valid: latest, previous"),
         (vec!["compare", "--rev", "HEAD"], "two revisions"),
         (vec!["compare", "--rev", "no-such-revision", "--rev", "HEAD"], "--rev = no-such-revision is not valid"),

@@ -1,14 +1,16 @@
 //! `rimbench perf`: has the program become slower?
 
 use super::perf_compare::Compare;
-use super::print;
 use super::reproduce::home;
+use super::{print, table};
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::error::Error;
 use rimbench::harness::Provenance;
-use rimbench::perf::{self, BENCHMARKS, History, Plan, Program, benchmark_by_name, callgrind, draw_history};
+use rimbench::perf::{
+    self, BENCHMARKS, History, PerStep, Plan, Program, Row, benchmark_by_name, callgrind, draw_history,
+};
 use rimbench::report::render;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -26,6 +28,8 @@ enum Command {
     Record(Record),
     /// Compare two records, or two git revisions (--rev A --rev B); exit code 1 on a regression
     Compare(Compare),
+    /// Show a record: instructions, time, and time per macro and micro step
+    Show(Show),
     /// Draw the history with the steps found in it
     Plot(Plot),
     /// Measure one benchmark in this process
@@ -38,6 +42,7 @@ impl Perf {
         match self.command {
             Command::Record(command) => command.run()?,
             Command::Compare(command) => return command.run(),
+            Command::Show(command) => command.run()?,
             Command::Plot(command) => command.run()?,
             Command::Sample(command) => command.run()?,
         }
@@ -117,6 +122,7 @@ impl Record {
         };
         let rows = perf::record(&program, &provenance, &plan, &mut |benchmark| eprintln!("{benchmark}"))?;
         history.append(&rows)?;
+        print(&steps_table(&rows.iter().collect::<Vec<_>>()))?;
         for row in rows.iter().filter(|row| !row.is_ok()) {
             eprintln!("note: {}: {}", row.benchmark, row.status);
         }
@@ -133,6 +139,57 @@ impl Record {
         let record = rows.first().map_or("nothing", |row| &row.record);
         print(&format!("record {record}: {} rows appended to {}", rows.len(), path.display()))
     }
+}
+
+/// Arguments of `perf show`.
+#[derive(Debug, Args)]
+struct Show {
+    /// latest, previous, or digits of a record or git revision
+    #[arg(value_name = "RECORD", default_value = "latest")]
+    record: String,
+    /// The history [default: results/perf/history.csv of the package]
+    #[arg(long, value_name = "FILE")]
+    history: Option<PathBuf>,
+}
+
+impl Show {
+    fn run(self) -> anyhow::Result<()> {
+        let history = History::read(&history_file(self.history)?)?;
+        let rows = history.of_record(history.select(&self.record)?);
+        let [first, ..] = rows.as_slice() else { unreachable!("a record has rows") };
+        print(&format!(
+            "record {}, revision {}, {}, {}, {}",
+            first.record, first.git_revision, first.rustc, first.target, first.cpu
+        ))?;
+        print(&steps_table(&rows))
+    }
+}
+
+/// Times per step of the rows that have times, instructions of all.
+fn steps_table(rows: &[&Row]) -> String {
+    let mut table = table(&[
+        "benchmark",
+        "instructions",
+        "time, ms",
+        "ns per macro step",
+        "ns per micro step",
+        "est. flops per ns",
+    ]);
+    for row in rows {
+        let per_step = PerStep::of(row);
+        let number = |of: fn(&PerStep) -> Option<f64>, digits: usize| {
+            per_step.as_ref().and_then(of).map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
+        };
+        table.add_row([
+            row.benchmark.clone(),
+            row.instructions.map_or_else(|| "–".to_owned(), |count| count.to_string()),
+            row.wall_s.map_or_else(|| row.status.clone(), |wall| format!("{:.3}", 1e3 * wall)),
+            number(|row| row.macro_step_ns, 0),
+            number(|row| row.micro_step_ns, 0),
+            number(|row| row.flops_per_ns, 2),
+        ]);
+    }
+    table.to_string()
 }
 
 /// Arguments of `perf plot`.

@@ -156,11 +156,13 @@ impl History {
         if path.exists() { Self::read(path) } else { Ok(History { path: path.to_owned(), rows: Vec::new() }) }
     }
 
-    /// Adds the rows of a record and writes the file anew, whole or not at all.
+    /// Adds the rows of a record to the file as it is by now, and writes it anew, whole or not at all. What others have
+    /// recorded since it was read stays, unless they write at the very same moment.
     ///
     /// # Errors
-    /// [`Error::File`] if it cannot be written.
+    /// [`Error::File`] if it cannot be read or written.
     pub fn append(&mut self, rows: &[Row]) -> Result<()> {
+        self.rows = Self::read_or_begin(&self.path)?.rows;
         let all: Vec<&Row> = self.rows.iter().chain(rows).collect();
         write_atomically(&self.path, |out| {
             let mut writer = csv::Writer::from_writer(out);

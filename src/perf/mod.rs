@@ -16,16 +16,19 @@
 //! | `record` | the suite measured in interleaved pairs |
 //! | `history` | rows of `history.csv` and how they are named |
 //! | `statistics`, `steps` | quartiles, fence, t interval; steps in a series |
-//! | `decision`, `comparison` | what is a regression; what is told about it |
+//! | `decision`, `comparison`, `comparison_text` | what is a regression; what is told about it |
+//! | `per_step` | times of a record per macro and micro step |
 //! | `revision` | two git revisions, built side by side |
 //! | `plot` | the history as a figure |
 
 pub mod callgrind;
 
 mod comparison;
+mod comparison_text;
 mod decision;
 mod history;
 mod kernels;
+mod per_step;
 mod plot;
 mod record;
 mod revision;
@@ -38,6 +41,7 @@ mod yardstick;
 pub use comparison::{Comparison, Paired, compare_pairs, compare_records};
 pub use decision::{Finding, Verdict, decide_counter, decide_instructions, decide_time};
 pub use history::{COUNTERS, History, Row};
+pub use per_step::PerStep;
 pub use plot::draw_history;
 pub use record::{Plan, Recording, Round, measure_rounds, paired_ratio, placebo_ratio, record};
 pub use revision::{Checkout, Repository};
