@@ -18,7 +18,11 @@
 //! ```
 //! A core that does two scalar operations per cycle at 4 GHz needs at least 125 ns for them.
 
+#[path = "support/figures.rs"]
+mod figures;
+
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use figures::criterion_with_typeface;
 use nalgebra::DMatrix;
 use rimbench::cases::{CoupledSystem, case_by_name, wedge_box_geometry};
 use rimbench::complementarity::solver_by_name;
@@ -160,5 +164,9 @@ fn rim_nonsmooth_input(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, elimination, condensation, mechanics_step, hydraulics_step, rim_nonsmooth_input);
+criterion_group! {
+    name = benches;
+    config = criterion_with_typeface();
+    targets = elimination, condensation, mechanics_step, hydraulics_step, rim_nonsmooth_input
+}
 criterion_main!(benches);

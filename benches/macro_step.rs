@@ -2,9 +2,12 @@
 //!
 //! Each run is checked once against the force peaks it is known to have before it is timed.
 
+#[path = "support/figures.rs"]
+mod figures;
 mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use figures::criterion_with_typeface;
 use std::hint::black_box;
 use support::{DURATION, wedge_box};
 
@@ -32,5 +35,9 @@ fn macro_step(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, macro_step);
+criterion_group! {
+    name = benches;
+    config = criterion_with_typeface();
+    targets = macro_step
+}
 criterion_main!(benches);
