@@ -8,7 +8,7 @@ use rimbench::numerics_version::NUMERICS_VERSION;
 use rimbench::schemes::{SCHEMES, scheme_by_name};
 
 /// The version that `GOLDEN` belongs to.
-const GOLDEN_VERSION: u32 = 1;
+const GOLDEN_VERSION: u32 = 2;
 
 /// Scheme, then actuator length (m) and force (N) at the end of a run at H = 1 ms with phase 0.3.
 ///

@@ -24,6 +24,7 @@ impl ActiveSet {
     pub(super) fn solve_few(&self, lcp: Lcp<'_>, z: &mut [f64]) -> Few {
         let Lcp { m, q } = lcp;
         match q.len() {
+            0 => Few::SolvedByZero,
             1 => self.of_size::<1>(m, q, z),
             2 => self.of_size::<2>(m, q, z),
             3 => self.of_size::<3>(m, q, z),
