@@ -8,12 +8,15 @@
 //! until      w_j = 0: j enters C    or    z_k = 0: k leaves C    or    w_k = 0, k treated: k enters C
 //! ```
 //! It is the method of Baraff's contact solver and of the engines after it. It differs from `active-set` in that it never
-//! gives up what it has (and pays `n |C|` per pivot for watching it), and it has no warm start. A contact that depends on
-//! `C` has `d = 0` and is driven along a ray until something blocks.
+//! gives up what it has (and pays `n |C|` per pivot for watching it), and it has no warm start.
+//!
+//! What a dependent contact does, and what rounding makes of it, stands in `dependence`.
 //!
 //! # Source
 //! Cottle, Dantzig, *Complementary pivot theory of mathematical programming*, Linear Algebra Appl. 1 (1968); Baraff, *Fast
 //! contact force computation for nonpenetrating rigid bodies*, SIGGRAPH 1994.
+
+mod dependence;
 
 use super::buffer::Buffer;
 use super::dot::dot;
@@ -21,8 +24,6 @@ use super::factor::Factor;
 use super::{ComplementaritySolver, Lcp, SolveStats};
 use crate::error::Failure;
 
-/// A row is dependent if its pivot is below this part of its diagonal; as in `active-set`.
-const DEPENDENT: f64 = 1e-11;
 /// A violation below this part of `‖q‖_∞` is none.
 const NEGLIGIBLE: f64 = 1e-13;
 /// Components of a direction below this part of the driven contact's own do not move.
@@ -30,9 +31,7 @@ const NO_MOTION: f64 = 1e-12;
 
 /// Dantzig and Cottle's principal pivoting. See the module.
 ///
-/// Guaranteed for symmetric positive definite `M`; in exact arithmetic for semidefinite `M` with a solution unless degenerate
-/// pivots cycle. Against rounding it is not: 4 of 300 random redundant problems end with a dependent contact that seems to
-/// move.
+/// Guaranteed for symmetric positive definite `M`; for semidefinite `M` with a solution unless degenerate pivots cycle.
 /// Free of allocation up to `capacity`.
 #[derive(Debug, Clone)]
 pub struct Dantzig {
@@ -42,8 +41,14 @@ pub struct Dantzig {
     inside: Buffer<bool, 8>,
     factor: Factor,
     w: Buffer<f64, 8>,
+    /// `√M_ii`.
+    root: Buffer<f64, 8>,
+    /// `M_CC⁻¹ M_Cj` of the driven contact, and of the one bordered last.
     p: Buffer<f64, 8>,
-    /// Rates of `w` and of `z_C`.
+    bordering: Buffer<f64, 8>,
+    /// The contact bordered last.
+    bordered: usize,
+    /// Rates of `w`.
     s: Buffer<f64, 8>,
 }
 
@@ -54,8 +59,8 @@ enum Event {
     Arrived,
     /// The member at this position has reached `z = 0`.
     Leaves(usize),
-    /// This contact has reached `w = 0`.
-    Enters(usize),
+    /// This contact, with this pivot, has reached `w = 0`.
+    Enters(usize, f64),
 }
 
 impl Dantzig {
@@ -68,24 +73,34 @@ impl Dantzig {
             inside: Buffer::new(capacity),
             factor: Factor::new(capacity),
             w: Buffer::new(capacity),
+            root: Buffer::new(capacity),
             p: Buffer::new(capacity),
+            bordering: Buffer::new(capacity),
+            bordered: 0,
             s: Buffer::new(capacity),
         }
     }
 
-    fn start(&mut self, n: usize) {
+    fn start(&mut self, lcp: Lcp<'_>) {
+        let n = lcp.q.len();
         self.capacity = self.capacity.max(n);
         self.set.grow(n);
         self.inside.grow(n);
-        for vector in [&mut self.w, &mut self.p, &mut self.s] {
+        for vector in [&mut self.w, &mut self.root, &mut self.p, &mut self.bordering, &mut self.s] {
             vector.grow(n);
+        }
+        for (k, root) in self.root[..n].iter_mut().enumerate() {
+            *root = lcp.m[k * n + k].max(0.0).sqrt();
         }
         self.inside.fill(false);
         self.factor.clear(n);
         self.len = 0;
     }
 
-    fn enter(&mut self, j: usize, pivot: f64) {
+    fn enter(&mut self, m: &[f64], j: usize, pivot: f64) {
+        if self.bordered != j {
+            self.border(m, j);
+        }
         self.factor.push(pivot);
         self.set[self.len] = j;
         self.inside[j] = true;
@@ -99,41 +114,28 @@ impl Dantzig {
         self.len -= 1;
     }
 
+    /// Borders contact `j` and makes it the one that is driven.
+    fn turn_to(&mut self, m: &[f64], j: usize) -> f64 {
+        let d = self.border(m, j);
+        self.p[..self.len].copy_from_slice(&self.bordering[..self.len]);
+        d
+    }
+
     /// Drives contact `j`, all before it being complementary; false if nothing blocks or the pivots run out.
     fn drive(&mut self, lcp: Lcp<'_>, j: usize, z: &mut [f64], pivots: &mut u32, bound: u32) -> bool {
-        let n = z.len();
         loop {
-            let (len, row) = (self.len, &lcp.m[j * n..(j + 1) * n]);
-            let d = self.factor.border(lcp.m, &self.set[..len], j);
-            self.factor.direction(&mut self.p[..len]);
-            let (mut t, mut event) = (f64::INFINITY, None);
-            if d > DEPENDENT * row[j] {
-                (t, event) = (-self.w[j] / d, Some(Event::Arrived));
+            let d = self.turn_to(lcp.m, j);
+            if d == 0.0 && self.stands_still(lcp, j, z) {
+                self.w[j] = 0.0;
+                self.take_back(lcp.m, j, z, pivots);
+                return true;
             }
-            for (position, (&k, &p)) in self.set[..len].iter().zip(&self.p[..]).enumerate() {
-                // Compared as velocities: p z-units of k against the one of j.
-                let moves = p > 0.0 && p * p * lcp.m[k * n + k] > NO_MOTION * NO_MOTION * row[j];
-                if moves && z[k] < t * p {
-                    (t, event) = (z[k] / p, Some(Event::Leaves(position)));
-                }
-            }
-            for k in 0..j {
-                if self.inside[k] {
-                    continue;
-                }
-                let coupling: f64 = self.set[..len].iter().zip(&self.p[..]).map(|(&a, p)| lcp.m[k * n + a] * p).sum();
-                self.s[k] = row[k] - coupling;
-                let moves = self.s[k] < -NO_MOTION * (lcp.m[k * n + k] * row[j]).sqrt();
-                if moves && self.w[k] < -t * self.s[k] {
-                    (t, event) = (-self.w[k] / self.s[k], Some(Event::Enters(k)));
-                }
-            }
-            let Some(event) = event else { return false };
+            let Some((t, event)) = self.next_event(lcp.m, j, d, z) else { return false };
             if *pivots >= bound {
                 return false;
             }
             *pivots += 1;
-            for (&k, p) in self.set[..len].iter().zip(&self.p[..]) {
+            for (&k, p) in self.set[..self.len].iter().zip(&self.p[..]) {
                 z[k] = (z[k] - t * p).max(0.0);
             }
             for k in 0..j {
@@ -142,11 +144,11 @@ impl Dantzig {
                 }
             }
             z[j] += t;
-            self.w[j] += t * d.max(0.0);
+            self.w[j] += t * d;
             match event {
                 Event::Arrived => {
                     self.w[j] = 0.0;
-                    self.enter(j, d);
+                    self.enter(lcp.m, j, d);
                     return true;
                 }
                 Event::Leaves(position) => {
@@ -154,16 +156,50 @@ impl Dantzig {
                     (z[k], self.w[k]) = (0.0, 0.0);
                     self.leave(position);
                 }
-                Event::Enters(k) => {
+                Event::Enters(k, pivot) => {
                     self.w[k] = 0.0;
-                    let pivot = self.factor.border(lcp.m, &self.set[..len], k);
-                    // In exact arithmetic a contact that depends on C does not move; by rounding it may seem to.
-                    if pivot <= DEPENDENT * lcp.m[k * n + k] {
-                        return false;
-                    }
-                    self.enter(k, pivot);
+                    self.enter(lcp.m, k, pivot);
                 }
             }
+        }
+    }
+
+    /// How far `z_j` can grow, and what happens then; writes the rates of `w`.
+    fn next_event(&mut self, m: &[f64], j: usize, d: f64, z: &[f64]) -> Option<(f64, Event)> {
+        let (n, len) = (z.len(), self.len);
+        let (mut t, mut event) = (f64::INFINITY, None);
+        if d > 0.0 {
+            (t, event) = (-self.w[j] / d, Some(Event::Arrived));
+        }
+        for (position, (&k, &p)) in self.set[..len].iter().zip(&self.p[..]).enumerate() {
+            // Compared as velocities: p z-units of k against the one of j.
+            if p * self.root[k] > NO_MOTION * self.root[j] && z[k] < t * p {
+                (t, event) = (z[k] / p, Some(Event::Leaves(position)));
+            }
+        }
+        self.s[..j].fill(0.0);
+        if d == 0.0 {
+            return event.map(|event| (t, event));
+        }
+        for k in (0..j).filter(|&k| !self.inside[k]) {
+            let coupling: f64 = self.set[..len].iter().zip(&self.p[..]).map(|(&a, p)| m[k * n + a] * p).sum();
+            self.s[k] = m[j * n + k] - coupling;
+        }
+        loop {
+            let (mut first, mut entrant) = (t, None);
+            for k in (0..j).filter(|&k| !self.inside[k]) {
+                let s = self.s[k];
+                if s < -NO_MOTION * self.root[k] * self.root[j] && self.w[k] < -first * s {
+                    (first, entrant) = (-self.w[k] / s, Some(k));
+                }
+            }
+            let Some(k) = entrant else { return event.map(|event| (t, event)) };
+            let pivot = self.border(m, k);
+            if pivot > 0.0 {
+                return Some((first, Event::Enters(k, pivot)));
+            }
+            // It depends on C: what it seems to move is rounding.
+            self.s[k] = 0.0;
         }
     }
 }
@@ -176,7 +212,7 @@ impl ComplementaritySolver for Dantzig {
             return Ok(SolveStats::default());
         }
         lcp.require_finite_matrix()?;
-        self.start(n);
+        self.start(lcp);
         let negligible = NEGLIGIBLE * lcp.q.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
         let (mut stats, bound) =
             (SolveStats { factorisations: 1, ..SolveStats::default() }, 50 * n as u32 + (1 << n.min(12)));

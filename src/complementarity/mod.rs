@@ -220,7 +220,7 @@ pub const SOLVERS: &[SolverEntry] = &[
     SolverEntry {
         name: "dantzig",
         about: "principal pivoting of Dantzig and Cottle, one contact after the other; no warm start",
-        guaranteed: "symmetric positive definite; semidefinite and feasible in exact arithmetic unless degenerate pivots cycle",
+        guaranteed: "symmetric positive semidefinite, feasible, unless degenerate pivots cycle",
         tolerance: 1e-9,
         fallback: true,
         build: |capacity| Solver::other(Dantzig::new(capacity)),
