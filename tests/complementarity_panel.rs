@@ -68,9 +68,9 @@ fn each_solver_keeps_what_its_class_promises_and_newton_fails_on_redundant_conta
             "newton-fischer-burmeister" => assert_eq!(regular, 300, "{name}"),
             // No guarantee: M_AA is singular as soon as more contacts are in A than the rank. Five of six get by.
             "newton-minimum-map" => assert!(redundant < 300, "{name}: {regular}, {redundant}"),
-            // A residual of 1e-7 is within reach unless a contact is degenerate.
+            // Guaranteed unless a body is clamped without play, which is so for fewer than a tenth of the redundant ones.
             "clarabel" | "clarabel-velocity" => {
-                assert!(regular > 250 && redundant > 200, "{name}: {regular}, {redundant}")
+                assert!(regular == 300 && redundant >= 270, "{name}: {regular}, {redundant}")
             }
             // No guarantee.
             "pgs-50" | "psor-50" => assert!(redundant < 300, "{name}: {redundant}"),
@@ -128,6 +128,27 @@ fn contacts_that_close_at_once_are_solved_whichever_is_first() {
             }
         }
     }
+}
+
+/// A body between two walls without play, and on the ground: no velocity opens both walls and the impulses on them are
+/// unbounded, so an interior point has no central path to follow. It is lost on some of these; pivoting is not.
+#[test]
+fn a_body_clamped_without_play_may_defeat_an_interior_point() {
+    let dot = |a: &[f64; 2], b: &[f64; 2]| a[0] * b[0] + a[1] * b[1];
+    let mut failures = [0; 2];
+    for (k, l) in (1..=9).flat_map(|k| (1..=9).map(move |l| (k, l))) {
+        let wall = [f64::from(k) / 10.0, f64::from(l) / 7.0];
+        let contacts = [wall, wall.map(|b| -0.3 * b), [0.0, 0.7]];
+        let m: Vec<f64> = (0..9).map(|entry| dot(&contacts[entry / 3], &contacts[entry % 3])).collect();
+        let q = contacts.map(|contact| dot(&contact, &[2.0 / 3.0, -0.4]));
+        for name in ["active-set", "lemke", "dantzig", "enumeration"] {
+            assert!(attempt(name, &m, &q).1, "{name} {k} {l}");
+        }
+        for (count, name) in failures.iter_mut().zip(["clarabel", "clarabel-velocity"]) {
+            *count += usize::from(!attempt(name, &m, &q).1);
+        }
+    }
+    assert!(failures.iter().all(|failures| (1..81).contains(failures)), "{failures:?} of 81");
 }
 
 /// The heavy body again, a million times heavier: `M = [1, −1; −1, 1 + 1e-12]`. The impulses are some 1e12, where doubles are

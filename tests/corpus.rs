@@ -2,8 +2,8 @@
 
 use assert_cmd::Command;
 use rimbench::cases::CASES;
-use rimbench::complementarity::solver_by_name;
-use rimbench::corpus::{Corpus, Harvest, Start, VARIATIONS, harvest, replay};
+use rimbench::complementarity::{ComplementaritySolver, solver_by_name};
+use rimbench::corpus::{ContactProblem, Corpus, Harvest, Start, VARIATIONS, harvest, replay};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -52,6 +52,23 @@ fn the_pivoting_solvers_solve_the_whole_corpus() {
     let (warm, cold) = (pivots("active-set", Start::Warm), pivots("active-set", Start::Cold));
     assert!(3 * warm < cold, "{warm} pivots warm, {cold} cold");
     assert_eq!(pivots("lemke", Start::Warm), pivots("lemke", Start::Cold), "Lemke keeps no warm start");
+}
+
+/// An interior point is good to the root of its gap where a contact is degenerate; it is asked for as small a gap as that takes.
+#[test]
+fn both_forms_of_the_interior_point_solve_the_whole_corpus() {
+    let corpus = committed();
+    for name in ["clarabel", "clarabel-velocity"] {
+        let entry = solver_by_name(name).unwrap();
+        let mut solver = (entry.build)(corpus.largest());
+        let mut z = vec![0.0; corpus.largest()];
+        let mut solved = |problem: &ContactProblem| match solver.solve(problem.lcp(), &mut z[..problem.q.len()]) {
+            Ok(stats) => stats.residual <= entry.tolerance,
+            Err(_) => false,
+        };
+        let failures = corpus.problems().filter(|problem| !solved(problem)).count();
+        assert_eq!(failures, 0, "{name}");
+    }
 }
 
 #[test]

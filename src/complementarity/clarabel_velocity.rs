@@ -25,7 +25,7 @@ const DEPENDENT: f64 = 1e-11;
 
 /// Interior-point solver on the velocity form. See the module.
 ///
-/// Guaranteed for symmetric positive semidefinite `M` when a solution exists. Allocates at every problem.
+/// Guaranteed for symmetric positive semidefinite `M` if some impulses open every contact. Allocates at every problem.
 #[derive(Default)]
 pub struct ClarabelVelocity {
     /// For problems of the last size and rank.
@@ -100,8 +100,8 @@ impl ComplementaritySolver for ClarabelVelocity {
         }
         lcp.require_finite_matrix()?;
         let unsolved = Failure::SolverFailed { residual: f64::INFINITY };
-        let (scale, q_max) = scaling(lcp);
-        let q: Vec<f64> = scale.iter().zip(lcp.q).map(|(s, q)| s * q / q_max).collect();
+        let (scale, unit) = scaling(lcp);
+        let q: Vec<f64> = scale.iter().zip(lcp.q).map(|(s, q)| s * q / unit).collect();
         let scaled = (0..n * n).map(|k| scale[k / n] * lcp.m[k] * scale[k % n]).collect();
         let minus_b = minus_root(scaled, n);
         // No contact can cause any velocity, and some q is negative.
@@ -115,7 +115,7 @@ impl ComplementaritySolver for ClarabelVelocity {
             return Err(unsolved);
         }
         for ((z, s), multiplier) in z.iter_mut().zip(&scale).zip(&solver.solution.z) {
-            *z = (s * q_max * multiplier).max(0.0);
+            *z = (s * unit * multiplier).max(0.0);
         }
         Ok(stats)
     }

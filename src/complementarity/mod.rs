@@ -278,7 +278,7 @@ pub const SOLVERS: &[SolverEntry] = &[
     SolverEntry {
         name: "clarabel",
         about: "interior point on the equivalent quadratic program, unpolished; allocates at every problem",
-        guaranteed: "symmetric positive semidefinite, feasible; degenerate contacts to the square root of the gap",
+        guaranteed: "symmetric positive semidefinite, some impulses open every contact (none clamped without play)",
         tolerance: 1e-7,
         fallback: true,
         build: |_| Solver::other(Clarabel::new()),
@@ -286,7 +286,7 @@ pub const SOLVERS: &[SolverEntry] = &[
     SolverEntry {
         name: "clarabel-velocity",
         about: "interior point on the velocity form (least constraint), unpolished; allocates at every problem",
-        guaranteed: "symmetric positive semidefinite, feasible; degenerate contacts to the square root of the gap",
+        guaranteed: "symmetric positive semidefinite, some impulses open every contact (none clamped without play)",
         tolerance: 1e-7,
         fallback: true,
         build: |_| Solver::other(ClarabelVelocity::new()),
