@@ -19,12 +19,12 @@ impl ContactProblem {
     }
 }
 
-/// Problems that one solver was given one after the other.
+/// Problems that one solver was given one after the other, apart from those without contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stretch {
     /// Case, settings, scheme, macro step, and which of the run's solvers.
     pub source: String,
-    /// How many problems that solver had been given before.
+    /// How many problems that solver had been given before, with and without contact.
     pub first: u64,
     /// The problems; never empty.
     pub problems: Vec<ContactProblem>,

@@ -70,7 +70,8 @@ impl Default for Harvest {
 /// Runs every case that has contacts, at its defaults and with its [`VARIATIONS`], under four schemes and two macro
 /// steps, and keeps stretches of the problems of every solver; `progress` is told the source of each run.
 ///
-/// Runs that do not complete are left out: their last problems are those of a state that has left all bounds. Each run
+/// Runs that do not complete are left out: their last problems are those of a state that has left all bounds. So are
+/// problems without contact, which a solver is given while nothing is closed. Each run
 /// is made twice, once to choose and once to keep, so that memory does not grow with its length. The same program gives
 /// the same corpus to the last bit.
 ///
@@ -193,9 +194,32 @@ impl Tape {
         }
     }
 
+    /// Problems without contact need no solver and are left out; they were marked, so that the choice is one of the run.
     fn stretches(self, source: &str) -> Vec<Stretch> {
-        let kept = self.chosen.into_iter().zip(self.kept);
-        kept.map(|(stretch, problems)| Stretch { source: source.to_owned(), first: stretch.start as u64, problems })
-            .collect()
+        let with_contact = |problem: &ContactProblem| !problem.q.is_empty();
+        let stretch = |(range, problems): (Range<usize>, Vec<ContactProblem>)| {
+            let skipped = problems.iter().position(with_contact)?;
+            let problems = problems.into_iter().filter(with_contact).collect();
+            Some(Stretch { source: source.to_owned(), first: (range.start + skipped) as u64, problems })
+        };
+        self.chosen.into_iter().zip(self.kept).filter_map(stretch).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn problems_without_contact_are_left_out_and_the_others_keep_their_place() {
+        let mut tape = Tape { chosen: vec![3..8, 9..11], kept: vec![Vec::new(); 2], ..Tape::default() };
+        for position in 0..12 {
+            let (m, q) = ([1.0], [f64::from(position)]);
+            let contacts = usize::from(![3, 4, 6, 9, 10].contains(&position));
+            tape.keep(Lcp { m: &m[..contacts], q: &q[..contacts] });
+        }
+        let stretches = tape.stretches("ball");
+        let q: Vec<f64> = stretches[0].problems.iter().map(|problem| problem.q[0]).collect();
+        assert_eq!((stretches.len(), stretches[0].first, q), (1, 5, vec![5.0, 7.0]));
     }
 }
