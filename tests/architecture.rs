@@ -34,9 +34,9 @@ const ROOMS: [(&str, &[&str]); 16] = [
             "error",
         ],
     ),
-    ("corpus", &["harness", "cases", "schemes", "cosim", "complementarity", "atomic_file", "error"]),
     // Reads results, never simulates; of the metrics it takes the order of convergence.
     ("report", &["metrics", "results_table", "atomic_file", "error"]),
+    ("corpus", &["report", "harness", "cases", "schemes", "cosim", "complementarity", "atomic_file", "error"]),
     // The program under measurement is everything else.
     (
         "perf",

@@ -127,6 +127,9 @@ fn the_comparison_is_written_with_work_apart_from_time() {
     assert_eq!(work, again, "work depends on the problems alone");
     assert!(work.starts_with("solver,start,n_from,n_to,problems,refused,failures,pivots"), "{work}");
     assert!(std::fs::read_to_string(folder.join("time.csv")).unwrap().contains("median_ns"));
+    let figure = std::fs::read_to_string(folder.join("profile.svg")).unwrap();
+    assert!(["active-set", "dantzig"].iter().all(|name| figure.contains(name)) && !figure.contains("lemke"));
+    assert!(std::fs::read(folder.join("profile.png")).unwrap().starts_with(b"\x89PNG"));
     let overall = facts["overall"].as_array().unwrap();
     assert_eq!(overall.len(), 4, "two solvers, warm and cold");
     assert!(overall.iter().all(|row| row["failures"] == 0 && row["median_ns"].is_number()));

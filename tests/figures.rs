@@ -5,6 +5,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use rimbench::complementarity::{SOLVERS, SolveStats, SolverEntry};
+use rimbench::corpus::{Replay, Solve, Start, draw_profile};
 use rimbench::error::Error;
 use rimbench::report::FigureList;
 use rimbench::report::chart::{Axis, Figure, Guide, Inset, LegendPlace, Mode, Panel, Series};
@@ -14,6 +16,21 @@ use rimbench::report::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, W
 use rimbench::report::render;
 use rimbench::report::style::{shown_name, style_of};
 use rimbench::schemes::{Family, SCHEMES};
+
+/// Every solver on 60 made-up problems, warm and cold: each slower than the one before, and the last three fail on some.
+fn replays() -> Vec<Replay> {
+    let replay = |(index, solver): (usize, &'static SolverEntry), start| {
+        let solve = |problem: usize| Solve {
+            n: 4,
+            stats: SolveStats::default(),
+            solved: index + 3 < SOLVERS.len() || problem % 5 < 3,
+            refused: false,
+            time_ns: 50.0 * 1.7_f64.powi(index as i32) * (1.0 + ((7 * problem + 3 * index) % 11) as f64),
+        };
+        Replay { solver, start, solves: (0..60).map(solve).collect(), mean_ns: 100.0 }
+    };
+    SOLVERS.iter().enumerate().flat_map(|entry| [Start::Warm, Start::Cold].map(|start| replay(entry, start))).collect()
+}
 
 const TOUCH_DOWN_S: f64 = 1.693;
 
@@ -47,6 +64,25 @@ fn stability_map() {
 fn manoeuvre_sequence() {
     let drawing = manoeuvre().draw();
     check(&drawing, "manoeuvre", &["t = 0.000 s", "t = 1.700 s", "rim-smooth", "rim-nonsmooth", "F = +19.64 kN"]);
+}
+
+#[test]
+fn performance_profile_of_all_solvers() {
+    let drawing = draw_profile(&replays());
+    let mut labels = vec!["60 contact problems, warm", "share of problems solved"];
+    labels.extend(SOLVERS.iter().map(|entry| entry.name));
+    check(&drawing, "solver-profile", &labels);
+    // A solver keeps its line when others are left out.
+    let alone = draw_profile(&replays()[4..6]);
+    let lines = |drawing: &Drawing| {
+        let stroke = |shape: &Shape| match shape {
+            Shape::Path { stroke, closed: false, .. } => stroke.filter(|stroke| stroke.width > 1.0),
+            _ => None,
+        };
+        drawing.shapes.iter().filter_map(stroke).map(|stroke| (stroke.color, stroke.dash)).collect::<Vec<_>>()
+    };
+    let (all, alone) = (lines(&drawing), lines(&alone));
+    assert!(!alone.is_empty() && alone.iter().all(|line| all.contains(line)), "{alone:?}");
 }
 
 #[test]

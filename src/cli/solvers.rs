@@ -5,8 +5,9 @@ use super::{Format, json_number, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::complementarity::{SOLVERS, SolverEntry, solver_by_name};
-use rimbench::corpus::{Corpus, Replay, Solve, Start, performance_profile, replay};
+use rimbench::corpus::{Corpus, Replay, Solve, Start, draw_profile, performance_profile, replay};
 use rimbench::error::{Error, Result};
+use rimbench::report::render;
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
@@ -22,7 +23,8 @@ pub struct Solvers {
     /// Only problems whose source begins so, for example `wedge-box rim-nonsmooth`
     #[arg(long, value_name = "TEXT")]
     source: Option<String>,
-    /// Write work.csv (the same everywhere), time.csv and profile.csv (of this machine) to a folder
+    /// Write work.csv (the same everywhere), time.csv and the performance profile as csv, svg and png (of this machine) to a
+    /// folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// How to print
@@ -67,6 +69,7 @@ impl Solvers {
             for (name, rows) in [("work.csv", &work), ("time.csv", &time), ("profile.csv", &profile)] {
                 write_csv(&folder.join(name), rows)?;
             }
+            render::write(&draw_profile(&replays), folder, "profile")?;
         }
         let overall: Vec<Row> = replays.iter().map(overall).collect();
         match self.format {
@@ -155,9 +158,7 @@ fn overall(replay: &Replay) -> Row {
 /// The performance profile of the warm replays.
 fn profile(replays: &[Replay]) -> Vec<Row> {
     let warm: Vec<&Replay> = replays.iter().filter(|replay| replay.start == Start::Warm).collect();
-    // Faster than the clock can tell is one nanosecond.
-    let time = |solve: &Solve| solve.solved.then_some(solve.time_ns.max(1.0));
-    let times: Vec<Vec<Option<f64>>> = warm.iter().map(|replay| replay.solves.iter().map(time).collect()).collect();
+    let times: Vec<Vec<Option<f64>>> = warm.iter().map(|replay| replay.times()).collect();
     let rows = FACTORS.iter().zip(performance_profile(&times, &FACTORS));
     rows.map(|(&factor, fractions)| {
         let columns = warm

@@ -4,7 +4,7 @@
 //! simulation is different: most problems resemble the one before, contacts are redundant as a rule, and a few problems
 //! are at the moment where a contact opens or closes. [`harvest`] runs cases that have contacts and keeps stretches of what
 //! their solvers were given, [`Corpus`] is those stretches and the file they are kept in, [`replay`] gives them to a
-//! solver, warm and cold, and [`performance_profile`] compares solvers over all of them.
+//! solver, warm and cold, [`performance_profile`] compares solvers over all of them, and [`draw_profile`] shows it.
 //!
 //! ```text
 //! cases × variations × schemes × H ── harvest ──► Corpus ⇄ file ── replay ──► pivots, residuals, times ──► profile
@@ -14,6 +14,7 @@ mod contact_problem;
 mod format;
 mod harvest;
 mod performance_profile;
+mod plot;
 mod recorder;
 mod replay;
 mod selection;
@@ -21,4 +22,5 @@ mod selection;
 pub use contact_problem::{ContactProblem, Corpus, Stretch};
 pub use harvest::{Harvest, VARIATIONS, Variation, harvest};
 pub use performance_profile::performance_profile;
+pub use plot::draw_profile;
 pub use replay::{Replay, Solve, Start, replay};

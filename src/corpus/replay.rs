@@ -43,6 +43,13 @@ pub struct Replay {
     pub mean_ns: f64,
 }
 
+impl Replay {
+    /// Time of each problem, ns, none where it was not solved; faster than the clock can tell is one nanosecond.
+    pub fn times(&self) -> Vec<Option<f64>> {
+        self.solves.iter().map(|solve| solve.solved.then_some(solve.time_ns.max(1.0))).collect()
+    }
+}
+
 /// A stretch is repeated until it has taken this long, but at least once and at most [`REPETITIONS`] times.
 const ENOUGH: Duration = Duration::from_millis(10);
 const REPETITIONS: usize = 31;
