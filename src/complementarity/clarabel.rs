@@ -164,7 +164,6 @@ mod tests {
                 natural_residual(lcp, &z)
             };
             let (degenerate, strict) = (residual([-1.0, 0.0]), residual([-1.0, 1.0]));
-            println!("gap {gap:e}: {degenerate:e}, {strict:e}");
             assert!(degenerate <= gap.sqrt() && degenerate > 0.01 * gap.sqrt(), "{gap}: {degenerate}");
             assert!(strict <= gap, "{gap}: {strict}");
         }
