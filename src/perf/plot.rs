@@ -11,16 +11,16 @@ const HEIGHT: f64 = 640.0;
 /// Relative change of a time below which no step is drawn: code layout alone does as much.
 const TIME_FLOOR: f64 = 0.05;
 
-/// Draws the records of the newest machine, target and compiler; the records are numbered as in the whole history.
+/// Draws the records of the newest target and compiler, of the times only those of the newest machine; the records are
+/// numbered as in the whole history.
 ///
-/// Steps are vertical lines labelled with the benchmark and the ratio of the levels.
+/// Steps are vertical lines labelled with the benchmark and the ratio of the levels; of several at one place, the largest.
 pub fn draw_history(history: &History) -> Drawing {
     let records = history.records();
-    let alike = |row: &&Row| {
-        history.rows.last().is_some_and(|last| {
-            (&row.machine, &row.target, &row.rustc) == (&last.machine, &last.target, &last.rustc) && row.is_ok()
-        })
-    };
+    let last = history.rows.last();
+    let alike =
+        |row: &&Row| row.is_ok() && last.is_some_and(|last| (&row.target, &row.rustc) == (&last.target, &last.rustc));
+    let here = |row: &Row| last.is_some_and(|last| row.machine == last.machine);
     let rows: Vec<&Row> = history.rows.iter().filter(alike).collect();
     let mut names: Vec<&str> = Vec::new();
     for row in &rows {
@@ -28,30 +28,78 @@ pub fn draw_history(history: &History) -> Drawing {
             names.push(&row.benchmark);
         }
     }
-    let x = || Axis::count("record").range(0.5, records.len() as f64 + 0.5);
-    let mut counts = Panel::new("(a) instructions", x(), Axis::linear("relative to first record"));
-    let mut times = Panel::new("(b) wall time over yardstick", x(), Axis::linear("relative to first record"));
-    for (index, name) in names.into_iter().enumerate() {
-        let style = style_in_list(index);
-        let of = |value: fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
-            let number = |row: &Row| records.iter().position(|record| *record == row.record).map(|at| at as f64 + 1.0);
-            let rows = rows.iter().filter(|row| row.benchmark == name);
-            rows.filter_map(|row| number(row).zip(value(row))).collect()
+    let number = |row: &Row| records.iter().position(|record| *record == row.record).map(|at| at as f64 + 1.0);
+    let curves = |value: &dyn Fn(&Row) -> Option<f64>| -> Vec<Curve<'_>> {
+        let of = |name: &&str| {
+            rows.iter().filter(|row| row.benchmark == *name).filter_map(|row| number(row).zip(value(row))).collect()
         };
-        let label = name.replace('/', " ");
-        counts = with_series(counts, &label, style, &of(|row| row.instructions.map(|count| count as f64)), 0.0);
-        times = with_series(times, &label, style, &of(|row| row.time_ratio), TIME_FLOOR);
-    }
-    Figure::new(WIDTH, HEIGHT).columns(1).legend(LegendPlace::Right).panel(counts).panel(times).draw()
+        names
+            .iter()
+            .enumerate()
+            .map(|(index, name)| Curve { name, style: style_in_list(index), points: of(name) })
+            .collect()
+    };
+    let counts = curves(&|row| row.instructions.map(|count| count as f64));
+    let times = curves(&|row| row.time_ratio.filter(|_| here(row)));
+    let panel = |title: &str, curves: &[Curve<'_>], floor| {
+        let x = Axis::count("record").range(0.5, records.len() as f64 + 0.5);
+        relative_to_first(Panel::new(title, x, y_axis(curves)), curves, floor)
+    };
+    Figure::new(WIDTH, HEIGHT)
+        .columns(1)
+        .legend(LegendPlace::Right)
+        .panel(panel("(a) instructions", &counts, 0.0))
+        .panel(panel("(b) wall time over yardstick", &times, TIME_FLOOR))
+        .draw()
 }
 
-fn with_series(mut panel: Panel, name: &str, style: SeriesStyle, points: &[(f64, f64)], floor: f64) -> Panel {
-    let Some(&(_, first)) = points.first() else { return panel };
-    let values: Vec<f64> = points.iter().map(|(_, value)| *value).collect();
-    for step in steps(&values, floor) {
-        let label = format!("{name} × {:.3}", step.ratio);
-        panel = panel.guide(Guide::Vertical { x: points[step.at].0 - 0.5, label });
+/// Values of one benchmark over the number of the record.
+struct Curve<'a> {
+    name: &'a str,
+    style: SeriesStyle,
+    points: Vec<(f64, f64)>,
+}
+
+impl Curve<'_> {
+    /// The points over the first value.
+    fn relative(&self) -> impl Iterator<Item = (f64, f64)> {
+        let first = self.points.first().map_or(1.0, |(_, first)| *first);
+        self.points.iter().map(move |(x, value)| (*x, value / first))
     }
-    let relative = points.iter().map(|(x, value)| (*x, value / first)).collect();
-    panel.series(Series::new(name, relative, style).mode(Mode::LineMarkers))
+
+    fn label(&self) -> String {
+        self.name.replace('/', " ")
+    }
+}
+
+/// With room for labels above the curves.
+fn y_axis(curves: &[Curve<'_>]) -> Axis {
+    let values = || curves.iter().flat_map(Curve::relative).map(|(_, value)| value);
+    let (low, high) = (values().fold(0.95, f64::min), values().fold(1.05, f64::max));
+    Axis::linear("relative to first record").range(low - 0.05 * (high - low), high + 0.25 * (high - low))
+}
+
+/// Adds the curves, and a line wherever some of them step.
+fn relative_to_first(mut panel: Panel, curves: &[Curve<'_>], floor: f64) -> Panel {
+    let mut found: Vec<(f64, f64, String)> = Vec::new();
+    for curve in curves {
+        let values: Vec<f64> = curve.points.iter().map(|(_, value)| *value).collect();
+        found.extend(
+            steps(&values, floor).iter().map(|step| (curve.points[step.at].0 - 0.5, step.ratio, curve.label())),
+        );
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.ln().abs().total_cmp(&a.1.ln().abs())));
+    for here in found.chunk_by(|a, b| a.0 == b.0) {
+        let (x, ratio, name) = &here[0];
+        let label = match here.len() {
+            1 => format!("{name} × {ratio:.3}"),
+            steps => format!("{steps} steps, largest {name} × {ratio:.3}"),
+        };
+        panel = panel.guide(Guide::Vertical { x: *x, label });
+    }
+    for curve in curves.iter().filter(|curve| !curve.points.is_empty()) {
+        let series = Series::new(curve.label(), curve.relative().collect(), curve.style);
+        panel = panel.series(series.mode(Mode::LineMarkers));
+    }
+    panel
 }

@@ -110,8 +110,8 @@ fn members<const N: usize, const K: usize>(set: &[usize; K], m: &[[f64; N]; N], 
             d -= y[i] * l[k][i];
             known += l[k][i] * x[i];
         }
-        // Not `d <= dependent`: a NaN is for the general way to complain about.
-        if !(d > dependent) {
+        // A NaN is for the general way to complain about.
+        if d.is_nan() || d <= dependent {
             return None;
         }
         d_inverse[k] = 1.0 / d;
