@@ -23,6 +23,7 @@
 //! is the usual one of active-set methods.
 
 mod few;
+mod pivoting;
 
 use super::buffer::Buffer;
 use super::factor::Factor;
@@ -36,10 +37,6 @@ use few::Few;
 const DEPENDENT: f64 = 1e-11;
 /// A violation below this part of `‖q‖_∞` is no reason to pivot; the accepted residual is 1e-9.
 const NEGLIGIBLE: f64 = 1e-13;
-/// A violation on an unblocked ray up to this part of `‖q‖_∞` is rounding, not a proof of infeasibility.
-const RAY_NOISE: f64 = 1e-10;
-/// A component of the direction below this part (squared, scaled by the diagonals) does not block.
-const NO_MOTION: f64 = 1e-24;
 /// Pivots on one factor before it is computed anew although `M` is the same.
 const REFRESH: u32 = 64;
 
@@ -68,13 +65,6 @@ pub struct ActiveSet {
     z_a: Buffer<f64, 8>,
     p: Buffer<f64, 8>,
     w: Buffer<f64, 8>,
-}
-
-/// How a drive ended.
-enum Drive {
-    Completed,
-    Unblocked,
-    OutOfPivots,
 }
 
 impl ActiveSet {
@@ -148,145 +138,6 @@ impl ActiveSet {
         self.len = kept;
         self.age = Some(0);
         true
-    }
-
-    /// Removes the member at `position`.
-    fn drop_member(&mut self, position: usize) {
-        self.factor.remove(position);
-        self.inside[self.set[position]] = false;
-        self.set.copy_within(position + 1..self.len, position);
-        self.z_a.copy_within(position + 1..self.len, position);
-        self.len -= 1;
-        self.age = self.age.map(|age| age + 1);
-    }
-
-    /// Computes `z_A = −M_AA⁻¹ q_A`, dropping the most negative member until none is; returns the number dropped.
-    #[inline]
-    fn make_feasible(&mut self, lcp: Lcp<'_>) -> u32 {
-        let mut dropped = 0;
-        loop {
-            let z_a = &mut self.z_a[..self.len];
-            for (z, &i) in z_a.iter_mut().zip(&self.set[..]) {
-                *z = -lcp.q[i];
-            }
-            self.factor.solve(z_a);
-            let (mut worst, mut position) = (0.0, None);
-            for (k, &z) in z_a.iter().enumerate() {
-                if z < 0.0 {
-                    let i = self.set[k];
-                    let score = z * z * lcp.m[i * self.n + i];
-                    if position.is_none() || score > worst {
-                        (worst, position) = (score, Some(k));
-                    }
-                }
-            }
-            let Some(position) = position else { return dropped };
-            self.drop_member(position);
-            dropped += 1;
-        }
-    }
-
-    /// Computes `w = M z + q` and picks the contact to take in: the one that promises the largest decrease of the
-    /// objective, `w_j²/2M_jj`, or with `bland` the first. Violations within the rounding of `w` do not count.
-    #[inline]
-    fn most_violated(&mut self, lcp: Lcp<'_>, negligible: f64, bland: bool) -> Option<usize> {
-        let n = self.n;
-        let w = &mut self.w[..n];
-        w.copy_from_slice(lcp.q);
-        for (&z, &a) in self.z_a[..self.len].iter().zip(&self.set[..]) {
-            if self.rows_read && self.rows.holds() {
-                for (j, m) in self.rows.row(a) {
-                    w[j] += m * z;
-                }
-                continue;
-            }
-            for (w, m) in w.iter_mut().zip(&lcp.m[a * n..(a + 1) * n]) {
-                *w += m * z;
-            }
-        }
-        let mut best: Option<usize> = None;
-        for j in 0..n {
-            if self.w[j] >= -negligible || self.inside[j] {
-                continue;
-            }
-            let row = &lcp.m[j * n..(j + 1) * n];
-            let summed: f64 = self.active_set().iter().zip(&self.z_a[..]).map(|(&a, z)| row[a].abs() * z).sum();
-            if self.w[j] >= -negligible - 16.0 * f64::EPSILON * summed {
-                continue;
-            }
-            let better = best.is_none_or(|b| self.w[j].powi(2) * lcp.m[b * n + b] > self.w[b].powi(2) * row[j]);
-            if better {
-                best = Some(j);
-            }
-            if bland {
-                break;
-            }
-        }
-        best
-    }
-
-    /// Raises `z_j` until `w_j = 0`, removing the members that reach zero on the way.
-    fn drive(&mut self, lcp: Lcp<'_>, j: usize, pivots: &mut u32, bound: u32) -> Drive {
-        let (n, m_jj) = (self.n, lcp.m[j * self.n + j]);
-        let (mut z_j, mut w_j) = (0.0, self.w[j]);
-        loop {
-            let len = self.len;
-            let d = self.factor.border(lcp.m, &self.set[..len], j);
-            self.factor.direction(&mut self.p[..len]);
-            let independent = d > DEPENDENT * m_jj;
-            let mut t = if independent { -w_j / d } else { f64::INFINITY };
-            let mut blocking = None;
-            for k in 0..len {
-                let (p, a) = (self.p[k], self.set[k]);
-                if p > 0.0 && p * p * lcp.m[a * n + a] > NO_MOTION * m_jj && self.z_a[k] < t * p {
-                    (t, blocking) = (self.z_a[k] / p, Some(k));
-                }
-            }
-            if blocking.is_none() && !independent {
-                return Drive::Unblocked;
-            }
-            if *pivots >= bound {
-                return Drive::OutOfPivots;
-            }
-            *pivots += 1;
-            for (z, p) in self.z_a[..len].iter_mut().zip(&self.p[..]) {
-                *z = (*z - t * p).max(0.0);
-            }
-            z_j += t;
-            match blocking {
-                Some(k) => {
-                    w_j += t * d.max(0.0);
-                    self.drop_member(k);
-                }
-                None => {
-                    self.factor.push(d);
-                    self.set[len] = j;
-                    self.z_a[len] = z_j;
-                    self.inside[j] = true;
-                    self.len += 1;
-                    self.age = self.age.map(|age| age + 1);
-                    return Drive::Completed;
-                }
-            }
-        }
-    }
-
-    /// Pivots from the active set at hand.
-    fn pivot_to_solution(&mut self, lcp: Lcp<'_>, z: &mut [f64], mut stats: SolveStats) -> Result<SolveStats, Failure> {
-        let n = self.n;
-        let q_max = lcp.q.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
-        let (bland_after, bound) = (10 + 5 * n as u32, 50 * n as u32 + (1 << n.min(12)));
-        loop {
-            stats.pivots += self.make_feasible(lcp);
-            let Some(j) = self.most_violated(lcp, NEGLIGIBLE * q_max, stats.pivots > bland_after) else { break };
-            match self.drive(lcp, j, &mut stats.pivots, bound) {
-                Drive::Completed => {}
-                Drive::Unblocked if self.w[j] >= -RAY_NOISE * q_max => break,
-                Drive::Unblocked | Drive::OutOfPivots => return Err(self.give_up(z)),
-            }
-        }
-        self.write(z);
-        Ok(stats)
     }
 
     fn write(&self, z: &mut [f64]) {
