@@ -18,12 +18,12 @@
 use rimbench::cases::case_by_name;
 use rimbench::complementarity::solver_by_name;
 use rimbench::cosim::{
-    Bounds, CommunicationGrid, CouplingScheme, MacroStep, MicroStep, Outcome, Sample, Setup, Side, StepControl,
-    Subsystem, Timing, cosimulate,
+    Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, Sample, Setup, Side, Subsystem, Timing, cosimulate,
 };
+use rimbench::harness::RunSpec;
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::metrics::order_of_convergence;
-use rimbench::schemes::{SchemeOptions, scheme_by_name};
+use rimbench::schemes::scheme_by_name;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -115,20 +115,15 @@ impl Stopped {
         for (key, value) in fixed.chain(size.set.iter().map(|(key, value)| (*key, value.to_string()))) {
             parameters.set(key, &value).unwrap();
         }
-        let (sequence, force_return) = entry.sequence_and_return(None, None).unwrap();
-        let setup = Setup {
-            grid: CommunicationGrid::new(H, 1.0, family.settled_s).unwrap(),
-            step_control: StepControl::None,
+        let spec = RunSpec {
+            parameters,
             micro_step: H / MICRO_STEPS as f64,
-            mechanics_steps: 1,
-            sequence,
-            force_return,
-            stale_feedthrough: false,
-            bounds: Bounds::default(),
-            timing: Timing::default(),
+            duration: family.settled_s,
+            ..RunSpec::usual(case, entry, solver, H).unwrap()
         };
-        let mut system = (case.build)(&parameters, solver).unwrap();
-        let scheme = (entry.build)(system.mechanics.ports(), system.actuator.ports(), &SchemeOptions::of(solver));
+        let mut system = (case.build)(&spec.parameters, solver).unwrap();
+        let setup = Setup { timing: Timing::default(), ..spec.setup(&system, Bounds::default()).unwrap() };
+        let scheme = (entry.build)(system.mechanics.ports(), system.actuator.ports(), &spec.options);
         let mut used = scheme.try_clone().unwrap();
         let (mut motion, mut force) = (Vec::new(), Vec::new());
         let report = cosimulate(&setup, &mut *system.mechanics, &mut *system.actuator, &mut *used, &mut |point| {

@@ -22,17 +22,8 @@ const PATIENCE: f64 = 4.0;
 /// Laps of one run, s, or why there are none.
 fn laps(spec: &RunSpec) -> Result<Vec<f64>, String> {
     let mut system = (spec.case.build)(&spec.parameters, spec.solver).map_err(|error| error.to_string())?;
-    let setup = Setup {
-        grid: spec.grid().map_err(|error| error.to_string())?,
-        step_control: spec.step_control,
-        micro_step: spec.micro_step,
-        mechanics_steps: spec.mechanics_steps,
-        sequence: spec.sequence,
-        force_return: spec.force_return,
-        stale_feedthrough: system.stale_feedthrough,
-        bounds: Bounds::default(),
-        timing: Timing::default(),
-    };
+    let setup = spec.setup(&system, Bounds::default()).map_err(|error| error.to_string())?;
+    let setup = Setup { timing: Timing::default(), ..setup };
     if let Some(reason) = spec.scheme.incompatibility(&*system.mechanics, &*system.actuator) {
         return Err(reason);
     }

@@ -24,7 +24,7 @@ use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::error::Result;
@@ -75,36 +75,42 @@ const OURS: &str = "ours";
 
 const PARAMETERS: [Parameter; 28] = {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    [
-        p("link_1_length_m", "m", 1.0, Positive, "length L of the link", LIM),
-        p("rope_length_m", "m", 0.5, Positive, "length of the rope", LIM),
-        p("rod_mass_kg", "kg", 200.0, Positive, "mass m of the link, a uniform rod", LIM),
-        p("joint_mass_kg", "kg", 250.0, NotNegative, "point mass m_p at the end of the link", LIM),
-        p("load_mass_kg", "kg", 100.0, Positive, "mass m_h of the load", LIM),
-        p("pin_x_m", "m", 0.866_025_403_784_438_6, Positive, "x of the actuator's fixed end B; its y is 0", LIM),
-        p("theta_1_start_rad", "rad", std::f64::consts::FRAC_PI_6, Finite, "angle of the link at the start", LIM),
-        p("ground_height_m", "m", -0.03, Finite, "height of the ground; the load starts at 0", OURS),
-        p("piston_area_m2", "m²", 65e-4, Positive, "piston area A", LIM),
-        p("cylinder_length_m", "m", 0.442, Positive, "length l of both chambers together", LIM),
-        p("viscous_friction_n_s_m", "N·s/m", 1e5, NotNegative, "viscous friction c of the cylinder", LIM),
-        p("valve_area_m2", "m²", 5e-4, Positive, "valve area a_v", LIM),
-        p("spool_change", "-", 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)", OURS),
-        p("lower_start_s", "s", 0.2, NotNegative, "start of lowering", OURS),
-        p("lower_end_s", "s", 1.6, NotNegative, "end of lowering", OURS),
-        p("lift_start_s", "s", 2.0, NotNegative, "start of lifting", OURS),
-        p("spool_ramp_s", "s", 0.02, Positive, "time in which the spool moves", OURS),
-        fluid::DISCHARGE_COEFFICIENT,
-        fluid::DENSITY,
-        fluid::SUPPLY_PRESSURE,
-        fluid::TANK_PRESSURE,
-        fluid::COMPRESSIBILITY_A,
-        fluid::COMPRESSIBILITY_B,
-        p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", LIM),
-        contact_parameters::margin(1e-3),
-        contact_parameters::STABILISATION,
-        p("restitution", "-", 0.0, Fraction, "restitution e of load and rope", OURS),
-        p("attachment_m", "m", 0.5, Positive, "distance of the actuator's other end from the joint O", LIM),
-    ]
+    joined(&[
+        &[
+            p("link_1_length_m", "m", 1.0, Positive, "length L of the link", LIM),
+            p("rope_length_m", "m", 0.5, Positive, "length of the rope", LIM),
+            p("rod_mass_kg", "kg", 200.0, Positive, "mass m of the link, a uniform rod", LIM),
+            p("joint_mass_kg", "kg", 250.0, NotNegative, "point mass m_p at the end of the link", LIM),
+            p("load_mass_kg", "kg", 100.0, Positive, "mass m_h of the load", LIM),
+            p("pin_x_m", "m", 0.866_025_403_784_438_6, Positive, "x of the actuator's fixed end B; its y is 0", LIM),
+            p("theta_1_start_rad", "rad", std::f64::consts::FRAC_PI_6, Finite, "angle of the link at the start", LIM),
+            p("ground_height_m", "m", -0.03, Finite, "height of the ground; the load starts at 0", OURS),
+            p("piston_area_m2", "m²", 65e-4, Positive, "piston area A", LIM),
+            p("cylinder_length_m", "m", 0.442, Positive, "length l of both chambers together", LIM),
+            p("viscous_friction_n_s_m", "N·s/m", 1e5, NotNegative, "viscous friction c of the cylinder", LIM),
+            p("valve_area_m2", "m²", 5e-4, Positive, "valve area a_v", LIM),
+            p(
+                "spool_change",
+                "-",
+                0.01,
+                Fraction,
+                "spool away from equilibrium while lowering (+) and lifting (−)",
+                OURS,
+            ),
+            p("lower_start_s", "s", 0.2, NotNegative, "start of lowering", OURS),
+            p("lower_end_s", "s", 1.6, NotNegative, "end of lowering", OURS),
+            p("lift_start_s", "s", 2.0, NotNegative, "start of lifting", OURS),
+            p("spool_ramp_s", "s", 0.02, Positive, "time in which the spool moves", OURS),
+        ],
+        &fluid::PARAMETERS,
+        &[
+            p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", LIM),
+            contact_parameters::margin(1e-3),
+            contact_parameters::STABILISATION,
+            p("restitution", "-", 0.0, Fraction, "restitution e of load and rope", OURS),
+            p("attachment_m", "m", 0.5, Positive, "distance of the actuator's other end from the joint O", LIM),
+        ],
+    ])
 };
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {

@@ -4,7 +4,7 @@ use super::case::CoupledSystem;
 use super::contact_parameters;
 use super::fluid::{self, NAYA};
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use crate::complementarity::SolverEntry;
 use crate::error::{Error, Result};
 use crate::models::{HydraulicCylinder, Spool, SupportedBox};
@@ -14,23 +14,20 @@ const OURS: &str = "as in the wedge box";
 /// Cylinder, valve with its ramp, and fluid.
 pub(super) const fn parameters(length: f64, friction: f64, spool_final: f64) -> [Parameter; 15] {
     use Range::{Fraction, NotNegative, Positive};
-    [
-        p("piston_area_m2", "m²", 0.0065, Positive, "piston area A", NAYA),
-        p("cylinder_length_m", "m", length, Positive, "length l of both chambers together", OURS),
-        p("viscous_friction_n_s_m", "N·s/m", friction, NotNegative, "viscous friction c of the cylinder", OURS),
-        p("valve_area_m2", "m²", 5e-5, Positive, "valve area a_v", OURS),
-        p("spool_start", "-", 0.5, Fraction, "spool command at the start", OURS),
-        p("spool_final", "-", spool_final, Fraction, "spool command after its ramp; below 0.5 extends", OURS),
-        p("spool_ramp_start_s", "s", 0.1, NotNegative, "start of the spool's ramp", OURS),
-        p("spool_ramp_end_s", "s", 0.2, NotNegative, "end of the spool's ramp", OURS),
-        p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in both chambers at the start", OURS),
-        fluid::DISCHARGE_COEFFICIENT,
-        fluid::DENSITY,
-        fluid::SUPPLY_PRESSURE,
-        fluid::TANK_PRESSURE,
-        fluid::COMPRESSIBILITY_A,
-        fluid::COMPRESSIBILITY_B,
-    ]
+    joined(&[
+        &[
+            p("piston_area_m2", "m²", 0.0065, Positive, "piston area A", NAYA),
+            p("cylinder_length_m", "m", length, Positive, "length l of both chambers together", OURS),
+            p("viscous_friction_n_s_m", "N·s/m", friction, NotNegative, "viscous friction c of the cylinder", OURS),
+            p("valve_area_m2", "m²", 5e-5, Positive, "valve area a_v", OURS),
+            p("spool_start", "-", 0.5, Fraction, "spool command at the start", OURS),
+            p("spool_final", "-", spool_final, Fraction, "spool command after its ramp; below 0.5 extends", OURS),
+            p("spool_ramp_start_s", "s", 0.1, NotNegative, "start of the spool's ramp", OURS),
+            p("spool_ramp_end_s", "s", 0.2, NotNegative, "end of the spool's ramp", OURS),
+            p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in both chambers at the start", OURS),
+        ],
+        &fluid::PARAMETERS,
+    ])
 }
 
 /// The ramp of the spool as the parameters say.

@@ -27,7 +27,7 @@ use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::error::Result;
@@ -109,37 +109,36 @@ const OURS: &str = "ours";
 
 const PARAMETERS: [Parameter; 29] = {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    [
-        p("jaw_mass_kg", "kg", 30.0, Positive, "mass of each jaw with its piston", OURS),
-        p("box_mass_kg", "kg", 50.0, Positive, "mass of the box", OURS),
-        p("box_width_m", "m", 0.3, Positive, "width of the box", OURS),
-        p("box_height_m", "m", 0.4, Positive, "height of the box", OURS),
-        p("lower_pad_m", "m", 0.1, Finite, "height of the lower pads", OURS),
-        p("upper_pad_m", "m", 0.3, Finite, "height of the upper pads", OURS),
-        p("left_clearance_m", "m", 0.02, Finite, "distance of the left jaw from the box at the start", OURS),
-        p("right_clearance_m", "m", 0.05, Finite, "distance of the right jaw from the box at the start", OURS),
-        p("actuator_length_m", "m", 0.6, Positive, "length of both actuators at the start", OURS),
-        p("piston_area_m2", "m²", 1e-3, Positive, "piston area A", OURS),
-        p("cylinder_length_m", "m", 0.6, Positive, "length l of both chambers together", OURS),
-        p("viscous_friction_n_s_m", "N·s/m", 5e3, NotNegative, "viscous friction c of a cylinder", OURS),
-        p("valve_area_m2", "m²", 4e-6, Positive, "valve area a_v", OURS),
-        p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in all chambers at the start", OURS),
-        p("spool_close", "-", 0.4, Fraction, "spool command while closing; below 0.5 extends", OURS),
-        p("spool_open", "-", 0.6, Fraction, "spool command while opening", OURS),
-        p("close_start_s", "s", 0.1, NotNegative, "start of closing", OURS),
-        p("open_start_s", "s", 1.5, NotNegative, "start of opening", OURS),
-        p("spool_ramp_s", "s", 0.02, Positive, "time in which the spools move", OURS),
-        fluid::DISCHARGE_COEFFICIENT,
-        fluid::DENSITY,
-        fluid::SUPPLY_PRESSURE,
-        fluid::TANK_PRESSURE,
-        fluid::COMPRESSIBILITY_A,
-        fluid::COMPRESSIBILITY_B,
-        p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        contact_parameters::margin(1e-3),
-        contact_parameters::STABILISATION,
-        p("restitution", "-", 0.0, Fraction, "restitution e of pads and corners", OURS),
-    ]
+    joined(&[
+        &[
+            p("jaw_mass_kg", "kg", 30.0, Positive, "mass of each jaw with its piston", OURS),
+            p("box_mass_kg", "kg", 50.0, Positive, "mass of the box", OURS),
+            p("box_width_m", "m", 0.3, Positive, "width of the box", OURS),
+            p("box_height_m", "m", 0.4, Positive, "height of the box", OURS),
+            p("lower_pad_m", "m", 0.1, Finite, "height of the lower pads", OURS),
+            p("upper_pad_m", "m", 0.3, Finite, "height of the upper pads", OURS),
+            p("left_clearance_m", "m", 0.02, Finite, "distance of the left jaw from the box at the start", OURS),
+            p("right_clearance_m", "m", 0.05, Finite, "distance of the right jaw from the box at the start", OURS),
+            p("actuator_length_m", "m", 0.6, Positive, "length of both actuators at the start", OURS),
+            p("piston_area_m2", "m²", 1e-3, Positive, "piston area A", OURS),
+            p("cylinder_length_m", "m", 0.6, Positive, "length l of both chambers together", OURS),
+            p("viscous_friction_n_s_m", "N·s/m", 5e3, NotNegative, "viscous friction c of a cylinder", OURS),
+            p("valve_area_m2", "m²", 4e-6, Positive, "valve area a_v", OURS),
+            p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in all chambers at the start", OURS),
+            p("spool_close", "-", 0.4, Fraction, "spool command while closing; below 0.5 extends", OURS),
+            p("spool_open", "-", 0.6, Fraction, "spool command while opening", OURS),
+            p("close_start_s", "s", 0.1, NotNegative, "start of closing", OURS),
+            p("open_start_s", "s", 1.5, NotNegative, "start of opening", OURS),
+            p("spool_ramp_s", "s", 0.02, Positive, "time in which the spools move", OURS),
+        ],
+        &fluid::PARAMETERS,
+        &[
+            p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
+            contact_parameters::margin(1e-3),
+            contact_parameters::STABILISATION,
+            p("restitution", "-", 0.0, Fraction, "restitution e of pads and corners", OURS),
+        ],
+    ])
 };
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {

@@ -43,7 +43,7 @@ use super::case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceCol
 use super::fluid::{self, NAYA};
 use super::hydraulic_crane_reference::solve;
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::cosim::Subsystem;
@@ -90,46 +90,43 @@ const LIM: &str = "LIM cosim-benchmarks";
 
 const PARAMETERS: [Parameter; 23] = {
     use Range::{Finite, NotNegative, Positive};
-    [
-        Parameter::choice("manoeuvre", &["m1", "m2"], "steps (m1) or sine (m2) of the spool", LIM),
-        Parameter::choice(
-            "coupling",
-            &["force-displacement", "pressure-displacement"],
-            "what the cylinder puts out: its force or its pressures",
-            LIM,
-        ),
-        Parameter::choice(
-            "stale_feedthrough",
-            &["false", "true"],
-            "make the force with the velocity given for the step before",
-            LIM,
-        ),
-        Parameter::choice(
-            "published_driver",
-            &["false", "true"],
-            "all quirks of the published driver: stale feedthrough, hydraulics one micro step ahead, rows late",
-            LIM,
-        ),
-        p("link_1_length_m", "m", 1.0, Positive, "length L of link 1", LIM),
-        p("link_2_length_m", "m", 0.5, Positive, "length L_h of link 2", LIM),
-        p("rod_mass_kg", "kg", 200.0, Positive, "mass m of link 1, a uniform rod", LIM),
-        p("joint_mass_kg", "kg", 250.0, NotNegative, "point mass m_p at the end of link 1", LIM),
-        p("end_mass_kg", "kg", 100.0, Positive, "point mass m_h at the end of link 2", LIM),
-        p("pin_x_m", "m", 0.866_025_403_784_438_6, Positive, "x of the actuator's fixed end B; its y is 0", LIM),
-        p("theta_1_start_rad", "rad", std::f64::consts::FRAC_PI_6, Finite, "angle of link 1 at the start", LIM),
-        p("theta_2_start_rad", "rad", -std::f64::consts::FRAC_PI_2, Finite, "angle of link 2 at the start", LIM),
-        p("piston_area_m2", "m²", 65e-4, Positive, "piston area A", NAYA),
-        p("cylinder_length_m", "m", 0.442, Positive, "length l of both chambers together", NAYA),
-        p("viscous_friction_n_s_m", "N·s/m", 1e5, NotNegative, "viscous friction c of the cylinder", NAYA),
-        p("valve_area_m2", "m²", 5e-4, Positive, "valve area a_v", NAYA),
-        fluid::DISCHARGE_COEFFICIENT,
-        fluid::DENSITY,
-        fluid::SUPPLY_PRESSURE,
-        fluid::TANK_PRESSURE,
-        fluid::COMPRESSIBILITY_A,
-        fluid::COMPRESSIBILITY_B,
-        p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", LIM),
-    ]
+    joined(&[
+        &[
+            Parameter::choice("manoeuvre", &["m1", "m2"], "steps (m1) or sine (m2) of the spool", LIM),
+            Parameter::choice(
+                "coupling",
+                &["force-displacement", "pressure-displacement"],
+                "what the cylinder puts out: its force or its pressures",
+                LIM,
+            ),
+            Parameter::choice(
+                "stale_feedthrough",
+                &["false", "true"],
+                "make the force with the velocity given for the step before",
+                LIM,
+            ),
+            Parameter::choice(
+                "published_driver",
+                &["false", "true"],
+                "all quirks of the published driver: stale feedthrough, hydraulics one micro step ahead, rows late",
+                LIM,
+            ),
+            p("link_1_length_m", "m", 1.0, Positive, "length L of link 1", LIM),
+            p("link_2_length_m", "m", 0.5, Positive, "length L_h of link 2", LIM),
+            p("rod_mass_kg", "kg", 200.0, Positive, "mass m of link 1, a uniform rod", LIM),
+            p("joint_mass_kg", "kg", 250.0, NotNegative, "point mass m_p at the end of link 1", LIM),
+            p("end_mass_kg", "kg", 100.0, Positive, "point mass m_h at the end of link 2", LIM),
+            p("pin_x_m", "m", 0.866_025_403_784_438_6, Positive, "x of the actuator's fixed end B; its y is 0", LIM),
+            p("theta_1_start_rad", "rad", std::f64::consts::FRAC_PI_6, Finite, "angle of link 1 at the start", LIM),
+            p("theta_2_start_rad", "rad", -std::f64::consts::FRAC_PI_2, Finite, "angle of link 2 at the start", LIM),
+            p("piston_area_m2", "m²", 65e-4, Positive, "piston area A", NAYA),
+            p("cylinder_length_m", "m", 0.442, Positive, "length l of both chambers together", NAYA),
+            p("viscous_friction_n_s_m", "N·s/m", 1e5, NotNegative, "viscous friction c of the cylinder", NAYA),
+            p("valve_area_m2", "m²", 5e-4, Positive, "valve area a_v", NAYA),
+        ],
+        &fluid::PARAMETERS,
+        &[p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", LIM)],
+    ])
 };
 
 /// What both the co-simulation and the reference are made from.

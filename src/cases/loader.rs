@@ -4,7 +4,7 @@ use super::case::{CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use crate::complementarity::SolverEntry;
 use crate::error::Result;
 use crate::models::{Discs, DiscsGeometry};
@@ -43,32 +43,31 @@ const OURS: &str = "ours";
 /// Parameters of blade, discs and cylinder, after those of a case.
 pub(super) const PARAMETERS: [Parameter; 24] = {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    [
-        p("disc_radius_m", "m", 0.1, Positive, "radius R of the discs", OURS),
-        p("disc_mass_kg", "kg", 20.0, Positive, "mass of each disc", OURS),
-        p("blade_mass_kg", "kg", 100.0, Positive, "mass of the blade with its piston", OURS),
-        p("blade_velocity_m_s", "m/s", 0.0, Finite, "velocity of the blade at the start", OURS),
-        p("actuator_length_m", "m", 1.5, Positive, "length of the actuator at the start", OURS),
-        p("piston_area_m2", "m²", 2e-3, Positive, "piston area A", OURS),
-        p("cylinder_length_m", "m", 1.0, Positive, "length l of both chambers together", OURS),
-        p("viscous_friction_n_s_m", "N·s/m", 1e4, NotNegative, "viscous friction c of the cylinder", OURS),
-        p("valve_area_m2", "m²", 1e-5, Positive, "valve area a_v", OURS),
-        p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in both chambers at the start", OURS),
-        p("spool_push", "-", 0.3, Fraction, "spool command while pushing; below 0.5 extends", OURS),
-        p("push_start_s", "s", 0.1, NotNegative, "start of pushing", OURS),
-        p("spool_ramp_s", "s", 0.05, Positive, "time in which the spool moves", OURS),
-        fluid::DISCHARGE_COEFFICIENT,
-        fluid::DENSITY,
-        fluid::SUPPLY_PRESSURE,
-        fluid::TANK_PRESSURE,
-        fluid::COMPRESSIBILITY_A,
-        fluid::COMPRESSIBILITY_B,
-        p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        contact_parameters::margin(1e-3),
-        contact_parameters::STABILISATION,
-        p("restitution", "-", 0.0, Fraction, "restitution e of all contacts", OURS),
-        p("wall_gap_m", "m", 0.02, Finite, "distance of the wall from the discs at the start", OURS),
-    ]
+    joined(&[
+        &[
+            p("disc_radius_m", "m", 0.1, Positive, "radius R of the discs", OURS),
+            p("disc_mass_kg", "kg", 20.0, Positive, "mass of each disc", OURS),
+            p("blade_mass_kg", "kg", 100.0, Positive, "mass of the blade with its piston", OURS),
+            p("blade_velocity_m_s", "m/s", 0.0, Finite, "velocity of the blade at the start", OURS),
+            p("actuator_length_m", "m", 1.5, Positive, "length of the actuator at the start", OURS),
+            p("piston_area_m2", "m²", 2e-3, Positive, "piston area A", OURS),
+            p("cylinder_length_m", "m", 1.0, Positive, "length l of both chambers together", OURS),
+            p("viscous_friction_n_s_m", "N·s/m", 1e4, NotNegative, "viscous friction c of the cylinder", OURS),
+            p("valve_area_m2", "m²", 1e-5, Positive, "valve area a_v", OURS),
+            p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in both chambers at the start", OURS),
+            p("spool_push", "-", 0.3, Fraction, "spool command while pushing; below 0.5 extends", OURS),
+            p("push_start_s", "s", 0.1, NotNegative, "start of pushing", OURS),
+            p("spool_ramp_s", "s", 0.05, Positive, "time in which the spool moves", OURS),
+        ],
+        &fluid::PARAMETERS,
+        &[
+            p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
+            contact_parameters::margin(1e-3),
+            contact_parameters::STABILISATION,
+            p("restitution", "-", 0.0, Fraction, "restitution e of all contacts", OURS),
+            p("wall_gap_m", "m", 0.02, Finite, "distance of the wall from the discs at the start", OURS),
+        ],
+    ])
 };
 
 /// Both sides for discs with these centres; the wall stands behind the last of them.

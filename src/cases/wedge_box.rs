@@ -29,7 +29,7 @@ use super::contact_parameters;
 use super::cylinder;
 use super::fluid::{self, NAYA};
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, number as p};
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::complementarity::SolverEntry;
 use crate::error::Result;
@@ -86,56 +86,62 @@ const OURS: &str = "ours";
 
 const PARAMETERS: [Parameter; 34] = {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    [
-        p("box_mass_kg", "kg", 200.0, Positive, "mass of the box", OURS),
-        p("box_width_m", "m", 1.0, Positive, "width of the box (its inertia is that of a rectangle)", OURS),
-        p("box_height_m", "m", 0.6, Positive, "height of the box", OURS),
-        p("disc_mass_kg", "kg", 50.0, Positive, "mass of the disc", OURS),
-        p("disc_radius_m", "m", 0.2, Positive, "radius of the disc", OURS),
-        p("disc_pin_x_m", "m", -0.8, Finite, "joint of the disc in the box frame, x", OURS),
-        p("disc_pin_y_m", "m", -0.19, Finite, "joint of the disc in the box frame, y", OURS),
-        p("wedge_tip_x_m", "m", 0.4, Positive, "right wedge tip in the box frame, x (the left one is mirrored)", OURS),
-        p("wedge_tip_y_m", "m", -0.4, Finite, "wedge tips in the box frame, y", OURS),
-        p("ledge_height_m", "m", 0.06, NotNegative, "height of the ledge above the floor", OURS),
-        p(
-            "ledge_lead_m",
-            "m",
-            0.1,
-            NotNegative,
-            "distance of the ledge's corner ahead of the disc's centre at the start",
-            OURS,
-        ),
-        p("ramp_slope", "-", 0.15, NotNegative, "fall over run of the ramp", OURS),
-        p("attachment_x_m", "m", -0.5, Finite, "actuator's end on the box, box frame, x", OURS),
-        p("attachment_y_m", "m", 0.3, Finite, "actuator's end on the box, box frame, y", OURS),
-        p(
-            "ground_pin_x_m",
-            "m",
-            -3.0,
-            Finite,
-            "actuator's fixed end, x; its height is the attachment's at the start",
-            OURS,
-        ),
-        p("piston_area_m2", "m²", 0.0065, Positive, "piston area A", NAYA),
-        p("cylinder_length_m", "m", 2.0, Positive, "length l of both chambers together", OURS),
-        p("viscous_friction_n_s_m", "N·s/m", 1e4, NotNegative, "viscous friction c of the cylinder", OURS),
-        p("valve_area_m2", "m²", 5e-5, Positive, "valve area a_v", OURS),
-        p("spool_start", "-", 0.5, Fraction, "spool command at the start", OURS),
-        p("spool_final", "-", 0.2, Fraction, "spool command after its ramp; below 0.5 extends", OURS),
-        p("spool_ramp_start_s", "s", 0.1, NotNegative, "start of the spool's ramp", OURS),
-        p("spool_ramp_end_s", "s", 0.2, NotNegative, "end of the spool's ramp", OURS),
-        p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in both chambers at the start", OURS),
-        fluid::DISCHARGE_COEFFICIENT,
-        fluid::DENSITY,
-        fluid::SUPPLY_PRESSURE,
-        fluid::TANK_PRESSURE,
-        fluid::COMPRESSIBILITY_A,
-        fluid::COMPRESSIBILITY_B,
-        p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        contact_parameters::margin(1e-3),
-        contact_parameters::STABILISATION,
-        contact_parameters::restitution(0.0, "plastic, as in the paper"),
-    ]
+    joined(&[
+        &[
+            p("box_mass_kg", "kg", 200.0, Positive, "mass of the box", OURS),
+            p("box_width_m", "m", 1.0, Positive, "width of the box (its inertia is that of a rectangle)", OURS),
+            p("box_height_m", "m", 0.6, Positive, "height of the box", OURS),
+            p("disc_mass_kg", "kg", 50.0, Positive, "mass of the disc", OURS),
+            p("disc_radius_m", "m", 0.2, Positive, "radius of the disc", OURS),
+            p("disc_pin_x_m", "m", -0.8, Finite, "joint of the disc in the box frame, x", OURS),
+            p("disc_pin_y_m", "m", -0.19, Finite, "joint of the disc in the box frame, y", OURS),
+            p(
+                "wedge_tip_x_m",
+                "m",
+                0.4,
+                Positive,
+                "right wedge tip in the box frame, x (the left one is mirrored)",
+                OURS,
+            ),
+            p("wedge_tip_y_m", "m", -0.4, Finite, "wedge tips in the box frame, y", OURS),
+            p("ledge_height_m", "m", 0.06, NotNegative, "height of the ledge above the floor", OURS),
+            p(
+                "ledge_lead_m",
+                "m",
+                0.1,
+                NotNegative,
+                "distance of the ledge's corner ahead of the disc's centre at the start",
+                OURS,
+            ),
+            p("ramp_slope", "-", 0.15, NotNegative, "fall over run of the ramp", OURS),
+            p("attachment_x_m", "m", -0.5, Finite, "actuator's end on the box, box frame, x", OURS),
+            p("attachment_y_m", "m", 0.3, Finite, "actuator's end on the box, box frame, y", OURS),
+            p(
+                "ground_pin_x_m",
+                "m",
+                -3.0,
+                Finite,
+                "actuator's fixed end, x; its height is the attachment's at the start",
+                OURS,
+            ),
+            p("piston_area_m2", "m²", 0.0065, Positive, "piston area A", NAYA),
+            p("cylinder_length_m", "m", 2.0, Positive, "length l of both chambers together", OURS),
+            p("viscous_friction_n_s_m", "N·s/m", 1e4, NotNegative, "viscous friction c of the cylinder", OURS),
+            p("valve_area_m2", "m²", 5e-5, Positive, "valve area a_v", OURS),
+            p("spool_start", "-", 0.5, Fraction, "spool command at the start", OURS),
+            p("spool_final", "-", 0.2, Fraction, "spool command after its ramp; below 0.5 extends", OURS),
+            p("spool_ramp_start_s", "s", 0.1, NotNegative, "start of the spool's ramp", OURS),
+            p("spool_ramp_end_s", "s", 0.2, NotNegative, "end of the spool's ramp", OURS),
+            p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in both chambers at the start", OURS),
+        ],
+        &fluid::PARAMETERS,
+        &[
+            p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
+            contact_parameters::margin(1e-3),
+            contact_parameters::STABILISATION,
+            contact_parameters::restitution(0.0, "plastic, as in the paper"),
+        ],
+    ])
 };
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {

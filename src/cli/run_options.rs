@@ -3,10 +3,9 @@
 use clap::Args;
 use rimbench::cases::case_by_name;
 use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{ForceReturn, Sequence, StepControl};
 use rimbench::error::{Error, Result};
-use rimbench::harness::{RunSpec, parse_mechanics_steps, scheme_options};
-use rimbench::schemes::{SchemeOptions, scheme_by_name};
+use rimbench::harness::{Choices, RunSpec, parse_mechanics_steps};
+use rimbench::schemes::scheme_by_name;
 
 /// Case, scheme and everything else that determines a run, but for the macro step and the phase.
 #[derive(Debug, Args)]
@@ -74,35 +73,25 @@ impl RunOptions {
                 .ok_or_else(|| Error::invalid("--set", assignment, "key=value, for example box_mass_kg=250"))?;
             parameters.set(key.trim(), value.trim())?;
         }
-        let sequence: Option<Sequence> = self.sequence.as_deref().map(str::parse).transpose()?;
-        let force_return: Option<ForceReturn> = self.force_return.as_deref().map(str::parse).transpose()?;
-        let (sequence, force_return) = scheme.sequence_and_return(sequence, force_return)?;
         let macro_step = macro_step.unwrap_or(case.defaults.macro_step_s);
-        let options = scheme_options(self.redundancy.as_deref(), self.model_motion.as_deref(), solver)?;
-        let step_control = StepControl::new(
-            self.step_control.as_deref(),
-            self.step_tolerance,
-            self.min_macro_step,
-            macro_step,
-            scheme.order,
-        )?;
+        let choices = Choices {
+            sequence: self.sequence.as_deref(),
+            force_return: self.force_return.as_deref(),
+            redundancy: self.redundancy.as_deref(),
+            model_motion: self.model_motion.as_deref(),
+            contacts: self.contacts.as_deref(),
+            gain: self.gain,
+            step_control: self.step_control.as_deref(),
+            step_tolerance: self.step_tolerance,
+            min_macro_step: self.min_macro_step,
+            micro_step: self.micro_step,
+            duration: self.duration,
+        };
         let spec = RunSpec {
-            step_control,
-            case,
             parameters,
-            scheme,
-            options: SchemeOptions { gain: scheme.gain_value(self.gain)?, ..options }
-                .with_contacts(self.contacts.as_deref())?,
-            macro_step,
             phase,
-            // A macro step below the usual micro step is its own micro step, unless one is asked for.
-            micro_step: self.micro_step.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
             mechanics_steps: parse_mechanics_steps(&self.mechanics_steps)?,
-            sequence,
-            force_return,
-            duration: self.duration.unwrap_or(case.defaults.duration_s),
-            solver,
-            wall_limit: None,
+            ..RunSpec::chosen(case, scheme, solver, macro_step, &choices)?
         };
         spec.check()?;
         // Impossible parameters are found before anything is computed.

@@ -2,7 +2,7 @@
 
 mod plan;
 
-pub use plan::{PlannedRun, scheme_options};
+pub use plan::PlannedRun;
 
 use super::claims::Claim;
 use super::grid::{MacroSteps, Phases, one_phase};

@@ -5,6 +5,7 @@
 //! [`check_claims`] holds what the file claims against what came out.
 
 mod cache;
+mod choices;
 mod claims;
 mod comparison;
 mod evaluation;
@@ -20,11 +21,12 @@ mod stability;
 mod store;
 
 pub use cache::Cache;
+pub use choices::{Choices, scheme_options};
 pub use claims::{CheckedClaim, Claim, Verdict, check_claims, write_claims};
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use evaluation::{COUNTERS, EvaluatedRun, evaluate};
 pub use execution::{Job, Progress, Summary, collect_shards, run_job};
-pub use experiment::{Experiment, PlannedRun, scheme_options};
+pub use experiment::{Experiment, PlannedRun};
 pub use grid::phase_ensemble;
 pub use provenance::Provenance;
 pub use reference::{DIVERGENCE_FACTOR, Reference};

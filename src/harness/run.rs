@@ -67,36 +67,6 @@ pub struct RunResult {
 }
 
 impl RunSpec {
-    /// The run that an experiment means where it says no more than case, scheme and macro step (s). `solver` serves both sides.
-    ///
-    /// # Errors
-    /// [`Error::Incompatible`] for a scheme whose own sequence, force return and gain do not go together.
-    pub fn usual(
-        case: &'static Case,
-        scheme: &'static SchemeEntry,
-        solver: &'static SolverEntry,
-        macro_step: f64,
-    ) -> Result<Self> {
-        let (sequence, force_return) = scheme.sequence_and_return(None, None)?;
-        Ok(RunSpec {
-            case,
-            parameters: case.default_parameters(),
-            scheme,
-            options: SchemeOptions { gain: scheme.gain_value(None)?, ..SchemeOptions::of(solver) },
-            macro_step,
-            step_control: StepControl::None,
-            phase: 1.0,
-            // A macro step below the usual micro step is its own micro step.
-            micro_step: case.defaults.micro_step_s.min(macro_step),
-            mechanics_steps: 1,
-            sequence,
-            force_return,
-            duration: case.defaults.duration_s,
-            solver,
-            wall_limit: None,
-        })
-    }
-
     /// Hash of everything that determines the run, 16 hexadecimal digits.
     pub fn id(&self) -> String {
         let mut key = format!("numerics {NUMERICS_VERSION}\ncase {}\n", self.case.name);
@@ -201,6 +171,25 @@ impl RunSpec {
         }
         Ok(grid)
     }
+
+    /// What the macro loop of the run needs to know, each macro step timed. `system` is that of its case; `bounds` say beyond
+    /// what it counts as diverged.
+    ///
+    /// # Errors
+    /// Those of [`RunSpec::grid`].
+    pub fn setup(&self, system: &CoupledSystem, bounds: Bounds) -> Result<Setup> {
+        Ok(Setup {
+            grid: self.grid()?,
+            step_control: self.step_control,
+            micro_step: self.micro_step,
+            mechanics_steps: self.mechanics_steps,
+            sequence: self.sequence,
+            force_return: self.force_return,
+            stale_feedthrough: system.stale_feedthrough,
+            bounds,
+            timing: Timing { latency: true, wall_limit: self.wall_limit },
+        })
+    }
 }
 
 /// Runs one simulation. `bounds` say beyond what it counts as diverged.
@@ -210,17 +199,7 @@ impl RunSpec {
 pub fn simulate(spec: &RunSpec, bounds: Bounds) -> Result<RunResult> {
     spec.check()?;
     let mut system = (spec.case.build)(&spec.parameters, spec.solver)?;
-    let setup = Setup {
-        grid: spec.grid()?,
-        step_control: spec.step_control,
-        micro_step: spec.micro_step,
-        mechanics_steps: spec.mechanics_steps,
-        sequence: spec.sequence,
-        force_return: spec.force_return,
-        stale_feedthrough: system.stale_feedthrough,
-        bounds,
-        timing: Timing { latency: true, wall_limit: spec.wall_limit },
-    };
+    let setup = spec.setup(&system, bounds)?;
     check_coupling(system.mechanics.ports(), system.actuator.ports())?;
     let mut scheme = (spec.scheme.build)(system.mechanics.ports(), system.actuator.ports(), &spec.options);
     let skip = spec

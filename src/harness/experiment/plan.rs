@@ -2,21 +2,17 @@
 
 use super::{CaseEntry, Experiment, SchemeRow};
 use crate::cases::{Case, Parameters, case_by_name};
-use crate::complementarity::{SolverEntry, solver_by_name};
-use crate::cosim::StepControl;
+use crate::complementarity::solver_by_name;
 use crate::error::{Error, Result};
+use crate::harness::choices::Choices;
 use crate::harness::claims::check_claims_against_plan;
 use crate::harness::grid::{parameter_grid, scalar_text};
 use crate::harness::run::{RunSpec, parse_mechanics_steps, wall_limit};
-use crate::interface_model::Redundancy;
-use crate::schemes::{SchemeOptions, scheme_by_name};
+use crate::schemes::scheme_by_name;
 use std::collections::HashMap;
 
 /// Most runs of one experiment.
 const MOST_RUNS: usize = 1_000_000;
-
-/// Relative compliance of the `regularised` redundancy treatment.
-const REGULARISATION: f64 = 1e-8;
 
 /// One run of the plan, with what its row in data says about it.
 #[derive(Debug, Clone)]
@@ -117,39 +113,30 @@ impl Experiment {
         if let Some(label) = row.label.as_deref().filter(|label| label.is_empty() || label.contains(char::is_control)) {
             return Err(Error::invalid("label", format!("{label:?}"), "text without tabs or line ends"));
         }
-        let sequence = row.sequence.as_deref().map(str::parse).transpose()?;
-        let force_return = row.force_return.as_deref().map(str::parse).transpose()?;
-        let (sequence, force_return) = scheme.sequence_and_return(sequence, force_return)?;
         let solver = solver_by_name(row.solver.as_deref().unwrap_or("active-set"))?;
         let mechanics_steps = match &row.mechanics_steps {
             None => 1,
             Some(value) => parse_mechanics_steps(&scalar_text("mechanics_steps", value)?)?,
         };
-        let options = scheme_options(row.redundancy.as_deref(), row.model_motion.as_deref(), solver)?;
-        let step_control = StepControl::new(
-            row.step_control.as_deref(),
-            row.step_tolerance,
-            row.min_macro_step_s,
-            macro_step,
-            scheme.order,
-        )?;
+        let choices = Choices {
+            sequence: row.sequence.as_deref(),
+            force_return: row.force_return.as_deref(),
+            redundancy: row.redundancy.as_deref(),
+            model_motion: row.model_motion.as_deref(),
+            contacts: row.contacts.as_deref(),
+            gain: row.gain,
+            step_control: row.step_control.as_deref(),
+            step_tolerance: row.step_tolerance,
+            min_macro_step: row.min_macro_step_s,
+            micro_step: entry.micro_step_s.or(self.micro_step_s),
+            duration: entry.duration_s.or(self.duration_s),
+        };
         let spec = RunSpec {
-            step_control,
-            case,
             parameters: parameters.clone(),
-            scheme,
-            options: SchemeOptions { gain: scheme.gain_value(row.gain)?, ..options }
-                .with_contacts(row.contacts.as_deref())?,
-            macro_step,
             phase,
-            // A macro step below the usual micro step is its own micro step, unless one is asked for.
-            micro_step: entry.micro_step_s.or(self.micro_step_s).unwrap_or(case.defaults.micro_step_s.min(macro_step)),
             mechanics_steps,
-            sequence,
-            force_return,
-            duration: entry.duration_s.or(self.duration_s).unwrap_or(case.defaults.duration_s),
-            solver,
             wall_limit: self.wall_limit_s.map(wall_limit).transpose()?,
+            ..RunSpec::chosen(case, scheme, solver, macro_step, &choices)?
         };
         spec.check()?;
         let set = parameters
@@ -176,25 +163,6 @@ fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Options of the schemes from their names; the gain is left to its default.
-///
-/// # Errors
-/// [`Error::UnknownName`] with all names.
-pub fn scheme_options(
-    redundancy: Option<&str>,
-    motion: Option<&str>,
-    solver: &'static SolverEntry,
-) -> Result<SchemeOptions> {
-    let redundancy = match redundancy.unwrap_or("drop") {
-        "drop" => Redundancy::Drop,
-        "pseudo-inverse" => Redundancy::PseudoInverse,
-        "regularised" => Redundancy::Regularised { epsilon: REGULARISATION },
-        other => return Err(Error::unknown("redundancy", other, ["drop", "pseudo-inverse", "regularised"])),
-    };
-    let motion = motion.map(str::parse).transpose()?.unwrap_or_default();
-    Ok(SchemeOptions { redundancy, motion, ..SchemeOptions::of(solver) })
 }
 
 #[cfg(test)]
