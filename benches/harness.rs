@@ -8,6 +8,7 @@ use rimbench::complementarity::solver_by_name;
 use rimbench::cosim::Bounds;
 use rimbench::harness::{Cache, Experiment, Job, Record, RunSpec, Store, run_job, simulate};
 use rimbench::schemes::scheme_by_name;
+use rimbench::statistics::median;
 use std::hint::black_box;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -43,11 +44,6 @@ fn seconds(task: impl FnOnce()) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 fn main() {
     let folder = tempfile::tempdir().expect("a folder for temporary files");
     let cache = Cache::in_folder(folder.path().join("cache"));
@@ -64,7 +60,15 @@ fn memory(folder: &Path, cache: &Cache) {
         std::fs::write(&file, many(runs)).expect("the experiment can be written");
         let experiment = Experiment::read(&file).expect("the experiment is valid");
         let results = folder.join(format!("many-{runs}"));
-        let job = Job { experiment: &experiment, folder: &results, quick: false, fresh: true, shard: None, cache };
+        let job = Job {
+            experiment: &experiment,
+            folder: &results,
+            quick: false,
+            fresh: true,
+            shard: None,
+            cache,
+            build: &rimbench::BUILD,
+        };
         let summary = run_job(job, &|_| {}, &AtomicBool::new(false)).expect("the sweep runs");
         assert_eq!((summary.computed, summary.missing), (runs, 0));
         peak_memory()
@@ -92,7 +96,15 @@ fn overhead(folder: &Path, cache: &Cache) {
     let sweep = |experiment: &Experiment, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let results = folder.join(experiment.name());
-        let job = Job { experiment, folder: &results, quick: false, fresh: true, shard: None, cache };
+        let job = Job {
+            experiment,
+            folder: &results,
+            quick: false,
+            fresh: true,
+            shard: None,
+            cache,
+            build: &rimbench::BUILD,
+        };
         pool.install(|| run_job(job, &|_| {}, &AtomicBool::new(false)).expect("the sweep runs"));
     };
     let case = case_by_name("wedge-box").expect("the case exists");
@@ -115,7 +127,7 @@ fn overhead(folder: &Path, cache: &Cache) {
         tenths.push(seconds(|| sweep(&tenth, 1)));
         twos.push(seconds(|| sweep(&whole, 2)));
     }
-    let (bare, one, tenth, two) = (median(bares), median(ones), median(tenths), median(twos));
+    let [bare, one, tenth, two] = [bares, ones, tenths, twos].map(|times| median(times).unwrap());
     // What a sweep costs once, to read the reference and to ask git, is not what a run costs.
     let per_run = (one - tenth) / 360.0;
     println!("400 runs at 5 ms: bare {bare:.3} s, harness with one thread {one:.3} s, with two {two:.3} s");

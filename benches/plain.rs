@@ -12,8 +12,9 @@ mod plain_wedge_box;
 mod support;
 
 use plain_wedge_box::{Effort, PlainWedgeBox};
+use rimbench::statistics::median;
 use std::hint::black_box;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use support::{DURATION, MICRO_STEP, wedge_box};
 
 const MACRO_STEP: f64 = 2e-4;
@@ -22,15 +23,10 @@ const AGREEMENT: f64 = 1e-8;
 const DEMANDED: f64 = 8.0;
 const TURNS: usize = 15;
 
-fn timed<T>(run: impl FnOnce() -> T) -> Duration {
+fn timed<T>(run: impl FnOnce() -> T) -> f64 {
     let started = Instant::now();
     black_box(run());
-    started.elapsed()
-}
-
-fn median(mut times: Vec<Duration>) -> f64 {
-    times.sort();
-    times[times.len() / 2].as_secs_f64()
+    started.elapsed().as_secs_f64()
 }
 
 fn main() {
@@ -58,7 +54,7 @@ fn main() {
             times[1].push(timed(|| plain(Effort::Same)));
             times[2].push(timed(|| plain(Effort::Least)));
         }
-        let [ours, same, least] = times.map(median);
+        let [ours, same, least] = times.map(|times| median(times).unwrap());
         for (name, time) in [("ours", ours), ("plain, same effort", same), ("plain, least effort", least)] {
             let per_step = 1e9 * time / macro_steps as f64;
             println!(

@@ -22,8 +22,8 @@ use rimbench::cosim::{
 };
 use rimbench::harness::RunSpec;
 use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::metrics::order_of_convergence;
 use rimbench::schemes::scheme_by_name;
+use rimbench::statistics::{self, order_of_convergence};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -246,8 +246,7 @@ fn median(mut once: impl FnMut() -> f64) -> f64 {
     while times.len() < least || (started.elapsed() < BUDGET && times.len() < most) {
         times.push(once());
     }
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
+    statistics::median(times).expect("times")
 }
 
 fn main() {

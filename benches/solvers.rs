@@ -21,6 +21,7 @@ use faer::linalg::cholesky::llt::factor::{LltParams, cholesky_in_place, cholesky
 use faer::{MatMut, Par, Spec};
 use rimbench::complementarity::{ActiveSet, Checked, ComplementaritySolver, Lcp, natural_residual, solver_by_name};
 use rimbench::corpus::Corpus;
+use rimbench::statistics::median;
 use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
@@ -140,12 +141,7 @@ fn times(sequences: &[Sequence], names: &[&str]) -> Vec<f64> {
             measured.push(1e9 * seconds / solved as f64);
         }
     }
-    measured.into_iter().map(median).collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+    measured.into_iter().filter_map(median).collect()
 }
 
 /// Seconds per call.
@@ -187,10 +183,11 @@ fn factorisation(n: usize, entry: impl Fn(usize, usize) -> f64) -> [f64; 2] {
         own.push(1e9 * (changed - repeated(|| solve(&m, 0))));
         faer.push(1e9 * repeated(&mut by_faer));
     }
-    [median(own), median(faer)]
+    [own, faer].map(|times| median(times).unwrap())
 }
 
 fn main() {
+    rimbench::panel::register();
     let bench = std::env::args().any(|argument| argument == "--bench");
     println!(
         "{:28} {:>11} {:>11} {:>11} {:>11} {:>11}  ns per problem",

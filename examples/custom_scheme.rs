@@ -33,6 +33,7 @@ fn main() -> Result<()> {
     register(&ENTRY)?;
     let mut arguments = std::env::args().skip(1).map(PathBuf::from);
     let results = arguments.next().unwrap_or_else(|| "custom-scheme".into());
-    let mut tables = arguments.map(|file| compare(&Experiment::read(&file)?.with_scheme(ENTRY.name)?, &results, true));
+    let mut tables = arguments
+        .map(|file| compare(&Experiment::read(&file)?.with_scheme(ENTRY.name)?, &results, true, &rimbench::BUILD));
     tables.try_for_each(|table| table.map(|table| println!("{table}")))
 }

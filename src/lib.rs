@@ -7,19 +7,18 @@
 //! against fine-step references.
 //!
 //! # Rooms
-//! Each room uses only those below it.
+//! This package is the program; its rooms live in packages of their own, shown here together. Each uses only those below it,
+//! and the compiler sees to that.
 //!
-//! | room | what it holds |
-//! |---|---|
-//! | [`perf`] | a fixed suite of work, its history, and what counts as a regression |
-//! | [`report`] | figures and the report, from result files; never simulates |
-//! | [`harness`] | experiment file → plan → runs → result files |
-//! | [`cases`], [`schemes`], [`metrics`] | what is simulated, how it is coupled, what is measured; explicit lists |
-//! | [`models`] | physical models the cases are made from |
-//! | [`mechanics`] | the non-smooth stepper and the monolithic reference |
-//! | [`cosim`] | subsystems, coupling schemes, and the macro loop |
-//! | [`interface_model`] | the reduced interface model (paper Eqs. 3 and 4) |
-//! | [`complementarity`] | linear complementarity problems and their solvers |
+//! | package | rooms | what they hold |
+//! |---|---|---|
+//! | `rimbench-dev` | [`perf`], [`corpus`], [`panel`] | performance tracker, contact problems of actual runs, rival solvers |
+//! | `rimbench-figures` | [`figures`] | figures and the report, from result files; never simulates |
+//! | `rimbench-harness` | [`harness`] | experiment file → plan → runs → result files |
+//! | `rimbench-results` | [`atomic_file`], [`results_table`] | files written whole or not at all, read back by column name |
+//! | `rimbench-cases` | [`cases`], [`metrics`], [`models`] | what is simulated, what is measured |
+//! | `rimbench-statistics` | [`statistics`] | quantiles, straight lines, intervals, performance profiles |
+//! | `rimbench-core` | [`schemes`], [`mechanics`], [`cosim`], [`interface_model`], [`complementarity`], [`linear_algebra`], [`error`] | the simulation itself |
 //!
 //! # Symbols
 //! | symbol | unit | meaning |
@@ -34,19 +33,22 @@
 //! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is "the
 //! paper" throughout; what is marked *ours* is this project's own choice.
 
-pub mod atomic_file;
-pub mod cases;
-pub mod complementarity;
-pub mod corpus;
-pub mod cosim;
-pub mod error;
-pub mod harness;
-pub mod interface_model;
-pub mod mechanics;
-pub mod metrics;
-pub mod models;
-pub mod numerics_version;
-pub mod perf;
-pub mod report;
-pub mod results_table;
-pub mod schemes;
+pub use rimbench_cases::{cases, metrics, models};
+pub use rimbench_core::{
+    complementarity, cosim, error, interface_model, linear_algebra, mechanics, numerics_version, schemes,
+};
+pub use rimbench_dev::{corpus, panel, perf};
+pub use rimbench_figures as figures;
+pub use rimbench_harness as harness;
+pub use rimbench_results::{atomic_file, results_table};
+pub use rimbench_statistics as statistics;
+
+/// What this program was built from.
+pub const BUILD: harness::BuildInfo = harness::BuildInfo {
+    git_revision: env!("RIMBENCH_GIT_REVISION"),
+    git_dirty: env!("RIMBENCH_GIT_DIRTY"),
+    lock_file: include_str!("../Cargo.lock"),
+    version: env!("CARGO_PKG_VERSION"),
+    rustc: env!("RIMBENCH_RUSTC"),
+    target: env!("RIMBENCH_TARGET"),
+};

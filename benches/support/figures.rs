@@ -5,7 +5,7 @@ use plotters::style::{FontStyle, register_font};
 
 /// Criterion as it comes, with the typeface of this project under the family that its figures ask for.
 pub fn criterion_with_typeface() -> Criterion {
-    let regular = include_bytes!("../../src/report/font/Inter-Regular.otf");
+    let regular = include_bytes!("../../crates/rimbench-figures/src/font/Inter-Regular.otf");
     assert!(register_font("sans-serif", FontStyle::Normal, regular).is_ok(), "the typeface is an OpenType file");
     Criterion::default()
 }

@@ -2,6 +2,7 @@
 
 use super::{claims_table, print};
 use clap::Args;
+use rimbench::BUILD;
 use rimbench::error::Error;
 use rimbench::harness::{Cache, Experiment, Job, check_claims, collect_shards};
 use std::path::{Path, PathBuf};
@@ -29,8 +30,15 @@ impl Collect {
             }
         }
         let cache = Cache::of_user();
-        let job =
-            Job { experiment: &experiment, folder: first, quick: false, fresh: false, shard: None, cache: &cache };
+        let job = Job {
+            experiment: &experiment,
+            folder: first,
+            quick: false,
+            fresh: false,
+            shard: None,
+            cache: &cache,
+            build: &BUILD,
+        };
         let others: Vec<&Path> = others.iter().map(PathBuf::as_path).collect();
         let (summary, missing) = collect_shards(job, &others)?;
         print(&format!(

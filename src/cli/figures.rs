@@ -3,7 +3,7 @@
 use super::print;
 use super::reproduce::home;
 use clap::Args;
-use rimbench::report::FigureList;
+use rimbench::figures::FigureList;
 use std::path::PathBuf;
 
 /// Arguments of `figures`.

@@ -3,7 +3,7 @@
 use super::{Format, print, table};
 use clap::{Args, ValueEnum};
 use rimbench::cases::{all_cases, case_by_name};
-use rimbench::complementarity::SOLVERS;
+use rimbench::complementarity::all_solvers;
 use rimbench::metrics::METRICS;
 use rimbench::schemes::all_schemes;
 use serde_json::{Map, Value};
@@ -50,7 +50,7 @@ impl List {
                     entry
                 })
                 .collect(),
-            What::Solvers => SOLVERS
+            What::Solvers => all_solvers()
                 .iter()
                 .map(|solver| {
                     let mut entry = named(solver.name, solver.about);

@@ -5,13 +5,15 @@ use super::reproduce::home;
 use super::{print, table};
 use anyhow::Context;
 use clap::{Args, Subcommand};
+use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::error::Error;
+use rimbench::figures::render;
 use rimbench::harness::Provenance;
 use rimbench::perf::{
     self, BENCHMARKS, History, PerStep, Plan, Program, Row, benchmark_by_name, callgrind, draw_history,
 };
-use rimbench::report::render;
+use rimbench::statistics::quantile;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -114,11 +116,11 @@ impl Record {
         check_writable_folder(path.parent().unwrap_or(Path::new(".")))?;
         let names: Vec<String> = BENCHMARKS.iter().map(|benchmark| benchmark.name.to_owned()).collect();
         let plan = self.measuring.plan(&names)?;
-        let provenance = Provenance::collect();
+        let provenance = Provenance::collect(&BUILD);
         let program = Program {
             path: std::env::current_exe().context("this program cannot find itself")?,
-            git_revision: provenance.git_revision.clone(),
-            git_dirty: provenance.git_dirty.clone(),
+            git_revision: BUILD.git_revision.to_owned(),
+            git_dirty: BUILD.git_dirty.to_owned(),
         };
         let rows = perf::record(&program, &provenance, &plan, &mut |benchmark| eprintln!("{benchmark}"))?;
         history.append(&rows)?;
@@ -129,7 +131,7 @@ impl Record {
         let uneven: Vec<f64> =
             rows.iter().filter_map(|row| row.placebo().map(|[low, high]| (high / low).sqrt() - 1.0)).collect();
         if !uneven.is_empty() {
-            let (median, worst) = (perf::quantile(&uneven, 0.5), perf::quantile(&uneven, 1.0));
+            let (median, worst) = (quantile(&uneven, 0.5), quantile(&uneven, 1.0));
             print(&format!(
                 "placebo: this machine tells times apart to {:.1} % (median), {:.1} % (worst benchmark)",
                 100.0 * median,
@@ -233,7 +235,7 @@ impl Sample {
             let names: Vec<&str> = BENCHMARKS.iter().map(|benchmark| benchmark.name).collect();
             return print(&serde_json::to_string(&names)?);
         };
-        let sample = perf::measure(benchmark_by_name(&name)?, self.repetitions, !self.untimed)?;
+        let sample = perf::measure(benchmark_by_name(&name)?, self.repetitions, !self.untimed, &BUILD)?;
         print(&serde_json::to_string(&sample)?)
     }
 }

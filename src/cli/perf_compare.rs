@@ -4,6 +4,7 @@ use super::perf::{Measuring, history_file};
 use super::print;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use rimbench::BUILD;
 use rimbench::error::Error;
 use rimbench::harness::Provenance;
 use rimbench::perf::{
@@ -105,7 +106,7 @@ impl Compare {
             }
         });
         let plan = self.measuring.plan(&unique)?;
-        let provenance = Provenance::collect();
+        let provenance = Provenance::collect(&BUILD);
         let records = [base, new].map(|program| Recording::begin(program, &provenance));
         let (mut rows, mut paired): ([Vec<Row>; 2], Vec<Paired>) = Default::default();
         for benchmark in &plan.benchmarks {

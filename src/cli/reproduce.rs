@@ -4,10 +4,11 @@ use super::progress::progress_bar;
 use super::{claims_table, print};
 use clap::Args;
 use rayon::prelude::*;
+use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::error::{Error, Result};
+use rimbench::figures::{FigureList, write_report};
 use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Store, check_claims, run_job, write_claims};
-use rimbench::report::{FigureList, write_report};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -46,7 +47,15 @@ impl Reproduce {
         for experiment in &experiments {
             bar.set_message(experiment.name());
             let folder = group.join(experiment.name());
-            let job = Job { experiment, folder: &folder, quick: self.quick, fresh: true, shard: None, cache: &cache };
+            let job = Job {
+                experiment,
+                folder: &folder,
+                quick: self.quick,
+                fresh: true,
+                shard: None,
+                cache: &cache,
+                build: &BUILD,
+            };
             let summary = run_job(job, &|_| bar.inc(1), &AtomicBool::new(false))?;
             not_completed += summary.not_completed;
             if bar.is_hidden() {

@@ -4,6 +4,7 @@ use super::progress::progress_bar;
 use super::{claims_table, print};
 use anyhow::Context;
 use clap::Args;
+use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
@@ -55,8 +56,15 @@ impl Run {
         let bar = progress_bar(total);
         let failures = AtomicUsize::new(0);
         let cache = Cache::of_user();
-        let job =
-            Job { experiment: &experiment, folder: &folder, quick: false, fresh: self.fresh, shard, cache: &cache };
+        let job = Job {
+            experiment: &experiment,
+            folder: &folder,
+            quick: false,
+            fresh: self.fresh,
+            shard,
+            cache: &cache,
+            build: &BUILD,
+        };
         let progress = |outcome: &Outcome| {
             bar.inc(1);
             if *outcome != Outcome::Completed {

@@ -4,10 +4,11 @@ use super::corpus::CORPUS;
 use super::{Format, json_number, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
-use rimbench::complementarity::{SOLVERS, SolverEntry, solver_by_name};
-use rimbench::corpus::{Corpus, Replay, Solve, Start, draw_profile, performance_profile, replay};
+use rimbench::complementarity::{SolverEntry, all_solvers, solver_by_name};
+use rimbench::corpus::{Corpus, Replay, Solve, Start, draw_profile, replay};
 use rimbench::error::{Error, Result};
-use rimbench::report::render;
+use rimbench::figures::render;
+use rimbench::statistics::{nearest_rank, performance_ratios, share_within};
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
@@ -88,7 +89,7 @@ impl Solvers {
 
     fn chosen(&self) -> Result<Vec<&'static SolverEntry>> {
         if self.solver.is_empty() {
-            return Ok(SOLVERS.iter().collect());
+            return Ok(all_solvers());
         }
         self.solver.iter().map(|name| solver_by_name(name)).collect()
     }
@@ -136,13 +137,8 @@ fn work(mut row: Row, solves: &[Solve]) -> Row {
 /// What does.
 fn time(mut row: Row, solves: &[Solve]) -> Row {
     let mut times: Vec<f64> = solves.iter().filter(|solve| solve.solved).map(|solve| solve.time_ns).collect();
-    times.sort_unstable_by(f64::total_cmp);
-    let quantile = |fraction: f64| {
-        let index = (fraction * times.len() as f64).ceil() as usize;
-        times.get(index.saturating_sub(1).min(times.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
-    };
-    for (name, fraction) in [("median_ns", 0.5), ("p99_ns", 0.99), ("max_ns", 1.0)] {
-        row.push((name, json_number(quantile(fraction).round())));
+    for (name, percent) in [("median_ns", 50), ("p99_ns", 99), ("max_ns", 100)] {
+        row.push((name, json_number(nearest_rank(&mut times, percent).unwrap_or(f64::NAN).round())));
     }
     row
 }
@@ -158,16 +154,13 @@ fn overall(replay: &Replay) -> Row {
 /// The performance profile of the warm replays.
 fn profile(replays: &[Replay]) -> Vec<Row> {
     let warm: Vec<&Replay> = replays.iter().filter(|replay| replay.start == Start::Warm).collect();
-    let times: Vec<Vec<Option<f64>>> = warm.iter().map(|replay| replay.times()).collect();
-    let rows = FACTORS.iter().zip(performance_profile(&times, &FACTORS));
-    rows.map(|(&factor, fractions)| {
-        let columns = warm
-            .iter()
-            .zip(fractions)
-            .map(|(replay, fraction)| (replay.solver.name, json_number((1e4 * fraction).round() / 1e4)));
+    let ratios = performance_ratios(&warm.iter().map(|replay| replay.costs()).collect::<Vec<_>>());
+    let row = |factor: f64| {
+        let share = |ratios: &Vec<f64>| json_number((1e4 * share_within(ratios, factor)).round() / 1e4);
+        let columns = warm.iter().zip(&ratios).map(|(replay, ratios)| (replay.solver.name, share(ratios)));
         std::iter::once(("factor", json_number(factor))).chain(columns).collect()
-    })
-    .collect()
+    };
+    FACTORS.into_iter().map(row).collect()
 }
 
 fn json(rows: &[Row]) -> Value {

@@ -1,21 +1,48 @@
 //! Builders shared by the tests: the wedge box at its defaults, small systems with constant matrices, simple actuators.
 #![allow(dead_code)]
 
-use rimbench::cases::{Case, CoupledSystem, Recorder, case_by_name};
-use rimbench::complementarity::{SolverEntry, solver_by_name};
+use rimbench::cases::{Case, CoupledSystem, Recorder};
+use rimbench::complementarity::SolverEntry;
 use rimbench::cosim::{
     Bounds, CommunicationGrid, CommunicationPoint, CouplingScheme, ForceReturn, OutputRates, Port, Ports, Quantity,
     Report, Sequence, Setup, StepControl, Subsystem, SubsystemCounters, Timing, Trajectory, cosimulate,
 };
-use rimbench::error::Failure;
+use rimbench::error::{Failure, Result};
 use rimbench::harness::{RunResult, RunSpec, simulate};
 use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
 use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, monolithic};
 use rimbench::models::{WedgeBox, WedgeBoxGeometry};
-use rimbench::schemes::{SchemeOptions, scheme_by_name};
+use rimbench::schemes::{SchemeEntry, SchemeOptions};
 
 /// Plastic contacts without position stabilisation.
 pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 1e-3 };
+
+/// Every solver, the rivals among them.
+pub fn solvers() -> Vec<&'static SolverEntry> {
+    rimbench::panel::register();
+    rimbench::complementarity::all_solvers()
+}
+
+pub fn solver_by_name(name: &str) -> Result<&'static SolverEntry> {
+    rimbench::panel::register();
+    rimbench::complementarity::solver_by_name(name)
+}
+
+pub fn schemes() -> Vec<&'static SchemeEntry> {
+    rimbench::schemes::all_schemes()
+}
+
+pub fn scheme_by_name(name: &str) -> Result<&'static SchemeEntry> {
+    rimbench::schemes::scheme_by_name(name)
+}
+
+pub fn cases() -> Vec<&'static Case> {
+    rimbench::cases::all_cases()
+}
+
+pub fn case_by_name(name: &str) -> Result<&'static Case> {
+    rimbench::cases::case_by_name(name)
+}
 
 pub fn solver() -> &'static SolverEntry {
     solver_by_name("active-set").unwrap()

@@ -1,0 +1,71 @@
+//! `disc-pile`: a loader pushes a heap of discs against a wall: up to some 200 contacts, of which the interface touches a few.
+//!
+//! ```text
+//!  ╠════[▒▒]════┤( )( )( )( )  │
+//!  anchor       │ ( )( )( )    │
+//!          blade│( )( )( )( )  │ wall
+//!   ═══════════════════════════  floor
+//! ```
+//! 1 + 2n velocities (blade; x and y of n discs: without friction they do not spin). Layers are hexagonal, with one disc less in each
+//! second one; some 3n contacts: many more than a frictionless heap can carry (2n), so its forces are not unique. The number of
+//! contacts follows from `columns` and `layers`: 6 × 4 has 62, 10 × 8 has 220.
+//!
+//! **Manoeuvre.** The heap is stacked against the blade, with some room before the wall. Let go, it settles: the upper discs push the
+//! lower ones apart until the wall holds them; then the blade pushes all of it.
+//!
+//! **Contacts**: a list made once, at the start (see [`Discs`](crate::models::Discs)); `largest_displacement_m` must stay below its reach.
+//!
+//! **Direct feedthrough** of the actuator, through its viscous friction. **Reference**: monolithic, h, h/2, h/4; with this many impacts its own
+//! uncertainty is not small and must be looked at.
+//!
+//! **Source**: *ours*; the fluid is that of Naya et al. 2011.
+
+use super::case::{Case, CaseDefaults, CoupledSystem};
+use super::loader;
+use super::parameters::{Parameter, Parameters, Range, joined, number as p};
+use super::reference_method::ReferenceMethod;
+use rimbench_core::complementarity::SolverEntry;
+use rimbench_core::error::Result;
+
+pub(super) const ENTRY: Case = Case {
+    name: "disc-pile",
+    about: "A loader's blade pushes a heap of discs against a wall (62 contacts; up to some 200 by its parameters)",
+    parameters: &PARAMETERS,
+    defaults: CaseDefaults {
+        duration_s: 0.5,
+        macro_step_s: 5e-3,
+        micro_step_s: 5e-5,
+        reference_step_s: 1e-4,
+        reference_sampling_s: 2e-4,
+    },
+    trace_columns: &loader::TRACE_COLUMNS,
+    drawing_columns: &loader::DRAWING_COLUMNS,
+    interface_columns: &loader::INTERFACE_COLUMNS,
+    linear_state: &[],
+    reference: |_| ReferenceMethod::Refined,
+    build,
+};
+
+const PARAMETERS: [Parameter; 26] = joined(&[
+    &[
+        p("columns", "-", 6.0, Range::Positive, "discs in the lowest layer, 2 to 20", "ours"),
+        p("layers", "-", 4.0, Range::Positive, "layers, 1 to 20", "ours"),
+    ],
+    &loader::PARAMETERS,
+]);
+
+fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
+    let columns = parameters.whole("columns", 2..=20)?;
+    let layers = parameters.whole("layers", 1..=20)?;
+    let radius = parameters.number("disc_radius_m");
+    let mut centres = Vec::new();
+    for layer in 0..layers {
+        // Each second layer lies in the hollows of the one below.
+        let shift = layer % 2;
+        for column in 0..columns - shift {
+            let x = radius * f64::from(1 + shift + 2 * column);
+            centres.push([x, radius * (1.0 + 3.0_f64.sqrt() * f64::from(layer))]);
+        }
+    }
+    loader::build(parameters, solver, centres)
+}

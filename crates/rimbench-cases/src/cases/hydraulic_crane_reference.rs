@@ -1,0 +1,128 @@
+//! The crane as one system of ordinary differential equations, by the trapezoidal rule.
+
+use super::hydraulic_crane::{Parts, parts};
+use super::parameters::Parameters;
+use nalgebra::{LU, SMatrix, SVector, U6};
+use rimbench_core::cosim::Trajectory;
+use rimbench_core::error::{Failure, Result};
+use rimbench_core::mechanics::MechanicalModel;
+
+/// `θ₁, θ₂, θ̇₁, θ̇₂, p₁, p₂`.
+type State = SVector<f64, 6>;
+
+/// Sizes by which a change of the state is judged; the pressures are about 1e6 Pa.
+const SCALE: [f64; 6] = [1.0, 1.0, 1.0, 1.0, 1e6, 1e6];
+
+/// Relative size of the last Newton increment.
+const TOLERANCE: f64 = 1e-14;
+
+/// More Newton iterations than this in a step make the next one take a fresh Jacobian.
+const QUICK: usize = 4;
+
+/// Then the iteration has failed.
+const MOST: usize = 60;
+
+/// Integrates the whole crane with `steps` steps of `h` (s), and writes a row at the start, after every `every` steps
+/// and at the end.
+///
+/// ```text
+/// x⁺ = x + ½ h (f(t, x) + f(t + h, x⁺))       x = (θ₁, θ₂, θ̇₁, θ̇₂, p₁, p₂)
+/// ```
+/// Second order and free of numerical damping. The published reference is the same rule with the same step, in
+/// redundant coordinates with the constraints on level of position; Newton with a Jacobian kept as long as it serves.
+///
+/// # Errors
+/// [`Failure::NonFinite`] where the iteration does not converge.
+pub(super) fn solve(
+    parameters: &Parameters,
+    h: f64,
+    steps: usize,
+    every: usize,
+    trajectory: &mut Trajectory,
+) -> Result<(), Failure> {
+    let mut system = match parts(parameters) {
+        Ok(parts) => Whole { parts },
+        // The caller has built the case with the same parameters before.
+        Err(_) => return Err(Failure::NonFinite { quantity: "parameters" }),
+    };
+    let mut x = system.start();
+    system.write(0.0, &x, trajectory.push_row());
+    let mut rate = system.rate(0.0, &x);
+    let mut jacobian = system.newton_matrix(0.0, &x, h);
+    for step in 1..=steps {
+        let t = step as f64 * h;
+        let mut next = x + h * rate;
+        let mut iterations = 0;
+        let next_rate = loop {
+            let next_rate = system.rate(t, &next);
+            let residual = next - x - 0.5 * h * (rate + next_rate);
+            let change = jacobian.solve(&residual).ok_or(Failure::Singular { matrix: "Newton matrix" })?;
+            next -= change;
+            iterations += 1;
+            if iterations > MOST || next.iter().any(|value| !value.is_finite()) {
+                return Err(Failure::NonFinite { quantity: "state of the crane" });
+            }
+            if change.iter().zip(SCALE).all(|(change, scale)| change.abs() <= TOLERANCE * scale) {
+                break system.rate(t, &next);
+            }
+            if iterations % (2 * QUICK) == 0 {
+                jacobian = system.newton_matrix(t, &next, h);
+            }
+        };
+        (x, rate) = (next, next_rate);
+        if iterations > QUICK {
+            jacobian = system.newton_matrix(t, &x, h);
+        }
+        if step % every == 0 || step == steps {
+            system.write(t, &x, trajectory.push_row());
+        }
+    }
+    Ok(())
+}
+
+struct Whole {
+    parts: Parts,
+}
+
+impl Whole {
+    fn start(&self) -> State {
+        let (q, v) = self.parts.crane.initial_state();
+        let p = self.parts.cylinder.pressures();
+        State::from([q[0], q[1], v[0], v[1], p[0], p[1]])
+    }
+
+    /// Length, velocity and force of the actuator; prepares the crane.
+    fn actuator(&mut self, x: &State) -> [f64; 3] {
+        self.parts.crane.prepare(&[x[0], x[1]], &[x[2], x[3]]);
+        let (length, lever, _) = self.parts.crane.actuator();
+        let velocity = lever * x[2];
+        [length, velocity, (x[5] - x[4]) * self.parts.piston_area - self.parts.viscous_friction * velocity]
+    }
+
+    fn rate(&mut self, t: f64, x: &State) -> State {
+        let [length, velocity, force] = self.actuator(x);
+        let a = self.parts.crane.acceleration([x[2], x[3]], force);
+        let p = self.parts.cylinder.pressure_rates([x[4], x[5]], length, velocity, self.parts.spool.at(t));
+        State::from([x[2], x[3], a[0], a[1], p[0], p[1]])
+    }
+
+    /// `I − ½ h ∂f/∂x` by central differences, factored.
+    fn newton_matrix(&mut self, t: f64, x: &State, h: f64) -> LU<f64, U6, U6> {
+        let mut matrix = SMatrix::<f64, 6, 6>::identity();
+        for (column, scale) in SCALE.into_iter().enumerate() {
+            let step = 1e-6 * scale;
+            let mut moved = *x;
+            moved[column] += step;
+            let ahead = self.rate(t, &moved);
+            moved[column] -= 2.0 * step;
+            let slope = (ahead - self.rate(t, &moved)) / (2.0 * step);
+            matrix.column_mut(column).axpy(-0.5 * h, &slope, 1.0);
+        }
+        matrix.lu()
+    }
+
+    fn write(&mut self, t: f64, x: &State, row: &mut [f64]) {
+        let [length, velocity, force] = self.actuator(x);
+        row.copy_from_slice(&[t, length, velocity, force, x[4], x[5], self.parts.spool.at(t), x[0], x[1]]);
+    }
+}

@@ -1,0 +1,250 @@
+//! Named parameters of a case: what can be set, to what, and what it was set to.
+
+use rimbench_core::error::{Error, Result};
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+/// The value of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// A number in the parameter's unit.
+    Number(f64),
+    /// One of a list of names.
+    Choice(&'static str),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Number(number) => write!(f, "{number:?}"),
+            Value::Choice(name) => f.write_str(name),
+        }
+    }
+}
+
+/// What a parameter may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Range {
+    /// Any finite number.
+    Finite,
+    /// A finite number above zero.
+    Positive,
+    /// A finite number, zero or above.
+    NotNegative,
+    /// A number in [0, 1].
+    Fraction,
+    /// One of these names.
+    OneOf(&'static [&'static str]),
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Range::Finite => f.write_str("a finite number"),
+            Range::Positive => f.write_str("a finite number above 0"),
+            Range::NotNegative => f.write_str("a finite number, 0 or above"),
+            Range::Fraction => f.write_str("a number in [0, 1]"),
+            Range::OneOf(names) => write!(f, "one of {}", names.join(", ")),
+        }
+    }
+}
+
+impl Range {
+    /// Accepts a number or says no.
+    fn admits(self, number: f64) -> bool {
+        number.is_finite()
+            && match self {
+                Range::Finite => true,
+                Range::Positive => number > 0.0,
+                Range::NotNegative => number >= 0.0,
+                Range::Fraction => (0.0..=1.0).contains(&number),
+                Range::OneOf(_) => false,
+            }
+    }
+
+    /// Reads a value from text.
+    fn parse(self, key: &str, text: &str) -> Result<Value> {
+        let invalid = || Error::invalid(key, text, self.to_string());
+        if let Range::OneOf(names) = self {
+            let found = names.iter().find(|name| **name == text);
+            return found.map(|name| Value::Choice(name)).ok_or_else(invalid);
+        }
+        let number = text.trim().parse::<f64>().map_err(|_| invalid())?;
+        if self.admits(number) { Ok(Value::Number(number)) } else { Err(invalid()) }
+    }
+}
+
+/// One named parameter of a case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Name with unit, as it stands in `--set` and in experiment files.
+    pub name: &'static str,
+    /// Unit; `-` for a pure number or a name.
+    pub unit: &'static str,
+    /// Default.
+    pub default: Value,
+    /// What is valid.
+    pub range: Range,
+    /// One line.
+    pub about: &'static str,
+    /// Where the default comes from.
+    pub source: &'static str,
+}
+
+/// [`Parameter::number`] under a name short enough for tables.
+pub(super) const fn number(
+    name: &'static str,
+    unit: &'static str,
+    default: f64,
+    range: Range,
+    about: &'static str,
+    source: &'static str,
+) -> Parameter {
+    Parameter::number(name, unit, default, range, about, source)
+}
+
+/// Some lists as one, in their order; `N` must be the sum of their lengths.
+pub(super) const fn joined<const N: usize>(parts: &[&[Parameter]]) -> [Parameter; N] {
+    let mut all = [number("", "-", 0.0, Range::Finite, "", ""); N];
+    let (mut filled, mut part) = (0, 0);
+    while part < parts.len() {
+        let mut index = 0;
+        while index < parts[part].len() {
+            all[filled] = parts[part][index];
+            (filled, index) = (filled + 1, index + 1);
+        }
+        part += 1;
+    }
+    assert!(filled == N);
+    all
+}
+
+impl Parameter {
+    /// A numeric parameter.
+    pub const fn number(
+        name: &'static str,
+        unit: &'static str,
+        default: f64,
+        range: Range,
+        about: &'static str,
+        source: &'static str,
+    ) -> Self {
+        Parameter { name, unit, default: Value::Number(default), range, about, source }
+    }
+
+    /// A parameter that is one of `names`; the first is the default.
+    pub const fn choice(
+        name: &'static str,
+        names: &'static [&'static str],
+        about: &'static str,
+        source: &'static str,
+    ) -> Self {
+        Parameter { name, unit: "-", default: Value::Choice(names[0]), range: Range::OneOf(names), about, source }
+    }
+}
+
+/// The parameters of a case with their values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    case: &'static str,
+    declared: &'static [Parameter],
+    /// Shared by the many runs of a plan that differ in other things.
+    values: Arc<Vec<Value>>,
+}
+
+impl Parameters {
+    /// All at their defaults.
+    pub fn defaults(case: &'static str, declared: &'static [Parameter]) -> Self {
+        Parameters { case, declared, values: Arc::new(declared.iter().map(|parameter| parameter.default).collect()) }
+    }
+
+    /// Sets one parameter from text.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a key the case does not have, [`Error::InvalidValue`] for a value out of range.
+    pub fn set(&mut self, key: &str, text: &str) -> Result<()> {
+        let index =
+            self.declared.iter().position(|parameter| parameter.name == key).ok_or_else(|| Error::UnknownName {
+                kind: "parameter",
+                found: key.to_owned(),
+                valid: self.declared.iter().map(|parameter| parameter.name.to_owned()).collect(),
+            })?;
+        let value = self.declared[index].range.parse(key, text)?;
+        Arc::make_mut(&mut self.values)[index] = value;
+        Ok(())
+    }
+
+    /// A number by name. The name must be one the case declares: anything else is a defect of the case.
+    pub fn number(&self, name: &str) -> f64 {
+        match self.value(name) {
+            Value::Number(number) => number,
+            Value::Choice(_) => panic!("parameter {name} of case {} is not a number", self.case),
+        }
+    }
+
+    /// A whole number by name, within `range`. The name must be one the case declares: anything else is a defect of the case.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] for a number that is not whole or out of range.
+    pub fn whole(&self, name: &str, range: RangeInclusive<u32>) -> Result<u32> {
+        let number = self.number(name);
+        let valid = number.fract() == 0.0 && (f64::from(*range.start())..=f64::from(*range.end())).contains(&number);
+        let expected = || format!("a whole number from {} to {}", range.start(), range.end());
+        if valid { Ok(number as u32) } else { Err(Error::invalid(name, number, expected())) }
+    }
+
+    /// A choice by name. The name must be one the case declares: anything else is a defect of the case.
+    pub fn choice(&self, name: &str) -> &'static str {
+        match self.value(name) {
+            Value::Choice(choice) => choice,
+            Value::Number(_) => panic!("parameter {name} of case {} is not a choice", self.case),
+        }
+    }
+
+    /// All parameters with their values.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static Parameter, Value)> + '_ {
+        self.declared.iter().zip(self.values.iter().copied())
+    }
+
+    fn value(&self, name: &str) -> Value {
+        match self.iter().find(|(parameter, _)| parameter.name == name) {
+            Some((_, value)) => value,
+            None => panic!("case {} declares no parameter {name}", self.case),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    static DECLARED: [Parameter; 2] = [
+        number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours"),
+        Parameter {
+            name: "coupling",
+            unit: "-",
+            default: Value::Choice("force"),
+            range: Range::OneOf(&["force", "pressure"]),
+            about: "coupling",
+            source: "ours",
+        },
+    ];
+
+    #[test]
+    fn values_are_checked_and_errors_say_what_is_valid() {
+        let mut parameters = Parameters::defaults("test", &DECLARED);
+        parameters.set("mass_kg", "2.5").unwrap();
+        parameters.set("coupling", "pressure").unwrap();
+        assert_eq!((parameters.number("mass_kg"), parameters.choice("coupling")), (2.5, "pressure"));
+        for (key, text, wanted) in [
+            ("mass_kg", "-1", "mass_kg = -1 is not valid; valid: a finite number above 0"),
+            ("mass_kg", "NaN", "mass_kg = NaN is not valid; valid: a finite number above 0"),
+            ("mass_kg", "ten", "mass_kg = ten is not valid; valid: a finite number above 0"),
+            ("coupling", "forse", "coupling = forse is not valid; valid: one of force, pressure"),
+            ("mass_k", "1", "unknown parameter `mass_k` (did you mean `mass_kg`?); valid: mass_kg, coupling"),
+        ] {
+            assert_eq!(parameters.set(key, text).unwrap_err().to_string(), wanted);
+        }
+    }
+}

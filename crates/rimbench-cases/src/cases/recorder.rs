@@ -1,0 +1,120 @@
+//! Writes the columns of a case at each communication point, whatever side they come from.
+
+use super::case::{Case, CoupledSystem, RowFunction};
+use rimbench_core::cosim::{CommunicationPoint, Port, Trajectory};
+
+/// A derived column: where it goes, and where its arguments stand in the row.
+struct Derived {
+    column: usize,
+    from: Vec<usize>,
+    arguments: Vec<f64>,
+    value: RowFunction,
+}
+
+/// Fills trajectory rows from communication points.
+///
+/// Everything a communication point shows is laid out one after the other in `seen`; a column is an index into it.
+///
+/// ```text
+/// time | outputs of mechanics, of actuator | received | observables of mechanics, of actuator | room for derived columns
+/// ```
+pub struct Recorder {
+    columns: Vec<usize>,
+    seen: Vec<f64>,
+    /// Where each part but the time and the derived columns ends in `seen`.
+    ends: [usize; 5],
+    effective_mass: Option<usize>,
+    derived: Vec<Derived>,
+    late_rows: bool,
+    /// The row before it was made late.
+    row: Vec<f64>,
+}
+
+impl Recorder {
+    /// Finds the source of each of the case's columns. A column without one is a defect of the case.
+    pub fn new(case: &Case, system: &mut CoupledSystem) -> Self {
+        let recorded = case.recorded_columns();
+        let place = |wanted: &str| {
+            let found = recorded.iter().position(|name| name == wanted);
+            found.unwrap_or_else(|| panic!("case {}: derived from {wanted}, which is not recorded", case.name))
+        };
+        let derived: Vec<Derived> = std::mem::take(&mut system.derived)
+            .into_iter()
+            .map(|derived| Derived {
+                column: place(derived.name),
+                from: derived.from.iter().map(|name| place(name)).collect(),
+                arguments: vec![0.0; derived.from.len()],
+                value: derived.value,
+            })
+            .collect();
+        let (mechanics, actuator) = (&system.mechanics, &system.actuator);
+        let names_of = |ports: &[Port]| -> Vec<&'static str> { ports.iter().map(|port| port.name).collect() };
+        let (y_mechanics, y_actuator) = (names_of(&mechanics.ports().outputs), names_of(&actuator.ports().outputs));
+        // Of the forces received only the first two have a column.
+        let mut received = vec![""; y_actuator.len()];
+        received.iter_mut().zip(["force_to_mechanics_n", "force_2_to_mechanics_n"]).for_each(|(to, name)| *to = name);
+        let parts = [&y_mechanics[..], &y_actuator, &received, mechanics.observables(), actuator.observables()];
+        let mut names = vec!["time_s"];
+        let ends = parts.map(|part| {
+            names.extend_from_slice(part);
+            names.len()
+        });
+        names.extend(derived.iter().map(|derived| recorded[derived.column].as_str()));
+        let index_of = |name: &String| {
+            let index = names.iter().position(|known| known == name);
+            index.unwrap_or_else(|| panic!("case {}: no source for column {name}", case.name))
+        };
+        Recorder {
+            columns: recorded.iter().map(index_of).collect(),
+            seen: vec![f64::NAN; names.len()],
+            ends,
+            effective_mass: recorded.iter().position(|name| name == "effective_mass_kg"),
+            row: vec![0.0; recorded.len()],
+            late_rows: system.late_rows,
+            derived,
+        }
+    }
+
+    /// Records as effective mass the one with the contacts that carried impulse in the mechanics' last step: what the
+    /// reference shows, which has no scheme and no contact margin.
+    pub fn with_active_effective_mass(mut self, system: &CoupledSystem) -> Self {
+        let active = system.mechanics.observables().iter().position(|name| *name == "active_effective_mass_kg");
+        if let (Some(column), Some(index)) = (self.effective_mass, active) {
+            let [_, _, received, ..] = self.ends;
+            self.columns[column] = received + index;
+        }
+        self
+    }
+
+    /// Appends one row. The effective mass is the scheme's own where it has one, else the smooth one of the mechanics.
+    pub fn record(&mut self, point: CommunicationPoint<'_>, trajectory: &mut Trajectory) {
+        let [y_mechanics, y_actuator, received, mechanics, actuator] = self.ends;
+        self.seen[0] = point.time;
+        self.seen[1..y_mechanics].copy_from_slice(point.y_mechanics);
+        self.seen[y_mechanics..y_actuator].copy_from_slice(point.y_actuator);
+        self.seen[y_actuator..received].copy_from_slice(point.received);
+        point.mechanics.observe(point.mechanics_step, &mut self.seen[received..mechanics]);
+        point.actuator.observe(point.mechanics_step, &mut self.seen[mechanics..actuator]);
+        let first = trajectory.is_empty();
+        let row = trajectory.push_row();
+        for (value, &column) in row.iter_mut().zip(&self.columns) {
+            *value = self.seen[column];
+        }
+        for derived in &mut self.derived {
+            for (argument, &column) in derived.arguments.iter_mut().zip(&derived.from) {
+                *argument = row[column];
+            }
+            row[derived.column] = (derived.value)(&derived.arguments);
+        }
+        if let (Some(column), Some(mass)) = (self.effective_mass, point.diagnostics.effective_mass) {
+            row[column] = mass;
+        }
+        if self.late_rows {
+            if first {
+                self.row.copy_from_slice(row);
+            }
+            // Everything but the time is that of the communication point before.
+            row[1..].swap_with_slice(&mut self.row[1..]);
+        }
+    }
+}

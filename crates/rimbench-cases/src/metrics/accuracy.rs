@@ -1,0 +1,89 @@
+//! Distance from the reference at the communication points of the run.
+//!
+//! An interface of several rows is as accurate as its worst row: each metric is taken row by row, and the largest magnitude
+//! counts. A sum over rows would hide one bad row behind many good ones.
+
+use super::evidence::{Evidence, InterfaceRow, Metric};
+
+pub(super) const FORCE_ERROR_RMS: Metric = Metric {
+    name: "force_error_rms_n",
+    unit: "N",
+    about: "Root mean square over communication points of the actuator's own force minus the reference's",
+    compute: |evidence| worst(evidence, |row| rms_error(evidence, row.force)),
+};
+
+pub(super) const FORCE_ERROR_MAX: Metric = Metric {
+    name: "force_error_max_n",
+    unit: "N",
+    about: "Largest difference of the actuator's own force from the reference's at a communication point",
+    compute: |evidence| {
+        worst(evidence, |row| {
+            evidence.pairs(row.force).map(|(own, reference)| (own - reference).abs()).reduce(f64::max)
+        })
+    },
+};
+
+pub(super) const FORCE_ERROR_OF_PEAK: Metric = Metric {
+    name: "force_error_rms_of_peak",
+    unit: "-",
+    about: "Rms force error as a fraction of the reference's largest force magnitude",
+    compute: |evidence| worst(evidence, |row| Some(rms_error(evidence, row.force)? / reference_peak(row)?)),
+};
+
+pub(super) const FORCE_PEAK: Metric = Metric {
+    name: "force_peak_n",
+    unit: "N",
+    about: "Largest magnitude of the actuator's own force",
+    compute: |evidence| worst(evidence, |row| peak(evidence.run.column(row.force))),
+};
+
+pub(super) const FORCE_PEAK_RATIO: Metric = Metric {
+    name: "force_peak_ratio",
+    unit: "-",
+    about: "Largest force magnitude of the run over that of the reference",
+    compute: |evidence| worst(evidence, |row| Some(peak(evidence.run.column(row.force))? / reference_peak(row)?)),
+};
+
+pub(super) const VELOCITY_ERROR_RMS: Metric = Metric {
+    name: "velocity_error_rms_m_s",
+    unit: "m/s",
+    about: "Root mean square of the interface velocity minus the reference's",
+    compute: |evidence| worst(evidence, |row| rms_error(evidence, row.velocity)),
+};
+
+pub(super) const POSITION_ERROR_RMS: Metric = Metric {
+    name: "position_error_rms_m",
+    unit: "m",
+    about: "Root mean square of the interface position minus the reference's",
+    compute: |evidence| worst(evidence, |row| rms_error(evidence, row.position)),
+};
+
+pub(super) const POSITION_ERROR_END: Metric = Metric {
+    name: "position_error_end_m",
+    unit: "m",
+    about: "Interface position minus the reference's at the last communication point reached",
+    compute: |evidence| {
+        worst(evidence, |row| evidence.pairs(row.position).last().map(|(own, reference)| own - reference))
+    },
+};
+
+/// The value of largest magnitude over the rows of the interface, with its sign; NaN wins.
+fn worst(evidence: &Evidence<'_>, of_row: impl Fn(&InterfaceRow) -> Option<f64>) -> Option<f64> {
+    let larger = |a: f64, b: f64| if b.is_nan() || b.abs() > a.abs() { b } else { a };
+    evidence.interface.iter().filter_map(of_row).reduce(larger)
+}
+
+fn rms_error(evidence: &Evidence<'_>, column: usize) -> Option<f64> {
+    let (sum, count) = evidence
+        .pairs(column)
+        .fold((0.0, 0_usize), |(sum, count), (own, reference)| (sum + (own - reference).powi(2), count + 1));
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+fn peak(values: impl Iterator<Item = f64>) -> Option<f64> {
+    values.map(f64::abs).reduce(f64::max)
+}
+
+fn reference_peak(row: &InterfaceRow) -> Option<f64> {
+    Some(row.reference_force_peak).filter(|peak| *peak > 0.0)
+}

@@ -1,0 +1,61 @@
+//! What a metric may look at.
+
+use super::contact_phase::ContactInterval;
+use rimbench_core::cosim::{Report, Trajectory};
+
+/// A run, its reference, and which columns are which.
+pub struct Evidence<'a> {
+    /// The run, one row per communication point.
+    pub run: &'a Trajectory,
+    /// The reference at the communication points of the run: at least the interface's columns and the gaps.
+    pub reference: &'a Trajectory,
+    /// When each contact is closed in the run, in the order of `gaps`.
+    pub run_contacts: &'a [Vec<ContactInterval>],
+    /// When each contact is closed in the reference at its own sampling, in the order of `gaps`.
+    pub reference_contacts: &'a [Vec<ContactInterval>],
+    /// How the run ended.
+    pub report: &'a Report,
+    /// The rows of the interface.
+    pub interface: &'a [InterfaceRow],
+    /// Column of the effective mass, where the case has one.
+    pub effective_mass: Option<usize>,
+    /// Columns of the gaps.
+    pub gaps: &'a [usize],
+    /// Largest violation of the mechanics' energy identity, J.
+    pub energy_identity_residual_j: Option<f64>,
+}
+
+/// One row of the interface in run and reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InterfaceRow {
+    /// Column of the position.
+    pub position: usize,
+    /// Column of the velocity.
+    pub velocity: usize,
+    /// Column of the force.
+    pub force: usize,
+    /// Largest magnitude of the force in the whole reference, N.
+    pub reference_force_peak: f64,
+}
+
+/// One metric by name.
+#[derive(Debug, Clone, Copy)]
+pub struct Metric {
+    /// Name with unit, as it stands in data.
+    pub name: &'static str,
+    /// Unit; `-` for a pure number.
+    pub unit: &'static str,
+    /// One line.
+    pub about: &'static str,
+    /// Computes it; `None` where it does not apply.
+    pub compute: fn(&Evidence<'_>) -> Option<f64>,
+}
+
+impl Evidence<'_> {
+    /// Pairs (run, reference) of one column of the run at its communication points; none if the reference lacks it.
+    pub(super) fn pairs(&self, column: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let in_reference = self.reference.index_of(&self.run.columns()[column]);
+        let reference = in_reference.into_iter().flat_map(|column| self.reference.column(column));
+        self.run.column(column).zip(reference)
+    }
+}

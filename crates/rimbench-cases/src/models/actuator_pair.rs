@@ -1,0 +1,121 @@
+//! Two actuators as one side of a co-simulation with an interface of two rows.
+
+use rimbench_core::cosim::{EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::error::Failure;
+
+/// Names of what one of the two actuators exchanges and shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ActuatorNames {
+    /// Length in, for example `front_length_m`.
+    pub position: &'static str,
+    /// Its rate in.
+    pub velocity: &'static str,
+    /// Force out.
+    pub force: &'static str,
+    /// One per observable of the actuator, in its order.
+    pub observables: &'static [&'static str],
+}
+
+/// Two force-producing actuators side by side; they feel each other only through the mechanics.
+///
+/// ```text
+/// u = [s₁ s₂ w₁ w₂]   →   y = [F₁ F₂]
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActuatorPair<A> {
+    units: [A; 2],
+    ports: Ports,
+    observables: Vec<&'static str>,
+}
+
+impl<A: Subsystem> ActuatorPair<A> {
+    /// Joins two actuators with inputs (length, velocity) and one force as output.
+    pub fn new(units: [A; 2], names: [ActuatorNames; 2]) -> Self {
+        debug_assert!(units.iter().all(|unit| unit.ports().inputs.len() == 2 && unit.ports().outputs.len() == 1));
+        debug_assert!(units.iter().zip(&names).all(|(unit, own)| unit.observables().len() == own.observables.len()));
+        let both = |quantity, name: fn(&ActuatorNames) -> &'static str| {
+            names.each_ref().map(|own| Port { name: name(own), quantity })
+        };
+        let inputs =
+            [both(Quantity::Position, |own| own.position), both(Quantity::Velocity, |own| own.velocity)].concat();
+        let outputs = both(Quantity::Force, |own| own.force).to_vec();
+        let direct_feedthrough = units.iter().any(|unit| unit.ports().direct_feedthrough);
+        ActuatorPair {
+            ports: Ports { inputs, outputs, direct_feedthrough },
+            observables: names.iter().flat_map(|own| own.observables).copied().collect(),
+            units,
+        }
+    }
+}
+
+impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorPair<A> {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    #[inline]
+    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+        for (i, unit) in self.units.iter().enumerate() {
+            unit.outputs(&[u[i], u[2 + i]], &mut y[i..=i]);
+        }
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        for (i, unit) in self.units.iter_mut().enumerate() {
+            unit.step(t, &[u[i], u[2 + i]], h)?;
+        }
+        Ok(())
+    }
+
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        rates.feedthrough.fill(0.0);
+        rates.rate_gain.fill(0.0);
+        let mut own = OutputRates::zeros(1, 2);
+        self.units.iter().enumerate().all(|(i, unit)| {
+            let offered = unit.output_rates(t, &[u[i], u[2 + i]], &mut own);
+            rates.rate[i] = own.rate[0];
+            for (column, j) in [(i, 0), (2 + i, 1)] {
+                rates.feedthrough[4 * i + column] = own.feedthrough[j];
+                rates.rate_gain[4 * i + column] = own.rate_gain[j];
+            }
+            offered
+        })
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn observables(&self) -> &[&'static str] {
+        &self.observables
+    }
+
+    fn observe(&mut self, h: f64, row: &mut [f64]) {
+        let mut rest = row;
+        for unit in &mut self.units {
+            let (own, others) = rest.split_at_mut(unit.observables().len());
+            unit.observe(h, own);
+            rest = others;
+        }
+    }
+
+    fn energy_account(&self) -> Option<EnergyAccount> {
+        let [first, second] = self.units.each_ref().map(|unit| unit.energy_account());
+        let (a, b) = (first?, second?);
+        Some(EnergyAccount {
+            stored: a.stored + b.stored,
+            interface: a.interface + b.interface,
+            contact: a.contact + b.contact,
+            viscous: a.viscous + b.viscous,
+            pump: a.pump + b.pump,
+            valve: a.valve + b.valve,
+            tank: a.tank + b.tank,
+            integration: a.integration + b.integration,
+        })
+    }
+
+    /// Both take every micro step; it counts once.
+    fn counters(&self) -> SubsystemCounters {
+        self.units[0].counters()
+    }
+}

@@ -1,0 +1,144 @@
+//! The hydraulic crane with its load on a rope above the ground: two contacts that open and close.
+
+use super::crane::{Crane, CraneGeometry};
+use nalgebra::{Vector2, vector};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::interface_model::MassMatrix;
+use rimbench_core::interface_model::Rows;
+use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+
+/// One link of a crane, driven by the actuator, and a point load on a massless rope that can only pull.
+///
+/// Coordinates: the angle θ of the link, the load's place `(x, y)`. The rope runs from the end of the link, `P(θ)`.
+///
+/// ```text
+/// M = diag(L²(m/3 + m_p), m_h, m_h)          f = [−L g (m/2 + m_p) cos θ, 0, −m_h g]
+/// g_rope   = ℓ_rope − |d|,  d = (x, y) − P(θ),  n = d/|d|        A_rope = [n·P', −n_x, −n_y]
+/// Ȧv_rope  = n·P'' θ̇² − |ḋ_⊥|²/|d|                              force: tension of the rope
+/// g_ground = y − y_ground                                        A_ground = [0, 0, 1]
+/// ```
+/// While the rope is taut this is [`Crane`] with link 2 as the rope.
+/// # Source
+/// Geometry and masses of the LIM cosim-benchmarks; rope and ground are ours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CraneWithRope {
+    geometry: CraneGeometry,
+    crane: Crane,
+    ground_height: f64,
+    /// `P'` at the prepared angle; `P = [P'_y, −P'_x]`.
+    tip_rate: Vector2<f64>,
+}
+
+const ROPE: usize = 0;
+const GROUND: usize = 1;
+
+impl CraneWithRope {
+    /// Lets the load hang at rest; `link_2_length` is the length of the rope, the second start angle is taken as −90°.
+    ///
+    /// # Errors
+    /// Those of [`Crane::new`]; [`Error::Incompatible`] if the load would start inside the ground.
+    pub fn new(mut geometry: CraneGeometry, ground_height: f64) -> Result<Self> {
+        geometry.start_angles[1] = -std::f64::consts::FRAC_PI_2;
+        let crane = Crane::new(geometry)?;
+        let load = geometry.link_1_length * geometry.start_angles[0].sin() - geometry.link_2_length;
+        if load < ground_height {
+            return Err(Error::Incompatible(format!(
+                "impossible geometry: the load would start at a height of {load:.6} m, inside the ground at \
+                 ground_height_m = {ground_height}"
+            )));
+        }
+        let mut model = CraneWithRope { geometry, crane, ground_height, tip_rate: Vector2::zeros() };
+        let (q, v) = model.initial_state();
+        model.prepare(&q, &v);
+        Ok(model)
+    }
+
+    /// The crane it is while the rope is taut and hangs straight down.
+    pub fn taut(&self) -> &Crane {
+        &self.crane
+    }
+
+    /// From the end of the link to the load.
+    fn rope(&self, q: &[f64]) -> Vector2<f64> {
+        vector![q[1] - self.tip_rate.y, q[2] + self.tip_rate.x]
+    }
+}
+
+impl MechanicalModel for CraneWithRope {
+    fn size(&self) -> ModelSize {
+        ModelSize { velocities: 3, bilateral: 0, unilateral: 2, interface: 1 }
+    }
+
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        let g = &self.geometry;
+        let (sin, cos) = g.start_angles[0].sin_cos();
+        let load = [g.link_1_length * cos, g.link_1_length * sin - g.link_2_length];
+        (vec![g.start_angles[0], load[0], load[1]], vec![0.0; 3])
+    }
+
+    fn prepare(&mut self, q: &[f64], v: &[f64]) {
+        let (sin, cos) = q[0].sin_cos();
+        self.tip_rate = self.geometry.link_1_length * vector![-sin, cos];
+        self.crane.prepare(&[q[0], -std::f64::consts::FRAC_PI_2], &[v[0], 0.0]);
+    }
+
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        if let MassMatrix::Diagonal(diagonal) = mass {
+            let g = &self.geometry;
+            let link = g.link_1_length * g.link_1_length * (g.rod_mass / 3.0 + g.joint_mass);
+            diagonal.copy_from_slice(&[link, g.end_mass, g.end_mass]);
+        }
+    }
+
+    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
+        let g = &self.geometry;
+        let lifted = 0.5 * g.rod_mass + g.joint_mass;
+        force.copy_from_slice(&[-g.gravity * lifted * self.tip_rate.y, 0.0, -g.gravity * g.end_mass]);
+    }
+
+    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
+
+    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        let rope = self.rope(q);
+        let length = rope.norm();
+        let normal = rope / length;
+        let rate = vector![v[1], v[2]] - v[0] * self.tip_rate;
+        let across = normal.perp(&rate);
+        // P'' = −P.
+        let bend = vector![-self.tip_rate.y, self.tip_rate.x];
+        rows.jacobian[..3].copy_from_slice(&[normal.dot(&self.tip_rate), -normal.x, -normal.y]);
+        rows.position[ROPE] = self.geometry.link_2_length - length;
+        rows.convective[ROPE] = normal.dot(&bend) * v[0] * v[0] - across * across / length;
+        rows.jacobian[5] = 1.0;
+        rows.position[GROUND] = q[2] - self.ground_height;
+    }
+
+    fn interface(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {
+        let (length, lever, lever_rate) = self.crane.actuator();
+        rows.jacobian[0] = lever;
+        rows.position[0] = length;
+        rows.convective[0] = lever_rate * v[0] * v[0];
+    }
+
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        let g = &self.geometry;
+        let lifted = 0.5 * g.rod_mass + g.joint_mass;
+        g.gravity * (-lifted * self.tip_rate.x + g.end_mass * q[2])
+    }
+
+    fn observables(&self) -> &'static [&'static str] {
+        &["theta_1_rad", "load_x_m", "load_y_m"]
+    }
+
+    fn gap_names(&self) -> &'static [&'static str] {
+        &["gap_rope_m", "gap_ground_m"]
+    }
+
+    fn contact_force_names(&self) -> &'static [&'static str] {
+        &["contact_force_rope_n", "contact_force_ground_n"]
+    }
+
+    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
+        row.copy_from_slice(q);
+    }
+}

@@ -1,0 +1,230 @@
+//! Mechanics of many discs between a blade and a wall: a row or a heap that a loader pushes.
+
+use nalgebra::{Vector2, vector};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+
+/// Masses, geometry and start of [`Discs`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscsGeometry {
+    /// kg.
+    pub blade_mass: f64,
+    /// Velocity of the blade at the start, m/s.
+    pub blade_velocity: f64,
+    /// Of each disc, kg.
+    pub disc_mass: f64,
+    /// m.
+    pub radius: f64,
+    /// Centres at the start, m; the blade's face starts at x = 0, the floor is y = 0.
+    pub centres: Vec<[f64; 2]>,
+    /// x of the wall, m.
+    pub wall_x: f64,
+    /// Length of the actuator at the start, m.
+    pub actuator_length: f64,
+    /// m/s².
+    pub gravity: f64,
+}
+
+/// Contacts with a gap below this many radii at the start are listed: in a hexagonal heap the direct neighbours, whose next ones
+/// are 1.46 radii away, and both discs at the end of each layer.
+const LISTED: f64 = 1.3;
+
+/// What a disc can touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Contact {
+    Blade(usize),
+    Wall(usize),
+    Floor(usize),
+    Pair(usize, usize),
+}
+
+/// Discs without friction or spin, the blade that pushes them, and a fixed list of possible contacts.
+///
+/// ```text
+/// g_blade = x_d − R − x_b     g_wall = x_w − R − x_d     g_floor = y_d − R     g_ij = |c_j − c_i| − 2R
+/// A_ij = [−nᵀ, nᵀ],  n = (c_j − c_i)/|c_j − c_i|,        Ȧv = |ċ_⊥|²/|c_j − c_i|
+/// ```
+/// The list is made once, at the start: whatever is closer than 1.3 radii. It holds for as long as no disc has moved by more
+/// than half of what is missing to the nearest contact that is not listed: [`reach`](Self::reach) says how far that is, and the
+/// observable `largest_displacement_m` how much of it is used. A row touches at most two bodies.
+/// # Source
+/// Ours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Discs {
+    geometry: DiscsGeometry,
+    contacts: Vec<Contact>,
+    reach: f64,
+}
+
+impl Discs {
+    /// Lists the contacts. The first rows are a disc at the blade, one at the wall and a pair: those have names.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] if there are fewer than two discs, or anything would start inside something else.
+    pub fn new(geometry: DiscsGeometry) -> Result<Self> {
+        let count = geometry.centres.len();
+        if count < 2 {
+            return Err(Error::Incompatible(format!("there must be at least 2 discs, not {count}")));
+        }
+        let pairs = (0..count).flat_map(|i| (i + 1..count).map(move |j| Contact::Pair(i, j)));
+        let walls = (0..count).flat_map(|i| [Contact::Blade(i), Contact::Wall(i), Contact::Floor(i)]);
+        let (q, _) = Self::state(&geometry);
+        // Rounding of a contact that starts closed.
+        let closed = -1e-9 * geometry.radius;
+        let (mut contacts, mut reach) = (Vec::new(), f64::INFINITY);
+        for contact in walls.chain(pairs) {
+            let gap = Self::gap_of(&geometry, contact, &q);
+            if gap < closed {
+                return Err(Error::Incompatible(format!(
+                    "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
+                )));
+            }
+            if gap < LISTED * geometry.radius {
+                contacts.push(contact);
+            } else {
+                // Both bodies may come closer.
+                reach = f64::min(reach, 0.5 * gap);
+            }
+        }
+        let kinds: [fn(&Contact) -> bool; 3] = [
+            |contact| matches!(contact, Contact::Blade(_)),
+            |contact| matches!(contact, Contact::Wall(_)),
+            |contact| matches!(contact, Contact::Pair(..)),
+        ];
+        for (row, kind) in kinds.into_iter().enumerate() {
+            let found = contacts.iter().position(kind).ok_or_else(|| {
+                Error::Incompatible(format!(
+                    "impossible geometry: blade, discs and wall must start within {} m of each other",
+                    LISTED * geometry.radius
+                ))
+            })?;
+            contacts.swap(row, found);
+        }
+        Ok(Discs { geometry, contacts, reach })
+    }
+
+    /// Number of possible contacts.
+    pub fn contacts(&self) -> usize {
+        self.contacts.len()
+    }
+
+    /// Displacement of discs and blade up to which the list of contacts is complete, m.
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    fn state(geometry: &DiscsGeometry) -> (Vec<f64>, Vec<f64>) {
+        let q: Vec<f64> = std::iter::once(0.0).chain(geometry.centres.iter().flatten().copied()).collect();
+        let mut v = vec![0.0; q.len()];
+        v[0] = geometry.blade_velocity;
+        (q, v)
+    }
+
+    #[inline]
+    fn centre(q: &[f64], disc: usize) -> Vector2<f64> {
+        vector![q[1 + 2 * disc], q[2 + 2 * disc]]
+    }
+
+    #[inline]
+    fn gap_of(geometry: &DiscsGeometry, contact: Contact, q: &[f64]) -> f64 {
+        let radius = geometry.radius;
+        match contact {
+            Contact::Blade(disc) => Self::centre(q, disc).x - radius - q[0],
+            Contact::Wall(disc) => geometry.wall_x - radius - Self::centre(q, disc).x,
+            Contact::Floor(disc) => Self::centre(q, disc).y - radius,
+            Contact::Pair(i, j) => (Self::centre(q, j) - Self::centre(q, i)).norm() - 2.0 * radius,
+        }
+    }
+}
+
+impl MechanicalModel for Discs {
+    fn size(&self) -> ModelSize {
+        ModelSize {
+            velocities: 1 + 2 * self.geometry.centres.len(),
+            bilateral: 0,
+            unilateral: self.contacts.len(),
+            interface: 1,
+        }
+    }
+
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        Self::state(&self.geometry)
+    }
+
+    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
+
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        if let MassMatrix::Diagonal(diagonal) = mass {
+            diagonal.fill(self.geometry.disc_mass);
+            diagonal[0] = self.geometry.blade_mass;
+        }
+    }
+
+    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
+        let weight = self.geometry.disc_mass * self.geometry.gravity;
+        force[0] = 0.0;
+        for disc in force[1..].as_chunks_mut::<2>().0 {
+            *disc = [0.0, -weight];
+        }
+    }
+
+    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
+
+    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        let n = q.len();
+        for (index, &contact) in self.contacts.iter().enumerate() {
+            let row = &mut rows.jacobian[index * n..(index + 1) * n];
+            match contact {
+                Contact::Blade(disc) => {
+                    row[0] = -1.0;
+                    row[1 + 2 * disc] = 1.0;
+                }
+                Contact::Wall(disc) => row[1 + 2 * disc] = -1.0,
+                Contact::Floor(disc) => row[2 + 2 * disc] = 1.0,
+                Contact::Pair(i, j) => {
+                    let apart = Self::centre(q, j) - Self::centre(q, i);
+                    let distance = apart.norm();
+                    let normal = apart / distance;
+                    row[1 + 2 * i..3 + 2 * i].copy_from_slice(&[-normal.x, -normal.y]);
+                    row[1 + 2 * j..3 + 2 * j].copy_from_slice(&[normal.x, normal.y]);
+                    let across = normal.perp(&(Self::centre(v, j) - Self::centre(v, i)));
+                    rows.convective[index] = across * across / distance;
+                    rows.position[index] = distance - 2.0 * self.geometry.radius;
+                    continue;
+                }
+            }
+            rows.position[index] = Self::gap_of(&self.geometry, contact, q);
+        }
+    }
+
+    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        rows.jacobian[0] = 1.0;
+        rows.position[0] = self.geometry.actuator_length + q[0];
+    }
+
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        let heights: f64 = q[1..].as_chunks::<2>().0.iter().map(|disc| disc[1]).sum();
+        self.geometry.disc_mass * self.geometry.gravity * heights
+    }
+
+    fn observables(&self) -> &'static [&'static str] {
+        &["blade_x_m", "disc_momentum_x_kg_m_s", "largest_displacement_m", "gap_lowest_m"]
+    }
+
+    fn gap_names(&self) -> &'static [&'static str] {
+        &["gap_blade_m", "gap_wall_m", "gap_pair_m"]
+    }
+
+    fn contact_force_names(&self) -> &'static [&'static str] {
+        &["contact_force_blade_n", "contact_force_wall_n", "contact_force_pair_n"]
+    }
+
+    fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
+        let momentum: f64 = v[1..].as_chunks::<2>().0.iter().map(|disc| self.geometry.disc_mass * disc[0]).sum();
+        let moved = self.geometry.centres.iter().enumerate();
+        let moved = moved.map(|(disc, start)| (Self::centre(q, disc) - Vector2::from(*start)).norm());
+        let gaps = self.contacts.iter().map(|&contact| Self::gap_of(&self.geometry, contact, q));
+        row.copy_from_slice(&[q[0], momentum, moved.fold(q[0].abs(), f64::max), gaps.fold(f64::INFINITY, f64::min)]);
+    }
+}

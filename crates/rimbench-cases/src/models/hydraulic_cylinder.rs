@@ -1,0 +1,356 @@
+//! A double-acting hydraulic cylinder fed through a proportional valve from a constant-pressure pump.
+
+use super::fluid::Fluid;
+use super::hydraulic_energy::{EulerStep, HydraulicEnergy};
+use rimbench_core::cosim::{EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::error::Failure;
+
+/// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spool {
+    points: Vec<(f64, f64)>,
+    sine: Option<Sine>,
+}
+
+/// `κ = centre (1 − A(t) sin(2π f t))`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sine {
+    centre: f64,
+    frequency: f64,
+}
+
+impl Spool {
+    /// Builds the command from points (time in s, κ) in order of time.
+    pub fn new(points: Vec<(f64, f64)>) -> Self {
+        debug_assert!(!points.is_empty() && points.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+        Spool { points, sine: None }
+    }
+
+    /// Builds the command `κ = centre (1 − A(t) sin(2π f t))` with frequency `f` (Hz) and an amplitude `A` that is
+    /// linear between its points (time in s, A).
+    pub fn sine(centre: f64, frequency: f64, amplitude: Vec<(f64, f64)>) -> Self {
+        Spool { sine: Some(Sine { centre, frequency }), ..Spool::new(amplitude) }
+    }
+
+    /// κ at time `t`.
+    #[inline]
+    pub fn at(&self, t: f64) -> f64 {
+        match self.sine {
+            None => self.line_at(t),
+            Some(Sine { centre, frequency }) => {
+                centre * (1.0 - self.line_at(t) * (std::f64::consts::TAU * frequency * t).sin())
+            }
+        }
+    }
+
+    #[inline]
+    fn line_at(&self, t: f64) -> f64 {
+        let (last_time, last) = self.points[self.points.len() - 1];
+        if t >= last_time {
+            return last;
+        }
+        let after = self.points.partition_point(|&(time, _)| time <= t);
+        if after == 0 {
+            return self.points[0].1;
+        }
+        let ((t0, k0), (t1, k1)) = (self.points[after - 1], self.points[after]);
+        k0 + (k1 - k0) * (t - t0) / (t1 - t0)
+    }
+}
+
+/// The cylinder as the actuator side of a co-simulation: length and velocity in, force out.
+///
+/// ```text
+/// F  = (p₂ − p₁) A − c ṡ                               l₁ = l/2 + s₀ − s,  l₂ = l/2 + s − s₀
+/// ṗ₁ = β₁/(A l₁) [ +A ṡ + a_in  c_d √(2(p_P − p₁)/ρ)₊ − a_out c_d √(2(p₁ − p_T)/ρ)₊ ]
+/// ṗ₂ = β₂/(A l₂) [ −A ṡ + a_out c_d √(2(p_P − p₂)/ρ)₊ − a_in  c_d √(2(p₂ − p_T)/ρ)₊ ]
+/// a_in = a_v κ,  a_out = a_v (1 − κ)
+/// ```
+/// `F > 0` extends. `F` depends directly on `ṡ` through `c`. Explicit Euler at the micro step.
+/// # Outcomes
+/// [`Failure::OutOfRange`] when the piston reaches an end of its stroke, or a pressure leaves `[0, p_max]` (a negative
+/// absolute pressure would be cavitation; above `p_max` the fluid law loses its meaning).
+/// # Source
+/// Naya, Cuadrado, Dopico, Lugris 2011; Cardona and Geradin 1990.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HydraulicCylinder {
+    fluid: Fluid,
+    piston_area: f64,
+    length: f64,
+    start_length: f64,
+    friction: f64,
+    /// `a_v c_d √(2/ρ)`, fixed by the parameters.
+    valve_coefficient: f64,
+    spool: Spool,
+    highest_pressure: f64,
+    p: [f64; 2],
+    /// Time of the state, s.
+    time: f64,
+    ports: Ports,
+    counters: SubsystemCounters,
+    energy: HydraulicEnergy,
+}
+
+/// Geometry and start of a [`HydraulicCylinder`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct CylinderParameters {
+    /// `A`, m².
+    pub piston_area: f64,
+    /// `l`, the two chambers together, m.
+    pub cylinder_length: f64,
+    /// `s₀`, actuator length with the piston in the middle, m.
+    pub start_length: f64,
+    /// `c`, N·s/m.
+    pub viscous_friction: f64,
+    /// `a_v`, m².
+    pub valve_area: f64,
+    /// `p₁, p₂` at the start, Pa.
+    pub start_pressures: [f64; 2],
+}
+
+impl HydraulicCylinder {
+    /// The names of the observables.
+    pub const OBSERVABLES: [&'static str; 3] = ["pressure_1_pa", "pressure_2_pa", "spool"];
+
+    /// Builds the cylinder.
+    pub fn new(fluid: Fluid, parameters: CylinderParameters, spool: Spool) -> Self {
+        HydraulicCylinder {
+            highest_pressure: fluid.highest_pressure(),
+            valve_coefficient: parameters.valve_area * fluid.orifice_coefficient(),
+            energy: HydraulicEnergy::new(&fluid, parameters.start_pressures),
+            fluid,
+            piston_area: parameters.piston_area,
+            length: parameters.cylinder_length,
+            start_length: parameters.start_length,
+            friction: parameters.viscous_friction,
+            p: parameters.start_pressures,
+            time: 0.0,
+            spool,
+            ports: Ports {
+                inputs: vec![
+                    Port { name: "actuator_length_m", quantity: Quantity::Position },
+                    Port { name: "actuator_velocity_m_s", quantity: Quantity::Velocity },
+                ],
+                outputs: vec![Port { name: "actuator_force_n", quantity: Quantity::Force }],
+                direct_feedthrough: true,
+            },
+            counters: SubsystemCounters::default(),
+        }
+    }
+
+    /// `F` for a velocity `ṡ`, N.
+    #[inline]
+    pub fn force(&self, velocity: f64) -> f64 {
+        (self.p[1] - self.p[0]) * self.piston_area - self.friction * velocity
+    }
+
+    /// `p₁, p₂`, Pa.
+    pub fn pressures(&self) -> [f64; 2] {
+        self.p
+    }
+
+    /// `ṗ₁, ṗ₂` (Pa/s) at pressures `p`, length `s`, velocity `ṡ` and spool κ.
+    #[inline]
+    pub fn pressure_rates(&self, p: [f64; 2], s: f64, velocity: f64, spool: f64) -> [f64; 2] {
+        let (inflow, outflow) = self.valve_flows(p, spool);
+        self.rates(p, self.chambers(s), velocity, inflow, outflow)
+    }
+
+    /// Flows from the pump into the chambers, and from the chambers to the tank, m³/s.
+    #[inline]
+    fn valve_flows(&self, p: [f64; 2], spool: f64) -> ([f64; 2], [f64; 2]) {
+        let (k_in, k_out) = (self.valve_coefficient * spool, self.valve_coefficient * (1.0 - spool));
+        let (supply, tank) = (self.fluid.supply_pressure, self.fluid.tank_pressure);
+        let root = |drop: f64| drop.max(0.0).sqrt();
+        (
+            [k_in * root(supply - p[0]), k_out * root(supply - p[1])],
+            [k_out * root(p[0] - tank), k_in * root(p[1] - tank)],
+        )
+    }
+
+    #[inline]
+    fn rates(&self, p: [f64; 2], [l1, l2]: [f64; 2], velocity: f64, inflow: [f64; 2], outflow: [f64; 2]) -> [f64; 2] {
+        let swept = self.piston_area * velocity;
+        let q1 = swept + inflow[0] - outflow[0];
+        let q2 = -swept + inflow[1] - outflow[1];
+        [self.stiffness(p[0], l1) * q1, self.stiffness(p[1], l2) * q2]
+    }
+
+    /// `β(p)/(A l)`, Pa/m³; one division instead of two, because this is evaluated in each micro step.
+    #[inline]
+    fn stiffness(&self, p: f64, chamber: f64) -> f64 {
+        let (a, b) = (self.fluid.compressibility_a, self.fluid.compressibility_b);
+        (1.0 + a * p + b * p * p) / ((a + 2.0 * b * p) * (self.piston_area * chamber))
+    }
+
+    /// Lengths `l₁, l₂` of the chambers, m.
+    #[inline]
+    fn chambers(&self, s: f64) -> [f64; 2] {
+        [0.5 * self.length + self.start_length - s, 0.5 * self.length + s - self.start_length]
+    }
+
+    #[inline]
+    fn check_range(&self, s: f64) -> Result<(), Failure> {
+        let [l1, l2] = self.chambers(s);
+        let stroke_ended = l1 <= 0.0 || l2 <= 0.0;
+        if stroke_ended || !self.is_valid(self.p[0]) || !self.is_valid(self.p[1]) {
+            return Err(self.range_failure(stroke_ended, s));
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn is_valid(&self, p: f64) -> bool {
+        (0.0..=self.highest_pressure).contains(&p)
+    }
+
+    #[cold]
+    fn range_failure(&self, stroke_ended: bool, s: f64) -> Failure {
+        if stroke_ended {
+            return Failure::OutOfRange { quantity: "actuator_length_m", value: s };
+        }
+        let first = !self.is_valid(self.p[0]);
+        let (quantity, value) = if first { ("pressure_1_pa", self.p[0]) } else { ("pressure_2_pa", self.p[1]) };
+        if value.is_nan() { Failure::NonFinite { quantity } } else { Failure::OutOfRange { quantity, value } }
+    }
+}
+
+impl Subsystem for HydraulicCylinder {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    #[inline]
+    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+        y[0] = self.force(u[1]);
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.check_range(u[0])?;
+        let before = self.p;
+        let (inflow, outflow) = self.valve_flows(before, self.spool.at(t));
+        let chambers = self.chambers(u[0]);
+        let rates = self.rates(before, chambers, u[1], inflow, outflow);
+        self.p[0] += h * rates[0];
+        self.p[1] += h * rates[1];
+        let step = EulerStep {
+            h,
+            p: [before, self.p],
+            volumes: chambers.map(|length| self.piston_area * length),
+            area: self.piston_area,
+            velocity: u[1],
+            friction: self.friction,
+            inflow,
+            outflow,
+        };
+        self.energy.book(&self.fluid, &step);
+        self.time = t + h;
+        self.counters.micro_steps += 1;
+        self.check_range(u[0])
+    }
+
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        let (area, [l1, l2]) = (self.piston_area, self.chambers(u[0]));
+        let [p1_rate, p2_rate] = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));
+        rates.rate[0] = area * (p2_rate - p1_rate);
+        rates.feedthrough.copy_from_slice(&[0.0, -self.friction]);
+        // ∂l₁/∂s = −1 and ∂l₂/∂s = 1 in the denominators of ṗ₁ and ṗ₂.
+        let by_length = -area * (p2_rate / l2 + p1_rate / l1);
+        let by_velocity = -area * area * (self.stiffness(self.p[0], l1) + self.stiffness(self.p[1], l2));
+        rates.rate_gain.copy_from_slice(&[by_length, by_velocity]);
+        true
+    }
+
+    fn observables(&self) -> &[&'static str] {
+        &Self::OBSERVABLES
+    }
+
+    fn observe(&mut self, _h: f64, row: &mut [f64]) {
+        row.copy_from_slice(&[self.p[0], self.p[1], self.spool.at(self.time)]);
+    }
+
+    fn energy_account(&self) -> Option<EnergyAccount> {
+        Some(self.energy.account())
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cylinder(spool: f64) -> HydraulicCylinder {
+        let parameters = CylinderParameters {
+            piston_area: 0.0065,
+            cylinder_length: 2.0,
+            start_length: 2.5,
+            viscous_friction: 1e4,
+            valve_area: 5e-5,
+            start_pressures: [3.85e6; 2],
+        };
+        HydraulicCylinder::new(Fluid::default(), parameters, Spool::new(vec![(0.0, spool)]))
+    }
+
+    #[test]
+    fn a_centred_spool_at_mean_pressure_rests() {
+        let rates = cylinder(0.5).pressure_rates([3.85e6; 2], 2.5, 0.0, 0.5);
+        assert!(rates.iter().all(|rate| rate.abs() < 1e-6), "{rates:?}");
+    }
+
+    #[test]
+    fn a_spool_towards_zero_extends_and_a_moving_piston_compresses() {
+        let [p1, p2] = cylinder(0.2).pressure_rates([3.85e6; 2], 2.5, 0.0, 0.2);
+        assert!(p1 < 0.0 && p2 > 0.0);
+        let [p1, p2] = cylinder(0.5).pressure_rates([3.85e6; 2], 2.5, 0.1, 0.5);
+        // β A ṡ / (A l₁) with l₁ = 1 m.
+        approx::assert_relative_eq!(p1, Fluid::default().bulk_modulus(3.85e6) * 0.1, max_relative = 1e-12);
+        approx::assert_relative_eq!(p2, -p1, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn output_rates_are_the_differences_of_forces() {
+        let (mut moving, u, h) = (cylinder(0.3), [2.6, 0.05], 1e-7);
+        moving.p = [2.9e6, 4.1e6];
+        // Over a short step with the input held, the force moves by its rate.
+        let rate = |u: [f64; 2]| {
+            let mut after = moving.clone();
+            after.step(0.0, &u, h).unwrap();
+            (after.force(u[1]) - moving.force(u[1])) / h
+        };
+        let mut rates = OutputRates::zeros(1, 2);
+        assert!(moving.output_rates(0.0, &u, &mut rates));
+        // Forces of 1e4 N are rounded to 2e-12 N, over 1e-7 s 2e-5 N/s; Euler is exact here.
+        approx::assert_relative_eq!(rates.rate[0], rate(u), epsilon = 1e-4);
+        let gain = |ds: f64, dv: f64| rate([u[0] + ds, u[1] + dv]) - rate([u[0] - ds, u[1] - dv]);
+        // Central differences: the rate is linear in ṡ, and its relative curvature in s is 1/l² with l = 1 m.
+        approx::assert_relative_eq!(rates.rate_gain[0], gain(1e-3, 0.0) / 2e-3, max_relative = 1e-5);
+        approx::assert_relative_eq!(rates.rate_gain[1], gain(0.0, 1e-2) / 2e-2, max_relative = 1e-6);
+        let by_velocity = moving.force(u[1] + 1.0) - moving.force(u[1]);
+        approx::assert_relative_eq!(rates.feedthrough[1], by_velocity, max_relative = 1e-12);
+        assert_eq!(rates.feedthrough[0], 0.0);
+    }
+
+    #[test]
+    fn the_end_of_the_stroke_and_cavitation_are_outcomes() {
+        let stroke = cylinder(0.5).step(0.0, &[3.6, 0.0], 1e-5);
+        assert!(matches!(stroke, Err(Failure::OutOfRange { quantity: "actuator_length_m", .. })));
+        let mut pulled = cylinder(0.5);
+        let cavitation = (0..1000).find_map(|_| pulled.step(0.0, &[2.5, -50.0], 1e-4).err());
+        assert!(matches!(cavitation, Some(Failure::OutOfRange { quantity: "pressure_1_pa", .. })));
+    }
+
+    #[test]
+    fn the_spool_is_linear_between_its_points() {
+        let spool = Spool::new(vec![(0.1, 0.5), (0.2, 0.2)]);
+        for (t, kappa) in [(0.0, 0.5), (0.1, 0.5), (0.15, 0.35), (0.2, 0.2), (9.0, 0.2)] {
+            approx::assert_relative_eq!(spool.at(t), kappa, epsilon = 1e-12);
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The energy account of a hydraulic cylinder, micro step by micro step.
+
+use super::fluid::Fluid;
+use rimbench_core::cosim::EnergyAccount;
+
+/// One explicit Euler step, as the cylinder took it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EulerStep {
+    /// Micro step, s.
+    pub h: f64,
+    /// Pressures before and after, Pa.
+    pub p: [[f64; 2]; 2],
+    /// Chamber volumes at the length the step was taken with, m³.
+    pub volumes: [f64; 2],
+    /// Piston area, m².
+    pub area: f64,
+    /// Velocity the step was taken with, m/s.
+    pub velocity: f64,
+    /// Viscous friction, N·s/m.
+    pub friction: f64,
+    /// Flow from the pump into each chamber, m³/s at the chamber's density.
+    pub inflow: [f64; 2],
+    /// Flow from each chamber to the tank, m³/s at the chamber's density.
+    pub outflow: [f64; 2],
+}
+
+/// Books the steps of a cylinder.
+///
+/// A chamber of volume `V` holds the mass `ρ₀ φ(p) V` and stores the elastic energy `V ε(p)` of its fluid (see [`Fluid`]). For
+/// an open chamber whose mass is conserved, `V ṗ = β (Q − V̇)`, this is exact:
+///
+/// ```text
+/// d(V ε)/dt = −p V̇ + φ J(p) Q              work of the wall, and enthalpy of the fluid that flows in
+/// pump      = φ J(p_P) Q_in                 enthalpy that this mass had at the pump; p_P Q_in to first order in 1/β
+/// valve     = φ (J(p_P) − J(p)) Q_in + φ (J(p) − J(p_T)) Q_out          to first order the pressure drop times Q
+/// tank      = φ J(p_T) Q_out
+/// interface = −h (F(p_j, w) w),  viscous = h c w²                       w: the velocity given for the step
+/// ```
+/// Powers are taken at the start of each step, as explicit Euler does. What that leaves is booked where it arises:
+///
+/// ```text
+/// curvature   V (ε(p_{j+1}) − ε(p_j) − ε'(p_j)(p_{j+1} − p_j))          Euler's straight line through a curved energy
+/// volume      ε(p_j) (V_j − V_{j−1} − h V̇)                              lengths given that do not follow velocities given
+/// ```
+/// The length given at the first step is where the account starts from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct HydraulicEnergy {
+    account: EnergyAccount,
+    started: bool,
+    /// `V_1, V_2` of the last step, m³.
+    volumes: [f64; 2],
+    /// Elastic energy at the start and now, J.
+    energy: [f64; 2],
+    /// `J(p_i)` of the present state, Pa: the next step starts with it.
+    enthalpy: [f64; 2],
+    /// `J(p_P), J(p_T)`, Pa.
+    supply_and_tank: [f64; 2],
+}
+
+impl HydraulicEnergy {
+    pub(super) fn new(fluid: &Fluid, p: [f64; 2]) -> Self {
+        HydraulicEnergy {
+            account: EnergyAccount::default(),
+            started: false,
+            volumes: [0.0; 2],
+            energy: [0.0; 2],
+            enthalpy: p.map(|p| fluid.enthalpy(p)),
+            supply_and_tank: [fluid.enthalpy(fluid.supply_pressure), fluid.enthalpy(fluid.tank_pressure)],
+        }
+    }
+
+    #[inline]
+    pub(super) fn book(&mut self, fluid: &Fluid, step: &EulerStep) {
+        let [before, after] = step.p;
+        let [supply, tank] = self.supply_and_tank;
+        let first = !self.started;
+        if first {
+            self.volumes = step.volumes;
+            self.started = true;
+        }
+        let account = &mut self.account;
+        let swept = step.h * step.velocity;
+        let friction = step.friction * step.velocity * swept;
+        account.viscous += friction;
+        account.interface += friction - (before[1] - before[0]) * step.area * swept;
+        let mut stored = 0.0;
+        for i in 0..2 {
+            let density = fluid.relative_density(before[i]);
+            let own = self.enthalpy[i];
+            let (inflow, outflow) = (step.h * density * step.inflow[i], step.h * density * step.outflow[i]);
+            account.pump += supply * inflow;
+            account.valve += (supply - own) * inflow + (own - tank) * outflow;
+            account.tank += tank * outflow;
+
+            let energy = density * own - before[i];
+            if first {
+                self.energy[0] += step.volumes[i] * energy;
+            }
+            self.enthalpy[i] = fluid.enthalpy(after[i]);
+            let energy_after = fluid.relative_density(after[i]) * self.enthalpy[i] - after[i];
+            let slope = (fluid.compressibility_a + 2.0 * fluid.compressibility_b * before[i]) * own;
+            let curvature = step.volumes[i] * (energy_after - energy - slope * (after[i] - before[i]));
+            // Chamber 1 shrinks as the piston moves out.
+            let rate = if i == 0 { -step.area * swept } else { step.area * swept };
+            account.integration += curvature + energy * (step.volumes[i] - self.volumes[i] - rate);
+            stored += step.volumes[i] * energy_after;
+        }
+        self.volumes = step.volumes;
+        self.energy[1] = stored;
+    }
+
+    pub(super) fn account(&self) -> EnergyAccount {
+        EnergyAccount { stored: self.energy[1] - self.energy[0], ..self.account }
+    }
+}

@@ -1,0 +1,188 @@
+//! Point masses on one axis, with springs between them and to the ground, and contacts among them and with stops.
+
+use rimbench_core::error::{Error, Result};
+use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+
+/// One mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineMass {
+    /// kg.
+    pub mass: f64,
+    /// Of the spring to the ground, N/m.
+    pub stiffness: f64,
+    /// Of the damper to the ground, N·s/m.
+    pub damping: f64,
+    /// Position at which the spring to the ground is relaxed, m.
+    pub anchor: f64,
+    /// Constant force, N.
+    pub load: f64,
+    /// Position (m) and velocity (m/s) at the start.
+    pub start: [f64; 2],
+}
+
+/// A spring between two masses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineSpring {
+    /// The two masses.
+    pub between: [usize; 2],
+    /// N/m.
+    pub stiffness: f64,
+    /// `x₂ − x₁` at which it is relaxed, m.
+    pub length: f64,
+}
+
+/// A contact between neighbours; no mass stands for the ground, which is at 0.
+///
+/// ```text
+/// g = x_above − x_below − d
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineContact {
+    /// The lower mass.
+    pub below: Option<usize>,
+    /// The upper mass.
+    pub above: Option<usize>,
+    /// d, m; negative for a stop above: a mass below a stop at x = p has `d = −p`.
+    pub distance: f64,
+}
+
+/// What a [`LineMasses`] is made of, and how its data are named.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineDescription {
+    /// The masses in order of position.
+    pub masses: Vec<LineMass>,
+    /// Springs between them.
+    pub springs: Vec<LineSpring>,
+    /// Contacts, in the order of the names.
+    pub contacts: Vec<LineContact>,
+    /// The mass that the actuator holds.
+    pub driven: usize,
+    /// Names of the positions of the first masses, then of their velocities.
+    pub state_names: &'static [&'static str],
+    /// Names of the gaps.
+    pub gap_names: &'static [&'static str],
+    /// Names of the contact forces.
+    pub contact_force_names: &'static [&'static str],
+}
+
+/// The mechanics; velocities are those of the masses.
+///
+/// ```text
+/// m_i ẍ_i = load_i − k_i (x_i − anchor_i) − c_i ẋ_i + springs + contacts + F [i driven]
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineMasses {
+    line: LineDescription,
+}
+
+impl LineMasses {
+    /// Builds the mechanics.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] with the gap if a contact would start penetrated.
+    pub fn new(line: LineDescription) -> Result<Self> {
+        let model = LineMasses { line };
+        let (q, v) = model.initial_state();
+        let mut rows = Rows::zeros(model.line.contacts.len(), q.len());
+        model.unilateral(&q, &v, &mut rows);
+        for (contact, gap) in rows.position.iter().enumerate() {
+            if *gap < -ROUND_OFF {
+                let name = model.line.gap_names.get(contact).copied().unwrap_or("a gap");
+                return Err(Error::Incompatible(format!(
+                    "impossible geometry: {name} would start at {gap:.6} m; it must not be below 0"
+                )));
+            }
+        }
+        Ok(model)
+    }
+}
+
+/// Gaps of touching masses are differences of positions of up to some metres, m.
+const ROUND_OFF: f64 = 1e-12;
+
+impl MechanicalModel for LineMasses {
+    fn size(&self) -> ModelSize {
+        ModelSize {
+            velocities: self.line.masses.len(),
+            bilateral: 0,
+            unilateral: self.line.contacts.len(),
+            interface: 1,
+        }
+    }
+
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |index: usize| self.line.masses.iter().map(|body| body.start[index]).collect();
+        (of(0), of(1))
+    }
+
+    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
+
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        if let MassMatrix::Diagonal(diagonal) = mass {
+            for (entry, body) in diagonal.iter_mut().zip(&self.line.masses) {
+                *entry = body.mass;
+            }
+        }
+    }
+
+    fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) {
+        for (i, body) in self.line.masses.iter().enumerate() {
+            force[i] = body.load - body.stiffness * (q[i] - body.anchor) - body.damping * v[i];
+        }
+        for spring in &self.line.springs {
+            let [first, second] = spring.between;
+            let tension = spring.stiffness * (q[second] - q[first] - spring.length);
+            force[first] += tension;
+            force[second] -= tension;
+        }
+    }
+
+    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
+
+    fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        let n = q.len();
+        for (row, contact) in self.line.contacts.iter().enumerate() {
+            let mut gap = -contact.distance;
+            for (mass, sign) in [(contact.above, 1.0), (contact.below, -1.0)] {
+                if let Some(mass) = mass {
+                    rows.jacobian[row * n + mass] = sign;
+                    gap += sign * q[mass];
+                }
+            }
+            rows.position[row] = gap;
+        }
+    }
+
+    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        rows.jacobian[self.line.driven] = 1.0;
+        rows.position[0] = q[self.line.driven];
+    }
+
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        let of_body = |(body, x): (&LineMass, &f64)| 0.5 * body.stiffness * (x - body.anchor).powi(2) - body.load * x;
+        let of_spring = |spring: &LineSpring| {
+            let [first, second] = spring.between;
+            0.5 * spring.stiffness * (q[second] - q[first] - spring.length).powi(2)
+        };
+        self.line.masses.iter().zip(q).map(of_body).sum::<f64>() + self.line.springs.iter().map(of_spring).sum::<f64>()
+    }
+
+    fn observables(&self) -> &'static [&'static str] {
+        self.line.state_names
+    }
+
+    fn gap_names(&self) -> &'static [&'static str] {
+        self.line.gap_names
+    }
+
+    fn contact_force_names(&self) -> &'static [&'static str] {
+        self.line.contact_force_names
+    }
+
+    fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
+        let (positions, velocities) = row.split_at_mut(row.len() / 2);
+        positions.copy_from_slice(&q[..positions.len()]);
+        velocities.copy_from_slice(&v[..velocities.len()]);
+    }
+}

@@ -1,0 +1,125 @@
+//! Pressure–displacement coupling: the cylinder puts out its pressures, the mechanics makes the force itself.
+//!
+//! The force then follows the mechanics' own velocity, so the coupling has no direct feedthrough.
+
+use super::hydraulic_cylinder::HydraulicCylinder;
+use rimbench_core::cosim::{Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::error::Failure;
+
+const PRESSURES: [Port; 2] = [
+    Port { name: "pressure_1_pa", quantity: Quantity::Pressure },
+    Port { name: "pressure_2_pa", quantity: Quantity::Pressure },
+];
+
+/// A cylinder whose outputs are its pressures: length and velocity in, `p₁, p₂` out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PressureOutput {
+    cylinder: HydraulicCylinder,
+    ports: Ports,
+}
+
+impl PressureOutput {
+    /// Turns a cylinder from force to pressure output.
+    pub fn new(cylinder: HydraulicCylinder) -> Self {
+        let inputs = cylinder.ports().inputs.clone();
+        PressureOutput { cylinder, ports: Ports { inputs, outputs: PRESSURES.to_vec(), direct_feedthrough: false } }
+    }
+}
+
+impl Subsystem for PressureOutput {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    fn outputs(&self, _u: &[f64], y: &mut [f64]) {
+        y.copy_from_slice(&self.cylinder.pressures());
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.cylinder.step(t, u, h)
+    }
+
+    fn observables(&self) -> &[&'static str] {
+        self.cylinder.observables()
+    }
+
+    fn observe(&mut self, h: f64, row: &mut [f64]) {
+        self.cylinder.observe(h, row);
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.cylinder.counters()
+    }
+}
+
+/// Mechanics that takes pressures in and makes the actuator force from them, anew in each of its own steps.
+///
+/// ```text
+/// F = (p₂ − p₁) A − c ṡ       ṡ at the start of the step
+/// ```
+/// It offers no reduced interface model: the interface is not a force and its displacement.
+#[derive(Clone)]
+pub struct PressureDrivenMechanics<M> {
+    mechanics: M,
+    piston_area: f64,
+    viscous_friction: f64,
+    ports: Ports,
+    /// Length and velocity.
+    y: [f64; 2],
+}
+
+impl<M: Subsystem> PressureDrivenMechanics<M> {
+    /// Wraps mechanics with one force in, one length and one velocity out; `piston_area` A in m², `viscous_friction` c
+    /// in N·s/m.
+    pub fn new(mechanics: M, piston_area: f64, viscous_friction: f64) -> Self {
+        debug_assert_eq!((mechanics.ports().inputs.len(), mechanics.ports().outputs.len()), (1, 2));
+        let outputs = mechanics.ports().outputs.clone();
+        let ports = Ports { inputs: PRESSURES.to_vec(), outputs, direct_feedthrough: false };
+        PressureDrivenMechanics { mechanics, piston_area, viscous_friction, ports, y: [0.0; 2] }
+    }
+}
+
+impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    fn outputs(&self, _u: &[f64], y: &mut [f64]) {
+        // The force does not enter the outputs of the mechanics inside.
+        self.mechanics.outputs(&[0.0], y);
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.mechanics.outputs(&[0.0], &mut self.y);
+        let force = (u[1] - u[0]) * self.piston_area - self.viscous_friction * self.y[1];
+        self.mechanics.step(t, &[force], h)
+    }
+
+    fn observables(&self) -> &[&'static str] {
+        self.mechanics.observables()
+    }
+
+    fn observe(&mut self, h: f64, row: &mut [f64]) {
+        self.mechanics.observe(h, row);
+    }
+
+    fn interface_work(&self) -> Option<f64> {
+        self.mechanics.interface_work()
+    }
+
+    fn energy_identity_residual(&self) -> Option<f64> {
+        self.mechanics.energy_identity_residual()
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.mechanics.counters()
+    }
+}

@@ -1,0 +1,235 @@
+//! A spring that pushes an interface from a carriage, which a moving base holds: the simplest actuator with a state.
+
+use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
+use rimbench_core::cosim::{OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::error::{Error, Failure, Result};
+
+/// Prescribed motion `x_b = x₀ + A sin(ω t + φ)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BaseMotion {
+    /// x₀, m.
+    pub position: f64,
+    /// A, m.
+    pub amplitude: f64,
+    /// ω, rad/s.
+    pub angular_frequency: f64,
+    /// φ, rad.
+    pub phase: f64,
+}
+
+impl BaseMotion {
+    /// Position, velocity and acceleration at `t`: m, m/s, m/s².
+    #[inline]
+    pub fn at(&self, t: f64) -> [f64; 3] {
+        let omega = self.angular_frequency;
+        let (sine, cosine) = (omega * t + self.phase).sin_cos();
+        let swing = self.amplitude * sine;
+        [self.position + swing, self.amplitude * omega * cosine, -omega * omega * swing]
+    }
+}
+
+/// Springs, masses and start of a [`SpringActuator`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpringActuatorParameters {
+    /// k of the spring between carriage and interface, N/m.
+    pub stiffness: f64,
+    /// c of the damper beside it, N·s/m.
+    pub damping: f64,
+    /// m_a, kg; 0 fixes the carriage to the base.
+    pub carriage_mass: f64,
+    /// k_b of the spring between base and carriage, N/m.
+    pub base_stiffness: f64,
+    /// c_b of the damper beside it, N·s/m.
+    pub base_damping: f64,
+    /// Motion of the base.
+    pub base: BaseMotion,
+    /// Position (m) and velocity (m/s) of the carriage at the start.
+    pub start: [f64; 2],
+}
+
+/// The actuator side of a co-simulation: interface position and velocity in, force out.
+///
+/// ```text
+///   base ──k_b,c_b──[m_a]──k,c──• interface        F = k (x_a − s) + c (ẋ_a − ṡ)
+///   x_b(t)           x_a        s                  m_a ẍ_a = k_b (x_b − x_a) + c_b (ẋ_b − ẋ_a) − F
+/// ```
+/// All springs are relaxed where the positions agree. `F > 0` pushes the interface along +s, and depends directly on `s`
+/// and `ṡ`. Each micro step is exact for the inputs held, with the base where it is in the middle of the step. A carriage
+/// without mass moves with the base.
+#[derive(Debug, Clone)]
+pub struct SpringActuator {
+    parameters: SpringActuatorParameters,
+    carriage: HeldOscillator,
+    /// Time of the state, s.
+    time: f64,
+    ports: Ports,
+    counters: SubsystemCounters,
+}
+
+impl SpringActuator {
+    /// The names of the observables.
+    pub const OBSERVABLES: [&'static str; 2] = ["carriage_position_m", "carriage_velocity_m_s"];
+
+    /// Builds the actuator.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for a carriage that has mass, but no spring to the base where the base is to move it.
+    pub fn new(parameters: SpringActuatorParameters) -> Result<Self> {
+        let p = &parameters;
+        if p.carriage_mass > 0.0 && p.base.amplitude != 0.0 && p.base_stiffness == 0.0 && p.base_damping == 0.0 {
+            return Err(Error::Incompatible(format!(
+                "the base moves by {} m, but neither base_stiffness_n_m nor base_damping_n_s_m joins it to the carriage",
+                p.base.amplitude
+            )));
+        }
+        let per_mass = |total: f64| if p.carriage_mass > 0.0 { total / p.carriage_mass } else { 0.0 };
+        let carriage = HeldOscillator::new(
+            per_mass(p.base_stiffness + p.stiffness),
+            per_mass(p.base_damping + p.damping),
+            p.start,
+            OscillatorIntegrator::Exact,
+        );
+        let ports = Ports {
+            inputs: vec![
+                Port { name: "interface_position_m", quantity: Quantity::Position },
+                Port { name: "interface_velocity_m_s", quantity: Quantity::Velocity },
+            ],
+            outputs: vec![Port { name: "actuator_force_n", quantity: Quantity::Force }],
+            direct_feedthrough: true,
+        };
+        Ok(SpringActuator { parameters, carriage, time: 0.0, ports, counters: SubsystemCounters::default() })
+    }
+
+    /// Position and velocity of the carriage, m, m/s.
+    #[inline]
+    pub fn carriage(&self) -> [f64; 2] {
+        if self.parameters.carriage_mass > 0.0 {
+            return [self.carriage.position(), self.carriage.velocity()];
+        }
+        let [position, velocity, _] = self.parameters.base.at(self.time);
+        [position, velocity]
+    }
+
+    /// Acceleration that base and interface give the carriage while it is where the others are at zero, m/s².
+    #[inline]
+    fn load(&self, t: f64, u: &[f64]) -> f64 {
+        let p = &self.parameters;
+        let [position, velocity, _] = p.base.at(t);
+        (p.base_stiffness * position + p.base_damping * velocity + p.stiffness * u[0] + p.damping * u[1])
+            / p.carriage_mass
+    }
+}
+
+impl Subsystem for SpringActuator {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    #[inline]
+    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+        let [position, velocity] = self.carriage();
+        y[0] = self.parameters.stiffness * (position - u[0]) + self.parameters.damping * (velocity - u[1]);
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        if self.parameters.carriage_mass > 0.0 {
+            self.carriage.advance(self.load(t + 0.5 * h, u), h);
+        }
+        self.time = t + h;
+        self.counters.micro_steps += 1;
+        let finite = self.carriage.is_finite();
+        if finite { Ok(()) } else { Err(Failure::NonFinite { quantity: Self::OBSERVABLES[0] }) }
+    }
+
+    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        let p = &self.parameters;
+        let [_, velocity] = self.carriage();
+        let (acceleration, per_mass) = if p.carriage_mass > 0.0 {
+            (self.carriage.acceleration(self.load(t, u)), 1.0 / p.carriage_mass)
+        } else {
+            (p.base.at(t)[2], 0.0)
+        };
+        rates.rate[0] = p.stiffness * velocity + p.damping * acceleration;
+        rates.feedthrough.copy_from_slice(&[-p.stiffness, -p.damping]);
+        rates.rate_gain.copy_from_slice(&[p.damping * p.stiffness * per_mass, p.damping * p.damping * per_mass]);
+        true
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn observables(&self) -> &[&'static str] {
+        &Self::OBSERVABLES
+    }
+
+    fn observe(&mut self, _h: f64, row: &mut [f64]) {
+        row.copy_from_slice(&self.carriage());
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters(carriage_mass: f64) -> SpringActuatorParameters {
+        SpringActuatorParameters {
+            stiffness: 300.0,
+            damping: 4.0,
+            carriage_mass,
+            base_stiffness: 500.0,
+            base_damping: 2.0,
+            base: BaseMotion { position: 0.1, amplitude: 0.05, angular_frequency: 12.0, phase: 0.4 },
+            start: [0.1, 0.0],
+        }
+    }
+
+    #[test]
+    fn output_rates_are_the_differences_of_forces() {
+        for mass in [0.7, 0.0] {
+            let actuator = SpringActuator::new(parameters(mass)).unwrap();
+            let (u, h) = ([0.08, 0.3], 1e-6);
+            let force = |actuator: &SpringActuator, u: &[f64]| {
+                let mut y = [0.0];
+                actuator.outputs(u, &mut y);
+                y[0]
+            };
+            let rate = |u: [f64; 2]| {
+                let mut after = actuator.clone();
+                after.step(0.0, &u, h).unwrap();
+                (force(&after, &u) - force(&actuator, &u)) / h
+            };
+            let mut rates = OutputRates::zeros(1, 2);
+            assert!(actuator.output_rates(0.0, &u, &mut rates));
+            // One-sided difference: h/2 times the second rate, itself about ω_max² F with ω_max below 40 rad/s.
+            approx::assert_relative_eq!(rates.rate[0], rate(u), epsilon = 1e-3 * rates.rate[0].abs());
+            let gain = |ds: f64, dv: f64| rate([u[0] + ds, u[1] + dv]) - rate([u[0] - ds, u[1] - dv]);
+            for (index, by) in [gain(0.5, 0.0), gain(0.0, 0.5)].into_iter().enumerate() {
+                approx::assert_relative_eq!(
+                    rates.rate_gain[index],
+                    by,
+                    epsilon = 1e-3 * rates.rate_gain[0].abs().max(1e-3)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_carriage_without_mass_moves_with_the_base() {
+        let mut actuator = SpringActuator::new(parameters(0.0)).unwrap();
+        actuator.step(0.0, &[0.0, 0.0], 0.25).unwrap();
+        let expected = 0.1 + 0.05 * (12.0_f64 * 0.25 + 0.4).sin();
+        approx::assert_relative_eq!(actuator.carriage()[0], expected, epsilon = 1e-15);
+    }
+
+    #[test]
+    fn a_base_that_moves_nothing_is_refused() {
+        let loose = SpringActuatorParameters { base_stiffness: 0.0, base_damping: 0.0, ..parameters(1.0) };
+        let message = SpringActuator::new(loose).unwrap_err().to_string();
+        assert!(message.contains("0.05 m"), "{message}");
+    }
+}

@@ -1,0 +1,208 @@
+//! Two masses between two walls, split at the element that couples them.
+//!
+//! ```text
+//!   |--k₁,c₁--[m₁]--k_c,c_c--[m₂]--k₂,c₂--|
+//!   F = k_c (x₁ − x₂) + c_c D(v₁ − v₂)        on m₂ along +x, on m₁ against it
+//! ```
+//! [`MassSide`] is one mass that is driven by a force or, holding the coupling element itself, by the other's motion.
+
+use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
+use rimbench_core::cosim::{OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::error::Failure;
+use rimbench_core::interface_model::ReducedInterfaceModel;
+
+/// A mass with a spring and a damper to its wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WalledMass {
+    /// m, kg.
+    pub mass: f64,
+    /// k, N/m.
+    pub stiffness: f64,
+    /// c, N·s/m.
+    pub damping: f64,
+    /// Position at which the spring to the wall is relaxed, m.
+    pub wall: f64,
+    /// Position and velocity at the start, m, m/s.
+    pub start: [f64; 2],
+}
+
+/// The element between the masses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CouplingElement {
+    /// k_c, N/m.
+    pub stiffness: f64,
+    /// c_c, N·s/m, or N·(s/m)^p for another exponent than 1.
+    pub damping: f64,
+    /// p of the damper law `c_c sign(v) |v|^p`; 1 is linear.
+    pub exponent: f64,
+}
+
+impl CouplingElement {
+    /// True if the force is linear in both arguments.
+    pub fn is_linear(&self) -> bool {
+        self.exponent == 1.0 || self.damping == 0.0
+    }
+
+    /// Force (N) that pulls the ends together when they are `elongation` (m) further apart than at rest and part with
+    /// `rate` (m/s).
+    #[inline]
+    pub fn tension(&self, elongation: f64, rate: f64) -> f64 {
+        let damper = if self.is_linear() { rate } else { rate.signum() * rate.abs().powf(self.exponent) };
+        self.stiffness * elongation + self.damping * damper
+    }
+}
+
+/// What drives a [`MassSide`] and what it puts out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MassRole {
+    /// Coupling force in; own position and velocity out. Offers a reduced interface model.
+    ForceDriven,
+    /// The other's position and velocity in, own ones out; the coupling element is its own copy.
+    Displacement(CouplingElement),
+    /// The other's position and velocity in, the force on the other out: direct feedthrough.
+    ForceGiving(CouplingElement),
+}
+
+pub(super) const FORCE: Port = Port { name: "coupling_force_n", quantity: Quantity::Force };
+const MOTION: [[Port; 2]; 2] = [
+    [Port { name: "x1_m", quantity: Quantity::Position }, Port { name: "v1_m_s", quantity: Quantity::Velocity }],
+    [Port { name: "x2_m", quantity: Quantity::Position }, Port { name: "v2_m_s", quantity: Quantity::Velocity }],
+];
+const STATES: [[&str; 2]; 2] = [["x1_m", "v1_m_s"], ["x2_m", "v2_m_s"]];
+
+/// One of the two masses as a subsystem.
+#[derive(Debug, Clone)]
+pub struct MassSide {
+    body: WalledMass,
+    role: MassRole,
+    index: usize,
+    motion: HeldOscillator,
+    ports: Ports,
+    work: f64,
+    counters: SubsystemCounters,
+}
+
+impl MassSide {
+    /// Builds mass `index` (0 or 1). A nonlinear element knows no exponential: [`OscillatorIntegrator::Exact`] then
+    /// stands for the classical Runge–Kutta rule of order 4; it does not go with the implicit integrators.
+    pub fn new(index: usize, body: WalledMass, role: MassRole, integrator: OscillatorIntegrator) -> Self {
+        let (own, other) = (MOTION[index].to_vec(), MOTION[1 - index].to_vec());
+        let (inputs, outputs, direct_feedthrough) = match role {
+            MassRole::ForceDriven => (vec![FORCE], own, false),
+            MassRole::Displacement(_) => (other, own, false),
+            MassRole::ForceGiving(_) => (other, vec![FORCE], true),
+        };
+        let element = match role {
+            MassRole::Displacement(element) | MassRole::ForceGiving(element) if element.is_linear() => element,
+            _ => CouplingElement { stiffness: 0.0, damping: 0.0, exponent: 1.0 },
+        };
+        let motion = HeldOscillator::new(
+            (body.stiffness + element.stiffness) / body.mass,
+            (body.damping + element.damping) / body.mass,
+            body.start,
+            integrator,
+        );
+        let ports = Ports { inputs, outputs, direct_feedthrough };
+        MassSide { body, role, index, motion, ports, work: 0.0, counters: SubsystemCounters::default() }
+    }
+
+    /// Force of the coupling element on the other mass.
+    #[inline]
+    fn given(&self, element: &CouplingElement, u: &[f64]) -> f64 {
+        element.tension(self.motion.position() - u[0], self.motion.velocity() - u[1])
+    }
+}
+
+impl Subsystem for MassSide {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    #[inline]
+    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+        match &self.role {
+            MassRole::ForceGiving(element) => y[0] = self.given(element, u),
+            MassRole::ForceDriven | MassRole::Displacement(_) => {
+                y.copy_from_slice(&[self.motion.position(), self.motion.velocity()]);
+            }
+        }
+    }
+
+    fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        let (body, before) = (self.body, self.motion.position());
+        let from_wall = body.stiffness * body.wall;
+        match self.role {
+            MassRole::ForceDriven => {
+                self.motion.advance((from_wall + u[0]) / body.mass, h);
+                self.work += u[0] * (self.motion.position() - before);
+            }
+            MassRole::Displacement(element) | MassRole::ForceGiving(element) => {
+                if element.is_linear() {
+                    let pull = element.stiffness * u[0] + element.damping * u[1];
+                    self.motion.advance((from_wall + pull) / body.mass, h);
+                } else {
+                    let pull = |x: f64, v: f64| -element.tension(x - u[0], v - u[1]) / body.mass;
+                    self.motion.advance_with(from_wall / body.mass, pull, h);
+                }
+            }
+        }
+        self.counters.micro_steps += 1;
+        if self.motion.is_finite() { Ok(()) } else { Err(Failure::NonFinite { quantity: STATES[self.index][0] }) }
+    }
+
+    fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        if self.role != MassRole::ForceDriven {
+            return Ok(false);
+        }
+        let body = &self.body;
+        model.h[0] = 1.0 / body.mass;
+        model.a[0] = self.motion.acceleration(body.stiffness * body.wall / body.mass);
+        model.w[0] = self.motion.velocity();
+        model.position[0] = self.motion.position();
+        model.mechanics_step = h;
+        Ok(true)
+    }
+
+    fn empty_interface_model(&self) -> Option<ReducedInterfaceModel> {
+        (self.role == MassRole::ForceDriven).then(|| ReducedInterfaceModel::zeros(0, 1))
+    }
+
+    fn output_rates(&self, _t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+        let MassRole::ForceGiving(element) = self.role else { return false };
+        let (elongation, rate) = (self.motion.position() - u[0], self.motion.velocity() - u[1]);
+        // Derivative of the damper's force by its rate; a root at rest has none, and counts as straight.
+        let slope = if element.is_linear() || rate == 0.0 {
+            element.damping
+        } else {
+            element.damping * element.exponent * rate.abs().powf(element.exponent - 1.0)
+        };
+        let (body, m) = (&self.body, self.body.mass);
+        let own = body.stiffness * (body.wall - self.motion.position()) - body.damping * self.motion.velocity();
+        let acceleration = (own - element.tension(elongation, rate)) / m;
+        rates.rate[0] = element.stiffness * self.motion.velocity() + slope * acceleration;
+        rates.feedthrough.copy_from_slice(&[-element.stiffness, -slope]);
+        // Of a nonlinear damper the change of the slope itself is left out.
+        rates.rate_gain.copy_from_slice(&[slope * element.stiffness / m, slope * slope / m]);
+        true
+    }
+
+    fn observables(&self) -> &[&'static str] {
+        &STATES[self.index]
+    }
+
+    fn observe(&mut self, _h: f64, row: &mut [f64]) {
+        row.copy_from_slice(&[self.motion.position(), self.motion.velocity()]);
+    }
+
+    fn interface_work(&self) -> Option<f64> {
+        (self.role == MassRole::ForceDriven).then_some(self.work)
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+}

@@ -1,0 +1,127 @@
+//! The usual case of a simulation, for few contacts: the active set of the last problem is that of this one.
+
+use super::{ActiveSet, DEPENDENT, NEGLIGIBLE};
+use crate::complementarity::Lcp;
+
+/// What the last active set says about a problem.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Few {
+    /// `q ≥ 0`: no contact pushes.
+    SolvedByZero,
+    /// Its members push and no other contact closes: solved.
+    Confirmed,
+    /// Another set, or not looked at; nothing is written.
+    Open,
+}
+
+impl ActiveSet {
+    /// Solves the problem if the active set of the last one does, for up to eight contacts of which up to four push.
+    ///
+    /// `M_AA` is factorised anew each time: for four members that takes less than finding out whether `M` is the matrix
+    /// of the last problem. Sizes known to the compiler make it straight-line code on registers. The operations are those
+    /// of [`Factor`](crate::linear_algebra::Factor) in the same order, so the digits are too.
+    #[inline]
+    pub(super) fn solve_few(&self, lcp: Lcp<'_>, z: &mut [f64]) -> Few {
+        let Lcp { m, q } = lcp;
+        match q.len() {
+            0 => Few::SolvedByZero,
+            1 => self.of_size::<1>(m, q, z),
+            2 => self.of_size::<2>(m, q, z),
+            3 => self.of_size::<3>(m, q, z),
+            4 => self.of_size::<4>(m, q, z),
+            5 => self.of_size::<5>(m, q, z),
+            6 => self.of_size::<6>(m, q, z),
+            7 => self.of_size::<7>(m, q, z),
+            8 => self.of_size::<8>(m, q, z),
+            _ => Few::Open,
+        }
+    }
+
+    /// A function per size, or the saving is lost in one large frame; slices one by one, for the problem as one would go
+    /// through memory.
+    #[inline(never)]
+    fn of_size<const N: usize>(&self, m: &[f64], q: &[f64], z: &mut [f64]) -> Few {
+        let (rows, _) = m.as_chunks::<N>();
+        let (Ok(m), Ok(q), Ok(z)) = (rows.try_into(), q.try_into(), z.try_into()) else { return Few::Open };
+        let (m, q, z): (&[[f64; N]; N], &[f64; N], &mut [f64; N]) = (m, q, z);
+        let (mut nonnegative, mut not_finite) = (true, 0.0);
+        for q in q {
+            nonnegative &= *q >= 0.0;
+            not_finite += q * 0.0;
+        }
+        if nonnegative && not_finite == 0.0 {
+            *z = [0.0; N];
+            return Few::SolvedByZero;
+        }
+        let confirmed = match self.len {
+            1 => self.confirm::<N, 1>(m, q, z),
+            2 if N >= 2 => self.confirm::<N, 2>(m, q, z),
+            3 if N >= 3 => self.confirm::<N, 3>(m, q, z),
+            4 if N >= 4 => self.confirm::<N, 4>(m, q, z),
+            _ => None,
+        };
+        if confirmed.is_some() { Few::Confirmed } else { Few::Open }
+    }
+
+    /// Writes the solution on the active set of `K` members if it is one.
+    #[inline(always)]
+    fn confirm<const N: usize, const K: usize>(&self, m: &[[f64; N]; N], q: &[f64; N], z: &mut [f64; N]) -> Option<()> {
+        let set: &[usize; K] = self.set.first_chunk()?;
+        let z_a = members(set, m, q)?;
+        let mut w = *q;
+        for (&z, &a) in z_a.iter().zip(set) {
+            for (w, m) in w.iter_mut().zip(&m[a]) {
+                *w += m * z;
+            }
+        }
+        let q_max = q.iter().fold(0.0, |max: f64, q| if q.abs() > max { q.abs() } else { max });
+        let mut holds = z_a.iter().fold(true, |pushes, z| pushes & (*z >= 0.0));
+        for (w, inside) in w.iter().zip(self.inside.first_chunk::<N>()?) {
+            // Members have w = 0 up to rounding.
+            holds &= inside | (*w >= -NEGLIGIBLE * q_max);
+        }
+        if !holds {
+            return None;
+        }
+        *z = [0.0; N];
+        for (&z_a, &a) in z_a.iter().zip(set) {
+            z[a] = z_a;
+        }
+        Some(())
+    }
+}
+
+/// `z_A = −M_AA⁻¹ q_A` by `M_AA = L D Lᵀ`; `None` if a member depends on those before it.
+#[inline(always)]
+fn members<const N: usize, const K: usize>(set: &[usize; K], m: &[[f64; N]; N], q: &[f64; N]) -> Option<[f64; K]> {
+    let mut l = [[0.0; K]; K];
+    let (mut d_inverse, mut x) = ([0.0; K], [0.0; K]);
+    for k in 0..K {
+        let row = m.get(set[k])?;
+        let (mut y, mut d, mut known) = ([0.0; K], row[set[k]], 0.0);
+        let dependent = DEPENDENT * d;
+        for i in 0..k {
+            let mut done = 0.0;
+            for j in 0..i {
+                done += l[i][j] * y[j];
+            }
+            y[i] = row[set[i]] - done;
+            l[k][i] = y[i] * d_inverse[i];
+            d -= y[i] * l[k][i];
+            known += l[k][i] * x[i];
+        }
+        // A NaN is for the general way to complain about.
+        if d.is_nan() || d <= dependent {
+            return None;
+        }
+        d_inverse[k] = 1.0 / d;
+        x[k] = -q[set[k]] - known;
+    }
+    for k in (0..K).rev() {
+        x[k] *= d_inverse[k];
+        for i in k + 1..K {
+            x[k] -= l[i][k] * x[i];
+        }
+    }
+    Some(x)
+}

@@ -1,0 +1,255 @@
+//! The solver a simulation holds: checked after every problem, with a fallback, and counted.
+
+use super::natural_residual::natural_residual_of_rows;
+use super::{ComplementaritySolver, Lcp, Lemke, SolveStats, Solver, natural_residual};
+use crate::error::Failure;
+use crate::linear_algebra::SparseRows;
+
+/// Exact work counts of many solves.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SolverCounters {
+    /// Problems given.
+    pub solves: u64,
+    /// Pivots or iterations, those of the fallback included.
+    pub pivots: u64,
+    /// Factorisations from scratch.
+    pub factorisations: u64,
+    /// Problems given to the fallback.
+    pub fallbacks: u64,
+    /// Problems that stayed unsolved.
+    pub failures: u64,
+    /// Largest accepted natural residual.
+    pub worst_residual: f64,
+}
+
+impl SolverCounters {
+    /// Adds the counts of another run; the worst residual is that of the worse.
+    pub fn add(&mut self, other: &SolverCounters) {
+        self.solves += other.solves;
+        self.pivots += other.pivots;
+        self.factorisations += other.factorisations;
+        self.fallbacks += other.fallbacks;
+        self.failures += other.failures;
+        self.worst_residual = self.worst_residual.max(other.worst_residual);
+    }
+
+    /// The counts on top of `earlier` ones of the same solver; the worst residual is that of all.
+    pub fn since(&self, earlier: &SolverCounters) -> Self {
+        SolverCounters {
+            solves: self.solves - earlier.solves,
+            pivots: self.pivots - earlier.pivots,
+            factorisations: self.factorisations - earlier.factorisations,
+            fallbacks: self.fallbacks - earlier.fallbacks,
+            failures: self.failures - earlier.failures,
+            worst_residual: self.worst_residual,
+        }
+    }
+}
+
+/// Of an attempt that failed.
+const NO_ANSWER: SolveStats = SolveStats { pivots: 0, factorisations: 0, fallback: false, residual: f64::INFINITY };
+
+/// A solver whose every answer is measured by [`natural_residual`], and replaced by the fallback's if it is not good
+/// enough.
+///
+/// Solving it means: `r(z) ≤ tolerance`, or [`Failure::SolverFailed`] with the smaller residual of the two attempts.
+#[derive(Clone)]
+pub struct Checked {
+    primary: Solver,
+    fallback: Option<Lemke>,
+    tolerance: f64,
+    counters: SolverCounters,
+    /// The matrix of the last problem, read once it comes again.
+    rows: SparseRows,
+    rows_read: bool,
+}
+
+impl Checked {
+    /// Wraps a solver; `fallback` is tried when the residual of `primary` exceeds `tolerance`.
+    pub fn new(primary: Solver, fallback: Option<Lemke>, tolerance: f64) -> Self {
+        let rows = SparseRows::new(primary.capacity());
+        Checked { primary, fallback, tolerance, counters: SolverCounters::default(), rows, rows_read: false }
+    }
+
+    /// Returns the natural residual up to which an answer is accepted.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Returns the counts since construction.
+    pub fn counters(&self) -> SolverCounters {
+        self.counters
+    }
+
+    /// Counts what was proposed and accepts it, or runs the fallback.
+    ///
+    /// Whatever the fallback is given is put together here: an address handed to it would keep problem and stats in
+    /// memory in the usual case too, for a third of its time.
+    #[inline(always)]
+    fn accept(&mut self, lcp: Lcp<'_>, z: &mut [f64], proposed: SolveStats) -> Result<SolveStats, Failure> {
+        let SolveStats { pivots, factorisations, residual, .. } = proposed;
+        self.counters.solves += 1;
+        self.counters.pivots += u64::from(pivots);
+        self.counters.factorisations += u64::from(factorisations);
+        if residual <= self.tolerance {
+            self.counters.worst_residual = self.counters.worst_residual.max(residual);
+            return Ok(SolveStats { pivots, factorisations, fallback: false, residual });
+        }
+        let proposed = SolveStats { pivots, factorisations, fallback: false, residual };
+        self.fall_back(Lcp { m: lcp.m, q: lcp.q }, z, proposed)
+    }
+
+    /// Runs the fallback after `proposed`, the stats of an insufficient proposal in `z`.
+    #[cold]
+    fn fall_back(&mut self, lcp: Lcp<'_>, z: &mut [f64], proposed: SolveStats) -> Result<SolveStats, Failure> {
+        let mut least = proposed.residual;
+        if let Some(lemke) = &mut self.fallback {
+            self.counters.fallbacks += 1;
+            if let Ok(stats) = lemke.attempt(lcp, z) {
+                self.counters.pivots += u64::from(stats.pivots);
+                let residual = natural_residual(lcp, z);
+                if residual <= self.tolerance {
+                    self.counters.worst_residual = self.counters.worst_residual.max(residual);
+                    let pivots = proposed.pivots + stats.pivots;
+                    return Ok(SolveStats { pivots, fallback: true, residual, ..proposed });
+                }
+                least = least.min(residual);
+            }
+        }
+        self.counters.failures += 1;
+        Err(Failure::SolverFailed { residual: least })
+    }
+}
+
+impl ComplementaritySolver for Checked {
+    #[inline]
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        self.rows_read = false;
+        let stats = match self.primary.attempt(lcp, z) {
+            Ok(stats) => SolveStats { residual: natural_residual(lcp, z), ..stats },
+            Err(_) => NO_ANSWER,
+        };
+        self.accept(lcp, z, stats)
+    }
+
+    #[inline]
+    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        if !self.rows_read {
+            self.rows.read(lcp.m, lcp.size());
+            self.rows_read = true;
+        }
+        let stats = match self.primary.attempt_again(lcp, z) {
+            Ok(stats) => SolveStats { residual: natural_residual_of_rows(lcp, &self.rows, z), ..stats },
+            Err(_) => NO_ANSWER,
+        };
+        self.accept(lcp, z, stats)
+    }
+
+    /// The same as [`attempt`](Self::attempt): what it returns is already checked.
+    #[inline]
+    fn solve(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        self.attempt(lcp, z)
+    }
+
+    fn reset(&mut self) {
+        self.primary.reset();
+    }
+
+    fn capacity(&self) -> usize {
+        self.primary.capacity()
+    }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Proposes the same number for every impulse, or nothing.
+    #[derive(Clone)]
+    struct Stubborn(Option<f64>);
+
+    impl ComplementaritySolver for Stubborn {
+        fn attempt(&mut self, _: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+            z.fill(self.0.unwrap_or_default());
+            let stats = SolveStats { pivots: 3, factorisations: 2, ..SolveStats::default() };
+            self.0.map(|_| stats).ok_or(Failure::SolverFailed { residual: 0.0 })
+        }
+
+        fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+            Box::new(self.clone())
+        }
+    }
+
+    const LCP: Lcp<'_> = Lcp { m: &[2.0], q: &[-4.0] };
+
+    #[test]
+    fn a_wrong_answer_is_replaced_and_counted() {
+        for (proposal, own_pivots) in [(Some(7.0), 3), (Some(f64::NAN), 3), (None, 0)] {
+            let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(proposal))), Some(Lemke::new(1)), 1e-9);
+            let mut z = [0.0];
+            let stats = solver.solve(LCP, &mut z).unwrap();
+            assert_eq!((z, stats.fallback), ([2.0], true));
+            let counters = solver.counters();
+            assert_eq!((counters.solves, counters.fallbacks, counters.failures), (1, 1, 0));
+            assert!(stats.pivots > own_pivots && counters.pivots == u64::from(stats.pivots));
+        }
+    }
+
+    #[test]
+    fn a_right_answer_is_kept() {
+        let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(Some(2.0)))), Some(Lemke::new(1)), 1e-9);
+        let stats = solver.solve(LCP, &mut [0.0]).unwrap();
+        assert_eq!(stats, SolveStats { pivots: 3, factorisations: 2, fallback: false, residual: 0.0 });
+        let mut total = solver.counters();
+        total.add(&SolverCounters { solves: 2, worst_residual: 0.5, ..SolverCounters::default() });
+        assert_eq!((total.solves, total.factorisations, total.fallbacks, total.worst_residual), (3, 2, 0, 0.5));
+    }
+
+    /// `M` of a row of bodies, and `q` under a force that changes from turn to turn.
+    fn pushed_row(n: usize, heavier: f64) -> (Vec<f64>, impl Fn(usize) -> Vec<f64>) {
+        let coupling = |i: usize, j: usize| heavier * [2.0, -1.0, 0.0][i.abs_diff(j).min(2)];
+        let m = (0..n * n).map(|k: usize| coupling(k / n, k % n)).collect();
+        (m, move |turn| (0..n).map(|i| (0.7 * i as f64 + 0.4 * turn as f64).sin() - 0.3).collect())
+    }
+
+    #[test]
+    fn a_matrix_said_to_be_the_same_gives_the_same_bits_as_one_found_to_be() {
+        for n in [1, 4, 8, 9, 40, 70] {
+            let build =
+                || Checked::new(Solver::ActiveSet(Box::new(crate::complementarity::ActiveSet::new(n))), None, 1e-9);
+            let (mut asking, mut told) = (build(), build());
+            let (mut z_asking, mut z_told) = (vec![0.0; n], vec![0.0; n]);
+            for heavier in [1.0, 0.5] {
+                let (m, q) = pushed_row(n, heavier);
+                for turn in 0..20 {
+                    // Every fifth problem is solved by zero, and its matrix not looked at; so is the first.
+                    let q = if turn % 5 == 0 { vec![1.0; n] } else { q(turn) };
+                    let lcp = Lcp { m: &m, q: &q };
+                    asking.solve(lcp, &mut z_asking).unwrap();
+                    let stats =
+                        if turn == 0 { told.solve(lcp, &mut z_told) } else { told.attempt_again(lcp, &mut z_told) };
+                    assert!(stats.unwrap().residual <= 1e-12);
+                    assert!(
+                        z_asking.iter().zip(&z_told).all(|(a, b)| a.to_bits() == b.to_bits()),
+                        "n = {n}, turn {turn}"
+                    );
+                }
+            }
+            let (asking, told) = (asking.counters(), told.counters());
+            assert_eq!((asking.pivots, asking.factorisations), (told.pivots, told.factorisations));
+            assert!(told.factorisations >= 2, "a changed matrix is factorised");
+        }
+    }
+
+    #[test]
+    fn without_a_solution_the_failure_names_the_best_residual() {
+        let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(Some(0.0)))), Some(Lemke::new(1)), 1e-9);
+        let impossible = Lcp { m: &[0.0], q: &[-4.0] };
+        assert_eq!(solver.solve(impossible, &mut [0.0]), Err(Failure::SolverFailed { residual: 1.0 }));
+        assert_eq!(solver.counters().failures, 1);
+    }
+}

@@ -1,0 +1,310 @@
+//! From Eq. 3 to Eq. 4: velocities and bilateral impulses are eliminated once, and can be recovered afterwards.
+
+use super::linearisation::{Linearisation, MassMatrix};
+use super::reduced_interface_model::ReducedInterfaceModel;
+use crate::error::Failure;
+use crate::linear_algebra::Cholesky;
+use std::ops::Range;
+
+/// Eliminates velocities and bilateral impulses, leaving the model at the interface; then maps impulses back.
+///
+/// ```text
+/// S   = A_b M⁻¹ A_bᵀ = L Lᵀ        Y = L⁻¹ A_b M⁻¹         G = M⁻¹ − M⁻¹ A_bᵀ S⁻¹ A_b M⁻¹ = M⁻¹ − Yᵀ Y
+/// v̂   = v − Yᵀ s                   s = L⁻¹ (A_b v + γ g_b / h)       start velocity, consistent with the joints
+/// α   = M⁻¹ f − Yᵀ r               r = L⁻¹ (A_b M⁻¹ f + Ȧ_b v)       free acceleration
+/// C_x = A_x Yᵀ                     G A_xᵀ = M⁻¹ A_xᵀ − Yᵀ C_xᵀ
+/// H_xy = A_x G A_yᵀ     w_x = A_x v̂     a_x = A_x α + Ȧ_x v          x, y ∈ {u, i}
+/// v⁺  = v̂ + h α + G A_uᵀ P_u + G A_iᵀ h λ_i          P_b = −L⁻ᵀ (s + h r + C_uᵀ P_u + C_iᵀ h λ_i)
+/// ```
+/// With `Y` no row needs a solve of its own: two products with `n_b` rows replace forward and backward substitution.
+///
+/// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row knows few of
+/// the bodies, so blocks outside its support are skipped; one or two bodies are a single block, unrolled, three times as
+/// fast as loops of unknown length; any other system has blocks of 1. The text is the same for all.
+/// # Shapes and units
+/// `M` n×n (kg); `A_x` n_x×n; `H_xy` n_x×n_y (1/kg); `w_x` (m/s); `a_x` (m/s²).
+/// # Errors
+/// [`Failure::Singular`] if the bilateral rows are dependent. Dependent unilateral rows are allowed.
+/// # Source
+/// Raoofian, Kövecses, Teichmann, Eqs. 3–4; the joint drift term `γ g_b / h` is ours.
+#[derive(Debug, Clone)]
+pub struct Elimination {
+    velocities: usize,
+    bilateral: usize,
+    rows: usize,
+    mass_factor: Option<Cholesky>,
+    /// `M⁻¹` where it is diagonal: one division per velocity instead of one per entry of `A`.
+    inverse_mass: Vec<f64>,
+    schur: Cholesky,
+    /// `Y`, n_b×n.
+    y: Vec<f64>,
+    /// `G A_xᵀ`, transposed; (n_u+n_i)×n.
+    g_rows: Vec<f64>,
+    /// `C_xᵀ`, n_b×(n_u+n_i).
+    coupling: Vec<f64>,
+    /// Blocks between the first and the last that is not zero, row by row.
+    supports: Vec<Range<usize>>,
+    /// `v̂`.
+    pub start_velocity: Vec<f64>,
+    /// `α`.
+    pub free_acceleration: Vec<f64>,
+    /// `s` and `r`.
+    joint_start: Vec<f64>,
+    joint_free: Vec<f64>,
+}
+
+impl Elimination {
+    /// Makes the workspace for systems of the size of `linearisation`.
+    pub fn new(linearisation: &Linearisation) -> Self {
+        let n = linearisation.velocities();
+        let n_b = linearisation.bilateral.len();
+        let rows = linearisation.unilateral.len() + linearisation.interface.len();
+        Elimination {
+            velocities: n,
+            bilateral: n_b,
+            rows,
+            mass_factor: matches!(linearisation.mass, MassMatrix::Dense(_)).then(|| Cholesky::new(n)),
+            inverse_mass: vec![0.0; n],
+            schur: Cholesky::new(n_b),
+            y: vec![0.0; n_b * n],
+            g_rows: vec![0.0; rows * n],
+            coupling: vec![0.0; rows * n_b],
+            supports: vec![0..0; rows],
+            start_velocity: vec![0.0; n],
+            free_acceleration: vec![0.0; n],
+            joint_start: vec![0.0; n_b],
+            joint_free: vec![0.0; n_b],
+        }
+    }
+
+    /// Fills `model` from Eq. 3 at velocity `v`, for a mechanics step `h` with joint stabilisation `γ`.
+    pub fn reduce(
+        &mut self,
+        eq3: &Linearisation,
+        v: &[f64],
+        h: f64,
+        stabilisation: f64,
+        model: &mut ReducedInterfaceModel,
+    ) -> Result<(), Failure> {
+        self.invert_mass(&eq3.mass)?;
+        match self.velocities {
+            3 => self.reduce_in_blocks::<3>(1, eq3, v, h, stabilisation, model)?,
+            6 => self.reduce_in_blocks::<6>(1, eq3, v, h, stabilisation, model)?,
+            n if n % 3 == 0 => self.reduce_in_blocks::<3>(n / 3, eq3, v, h, stabilisation, model)?,
+            n => self.reduce_in_blocks::<1>(n, eq3, v, h, stabilisation, model)?,
+        }
+        model.gap.copy_from_slice(&eq3.unilateral.position);
+        model.position.copy_from_slice(&eq3.interface.position);
+        model.stabilisation = stabilisation;
+        model.mechanics_step = h;
+        Ok(())
+    }
+
+    /// Recovers `v⁺` after a step `h` from the stacked impulses `[P_u; h λ_i]` (N·s).
+    pub fn velocity_after(&self, h: f64, impulses: &[f64], v: &mut [f64]) {
+        match self.velocities {
+            3 => self.velocity_in_blocks::<3>(1, h, impulses, v),
+            6 => self.velocity_in_blocks::<6>(1, h, impulses, v),
+            n => self.velocity_in_blocks::<1>(n, h, impulses, v),
+        }
+    }
+
+    /// Recovers the bilateral impulses `P_b` (N·s) of the same step.
+    pub fn bilateral_impulses(&self, h: f64, impulses: &[f64], p_b: &mut [f64]) {
+        for (b, out) in p_b.iter_mut().enumerate() {
+            let from_rows: f64 =
+                impulses.iter().zip(&self.coupling[b * self.rows..]).map(|(impulse, c)| impulse * c).sum();
+            *out = -(self.joint_start[b] + h * self.joint_free[b] + from_rows);
+        }
+        self.schur.backward(p_b);
+    }
+
+    fn invert_mass(&mut self, mass: &MassMatrix) -> Result<(), Failure> {
+        match (mass, &mut self.mass_factor) {
+            (MassMatrix::Diagonal(mass), _) => {
+                for (inverse, m) in self.inverse_mass.iter_mut().zip(mass) {
+                    *inverse = 1.0 / m;
+                }
+                Ok(())
+            }
+            (MassMatrix::Dense(mass), Some(factor)) => {
+                factor.l.copy_from_slice(mass);
+                factor.factor("mass matrix")
+            }
+            (MassMatrix::Dense(_), None) => Err(Failure::Singular { matrix: "mass matrix" }),
+        }
+    }
+
+    /// Reduces a system of `k` blocks of `L` velocities.
+    #[inline(always)]
+    fn reduce_in_blocks<const L: usize>(
+        &mut self,
+        k: usize,
+        eq3: &Linearisation,
+        v: &[f64],
+        h: f64,
+        stabilisation: f64,
+        model: &mut ReducedInterfaceModel,
+    ) -> Result<(), Failure> {
+        self.eliminate_bilateral::<L>(k, eq3, v, h, stabilisation)?;
+        let (n_b, n_u, rows) = (self.bilateral, model.contacts(), self.rows);
+        let (start, free) = (blocks::<L>(&self.start_velocity), blocks::<L>(&self.free_acceleration));
+        let (y, inverse_mass) = (blocks::<L>(&self.y), blocks::<L>(&self.inverse_mass));
+        // Then a row of G A_xᵀ has the support of its row of A, and rows without a common body do not know each other.
+        let local = n_b == 0 && self.mass_factor.is_none();
+        for row in 0..rows {
+            let (source, index) = if row < n_u { (&eq3.unilateral, row) } else { (&eq3.interface, row - n_u) };
+            let a = row_of(blocks::<L>(&source.jacobian), index, k);
+            let support = support(a);
+            let a_x = &a[support.clone()];
+            model.w[row] = dot(a_x, &start[support.clone()]);
+            model.a[row] = dot(a_x, &free[support.clone()]) + source.convective[index];
+
+            let (finished, rest) = self.g_rows.as_chunks_mut::<L>().0.split_at_mut(row * k);
+            let g = &mut rest[..k];
+            multiply_by_inverse_mass(inverse_mass, &self.mass_factor, a, g);
+            for b in 0..n_b {
+                let y = row_of(y, b, k);
+                let c = dot(a_x, &y[support.clone()]);
+                add_multiple(g, -c, y);
+                self.coupling[b * rows + row] = c;
+            }
+            // Only one triangle is computed, so that H is symmetric to the bit.
+            for column in 0..row {
+                let other = &self.supports[column];
+                let apart = local && (other.end <= support.start || support.end <= other.start);
+                let entry = if apart { 0.0 } else { dot(a_x, &row_of(finished, column, k)[support.clone()]) };
+                model.h[row * rows + column] = entry;
+                model.h[column * rows + row] = entry;
+            }
+            model.h[row * rows + row] = dot(a_x, &g[support.clone()]);
+            self.supports[row] = support;
+        }
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn velocity_in_blocks<const L: usize>(&self, k: usize, h: f64, impulses: &[f64], v: &mut [f64]) {
+        let v = &mut v.as_chunks_mut::<L>().0[..k];
+        v.copy_from_slice(&blocks(&self.start_velocity)[..k]);
+        add_multiple(v, h, blocks(&self.free_acceleration));
+        for (row, &impulse) in impulses.iter().enumerate() {
+            if impulse != 0.0 {
+                add_multiple(v, impulse, row_of(blocks(&self.g_rows), row, k));
+            }
+        }
+    }
+
+    /// Fills `L`, `Y`, `s`, `r`, `v̂` and `α`.
+    #[inline(always)]
+    fn eliminate_bilateral<const L: usize>(
+        &mut self,
+        k: usize,
+        eq3: &Linearisation,
+        v: &[f64],
+        h: f64,
+        gamma: f64,
+    ) -> Result<(), Failure> {
+        let (n_b, rows) = (self.bilateral, blocks::<L>(&eq3.bilateral.jacobian));
+        let start = self.start_velocity.as_chunks_mut::<L>().0;
+        let free = self.free_acceleration.as_chunks_mut::<L>().0;
+        let (inverse_mass, y) = (blocks::<L>(&self.inverse_mass), self.y.as_chunks_mut::<L>().0);
+        start.copy_from_slice(blocks(v));
+        multiply_by_inverse_mass(inverse_mass, &self.mass_factor, blocks(&eq3.force), free);
+        if n_b == 0 {
+            return Ok(());
+        }
+        for b in 0..n_b {
+            let (a_b, y_b) = (row_of(rows, b, k), &mut y[b * k..(b + 1) * k]);
+            multiply_by_inverse_mass(inverse_mass, &self.mass_factor, a_b, y_b);
+            for c in 0..=b {
+                self.schur.l[b * n_b + c] = dot(y_b, row_of(rows, c, k));
+            }
+            self.joint_start[b] = dot(a_b, start) + gamma * eq3.bilateral.position[b] / h;
+            self.joint_free[b] = dot(a_b, free) + eq3.bilateral.convective[b];
+        }
+        self.schur.factor("A_b M⁻¹ A_bᵀ")?;
+        self.schur.forward(&mut self.joint_start);
+        self.schur.forward(&mut self.joint_free);
+        for b in 0..n_b {
+            let (finished, rest) = y.split_at_mut(b * k);
+            let y_b = &mut rest[..k];
+            let l = &self.schur.l[b * n_b..=b * n_b + b];
+            for (c, l) in l[..b].iter().enumerate() {
+                add_multiple(y_b, -l, row_of(finished, c, k));
+            }
+            let scale = 1.0 / l[b];
+            y_b.as_flattened_mut().iter_mut().for_each(|y| *y *= scale);
+            add_multiple(start, -self.joint_start[b], y_b);
+            add_multiple(free, -self.joint_free[b], y_b);
+        }
+        Ok(())
+    }
+}
+
+#[inline(always)]
+fn blocks<const L: usize>(entries: &[f64]) -> &[[f64; L]] {
+    entries.as_chunks().0
+}
+
+/// One row of a matrix with `k` blocks per row.
+#[inline(always)]
+fn row_of<const L: usize>(matrix: &[[f64; L]], index: usize, k: usize) -> &[[f64; L]] {
+    &matrix[index * k..index * k + k]
+}
+
+#[inline(always)]
+fn dot<const L: usize>(a: &[[f64; L]], b: &[[f64; L]]) -> f64 {
+    let mut sum = 0.0;
+    for (a, b) in a.iter().zip(b) {
+        // Two independent halves, because each addition has to wait for the one before.
+        let (mut even, mut odd) = (0.0, 0.0);
+        for l in 0..L {
+            if l % 2 == 0 { even += a[l] * b[l] } else { odd += a[l] * b[l] }
+        }
+        sum += even + odd;
+    }
+    sum
+}
+
+/// `target += factor · x`.
+#[inline(always)]
+fn add_multiple<const L: usize>(target: &mut [[f64; L]], factor: f64, x: &[[f64; L]]) {
+    for (target, x) in target.iter_mut().zip(x) {
+        // A block at a time through a copy: the compiler then knows that `x` does not change on the way.
+        let mut sum = *target;
+        for l in 0..L {
+            sum[l] += factor * x[l];
+        }
+        *target = sum;
+    }
+}
+
+/// `out = M⁻¹ x`.
+#[inline(always)]
+fn multiply_by_inverse_mass<const L: usize>(
+    inverse: &[[f64; L]],
+    factor: &Option<Cholesky>,
+    x: &[[f64; L]],
+    out: &mut [[f64; L]],
+) {
+    if let Some(factor) = factor {
+        out.copy_from_slice(x);
+        return factor.solve(out.as_flattened_mut());
+    }
+    for (out, (x, inverse)) in out.iter_mut().zip(x.iter().zip(inverse)) {
+        *out = std::array::from_fn(|l| x[l] * inverse[l]);
+    }
+}
+
+/// The blocks from the first that is not zero to the last.
+#[inline(always)]
+fn support<const L: usize>(row: &[[f64; L]]) -> Range<usize> {
+    // A single block is taken as it is: to search it would cost more than the products it saves.
+    if row.len() == 1 {
+        return 0..1;
+    }
+    let occupied = |block: &[f64; L]| block.iter().any(|&x| x != 0.0);
+    let first = row.iter().position(occupied).unwrap_or(row.len());
+    first..row.iter().rposition(occupied).map_or(first, |last| last + 1)
+}

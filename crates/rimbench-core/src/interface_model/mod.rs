@@ -1,0 +1,32 @@
+//! The reduced interface model: a mechanical system as seen through its interface (paper Eqs. 3 and 4).
+//!
+//! The road through this room is the one of the paper: [`Linearisation`] holds Eq. 3 at one state, [`Elimination`]
+//! removes velocities and bilateral impulses, [`ReducedInterfaceModel`] is what is left (Eq. 4), and [`condense`]
+//! turns a set of contacts into bilateral constraints, which gives the effective mass.
+//!
+//! | symbol | shape | unit | meaning |
+//! |---|---|---|---|
+//! | `M` | n×n | kg, kg·m² | mass matrix |
+//! | `A_b`, `A_u`, `A_i` | n_x×n | – | Jacobians of bilateral, unilateral, interface rows |
+//! | `f` | n | N, N·m | applied forces minus Coriolis and centrifugal terms, `f_a − c` |
+//! | `S` | n_b×n_b | 1/kg | `A_b M⁻¹ A_bᵀ` |
+//! | `G` | n×n | 1/kg | `M⁻¹ − M⁻¹ A_bᵀ S⁻¹ A_b M⁻¹` |
+//! | `H_xy` | n_x×n_y | 1/kg | `A_x G A_yᵀ`, `x, y ∈ {u, i}` |
+//! | `a_x` | n_x | m/s² | free acceleration of the rows `x` |
+//! | `w_x` | n_x | m/s | velocity of the rows `x` |
+//! | `g` | n_u | m | gaps |
+//! | `P_u` | n_u | N·s | contact impulses |
+//! | `λ_i` | n_i | N | interface forces |
+
+mod condensation;
+mod elimination;
+mod gap_law;
+mod linearisation;
+mod reduced_interface_model;
+
+pub use condensation::{Condensation, Redundancy, condense};
+pub use elimination::Elimination;
+pub use gap_law::{GapRates, gap_velocity};
+pub(crate) use linearisation::dot;
+pub use linearisation::{Linearisation, MassMatrix, Rows};
+pub use reduced_interface_model::ReducedInterfaceModel;

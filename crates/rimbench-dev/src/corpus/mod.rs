@@ -1,0 +1,24 @@
+//! Contact problems of actual runs, kept in the order in which they were solved.
+//!
+//! Published suites of complementarity problems rest on a handful of problem classes; what a solver meets inside a
+//! simulation is different: most problems resemble the one before, contacts are redundant as a rule, and a few problems
+//! are at the moment where a contact opens or closes. [`harvest`] runs cases that have contacts and keeps stretches of what
+//! their solvers were given, [`Corpus`] is those stretches and the file they are kept in, [`replay`] gives them to a
+//! solver, warm and cold, and [`draw_profile`] compares solvers over all of them.
+//!
+//! ```text
+//! cases × variations × schemes × H ── harvest ──► Corpus ⇄ file ── replay ──► pivots, residuals, times ──► profile
+//! ```
+
+mod contact_problem;
+mod format;
+mod harvest;
+mod plot;
+mod recorder;
+mod replay;
+mod selection;
+
+pub use contact_problem::{ContactProblem, Corpus, Stretch};
+pub use harvest::{Harvest, VARIATIONS, Variation, harvest};
+pub use plot::draw_profile;
+pub use replay::{Replay, Solve, Start, replay};

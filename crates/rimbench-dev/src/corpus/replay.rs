@@ -1,0 +1,155 @@
+//! Gives a corpus to a solver and measures what it does.
+
+use super::contact_problem::{Corpus, Stretch};
+use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, SolverEntry};
+use rimbench_core::error::Failure;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+/// What a solver knows when it is given a problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Start {
+    /// The problems of the stretch before this one.
+    Warm,
+    /// Nothing.
+    Cold,
+}
+
+/// What a solver made of one problem.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solve {
+    /// Contacts.
+    pub n: usize,
+    /// Pivots, factorisations, and the natural residual.
+    pub stats: SolveStats,
+    /// The residual is within the solver's tolerance.
+    pub solved: bool,
+    /// The solver refuses problems of this size.
+    pub refused: bool,
+    /// Median wall time of a solve with its check, without the clock, ns.
+    pub time_ns: f64,
+}
+
+/// What a solver made of a corpus.
+#[derive(Debug, Clone)]
+pub struct Replay {
+    /// The solver.
+    pub solver: &'static SolverEntry,
+    /// What it knew.
+    pub start: Start,
+    /// One per problem, in the order of the corpus.
+    pub solves: Vec<Solve>,
+    /// Mean wall time of a solve with its check where whole stretches are timed, ns: without the clock's resolution.
+    pub mean_ns: f64,
+}
+
+impl Replay {
+    /// Time of each problem, ns, +∞ where it was not solved; faster than the clock can tell is one nanosecond.
+    pub fn costs(&self) -> Vec<f64> {
+        self.solves.iter().map(|solve| if solve.solved { solve.time_ns.max(1.0) } else { f64::INFINITY }).collect()
+    }
+}
+
+/// A stretch is repeated until it has taken this long, but at least once and at most [`REPETITIONS`] times.
+const ENOUGH: Duration = Duration::from_millis(10);
+const REPETITIONS: usize = 31;
+
+/// Gives every problem to the bare solver, without the fallback, and judges each answer by the natural residual.
+///
+/// Everything but the times is the same at every call. A time is the median over repetitions of the whole stretch, so
+/// that a warm start always has the same past; the clock's own time, measured first, is subtracted.
+pub fn replay(corpus: &Corpus, solver: &'static SolverEntry, start: Start) -> Replay {
+    let mut bare = (solver.build)(corpus.largest());
+    let mut z = vec![0.0; corpus.largest()];
+    let clock_ns = clock_ns();
+    let mut replay = Replay { solver, start, solves: Vec::with_capacity(corpus.len()), mean_ns: f64::NAN };
+    let (mut total_ns, mut count) = (0.0, 0.0);
+    for stretch in &corpus.stretches {
+        let first = replay.solves.len();
+        let began = Instant::now();
+        pass(stretch, &mut bare, start, &mut z, |n, result, _| replay.solves.push(judge(n, result, solver.tolerance)));
+        let repetitions =
+            (ENOUGH.as_secs_f64() / began.elapsed().as_secs_f64()).clamp(1.0, REPETITIONS as f64) as usize;
+        let mut times = vec![Vec::with_capacity(repetitions); stretch.problems.len()];
+        let mut whole = Vec::with_capacity(repetitions);
+        for _ in 0..repetitions {
+            let mut column = times.iter_mut();
+            pass(stretch, &mut bare, start, &mut z, |_, _, elapsed| {
+                if let Some(times) = column.next() {
+                    times.push(elapsed.as_nanos() as f64 - clock_ns);
+                }
+            });
+            whole.push(untimed_pass_ns(stretch, &mut bare, start, &mut z));
+        }
+        for (solve, times) in replay.solves[first..].iter_mut().zip(&mut times) {
+            solve.time_ns = median(times).max(0.0);
+        }
+        total_ns += median(&mut whole);
+        count += stretch.problems.len() as f64;
+    }
+    replay.mean_ns = total_ns / count;
+    replay
+}
+
+/// One pass over a stretch, with a clock around every solve.
+fn pass(
+    stretch: &Stretch,
+    solver: &mut dyn ComplementaritySolver,
+    start: Start,
+    z: &mut [f64],
+    mut done: impl FnMut(usize, Result<SolveStats, Failure>, Duration),
+) {
+    solver.reset();
+    for problem in &stretch.problems {
+        if start == Start::Cold {
+            solver.reset();
+        }
+        let n = problem.q.len();
+        let began = Instant::now();
+        let result = solver.solve(black_box(problem.lcp()), &mut z[..n]);
+        let elapsed = began.elapsed();
+        done(n, result, elapsed);
+    }
+}
+
+/// One pass over a stretch, with a clock around the whole.
+fn untimed_pass_ns(stretch: &Stretch, solver: &mut dyn ComplementaritySolver, start: Start, z: &mut [f64]) -> f64 {
+    solver.reset();
+    let began = Instant::now();
+    for problem in &stretch.problems {
+        if start == Start::Cold {
+            solver.reset();
+        }
+        black_box(solver.solve(black_box(problem.lcp()), &mut z[..problem.q.len()])).ok();
+    }
+    began.elapsed().as_nanos() as f64
+}
+
+fn judge(n: usize, result: Result<SolveStats, Failure>, tolerance: f64) -> Solve {
+    let unsolved = SolveStats { residual: f64::INFINITY, ..SolveStats::default() };
+    let stats = result.unwrap_or(unsolved);
+    Solve {
+        n,
+        stats,
+        solved: stats.residual <= tolerance,
+        refused: matches!(result, Err(Failure::OutOfRange { .. })),
+        time_ns: f64::NAN,
+    }
+}
+
+/// What reading the clock twice takes.
+fn clock_ns() -> f64 {
+    let mut readings: Vec<f64> = (0..1001)
+        .map(|_| {
+            let began = Instant::now();
+            black_box(());
+            began.elapsed().as_nanos() as f64
+        })
+        .collect();
+    median(&mut readings)
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,75 @@
+//! Every active set there is: the oracle the solvers are tested against.
+
+use nalgebra::{DMatrix, DVector};
+
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, natural_residual};
+use rimbench_core::error::Failure;
+
+/// Largest `n` that is enumerated.
+pub const ENUMERATION_LIMIT: usize = 12;
+
+/// Singular values below this part of 1 (the diagonal is scaled to 1) are zero.
+const RANK: f64 = 1e-10;
+
+/// Tries all `2^n` active sets and keeps the proposal with the least natural residual.
+///
+/// ```text
+/// z_A = max(0, −M_AA⁺ q_A),   z = 0 elsewhere          for every A ⊆ {1 … n}
+/// ```
+/// `M_AA⁺` is the pseudo-inverse of the submatrix scaled to unit diagonal. A solvable problem with positive
+/// semidefinite `M` has a solution whose `M_AA` is regular (a vertex of the solution set), so none is missed. Of
+/// equally good proposals the one with the first set in binary order is kept.
+///
+/// Guaranteed for symmetric positive semidefinite `M` when a solution exists and `n ≤` [`ENUMERATION_LIMIT`]. If there
+/// is no solution the best proposal is still written, with its large residual. Allocates.
+#[derive(Debug, Clone, Default)]
+pub struct Enumeration {}
+
+impl Enumeration {
+    /// Builds the solver; it keeps nothing between problems.
+    pub fn new() -> Self {
+        Enumeration {}
+    }
+}
+
+impl ComplementaritySolver for Enumeration {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        let n = lcp.size();
+        z.fill(0.0);
+        if lcp.is_solved_by_zero()? {
+            return Ok(SolveStats::default());
+        }
+        lcp.require_finite_matrix()?;
+        if n > ENUMERATION_LIMIT {
+            return Err(Failure::OutOfRange { quantity: "contacts of an enumerated problem", value: n as f64 });
+        }
+        let scale: Vec<f64> = (0..n).map(|i| lcp.m[i * n + i].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+        let mut least = natural_residual(lcp, z);
+        let mut proposal = vec![0.0; n];
+        let mut stats = SolveStats { pivots: 1, ..SolveStats::default() };
+        for members in 1_usize..1 << n {
+            let set: Vec<usize> = (0..n).filter(|i| members >> i & 1 == 1).collect();
+            let m_aa = DMatrix::from_fn(set.len(), set.len(), |r, c| {
+                scale[set[r]] * lcp.m[set[r] * n + set[c]] * scale[set[c]]
+            });
+            let minus_q = DVector::from_fn(set.len(), |r, _| -scale[set[r]] * lcp.q[set[r]]);
+            stats.pivots += 1;
+            stats.factorisations += 1;
+            let Ok(z_a) = m_aa.svd(true, true).solve(&minus_q, RANK) else { continue };
+            proposal.fill(0.0);
+            for (&i, z_i) in set.iter().zip(&z_a) {
+                proposal[i] = (scale[i] * z_i).max(0.0);
+            }
+            let residual = natural_residual(lcp, &proposal);
+            if residual < least {
+                least = residual;
+                z.copy_from_slice(&proposal);
+            }
+        }
+        Ok(stats)
+    }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,49 @@
+//! Has the program become slower? A fixed suite, its history, and decisions that do not depend on luck.
+//!
+//! Three kinds of numbers, by how far they can be trusted:
+//!
+//! | number | depends on | decided |
+//! |---|---|---|
+//! | work counters ([`COUNTERS`]) | the code | exactly |
+//! | instructions ([`callgrind`]) | code, target, compiler, libraries | against a fence from the history ([`fence`](rimbench_statistics::fence)) |
+//! | wall time ([`TimeSummary`](rimbench_statistics::TimeSummary)) | everything | as a paired ratio with an interval, confirmed |
+//!
+//! | file | concept |
+//! |---|---|
+//! | `suite`, `kernels` | what is measured, with the answer each benchmark must give |
+//! | `yardstick` | a piece of work that never changes, timed beside every benchmark |
+//! | [`callgrind`], `sample` | one measurement by a program, in a process of its own |
+//! | `record` | the suite measured in interleaved pairs |
+//! | `history` | rows of `history.csv` and how they are named |
+//! | `steps` | steps in a series |
+//! | `decision`, `comparison`, `comparison_text` | what is a regression; what is told about it |
+//! | `per_step` | times of a record per macro and micro step |
+//! | `revision` | two git revisions, built side by side |
+//! | `plot` | the history as a figure |
+
+pub mod callgrind;
+
+mod comparison;
+mod comparison_text;
+mod decision;
+mod history;
+mod kernels;
+mod per_step;
+mod plot;
+mod record;
+mod revision;
+mod sample;
+mod steps;
+mod suite;
+mod yardstick;
+
+pub use comparison::{Comparison, Paired, compare_pairs, compare_records};
+pub use decision::{Finding, Verdict, decide_counter, decide_instructions, decide_time};
+pub use history::{COUNTERS, History, Row};
+pub use per_step::PerStep;
+pub use plot::draw_history;
+pub use record::{Plan, Recording, Round, measure_rounds, paired_ratio, placebo_ratio, record};
+pub use revision::{Checkout, Repository};
+pub use sample::{Program, Sample, measure};
+pub use steps::{Step, steps};
+pub use suite::{BENCHMARKS, Benchmark, Work, benchmark_by_name};

@@ -1,0 +1,102 @@
+//! Steps in a series: where a history changed its level.
+
+use rimbench_statistics::quantile;
+
+/// Part of a level below which a difference does not count: what alignment, paths and the environment may do to a count.
+pub(super) const FLOOR: f64 = 0.002;
+
+/// A change of level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Index of the first value of the new level.
+    pub at: usize,
+    /// Ratio of the new level to the old one.
+    pub ratio: f64,
+}
+
+/// Standard errors a difference of levels must have; among the ≤ 30² / 2 splits looked at, chance reaches it rarely.
+const SIGNIFICANT: f64 = 5.0;
+/// Standard deviation of a normal distribution over its median absolute deviation.
+const MAD: f64 = 1.4826;
+
+/// Finds the steps of a series of values above zero, by binary segmentation of their logarithms.
+///
+/// The best split is where `|mean₂ − mean₁| √(n₁ n₂ / n)` is largest; it is a step if that is above five standard deviations
+/// and the levels differ by more than `floor` (0.2 % for counts), and then both parts are searched. The standard
+/// deviation is taken from the differences of neighbours, which a few steps do not disturb.
+pub fn steps(values: &[f64], floor: f64) -> Vec<Step> {
+    let logs: Vec<f64> = values.iter().map(|value| value.ln()).collect();
+    let mut differences: Vec<f64> = logs.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    differences.retain(|difference| difference.is_finite());
+    let sigma = if differences.is_empty() { 0.0 } else { MAD * quantile(&differences, 0.5) / 2.0_f64.sqrt() };
+    let mut cuts = Vec::new();
+    split(&logs, 0, sigma, (1.0 + floor.max(FLOOR)).ln(), &mut cuts);
+    cuts.sort_unstable();
+    let ends = cuts.iter().skip(1).copied().chain([logs.len()]);
+    let starts = [0].into_iter().chain(cuts.iter().copied());
+    let around = starts.zip(cuts.iter().copied()).zip(ends);
+    around.map(|((start, at), end)| Step { at, ratio: (mean(&logs[at..end]) - mean(&logs[start..at])).exp() }).collect()
+}
+
+/// First index of the level that the last value belongs to.
+pub(super) fn start_of_last_level(values: &[f64]) -> usize {
+    steps(values, FLOOR).last().map_or(0, |step| step.at)
+}
+
+fn split(logs: &[f64], offset: usize, sigma: f64, floor: f64, cuts: &mut Vec<usize>) {
+    let n = logs.len() as f64;
+    let gain = |at: usize| {
+        let (left, right) = logs.split_at(at);
+        (mean(right) - mean(left)).abs() * (left.len() as f64 * right.len() as f64 / n).sqrt()
+    };
+    let Some(at) = (1..logs.len()).max_by(|&a, &b| gain(a).total_cmp(&gain(b))) else { return };
+    let (left, right) = logs.split_at(at);
+    if gain(at) > SIGNIFICANT * sigma && (mean(right) - mean(left)).abs() > floor {
+        cuts.push(offset + at);
+        split(left, offset, sigma, floor, cuts);
+        split(right, offset + at, sigma, floor, cuts);
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn steps_are_found_where_they_are_and_nowhere_else() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let mut noise = move || 1.0 + 1e-4 * (rng.random::<f64>() - 0.5);
+        let series: Vec<f64> = (0..30)
+            .map(|k| {
+                noise()
+                    * if k < 10 {
+                        1e6
+                    } else if k < 22 {
+                        1.02e6
+                    } else {
+                        0.9e6
+                    }
+            })
+            .collect();
+        let found = steps(&series, FLOOR);
+        assert_eq!(found.iter().map(|step| step.at).collect::<Vec<_>>(), [10, 22]);
+        // The noise moves a mean of ten values by far less than 1e-4.
+        approx::assert_abs_diff_eq!(found[0].ratio, 1.02, epsilon = 1e-4);
+        approx::assert_abs_diff_eq!(found[1].ratio, 0.9 / 1.02, epsilon = 1e-4);
+        assert_eq!(start_of_last_level(&series), 22);
+        assert_eq!(steps(&series[..10], FLOOR), []);
+    }
+
+    #[test]
+    fn a_last_value_that_jumps_is_a_step_and_one_value_or_none_has_none() {
+        assert_eq!(steps(&[5.0, 5.0, 5.0, 5.1], FLOOR).len(), 1);
+        assert_eq!(steps(&[5.0, 5.0, 5.0, 5.005], FLOOR), []);
+        assert_eq!(steps(&[5.0], FLOOR), []);
+        assert_eq!(steps(&[], FLOOR), []);
+    }
+}

@@ -1,0 +1,209 @@
+//! The fixed suite: whole runs, the reference, kernels. Each benchmark knows the answer it must give.
+
+use super::kernels;
+use rimbench_cases::cases::{Recorder, case_by_name};
+use rimbench_core::complementarity::{SolverCounters, solver_by_name};
+use rimbench_core::cosim::{Bounds, Outcome, Trajectory};
+use rimbench_core::error::{Error, Result, find_by_name};
+use rimbench_core::mechanics::monolithic;
+use rimbench_core::schemes::scheme_by_name;
+use rimbench_harness::{RunSpec, simulate};
+
+/// What one repetition of a benchmark did.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Work {
+    /// Macro steps.
+    pub macro_steps: u64,
+    /// Micro steps of the mechanics.
+    pub mechanics_micro_steps: u64,
+    /// Micro steps of the actuator.
+    pub actuator_micro_steps: u64,
+    /// Eliminations Eq. 3 → Eq. 4.
+    pub eliminations: u64,
+    /// Complementarity work of both sides.
+    pub lcp: SolverCounters,
+    /// Floating-point operations of elimination and complementarity, from the counters by dense operation counts.
+    pub flops_estimate: u64,
+    /// A number that must come out.
+    pub answer: f64,
+}
+
+/// One repetition, ready to be done; as often as one likes, with the same answer and the same work.
+pub type Repetition = Box<dyn FnMut() -> Result<Work>>;
+
+/// A benchmark of the suite.
+#[derive(Debug, Clone, Copy)]
+pub struct Benchmark {
+    /// Name in data.
+    pub name: &'static str,
+    /// One line.
+    pub about: &'static str,
+    /// What [`Work::answer`] must be, and by how much it may differ (round-off of other libraries).
+    pub answer: [f64; 2],
+    /// Sets everything up.
+    pub prepare: fn() -> Result<Repetition>,
+}
+
+/// Every benchmark, in the order of the rows.
+pub const BENCHMARKS: &[Benchmark] = &[
+    Benchmark {
+        name: "wedge-box/zero-order-hold",
+        about: "wedge box, H = 0.2 ms; answer: greatest actuator force, N",
+        answer: [1040.7, 0.06],
+        prepare: || run("wedge-box", "zero-order-hold", 2e-4, WEDGE_BOX, "actuator_force_n"),
+    },
+    Benchmark {
+        name: "wedge-box/rim-nonsmooth",
+        about: "wedge box, H = 5 ms; answer: greatest actuator force, N",
+        answer: [991.4, 0.06],
+        prepare: || run("wedge-box", "rim-nonsmooth", 5e-3, WEDGE_BOX, "actuator_force_n"),
+    },
+    Benchmark {
+        name: "wedge-box/rim-nonsmooth-gap",
+        about: "wedge box, H = 5 ms; answer: greatest actuator force, N",
+        answer: [991.4, 0.06],
+        prepare: || run("wedge-box", "rim-nonsmooth-gap", 5e-3, WEDGE_BOX, "actuator_force_n"),
+    },
+    Benchmark {
+        name: "wedge-box/rim-smooth-active",
+        about: "wedge box, H = 5 ms; answer: greatest actuator force, N",
+        answer: [991.4, 0.06],
+        prepare: || run("wedge-box", "rim-smooth-active", 5e-3, WEDGE_BOX, "actuator_force_n"),
+    },
+    Benchmark {
+        name: "wedge-box/interface-jacobian",
+        about: "wedge box, H = 5 ms; answer: greatest actuator force, N",
+        answer: [1385.34, 0.06],
+        prepare: || run("wedge-box", "interface-jacobian", 5e-3, WEDGE_BOX, "actuator_force_n"),
+    },
+    Benchmark {
+        name: "hydraulic-crane/zero-order-hold",
+        about: "crane, manoeuvre M1, H = 1 ms; answer: greatest actuator force, N",
+        answer: [10_648.5, 0.1],
+        prepare: || run("hydraulic-crane", "zero-order-hold", 1e-3, CRANE, "actuator_force_n"),
+    },
+    Benchmark {
+        name: "linear-oscillator/zero-order-hold",
+        about: "two-mass oscillator, H = 1 ms; answer: greatest coupling force, N",
+        answer: [1218.2, 0.1],
+        prepare: || run("linear-oscillator", "zero-order-hold", 1e-3, Size::default(), "coupling_force_n"),
+    },
+    Benchmark {
+        name: "wedge-box/reference",
+        about: "first 0.5 s of the wedge box, monolithic, coarsest step; answer: greatest actuator force, N",
+        answer: [1008.79, 0.06],
+        prepare: reference,
+    },
+    kernels::ELIMINATION,
+    kernels::MECHANICS_STEP,
+    kernels::HYDRAULICS_STEP,
+    kernels::LCP_WARM,
+    kernels::LCP_COLD,
+    kernels::LEMKE,
+];
+
+/// Looks a benchmark up in [`BENCHMARKS`].
+///
+/// # Errors
+/// [`Error::UnknownName`] with the valid names.
+pub fn benchmark_by_name(name: &str) -> Result<&'static Benchmark> {
+    find_by_name("benchmark", BENCHMARKS, |entry| entry.name, name)
+}
+
+impl Benchmark {
+    /// What is wrong with an answer, if anything.
+    pub fn fault(&self, answer: f64) -> Option<String> {
+        let [expected, tolerance] = self.answer;
+        let right = (answer - expected).abs() <= tolerance;
+        (!right).then(|| format!("wrong answer {answer:.6e}, expected {expected:.6e} ± {tolerance:.1e}"))
+    }
+}
+
+/// Size of the mechanics of a case.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Size {
+    /// Velocities n.
+    pub n: u64,
+    /// Joint rows n_b.
+    pub bilateral: u64,
+    /// Contacts n_u.
+    pub contacts: u64,
+    /// Interface rows n_i.
+    pub interface: u64,
+}
+
+pub(super) const WEDGE_BOX: Size = Size { n: 6, bilateral: 2, contacts: 4, interface: 1 };
+/// Two angles, no joints and no contacts.
+const CRANE: Size = Size { n: 2, bilateral: 0, contacts: 0, interface: 1 };
+
+impl Size {
+    /// Estimates the floating-point operations of eliminations and complementarity problems, all rows taken as dense.
+    ///
+    /// ```text
+    /// elimination     S 2 n n_b² · Cholesky n_b³/3 · Y 2 n n_b n_c + 2 n_b² n_c · H n n_c (n_c + 1)        n_c = n_u + n_i
+    /// solve           w and residual 4 n_u²          pivot 2 n_u²          factorisation n_u³/3
+    /// ```
+    /// It weighs the counters by their cost; it is no bound (three quarters of the wedge box's rows are zero).
+    pub(super) fn flops(self, eliminations: u64, lcp: &SolverCounters) -> u64 {
+        let Size { n, bilateral: b, contacts: u, interface: i } = self;
+        let c = u + i;
+        let elimination = 2 * n * b * b + b.pow(3) / 3 + 2 * n * b * c + 2 * b * b * c + n * c * (c + 1);
+        eliminations * elimination + lcp.solves * 4 * u * u + lcp.pivots * 2 * u * u + lcp.factorisations * u.pow(3) / 3
+    }
+}
+
+/// A whole run with the defaults of its case and scheme, recorded at every communication point.
+fn run(case: &str, scheme: &str, macro_step: f64, size: Size, column: &'static str) -> Result<Repetition> {
+    let solver = solver_by_name("active-set")?;
+    let spec = RunSpec::usual(case_by_name(case)?, scheme_by_name(scheme)?, solver, macro_step)?;
+    spec.check()?;
+    Ok(Box::new(move || {
+        let result = simulate(&spec, Bounds::default())?;
+        let mut lcp = result.mechanics.solver;
+        lcp.add(&result.scheme);
+        let completed = result.report.outcome == Outcome::Completed;
+        Ok(Work {
+            macro_steps: result.report.counters.macro_steps,
+            mechanics_micro_steps: result.mechanics.micro_steps,
+            actuator_micro_steps: result.actuator.micro_steps,
+            eliminations: result.mechanics.eliminations,
+            lcp,
+            flops_estimate: size.flops(result.mechanics.eliminations, &lcp),
+            answer: if completed { greatest(&result.trajectory, column)? } else { f64::NAN },
+        })
+    }))
+}
+
+/// The first half second of the wedge box, by the loop that makes references, with the coarsest step.
+fn reference() -> Result<Repetition> {
+    const DURATION: f64 = 0.5;
+    let (case, solver) = (case_by_name("wedge-box")?, solver_by_name("active-set")?);
+    let h = case.defaults.reference_step_s;
+    let steps = (DURATION / h).round() as usize;
+    let every = (case.defaults.reference_sampling_s / h).round().max(1.0) as usize;
+    Ok(Box::new(move || {
+        let mut system = (case.build)(&case.default_parameters(), solver)?;
+        let mut recorder = Recorder::new(case, &mut system);
+        let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps / every + 2);
+        let ended = monolithic(&mut *system.mechanics, &mut *system.actuator, h, steps, every, &mut |point| {
+            recorder.record(point, &mut trajectory);
+        });
+        let (mechanics, actuator) = (system.mechanics.counters(), system.actuator.counters());
+        Ok(Work {
+            macro_steps: 0,
+            mechanics_micro_steps: mechanics.micro_steps,
+            actuator_micro_steps: actuator.micro_steps,
+            eliminations: mechanics.eliminations,
+            lcp: mechanics.solver,
+            flops_estimate: WEDGE_BOX.flops(mechanics.eliminations, &mechanics.solver),
+            answer: if ended.is_ok() { greatest(&trajectory, "actuator_force_n")? } else { f64::NAN },
+        })
+    }))
+}
+
+fn greatest(trajectory: &Trajectory, column: &str) -> Result<f64> {
+    let index = trajectory
+        .index_of(column)
+        .ok_or_else(|| Error::unknown("column", column, trajectory.columns().iter().map(String::as_str)))?;
+    Ok(trajectory.column(index).fold(f64::NEG_INFINITY, f64::max))
+}

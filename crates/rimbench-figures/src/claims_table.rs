@@ -1,0 +1,64 @@
+//! The table of claims as Markdown, from `claims.csv`.
+
+use rimbench_core::error::Result;
+use rimbench_results::results_table::ResultsTable;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Makes the Markdown table of the claims in a `claims.csv`.
+///
+/// # Errors
+/// [`Error::File`](rimbench_core::error::Error::File) for a file or column that is not there.
+pub fn claims_markdown(path: &Path) -> Result<String> {
+    let claims = ResultsTable::read(path)?;
+    let names = ["text", "by", "quantity", "measured", "expected", "verdict", "experiment"];
+    let columns: Vec<usize> = names.iter().map(|name| claims.column(name)).collect::<Result<_>>()?;
+    let mut text = String::from("| claim | by | quantity | measured | expected | verdict | experiment |\n");
+    text.push_str("|---|---|---|---|---|---|---|\n");
+    for row in 0..claims.len() {
+        let cells = columns.iter().zip(names).map(|(&column, name)| match name {
+            "measured" => significant(claims.number(row, column)),
+            "verdict" => claims.text(row, column).replace('-', " "),
+            _ => claims.text(row, column).replace('|', "\\|"),
+        });
+        let _ = writeln!(text, "| {} |", cells.collect::<Vec<_>>().join(" | "));
+    }
+    Ok(text)
+}
+
+/// Three significant digits, for reading; the CSV holds all of them.
+fn significant(value: f64) -> String {
+    if value.is_nan() {
+        "–".to_owned()
+    } else if value.is_infinite() {
+        "∞".to_owned()
+    } else if value == 0.0 {
+        "0".to_owned()
+    } else if (1e-3..1e5).contains(&value.abs()) {
+        let decimals = (2 - value.abs().log10().floor() as i32).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_rounded_for_reading() {
+        for (value, text) in [
+            (0.0, "0"),
+            (19.5678, "19.6"),
+            (0.0416, "0.0416"),
+            (1.0, "1.00"),
+            (2.5e-6, "2.50e-6"),
+            (f64::INFINITY, "∞"),
+        ] {
+            assert_eq!(significant(value), text);
+        }
+        assert_eq!(significant(f64::NAN), "–");
+        assert_eq!(significant(1234.5), "1234");
+    }
+}

@@ -1,0 +1,106 @@
+//! The wedge box at a row of instants, one row per scheme.
+
+use super::trace_figure::trace_path;
+use crate::drawing::Drawing;
+use crate::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
+use rimbench_core::error::Result;
+use rimbench_results::results_table::ResultsTable;
+use serde::Deserialize;
+use std::path::Path;
+
+/// Options of a manoeuvre figure.
+#[derive(Debug, Clone, Deserialize)]
+pub struct ManoeuvreFigure {
+    /// Labels of the scheme rows.
+    schemes: Vec<String>,
+    /// Instants, s; the communication point nearest to each is drawn.
+    instants_s: Vec<f64>,
+    width: f64,
+    /// Contact force of the arrow in the legend, N.
+    arrow_force_n: f64,
+}
+
+impl ManoeuvreFigure {
+    /// Draws the figure from `parameters.csv` and the traces.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for what is not there.
+    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+        let mut rows = Vec::new();
+        let mut geometry = geometry(folder)?;
+        for label in &self.schemes {
+            let trace = ResultsTable::read(&trace_path(folder, label)?)?;
+            let start = pose(&trace, &geometry, 0.0)?;
+            // The ledge's corner and the ground pin are given relative to the start pose.
+            let lead = parameter(folder, "ledge_lead_m")?;
+            geometry.ledge_corner_x_m = start.world(geometry.disc_pin).0 + lead;
+            geometry.ground_pin.1 = start.world(geometry.attachment).1;
+            let poses: Result<Vec<Pose>> = self.instants_s.iter().map(|&t| pose(&trace, &geometry, t)).collect();
+            rows.push(ManoeuvreRow { scheme: label.clone(), poses: poses? });
+        }
+        Ok(Manoeuvre { width: self.width, geometry, arrow_force_n: self.arrow_force_n, rows }.draw())
+    }
+}
+
+/// A parameter of the case as it was run.
+fn parameter(folder: &Path, name: &str) -> Result<f64> {
+    let table = ResultsTable::read(&folder.join("parameters.csv"))?;
+    let rows = table.rows_where(table.column("parameter")?, name);
+    let value = table.column("value")?;
+    Ok(rows.first().map_or(f64::NAN, |&row| table.number(row, value)))
+}
+
+fn geometry(folder: &Path) -> Result<WedgeBoxGeometry> {
+    let get = |name| parameter(folder, name);
+    let (tip_x, tip_y) = (get("wedge_tip_x_m")?, get("wedge_tip_y_m")?);
+    Ok(WedgeBoxGeometry {
+        box_width_m: get("box_width_m")?,
+        box_height_m: get("box_height_m")?,
+        wedge_tips: [(tip_x, tip_y), (-tip_x, tip_y)],
+        disc_radius_m: get("disc_radius_m")?,
+        disc_pin: (get("disc_pin_x_m")?, get("disc_pin_y_m")?),
+        ledge_height_m: get("ledge_height_m")?,
+        ledge_corner_x_m: f64::NAN,
+        ramp_slope: get("ramp_slope")?,
+        attachment: (get("attachment_x_m")?, get("attachment_y_m")?),
+        ground_pin: (get("ground_pin_x_m")?, f64::NAN),
+    })
+}
+
+/// The pose at the communication point nearest to `t`; all NaN where the run had ended before.
+fn pose(trace: &ResultsTable, geometry: &WedgeBoxGeometry, t: f64) -> Result<Pose> {
+    let time = trace.column("time_s")?;
+    let nearest = (0..trace.len())
+        .min_by(|&a, &b| (trace.number(a, time) - t).abs().total_cmp(&(trace.number(b, time) - t).abs()));
+    let ended = trace.len() > 1 && t > 2.0 * trace.number(trace.len() - 1, time) - trace.number(trace.len() - 2, time);
+    let get = |name: &str| -> Result<f64> {
+        let column = trace.column(name)?;
+        Ok(nearest.filter(|_| !ended).map_or(f64::NAN, |row| trace.number(row, column)))
+    };
+    let mut pose = Pose {
+        time_s: t,
+        box_x_m: get("box_x_m")?,
+        box_y_m: get("box_y_m")?,
+        box_angle_rad: get("box_angle_rad")?,
+        // Nothing turns a disc without friction.
+        disc_angle_rad: 0.0,
+        contact_forces: Vec::new(),
+        actuator_force_n: get("actuator_force_n")?,
+    };
+    let disc = pose.world(geometry.disc_pin);
+    let radius = geometry.disc_radius_m;
+    let (sin, cos) = get("disc_ledge_normal_rad")?.sin_cos();
+    let contacts = [
+        ("contact_force_right_wedge_n", pose.world(geometry.wedge_tips[0]), (0.0, 1.0)),
+        ("contact_force_left_wedge_n", pose.world(geometry.wedge_tips[1]), (0.0, 1.0)),
+        ("contact_force_disc_ledge_n", (disc.0 - radius * cos, disc.1 - radius * sin), (cos, sin)),
+        ("contact_force_disc_floor_n", (disc.0, disc.1 - radius), (0.0, 1.0)),
+    ];
+    for (column, (x_m, y_m), normal) in contacts {
+        let force = get(column)?;
+        if force > 0.0 {
+            pose.contact_forces.push(ContactForce { x_m, y_m, fx_n: force * normal.0, fy_n: force * normal.1 });
+        }
+    }
+    Ok(pose)
+}

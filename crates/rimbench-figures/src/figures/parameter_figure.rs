@@ -1,0 +1,85 @@
+//! A metric against a parameter of the case: median over phases, with the range from best to worst phase.
+
+use super::statistics::{FRACTION_STABLE, Part, Runs};
+use super::sweep_figure::with_range;
+use crate::chart::{Axis, Figure, Panel};
+use crate::drawing::Drawing;
+use crate::style::{shown_name, style_of};
+use rimbench_core::error::{Error, Result};
+use rimbench_results::results_table::ResultsTable;
+use serde::Deserialize;
+use std::path::Path;
+
+/// Options of a parameter figure.
+#[derive(Debug, Clone, Deserialize)]
+pub struct ParameterFigure {
+    width: f64,
+    height: f64,
+    /// The parameter across, by name.
+    parameter: String,
+    /// Heading of the horizontal axis.
+    x_label: String,
+    panels: Vec<ParameterPanel>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ParameterPanel {
+    title: String,
+    /// A metric, or `fraction_stable`.
+    metric: String,
+    label: String,
+    range: [f64; 2],
+    #[serde(default)]
+    part: Part,
+    #[serde(default)]
+    labels: Vec<String>,
+    /// Macro step of the runs shown, s; all if absent.
+    macro_step_s: Option<f64>,
+}
+
+impl ParameterFigure {
+    /// Draws the figure from `runs.csv` and `parameters.csv`.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a column or parameter that is not there.
+    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+        let runs = Runs::read(folder)?;
+        let values = self.values(&runs, folder)?;
+        let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
+        for spec in &self.panels {
+            let y = if spec.metric == FRACTION_STABLE { Axis::linear(&spec.label) } else { Axis::log10(&spec.label) };
+            let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.range(spec.range[0], spec.range[1]));
+            for label in runs.labels(&spec.labels) {
+                let mut rows = runs.of_label(&label);
+                let wanted_ms = spec.macro_step_s.map(|step| step * 1e3);
+                rows.retain(|&row| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9));
+                let points = runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?;
+                panel = with_range(panel, &points, &shown_name(&label), style_of(&label));
+            }
+            figure = figure.panel(panel);
+        }
+        Ok(figure.draw())
+    }
+
+    /// The parameter's value in each run: its row in `parameters.csv`, found by case and set of changed parameters.
+    fn values(&self, runs: &Runs, folder: &Path) -> Result<Vec<f64>> {
+        let path = folder.join("parameters.csv");
+        let parameters = ResultsTable::read(&path)?;
+        let rows = parameters.rows_where(parameters.column("parameter")?, &self.parameter);
+        if rows.is_empty() {
+            return Err(Error::file(path, format!("has no parameter `{}`", self.parameter)));
+        }
+        let (case, set) = (parameters.column("case")?, parameters.column("set")?);
+        let (of_case, of_set) = (runs.table.column("case")?, runs.table.column("set")?);
+        let value = parameters.column("value")?;
+        let value_of = |run: usize| {
+            let same = |row: &&usize| {
+                parameters.text(**row, case) == runs.table.text(run, of_case)
+                    && parameters.text(**row, set) == runs.table.text(run, of_set)
+            };
+            rows.iter().find(same).map_or(f64::NAN, |&row| parameters.number(row, value))
+        };
+        Ok((0..runs.table.len()).map(value_of).collect())
+    }
+}

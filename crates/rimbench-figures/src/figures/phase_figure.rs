@@ -1,0 +1,55 @@
+//! Metrics over the phase ensemble: one mark per run, phase across, one panel per metric.
+
+use super::statistics::Runs;
+use crate::chart::{Axis, Figure, Mode, Panel, Series};
+use crate::drawing::Drawing;
+use crate::style::style_of;
+use rimbench_core::error::Result;
+use serde::Deserialize;
+use std::path::Path;
+
+/// Options of a phase figure.
+#[derive(Debug, Clone, Deserialize)]
+pub struct PhaseFigure {
+    width: f64,
+    height: f64,
+    panels: Vec<PhasePanel>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PhasePanel {
+    title: String,
+    metric: String,
+    label: String,
+    range: [f64; 2],
+}
+
+impl PhaseFigure {
+    /// Draws the figure from `runs.csv`.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
+    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+        let runs = Runs::read(folder)?;
+        let phase = runs.table.column("phase")?;
+        let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
+        for spec in &self.panels {
+            let metric = runs.table.column(&spec.metric)?;
+            let mut panel = Panel::new(
+                &spec.title,
+                Axis::linear("phase φ of the communication points").range(0.0, 1.03),
+                Axis::log10(&spec.label).range(spec.range[0], spec.range[1]),
+            );
+            for label in runs.labels(&[]) {
+                let rows = runs.of_label(&label);
+                let mut points: Vec<(f64, f64)> =
+                    rows.iter().map(|&row| (runs.table.number(row, phase), runs.table.number(row, metric))).collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                panel = panel.series(Series::new(label.as_str(), points, style_of(&label)).mode(Mode::LineMarkers));
+            }
+            figure = figure.panel(panel);
+        }
+        Ok(figure.draw())
+    }
+}

@@ -1,0 +1,142 @@
+//! Performance profiles over several experiments: in which share of the problems a scheme is within a factor of the best.
+
+use super::cost::Cost;
+use super::statistics::Runs;
+use crate::chart::{Axis, Figure, Mode, Panel, Series};
+use crate::drawing::Drawing;
+use crate::style::{shown_name, style_of};
+use rimbench_core::error::{Error, Result};
+use rimbench_statistics::{performance_profile, performance_ratios};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Options of a performance profile.
+///
+/// A problem is a case with its parameters, the duration and the phase; its cost for a scheme is found among the runs at all
+/// macro steps.
+#[derive(Debug, Clone, Deserialize)]
+pub struct ProfileFigure {
+    width: f64,
+    height: f64,
+    /// Further experiments, `group/name`, whose problems count as well.
+    #[serde(default)]
+    also: Vec<String>,
+    /// Schemes shown; all labels that are in every experiment, if none are named.
+    #[serde(default)]
+    labels: Vec<String>,
+    panels: Vec<ProfilePanel>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ProfilePanel {
+    title: String,
+    /// Heading of the horizontal axis.
+    label: String,
+    /// Largest ratio shown.
+    most: f64,
+    /// Cost of the cheapest run that is good enough: a column of `cost.csv`, or counters of `runs.csv` joined by `+`. Without
+    /// it the panel is about the stability limit: the largest macro step up to which all runs completed.
+    cost: Option<String>,
+    /// What must be small enough, a column of `runs.csv`.
+    metric: Option<String>,
+    /// How small.
+    tolerance: Option<f64>,
+}
+
+/// What makes a problem: case, parameters, duration, phase.
+type Problem = [String; 4];
+
+/// Least cost by label and problem; +∞ where there is none.
+#[derive(Default)]
+struct Costs {
+    problems: Vec<Problem>,
+    of_label: BTreeMap<String, BTreeMap<Problem, f64>>,
+}
+
+impl ProfileFigure {
+    /// Draws the profiles from `runs.csv` and `cost.csv` of all experiments.
+    ///
+    /// # Errors
+    /// [`Error::File`] for results or a column that are not there.
+    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+        let results = folder.parent().and_then(Path::parent).unwrap_or(folder);
+        let mut folders = vec![folder.to_owned()];
+        folders.extend(self.also.iter().map(|name| results.join(name)));
+        let sources = folders.iter().map(|folder| Runs::read(folder)).collect::<Result<Vec<Runs>>>()?;
+        let in_all = |label: &String| sources.iter().all(|runs| !runs.of_label(label).is_empty());
+        let labels: Vec<String> = sources[0].labels(&self.labels).into_iter().filter(in_all).collect();
+        if labels.is_empty() {
+            return Err(Error::file(folder.join("runs.csv"), "has no label that all experiments of the profile share"));
+        }
+        let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
+        for spec in &self.panels {
+            let mut costs = Costs::default();
+            for (folder, runs) in folders.iter().zip(&sources) {
+                spec.collect(folder, runs, &labels, &mut costs)?;
+            }
+            let rows: Vec<Vec<f64>> = labels.iter().map(|label| costs.row(label)).collect();
+            let x = Axis::log10(&spec.label).range(1.0, spec.most);
+            let mut panel = Panel::new(&spec.title, x, Axis::linear("share of problems").range(-0.02, 1.02));
+            for (label, ratios) in labels.iter().zip(performance_ratios(&rows)) {
+                let mut corners = performance_profile(&ratios);
+                corners.extend(corners.last().map(|&(_, share)| (spec.most, share)));
+                panel = panel.series(Series::new(shown_name(label), corners, style_of(label)).mode(Mode::Steps));
+            }
+            figure = figure.panel(panel);
+        }
+        Ok(figure.draw())
+    }
+}
+
+impl ProfilePanel {
+    /// Adds the problems of one experiment.
+    fn collect(&self, folder: &Path, runs: &Runs, labels: &[String], into: &mut Costs) -> Result<()> {
+        let facts = ["case", "set", "duration_s", "phase"].map(|name| runs.table.column(name));
+        let [case, set, duration, phase] = facts;
+        let facts = [case?, set?, duration?, phase?];
+        let problem = |row: usize| facts.map(|column| runs.table.text(row, column).to_owned());
+        let cost = match &self.cost {
+            Some(cost) => Some(Cost::read(folder, runs)?.of_runs(cost, runs)?),
+            None => None,
+        };
+        let metric = self.metric.as_deref().map(|name| runs.table.column(name)).transpose()?;
+        let tolerance = self.tolerance.unwrap_or(f64::INFINITY);
+        let good =
+            |row: usize| runs.completed(row) && metric.is_none_or(|column| runs.table.number(row, column) <= tolerance);
+        for label in labels {
+            let rows = runs.of_label(label);
+            let mut of_problem: BTreeMap<Problem, Vec<usize>> = BTreeMap::new();
+            rows.into_iter().for_each(|row| of_problem.entry(problem(row)).or_default().push(row));
+            for (problem, mut rows) in of_problem {
+                rows.sort_by(|a, b| runs.macro_step_ms(*a).total_cmp(&runs.macro_step_ms(*b)));
+                let best = match &cost {
+                    Some(cost) => {
+                        rows.iter().filter(|&&row| good(row)).map(|&row| cost[row]).fold(f64::INFINITY, f64::min)
+                    }
+                    // The inverse, so that less is better.
+                    None => rows
+                        .iter()
+                        .take_while(|&&row| good(row))
+                        .last()
+                        .map_or(f64::INFINITY, |&row| 1.0 / runs.macro_step_ms(row)),
+                };
+                if !into.problems.contains(&problem) {
+                    into.problems.push(problem.clone());
+                }
+                into.of_label.entry(label.clone()).or_default().insert(problem, best);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Costs {
+    /// The costs of one label over all problems.
+    fn row(&self, label: &str) -> Vec<f64> {
+        let costs = self.of_label.get(label);
+        let of = |problem: &Problem| costs.and_then(|costs| costs.get(problem)).copied().unwrap_or(f64::INFINITY);
+        self.problems.iter().map(of).collect()
+    }
+}

@@ -1,0 +1,200 @@
+//! What figures make of `runs.csv`: labels, and a metric over the phases.
+
+use rimbench_core::error::{Error, Result};
+use rimbench_results::results_table::ResultsTable;
+use rimbench_statistics::median;
+use serde::Deserialize;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Name that stands for the share of phases that completed, where a figure asks for a metric.
+pub const FRACTION_STABLE: &str = "fraction_stable";
+
+/// Which values of a signed metric are shown, so that a logarithmic axis can hold them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Part {
+    /// All, as they are.
+    #[default]
+    Signed,
+    /// Magnitudes.
+    Absolute,
+    /// Those above zero.
+    Positive,
+    /// Those below zero, as magnitudes.
+    Negative,
+}
+
+impl Part {
+    fn of(self, value: f64) -> Option<f64> {
+        match self {
+            Part::Signed => Some(value),
+            Part::Absolute => Some(value.abs()),
+            Part::Positive => (value > 0.0).then_some(value),
+            Part::Negative => (value < 0.0).then_some(-value),
+        }
+    }
+}
+
+/// One case of an experiment with several, for a figure or a panel of it.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Only {
+    /// The case, by name; all if absent.
+    pub case: Option<String>,
+    /// Its changed parameters as they stand in the column `set` of `runs.csv`, empty for the defaults; all if absent.
+    pub set: Option<String>,
+}
+
+/// The rows of an experiment with the columns that every figure needs.
+pub struct Runs {
+    /// All of `runs.csv`.
+    pub table: ResultsTable,
+    label: usize,
+    macro_step: usize,
+    outcome: usize,
+}
+
+/// A quantity over the phases at one abscissa.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OverPhases {
+    /// What the runs have in common, a macro step, say.
+    pub x: f64,
+    /// Median.
+    pub median: f64,
+    /// Least value.
+    pub least: f64,
+    /// Largest value.
+    pub most: f64,
+}
+
+impl Runs {
+    /// Reads `runs.csv` of an experiment's folder.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let table = ResultsTable::read(&folder.join("runs.csv"))?;
+        let (label, macro_step) = (table.column("label")?, table.column("macro_step_s")?);
+        Ok(Runs { label, macro_step, outcome: table.column("outcome")?, table })
+    }
+
+    /// The rows of one case.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming what there is, if there is no such row.
+    pub fn only(&self, only: &Only) -> Result<Self> {
+        let mut rows: Vec<usize> = (0..self.table.len()).collect();
+        for (name, wanted) in [("case", &only.case), ("set", &only.set)] {
+            let Some(wanted) = wanted else { continue };
+            let column = self.table.column(name)?;
+            let there: BTreeSet<&str> = rows.iter().map(|&row| self.table.text(row, column)).collect();
+            if !there.contains(wanted.as_str()) {
+                return Err(Error::file(self.table.path(), Error::unknown(name, wanted, there)));
+            }
+            rows.retain(|&row| self.table.text(row, column) == wanted);
+        }
+        Ok(Runs { table: self.table.with_rows(&rows), ..*self })
+    }
+
+    /// Labels of the scheme rows, in the order of the experiment; only the wanted ones, if any are named.
+    pub fn labels(&self, wanted: &[String]) -> Vec<String> {
+        let mut labels: Vec<String> = Vec::new();
+        for row in 0..self.table.len() {
+            let label = self.table.text(row, self.label);
+            let is_wanted = wanted.is_empty() || wanted.iter().any(|name| name == label);
+            if is_wanted && !labels.iter().any(|known| known == label) {
+                labels.push(label.to_owned());
+            }
+        }
+        labels
+    }
+
+    /// Rows of one label.
+    pub fn of_label(&self, label: &str) -> Vec<usize> {
+        self.table.rows_where(self.label, label)
+    }
+
+    /// Macro step of a row, ms, without the round-off of the factor.
+    pub fn macro_step_ms(&self, row: usize) -> f64 {
+        (self.table.number(row, self.macro_step) * 1e9).round() / 1e6
+    }
+
+    /// Whether a row's run reached its end.
+    pub fn completed(&self, row: usize) -> bool {
+        self.table.text(row, self.outcome) == "completed"
+    }
+
+    /// Whether a row's run was left out for a reason.
+    pub fn skipped(&self, row: usize) -> bool {
+        self.table.text(row, self.outcome) == "skipped"
+    }
+
+    /// Share of the rows, skipped ones aside, whose run completed; none if all were skipped.
+    pub fn fraction_stable(&self, rows: &[usize]) -> Option<f64> {
+        let tried = rows.iter().filter(|&&row| !self.skipped(row)).count();
+        let completed = rows.iter().filter(|&&row| self.completed(row)).count();
+        (tried > 0).then(|| completed as f64 / tried as f64)
+    }
+
+    /// A metric, or [`FRACTION_STABLE`], over the rows with one abscissa, by ascending abscissa. Runs that did not
+    /// complete are left out of a metric; where none is left, the point is NaN and breaks the line.
+    pub fn over_phases(
+        &self,
+        rows: &[usize],
+        x: impl Fn(usize) -> f64,
+        metric: &str,
+        part: Part,
+    ) -> Result<Vec<OverPhases>> {
+        let groups = groups(rows, x);
+        if metric == FRACTION_STABLE {
+            let point = |(x, rows): (f64, Vec<usize>)| {
+                self.fraction_stable(&rows).map(|share| OverPhases { x, median: share, least: share, most: share })
+            };
+            return Ok(groups.into_iter().filter_map(point).collect());
+        }
+        let column = self.table.column(metric)?;
+        let point = |(x, rows): (f64, Vec<usize>)| {
+            let completed = rows.into_iter().filter(|&row| self.completed(row));
+            let values = completed.filter_map(|row| part.of(self.table.number(row, column))).collect();
+            over(x, values).unwrap_or(OverPhases { x, median: f64::NAN, least: f64::NAN, most: f64::NAN })
+        };
+        Ok(groups.into_iter().map(point).collect())
+    }
+}
+
+/// Median and range of the finite values, if there are any.
+pub fn over(x: f64, mut values: Vec<f64>) -> Option<OverPhases> {
+    values.retain(|value| value.is_finite());
+    let least = values.iter().copied().reduce(f64::min)?;
+    let most = values.iter().copied().reduce(f64::max)?;
+    Some(OverPhases { x, median: median(values)?, least, most })
+}
+
+/// Rows with equal abscissas, by ascending abscissa; rows without one are left out.
+pub fn groups(rows: &[usize], x: impl Fn(usize) -> f64) -> Vec<(f64, Vec<usize>)> {
+    let mut keyed: Vec<(f64, usize)> = rows.iter().map(|&row| (x(row), row)).filter(|(x, _)| x.is_finite()).collect();
+    keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let groups = keyed.chunk_by(|a, b| a.0 == b.0);
+    groups.map(|group| (group[0].0, group.iter().map(|(_, row)| *row).collect())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_of_a_signed_metric_fits_a_logarithmic_axis() {
+        let of = |part: Part| [-2.0, 3.0].map(|value| part.of(value));
+        assert_eq!(of(Part::Signed), [Some(-2.0), Some(3.0)]);
+        assert_eq!(of(Part::Absolute), [Some(2.0), Some(3.0)]);
+        assert_eq!(of(Part::Positive), [None, Some(3.0)]);
+        assert_eq!(of(Part::Negative), [Some(2.0), None]);
+    }
+
+    #[test]
+    fn rows_are_grouped_by_their_abscissa_and_infinite_values_left_out() {
+        let x = [2.0, 1.0, 2.0, f64::NAN];
+        assert_eq!(groups(&[0, 1, 2, 3], |row| x[row]), [(1.0, vec![1]), (2.0, vec![0, 2])]);
+        let point = over(2.0, vec![5.0, f64::INFINITY, 1.0, 2.0, 4.0]).unwrap();
+        assert_eq!(point, OverPhases { x: 2.0, median: 3.0, least: 1.0, most: 5.0 });
+        assert_eq!(over(2.0, vec![f64::NAN]), None);
+    }
+}

@@ -1,0 +1,106 @@
+//! A metric against the macro step: median over phases, with the range from best to worst phase.
+
+use super::statistics::{Only, OverPhases, Part, Runs};
+use crate::chart::{Axis, Figure, Guide, Mode, Panel, Series};
+use crate::drawing::Drawing;
+use crate::style::{SeriesStyle, shown_name, style_of};
+use crate::ticks::signed;
+use rimbench_core::error::Result;
+use rimbench_statistics::order_of_convergence;
+use serde::Deserialize;
+use std::path::Path;
+
+/// Options of a sweep figure.
+#[derive(Debug, Clone, Deserialize)]
+pub struct SweepFigure {
+    width: f64,
+    height: f64,
+    /// Panels per row; all in one if absent.
+    columns: Option<usize>,
+    panels: Vec<SweepPanel>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SweepPanel {
+    title: String,
+    metric: String,
+    label: String,
+    range: [f64; 2],
+    /// The case shown, of an experiment with several.
+    #[serde(default)]
+    only: Only,
+    /// Which values of a signed metric to show; the label should say so.
+    #[serde(default)]
+    part: Part,
+    /// Labels of the scheme rows to show; all if there are none.
+    #[serde(default)]
+    labels: Vec<String>,
+    /// Column with the reference's own uncertainty, drawn as a floor.
+    floor: Option<String>,
+    /// Slope triangle: order, and its first corner (H in ms, value).
+    slope: Option<(f64, [f64; 2])>,
+    /// Interval of H, ms, over which the orders in the legend are fitted; all if absent.
+    orders_over_ms: Option<[f64; 2]>,
+}
+
+impl SweepFigure {
+    /// Draws the figure from `runs.csv`. Runs that did not complete are left out of the medians. A figure of one panel
+    /// has the observed orders in its legend.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
+    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+        let all = Runs::read(folder)?;
+        let columns = self.columns.unwrap_or(self.panels.len());
+        let mut figure = Figure::new(self.width, self.height).columns(columns);
+        for spec in &self.panels {
+            let runs = all.only(&spec.only)?;
+            let mut panel = Panel::new(
+                &spec.title,
+                Axis::log10("macro step H (ms)"),
+                Axis::log10(&spec.label).range(spec.range[0], spec.range[1]),
+            );
+            for label in runs.labels(&spec.labels) {
+                let rows = runs.of_label(&label);
+                let points = runs.over_phases(&rows, |row| runs.macro_step_ms(row), &spec.metric, spec.part)?;
+                let order = spec.order(&points).filter(|_| self.panels.len() == 1);
+                let entry = match order {
+                    _ if all.fraction_stable(&all.of_label(&label)) == Some(0.0) => {
+                        format!("{}: never stable", shown_name(&label))
+                    }
+                    Some(order) => format!("{}, order {}", shown_name(&label), signed(format!("{order:.2}"))),
+                    None => shown_name(&label),
+                };
+                panel = with_range(panel, &points, &entry, style_of(&label));
+            }
+            if let Some(floor) = &spec.floor {
+                let uncertainty = runs.table.number(0, runs.table.column(floor)?);
+                panel = panel.guide(Guide::Horizontal { y: uncertainty, label: "uncertainty of the reference".into() });
+            }
+            if let Some((order, [x, y])) = spec.slope {
+                panel = panel.guide(Guide::Slope { order, from: (x, y), to_x: 2.0 * x });
+            }
+            figure = figure.panel(panel);
+        }
+        Ok(figure.draw())
+    }
+}
+
+impl SweepPanel {
+    fn order(&self, points: &[OverPhases]) -> Option<f64> {
+        let [low, high] = self.orders_over_ms.unwrap_or([0.0, f64::INFINITY]);
+        let fitted = points.iter().filter(|point| (low..=high).contains(&point.x));
+        order_of_convergence(&fitted.map(|point| (point.x, point.median)).collect::<Vec<_>>())
+    }
+}
+
+/// Adds the medians as a line with markers, and a thin bar from the least to the largest value at each.
+pub(super) fn with_range(mut panel: Panel, points: &[OverPhases], entry: &str, style: SeriesStyle) -> Panel {
+    let thin = SeriesStyle { width: 0.8, dash: &[], ..style };
+    for point in points {
+        panel = panel.series(Series::new("", vec![(point.x, point.least), (point.x, point.most)], thin));
+    }
+    let medians = points.iter().map(|point| (point.x, point.median)).collect();
+    panel.series(Series::new(entry, medians, style).mode(Mode::LineMarkers))
+}

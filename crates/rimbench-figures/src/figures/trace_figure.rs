@@ -1,0 +1,108 @@
+//! Columns of traces over time, one panel per column or zoom.
+
+use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
+use crate::drawing::Drawing;
+use crate::style::style_of;
+use rimbench_core::error::{Error, Result};
+use rimbench_results::results_table::ResultsTable;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Options of a trace figure.
+#[derive(Debug, Clone, Deserialize)]
+pub struct TraceFigure {
+    /// Labels of the scheme rows to show, or `reference`; the first at the back.
+    series: Vec<String>,
+    width: f64,
+    height: f64,
+    panels: Vec<TracePanel>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TracePanel {
+    title: String,
+    column: String,
+    label: String,
+    #[serde(default)]
+    log: bool,
+    /// Interval of time, s.
+    time_s: [f64; 2],
+    /// Interval of the vertical axis.
+    range: [f64; 2],
+    /// Held between communication points instead of joined by lines.
+    #[serde(default)]
+    steps: bool,
+    inset: Option<TraceInset>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TraceInset {
+    time_s: [f64; 2],
+    range: [f64; 2],
+    place: [f64; 4],
+}
+
+impl TraceFigure {
+    /// Draws the figure from `runs.csv` and the traces it names.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a trace or column that is not there.
+    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+        let traces = self.series.iter().map(|label| Ok((label, ResultsTable::read(&trace_path(folder, label)?)?)));
+        let traces: Vec<(&String, ResultsTable)> = traces.collect::<Result<_>>()?;
+        let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
+        for spec in &self.panels {
+            let scale = if spec.log { Scale::Log10 } else { Scale::Linear };
+            let mut panel = Panel::new(
+                &spec.title,
+                Axis::linear("time t (s)").range(spec.time_s[0], spec.time_s[1]),
+                Axis { scale, ..Axis::linear(&spec.label).range(spec.range[0], spec.range[1]) },
+            );
+            for (label, trace) in &traces {
+                let points = trace.pairs("time_s", &spec.column)?;
+                let mode = if spec.steps { Mode::Steps } else { Mode::Line };
+                panel = panel.series(Series::new(label.as_str(), points, style_of(label)).mode(mode));
+            }
+            let cut: Vec<String> = traces
+                .iter()
+                .filter_map(|(label, trace)| spec.what_is_cut(label, trace).transpose())
+                .collect::<Result<_>>()?;
+            for (line, text) in cut.into_iter().enumerate() {
+                panel = panel.note(text, (0.03, 0.04 + 0.06 * line as f64));
+            }
+            if let Some(inset) = &spec.inset {
+                let ([x0, x1], [y0, y1]) = (inset.time_s, inset.range);
+                panel = panel.inset(Inset { x: (x0, x1), y: (y0, y1), place: inset.place });
+            }
+            figure = figure.panel(panel);
+        }
+        Ok(figure.draw())
+    }
+}
+
+impl TracePanel {
+    /// Says how far a series goes beyond a linear axis.
+    fn what_is_cut(&self, label: &str, trace: &ResultsTable) -> Result<Option<String>> {
+        let shown = |t: f64| (self.time_s[0]..=self.time_s[1]).contains(&t);
+        let points = trace.pairs("time_s", &self.column)?;
+        let values = points.iter().filter(|(t, y)| shown(*t) && y.is_finite()).map(|(_, y)| *y);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+        let cut = !self.log && (low < self.range[0] || high > self.range[1]);
+        Ok(cut.then(|| format!("{label} cut: {low:.0} … {high:.0}")))
+    }
+}
+
+/// The trace of the first run of a scheme row, or of the reference.
+pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
+    let traces = folder.join("traces");
+    if label == "reference" {
+        return Ok(traces.join("reference.csv"));
+    }
+    let path = folder.join("runs.csv");
+    let runs = ResultsTable::read(&path)?;
+    let rows = runs.rows_where(runs.column("label")?, label);
+    let row = rows.first().ok_or_else(|| Error::file(&path, format!("has no run labelled `{label}`")))?;
+    Ok(traces.join(runs.text(*row, runs.column("trace")?)))
+}

@@ -1,0 +1,72 @@
+//! What accuracy costs: an error metric against wall time and against exact counters, one point per macro step.
+
+use super::cost::Cost;
+use super::statistics::{Only, Part, Runs, groups, over};
+use crate::chart::{Axis, Figure, Mode, Panel, Series};
+use crate::drawing::Drawing;
+use crate::style::{shown_name, style_of};
+use rimbench_core::error::Result;
+use serde::Deserialize;
+use std::path::Path;
+
+/// Options of a work-precision figure.
+#[derive(Debug, Clone, Deserialize)]
+pub struct WorkPrecisionFigure {
+    width: f64,
+    height: f64,
+    /// The error metric, a column of `runs.csv`.
+    metric: String,
+    /// Heading of the vertical axis.
+    label: String,
+    range: [f64; 2],
+    #[serde(default)]
+    labels: Vec<String>,
+    panels: Vec<WorkPanel>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WorkPanel {
+    title: String,
+    /// Cost: a column of `cost.csv`, or counters of `runs.csv` joined by `+`.
+    cost: String,
+    /// Heading of the horizontal axis.
+    label: String,
+    range: Option<[f64; 2]>,
+    /// The case shown, of an experiment with several.
+    #[serde(default)]
+    only: Only,
+}
+
+impl WorkPrecisionFigure {
+    /// Draws the figure from `runs.csv` and `cost.csv`. A point is the median over the phases of one macro step; runs
+    /// that did not complete are left out.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there, or a run without a row of cost.
+    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+        let all = Runs::read(folder)?;
+        let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
+        for spec in &self.panels {
+            let runs = all.only(&spec.only)?;
+            let work = Cost::read(folder, &runs)?.of_runs(&spec.cost, &runs)?;
+            let mut x = Axis::log10(&spec.label);
+            if let Some([low, high]) = spec.range {
+                x = x.range(low, high);
+            }
+            let mut panel = Panel::new(&spec.title, x, Axis::log10(&self.label).range(self.range[0], self.range[1]));
+            for label in runs.labels(&self.labels) {
+                let mut points = Vec::new();
+                for (step, rows) in groups(&runs.of_label(&label), |row| runs.macro_step_ms(row)) {
+                    let completed: Vec<usize> = rows.into_iter().filter(|&row| runs.completed(row)).collect();
+                    let work = over(step, completed.iter().map(|&row| work[row]).collect());
+                    let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute)?;
+                    points.extend(work.zip(error.first()).map(|(work, error)| (work.median, error.median)));
+                }
+                panel = panel.series(Series::new(shown_name(&label), points, style_of(&label)).mode(Mode::LineMarkers));
+            }
+            figure = figure.panel(panel);
+        }
+        Ok(figure.draw())
+    }
+}

@@ -1,0 +1,55 @@
+//! From numbers to pictures: charts, stability maps and the manoeuvre drawing, written as SVG and PNG.
+//!
+//! This room reads results and never simulates; its toolkit knows nothing of experiments. A figure is described
+//! ([`chart::Figure`]), drawn into a display list (`draw()` gives a [`drawing::Drawing`]) and written
+//! ([`render::write`]). Equal descriptions give equal bytes.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`style`] | one colour, dash and marker per scheme, everywhere |
+//! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
+//! | `figure`, `panel`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
+//! | `scale`, [`ticks`], `clip`, `marker`, `hatch` | value to position, round numbers, edges, signs, shading |
+//! | [`heatmap`] | stability maps: scheme × step size |
+//! | [`manoeuvre`], `wedge_box` | the wedge box at a row of instants |
+//! | [`drawing`] | the display list: paths and text on a page |
+//! | `paint`, `dash`, `font` | the display list drawn by plotters, as SVG and as smooth pixels; the embedded typeface |
+//! | [`render`] | files: a temporary name first, then the final one |
+//!
+//! plotters draws: every shape becomes one of its elements on a drawing area over its SVG or bitmap backend, letters
+//! are its text in a registered font, and its encoder writes the PNG. What is left to us is layout, because plotters'
+//! charts have no band for infinite values, no inset, no legend outside the data and no cutting at the frame, and what
+//! its backends lack: dash patterns, and positions and widths between pixels, which a finer grid makes up for.
+//!
+//! On top of the toolkit stand the figures of the report ([`FigureList`], from `paper/figures.toml`), read from result
+//! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the report itself ([`write_report`]).
+
+pub mod chart;
+pub mod drawing;
+pub mod heatmap;
+pub mod manoeuvre;
+pub mod render;
+pub mod style;
+pub mod ticks;
+
+mod claims_table;
+mod clip;
+mod dash;
+mod data;
+mod figure;
+mod figures;
+mod font;
+mod guides;
+mod hatch;
+mod inset;
+mod legend;
+mod marker;
+mod page;
+mod paint;
+mod panel;
+mod scale;
+mod wedge_box;
+
+pub use claims_table::claims_markdown;
+pub use figures::{FigureEntry, FigureKind, FigureList, MadeFigures};
+pub use page::write_report;

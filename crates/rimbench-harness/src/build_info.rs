@@ -1,0 +1,18 @@
+//! What the program was built from. Only the program itself knows, so it hands it in.
+
+/// What the program was built from, baked in when it was built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BuildInfo {
+    /// Git revision of the source, 12 digits, or `unknown`.
+    pub git_revision: &'static str,
+    /// Whether the source had changes that are not in that revision: `true`, `false` or `unknown`.
+    pub git_dirty: &'static str,
+    /// Text of the lock file.
+    pub lock_file: &'static str,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Compiler.
+    pub rustc: &'static str,
+    /// Target triple.
+    pub target: &'static str,
+}

@@ -1,0 +1,106 @@
+//! How the schemes of an experiment compare: one row per case and scheme, failures counted.
+
+use super::build_info::BuildInfo;
+use super::cache::Cache;
+use super::execution::{Job, run_job};
+use super::experiment::Experiment;
+use rimbench_core::error::Result;
+use rimbench_results::results_table::ResultsTable;
+use rimbench_statistics::median;
+use std::fmt;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// The metric that is compared.
+const METRIC: &str = "force_error_rms_of_peak";
+
+/// What became of one scheme row in one case, over macro steps and phases.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComparisonRow {
+    /// Case by name.
+    pub case: String,
+    /// Label of the scheme row.
+    pub label: String,
+    /// Runs planned, those skipped included.
+    pub runs: usize,
+    /// Runs that came to their end within bounds.
+    pub completed: usize,
+    /// Median of the rms force error over the reference's peak, over the completed runs; none without such a run.
+    pub force_error: Option<f64>,
+}
+
+/// The rows in the order of the plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// One per case and label.
+    pub rows: Vec<ComparisonRow>,
+}
+
+/// Runs what is missing of an experiment into its folder below `results`, and compares its schemes; `build` is the program's own.
+///
+/// References are kept in `results` too: of a case under development none may survive in the user's cache.
+///
+/// # Errors
+/// Bad input; a disk that is full. A run that fails is counted.
+pub fn compare(experiment: &Experiment, results: &Path, quick: bool, build: &BuildInfo) -> Result<Comparison> {
+    let (folder, cache) = (experiment.results_folder(results), Cache::in_folder(results.join("references")));
+    let job = Job { experiment, folder: &folder, quick, fresh: false, shard: None, cache: &cache, build };
+    run_job(job, &|_| {}, &AtomicBool::new(false))?;
+    Comparison::read(&folder.join("runs.csv"))
+}
+
+impl Comparison {
+    fn read(runs: &Path) -> Result<Self> {
+        let table = ResultsTable::read(runs)?;
+        let (case, label) = (table.column("case")?, table.column("label")?);
+        let (outcome, metric) = (table.column("outcome")?, table.column(METRIC)?);
+        let mut groups: Vec<(ComparisonRow, Vec<f64>)> = Vec::new();
+        for row in 0..table.len() {
+            let names = (table.text(row, case), table.text(row, label));
+            let known = groups.iter().position(|(group, _)| (group.case.as_str(), group.label.as_str()) == names);
+            let index = known.unwrap_or_else(|| {
+                let (case, label) = (names.0.to_owned(), names.1.to_owned());
+                groups.push((ComparisonRow { case, label, runs: 0, completed: 0, force_error: None }, Vec::new()));
+                groups.len() - 1
+            });
+            let (group, errors) = &mut groups[index];
+            group.runs += 1;
+            if table.text(row, outcome) == "completed" {
+                group.completed += 1;
+                errors.extend(Some(table.number(row, metric)).filter(|error| !error.is_nan()));
+            }
+        }
+        let rows = groups.into_iter().map(|(row, errors)| ComparisonRow { force_error: median(errors), ..row });
+        Ok(Comparison { rows: rows.collect() })
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:<20} {:<40} {:>9}  {METRIC}, median of completed", "case", "scheme", "completed")?;
+        for row in &self.rows {
+            let completed = format!("{}/{}", row.completed, row.runs);
+            let error = row.force_error.map_or("–".to_owned(), |error| format!("{error:.3e}"));
+            writeln!(f, "{:<20} {:<40} {completed:>9}  {error}", row.case, row.label)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn failures_count_as_runs_and_never_as_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.csv");
+        let rows = "case,label,outcome,force_error_rms_of_peak\na,x,completed,0.1\na,x,diverged,1e9\na,x,completed,0.3\n\
+                    a,y,skipped,\nb,x,completed,\n";
+        std::fs::write(&path, rows).unwrap();
+        let found = Comparison::read(&path).unwrap().rows;
+        let facts: Vec<_> =
+            found.iter().map(|row| (row.label.as_str(), row.runs, row.completed, row.force_error)).collect();
+        assert_eq!(facts, [("x", 3, 2, Some(0.2)), ("y", 1, 0, None), ("x", 1, 1, None)]);
+    }
+}

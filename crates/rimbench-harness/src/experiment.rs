@@ -1,0 +1,220 @@
+//! The experiment file: a question, a grid of runs, and what is claimed of them.
+
+mod plan;
+
+pub use plan::PlannedRun;
+
+use super::claims::Claim;
+use super::grid::{MacroSteps, Phases, one_phase};
+use rimbench_cases::cases::{Case, case_by_name};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::schemes::scheme_by_name;
+use rimbench_results::atomic_file::write_atomically;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// An experiment file as it is written. The format is explained in `experiments/README.md`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// What the experiment answers, in words.
+    pub question: String,
+    cases: Vec<CaseEntry>,
+    schemes: Vec<SchemeRow>,
+    macro_steps_s: MacroSteps,
+    #[serde(default = "one_phase")]
+    phases: Phases,
+    duration_s: Option<f64>,
+    micro_step_s: Option<f64>,
+    /// Store a trace of each run, one row per this many seconds; none if absent.
+    pub trace_every_s: Option<f64>,
+    /// Labels of the scheme rows whose traces are stored; all of them if absent.
+    traces: Option<Vec<String>>,
+    /// Coarsest of the three steps of the reference, s; the case's own if absent.
+    reference_step_s: Option<f64>,
+    /// Wall time after which a run ends with outcome `timeout`, s; none if absent.
+    wall_limit_s: Option<f64>,
+    quick: Option<Quick>,
+    #[serde(default)]
+    claims: Vec<Claim>,
+    #[serde(skip)]
+    path: PathBuf,
+    #[serde(skip)]
+    source: String,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CaseEntry {
+    name: String,
+    #[serde(default)]
+    set: BTreeMap<String, toml::Value>,
+    /// Instead of those of the experiment: cases have time scales of their own.
+    macro_steps_s: Option<MacroSteps>,
+    duration_s: Option<f64>,
+    micro_step_s: Option<f64>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SchemeRow {
+    scheme: String,
+    label: Option<String>,
+    sequence: Option<String>,
+    force_return: Option<String>,
+    mechanics_steps: Option<toml::Value>,
+    redundancy: Option<String>,
+    model_motion: Option<String>,
+    contacts: Option<String>,
+    solver: Option<String>,
+    gain: Option<f64>,
+    macro_steps_s: Option<MacroSteps>,
+    step_control: Option<String>,
+    step_tolerance: Option<f64>,
+    min_macro_step_s: Option<f64>,
+}
+
+/// What `--quick` replaces.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Quick {
+    macro_steps_s: Option<MacroSteps>,
+    phases: Option<Phases>,
+}
+
+impl Experiment {
+    /// Reads an experiment file.
+    ///
+    /// # Errors
+    /// [`Error::File`] with path, line and what is wrong; unknown keys are errors.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text =
+            std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        Self::parse(path, text)
+    }
+
+    fn parse(path: &Path, text: String) -> Result<Self> {
+        let mut experiment: Experiment =
+            toml::from_str(&text).map_err(|error| Error::file(path, format!("is no experiment: {error}")))?;
+        experiment.path = path.to_owned();
+        experiment.source = text;
+        Ok(experiment)
+    }
+
+    /// The same experiment with one more scheme, as if its file had one more `[[schemes]]`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a scheme that is neither built in nor registered.
+    pub fn with_scheme(&self, name: &str) -> Result<Self> {
+        scheme_by_name(name)?;
+        Self::parse(&self.path, format!("{}\n[[schemes]]\nscheme = \"{name}\"\n", self.source))
+    }
+
+    /// The same experiment with one more case at its defaults, as if its file had one more `[[cases]]`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a case that is neither built in nor registered.
+    pub fn with_case(&self, name: &str) -> Result<Self> {
+        case_by_name(name)?;
+        Self::parse(&self.path, format!("{}\n[[cases]]\nname = \"{name}\"\n", self.source))
+    }
+
+    /// Reads the copy of an experiment file that lies in a results folder; the folder's name is the experiment's.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read).
+    pub fn read_as(copy: &Path, folder: &Path) -> Result<Self> {
+        let name =
+            folder.canonicalize().ok().and_then(|folder| folder.file_name().map(PathBuf::from)).unwrap_or_default();
+        Ok(Experiment { path: name.with_extension("toml"), ..Self::read(copy)? })
+    }
+
+    /// Name of the experiment: that of its file.
+    pub fn name(&self) -> String {
+        self.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
+    }
+
+    /// Whether two files say the same to the letter.
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        self.source == other.source
+    }
+
+    /// Where its results go: `<results>/<group>/<name>`, the group being the folder that the file lies in.
+    pub fn results_folder(&self, results: &Path) -> PathBuf {
+        let group = self.path.parent().and_then(Path::file_name).map(PathBuf::from).unwrap_or_default();
+        results.join(group).join(self.name())
+    }
+
+    /// What the experiment claims.
+    pub fn claims(&self) -> &[Claim] {
+        &self.claims
+    }
+
+    /// The file it was read from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Copies the experiment file beside its results, so that they can be merged and checked without it.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub(super) fn copy_to(&self, folder: &Path) -> Result<()> {
+        std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))?;
+        let path = folder.join("experiment.toml");
+        if std::fs::read_to_string(&path).is_ok_and(|text| text == self.source) {
+            return Ok(());
+        }
+        write_atomically(&path, |file| file.write_all(self.source.as_bytes()))
+    }
+
+    /// The case with the reference step of this experiment.
+    pub(super) fn with_own_reference(&self, case: &Case) -> Case {
+        let mut case = *case;
+        case.defaults.reference_step_s = self.reference_step_s.unwrap_or(case.defaults.reference_step_s);
+        case
+    }
+
+    /// Whether the trace of a scheme row is to be stored, and at which distance of rows (s).
+    pub(super) fn trace_of(&self, label: &str) -> Option<f64> {
+        let wanted = self.traces.as_ref().is_none_or(|labels| labels.iter().any(|known| known == label));
+        self.trace_every_s.filter(|_| wanted)
+    }
+
+    /// What the rows depend on besides the run: part of the identity of the store.
+    pub(super) fn reference_identity(&self) -> String {
+        self.reference_step_s.map(|step| format!("reference_step_s = {step:?}")).unwrap_or_default()
+    }
+
+    fn check_options(&self) -> Result<()> {
+        for (key, value) in [("reference_step_s", self.reference_step_s), ("trace_every_s", self.trace_every_s)] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Err(Error::invalid(key, value, "a finite time above 0 s"));
+            }
+        }
+        let labels = || self.schemes.iter().map(|row| row.label.as_deref().unwrap_or(&row.scheme));
+        let unknown = self.traces.iter().flatten().find(|wanted| !labels().any(|label| label == wanted.as_str()));
+        unknown.map_or(Ok(()), |label| Err(Error::unknown("label in traces", label, labels())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_experiments_are_valid_plans() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/paper");
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let mut count = 0;
+        for path in files.filter(|path| path.extension().is_some_and(|extension| extension == "toml")) {
+            let experiment = Experiment::read(&path).unwrap();
+            for quick in [false, true] {
+                assert!(!experiment.plan(quick).unwrap().is_empty());
+            }
+            count += 1;
+        }
+        assert!(count >= 3);
+    }
+}

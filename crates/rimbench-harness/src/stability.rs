@@ -1,0 +1,167 @@
+//! The stability limit: up to which macro step does a scheme hold, over all phases?
+
+use super::cache::Cache;
+use super::reference::Reference;
+use super::run::{RunSpec, simulate};
+use super::spectral::spectral_radius;
+use rayon::prelude::*;
+use rimbench_core::cosim::Outcome;
+use rimbench_core::error::{Error, Result};
+
+/// Relative width to which the bracket between stable and unstable is narrowed.
+const BRACKET: f64 = 0.01;
+
+/// A spectral radius this close to one is one: the accuracy to which it is probed.
+const NEUTRAL: f64 = 1e-9;
+
+/// How a scheme fares at one macro step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StabilityPoint {
+    /// H, s.
+    pub macro_step: f64,
+    /// Share of the phases at which the run completed within bounds.
+    pub fraction_stable: f64,
+    /// Why it counts as unstable: the first outcome among the phases that is not `completed`, or the spectral radius.
+    pub failure: Option<String>,
+    /// Spectral radius of the macro-step map, where that was the method.
+    pub spectral_radius: Option<f64>,
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StabilityLimit {
+    /// All macro steps that were tried, ascending.
+    pub points: Vec<StabilityPoint>,
+    /// Largest macro step below the first unstable one that is stable at every phase, s.
+    pub last_stable: Option<f64>,
+    /// Smallest macro step that is unstable at some phase, s.
+    pub first_unstable: Option<f64>,
+}
+
+/// Searches the stability limit of the scheme of `spec` over `macro_steps` (s, ascending) and `phases`.
+///
+/// A macro step is stable if the run completes within bounds at every phase. The whole grid is scanned, because stability
+/// is not monotone in H; then the bracket around the *first* unstable macro step is halved until it is 1 % wide. Where
+/// `fixed_micro_step` is false a macro step below the micro step of `spec` is its own micro step.
+///
+/// # Errors
+/// Bad input; a scheme that does not apply to the case.
+pub fn stability_limit(
+    spec: &RunSpec,
+    macro_steps: &[f64],
+    phases: &[f64],
+    fixed_micro_step: bool,
+    cache: &Cache,
+) -> Result<StabilityLimit> {
+    let reference = Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, cache)?;
+    let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
+    search(macro_steps, |macro_step| {
+        let run = at_macro_step(spec, macro_step, fixed_micro_step);
+        let outcomes: Result<Vec<Outcome>> = phases
+            .par_iter()
+            .map(|&phase| Ok(simulate(&RunSpec { phase, ..run.clone() }, bounds.clone())?.report.outcome))
+            .collect();
+        let outcomes = outcomes?;
+        if let Some(Outcome::Skipped { reason }) = outcomes.first() {
+            let (scheme, case) = (spec.scheme.name, spec.case.name);
+            return Err(Error::Incompatible(format!("scheme {scheme} does not apply to case {case}: {reason}")));
+        }
+        let stable = outcomes.iter().filter(|outcome| **outcome == Outcome::Completed).count();
+        let failure = outcomes.iter().find(|outcome| **outcome != Outcome::Completed);
+        Ok(StabilityPoint {
+            macro_step,
+            fraction_stable: stable as f64 / outcomes.len() as f64,
+            failure: failure.map(Outcome::to_string),
+            spectral_radius: None,
+        })
+    })
+}
+
+/// The same search by the spectral radius ρ of the macro-step map: stable where `ρ ≤ 1` up to round-off. For linear cases.
+///
+/// # Errors
+/// Bad input; a case that is not linear.
+pub fn spectral_stability_limit(spec: &RunSpec, macro_steps: &[f64], fixed_micro_step: bool) -> Result<StabilityLimit> {
+    search(macro_steps, |macro_step| {
+        let radius = spectral_radius(&at_macro_step(spec, macro_step, fixed_micro_step))?;
+        let stable = radius <= 1.0 + NEUTRAL;
+        let growth = radius.ln() / macro_step;
+        Ok(StabilityPoint {
+            macro_step,
+            fraction_stable: f64::from(stable),
+            failure: (!stable).then(|| format!("spectral radius {radius:.9}, growth rate {growth:.4e} 1/s")),
+            spectral_radius: Some(radius),
+        })
+    })
+}
+
+/// Scans all macro steps, then halves the bracket around the first that is unstable.
+fn search(macro_steps: &[f64], probe: impl Fn(f64) -> Result<StabilityPoint> + Sync) -> Result<StabilityLimit> {
+    let points: Result<Vec<StabilityPoint>> = macro_steps.par_iter().map(|&macro_step| probe(macro_step)).collect();
+    let mut points = points?;
+    let first_bad = points.iter().position(|point| point.failure.is_some());
+    let Some(first_bad) = first_bad else {
+        let last_stable = points.last().map(|point| point.macro_step);
+        return Ok(StabilityLimit { points, last_stable, first_unstable: None });
+    };
+    let mut first_unstable = points[first_bad].macro_step;
+    let Some(mut last_stable) = first_bad.checked_sub(1).map(|index| points[index].macro_step) else {
+        return Ok(StabilityLimit { points, last_stable: None, first_unstable: Some(first_unstable) });
+    };
+    while first_unstable / last_stable > 1.0 + BRACKET {
+        let middle = probe((first_unstable * last_stable).sqrt())?;
+        if middle.failure.is_some() {
+            first_unstable = middle.macro_step;
+        } else {
+            last_stable = middle.macro_step;
+        }
+        points.push(middle);
+    }
+    points.sort_by(|a, b| a.macro_step.total_cmp(&b.macro_step));
+    Ok(StabilityLimit { points, last_stable: Some(last_stable), first_unstable: Some(first_unstable) })
+}
+
+/// The run of `spec` at another macro step; one below the micro step is its own micro step.
+fn at_macro_step(spec: &RunSpec, macro_step: f64, fixed_micro_step: bool) -> RunSpec {
+    let micro_step = if fixed_micro_step { spec.micro_step } else { spec.micro_step.min(macro_step) };
+    RunSpec { macro_step, micro_step, ..spec.clone() }
+}
+
+/// Macro steps from `from` to `to` (s), `per_decade` to a decade, both ends included.
+///
+/// # Errors
+/// [`Error::InvalidValue`] for an interval or density that makes no grid.
+pub fn logarithmic_grid(from: f64, to: f64, per_decade: usize) -> Result<Vec<f64>> {
+    if !(from.is_finite() && from > 0.0) {
+        return Err(Error::invalid("from", from, "a finite time above 0 s"));
+    }
+    if !(to.is_finite() && to >= from) {
+        return Err(Error::invalid("to", to, format!("a finite time, at least {from} s")));
+    }
+    if !(1..=1000).contains(&per_decade) {
+        return Err(Error::invalid("per-decade", per_decade, "a whole number from 1 to 1000"));
+    }
+    let intervals = ((to / from).log10() * per_decade as f64).ceil().max(0.0) as usize;
+    if intervals == 0 {
+        return Ok(vec![from]);
+    }
+    Ok((0..=intervals)
+        .map(|index| if index == intervals { to } else { from * (to / from).powf(index as f64 / intervals as f64) })
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_logarithmic_grid_has_both_ends_and_equal_ratios() {
+        let grid = logarithmic_grid(1e-3, 1e-1, 4).unwrap();
+        assert_eq!((grid.len(), grid[0], grid[8]), (9, 1e-3, 1e-1));
+        for pair in grid.windows(2) {
+            approx::assert_relative_eq!(pair[1] / pair[0], 10.0_f64.powf(0.25), max_relative = 1e-12);
+        }
+        assert_eq!(logarithmic_grid(1e-3, 1e-3, 4).unwrap(), [1e-3]);
+        assert!(logarithmic_grid(0.0, 1.0, 4).is_err() && logarithmic_grid(1.0, 0.1, 4).is_err());
+    }
+}

@@ -1,0 +1,91 @@
+//! A CSV file of results, read back by column name.
+
+use rimbench_core::error::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// Rows of text under named columns.
+#[derive(Debug, Clone)]
+pub struct ResultsTable {
+    path: PathBuf,
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl ResultsTable {
+    /// Reads a CSV file with a header.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it is missing or not rectangular.
+    pub fn read(path: &Path) -> Result<Self> {
+        let wrong = |error: csv::Error| Error::file(path, error);
+        let mut reader = csv::Reader::from_path(path).map_err(wrong)?;
+        let header = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
+        let rows: csv::Result<Vec<Vec<String>>> =
+            reader.records().map(|record| Ok(record?.iter().map(str::to_owned).collect())).collect();
+        Ok(ResultsTable { path: path.to_owned(), header, rows: rows.map_err(wrong)? })
+    }
+
+    /// Where it was read from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Some of the rows, in the order asked for.
+    pub fn with_rows(&self, rows: &[usize]) -> Self {
+        let rows = rows.iter().map(|&row| self.rows[row].clone()).collect();
+        ResultsTable { path: self.path.clone(), header: self.header.clone(), rows }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// True if there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Position of a column.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming the file and its columns.
+    pub fn column(&self, name: &str) -> Result<usize> {
+        let found = self.header.iter().position(|column| column == name);
+        found.ok_or_else(|| {
+            Error::file(&self.path, Error::unknown("column", name, self.header.iter().map(String::as_str)))
+        })
+    }
+
+    /// Position of the last column of a name: counters stand behind the settings and may share a name with one.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming the file and its columns.
+    pub fn last_column(&self, name: &str) -> Result<usize> {
+        self.header.iter().rposition(|column| column == name).map_or_else(|| self.column(name), Ok)
+    }
+
+    /// Text of one cell.
+    pub fn text(&self, row: usize, column: usize) -> &str {
+        &self.rows[row][column]
+    }
+
+    /// Number in one cell; NaN where there is none.
+    pub fn number(&self, row: usize, column: usize) -> f64 {
+        self.rows[row][column].parse().unwrap_or(f64::NAN)
+    }
+
+    /// Rows whose cell in `column` is `text`.
+    pub fn rows_where(&self, column: usize, text: &str) -> Vec<usize> {
+        (0..self.len()).filter(|&row| self.text(row, column) == text).collect()
+    }
+
+    /// Pairs of two columns.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a column that is not there.
+    pub fn pairs(&self, x: &str, y: &str) -> Result<Vec<(f64, f64)>> {
+        let (x, y) = (self.column(x)?, self.column(y)?);
+        Ok((0..self.len()).map(|row| (self.number(row, x), self.number(row, y))).collect())
+    }
+}

@@ -1,0 +1,124 @@
+//! The fence of a history, and intervals for ratios of times.
+
+use crate::quantile;
+use std::f64::consts::FRAC_PI_2;
+
+/// What a count may be without counting as changed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fence {
+    /// Less is an improvement.
+    pub low: f64,
+    /// More is a regression.
+    pub high: f64,
+}
+
+/// Interquartile ranges beyond the quartiles (Tukey's far out).
+const FAR_OUT: f64 = 3.0;
+
+/// Builds the fence of a stretch of history without steps; `floor` is the part of the median below which nothing counts.
+///
+/// ```text
+/// high = max(Q3 + 3 IQR, (1 + floor) Q2)        low = min(Q1 − 3 IQR, (1 − floor) Q2)
+/// ```
+pub fn fence(values: &[f64], floor: f64) -> Fence {
+    let [q1, q2, q3] = [0.25, 0.5, 0.75].map(|p| quantile(values, p));
+    let reach = FAR_OUT * (q3 - q1);
+    Fence { low: (q1 - reach).min((1.0 - floor) * q2), high: (q3 + reach).max((1.0 + floor) * q2) }
+}
+
+/// Logarithms of ratios of two times measured back to back, reduced to what an interval needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeSummary {
+    /// Geometric mean of the ratios.
+    pub ratio: f64,
+    /// Standard deviation of their logarithms.
+    pub log_sd: f64,
+    /// How many.
+    pub samples: u32,
+}
+
+impl TimeSummary {
+    /// Reduces pairs (numerator, denominator), both above zero. None for fewer than two.
+    pub fn of(pairs: &[(f64, f64)]) -> Option<Self> {
+        let logs: Vec<f64> = pairs.iter().map(|(a, b)| (a / b).ln()).filter(|log| log.is_finite()).collect();
+        let n = logs.len();
+        if n < 2 {
+            return None;
+        }
+        let mean = logs.iter().sum::<f64>() / n as f64;
+        let variance = logs.iter().map(|log| (log - mean).powi(2)).sum::<f64>() / (n - 1) as f64;
+        Some(TimeSummary { ratio: mean.exp(), log_sd: variance.sqrt(), samples: n as u32 })
+    }
+
+    /// The 95 % interval of the geometric mean (Student's t on the logarithms).
+    pub fn interval(&self) -> [f64; 2] {
+        let n = f64::from(self.samples);
+        let reach = student(n - 1.0) * self.log_sd / n.sqrt();
+        [self.ratio * (-reach).exp(), self.ratio * reach.exp()]
+    }
+}
+
+/// The 95 % interval of `new / base`, two geometric means of separate sessions (Welch's t on the logarithms).
+pub fn ratio_interval(base: &TimeSummary, new: &TimeSummary) -> [f64; 2] {
+    let part = |summary: &TimeSummary| summary.log_sd.powi(2) / f64::from(summary.samples);
+    let (a, b) = (part(base), part(new));
+    let ratio = new.ratio / base.ratio;
+    if a + b == 0.0 {
+        return [ratio, ratio];
+    }
+    let freedom = (a + b).powi(2) / (a * a / f64::from(base.samples - 1) + b * b / f64::from(new.samples - 1));
+    let reach = student(freedom) * (a + b).sqrt();
+    [ratio * (-reach).exp(), ratio * reach.exp()]
+}
+
+/// 97.5 % quantile of Student's t with ν degrees of freedom, ν ≥ 1 and not necessarily whole.
+///
+/// ```text
+/// t = √ν tan θ:    the density becomes cos^(ν−1) θ on (−π/2, π/2), up to a factor
+/// ```
+/// The angle that leaves 95 % of the half interval behind is found by the midpoint rule.
+fn student(freedom: f64) -> f64 {
+    const CELLS: u32 = 20_000;
+    let width = FRAC_PI_2 / f64::from(CELLS);
+    let cell = |k: u32| ((f64::from(k) + 0.5) * width).cos().powf(freedom - 1.0);
+    let wanted = 0.95 * (0..CELLS).map(cell).sum::<f64>();
+    let mut below = 0.0;
+    for k in 0..CELLS {
+        let part = cell(k);
+        if below + part >= wanted {
+            return freedom.sqrt() * ((f64::from(k) + (wanted - below) / part) * width).tan();
+        }
+        below += part;
+    }
+    f64::INFINITY
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fence_is_as_wide_as_the_history_but_never_below_the_floor() {
+        assert_eq!(fence(&[1000.0], 0.002), Fence { low: 998.0, high: 1002.0 });
+        // Q1 = 990, Q3 = 1010, so three times 20 on either side.
+        assert_eq!(fence(&[980.0, 990.0, 1000.0, 1010.0, 1020.0], 0.002), Fence { low: 930.0, high: 1070.0 });
+    }
+
+    #[test]
+    fn intervals_use_student_s_t() {
+        // Tables: t(0.975, 1) = 12.706, t(0.975, 4) = 2.776, t(0.975, 10) = 2.228.
+        approx::assert_abs_diff_eq!(student(1.0), 12.706, epsilon = 5e-4);
+        approx::assert_abs_diff_eq!(student(4.0), 2.776, epsilon = 5e-4);
+        approx::assert_abs_diff_eq!(student(10.0), 2.228, epsilon = 5e-4);
+        let summary = TimeSummary::of(&[(2.0, 1.0), (8.0, 1.0)]).unwrap();
+        approx::assert_relative_eq!(summary.ratio, 4.0, max_relative = 1e-14);
+        // Two logarithms ln 2 and ln 8: standard error ln 2, t(0.975, 1) = 12.706.
+        approx::assert_relative_eq!(summary.interval()[1], 4.0 * 2.0_f64.powf(12.706), max_relative = 1e-3);
+        assert_eq!(TimeSummary::of(&[(1.0, 1.0)]), None);
+        // Equal spreads and sizes: Welch's freedom is 2 (n − 1).
+        let base = TimeSummary { ratio: 1.0, log_sd: 0.1, samples: 6 };
+        let [low, high] = ratio_interval(&base, &base);
+        approx::assert_relative_eq!(high.ln(), 2.228 * 0.1 * (2.0_f64 / 6.0).sqrt(), max_relative = 1e-3);
+        approx::assert_relative_eq!(low * high, 1.0, max_relative = 1e-12);
+    }
+}

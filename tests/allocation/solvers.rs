@@ -1,0 +1,72 @@
+//! The pivoting solvers must not allocate once built: they run inside the micro step of a real-time simulation.
+
+use crate::asked;
+use crate::support::{solver_by_name, solvers};
+use rimbench::complementarity::{ComplementaritySolver, Lcp};
+
+/// Those that state a capacity; that they are all is checked below.
+const ALLOCATION_FREE: [&str; 10] = [
+    "active-set",
+    "lemke",
+    "active-set-cold",
+    "dantzig",
+    "pgs",
+    "pgs-50",
+    "psor",
+    "psor-50",
+    "newton-minimum-map",
+    "newton-fischer-burmeister",
+];
+
+/// `M = Bᵀ B` of rank 3 with changing `B` and `q`.
+fn problem(n: usize, step: usize, m: &mut [f64], q: &mut [f64]) {
+    let b = |r: usize, i: usize| ((1 + r) as f64 * (i as f64 + 0.37) + 0.1 * step as f64).sin();
+    for i in 0..n {
+        for j in 0..n {
+            m[i * n + j] = (0..3).map(|r| b(r, i) * b(r, j)).sum();
+        }
+        q[i] = (0..3).map(|r| b(r, i) * ((step + r) as f64).cos()).sum();
+    }
+}
+
+fn allocations_of_solving(name: &str, built_for: usize, sizes: &[usize]) -> u64 {
+    let mut solver = solver_by_name(name).unwrap().checked(built_for);
+    let largest = sizes.iter().copied().max().unwrap();
+    let (mut m, mut q, mut z) = (vec![0.0; largest * largest], vec![0.0; largest], vec![0.0; largest]);
+    let before = asked();
+    for step in 0..100 {
+        for &n in sizes {
+            problem(n, step, &mut m[..n * n], &mut q[..n]);
+            solver.solve(Lcp { m: &m[..n * n], q: &q[..n] }, &mut z[..n]).unwrap();
+        }
+    }
+    assert!(solver.counters().pivots > 0 && solver.capacity() >= largest);
+    asked() - before
+}
+
+#[test]
+fn pivoting_solvers_do_not_allocate_up_to_their_capacity() {
+    // Of large factors faer makes room for one product per thread, at the first.
+    assert!(allocations_of_solving("newton-fischer-burmeister", 80, &[80]) <= 1);
+    for name in ALLOCATION_FREE {
+        assert_eq!(allocations_of_solving(name, 0, &[1, 4, 8]), 0, "{name} inline");
+        assert_eq!(allocations_of_solving(name, 80, &[4, 40, 17, 80]), 0, "{name} on the heap");
+    }
+}
+
+#[test]
+fn a_larger_problem_grows_the_workspace_once() {
+    for name in ALLOCATION_FREE {
+        let grown = allocations_of_solving(name, 0, &[20]);
+        // Twelve buffers in the largest solver, nine in the fallback; 100 problems are solved.
+        assert!(grown > 0 && grown <= 21, "{name}: {grown} allocations");
+    }
+}
+
+#[test]
+fn a_solver_that_states_a_capacity_is_in_the_list_and_the_others_are_not() {
+    for entry in solvers() {
+        let stated = (entry.build)(4).capacity() >= 4;
+        assert_eq!(stated, ALLOCATION_FREE.contains(&entry.name), "{}", entry.name);
+    }
+}

@@ -1,0 +1,342 @@
+//! Coupling: where a reduced interface model is exact it must give the monolithic solution to round-off, schemes must
+//! differ only where contacts do, and each sequence and force return must do what a calculation by hand does.
+
+use crate::support::*;
+use rimbench::cosim::{CommunicationGrid, ForceReturn, Outcome, Sequence, Setup, Side, Subsystem};
+use rimbench::harness::{RunResult, RunSpec};
+use rimbench::mechanics::{ContactLaw, NonSmoothMechanics, monolithic};
+use rimbench::schemes::Family;
+
+const ACTUATOR_FIRST: Sequence = Sequence::GaussSeidel { first: Side::Actuator };
+const RIM: [&str; 3] = ["rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"];
+/// Those that carry the whole model, free acceleration and contacts included.
+const WHOLE_MODEL: [&str; 4] = ["rim-smooth", "rim-smooth-active", "rim-nonsmooth", "rim-nonsmooth-gap"];
+
+/// A scheme on the ledge: until 0.4 s the wedge box only translates, and no contact opens or closes.
+fn on_the_ledge(scheme: &str, macro_step: f64, force_return: ForceReturn, mechanics_steps: usize) -> RunResult {
+    let spec = RunSpec {
+        force_return,
+        mechanics_steps,
+        sequence: ACTUATOR_FIRST,
+        duration: 0.4,
+        ..wedge_box_spec(scheme, macro_step)
+    };
+    let result = run(&spec);
+    assert_eq!(result.report.outcome, Outcome::Completed);
+    result
+}
+
+/// What rounding may do to force and length of the wedge box on the ledge.
+///
+/// The length, 2.5 m, is rounded to 4e-16 m per micro step; the oil spring is 2 β A / l₁ = 2e7 N/m: 1e-8 N each time. The
+/// cylinder's friction damps within 25 ms or 500 micro steps, of which the roundings add up like √500: 2e-7 N. In the
+/// length they add up over all 8000: 4e-14 m, and the force's share (2e-7 N on 250 kg for 25 ms) is below that.
+const FORCE_ROUNDING: f64 = 2e-7;
+const LENGTH_ROUNDING: f64 = 4e-14;
+
+#[test]
+fn on_the_ledge_the_reduced_model_must_be_the_full_model() {
+    let reference = wedge_box_monolithic(5e-5, 1e-3, 0.4, |_, _| {});
+    for scheme in WHOLE_MODEL {
+        let result = on_the_ledge(scheme, 1e-3, ForceReturn::Profile, 0);
+        let off = |name: &str| max_difference(&column(&result.trajectory, name), &column(&reference, name));
+        let (force, length) = (off("actuator_force_n"), off("actuator_length_m"));
+        println!("{scheme}: force off by {force:.1e} N, length by {length:.1e} m");
+        assert!(force <= FORCE_ROUNDING && length <= LENGTH_ROUNDING, "{scheme}: {force} N, {length} m");
+    }
+    // The same model with the mean returned at one mechanics step per macro step is another discretisation.
+    let mean = on_the_ledge("rim-nonsmooth", 1e-3, ForceReturn::Mean, 1);
+    let off = max_difference(&column(&mean.trajectory, "actuator_force_n"), &column(&reference, "actuator_force_n"));
+    assert!(off > 1e3 * FORCE_ROUNDING, "the comparison sees nothing");
+}
+
+#[test]
+fn schemes_must_not_differ_while_no_contact_opens_or_closes() {
+    let smooth = on_the_ledge("rim-smooth", 5e-3, ForceReturn::Mean, 1);
+    for other in ["rim-nonsmooth", "rim-nonsmooth-gap"] {
+        // The left wedge is 33 mm up, the disc 60 mm above the floor: open contacts with gaps take no part either.
+        let result = on_the_ledge(other, 5e-3, ForceReturn::Mean, 1);
+        for (name, limit) in
+            [("actuator_force_n", FORCE_ROUNDING), ("actuator_length_m", LENGTH_ROUNDING), ("effective_mass_kg", 1e-10)]
+        {
+            let off = max_difference(&column(&smooth.trajectory, name), &column(&result.trajectory, name));
+            println!("rim-smooth against {other}: {name} off by {off:.1e}");
+            // Mass: 250 kg from a few sums of condition 10.
+            assert!(off <= limit, "{other}: {name} off by {off}");
+        }
+        assert_eq!(result.scheme.failures, 0);
+        assert!(result.scheme.solves >= 8000, "one complementarity problem per micro step");
+    }
+    assert_eq!(smooth.scheme.solves, 0, "the smooth model solves none");
+}
+
+#[test]
+fn at_the_touch_down_the_smooth_model_must_lock_and_the_nonsmooth_ones_must_not() {
+    for phase in [0.2, 0.4, 0.6, 0.8, 1.0] {
+        for scheme in RIM {
+            let result = run(&RunSpec { phase, ..wedge_box_spec(scheme, 5e-3) });
+            let all = |name: &str| column(&result.trajectory, name);
+            let heaviest = largest(all("effective_mass_kg"));
+            let peak = largest(all("actuator_force_n").into_iter().map(f64::abs));
+            let lift = largest(all("gap_right_wedge_m"));
+            println!("{scheme} phase {phase}: mass {heaviest:.3} kg, force {peak:.0} N, lift {lift:.1e} m");
+            if scheme == "rim-smooth" {
+                // The box approaches at 30 mm/s: the margin of 1 mm lasts 33 ms, at least six communication points with
+                // three contacts closed. The oil spring of 2e7 N/m is then squeezed by 0.28 m/s × 5 ms = 1.4 mm, 28 kN less
+                // what friction and valve let through.
+                assert_eq!(heaviest, f64::INFINITY, "phase {phase}: the smooth model did not lock");
+                assert!(peak > 5e3, "phase {phase}: no spike, {peak} N");
+                assert!(lift > 1e-3, "phase {phase}: the box stayed down, {lift} m");
+            } else {
+                // On ledge, ramp or wedges the actuator feels 250 to 276.3 kg (closed forms in the wedge box's own tests); a
+                // contact set that the margin makes up may not be far from one of them.
+                assert!(heaviest < 300.0, "{scheme} phase {phase}: {heaviest} kg");
+                // The reference peaks at 1009 N; its first swing is sampled at 5 ms.
+                assert!(peak < 1.1 * 1009.0, "{scheme} phase {phase}: {peak} N");
+                // Penetration cannot exceed, nor lift-off, one step's motion at the touch-down: 30 mm/s × 5 ms.
+                assert!(lift < 1.5e-4, "{scheme} phase {phase}: {lift} m");
+            }
+        }
+    }
+}
+
+/// A body on a guide (joint) with weight and a load, pushed against springs by one or two interface rows; on the floor.
+fn linear_system(interface: usize) -> LinearModel {
+    let rows: [(&[f64], f64); 2] = [(&[0.8, 0.6, -0.1], 1.0), (&[0.8, -0.6, 0.4], 2.0)];
+    LinearModel {
+        mass: vec![2.0, 3.0, 0.4],
+        // Presses on the contact with 200 N and leaves 3.8 N·m/m along the one freedom (0.6, 0.8, −4) that is left.
+        force: vec![5.0, -200.0, -40.2],
+        // Guide along (0.6, 0.8), then down onto the floor: its reaction is part of the model, its normal is not the guide's.
+        bilateral: ConstantRows::new(&[(&[0.8, -0.6, 0.0], 0.0)]),
+        unilateral: ConstantRows::new(&[(&[0.0, 1.0, 0.2], 0.0)]),
+        interface: ConstantRows::new(&rows[..interface]),
+        q: vec![0.0; 3],
+        v: vec![0.0, 0.0, 0.0],
+    }
+}
+
+fn linear_springs(interface: usize) -> Springs {
+    Springs::new(&[300.0, 500.0][..interface], &[4.0, 2.0][..interface])
+}
+
+/// Largest difference between co-simulation and monolithic solution, relative to the largest value of each variable.
+fn off_monolithic(scheme: &str, interface: usize, grid: CommunicationGrid, micro_step: f64) -> (f64, Vec<Vec<f64>>) {
+    let setup = Setup { mechanics_steps: 0, ..setup(grid, micro_step, ACTUATOR_FIRST, ForceReturn::Profile) };
+    let (mut mechanics, mut springs) = (stepper(linear_system(interface), PLASTIC), linear_springs(interface));
+    let entry = scheme_by_name(scheme).unwrap();
+    let mut coupling = (entry.build)(mechanics.ports(), springs.ports(), &options());
+    let (report, rows) = rows_of(&setup, &mut mechanics, &mut springs, &mut *coupling);
+    assert_eq!(report.outcome, Outcome::Completed);
+
+    let (mut mechanics, mut springs) = (stepper(linear_system(interface), PLASTIC), linear_springs(interface));
+    let steps = (grid.duration() / micro_step).round() as usize;
+    let mut reference = Vec::new();
+    monolithic(&mut mechanics, &mut springs, micro_step, steps, 1, &mut |point| reference.push(row_of(&point)))
+        .unwrap();
+    let width = 1 + 3 * interface;
+    let scale: Vec<f64> = (0..width).map(|c| largest(reference.iter().map(|row| row[c].abs()))).collect();
+    let mut worst = 0.0_f64;
+    for row in &rows {
+        let same = &reference[(row[0] / micro_step).round() as usize];
+        for c in 0..width {
+            worst = worst.max((row[c] - same[c]).abs() / scale[c]);
+        }
+    }
+    (worst, rows)
+}
+
+#[test]
+fn a_model_with_constant_matrices_must_be_exact_for_any_macro_step_and_interface() {
+    for interface in [1, 2] {
+        for scheme in WHOLE_MODEL {
+            for (macro_step, phase) in [(0.01, 1.0), (0.1, 1.0), (0.1, 0.35), (0.5, 0.2)] {
+                let grid = CommunicationGrid::new(macro_step, phase, 2.0).unwrap();
+                let (off, rows) = off_monolithic(scheme, interface, grid, 1e-3);
+                println!("{scheme} m={interface} H={macro_step} phase {phase}: off by {off:.1e}");
+                // 2000 micro steps, each rounding a dozen sums; the oscillation carries an error on without amplifying it,
+                // up to its number of radians, 15 rad/s × 2 s: 2000 × 30 ε at the very worst, 45 × 30 ε if random.
+                let round_off = 2000.0 * 30.0 * f64::EPSILON;
+                assert!(off < round_off, "{scheme} m={interface} H={macro_step} phase {phase}: {off}");
+                let moved = largest(rows.iter().map(|row| (row[1] - 1.0).abs()));
+                assert!(moved > 1e-3, "it must have moved: {moved} m");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_linear_system_must_keep_its_contact_loaded_or_the_exactness_above_means_little() {
+    for interface in [1, 2] {
+        let mut mechanics: NonSmoothMechanics<_> = stepper(linear_system(interface), PLASTIC);
+        let mut springs = linear_springs(interface);
+        let (mut force, mut y) = (vec![0.0; interface], vec![0.0; 2 * interface]);
+        for step in 0..2000 {
+            mechanics.outputs(&force, &mut y);
+            if step > 0 {
+                springs.step(0.0, &y, 1e-3).unwrap();
+            }
+            springs.outputs(&y, &mut force);
+            mechanics.step(0.0, &force, 1e-3).unwrap();
+            let load = mechanics.contact_impulses()[0] / 1e-3;
+            assert!(load > 10.0, "m={interface}: the contact carries {load} N in step {step}");
+        }
+    }
+}
+
+/// A ball of 1 kg that falls from 2 cm and bounces, hung on a spring of 30 N/m; height and velocity at all communication
+/// points.
+fn bouncing(scheme: Option<&str>, restitution: f64, macro_step: f64) -> Vec<[f64; 2]> {
+    let model = LinearModel {
+        mass: vec![1.0],
+        force: vec![-9.81],
+        unilateral: ConstantRows::new(&[(&[1.0], 0.02)]),
+        interface: ConstantRows::new(&[(&[1.0], 0.0)]),
+        q: vec![0.0],
+        v: vec![0.0],
+        ..LinearModel::default()
+    };
+    let law = ContactLaw { restitution, ..PLASTIC };
+    let (mut mechanics, mut spring) = (stepper(model, law), Springs::new(&[30.0], &[0.0]));
+    let grid = CommunicationGrid::new(macro_step, 1.0, 1.0).unwrap();
+    let rows = match scheme {
+        Some(name) => {
+            let setup = Setup { mechanics_steps: 0, ..setup(grid, 1e-3, ACTUATOR_FIRST, ForceReturn::Profile) };
+            let entry = scheme_by_name(name).unwrap();
+            let mut coupling = (entry.build)(mechanics.ports(), spring.ports(), &options());
+            let (report, rows) = rows_of(&setup, &mut mechanics, &mut spring, &mut *coupling);
+            assert_eq!(report.outcome, Outcome::Completed);
+            rows
+        }
+        None => {
+            let (mut rows, every) = (Vec::new(), (macro_step / 1e-3).round() as usize);
+            monolithic(&mut mechanics, &mut spring, 1e-3, 1000, every, &mut |point| rows.push(row_of(&point))).unwrap();
+            rows
+        }
+    };
+    rows.iter().map(|row| [row[1], row[2]]).collect()
+}
+
+#[test]
+fn a_bounce_within_the_macro_step_must_be_that_of_the_mechanics() {
+    for restitution in [0.0, 0.5, 0.9] {
+        let bounces = bouncing(None, restitution, 1e-3);
+        let count = bounces.windows(2).filter(|pair| pair[0][1] < -1e-3 && pair[1][1] > 1e-3).count();
+        assert!(if restitution == 0.0 { count == 0 } else { count >= 4 }, "e = {restitution}: {count} bounces");
+        let reference = bouncing(None, restitution, 0.1);
+        let coupled = bouncing(Some("rim-nonsmooth-gap"), restitution, 0.1);
+        assert_eq!(reference.len(), coupled.len());
+        for (coupled, reference) in coupled.iter().zip(&reference) {
+            // Heights of 2 cm and velocities of 0.6 m/s after 1000 micro steps of a few roundings each.
+            approx::assert_abs_diff_eq!(coupled[0], reference[0], epsilon = 1e-14);
+            approx::assert_abs_diff_eq!(coupled[1], reference[1], epsilon = 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_phase_must_shorten_the_first_macro_step_and_no_other() {
+    let result = run(&RunSpec { phase: 0.3, duration: 0.1, ..wedge_box_spec("rim-nonsmooth", 5e-3) });
+    let time = column(&result.trajectory, "time_s");
+    assert_eq!(time[..3], [0.0, 0.3 * 5e-3, 1.3 * 5e-3]);
+    assert_eq!(*time.last().unwrap(), 0.1);
+    let lengths: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    for length in &lengths[1..lengths.len() - 1] {
+        approx::assert_abs_diff_eq!(length, &5e-3, epsilon = 1e-16);
+    }
+    // 1.5 ms at the start, 19 whole steps to 96.5 ms, 3.5 ms at the end; micro steps of 50 µs divide them all.
+    assert_eq!((lengths.len(), result.report.counters.macro_steps), (21, 21));
+    assert_eq!(result.actuator.micro_steps, 2000);
+    assert_eq!(result.mechanics.micro_steps, 21);
+}
+
+/// Two macro steps of 0.5 s with two micro steps each: mass 2 kg, spring 4 N/m that integrates its own deflection.
+fn by_hand(scheme: &str, sequence: Sequence, force_return: ForceReturn, mechanics_steps: usize) -> Vec<[f64; 4]> {
+    let model = LinearModel {
+        mass: vec![2.0],
+        force: vec![0.0],
+        interface: ConstantRows::new(&[(&[1.0], 0.0)]),
+        q: vec![0.0],
+        v: vec![1.0],
+        ..LinearModel::default()
+    };
+    let (mut mechanics, mut spring) = (stepper(model, PLASTIC), Springs::new(&[4.0], &[0.0]));
+    let grid = CommunicationGrid::new(0.5, 1.0, 1.0).unwrap();
+    let setup = Setup { mechanics_steps, ..setup(grid, 0.25, sequence, force_return) };
+    let entry = scheme_by_name(scheme).unwrap();
+    let mut coupling = (entry.build)(mechanics.ports(), spring.ports(), &options());
+    let (report, rows) = rows_of(&setup, &mut mechanics, &mut spring, &mut *coupling);
+    assert_eq!(report.outcome, Outcome::Completed);
+    // Position, velocity, force at the point, force received since the last one.
+    rows.iter().map(|row| [row[1], row[2], row[3], row[4]]).collect()
+}
+
+#[test]
+fn sequences_and_force_returns_must_do_what_the_calculation_by_hand_does() {
+    // F = −4 x, v̇ = F/2. All numbers are sums of powers of two: no rounding, so equality is meant.
+    //
+    // held: F₀ = 0, v = 1, s = 0.5, x = 0.5;          F₁ = −2, v = 1 − ½·1 = 0.5, s = 0.75, x = 0.5 + ½·1 = 1, F₂ = −4
+    let held = vec![[0.0, 1.0, 0.0, 0.0], [0.5, 1.0, -2.0, 0.0], [0.75, 0.5, -4.0, -2.0]];
+    assert_eq!(by_hand("zero-order-hold", Sequence::Jacobi, ForceReturn::Held, 1), held);
+    // With the actuator first but its past returned, nothing changes.
+    assert_eq!(by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Held, 1), held);
+    // end: x = 0.5, F = −2 over the first step: v = 0.5, s = 0.25;     x = 0.75, F = −3: v = −0.25, s = 0.125
+    assert_eq!(
+        by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::End, 1),
+        [[0.0, 1.0, 0.0, 0.0], [0.25, 0.5, -2.0, -2.0], [0.125, -0.25, -3.0, -3.0]]
+    );
+    // mean: F = 0, −1: mean −½: v = 0.875, s = 0.4375;     F = −2, −2.875: mean −2.4375: v = 0.265625, s = 0.5703125
+    assert_eq!(
+        by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Mean, 1),
+        [[0.0, 1.0, 0.0, 0.0], [0.4375, 0.875, -2.0, -0.5], [0.5703125, 0.265625, -3.75, -2.4375]]
+    );
+    // profile in two sub-steps: the same forces and so the same velocities, but each when it acted: s differs.
+    assert_eq!(
+        by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Profile, 2),
+        [[0.0, 1.0, 0.0, 0.0], [0.46875, 0.875, -2.0, -0.5], [0.69140625, 0.265625, -3.75, -2.4375]]
+    );
+    // Mechanics first: it steps with the force held, and the spring then with the velocity at the end of the step:
+    // v = 1, x = 0.5;     F = −2: v = 0.5, s = 0.75, x = 0.5 + ½·0.5 = 0.75, F₂ = −3
+    assert_eq!(
+        by_hand("zero-order-hold", Sequence::GaussSeidel { first: Side::Mechanics }, ForceReturn::Held, 1),
+        [[0.0, 1.0, 0.0, 0.0], [0.5, 1.0, -2.0, 0.0], [0.75, 0.5, -3.0, -2.0]]
+    );
+    // Linear extrapolation starts as the hold. In the second step the spring gets the velocity 1 (twice the same) and the
+    // mechanics, at the middle of its step, F = −2 + (−2 − 0)/2 = −3: v = 1 − ½·1.5 = 0.25, s = 0.625.
+    assert_eq!(
+        by_hand("first-order-hold", Sequence::Jacobi, ForceReturn::Held, 1),
+        [[0.0, 1.0, 0.0, 0.0], [0.5, 1.0, -2.0, 0.0], [0.625, 0.25, -4.0, -3.0]]
+    );
+    // The reduced model moves along: w = 1, x = ¼, F = −1: w = 1 − ¼·½ = 0.875, x = 0.46875. With the mean (0 − 1)/2 the
+    // mechanics reaches the same velocity; the second step: F = −1.875, w = 0.640625, x = 0.62890625, F = −2.515625,
+    // w = 0.326171875, x = 0.71044921875, F₂ = −2.841796875; mean −2.1953125, s = 0.4375 + ½ w.
+    for scheme in WHOLE_MODEL {
+        assert_eq!(
+            by_hand(scheme, ACTUATOR_FIRST, ForceReturn::Mean, 1),
+            [
+                [0.0, 1.0, 0.0, 0.0],
+                [0.4375, 0.875, -1.875, -0.5],
+                [0.6005859375, 0.326171875, -2.841796875, -2.1953125]
+            ]
+        );
+    }
+}
+
+#[test]
+fn a_force_return_that_the_sequence_cannot_deliver_must_be_refused() {
+    let mechanics_first = Sequence::GaussSeidel { first: Side::Mechanics };
+    for scheme in schemes() {
+        for force_return in [ForceReturn::End, ForceReturn::Mean, ForceReturn::Profile] {
+            for sequence in [Sequence::Jacobi, mechanics_first] {
+                let refused = scheme.sequence_and_return(Some(sequence), Some(force_return));
+                let message = refused.unwrap_err().to_string();
+                assert!(
+                    message.contains("actuator goes first") || message.contains("actuator must go first"),
+                    "{message}"
+                );
+            }
+        }
+        let model_first = scheme.sequence_and_return(Some(mechanics_first), None);
+        assert_eq!(model_first.is_err(), scheme.family == Family::Model, "{}", scheme.name);
+    }
+}

@@ -1,0 +1,88 @@
+//! Results that may not change silently: a digit that moves forces the numerics version up.
+
+use crate::support::{case_by_name, scheme_by_name, schemes, solver_by_name};
+use rimbench::cosim::{Bounds, StepControl};
+use rimbench::harness::{RunSpec, scheme_options, simulate};
+use rimbench::numerics_version::NUMERICS_VERSION;
+
+/// The version that `GOLDEN` belongs to.
+const GOLDEN_VERSION: u32 = 2;
+
+/// Scheme, then actuator length (m) and force (N) at the end of a run at H = 1 ms with phase 0.3.
+///
+/// Most schemes run 0.15 s, into the first force peak; those named `rim` 1.72 s, through the touch-down, except
+/// `rim-smooth`, which is not stable there and stops at 1.5 s.
+const GOLDEN: &[(&str, f64, f64)] = &[
+    ("zero-order-hold", 2.516314097965119, 715.5199218039654),
+    ("first-order-hold", 2.516253106151541, 696.4934111482612),
+    ("second-order-hold", 2.5162524471524503, 686.7707623041856),
+    ("c1-extrapolated-interpolation", 2.5162540242357965, 706.8585346708016),
+    ("c1-extrapolated-interpolation-quadratic", 2.516252387280399, 686.8065663877385),
+    ("predicted-acceleration", 2.51625310615156, 696.4934111990337),
+    ("nepce", 2.51625294099487, 695.0304141131128),
+    ("nepce-feedthrough", 2.5162528759139358, 695.3200699513768),
+    ("energy-leak-damper", 2.5163085879763742, 691.1884364205303),
+    ("transmission-line", 2.5162196712904374, 722.454875694985),
+    ("interface-jacobian", 2.5162487499625645, 697.6939517924748),
+    ("rim-fixed-mass", 2.9483457956485357, -101.85542027569181),
+    ("rim-smooth", 2.886888432900462, -182.2118642416308),
+    ("rim-smooth-active", 2.94756996821149, -30.10669214757354),
+    ("rim-nonsmooth", 2.9475854230087855, -24.432944502132614),
+    ("rim-nonsmooth-gap", 2.947914880750162, -105.57837701250082),
+    ("iterated-aitken", 2.5162524012692193, 685.5580571345263),
+    ("iterated-quasi-newton", 2.5162524012692193, 685.5580571345263),
+    ("monolithic", 2.516186000453088, 686.9672945881946),
+];
+
+/// Results agree to ten digits on any processor and libm; a change of method moves far more.
+const SAME: f64 = 1e-10;
+
+fn end_of_run(name: &str) -> (f64, f64) {
+    let case = case_by_name("wedge-box").unwrap();
+    let solver = solver_by_name("active-set").unwrap();
+    let scheme = scheme_by_name(name).unwrap();
+    let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
+    let spec = RunSpec {
+        case,
+        parameters: case.default_parameters(),
+        scheme,
+        options: scheme_options(None, None, solver).unwrap(),
+        macro_step: 1e-3,
+        step_control: StepControl::None,
+        phase: 0.3,
+        micro_step: 5e-5,
+        mechanics_steps: 1,
+        sequence,
+        force_return,
+        duration: match name {
+            "rim-smooth" => 1.5,
+            _ if name.starts_with("rim") => 1.72,
+            _ => 0.15,
+        },
+        solver,
+        wall_limit: None,
+    };
+    let run = simulate(&spec, Bounds::default()).unwrap();
+    let last = run.trajectory.row(run.trajectory.len() - 1);
+    let column = |name| run.trajectory.index_of(name).unwrap();
+    (last[column("actuator_length_m")], last[column("actuator_force_n")])
+}
+
+#[test]
+fn a_changed_digit_raises_the_numerics_version() {
+    assert_eq!(NUMERICS_VERSION, GOLDEN_VERSION, "new numerics version: update GOLDEN and GOLDEN_VERSION");
+    let found: Vec<(&str, (f64, f64))> =
+        schemes().into_iter().map(|scheme| (scheme.name, end_of_run(scheme.name))).collect();
+    let same = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();
+    let golden = |name: &str| GOLDEN.iter().find(|golden| golden.0 == name);
+    let unchanged = found.len() == GOLDEN.len()
+        && found.iter().all(|(name, (length, force))| {
+            golden(name).is_some_and(|golden| same(*length, golden.1) && same(*force, golden.2))
+        });
+    assert!(
+        unchanged,
+        "results have changed: raise NUMERICS_VERSION unless only a scheme is new, say why in the commit, and update \
+         GOLDEN to\n{}",
+        found.iter().map(|(name, (s, f))| format!("    (\"{name}\", {s:?}, {f:?}),\n")).collect::<String>()
+    );
+}

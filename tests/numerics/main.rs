@@ -1,0 +1,31 @@
+//! Everything that is computed: solvers, models, schemes and whole runs against theory, published data and each other.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+#[path = "../support/plain_wedge_box.rs"]
+mod plain_wedge_box;
+
+#[path = "../../benches/support/mod.rs"]
+mod runs;
+
+mod ceilings;
+mod complementarity;
+mod complementarity_panel;
+mod conservation;
+mod contact_known_answers;
+mod contact_known_answers_schemes;
+mod contact_machines;
+mod coupling;
+mod elimination;
+mod energy_audit;
+mod golden;
+mod impact;
+mod oscillator_theory;
+mod plain_implementation;
+mod published_data;
+mod reduction;
+mod reference;
+mod schemes;
+mod step_control;
+mod wedge_box;

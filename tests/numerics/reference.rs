@@ -1,0 +1,625 @@
+//! Why the monolithic reference can be trusted: its order, its agreement with co-simulation at a tiny macro step, and an
+//! independent route that shares no line of code with it.
+
+use crate::support::*;
+
+/// The wedge box again, from scratch: minimal coordinates, contacts bilateral while a phase lasts, events located, plastic
+/// impacts by projection. Nothing here comes from the crate; the numbers are those of the case's table.
+mod event_driven {
+    const BOX_MASS: f64 = 200.0;
+    const BOX_INERTIA: f64 = 200.0 * (1.0 + 0.36) / 12.0;
+    const DISC_MASS: f64 = 50.0;
+    const DISC_RADIUS: f64 = 0.2;
+    const GRAVITY: f64 = 9.81;
+    const RIGHT_TIP: [f64; 2] = [0.4, -0.4];
+    const LEFT_TIP: [f64; 2] = [-0.4, -0.4];
+    const PIN: [f64; 2] = [-0.8, -0.19];
+    const ATTACHMENT: [f64; 2] = [-0.5, 0.3];
+    const LEDGE: f64 = 0.06;
+    const LEAD: f64 = 0.1;
+    const SLOPE: f64 = 0.15;
+    const GROUND_X: f64 = -3.0;
+
+    /// `x, y, θ, ẋ, ẏ, ω, p₁, p₂` of the box (the disc's centre sits on its pin, its spin stays zero) and the cylinder.
+    type State = [f64; 8];
+
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    enum Contact {
+        Right,
+        Left,
+        Flat,
+        Vertex,
+        Ramp,
+    }
+    use Contact::{Flat, Left, Ramp, Right, Vertex};
+
+    pub struct Sample {
+        pub pose: [f64; 3],
+        pub length: f64,
+        pub force: f64,
+    }
+
+    pub struct Run {
+        pub samples: Vec<Sample>,
+        /// Time and kind of each event.
+        pub events: Vec<(f64, String)>,
+        pub touch_down: f64,
+        /// Kinetic energy lost in the impact of the touch-down, J.
+        pub lost: f64,
+        /// The same in all impacts together, J.
+        pub lost_in_all: f64,
+        /// Jump of the actuator's force in each impact, N.
+        pub jumps: Vec<f64>,
+        /// Largest gap or joint velocity of a contact that should be closed, m and m/s.
+        pub drift: f64,
+    }
+
+    struct Machine {
+        corner_x: f64,
+        ground_y: f64,
+        start_length: f64,
+    }
+
+    fn turned(point: [f64; 2], angle: f64) -> [f64; 2] {
+        let (sin, cos) = angle.sin_cos();
+        [cos * point[0] - sin * point[1], sin * point[0] + cos * point[1]]
+    }
+
+    fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+        a[0] * b[0] + a[1] * b[1]
+    }
+
+    /// Row of the velocity of a point at `arm`, along `n`.
+    fn row(n: [f64; 2], arm: [f64; 2]) -> [f64; 3] {
+        [n[0], n[1], arm[0] * n[1] - arm[1] * n[0]]
+    }
+
+    fn times(row: [f64; 3], v: [f64; 3]) -> f64 {
+        row[0] * v[0] + row[1] * v[1] + row[2] * v[2]
+    }
+
+    fn velocity(s: &State) -> [f64; 3] {
+        [s[3], s[4], s[5]]
+    }
+
+    /// Gaussian elimination with row pivoting.
+    fn solve<const N: usize>(mut a: [[f64; N]; N], mut b: [f64; N], n: usize) -> Option<[f64; N]> {
+        for k in 0..n {
+            let best = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
+            if a[best][k].abs() < 1e-9 {
+                return None;
+            }
+            a.swap(k, best);
+            b.swap(k, best);
+            let pivot = a[k];
+            for i in k + 1..n {
+                let factor = a[i][k] / pivot[k];
+                for (entry, above) in a[i][k..n].iter_mut().zip(&pivot[k..n]) {
+                    *entry -= factor * above;
+                }
+                b[i] -= factor * b[k];
+            }
+        }
+        for k in (0..n).rev() {
+            for j in k + 1..n {
+                b[k] -= a[k][j] * b[j];
+            }
+            b[k] /= a[k][k];
+        }
+        Some(b)
+    }
+
+    /// `(p, row, bias)` of a contact: gap, Jacobian, acceleration at zero acceleration of the coordinates.
+    fn contact(machine: &Machine, kind: Contact, s: &State) -> (f64, [f64; 3], f64) {
+        let omega2 = s[5] * s[5];
+        if let Right | Left = kind {
+            let arm = turned(if kind == Right { RIGHT_TIP } else { LEFT_TIP }, s[2]);
+            return (s[1] + arm[1], row([0.0, 1.0], arm), -omega2 * arm[1]);
+        }
+        let arm = turned(PIN, s[2]);
+        let off = [s[0] + arm[0] - machine.corner_x, s[1] + arm[1] - LEDGE];
+        let (n, height, curvature) = match kind {
+            Flat => ([0.0, 1.0], off[1], 0.0),
+            Ramp => {
+                let norm = (1.0 + SLOPE * SLOPE).sqrt();
+                let n = [SLOPE / norm, 1.0 / norm];
+                (n, dot(off, n), 0.0)
+            }
+            _ => {
+                let d = dot(off, off).sqrt();
+                ([off[0] / d, off[1] / d], d, 1.0 / d)
+            }
+        };
+        let u = [s[3] - arm[1] * s[5], s[4] + arm[0] * s[5]];
+        let along = u[0] * n[1] - u[1] * n[0];
+        (height - DISC_RADIUS, row(n, arm), -omega2 * dot(n, arm) + curvature * along * along)
+    }
+
+    /// Which part of the ground the disc is over: signs of the distances from the two borders of the vertex region.
+    fn region(machine: &Machine, s: &State) -> Contact {
+        let arm = turned(PIN, s[2]);
+        let off = [s[0] + arm[0] - machine.corner_x, s[1] + arm[1] - LEDGE];
+        if off[0] <= 0.0 {
+            Flat
+        } else if off[0] - SLOPE * off[1] < 0.0 {
+            Vertex
+        } else {
+            Ramp
+        }
+    }
+
+    fn mass_matrix(s: &State) -> [[f64; 3]; 3] {
+        let r = turned(PIN, s[2]);
+        let m = DISC_MASS;
+        [
+            [BOX_MASS + m, 0.0, -m * r[1]],
+            [0.0, BOX_MASS + m, m * r[0]],
+            [-m * r[1], m * r[0], BOX_INERTIA + m * dot(r, r)],
+        ]
+    }
+
+    fn actuator(machine: &Machine, s: &State) -> (f64, [f64; 3], f64) {
+        let arm = turned(ATTACHMENT, s[2]);
+        let from = [s[0] + arm[0] - GROUND_X, s[1] + arm[1] - machine.ground_y];
+        let length = dot(from, from).sqrt();
+        let direction = row([from[0] / length, from[1] / length], arm);
+        let force = (s[7] - s[6]) * 0.0065 - 1e4 * times(direction, velocity(s));
+        (length, direction, force)
+    }
+
+    fn pressure_rates(machine: &Machine, t: f64, s: &State) -> [f64; 2] {
+        let (length, direction, _) = actuator(machine, s);
+        let speed = times(direction, velocity(s));
+        let kappa = if t <= 0.1 {
+            0.5
+        } else if t >= 0.2 {
+            0.2
+        } else {
+            0.5 - 3.0 * (t - 0.1)
+        };
+        let valve = |share: f64, drop: f64| 5e-5 * share * 0.67 * (2.0 * drop.max(0.0) / 850.0).sqrt();
+        let beta = |p: f64| (1.0 + 6.53e-10 * p - 1.19e-18 * p * p) / (6.53e-10 - 2.38e-18 * p);
+        let l1 = 1.0 + machine.start_length - length;
+        let l2 = 1.0 - machine.start_length + length;
+        let (p1, p2) = (s[6], s[7]);
+        let q1 = 0.0065 * speed + valve(kappa, 7.6e6 - p1) - valve(1.0 - kappa, p1 - 1e5);
+        let q2 = -0.0065 * speed + valve(1.0 - kappa, 7.6e6 - p2) - valve(kappa, p2 - 1e5);
+        [beta(p1) / (0.0065 * l1) * q1, beta(p2) / (0.0065 * l2) * q2]
+    }
+
+    /// Accelerations and contact forces with the contacts of `closed` held.
+    fn accelerations(machine: &Machine, s: &State, closed: &[Contact]) -> Option<([f64; 3], [f64; 3])> {
+        let mut a = [[0.0; 6]; 6];
+        let mut b = [0.0; 6];
+        for (i, line) in mass_matrix(s).into_iter().enumerate() {
+            a[i][..3].copy_from_slice(&line);
+        }
+        let (_, direction, force) = actuator(machine, s);
+        let r = turned(PIN, s[2]);
+        // Weight and centrifugal force of the disc, at the pin.
+        let at_pin = [DISC_MASS * s[5] * s[5] * r[0], DISC_MASS * (s[5] * s[5] * r[1] - GRAVITY)];
+        let disc = [at_pin[0], at_pin[1], r[0] * at_pin[1] - r[1] * at_pin[0]];
+        for i in 0..3 {
+            b[i] = disc[i] + force * direction[i];
+        }
+        b[1] -= BOX_MASS * GRAVITY;
+        for (k, &kind) in closed.iter().enumerate() {
+            let (_, row, bias) = contact(machine, kind, s);
+            for i in 0..3 {
+                a[i][3 + k] = -row[i];
+                a[3 + k][i] = row[i];
+            }
+            b[3 + k] = -bias;
+        }
+        let x = solve(a, b, 3 + closed.len())?;
+        Some(([x[0], x[1], x[2]], [x[3], x[4], x[5]]))
+    }
+
+    fn rate(machine: &Machine, t: f64, s: &State, closed: &[Contact]) -> State {
+        let (a, _) = accelerations(machine, s, closed).expect("contacts of a phase are independent");
+        let [p1, p2] = pressure_rates(machine, t, s);
+        [s[3], s[4], s[5], a[0], a[1], a[2], p1, p2]
+    }
+
+    fn runge_kutta(machine: &Machine, t: f64, s: &State, closed: &[Contact], h: f64) -> State {
+        let plus = |s: &State, k: &State, h: f64| -> State { std::array::from_fn(|i| s[i] + h * k[i]) };
+        let k1 = rate(machine, t, s, closed);
+        let k2 = rate(machine, t + 0.5 * h, &plus(s, &k1, 0.5 * h), closed);
+        let k3 = rate(machine, t + 0.5 * h, &plus(s, &k2, 0.5 * h), closed);
+        let k4 = rate(machine, t + h, &plus(s, &k3, h), closed);
+        std::array::from_fn(|i| s[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
+    }
+
+    fn subsets(of: &[Contact]) -> impl Iterator<Item = Vec<Contact>> + '_ {
+        (0..1 << of.len()).map(move |bits: usize| (0..of.len()).filter(|i| bits >> i & 1 == 1).map(|i| of[i]).collect())
+    }
+
+    /// Plastic impact of the contacts `touching`: the projection whose impulses push and whose other contacts part.
+    fn impact(machine: &Machine, s: &State, touching: &[Contact]) -> State {
+        for held in subsets(touching) {
+            let mut a = [[0.0; 6]; 6];
+            let mut b = [0.0; 6];
+            for (i, line) in mass_matrix(s).into_iter().enumerate() {
+                a[i][..3].copy_from_slice(&line);
+                b[i] = times(line, velocity(s));
+            }
+            for (k, &kind) in held.iter().enumerate() {
+                let (_, row, _) = contact(machine, kind, s);
+                for i in 0..3 {
+                    a[i][3 + k] = -row[i];
+                    a[3 + k][i] = row[i];
+                }
+            }
+            let Some(x) = solve(a, b, 3 + held.len()) else { continue };
+            let pushes = x[3..3 + held.len()].iter().all(|p| *p >= 0.0);
+            let parts = touching.iter().all(|&kind| times(contact(machine, kind, s).1, [x[0], x[1], x[2]]) >= -1e-12);
+            if pushes && parts {
+                let mut after = *s;
+                after[3..6].copy_from_slice(&x[..3]);
+                return after;
+            }
+        }
+        panic!("no plastic impact found");
+    }
+
+    /// The contacts that stay closed: of those at rest, the set whose forces push and whose others accelerate away.
+    fn active_set(machine: &Machine, s: &State, touching: &[Contact]) -> Vec<Contact> {
+        let resting: Vec<Contact> = touching
+            .iter()
+            .copied()
+            .filter(|&kind| times(contact(machine, kind, s).1, velocity(s)).abs() < 1e-9)
+            .collect();
+        for held in subsets(&resting) {
+            let Some((a, force)) = accelerations(machine, s, &held) else { continue };
+            let pushes = force[..held.len()].iter().all(|force| *force >= 0.0);
+            let parts = resting.iter().filter(|kind| !held.contains(kind)).all(|&kind| {
+                let (_, row, bias) = contact(machine, kind, s);
+                times(row, a) + bias >= 0.0
+            });
+            if pushes && parts {
+                return held;
+            }
+        }
+        panic!("no consistent set of contacts");
+    }
+
+    #[derive(Debug, Clone, PartialEq)]
+    enum Event {
+        Region(Contact),
+        Closes(Contact),
+        Opens(Contact),
+    }
+
+    /// The first thing wrong with `after` as a continuation of a phase.
+    fn event(machine: &Machine, after: &State, closed: &[Contact], disc: Contact) -> Option<Event> {
+        let (_, force) = accelerations(machine, after, closed).expect("contacts of a phase are independent");
+        let over = region(machine, after);
+        if over != disc {
+            return Some(Event::Region(over));
+        }
+        let opens = closed.iter().zip(force).find(|(_, force)| *force < 0.0).map(|(&kind, _)| Event::Opens(kind));
+        let closes = [Right, Left, over]
+            .into_iter()
+            .find(|kind| {
+                let (gap, row, _) = contact(machine, *kind, after);
+                !closed.contains(kind) && gap < -1e-13 && times(row, velocity(after)) < 0.0
+            })
+            .map(Event::Closes);
+        opens.or(closes)
+    }
+
+    pub fn run(h: f64, duration: f64, every: usize) -> Run {
+        let mut angle = 0.0_f64;
+        for _ in 0..20 {
+            let across = turned([PIN[0] - RIGHT_TIP[0], PIN[1] - RIGHT_TIP[1]], angle);
+            angle -= (across[1] - LEDGE - DISC_RADIUS) / across[0];
+        }
+        let y = -turned(RIGHT_TIP, angle)[1];
+        let mut machine = Machine {
+            corner_x: turned(PIN, angle)[0] + LEAD,
+            ground_y: y + turned(ATTACHMENT, angle)[1],
+            start_length: 0.0,
+        };
+        let mut s: State = [0.0, y, angle, 0.0, 0.0, 0.0, 3.85e6, 3.85e6];
+        machine.start_length = actuator(&machine, &s).0;
+
+        let mut disc = Flat;
+        let mut closed = vec![Right, Flat];
+        let mut out = Run {
+            samples: Vec::new(),
+            events: Vec::new(),
+            touch_down: f64::NAN,
+            lost: 0.0,
+            lost_in_all: 0.0,
+            jumps: Vec::new(),
+            drift: 0.0,
+        };
+        let steps = (duration / h).round() as usize;
+        for step in 0..=steps {
+            if step % every == 0 {
+                let (length, _, force) = actuator(&machine, &s);
+                out.samples.push(Sample { pose: [s[0], s[1], s[2]], length, force });
+            }
+            // One step of the grid, in parts where events lie inside.
+            let (start, mut done) = (step as f64 * h, 0.0);
+            while done < h {
+                let attempt = |part: f64| runge_kutta(&machine, start + done, &s, &closed, part);
+                let whole = attempt(h - done);
+                if event(&machine, &whole, &closed, disc).is_none() {
+                    s = whole;
+                    break;
+                }
+                let (mut before, mut after) = (0.0, h - done);
+                while after - before > 1e-17 {
+                    let middle = 0.5 * (before + after);
+                    if middle <= before || middle >= after {
+                        break;
+                    }
+                    match event(&machine, &attempt(middle), &closed, disc) {
+                        None => before = middle,
+                        Some(_) => after = middle,
+                    }
+                }
+                let at = attempt(after);
+                let what = event(&machine, &at, &closed, disc).expect("the bracket holds an event");
+                s = at;
+                done += after;
+                out.events.push((start + done, format!("{what:?}")));
+                assert!(out.events.len() < 100, "events without end: {:?}", &out.events[80..]);
+                match what {
+                    Event::Region(new) => {
+                        for kind in &mut closed {
+                            if *kind == disc {
+                                *kind = new;
+                            }
+                        }
+                        disc = new;
+                    }
+                    Event::Opens(kind) => {
+                        let kept = active_set(&machine, &s, &closed);
+                        assert!(!kept.contains(&kind), "{kind:?} must open");
+                        closed = kept;
+                    }
+                    Event::Closes(kind) => {
+                        let kinetic = |s: &State| {
+                            0.5 * mass_matrix(s)
+                                .iter()
+                                .zip(velocity(s))
+                                .map(|(line, v)| v * times(*line, velocity(s)))
+                                .sum::<f64>()
+                        };
+                        let mut touching = closed.clone();
+                        touching.push(kind);
+                        let (before, force) = (kinetic(&s), actuator(&machine, &s).2);
+                        s = impact(&machine, &s, &touching);
+                        closed = active_set(&machine, &s, &touching);
+                        out.events.push((start + done, format!("then {closed:?}")));
+                        out.lost_in_all += before - kinetic(&s);
+                        out.jumps.push(actuator(&machine, &s).2 - force);
+                        if kind == Left && out.touch_down.is_nan() {
+                            out.touch_down = start + done;
+                            out.lost = before - kinetic(&s);
+                        }
+                    }
+                }
+            }
+            for &kind in &closed {
+                let (gap, row, _) = contact(&machine, kind, &s);
+                out.drift = out.drift.max(gap.abs()).max(times(row, velocity(&s)).abs());
+            }
+        }
+        out
+    }
+}
+
+use event_driven::{Run, Sample};
+use std::sync::OnceLock;
+
+/// The independent route at 10 µs, sampled every 50 µs; computed once.
+fn independent() -> &'static Run {
+    static RUN: OnceLock<Run> = OnceLock::new();
+    RUN.get_or_init(|| event_driven::run(1e-5, 2.5, 5))
+}
+
+fn pick(run: &Run, what: impl Fn(&Sample) -> f64) -> Vec<f64> {
+    run.samples.iter().map(what).collect()
+}
+
+/// The monolithic reference sampled every 50 µs, at h, h/2, h/4.
+struct Level {
+    h: f64,
+    force: Vec<f64>,
+    length: Vec<f64>,
+    angle: Vec<f64>,
+    touch_down: f64,
+}
+
+fn levels() -> &'static [Level; 3] {
+    static LEVELS: OnceLock<[Level; 3]> = OnceLock::new();
+    LEVELS.get_or_init(|| {
+        [2.5e-5, 1.25e-5, 6.25e-6].map(|h| {
+            let gap = wedge_box_case().recorded_columns().iter().position(|name| name == "gap_left_wedge_m").unwrap();
+            let mut touch_down = f64::NAN;
+            let trajectory = wedge_box_monolithic(h, 5e-5, 2.5, |t, row| {
+                // The wedge lands on the floor to round-off; a step earlier it is 30 mm/s × h ≥ 0.2 µm above it.
+                if touch_down.is_nan() && row[gap] < 1e-9 {
+                    touch_down = t;
+                }
+            });
+            Level {
+                h,
+                force: column(&trajectory, "actuator_force_n"),
+                length: column(&trajectory, "actuator_length_m"),
+                angle: column(&trajectory, "box_angle_rad"),
+                touch_down,
+            }
+        })
+    })
+}
+
+/// Part of a list that lies between two times.
+fn between(values: &[f64], from: f64, to: f64) -> &[f64] {
+    &values[(from / 5e-5).round() as usize..(to / 5e-5).round() as usize]
+}
+
+#[test]
+fn the_independent_route_must_not_depend_on_its_own_step() {
+    let (fine, coarse) = (independent(), event_driven::run(2.5e-5, 2.5, 2));
+    let force = max_difference(&pick(fine, |s| s.force), &pick(&coarse, |s| s.force));
+    let length = max_difference(&pick(fine, |s| s.length), &pick(&coarse, |s| s.length));
+    println!("10 µs against 25 µs: force {force:.1e} N, length {length:.1e} m, drift {:.1e}", fine.drift);
+    println!("touch-down {:.10} s, lost there {:.6} J, events {:#?}", fine.touch_down, fine.lost, fine.events);
+    // Runge–Kutta of order 4 with ω h ≈ 300 rad/s × 25 µs: (ω h)⁴/120 ≈ 3e-11 of 1 kN per step, over the 2000 steps that
+    // the oscillation lasts: 5e-5 N. Rounding: 2.5 m × ε on an oil spring of 2e7 N/m gives 1e-8 N per step.
+    assert!(force < 5e-5, "{force} N");
+    assert!(length < 1e-11, "{length} m");
+    assert!((fine.touch_down - coarse.touch_down).abs() < 1e-10);
+    // Contacts are held by accelerations alone, yet they do not drift; an event is located below 0.1 pm.
+    assert!(fine.drift < 1e-12, "{}", fine.drift);
+    // The story: over the corner, onto the ramp, left wedge down; there both other contacts open, and the box rattles from
+    // wedge to wedge until it stands on both. The disc never comes back.
+    let story: Vec<&str> = fine.events.iter().map(|(_, what)| what.as_str()).collect();
+    assert_eq!(story[..4], ["Region(Vertex)", "Region(Ramp)", "Closes(Left)", "then [Left]"]);
+    assert_eq!(story[story.len() - 1], "then [Right, Left]");
+    assert!(!story[4..].iter().any(|what| what.contains("Ramp") || what.contains("Vertex")), "{story:?}");
+}
+
+#[test]
+fn the_monolithic_reference_must_converge_at_first_order() {
+    let [a, b, c] = levels();
+    let order =
+        |values: [&[f64]; 3]| (max_difference(values[0], values[1]) / max_difference(values[1], values[2])).log2();
+    // Before the touch-down everything is smooth but for kinks of the spool and of the ground, which cost order 2.
+    for (from, to) in [(0.0, 0.35), (0.65, 1.65)] {
+        let force = order([a, b, c].map(|level| between(&level.force, from, to)));
+        let length = order([a, b, c].map(|level| between(&level.length, from, to)));
+        println!("order from {from} s to {to} s: force {force:.3}, length {length:.3}");
+        // The next term is of order (ω h)² of the first one's ω h ≈ 7e-3: orders differ from 1 by about 1 %.
+        assert!((force - 1.0).abs() < 0.05, "force {force}");
+        assert!((length - 1.0).abs() < 0.05, "length {length}");
+    }
+    // Overall, impacts are moved by up to a step, at first order too but not smoothly; positions integrate over that.
+    let rms = [(a, b), (b, c)].map(|(x, y)| rms_difference(&x.length, &y.length));
+    println!("rms differences of the length {rms:.3?} m, order {:.3}", (rms[0] / rms[1]).log2());
+    assert!(((rms[0] / rms[1]).log2() - 1.0).abs() < 0.1, "{rms:?}");
+}
+
+#[test]
+fn the_monolithic_reference_must_agree_with_the_independent_route() {
+    let exact = independent();
+    let (force, length, angle) = (pick(exact, |s| s.force), pick(exact, |s| s.length), pick(exact, |s| s.pose[2]));
+    for level in levels() {
+        let h = level.h;
+        let error = |from: f64, to: f64| max_difference(between(&level.force, from, to), between(&force, from, to));
+        let shift = level.touch_down - exact.touch_down;
+        let position = max_difference(&level.length, &length);
+        let whole = rms_difference(&level.force, &force);
+        println!(
+            "h = {h:.2e}: touch-down {shift:+.2e} s, length max {position:.2e} m, angle max {:.2e} rad, force max {:.3} N \
+             to 1.69 s, {:.3} N in 1.70–1.80 s, {:.2e} N after, rms {whole:.3} N over all",
+            max_difference(&level.angle, &angle),
+            error(0.0, 1.69),
+            error(1.70, 1.80),
+            error(1.80, 2.5)
+        );
+        // Contacts close at the end of a step (≤ h), and the motion itself is ahead or behind by the error of the length
+        // over the speed, ½ h for semi-implicit Euler.
+        assert!(shift.abs() <= 1.5 * h, "touch-down {} is not {}", level.touch_down, exact.touch_down);
+        // Semi-implicit Euler is the exact motion shifted by ½ h, to first order: ½ h × speed 0.3 m/s.
+        assert!(position <= 0.5 * h * 0.3, "length {position}");
+        // Force before the touch-down: shifted by ½ h, where it changes by at most 1 kN × 290 rad/s / 2.7 (the first swing).
+        assert!(error(0.0, 1.69) <= 0.5 * h * 1.1e5, "force {}", error(0.0, 1.69));
+        // After it: velocities are wrong by h × 800 N / 250 kg for each of the impacts that count (they shrink), c times that.
+        assert!(error(1.70, 1.80) <= 4.0 * h * 3.2 * 1e4, "force {}", error(1.70, 1.80));
+        // Then the difference has decayed.
+        assert!(error(1.80, 2.5) <= 0.1 * 0.5 * h * 1.1e5, "force {}", error(1.80, 2.5));
+        // Over all: each jump of the force stands at the wrong place for up to 1.5 h, and is spread over one step, in 2.5 s.
+        let jumps: f64 = exact.jumps.iter().map(|jump| jump * jump).sum();
+        assert!(whole <= (jumps * 2.5 * h / 2.5).sqrt() + 0.5 * h * 1.1e5, "rms {whole}");
+    }
+    // Richardson's extrapolation of the lengths must land on the independent route: what is left is second order, and the
+    // irregular share of the impacts.
+    let [_, b, c] = levels();
+    let extrapolated: Vec<f64> = c.length.iter().zip(&b.length).map(|(fine, coarse)| 2.0 * fine - coarse).collect();
+    let own = rms_difference(&b.length, &c.length);
+    let left = rms_difference(&extrapolated, &length);
+    println!("reference uncertainty {own:.2e} m rms; extrapolated reference off by {left:.2e} m rms");
+    assert!(left < 0.02 * own, "{left} of {own}");
+    // And the reference's own estimate of its uncertainty must be the truth, to a tenth.
+    let truth = rms_difference(&c.length, &length);
+    assert!((truth / own - 1.0).abs() < 0.1, "estimated {own}, true {truth}");
+    let (peak, dip) = (largest(force.iter().copied()), smallest(force.iter().copied()));
+    let (found, lowest) = (largest(c.force.iter().copied()), smallest(c.force.iter().copied()));
+    println!("peak {found:.3} N (independent {peak:.3}), dip {lowest:.2} N (independent {dip:.2})");
+    assert!((found - peak).abs() < 0.05, "peak {found} is not {peak}");
+    // The dip follows a jump within a fraction of a millisecond; sampled every 50 µs, it moves by up to 1.5 h of 1e6 N/s.
+    assert!((lowest - dip).abs() < 1.5 * c.h * 1e6, "dip {lowest} is not {dip}");
+}
+
+#[test]
+fn the_impact_of_the_touch_down_must_cost_what_projection_says() {
+    // Contacts of the wedge box do work in impacts only, but for the discretisation: it vanishes with h.
+    let exact = independent();
+    println!("lost in all impacts {:.6} J, in the first {:.6} J", exact.lost_in_all, exact.lost);
+    let spent = |h: f64| {
+        let mut mechanics = wedge_box_mechanics(PLASTIC);
+        let mut cylinder = wedge_box_cylinder();
+        let steps = (2.5 / h).round() as usize;
+        rimbench::mechanics::monolithic(&mut mechanics, &mut *cylinder, h, steps, steps, &mut |_| {}).unwrap();
+        -mechanics.ledger().contact
+    };
+    let [coarse, fine] = [5e-5, 2.5e-5].map(spent);
+    let extrapolated = 2.0 * fine - coarse;
+    println!("contacts took {coarse:.6} J, {fine:.6} J; extrapolated {extrapolated:.6} J");
+    // What is left is the irregular share of the impact times, as large as the change from one step to the other.
+    assert!((fine - exact.lost_in_all).abs() <= 2.0 * (coarse - fine).abs() + 0.01 * exact.lost_in_all);
+}
+
+/// Error of a co-simulated length at its end, and the peak force.
+fn held(macro_step: f64, phase: f64) -> (f64, f64, f64) {
+    let result = run(&rimbench::harness::RunSpec { phase, ..wedge_box_spec("zero-order-hold", macro_step) });
+    assert_eq!(result.report.outcome, rimbench::cosim::Outcome::Completed);
+    let (samples, trajectory) = (&independent().samples, &result.trajectory);
+    let (force, length) =
+        (trajectory.index_of("actuator_force_n").unwrap(), trajectory.index_of("actuator_length_m").unwrap());
+    let (mut squares, mut lengths) = (0.0, 0.0);
+    for row in trajectory.rows() {
+        // Samples of the independent route are 50 µs apart: linear between them.
+        let at = row[0] / 5e-5;
+        let before = (at.floor() as usize).min(samples.len() - 2);
+        let share = at - before as f64;
+        let linear = |what: fn(&Sample) -> f64| {
+            what(&samples[before]) + share * (what(&samples[before + 1]) - what(&samples[before]))
+        };
+        squares += (row[force] - linear(|s| s.force)).powi(2);
+        lengths += (row[length] - linear(|s| s.length)).powi(2);
+    }
+    let n = trajectory.len() as f64;
+    ((squares / n).sqrt(), (lengths / n).sqrt(), largest(trajectory.column(force)))
+}
+
+#[test]
+fn zero_order_hold_at_a_fifth_of_a_millisecond_must_agree_wherever_its_communication_points_lie() {
+    let exact_peak = largest(pick(independent(), |s| s.force));
+    let (coarse, fine) = (held(2e-4, 1.0), held(1e-4, 1.0));
+    println!("ZOH 0.2 ms: force rms {:.3} N, length rms {:.3e} m, peak {:.2} N", coarse.0, coarse.1, coarse.2);
+    println!("ZOH 0.1 ms: force rms {:.3} N, length rms {:.3e} m, peak {:.2} N", fine.0, fine.1, fine.2);
+    // The input is old by H/2 on average, and so is the answer: H × 1 kN × 290 rad/s / 2.7 at most, while it swings.
+    assert!(coarse.0 < 2e-4 * 1.1e5, "{} N rms", coarse.0);
+    // First order: half the macro step, half the error; the second-order part is what is missing to a factor 2.
+    let second =
+        [coarse.0 - 2.0 * fine.0, coarse.1 - 2.0 * fine.1, (coarse.2 - exact_peak) - 2.0 * (fine.2 - exact_peak)];
+    for (second, first) in second.iter().zip([coarse.0, coarse.1, coarse.2 - exact_peak]) {
+        assert!(second.abs() < 0.25 * first, "second order {second} of {first}");
+    }
+    // The phase enters the error at second order only, through the short first step, so that must bound its influence; in
+    // the force there is also the place of the impacts within a macro step, a jump of the force for at most H.
+    let jumps: f64 = independent().jumps.iter().map(|jump| jump * jump).sum();
+    for phase in [0.25, 0.5, 0.75] {
+        let moved = held(2e-4, phase);
+        println!("  phase {phase}: force rms {:.3} N, length rms {:.3e} m, peak {:.2} N", moved.0, moved.1, moved.2);
+        assert!((moved.0 - coarse.0).abs() <= second[0].abs() + (jumps * 2e-4 / 2.5).sqrt(), "force, phase {phase}");
+        assert!((moved.1 - coarse.1).abs() <= second[1].abs(), "length, phase {phase}");
+        assert!((moved.2 - coarse.2).abs() <= second[2].abs(), "peak, phase {phase}");
+    }
+}

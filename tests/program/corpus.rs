@@ -1,0 +1,168 @@
+//! The corpus of contact problems: the committed file, the harvest, the replay, and the two commands.
+
+use crate::support::{case_by_name, cases, solver_by_name};
+use assert_cmd::Command;
+use rimbench::complementarity::ComplementaritySolver;
+use rimbench::corpus::{ContactProblem, Corpus, Harvest, Start, VARIATIONS, harvest, replay};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+const FILE: &str = "data/contact-problems/corpus.lcp";
+
+fn committed() -> Corpus {
+    Corpus::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(FILE)).unwrap()
+}
+
+fn rimbench() -> Command {
+    let mut command = Command::cargo_bin("rimbench").unwrap();
+    command.current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("corpus");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder.join(name)
+}
+
+#[test]
+fn the_committed_corpus_holds_hundreds_of_different_problems_in_little_space() {
+    let corpus = committed();
+    assert!(corpus.len() >= 500, "{}", corpus.len());
+    assert!(corpus.problems().all(|problem| !problem.q.is_empty()), "a problem without contact needs no solver");
+    let bytes = corpus.to_bytes().unwrap();
+    assert!(bytes.len() < 2 << 20, "{} bytes", bytes.len());
+    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    let different: HashSet<_> = corpus.problems().map(|problem| (bits(&problem.m), bits(&problem.q))).collect();
+    assert!(different.len() >= 500, "{} different ones", different.len());
+    let sources: HashSet<&str> = corpus.stretches.iter().map(|stretch| stretch.source.as_str()).collect();
+    assert!(sources.len() >= 20, "{sources:?}");
+}
+
+/// Every problem has been solved in a run; active set and Lemke must solve it again, bare, and the warm start must pay.
+#[test]
+fn the_pivoting_solvers_solve_the_whole_corpus() {
+    let corpus = committed();
+    let pivots = |name: &str, start: Start| {
+        let replay = replay(&corpus, solver_by_name(name).unwrap(), start);
+        assert_eq!(replay.solves.len(), corpus.len());
+        let failures = replay.solves.iter().filter(|solve| !solve.solved).count();
+        assert_eq!(failures, 0, "{name} {start:?}");
+        replay.solves.iter().map(|solve| u64::from(solve.stats.pivots)).sum::<u64>()
+    };
+    let (warm, cold) = (pivots("active-set", Start::Warm), pivots("active-set", Start::Cold));
+    assert!(3 * warm < cold, "{warm} pivots warm, {cold} cold");
+    assert_eq!(pivots("lemke", Start::Warm), pivots("lemke", Start::Cold), "Lemke keeps no warm start");
+}
+
+/// An interior point is good to the root of its gap where a contact is degenerate; it is asked for as small a gap as that takes.
+#[test]
+fn both_forms_of_the_interior_point_solve_the_whole_corpus() {
+    let corpus = committed();
+    for name in ["clarabel", "clarabel-velocity"] {
+        let entry = solver_by_name(name).unwrap();
+        let mut solver = (entry.build)(corpus.largest());
+        let mut z = vec![0.0; corpus.largest()];
+        let mut solved = |problem: &ContactProblem| match solver.solve(problem.lcp(), &mut z[..problem.q.len()]) {
+            Ok(stats) => stats.residual <= entry.tolerance,
+            Err(_) => false,
+        };
+        let failures = corpus.problems().filter(|problem| !solved(problem)).count();
+        assert_eq!(failures, 0, "{name}");
+    }
+}
+
+#[test]
+fn redundant_contacts_are_in_the_corpus() {
+    let redundant = |m: &[f64], n: usize| {
+        let singular = nalgebra::DMatrix::from_row_slice(n, n, m).singular_values();
+        singular.min() < 1e-12 * singular.max()
+    };
+    let corpus = committed();
+    let count = corpus.problems().filter(|problem| redundant(&problem.m, problem.q.len())).count();
+    assert!(4 * count > corpus.len(), "{count} of {}", corpus.len());
+}
+
+#[test]
+fn two_harvests_give_the_same_file() {
+    let plan = Harvest { cases: vec![case_by_name("wedge-box").unwrap()], bytes_per_solver: 1000 };
+    let mut runs = 0;
+    let first = harvest(&plan, &mut |_| runs += 1).unwrap().to_bytes().unwrap();
+    assert!(runs >= 8, "{runs} runs");
+    assert_eq!(first, harvest(&plan, &mut |_| {}).unwrap().to_bytes().unwrap());
+}
+
+#[test]
+fn every_variation_is_one_its_case_allows() {
+    for variation in VARIATIONS {
+        let case = cases().into_iter().find(|case| case.name == variation.case).expect("a case of the list");
+        let mut parameters = case.default_parameters();
+        for (key, value) in variation.settings {
+            parameters.set(key, value).unwrap();
+        }
+        assert_ne!(parameters, case.default_parameters(), "{variation:?} changes nothing");
+    }
+}
+
+#[test]
+fn a_case_without_contacts_contributes_nothing() {
+    let plan = Harvest { cases: vec![case_by_name("quarter-car").unwrap()], bytes_per_solver: 1000 };
+    let corpus = harvest(&plan, &mut |source| panic!("{source}")).unwrap();
+    assert!(corpus.is_empty());
+}
+
+#[test]
+fn the_comparison_is_written_with_work_apart_from_time() {
+    let folder = scratch("out");
+    let source = "wedge-box rim-nonsmooth-gap";
+    let arguments =
+        ["solvers", "--source", source, "--solver", "active-set", "--solver", "dantzig", "--format", "json"];
+    let run = || {
+        let output = rimbench().args(arguments).arg("--out").arg(&folder).assert().success().get_output().clone();
+        let work = std::fs::read_to_string(folder.join("work.csv")).unwrap();
+        (serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap(), work)
+    };
+    let ((facts, work), (_, again)) = (run(), run());
+    assert_eq!(work, again, "work depends on the problems alone");
+    assert!(work.starts_with("solver,start,n_from,n_to,problems,refused,failures,pivots"), "{work}");
+    assert!(std::fs::read_to_string(folder.join("time.csv")).unwrap().contains("median_ns"));
+    let figure = std::fs::read_to_string(folder.join("profile.svg")).unwrap();
+    assert!(["active-set", "dantzig"].iter().all(|name| figure.contains(name)) && !figure.contains("lemke"));
+    assert!(std::fs::read(folder.join("profile.png")).unwrap().starts_with(b"\x89PNG"));
+    let overall = facts["overall"].as_array().unwrap();
+    assert_eq!(overall.len(), 4, "two solvers, warm and cold");
+    assert!(overall.iter().all(|row| row["failures"] == 0 && row["median_ns"].is_number()));
+    let profile = facts["profile"].as_array().unwrap();
+    assert_eq!(profile.last().unwrap()["factor"], "inf");
+    assert_eq!(profile.last().unwrap()["dantzig"], 1.0);
+}
+
+fn refused(arguments: &[&str]) -> String {
+    let output = rimbench().args(arguments).assert().code(2).get_output().clone();
+    assert!(output.stdout.is_empty());
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn what_cannot_be_read_or_written_is_said_in_one_error() {
+    let text = scratch("text.lcp");
+    std::fs::write(&text, "case,H\n").unwrap();
+    let mut bytes = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(FILE)).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    let damaged = scratch("damaged.lcp");
+    std::fs::write(&damaged, bytes).unwrap();
+    let path = |path: &Path| path.to_str().unwrap().to_owned();
+    for (arguments, expected) in [
+        (["solvers", "--corpus", &path(&text)], "is not a corpus of contact problems"),
+        (["solvers", "--corpus", &path(&damaged)], "its checksum does not fit"),
+        (["solvers", "--corpus", &path(&scratch("missing.lcp"))], "missing.lcp"),
+        (["solvers", "--solver", "dantzik"], "did you mean `dantzig`?"),
+        (["solvers", "--source", "wedge-bx"], "--source = wedge-bx is not valid"),
+        (["corpus", "--out", &path(&text.join("below-a-file.lcp"))], "no file can be written here"),
+    ] {
+        let message = refused(&arguments);
+        assert!(message.starts_with("error: ") && message.contains(expected), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+}

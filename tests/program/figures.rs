@@ -1,0 +1,560 @@
+//! Every kind of figure is written, complete and reproducible. The data are synthetic; no run is needed.
+//!
+//! Set `RIMBENCH_FIGURES_DIR` to an existing folder to keep the figures and look at them.
+
+use crate::support::{schemes, solvers};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rimbench::complementarity::{SolveStats, SolverEntry};
+use rimbench::corpus::{Replay, Solve, Start, draw_profile};
+use rimbench::error::Error;
+use rimbench::figures::FigureList;
+use rimbench::figures::chart::{Axis, Figure, Guide, Inset, LegendPlace, Mode, Panel, Series};
+use rimbench::figures::drawing::{Drawing, Shape};
+use rimbench::figures::heatmap::{Cell, Heatmap, Row};
+use rimbench::figures::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
+use rimbench::figures::render;
+use rimbench::figures::style::{shown_name, style_of};
+use rimbench::schemes::Family;
+
+/// Every solver on 60 made-up problems, warm and cold: each slower than the one before, and the last three fail on some.
+fn replays() -> Vec<Replay> {
+    let replay = |(index, solver): (usize, &'static SolverEntry), start| {
+        let solve = |problem: usize| Solve {
+            n: 4,
+            stats: SolveStats::default(),
+            solved: index + 3 < solvers().len() || problem % 5 < 3,
+            refused: false,
+            time_ns: 50.0 * 1.7_f64.powi(index as i32) * (1.0 + ((7 * problem + 3 * index) % 11) as f64),
+        };
+        Replay { solver, start, solves: (0..60).map(solve).collect(), mean_ns: 100.0 }
+    };
+    solvers()
+        .into_iter()
+        .enumerate()
+        .flat_map(|entry| [Start::Warm, Start::Cold].map(|start| replay(entry, start)))
+        .collect()
+}
+
+const TOUCH_DOWN_S: f64 = 1.693;
+
+#[test]
+fn force_and_effective_mass() {
+    let drawing = force_and_mass().draw();
+    check(
+        &drawing,
+        "force-and-mass",
+        &["(a) actuator force", "rim-nonsmooth-gap", "effective mass (kg)", "∞", "infinite"],
+    );
+}
+
+#[test]
+fn errors_over_step_sizes() {
+    let drawing = convergence().draw();
+    check(
+        &drawing,
+        "convergence",
+        &["macro step H (ms)", "zero-order-hold", "rim-nonsmooth/profile", "below reference"],
+    );
+}
+
+#[test]
+fn stability_map() {
+    let drawing = stability().draw();
+    check(&drawing, "stability", &["zero-order-hold", "fraction stable", "skipped: needs a model", "stable but wrong"]);
+}
+
+#[test]
+fn manoeuvre_sequence() {
+    let drawing = manoeuvre().draw();
+    check(&drawing, "manoeuvre", &["t = 0.000 s", "t = 1.700 s", "rim-smooth", "rim-nonsmooth", "F = +19.64 kN"]);
+}
+
+#[test]
+fn performance_profile_of_all_solvers() {
+    let drawing = draw_profile(&replays());
+    let mut labels = vec!["60 contact problems, warm", "share of problems solved"];
+    labels.extend(solvers().into_iter().map(|entry| entry.name));
+    check(&drawing, "solver-profile", &labels);
+    // A solver keeps its line when others are left out.
+    let alone = draw_profile(&replays()[4..6]);
+    let lines = |drawing: &Drawing| {
+        let stroke = |shape: &Shape| match shape {
+            Shape::Path { stroke, closed: false, .. } => stroke.filter(|stroke| stroke.width > 1.0),
+            _ => None,
+        };
+        drawing.shapes.iter().filter_map(stroke).map(|stroke| (stroke.color, stroke.dash)).collect::<Vec<_>>()
+    };
+    let (all, alone) = (lines(&drawing), lines(&alone));
+    assert!(!alone.is_empty() && alone.iter().all(|line| all.contains(line)), "{alone:?}");
+}
+
+#[test]
+fn an_empty_figure_is_an_empty_page() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let files = render::write(&Figure::new(200.0, 100.0).draw(), place.path(), "empty").expect("a writable folder");
+    assert!(files.svg.is_file() && files.png.is_file());
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let file = place.path().join("file");
+    std::fs::write(&file, "").expect("a writable folder");
+    let error = render::write(&Drawing::new(10.0, 10.0), &file, "figure").expect_err("a file is no folder");
+    assert!(matches!(error, Error::File { path, .. } if path.starts_with(&file)));
+}
+
+/// With twenty and more lines in one figure colour alone does not do, and a style computed from a name may collide.
+#[test]
+fn every_listed_scheme_has_a_style_of_its_own_and_ceilings_say_that_they_are_not_real_time() {
+    for (index, scheme) in schemes().into_iter().enumerate() {
+        let style = style_of(scheme.name);
+        for other in &schemes()[..index] {
+            let second = style_of(other.name);
+            assert_ne!(style.color, second.color, "{} and {}", scheme.name, other.name);
+            assert!((style.dash, style.marker) != (second.dash, second.marker), "{}, {}", scheme.name, other.name);
+        }
+        let marked = shown_name(&format!("{}/fine", scheme.name)).ends_with("(not real-time)");
+        assert_eq!(marked, scheme.family == Family::Ceiling, "{}", scheme.name);
+    }
+}
+
+/// Results of a made-up experiment `study/made-up`: two schemes, two macro steps, two phases, two margins.
+fn made_up_results(folder: &Path) {
+    let folder = folder.join("study/made-up");
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut runs = String::from(
+        "run_id,case,set,label,mechanics_steps,macro_step_s,phase,outcome,error,residual_j,reference_error,\
+         actuator_micro_steps,mechanics_steps\n",
+    );
+    let mut cost = String::from("run_id,wall_s\n");
+    let mut id = 0;
+    for (label, scale, limit) in [("rim-smooth", 9.0, 2e-3), ("rim-nonsmooth-gap/profile", 1.0, 1.0)] {
+        for set in ["", "margin_m=0.1"] {
+            for step in [1e-3, 5e-3] {
+                for phase in [1.0, 0.4] {
+                    let outcome = if step > limit && phase < 0.9 { "diverged" } else { "completed" };
+                    let (error, residual) = (scale * step * phase, if label.contains('/') { -step } else { step });
+                    runs += &format!(
+                        "{id:x},box,{set},{label},all,{step},{phase},{outcome},{error},{residual},1e-4,500,{}\n",
+                        (1.0 / step) as u64
+                    );
+                    cost += &format!("{id:x},{}\n", 1e-2 / step);
+                    id += 1;
+                }
+            }
+        }
+    }
+    let parameters = "case,set,parameter,value\nbox,,margin_m,0.01\nbox,margin_m=0.1,margin_m,0.1\n";
+    for (name, text) in [("runs.csv", runs.as_str()), ("cost.csv", cost.as_str()), ("parameters.csv", parameters)] {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+}
+
+/// A list with one figure of each kind that reads the made-up results, and some that cannot be drawn.
+const MADE_UP_FIGURES: &str = r#"
+[[figure]]
+id = "map"
+kind = "stability-map"
+experiment = "study/made-up"
+source = "runs.csv"
+caption = "…"
+title = "made up"
+metric = "error"
+wrong_above = 5e-3
+hatch_label = "stable but wrong"
+width = 700
+height = 240
+
+[[figure]]
+id = "sweep"
+kind = "sweep"
+experiment = "study/made-up"
+source = "runs.csv"
+caption = "…"
+width = 600
+height = 400
+[[figure.panels]]
+title = "created"
+metric = "residual_j"
+part = "negative"
+label = "minus residual (J)"
+range = [1e-4, 1e-1]
+floor = "reference_error"
+slope = [1.0, [2.0, 1e-3]]
+
+[[figure]]
+id = "work"
+kind = "work-precision"
+experiment = "study/made-up"
+source = "runs.csv, cost.csv"
+caption = "…"
+metric = "error"
+label = "error (N)"
+range = [1e-4, 1.0]
+width = 800
+height = 400
+[[figure.panels]]
+title = "(a)"
+cost = "wall_s"
+label = "wall time (s)"
+[[figure.panels]]
+title = "(b)"
+cost = "actuator_micro_steps + mechanics_steps"
+label = "steps"
+
+[[figure]]
+id = "margin"
+kind = "parameter-sweep"
+experiment = "study/made-up"
+source = "runs.csv, parameters.csv"
+caption = "…"
+parameter = "margin_m"
+x_label = "margin (m)"
+width = 800
+height = 400
+[[figure.panels]]
+title = "(a)"
+metric = "error"
+label = "error (N)"
+range = [1e-4, 1.0]
+macro_step_s = 5e-3
+[[figure.panels]]
+title = "(b)"
+metric = "fraction_stable"
+label = "fraction stable"
+range = [0.0, 1.0]
+labels = ["rim-smooth"]
+
+[[figure]]
+id = "latency"
+kind = "latency"
+experiment = "study/made-up"
+source = "runs.csv, cost.csv"
+caption = "…"
+width = 1000
+height = 400
+range_us = [1.0, 1e5]
+
+[[figure]]
+id = "other"
+kind = "latency"
+experiment = "paper/not-run"
+source = "runs.csv, cost.csv"
+caption = "…"
+width = 1000
+height = 400
+range_us = [1.0, 1e5]
+"#;
+
+#[test]
+fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let list = place.path().join("figures.toml");
+    std::fs::write(&list, MADE_UP_FIGURES).unwrap();
+    let figures = FigureList::read(&list).unwrap();
+    let made = figures.make_all(place.path(), Some("study")).unwrap();
+    assert_eq!(made.files.len(), 4, "{:?}", made.missing);
+    let texts = |id: &str| {
+        let svg = read(&place.path().join(format!("study/made-up/figures/{id}.svg")));
+        texts_of(&String::from_utf8(svg).unwrap())
+    };
+    for (id, labels) in [
+        ("map", &["stable but wrong", "rim-smooth", "0.50", "1", "5"] as &[&str]),
+        ("sweep", &["created", "uncertainty of the reference", "rim-nonsmooth-gap/profile, order 1.00"]),
+        ("work", &["wall time (s)", "steps", "rim-smooth", "rim-nonsmooth-gap/profile"]),
+        ("margin", &["margin (m)", "fraction stable", "rim-smooth", "rim-nonsmooth-gap/profile"]),
+    ] {
+        let texts = texts(id);
+        for label in labels {
+            assert!(texts.contains_key(*label), "{label} in {id}: {texts:?}");
+        }
+    }
+    // The results are older than the columns that the figure needs; the reason names file and column.
+    let [(id, reason)] = &made.missing[..] else { panic!("{:?}", made.missing) };
+    assert!(id == "latency" && reason.contains("cost.csv") && reason.contains("latency_p50_s"), "{reason}");
+
+    // With the columns it is drawn, and without a group the experiment that was not run is named.
+    let cost = place.path().join("study/made-up/cost.csv");
+    let rows = std::fs::read_to_string(&cost).unwrap();
+    let longer = |(k, row): (usize, &str)| {
+        let more = if k == 0 { ",latency_p50_s,latency_p99_s,latency_max_s" } else { ",1e-5,3e-5,2e-3" };
+        format!("{row}{more}\n")
+    };
+    std::fs::write(&cost, rows.lines().enumerate().map(longer).collect::<String>()).unwrap();
+    let made = figures.make_all(place.path(), None).unwrap();
+    assert_eq!(made.files.len(), 5);
+    assert!(made.missing.len() == 1 && made.missing[0].1.contains("experiments/paper/not-run.toml"));
+    assert!(texts("latency").contains_key("deadline: real time"));
+}
+
+#[test]
+fn an_unknown_column_or_parameter_is_named() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let list = place.path().join("figures.toml");
+    let wrong = MADE_UP_FIGURES.replace("actuator_micro_steps +", "pivots +").replace("\"margin_m\"", "\"mass_kg\"");
+    std::fs::write(&list, wrong).unwrap();
+    let made = FigureList::read(&list).unwrap().make_all(place.path(), Some("study")).unwrap();
+    let reason_of = |id: &str| &made.missing.iter().find(|(missing, _)| missing == id).expect("not drawn").1;
+    assert!(reason_of("work").contains("pivots"), "{}", reason_of("work"));
+    assert!(reason_of("margin").contains("mass_kg"), "{}", reason_of("margin"));
+    assert!(FigureList::read(&list).unwrap().make_all(&place.path().join("nowhere"), None).is_err());
+}
+
+/// A panel may show one case of several; one that is not there is named with those that are.
+#[test]
+fn a_figure_of_one_case_has_only_its_runs() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let list = place.path().join("figures.toml");
+    let one = |set: &str| MADE_UP_FIGURES.replace("hatch_label", &format!("only = {{ set = \"{set}\" }}\nhatch_label"));
+    std::fs::write(&list, one("margin_m=0.1")).unwrap();
+    let runs = place.path().join("study/made-up/runs.csv");
+    // Both phases of rim-smooth at 5 ms stay stable in the set that is shown, and in that only.
+    let kept = |row: &str| {
+        if row.contains("margin_m=0.1,rim-smooth") { row.replace("diverged", "completed") } else { row.into() }
+    };
+    let rows: String = std::fs::read_to_string(&runs).unwrap().lines().map(|row| kept(row) + "\n").collect();
+    std::fs::write(&runs, rows).unwrap();
+    let values = |list: &Path| {
+        let made = FigureList::read(list).unwrap().make_all(place.path(), Some("study")).unwrap();
+        let svg = read(&place.path().join("study/made-up/figures/map.svg"));
+        (made, texts_of(&String::from_utf8(svg).unwrap()))
+    };
+    // The colour bar may say the same.
+    let three_quarters = |list: &Path| values(list).1.get("0.75").copied().unwrap_or_default();
+    let of_one = three_quarters(&list);
+    std::fs::write(&list, MADE_UP_FIGURES).unwrap();
+    assert_eq!(three_quarters(&list), of_one + 1, "three of the four runs of both sets are stable");
+
+    std::fs::write(&list, one("margin_m=0.2")).unwrap();
+    let (made, _) = values(&list);
+    let reason = &made.missing.iter().find(|(missing, _)| missing == "map").expect("not drawn").1;
+    assert!(reason.contains("margin_m=0.2") && reason.contains("margin_m=0.1"), "{reason}");
+}
+
+/// Writes a drawing twice and checks: both files, equal bytes, each label once, nothing outside the page.
+fn check(drawing: &Drawing, name: &str, labels: &[&str]) {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let files = render::write(drawing, place.path(), name).expect("a writable folder");
+    let (svg, png) = (read(&files.svg), read(&files.png));
+    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
+    let again = render::write(drawing, place.path(), name).expect("a writable folder");
+    assert!(svg == read(&again.svg) && png == read(&again.png), "{name} is not reproducible");
+
+    let svg = String::from_utf8(svg).expect("an SVG is text");
+    let texts = texts_of(&svg);
+    for label in labels {
+        assert_eq!(texts.get(*label), Some(&1), "{label} in {name}: {texts:?}");
+    }
+    for shape in &drawing.shapes {
+        let corners = match shape {
+            Shape::Path { points, .. } => points.clone(),
+            Shape::Text(text) => {
+                let (back, forth) = (text.lead(), text.width() - text.lead());
+                let along = |d: f64| {
+                    if text.upwards { (text.at.0, text.at.1 - d) } else { (text.at.0 + d, text.at.1) }
+                };
+                vec![along(-back), along(forth)]
+            }
+        };
+        for (x, y) in corners {
+            let inside = (0.0..=drawing.width).contains(&x) && (0.0..=drawing.height).contains(&y);
+            assert!(inside, "({x}, {y}) of {shape:?} is outside {name}");
+        }
+    }
+    if let Ok(folder) = std::env::var("RIMBENCH_FIGURES_DIR") {
+        render::write(drawing, Path::new(&folder), name).expect("a writable folder");
+    }
+}
+
+fn read(path: &Path) -> Vec<u8> {
+    std::fs::read(path).expect("a written figure")
+}
+
+/// Counts the text elements of an SVG and checks that all its elements are known and tags are balanced. plotters writes
+/// the letters on a line of their own.
+fn texts_of(svg: &str) -> BTreeMap<String, usize> {
+    let mut texts = BTreeMap::new();
+    assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
+    let mut lines = svg.lines();
+    while let Some(line) = lines.next() {
+        if line.starts_with("<text ") {
+            assert!(line.ends_with('>') && line.contains(", sans-serif\""), "{line}");
+            let content = lines.next().expect("a text element has letters");
+            assert_eq!(lines.next(), Some("</text>"), "after {content}");
+            let plain = content.replace("&lt;", "<").replace("&gt;", ">").replace("&apos;", "'").replace("&amp;", "&");
+            *texts.entry(plain).or_default() += 1;
+            continue;
+        }
+        let known = ["<svg ", "</svg>", "<title>", "<rect ", "<polyline ", "<polygon "];
+        assert!(known.iter().any(|tag| line.starts_with(tag)) && line.ends_with('>'), "{line}");
+        assert!(!line.contains("NaN") && !line.contains("inf,"), "{line}");
+    }
+    texts
+}
+
+/// Something like the paper's Fig. 2.
+fn force_and_mass() -> Figure {
+    let force_at = |t: f64| {
+        let start = if t > 0.1 { 1000.0 * (-(t - 0.2f64).powi(2) / 0.003).exp() } else { 0.0 };
+        let descent = if (0.35..TOUCH_DOWN_S).contains(&t) { -181.0 * (1.0 - (-(t - 0.35) / 0.05).exp()) } else { 0.0 };
+        let s = t - TOUCH_DOWN_S;
+        let blow = if s > 0.0 { -800.0 * (-s / 0.06).exp() * (s * 90.0).cos() } else { 0.0 };
+        start + descent + blow
+    };
+    let mass_at = |t: f64| match t {
+        t if t < 0.4 => 250.0,
+        t if t < TOUCH_DOWN_S => 275.6,
+        t if t < TOUCH_DOWN_S + 0.02 => f64::INFINITY,
+        _ => 250.0,
+    };
+    let sample = |step: f64, f: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+        (0..=(2.5 / step).round() as usize).map(|k| (k as f64 * step, f(k as f64 * step))).collect()
+    };
+    let spiky = |t: f64| {
+        let s = t - TOUCH_DOWN_S;
+        let ringing = if s > 0.0 { 21_000.0 * (-s / 0.012).exp() * (s * 700.0).sin() } else { 0.0 };
+        force_at(t) + ringing
+    };
+    let late = |t: f64| force_at(t - 0.004) + 25.0 * (40.0 * t).sin();
+    let hold = |t: f64| if t > 0.3 { f64::NAN } else { 40.0 * (t / 0.04).exp() * (900.0 * t).sin() };
+    let gap = |t: f64| force_at(t - 0.001);
+    let forces = [
+        Series::new("reference", sample(0.0002, &force_at), style_of("reference")),
+        Series::new("zero-order-hold", sample(0.005, &hold), style_of("zero-order-hold")),
+        Series::new("rim-smooth", sample(0.005, &spiky), style_of("rim-smooth")),
+        Series::new("rim-nonsmooth", sample(0.005, &late), style_of("rim-nonsmooth")),
+        Series::new("rim-nonsmooth-gap", sample(0.005, &gap), style_of("rim-nonsmooth-gap")),
+    ];
+    let light = |t: f64| if mass_at(t).is_infinite() { 310.0 } else { mass_at(t) };
+    let masses = [
+        Series::new("rim-smooth", sample(0.005, &mass_at), style_of("rim-smooth")).mode(Mode::Steps),
+        Series::new("rim-nonsmooth", sample(0.005, &light), style_of("rim-nonsmooth")).mode(Mode::Steps),
+    ];
+    let time = || Axis::linear("time t (s)");
+    let force = Panel::new("(a) actuator force", time(), Axis::linear("actuator force F (N)").range(-2000.0, 2000.0));
+    let mass =
+        Panel::new("(b) effective mass at the interface", time(), Axis::log10("effective mass (kg)").range(100.0, 1e4));
+    let zoom_x = Axis::linear("time t (s), touch-down").range(1.66, 1.78);
+    let zoom =
+        Panel::new("(c) force at touch-down", zoom_x, Axis::linear("actuator force F (N)").range(-2000.0, 2000.0));
+    let touch_down = || Guide::Vertical { x: TOUCH_DOWN_S, label: "touch-down".to_owned() };
+    let with = |panel: Panel, series: &[Series]| series.iter().cloned().fold(panel, Panel::series);
+    Figure::new(1180.0, 400.0)
+        .columns(3)
+        .panel(with(force, &forces).guide(Guide::Horizontal { y: 0.0, label: String::new() }))
+        .panel(with(mass, &masses).inset(Inset { x: (1.65, 1.76), y: (230.0, 340.0), place: [0.16, 0.52, 0.42, 0.36] }))
+        .panel(with(zoom, &forces).guide(touch_down()))
+}
+
+fn convergence() -> Figure {
+    let steps = [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
+    let error = |scale: f64, order: f64, floor: f64| -> Vec<(f64, f64)> {
+        steps.iter().map(|&h| (h, (scale * f64::powf(h, order)).hypot(floor))).collect()
+    };
+    let mut held = error(30.0, 1.0, 0.0);
+    held[5].1 = f64::INFINITY;
+    held[6].1 = f64::INFINITY;
+    let series =
+        |label: &str, points: Vec<(f64, f64)>| Series::new(label, points, style_of(label)).mode(Mode::LineMarkers);
+    let y = Axis::log10("force error, rms (N)");
+    let panel = Panel::new("(a) force", Axis::log10("macro step H (ms)"), y)
+        .series(series("zero-order-hold", held))
+        .series(series("rim-smooth", error(12.0, 0.5, 0.0)))
+        .series(series("rim-nonsmooth", error(4.0, 1.0, 3.0)))
+        .series(series("rim-nonsmooth/profile", error(0.3, 1.0, 0.0)))
+        .series(series("rim-nonsmooth-gap", error(0.02, 2.0, 0.0)))
+        .series(series("my-scheme", error(1.5, 1.0, 0.0)))
+        .guide(Guide::Slope { order: 1.0, from: (6.0, 0.12), to_x: 15.0 })
+        .guide(Guide::Slope { order: 2.0, from: (1.0, 3.5e-3), to_x: 2.5 })
+        .guide(Guide::Horizontal { y: 2e-3, label: "below reference".to_owned() });
+    let position = Panel::new("(b) position", Axis::log10("H (ms)"), Axis::log10("position error, rms (m)"))
+        .series(series("rim-smooth", error(1e-5, 1.0, 1e-6)))
+        .series(series("rim-nonsmooth", error(1e-7, 2.0, 0.0)))
+        .note("slopes as declared", (0.04, 0.94));
+    Figure::new(980.0, 420.0).legend(LegendPlace::Right).panel(panel).panel(position)
+}
+
+fn stability() -> Heatmap {
+    let columns = vec![0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0];
+    let names =
+        ["zero-order-hold", "first-order-hold", "rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap", "rim-fixed-mass"];
+    let limits = [2.4, 1.2, 9.0, 45.0, 120.0, 16.0];
+    let row = |(name, limit): (&str, f64)| {
+        let cell = |(column, &h): (usize, &f64)| {
+            let value = (1.0 / (1.0 + (h / limit).powi(3))).clamp(0.0, 1.0);
+            let skipped = name == "first-order-hold" && column > 8;
+            Cell {
+                value: (!skipped).then_some((20.0 * value).round() / 20.0),
+                hatched: name == "rim-smooth" && (3.0..20.0).contains(&h),
+            }
+        };
+        Row { label: name.to_owned(), cells: columns.iter().enumerate().map(cell).collect() }
+    };
+    Heatmap {
+        width: 860.0,
+        height: 330.0,
+        title: "Wedge box: fraction of phases that stay stable".to_owned(),
+        x_label: "macro step H (ms)".to_owned(),
+        value_label: "fraction stable".to_owned(),
+        skipped_label: "skipped: needs a model".to_owned(),
+        hatch_label: "stable but wrong".to_owned(),
+        show_values: true,
+        rows: names.into_iter().zip(limits).map(row).collect(),
+        columns: columns.clone(),
+    }
+}
+
+fn manoeuvre() -> Manoeuvre {
+    let geometry = WedgeBoxGeometry::default();
+    let start_angle = f64::to_radians(-2.3968);
+    let pose = |time_s: f64, x: f64, share: f64, lift: f64, forces: &[f64], actuator: f64| {
+        let angle = start_angle * (1.0 - share);
+        let (sin, cos) = angle.sin_cos();
+        // The lower of the two wedge tips is `lift` above the floor.
+        let tip = geometry.wedge_tips.iter().map(|t| sin * t.0 + cos * t.1).fold(f64::INFINITY, f64::min);
+        let mut pose = Pose {
+            time_s,
+            box_x_m: x,
+            box_y_m: lift - tip,
+            box_angle_rad: angle,
+            disc_angle_rad: -x / 0.2,
+            contact_forces: Vec::new(),
+            actuator_force_n: actuator,
+        };
+        let disc = pose.world(geometry.disc_pin);
+        let (right, left) = (pose.world(geometry.wedge_tips[0]), pose.world(geometry.wedge_tips[1]));
+        let slant = geometry.ramp_slope.atan();
+        let on_ramp = disc.0 > geometry.ledge_corner_x_m;
+        let n = if on_ramp { (slant.sin(), slant.cos()) } else { (0.0, 1.0) };
+        let at = [right, left, (disc.0 - 0.2 * n.0, disc.1 - 0.2 * n.1)];
+        for (index, &newtons) in forces.iter().enumerate().filter(|(_, newtons)| **newtons > 0.0) {
+            let (nx, ny) = if index == 2 { n } else { (0.0, 1.0) };
+            let (x_m, y_m) = at[index];
+            pose.contact_forces.push(ContactForce { x_m, y_m, fx_n: newtons * nx, fy_n: newtons * ny });
+        }
+        pose
+    };
+    let smooth = vec![
+        pose(0.0, 0.0, 0.0, 0.0, &[1600.0, 0.0, 850.0], 0.0),
+        pose(0.6, 0.16, 0.25, 0.0, &[1640.0, 0.0, 820.0], -181.0),
+        pose(1.7, 0.44, 1.0, 0.0032, &[0.0, 9800.0, 900.0], 19_640.0),
+        pose(1.8, 0.52, 1.05, 0.0058, &[0.0, 0.0, 0.0], -13_200.0),
+        pose(2.4, 0.98, 1.0, 0.0, &[1460.0, 990.0, 0.0], 0.0),
+    ];
+    let nonsmooth = vec![
+        pose(0.0, 0.0, 0.0, 0.0, &[1600.0, 0.0, 850.0], 0.0),
+        pose(0.6, 0.16, 0.26, 0.0, &[1640.0, 0.0, 820.0], -181.0),
+        pose(1.7, 0.44, 1.0, 0.0, &[1300.0, 900.0, 250.0], -790.0),
+        pose(1.8, 0.52, 1.0, 0.0, &[1460.0, 990.0, 0.0], -60.0),
+        pose(2.4, 0.98, 1.0, 0.0, &[1460.0, 990.0, 0.0], 0.0),
+    ];
+    let row = |scheme: &str, poses| ManoeuvreRow { scheme: scheme.to_owned(), poses };
+    let rows = vec![row("rim-smooth", smooth), row("rim-nonsmooth", nonsmooth)];
+    Manoeuvre { width: 1180.0, geometry, arrow_force_n: 2000.0, rows }
+}

@@ -1,0 +1,14 @@
+//! The program and what it writes: command line, store, figures, performance tracker, examples.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod architecture;
+mod command_line;
+mod corpus;
+mod examples;
+mod figures;
+mod perf;
+mod perf_command_line;
+mod reproduction;
+mod store_survives;
