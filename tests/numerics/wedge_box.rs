@@ -1,7 +1,7 @@
 //! The wedge box against closed forms: pose, statics, effective mass, Jacobians; and the facts of its manoeuvre.
 
 use crate::support::*;
-use nalgebra::{Rotation2, Vector2, vector};
+use nalgebra::{Rotation2, Vector2};
 use rimbench::cosim::Subsystem;
 use rimbench::interface_model::{Condensation, Redundancy, condense};
 use rimbench::mechanics::{ContactLaw, MechanicalModel};
@@ -37,7 +37,7 @@ fn effective_mass(model: &mut WedgeBox, q: &[f64; 6], closed: &[usize]) -> Conde
 /// Unit vector of the actuator and the arm of its end on the box.
 fn actuator(g: &WedgeBoxGeometry, start_height: f64, q: &[f64; 6]) -> (Vector2<f64>, Vector2<f64>) {
     let arm = Rotation2::new(q[2]) * Vector2::from(g.attachment);
-    ((vector![q[0], q[1]] + arm - vector![g.ground_pin_x, start_height]).normalize(), arm)
+    ((Vector2::new(q[0], q[1]) + arm - Vector2::new(g.ground_pin_x, start_height)).normalize(), arm)
 }
 
 /// Height of the actuator's fixed end: that of the attachment at the start.
@@ -117,19 +117,19 @@ fn mass_on_the_ramp(g: &WedgeBoxGeometry, height: f64, q: &[f64; 6]) -> f64 {
     let (d, arm) = actuator(g, height, q);
     let omega = -g.ramp_slope / (pin.x - tip.x - g.ramp_slope * pin.y);
     let (x, y) = (1.0, -tip.x * omega);
-    let disc = vector![x - pin.y * omega, y + pin.x * omega];
+    let disc = Vector2::new(x - pin.y * omega, y + pin.x * omega);
     let inertia = g.box_mass * (g.box_size[0].powi(2) + g.box_size[1].powi(2)) / 12.0;
     let twice_t = g.box_mass * (x * x + y * y) + inertia * omega * omega + g.disc_mass * disc.norm_squared();
-    twice_t / d.dot(&vector![x - arm.y * omega, y + arm.x * omega]).powi(2)
+    twice_t / d.dot(&Vector2::new(x - arm.y * omega, y + arm.x * omega)).powi(2)
 }
 
 /// The pose at `angle` with the right wedge on the floor and the disc on the ramp.
 fn on_the_ramp(g: &WedgeBoxGeometry, corner_x: f64, angle: f64) -> [f64; 6] {
-    let down = vector![1.0, -g.ramp_slope].normalize();
-    let normal = vector![-down.y, down.x];
+    let down = Vector2::new(1.0, -g.ramp_slope).normalize();
+    let normal = Vector2::new(-down.y, down.x);
     let at_zero = on_right_wedge(g, 0.0, angle);
     // (c − corner)·n = R with c.x = at_zero.x + x.
-    let above = vector![at_zero[3] - corner_x, at_zero[4] - g.ledge_height].dot(&normal) - g.disc_radius;
+    let above = Vector2::new(at_zero[3] - corner_x, at_zero[4] - g.ledge_height).dot(&normal) - g.disc_radius;
     on_right_wedge(g, -above / normal.x, angle)
 }
 
@@ -195,13 +195,17 @@ fn at_rest_the_contacts_must_carry_the_weight_with_the_right_moment() {
 #[test]
 fn the_ground_under_the_disc_must_be_plane_vertex_plane() {
     let ledge = Ledge::new(2.0, 0.06, 0.15);
-    let (radius, normal) = (0.2, vector![0.15, 1.0].normalize());
+    let (radius, normal) = (0.2, Vector2::new(0.15, 1.0).normalize());
     for (centre, gap, wanted) in [
-        (vector![1.7, 0.30], 0.04, vector![0.0, 1.0]),
-        (vector![2.0, 0.26], 0.0, vector![0.0, 1.0]),
+        (Vector2::new(1.7, 0.30), 0.04, Vector2::new(0.0, 1.0)),
+        (Vector2::new(2.0, 0.26), 0.0, Vector2::new(0.0, 1.0)),
         // 3-4-5 triangle, but within the vertex region only for directions between (0, 1) and (0.148, 0.989).
-        (vector![2.0, 0.06] + 0.25 * vector![0.08, 0.9968].normalize(), 0.05, vector![0.08, 0.9968].normalize()),
-        (vector![2.0, 0.06] + 0.5 * vector![1.0, -0.15].normalize() + 0.19 * normal, -0.01, normal),
+        (
+            Vector2::new(2.0, 0.06) + 0.25 * Vector2::new(0.08, 0.9968).normalize(),
+            0.05,
+            Vector2::new(0.08, 0.9968).normalize(),
+        ),
+        (Vector2::new(2.0, 0.06) + 0.5 * Vector2::new(1.0, -0.15).normalize() + 0.19 * normal, -0.01, normal),
     ] {
         let contact = ledge.contact(centre, radius);
         approx::assert_abs_diff_eq!(contact.gap, gap, epsilon = 1e-15);

@@ -4,7 +4,7 @@
 //! as inverses, the complementarity problem by trying one active set after the other, nothing kept from one step to the
 //! next. It shares no code with rimbench; parameters are those of SCIENCE, section 5.
 
-use nalgebra::{DMatrix, DVector, Rotation2, Vector2, vector};
+use nalgebra::{DMatrix, DVector, Rotation2, Vector2};
 
 /// What is recorded at each communication point.
 #[derive(Debug, Clone)]
@@ -94,15 +94,15 @@ impl PlainWedgeBox {
         }
         let angle = 0.5 * (low + high);
         let turn = Rotation2::new(angle);
-        let centre = vector![0.0, -(turn * TIP).y];
+        let centre = Vector2::new(0.0, -(turn * TIP).y);
         let disc = centre + turn * PIN;
         let attachment = centre + turn * ATTACHMENT;
-        let ground_pin = vector![-3.0, attachment.y];
+        let ground_pin = Vector2::new(-3.0, attachment.y);
         PlainWedgeBox {
             q: DVector::from_vec(vec![centre.x, centre.y, angle, disc.x, disc.y, 0.0]),
             v: DVector::zeros(6),
             pressure: [3.85e6; 2],
-            corner: vector![disc.x + 0.1, LEDGE_HEIGHT],
+            corner: Vector2::new(disc.x + 0.1, LEDGE_HEIGHT),
             ground_pin,
             start_length: (attachment - ground_pin).norm(),
             impulses: DVector::zeros(4),
@@ -135,10 +135,10 @@ impl PlainWedgeBox {
         let (q, v) = (&self.q, &self.v);
         let pin = Rotation2::new(q[2]) * PIN;
         let mut rows = Rows::zeros(2);
-        for (row, n) in [vector![1.0, 0.0], vector![0.0, 1.0]].into_iter().enumerate() {
+        for (row, n) in [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)].into_iter().enumerate() {
             rows.point(row, 0, -n, pin);
             rows.point(row, 3, n, Vector2::zeros());
-            rows.position[row] = n.dot(&vector![q[3] - q[0] - pin.x, q[4] - q[1] - pin.y]);
+            rows.position[row] = n.dot(&Vector2::new(q[3] - q[0] - pin.x, q[4] - q[1] - pin.y));
             rows.convective[row] = v[2] * v[2] * n.dot(&pin);
         }
         rows
@@ -146,7 +146,7 @@ impl PlainWedgeBox {
 
     fn contacts(&self) -> Rows {
         let (q, v) = (&self.q, &self.v);
-        let up = vector![0.0, 1.0];
+        let up = Vector2::new(0.0, 1.0);
         let mut rows = Rows::zeros(4);
         for (row, tip) in [TIP, OTHER_TIP].into_iter().enumerate() {
             let arm = Rotation2::new(q[2]) * tip;
@@ -154,9 +154,9 @@ impl PlainWedgeBox {
             rows.position[row] = q[1] + arm.y;
             rows.convective[row] = -v[2] * v[2] * arm.y;
         }
-        let from_corner = vector![q[3], q[4]] - self.corner;
-        let down = vector![1.0, -0.15].normalize();
-        let across = vector![-down.y, down.x];
+        let from_corner = Vector2::new(q[3], q[4]) - self.corner;
+        let down = Vector2::new(1.0, -0.15).normalize();
+        let across = Vector2::new(-down.y, down.x);
         let (distance, normal, curvature) = if from_corner.x <= 0.0 {
             (from_corner.y, up, 0.0)
         } else if from_corner.dot(&down) >= 0.0 {
@@ -175,9 +175,9 @@ impl PlainWedgeBox {
     fn interface(&self) -> Rows {
         let (q, v) = (&self.q, &self.v);
         let arm = Rotation2::new(q[2]) * ATTACHMENT;
-        let along = vector![q[0], q[1]] + arm - self.ground_pin;
+        let along = Vector2::new(q[0], q[1]) + arm - self.ground_pin;
         let n = along.normalize();
-        let velocity = vector![v[0] - v[2] * arm.y, v[1] + v[2] * arm.x];
+        let velocity = Vector2::new(v[0] - v[2] * arm.y, v[1] + v[2] * arm.x);
         let mut rows = Rows::zeros(1);
         rows.point(0, 0, n, arm);
         rows.position[0] = along.norm();

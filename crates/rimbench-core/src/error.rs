@@ -8,10 +8,9 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Bad input: what was wrong, where, and what would be valid.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub enum Error {
     /// A name that is in no list.
-    #[error("unknown {kind} `{found}`{}; valid: {}", did_you_mean(found, valid), valid.join(", "))]
     UnknownName {
         /// What the name should have named, for example `scheme`.
         kind: &'static str,
@@ -21,7 +20,6 @@ pub enum Error {
         valid: Vec<String>,
     },
     /// A key whose value is outside what is valid.
-    #[error("{key} = {found} is not valid; valid: {expected}")]
     InvalidValue {
         /// The key, option or parameter.
         key: String,
@@ -31,13 +29,10 @@ pub enum Error {
         expected: String,
     },
     /// Two things that each exist but do not go together.
-    #[error("{0}")]
     Incompatible(String),
     /// Rows that must be independent are not.
-    #[error("{0}")]
     Singular(String),
     /// A file that cannot be used.
-    #[error("{}: {message}", path.display())]
     File {
         /// The file or folder.
         path: PathBuf,
@@ -45,6 +40,23 @@ pub enum Error {
         message: String,
     },
 }
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::UnknownName { kind, found, valid } => {
+                write!(f, "unknown {kind} `{found}`{}; valid: {}", did_you_mean(found, valid), valid.join(", "))
+            }
+            Error::InvalidValue { key, found, expected } => {
+                write!(f, "{key} = {found} is not valid; valid: {expected}")
+            }
+            Error::Incompatible(message) | Error::Singular(message) => f.write_str(message),
+            Error::File { path, message } => write!(f, "{}: {message}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
 
 impl Error {
     /// Builds [`Error::UnknownName`] from any list of names.

@@ -17,7 +17,7 @@
 //! | [`render`] | files: a temporary name first, then the final one |
 //!
 //! plotters draws: every shape becomes one of its elements on a drawing area over its SVG or bitmap backend, letters
-//! are its text in a registered font, and its encoder writes the PNG. What is left to us is layout, because plotters'
+//! are its text in a registered font. What is left to us is layout, because plotters'
 //! charts have no band for infinite values, no inset, no legend outside the data and no cutting at the frame, and what
 //! its backends lack: dash patterns, and positions and widths between pixels, which a finer grid makes up for.
 //!

@@ -99,7 +99,7 @@ pub(super) fn scalar_text(key: &str, value: &toml::Value) -> Result<String> {
         toml::Value::Integer(number) => Ok(number.to_string()),
         toml::Value::Float(number) => Ok(format!("{number:?}")),
         toml::Value::Boolean(flag) => Ok(flag.to_string()),
-        other => Err(Error::invalid(key, other, "a number or a name")),
+        other => Err(Error::invalid(key, format!("<{}>", other.type_str()), "a number or a name")),
     }
 }
 

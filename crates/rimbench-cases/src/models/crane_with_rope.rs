@@ -1,7 +1,7 @@
 //! The hydraulic crane with its load on a rope above the ground: two contacts that open and close.
 
 use super::crane::{Crane, CraneGeometry};
-use nalgebra::{Vector2, vector};
+use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::MassMatrix;
 use rimbench_core::interface_model::Rows;
@@ -60,7 +60,7 @@ impl CraneWithRope {
 
     /// From the end of the link to the load.
     fn rope(&self, q: &[f64]) -> Vector2<f64> {
-        vector![q[1] - self.tip_rate.y, q[2] + self.tip_rate.x]
+        Vector2::new(q[1] - self.tip_rate.y, q[2] + self.tip_rate.x)
     }
 }
 
@@ -78,7 +78,7 @@ impl MechanicalModel for CraneWithRope {
 
     fn prepare(&mut self, q: &[f64], v: &[f64]) {
         let (sin, cos) = q[0].sin_cos();
-        self.tip_rate = self.geometry.link_1_length * vector![-sin, cos];
+        self.tip_rate = self.geometry.link_1_length * Vector2::new(-sin, cos);
         self.crane.prepare(&[q[0], -std::f64::consts::FRAC_PI_2], &[v[0], 0.0]);
     }
 
@@ -102,10 +102,10 @@ impl MechanicalModel for CraneWithRope {
         let rope = self.rope(q);
         let length = rope.norm();
         let normal = rope / length;
-        let rate = vector![v[1], v[2]] - v[0] * self.tip_rate;
+        let rate = Vector2::new(v[1], v[2]) - v[0] * self.tip_rate;
         let across = normal.perp(&rate);
         // P'' = −P.
-        let bend = vector![-self.tip_rate.y, self.tip_rate.x];
+        let bend = Vector2::new(-self.tip_rate.y, self.tip_rate.x);
         rows.jacobian[..3].copy_from_slice(&[normal.dot(&self.tip_rate), -normal.x, -normal.y]);
         rows.position[ROPE] = self.geometry.link_2_length - length;
         rows.convective[ROPE] = normal.dot(&bend) * v[0] * v[0] - across * across / length;

@@ -1,6 +1,6 @@
 //! Mechanics of many discs between a blade and a wall: a row or a heap that a loader pushes.
 
-use nalgebra::{Vector2, vector};
+use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
@@ -123,7 +123,7 @@ impl Discs {
 
     #[inline]
     fn centre(q: &[f64], disc: usize) -> Vector2<f64> {
-        vector![q[1 + 2 * disc], q[2 + 2 * disc]]
+        Vector2::new(q[1 + 2 * disc], q[2 + 2 * disc])
     }
 
     #[inline]

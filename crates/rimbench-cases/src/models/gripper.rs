@@ -1,6 +1,6 @@
 //! Mechanics of a gripper: two jaws on a rail close on a box that stands on the floor.
 
-use nalgebra::{Rotation2, Vector2, vector};
+use nalgebra::{Rotation2, Vector2};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
@@ -111,14 +111,14 @@ impl MechanicalModel for Gripper {
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let [width, height] = self.geometry.box_size;
-        let (centre, velocity, spin) = (vector![q[2], q[3]], vector![v[2], v[3]], v[4]);
+        let (centre, velocity, spin) = (Vector2::new(q[2], q[3]), Vector2::new(v[2], v[3]), v[4]);
         for row in 0..4 {
             let (jaw, pad) = (row / 2, row % 2);
             let outward = if jaw == 0 { -1.0 } else { 1.0 };
-            let normal = self.rotation * vector![outward, 0.0];
-            let across = vector![-normal.y, normal.x];
-            let arm = vector![q[jaw], self.geometry.pad_heights[pad]] - centre;
-            let rate: Vector2<f64> = vector![v[jaw], 0.0] - velocity;
+            let normal = self.rotation * Vector2::new(outward, 0.0);
+            let across = Vector2::new(-normal.y, normal.x);
+            let arm = Vector2::new(q[jaw], self.geometry.pad_heights[pad]) - centre;
+            let rate: Vector2<f64> = Vector2::new(v[jaw], 0.0) - velocity;
             let at = VELOCITIES * row;
             rows.jacobian[at + jaw] = normal.x;
             rows.jacobian[at + BOX..at + VELOCITIES].copy_from_slice(&[-normal.x, -normal.y, arm.dot(&across)]);
@@ -126,8 +126,8 @@ impl MechanicalModel for Gripper {
             rows.convective[row] = 2.0 * spin * rate.dot(&across) - spin * spin * arm.dot(&normal);
         }
         for (row, side) in [(4, -0.5), (5, 0.5)] {
-            let arm = self.rotation * vector![side * width, -0.5 * height];
-            rows.set_planar_body(row, BOX, vector![0.0, 1.0], arm);
+            let arm = self.rotation * Vector2::new(side * width, -0.5 * height);
+            rows.set_planar_body(row, BOX, Vector2::new(0.0, 1.0), arm);
             rows.position[row] = q[3] + arm.y;
             rows.convective[row] = -spin * spin * arm.y;
         }

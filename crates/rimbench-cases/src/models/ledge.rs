@@ -1,6 +1,6 @@
 //! A ledge that ends in a ramp: the ground under a disc, with a corner treated as a vertex.
 
-use nalgebra::{Vector2, vector};
+use nalgebra::Vector2;
 
 /// Ledge of height `h` up to a corner, then a ramp falling with `slope` (fall over run).
 ///
@@ -33,8 +33,8 @@ pub struct SurfaceContact {
 impl Ledge {
     /// Builds the ledge with its corner at `(corner_x, height)`.
     pub fn new(corner_x: f64, height: f64, slope: f64) -> Self {
-        let down = vector![1.0, -slope].normalize();
-        Ledge { corner: vector![corner_x, height], down, ramp_normal: vector![-down.y, down.x] }
+        let down = Vector2::new(1.0, -slope).normalize();
+        Ledge { corner: Vector2::new(corner_x, height), down, ramp_normal: Vector2::new(-down.y, down.x) }
     }
 
     /// Contact of a disc of radius `radius` around `centre`.
@@ -47,7 +47,7 @@ impl Ledge {
     pub fn contact(&self, centre: Vector2<f64>, radius: f64) -> SurfaceContact {
         let from_corner = centre - self.corner;
         if from_corner.x <= 0.0 {
-            SurfaceContact { gap: from_corner.y - radius, normal: vector![0.0, 1.0], curvature: 0.0 }
+            SurfaceContact { gap: from_corner.y - radius, normal: Vector2::new(0.0, 1.0), curvature: 0.0 }
         } else if from_corner.dot(&self.down) >= 0.0 {
             let distance = from_corner.dot(&self.ramp_normal);
             SurfaceContact { gap: distance - radius, normal: self.ramp_normal, curvature: 0.0 }
@@ -66,13 +66,13 @@ mod tests {
     #[test]
     fn gap_and_normal_are_continuous_around_the_corner() {
         let ledge = Ledge::new(1.0, 0.06, 0.15);
-        let at = |x: f64, y: f64| ledge.contact(vector![x, y], 0.2);
+        let at = |x: f64, y: f64| ledge.contact(Vector2::new(x, y), 0.2);
         assert_relative_eq!(at(0.5, 0.26).gap, 0.0, epsilon = 1e-15);
         // A disc that rolls around the vertex keeps its gap.
         let angle = 0.1_f64;
         let vertex = at(1.0 + 0.2 * angle.sin(), 0.06 + 0.2 * angle.cos());
         assert_relative_eq!(vertex.gap, 0.0, epsilon = 1e-15);
-        assert_relative_eq!(vertex.normal, vector![angle.sin(), angle.cos()], epsilon = 1e-14);
+        assert_relative_eq!(vertex.normal, Vector2::new(angle.sin(), angle.cos()), epsilon = 1e-14);
         assert_relative_eq!(vertex.curvature, 5.0, epsilon = 1e-12);
         // Both borders of the vertex region.
         for (inside, outside) in [((1.0 + 1e-9, 0.26), (1.0 - 1e-9, 0.26)), ((1.0297, 0.2578), (1.0298, 0.2578))] {
@@ -81,15 +81,15 @@ mod tests {
             assert_relative_eq!(a.normal, b.normal, epsilon = 1e-2);
         }
         // On the ramp, 0.2 m to the side of its line.
-        let down = vector![1.0, -0.15].normalize();
-        let centre: Vector2<f64> = vector![1.0, 0.06] + 0.3 * down + 0.2 * vector![0.15, 1.0].normalize();
+        let down = Vector2::new(1.0, -0.15).normalize();
+        let centre: Vector2<f64> = Vector2::new(1.0, 0.06) + 0.3 * down + 0.2 * Vector2::new(0.15, 1.0).normalize();
         assert_relative_eq!(at(centre.x, centre.y).gap, 0.0, epsilon = 1e-15);
     }
 
     #[test]
     fn the_convective_term_at_the_vertex_is_the_second_derivative_of_the_gap() {
         let ledge = Ledge::new(0.0, 0.0, 0.15);
-        let (c, v, e) = (vector![0.01, 0.2], vector![0.3, -0.1], 1e-4);
+        let (c, v, e) = (Vector2::new(0.01, 0.2), Vector2::new(0.3, -0.1), 1e-4);
         let gap = |t: f64| ledge.contact(c + v * t, 0.2).gap;
         let contact = ledge.contact(c, 0.2);
         let tangential = v.norm_squared() - contact.normal.dot(&v).powi(2);

@@ -2,7 +2,7 @@
 
 use super::ledge::Ledge;
 use super::washboard::Washboard;
-use nalgebra::{Rotation2, Vector2, vector};
+use nalgebra::{Rotation2, Vector2};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
@@ -89,7 +89,7 @@ impl SupportedBox {
         let g = &geometry;
         let (angle, height) = start_pose(g)?;
         let rotation = Rotation2::new(angle);
-        let centre = vector![0.0, height];
+        let centre = Vector2::new(0.0, height);
         let place = |point: [f64; 2]| centre + rotation * Vector2::from(point);
         let mut start = vec![centre.x, centre.y, angle];
         let mut ledges = Vec::new();
@@ -101,7 +101,7 @@ impl SupportedBox {
         let attachment = place(g.attachment);
         let floor = Washboard::new(place(g.supports[0]).x + g.washboard_lead, g.washboard);
         let model = SupportedBox {
-            ground_pin: vector![g.ground_pin_x, attachment.y],
+            ground_pin: Vector2::new(g.ground_pin_x, attachment.y),
             ledges,
             floor,
             rotation,
@@ -239,8 +239,8 @@ impl MechanicalModel for SupportedBox {
         let spin = v[2] * v[2];
         for (index, disc) in self.geometry.discs.iter().enumerate() {
             let (arm, first) = (self.arm(disc.pin), 3 + 3 * index);
-            let error = vector![q[first] - q[0], q[first + 1] - q[1]] - arm;
-            for (row, direction) in [(2 * index, vector![1.0, 0.0]), (2 * index + 1, vector![0.0, 1.0])] {
+            let error = Vector2::new(q[first] - q[0], q[first + 1] - q[1]) - arm;
+            for (row, direction) in [(2 * index, Vector2::new(1.0, 0.0)), (2 * index + 1, Vector2::new(0.0, 1.0))] {
                 rows.set_planar_body(row, 0, -direction, arm);
                 rows.set_planar_body(row, first, direction, Vector2::zeros());
                 rows.position[row] = error.dot(&direction);
@@ -253,7 +253,7 @@ impl MechanicalModel for SupportedBox {
         for (support, tip) in self.geometry.supports.iter().enumerate() {
             let (row, arm) = (self.support_row(support), self.arm(*tip));
             let [height, slope, bend] = self.floor.at(q[0] + arm.x);
-            let direction = vector![-slope, 1.0];
+            let direction = Vector2::new(-slope, 1.0);
             let along = v[0] - v[2] * arm.y;
             rows.set_planar_body(row, 0, direction, arm);
             rows.position[row] = q[1] + arm.y - height;
@@ -261,22 +261,22 @@ impl MechanicalModel for SupportedBox {
         }
         for (index, (disc, ledge)) in self.geometry.discs.iter().zip(&self.ledges).enumerate() {
             let (row, first) = (NAMED_SUPPORTS + 2 * index, 3 + 3 * index);
-            let contact = ledge.contact(vector![q[first], q[first + 1]], disc.radius);
-            let tangential = vector![v[first], v[first + 1]].perp(&contact.normal);
+            let contact = ledge.contact(Vector2::new(q[first], q[first + 1]), disc.radius);
+            let tangential = Vector2::new(v[first], v[first + 1]).perp(&contact.normal);
             rows.set_planar_body(row, first, contact.normal, Vector2::zeros());
             rows.position[row] = contact.gap;
             rows.convective[row] = contact.curvature * tangential * tangential;
-            rows.set_planar_body(row + 1, first, vector![0.0, 1.0], Vector2::zeros());
+            rows.set_planar_body(row + 1, first, Vector2::new(0.0, 1.0), Vector2::zeros());
             rows.position[row + 1] = q[first + 1] - disc.radius;
         }
     }
 
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let arm = self.arm(self.geometry.attachment);
-        let along = vector![q[0], q[1]] + arm - self.ground_pin;
+        let along = Vector2::new(q[0], q[1]) + arm - self.ground_pin;
         let length = along.norm();
         let direction = along / length;
-        let across = direction.perp(&vector![v[0] - v[2] * arm.y, v[1] + v[2] * arm.x]);
+        let across = direction.perp(&Vector2::new(v[0] - v[2] * arm.y, v[1] + v[2] * arm.x));
         rows.set_planar_body(0, 0, direction, arm);
         rows.position[0] = length;
         rows.convective[0] = across * across / length - v[2] * v[2] * direction.dot(&arm);
@@ -312,7 +312,7 @@ impl MechanicalModel for SupportedBox {
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
         let gap = |tip: &[f64; 2]| {
-            let tip = vector![q[0], q[1]] + self.arm(*tip);
+            let tip = Vector2::new(q[0], q[1]) + self.arm(*tip);
             tip.y - self.floor.at(tip.x)[0]
         };
         let least = self.geometry.supports.iter().map(gap).fold(f64::INFINITY, f64::min);

@@ -1,7 +1,7 @@
 //! Mechanics of the wedge box: a box on two wedges, a disc on a revolute joint, floor, ledge and ramp, no friction.
 
 use super::ledge::Ledge;
-use nalgebra::{Rotation2, Vector2, vector};
+use nalgebra::{Rotation2, Vector2};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
@@ -81,7 +81,7 @@ impl WedgeBox {
         let (first, second) = (wrap(sum - offset), wrap(std::f64::consts::PI - sum - offset));
         let angle = if first.abs() < second.abs() { first } else { second };
         let rotation = Rotation2::new(angle);
-        let centre = vector![0.0, -(rotation * tip).y];
+        let centre = Vector2::new(0.0, -(rotation * tip).y);
         let disc = centre + rotation * pin;
         let corner_x = disc.x + g.ledge_lead;
         let attachment = centre + rotation * Vector2::from(g.attachment);
@@ -92,7 +92,7 @@ impl WedgeBox {
             start: [centre.x, centre.y, angle, disc.x, disc.y, 0.0],
             mass: [g.box_mass, g.box_mass, box_inertia, g.disc_mass, g.disc_mass, disc_inertia],
             ledge: Ledge::new(corner_x, g.ledge_height, g.ramp_slope),
-            ground_pin: vector![g.ground_pin_x, attachment.y],
+            ground_pin: Vector2::new(g.ground_pin_x, attachment.y),
             arms: [Vector2::zeros(); 4],
             geometry,
         };
@@ -161,7 +161,7 @@ impl MechanicalModel for WedgeBox {
         let pin = self.arms[2];
         let error = [q[3] - q[0] - pin.x, q[4] - q[1] - pin.y];
         let spin = v[2] * v[2];
-        for (row, direction) in [vector![1.0, 0.0], vector![0.0, 1.0]].into_iter().enumerate() {
+        for (row, direction) in [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)].into_iter().enumerate() {
             rows.set_planar_body(row, BOX, -direction, pin);
             rows.set_planar_body(row, DISC, direction, Vector2::zeros());
             rows.position[row] = error[row];
@@ -170,15 +170,15 @@ impl MechanicalModel for WedgeBox {
     }
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        let up = vector![0.0, 1.0];
+        let up = Vector2::new(0.0, 1.0);
         for (row, arm) in [(RIGHT_WEDGE, self.arms[0]), (LEFT_WEDGE, self.arms[1])] {
             rows.set_planar_body(row, BOX, up, arm);
             rows.position[row] = q[1] + arm.y;
             rows.convective[row] = -v[2] * v[2] * arm.y;
         }
         let radius = self.geometry.disc_radius;
-        let ledge = self.ledge.contact(vector![q[3], q[4]], radius);
-        let velocity = vector![v[3], v[4]];
+        let ledge = self.ledge.contact(Vector2::new(q[3], q[4]), radius);
+        let velocity = Vector2::new(v[3], v[4]);
         let tangential = velocity.perp(&ledge.normal);
         rows.set_planar_body(DISC_LEDGE, DISC, ledge.normal, Vector2::zeros());
         rows.position[DISC_LEDGE] = ledge.gap;
@@ -190,10 +190,10 @@ impl MechanicalModel for WedgeBox {
 
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let arm = self.arms[3];
-        let along = vector![q[0], q[1]] + arm - self.ground_pin;
+        let along = Vector2::new(q[0], q[1]) + arm - self.ground_pin;
         let length = along.norm();
         let direction = along / length;
-        let velocity = vector![v[0] - v[2] * arm.y, v[1] + v[2] * arm.x];
+        let velocity = Vector2::new(v[0] - v[2] * arm.y, v[1] + v[2] * arm.x);
         let across = direction.perp(&velocity);
         rows.set_planar_body(0, BOX, direction, arm);
         rows.position[0] = length;
@@ -222,7 +222,7 @@ impl MechanicalModel for WedgeBox {
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
-        let normal = self.ledge.contact(vector![q[3], q[4]], self.geometry.disc_radius).normal;
+        let normal = self.ledge.contact(Vector2::new(q[3], q[4]), self.geometry.disc_radius).normal;
         row.copy_from_slice(&[q[0], q[1], q[2], normal.y.atan2(normal.x)]);
     }
 }
