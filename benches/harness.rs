@@ -3,15 +3,13 @@
 //!
 //! Everything is compared within this process. Ratios matter; times are printed beside them.
 
-use rimbench::cases::case_by_name;
-use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::Bounds;
-use rimbench::harness::{Cache, Experiment, Job, Record, RunSpec, Store, run_job, simulate};
-use rimbench::schemes::scheme_by_name;
+use rimbench::catalogue::Catalogue;
+use rimbench::cosim::{Bounds, StopFlag};
+use rimbench::harness::{Cache, Experiment, Job, Record, Store, monotonic_clock, run_job};
+use rimbench::runs::{RunRequest, RunSpec, simulate};
 use rimbench::statistics::median;
 use std::hint::black_box;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// 400 runs of the shortest kind: signal-based and diverging early would be shorter, but is no run to speak of.
@@ -62,6 +60,7 @@ fn memory(folder: &Path, cache: &Cache) {
         let results = folder.join(format!("many-{runs}"));
         let job = Job {
             experiment: &experiment,
+            catalogue: &Catalogue::standard(),
             folder: &results,
             quick: false,
             fresh: true,
@@ -69,7 +68,7 @@ fn memory(folder: &Path, cache: &Cache) {
             cache,
             build: &rimbench::BUILD,
         };
-        let summary = run_job(job, &|_| {}, &AtomicBool::new(false)).expect("the sweep runs");
+        let summary = run_job(job, &|_| {}, StopFlag::never()).expect("the sweep runs");
         assert_eq!((summary.computed, summary.missing), (runs, 0));
         peak_memory()
     });
@@ -98,6 +97,7 @@ fn overhead(folder: &Path, cache: &Cache) {
         let results = folder.join(experiment.name());
         let job = Job {
             experiment,
+            catalogue: &Catalogue::standard(),
             folder: &results,
             quick: false,
             fresh: true,
@@ -105,17 +105,16 @@ fn overhead(folder: &Path, cache: &Cache) {
             cache,
             build: &rimbench::BUILD,
         };
-        pool.install(|| run_job(job, &|_| {}, &AtomicBool::new(false)).expect("the sweep runs"));
+        pool.install(|| run_job(job, &|_| {}, StopFlag::never()).expect("the sweep runs"));
     };
-    let case = case_by_name("wedge-box").expect("the case exists");
-    let solver = solver_by_name("active-set").expect("the solver exists");
-    let scheme = scheme_by_name("rim-smooth").expect("the scheme exists");
-    let usual = RunSpec::usual(case, scheme, solver, 5e-3).expect("the run is valid");
+    let request = RunRequest { macro_step_s: Some(5e-3), ..RunRequest::of("wedge-box", "rim-smooth") };
+    let usual = request.resolve(&Catalogue::standard()).expect("the run is valid");
     let specs: Vec<RunSpec> =
         rimbench::harness::phase_ensemble(400).into_iter().map(|phase| RunSpec { phase, ..usual.clone() }).collect();
     let bare = || {
         for spec in &specs {
-            black_box(simulate(spec, Bounds::default()).expect("the run is valid"));
+            let run = simulate(spec, Bounds::default(), Some(monotonic_clock), StopFlag::never());
+            black_box(run.expect("the run is valid"));
         }
     };
     // The reference is in the cache before anything is timed.

@@ -24,14 +24,15 @@ mod figures;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use figures::criterion_with_typeface;
 use nalgebra::DMatrix;
-use rimbench::cases::{CoupledSystem, case_by_name, wedge_box_geometry};
-use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{CommunicationGrid, MicroStep, Ports, Sample, Side, Subsystem};
+use rimbench::cases::{Case, CoupledSystem, wedge_box_geometry};
+use rimbench::catalogue::Catalogue;
+use rimbench::complementarity::SolverEntry;
+use rimbench::cosim::{Abilities, CommunicationGrid, MicroStep, PerSide, Sample, Side, Subsystem};
 use rimbench::interface_model::{Condensation, Elimination, MassMatrix, ReducedInterfaceModel, Redundancy, condense};
 use rimbench::mechanics::{ContactLaw, NonSmoothMechanics};
 use rimbench::models::WedgeBox;
-use rimbench::schemes::{SchemeOptions, scheme_by_name};
 use std::hint::black_box;
+use std::sync::Arc;
 
 /// kg, at the start of the wedge box.
 const EFFECTIVE_MASS: f64 = 250.0;
@@ -39,17 +40,21 @@ const EFFECTIVE_MASS: f64 = 250.0;
 const FORCE: f64 = 250.0;
 const STEP: f64 = 2e-4;
 
+fn wedge_box() -> Arc<Case> {
+    Catalogue::standard().case("wedge-box").unwrap().clone()
+}
+
 fn system() -> CoupledSystem {
-    let case = case_by_name("wedge-box").unwrap();
-    (case.build)(&case.default_parameters(), solver_by_name("active-set").unwrap()).unwrap()
+    let case = wedge_box();
+    (case.build)(&case.default_parameters(), &SolverEntry::active_set()).unwrap()
 }
 
 fn mechanics() -> NonSmoothMechanics<WedgeBox> {
-    let parameters = case_by_name("wedge-box").unwrap().default_parameters();
+    let parameters = wedge_box().default_parameters();
     let model = WedgeBox::new(wedge_box_geometry(&parameters)).unwrap();
     let law = ContactLaw { stabilisation: 0.2, restitution: 0.0, contact_margin: 1e-3 };
-    let ports = system().mechanics.ports().clone();
-    NonSmoothMechanics::new(model, law, ports, solver_by_name("active-set").unwrap().checked(4))
+    let ports = system().sides.mechanics.ports().clone();
+    NonSmoothMechanics::new(model, law, ports, SolverEntry::active_set().checked(4))
 }
 
 fn elimination(c: &mut Criterion) {
@@ -110,7 +115,7 @@ fn mechanics_step(c: &mut Criterion) {
     let mut checked = mechanics();
     run(&mut checked);
     let mut y = [0.0; 2];
-    checked.outputs(&[FORCE], &mut y);
+    checked.outputs(&[FORCE], &mut y).unwrap();
     // The box slides level with itself on wedge and ledge.
     assert!((y[1] - FORCE / EFFECTIVE_MASS * STEPS as f64 * STEP).abs() < 1e-6, "{}", y[1]);
     assert!(checked.ledger().identity_residual < 1e-12);
@@ -122,29 +127,27 @@ fn mechanics_step(c: &mut Criterion) {
 }
 
 fn hydraulics_step(c: &mut Criterion) {
-    let CoupledSystem { mechanics, mut actuator, .. } = system();
+    let PerSide { mut mechanics, mut actuator } = system().sides;
     let mut y = [0.0; 2];
-    mechanics.outputs(&[0.0], &mut y);
+    mechanics.outputs(&[0.0], &mut y).unwrap();
     // With the spool in the middle the start pressures, half way between pump and tank, are an equilibrium.
     let run = |actuator: &mut dyn Subsystem| actuator.step(0.0, black_box(&y), 5e-5).unwrap();
     run(&mut *actuator);
     let mut force = [f64::NAN];
-    actuator.outputs(&y, &mut force);
+    actuator.outputs(&y, &mut force).unwrap();
     assert!(force[0].abs() < 1e-6);
     c.bench_function("kernels/hydraulics_step", |bencher| bencher.iter(|| run(&mut *actuator)));
 }
 
 fn rim_nonsmooth_input(c: &mut Criterion) {
     const MICRO_STEPS: usize = 100;
-    let solver = solver_by_name("active-set").unwrap();
-    let CoupledSystem { mut mechanics, actuator, .. } = system();
-    let options = SchemeOptions::of(solver);
-    let ports: (&Ports, &Ports) = (mechanics.ports(), actuator.ports());
-    let mut scheme = (scheme_by_name("rim-nonsmooth").unwrap().build)(ports.0, ports.1, &options);
-    let mut model = mechanics.empty_interface_model().unwrap();
-    mechanics.interface_model(5e-3, &mut model).unwrap();
+    let mut sides = system().sides;
+    let coupling = Catalogue::standard().scheme("rim-nonsmooth").unwrap().couple(sides.lend(), None, None).unwrap();
+    let (mut scheme, mut model) = (coupling.scheme, coupling.attachments.interface_model.unwrap());
+    let mechanics = &mut sides.mechanics;
+    mechanics.abilities().interface_model(5e-3, &mut model).unwrap();
     let mut y = [0.0; 2];
-    mechanics.outputs(&[0.0], &mut y);
+    mechanics.outputs(&[0.0], &mut y).unwrap();
     let step = CommunicationGrid::new(5e-3, 1.0, 1.0).unwrap().step(0);
     let mut run = || {
         let sample = Sample { time: 0.0, y: &y, model: Some(&model), rates: None, step, actuator_micro_step: 5e-5 };

@@ -15,14 +15,10 @@
 //! reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall. Without `--bench` only that is
 //! done, on the small systems.
 
-use rimbench::cases::case_by_name;
-use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{
-    Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, Sample, Setup, Side, Subsystem, Timing, cosimulate,
-};
-use rimbench::harness::RunSpec;
+use rimbench::catalogue::Catalogue;
+use rimbench::cosim::{Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, Sample, Side, Subsystem, Supervision};
 use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::schemes::scheme_by_name;
+use rimbench::runs::RunRequest;
 use rimbench::statistics::{self, order_of_convergence};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -108,32 +104,29 @@ struct Stopped {
 
 impl Stopped {
     fn new(family: &Family, size: &Size) -> Self {
-        let (case, entry) = (case_by_name(family.case).unwrap(), scheme_by_name(SCHEME).unwrap());
-        let solver = solver_by_name("active-set").unwrap();
-        let mut parameters = case.default_parameters();
-        let fixed = family.set.iter().map(|(key, value)| (*key, (*value).to_owned()));
-        for (key, value) in fixed.chain(size.set.iter().map(|(key, value)| (*key, value.to_string()))) {
-            parameters.set(key, &value).unwrap();
-        }
-        let spec = RunSpec {
-            parameters,
-            micro_step: H / MICRO_STEPS as f64,
-            duration: family.settled_s,
-            ..RunSpec::usual(case, entry, solver, H).unwrap()
+        let fixed = family.set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned()));
+        let of_size = size.set.iter().map(|(key, value)| ((*key).to_owned(), value.to_string()));
+        let request = RunRequest {
+            set: fixed.chain(of_size).collect(),
+            macro_step_s: Some(H),
+            micro_step_s: Some(H / MICRO_STEPS as f64),
+            duration_s: Some(family.settled_s),
+            ..RunRequest::of(family.case, SCHEME)
         };
-        let mut system = (case.build)(&spec.parameters, solver).unwrap();
-        let setup = Setup { timing: Timing::default(), ..spec.setup(&system, Bounds::default()).unwrap() };
-        let scheme = (entry.build)(system.mechanics.ports(), system.actuator.ports(), &spec.options);
-        let mut used = scheme.try_clone().unwrap();
+        let spec = request.resolve(&Catalogue::standard()).unwrap();
+        let mut system = (spec.case.build)(&spec.parameters, &spec.solver).unwrap();
+        let setup = spec.setup(Bounds::default()).unwrap();
+        let coupling = spec.scheme.couple(system.sides.lend(), spec.model.as_ref(), spec.gain).unwrap();
+        let scheme = coupling.scheme.try_clone().unwrap();
         let (mut motion, mut force) = (Vec::new(), Vec::new());
-        let report = cosimulate(&setup, &mut *system.mechanics, &mut *system.actuator, &mut *used, &mut |point| {
-            motion = point.y_mechanics.to_vec();
-            force = point.y_actuator.to_vec();
+        let report = coupling.run(&setup, None, system.sides.lend(), Supervision::default(), &mut |point| {
+            motion = point.y.mechanics.to_vec();
+            force = point.y.actuator.to_vec();
         });
         assert_eq!(report.outcome, Outcome::Completed, "{} {:?}", family.case, size.set);
-        let mut mechanics = system.mechanics;
-        let mut model = mechanics.empty_interface_model().unwrap();
-        assert!(mechanics.interface_model(H, &mut model).unwrap());
+        let mut mechanics = system.sides.mechanics;
+        let mut model = mechanics.abilities().empty_interface_model().unwrap();
+        assert!(mechanics.abilities().interface_model(H, &mut model).unwrap());
         let step = setup.grid.step(0);
         Stopped { mechanics, scheme, model, motion, force, step }
     }
@@ -164,9 +157,9 @@ impl Stopped {
 
     /// Contacts closed, and the sum of contact forces in the last step.
     fn observed(mechanics: &mut dyn Subsystem) -> [f64; 3] {
-        let names = mechanics.observables().to_vec();
+        let names = mechanics.abilities().observables().to_vec();
         let mut row = vec![0.0; names.len()];
-        mechanics.observe(H, &mut row);
+        mechanics.abilities().observe(H, &mut row);
         ["closed_contacts", "rank_h_uu", "contact_force_sum_n"]
             .map(|name| row[names.iter().position(|known| *known == name).unwrap()])
     }
@@ -176,7 +169,7 @@ impl Stopped {
         let mut after = self.mechanics.try_clone().unwrap();
         after.step(0.0, &self.force, H).unwrap();
         let mut motion = vec![0.0; self.motion.len()];
-        after.outputs(&self.force, &mut motion);
+        after.outputs(&self.force, &mut motion).unwrap();
         self.receive(1);
         let used = self.inputs(1);
         // The actuator alone would change the velocity by this much.
@@ -199,10 +192,10 @@ impl Stopped {
     fn work(&mut self) -> [f64; 3] {
         self.receive(MICRO_STEPS);
         self.inputs(MICRO_STEPS);
-        let before = self.scheme.counters();
+        let before = self.scheme.report().counters;
         self.receive(MICRO_STEPS);
         self.inputs(MICRO_STEPS);
-        let spent = self.scheme.counters().since(&before);
+        let spent = self.scheme.report().counters.since(&before);
         [spent.pivots, spent.factorisations, spent.fallbacks].map(|count| count as f64 / MICRO_STEPS as f64)
     }
 
@@ -213,7 +206,7 @@ impl Stopped {
         let mut length = H;
         let build = median(|| {
             length = if length == H { 0.5 * H } else { H };
-            timed(|| self.mechanics.interface_model(black_box(length), &mut model).unwrap())
+            timed(|| self.mechanics.abilities().interface_model(black_box(length), &mut model).unwrap())
         });
         let take = median(|| timed(|| self.receive(MICRO_STEPS)));
         let using = median(|| {
@@ -227,7 +220,7 @@ impl Stopped {
                 copy = self.mechanics.try_clone().unwrap();
             }
             steps += 1;
-            copy.interface_model(H, &mut model).unwrap();
+            copy.abilities().interface_model(H, &mut model).unwrap();
             timed(|| copy.step(0.0, black_box(&self.force), H).unwrap())
         });
         [build, take, using, step]

@@ -9,10 +9,11 @@
 //! 14; all other signal-based schemes within 2. Model-based: interface Jacobian −2, fixed mass 7, smooth 9, non-smooth 22.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{CommunicationGrid, CouplingScheme, MicroStep, OutputRates, Port, Ports, Quantity, Sample, Side};
+use rimbench::cosim::{
+    CommunicationGrid, CouplingScheme, MicroStep, OutputRates, PerSide, Port, Ports, Quantity, Sample, Side,
+};
 use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::schemes::{Family, SCHEMES, SchemeEntry, SchemeOptions};
+use rimbench::schemes::{Construction, ModelConstruction, ModelOptions, SchemeEntry, standard_schemes};
 use std::hint::black_box;
 
 const MICRO_STEPS: usize = 100;
@@ -21,16 +22,20 @@ const FORCE: [f64; 1] = [300.0];
 
 /// The scheme after five exchanges over an interface at rest.
 fn settled(entry: &SchemeEntry) -> Box<dyn CouplingScheme> {
-    let port = |name, quantity| Port { name, quantity };
+    let port = |name: &'static str, quantity| Port::new(name, quantity);
     let motion = vec![port("position_m", Quantity::Position), port("velocity_m_s", Quantity::Velocity)];
     let force = vec![port("force_n", Quantity::Force)];
     let mechanics = Ports { inputs: force.clone(), outputs: motion.clone(), direct_feedthrough: false };
     let actuator = Ports { inputs: motion, outputs: force, direct_feedthrough: true };
-    let solver = solver_by_name("active-set").unwrap();
-    let gain = entry.gain_value(None).unwrap();
-    let options = SchemeOptions { gain, ..SchemeOptions::of(solver) };
-    let mut scheme = (entry.build)(&mechanics, &actuator, &options);
+    let gain = entry.gain_value(None).unwrap().unwrap_or(1.0);
     let mut model = ReducedInterfaceModel::zeros(0, 1);
+    let options = ModelOptions::default();
+    let construction = Construction {
+        ports: PerSide { mechanics: &mechanics, actuator: &actuator },
+        model: entry.has_model().then_some(ModelConstruction { empty: &model, options: &options }),
+        gain,
+    };
+    let mut scheme = (entry.build)(&construction).unwrap();
     // The load is carried: 300 N on 1 kg against the free acceleration.
     (model.h[0], model.a[0], model.position[0]) = (1.0, -FORCE[0], REST[0]);
     let rates = OutputRates { rate: vec![0.0], feedthrough: vec![0.0, -2.0], rate_gain: vec![0.0, -4.0] };
@@ -72,14 +77,14 @@ fn input(c: &mut Criterion) {
     {
         let mut group = c.benchmark_group(format!("input_{name}"));
         group.throughput(Throughput::Elements(MICRO_STEPS as u64));
-        for entry in SCHEMES.iter().filter(|entry| entry.family != Family::Ceiling) {
+        for entry in standard_schemes().iter().filter(|entry| entry.real_time()) {
             let mut scheme = settled(entry);
             let found = calls(&mut *scheme, 4, to);
             // The ablation knows no free acceleration and falls: Σ (j + 1) δ² λ over 100 steps of 10 µs.
             let sags = entry.name == "rim-fixed-mass" && to == Side::Actuator;
             let expected = if sags { expected + 300.0 * 1e-10 * 5050.0 } else { expected };
             assert!((found - expected).abs() < 1e-11, "{}: {found} instead of {expected}", entry.name);
-            group.bench_function(entry.name, |bencher| bencher.iter(|| calls(black_box(&mut *scheme), 4, to)));
+            group.bench_function(&*entry.name, |bencher| bencher.iter(|| calls(black_box(&mut *scheme), 4, to)));
         }
         group.finish();
     }

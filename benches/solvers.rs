@@ -19,7 +19,7 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltParams, cholesky_in_place, cholesky_in_place_scratch};
 use faer::{MatMut, Par, Spec};
-use rimbench::complementarity::{ActiveSet, Checked, ComplementaritySolver, Lcp, natural_residual, solver_by_name};
+use rimbench::complementarity::{ActiveSet, Checked, ComplementaritySolver, Lcp, natural_residual};
 use rimbench::corpus::Corpus;
 use rimbench::statistics::median;
 use std::hint::black_box;
@@ -39,7 +39,7 @@ struct Sequence {
 impl Sequence {
     fn lcp(&self, index: usize) -> Lcp<'_> {
         let (m, q) = &self.problems[index];
-        Lcp { m, q }
+        Lcp::new(m, q)
     }
 
     fn n(&self) -> usize {
@@ -97,7 +97,8 @@ fn pushed(m: Vec<f64>, n: usize, q: impl Fn(usize, f64) -> f64) -> Sequence {
 }
 
 fn solver(name: &str, n: usize) -> Checked {
-    solver_by_name(name).expect("a solver of the list").checked(n)
+    let everything = rimbench::everything().expect("the program's own list");
+    everything.solver(name).expect("a solver of the list").checked(n)
 }
 
 /// Every answer of every solver is one, by a residual computed here.
@@ -163,10 +164,10 @@ fn factorisation(n: usize, entry: impl Fn(usize, usize) -> f64) -> [f64; 2] {
     let q: Vec<f64> = m.chunks_exact(n).map(|row| -row.iter().sum::<f64>()).collect();
     let mut solver = ActiveSet::new(n);
     let mut z = vec![0.0; n];
-    solver.attempt(Lcp { m: &m, q: &q }, &mut z).expect("M is regular");
+    solver.attempt(Lcp::new(&m, &q), &mut z).expect("M is regular");
     assert_eq!(solver.active_set().len(), n);
     let mut solve = |m: &[f64], factorisations: u32| {
-        let stats = solver.attempt(Lcp { m: black_box(m), q: &q }, &mut z).expect("M is regular");
+        let stats = solver.attempt(Lcp::new(black_box(m), &q), &mut z).expect("M is regular");
         assert_eq!((stats.pivots, stats.factorisations), (0, factorisations));
         black_box(&z);
     };
@@ -187,7 +188,6 @@ fn factorisation(n: usize, entry: impl Fn(usize, usize) -> f64) -> [f64; 2] {
 }
 
 fn main() {
-    rimbench::panel::register();
     let bench = std::env::args().any(|argument| argument == "--bench");
     println!(
         "{:28} {:>11} {:>11} {:>11} {:>11} {:>11}  ns per problem",

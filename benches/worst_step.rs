@@ -7,13 +7,13 @@
 //! A lap goes from one communication point to the next: the step, its exchange and the record of a row. With `--bench`, wedge
 //! box by every scheme at three macro steps, then every other case by gap tracking at its usual step; without, one run each.
 
-use rimbench::cases::{CASES, Case, Recorder, case_by_name};
-use rimbench::complementarity::solver_by_name;
-use rimbench::cosim::{Bounds, Outcome, Setup, Timing, Trajectory, cosimulate};
-use rimbench::harness::RunSpec;
-use rimbench::schemes::{SCHEMES, SchemeEntry, scheme_by_name};
+use rimbench::cases::Recorder;
+use rimbench::catalogue::Catalogue;
+use rimbench::cosim::{Bounds, Outcome, Supervision, Trajectory};
+use rimbench::runs::{RunRequest, RunSpec};
 use std::time::Instant;
 
+const WEDGE_BOX: &str = "wedge-box";
 const DEMANDED: f64 = 20.0;
 const RUNS: usize = 25;
 /// Runs are repeated for at most so long, s.
@@ -21,18 +21,19 @@ const PATIENCE: f64 = 4.0;
 
 /// Laps of one run, s, or why there are none.
 fn laps(spec: &RunSpec) -> Result<Vec<f64>, String> {
-    let mut system = (spec.case.build)(&spec.parameters, spec.solver).map_err(|error| error.to_string())?;
-    let setup = spec.setup(&system, Bounds::default()).map_err(|error| error.to_string())?;
-    let setup = Setup { timing: Timing::default(), ..setup };
-    if let Some(reason) = spec.scheme.incompatibility(&*system.mechanics, &*system.actuator) {
+    let mut system = (spec.case.build)(&spec.parameters, &spec.solver).map_err(|error| error.to_string())?;
+    let setup = spec.setup(Bounds::default()).map_err(|error| error.to_string())?;
+    let mut recorder = Recorder::new(&spec.case, &mut system);
+    let mut sides = system.sides.lend();
+    if let Some(reason) = spec.scheme.incompatibility(sides.lend()) {
         return Err(reason);
     }
-    let mut scheme = (spec.scheme.build)(system.mechanics.ports(), system.actuator.ports(), &spec.options);
-    let mut recorder = Recorder::new(spec.case, &mut system);
+    let coupling =
+        spec.scheme.couple(sides.lend(), spec.model.as_ref(), spec.gain).map_err(|error| error.to_string())?;
     let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
     let mut laps = Vec::with_capacity(setup.grid.macro_steps() + 1);
     let mut last = Instant::now();
-    let report = cosimulate(&setup, &mut *system.mechanics, &mut *system.actuator, &mut *scheme, &mut |point| {
+    let report = coupling.run(&setup, None, sides, Supervision::default(), &mut |point| {
         recorder.record(point, &mut trajectory);
         let now = Instant::now();
         laps.push((now - last).as_secs_f64());
@@ -60,10 +61,10 @@ fn tail(spec: &RunSpec, runs: usize) -> Result<(f64, f64, usize), String> {
     Ok((shortest[shortest.len() / 2], shortest[shortest.len() - 1], done))
 }
 
-fn print(case: &'static Case, scheme: &'static SchemeEntry, macro_step: f64, runs: usize) -> f64 {
-    let solver = solver_by_name("active-set").expect("the default solver");
-    let spec = RunSpec::usual(case, scheme, solver, macro_step).expect("the scheme's own sequence and return");
-    let title = format!("{:22} {:38} {:5.2} ms", case.name, scheme.name, 1e3 * macro_step);
+fn print(catalogue: &Catalogue, case: &str, scheme: &str, macro_step: f64, runs: usize) -> f64 {
+    let request = RunRequest { macro_step_s: Some(macro_step), ..RunRequest::of(case, scheme) };
+    let spec = request.resolve(catalogue).expect("the scheme's own sequence and return");
+    let title = format!("{case:22} {scheme:38} {:5.2} ms", 1e3 * macro_step);
     match tail(&spec, runs) {
         Ok((median, longest, runs)) => {
             let (median_us, longest_us, ratio) = (1e6 * median, 1e6 * longest, longest / median);
@@ -81,16 +82,16 @@ fn print(case: &'static Case, scheme: &'static SchemeEntry, macro_step: f64, run
 
 fn main() {
     let runs = if std::env::args().any(|argument| argument == "--bench") { RUNS } else { 1 };
-    let wedge_box = case_by_name("wedge-box").expect("the case of the paper");
+    let catalogue = Catalogue::standard();
     let mut worst: f64 = 0.0;
-    for scheme in SCHEMES {
+    for scheme in catalogue.schemes() {
         for macro_step in [2e-4, 1e-3, 5e-3] {
-            worst = worst.max(print(wedge_box, scheme, macro_step, runs));
+            worst = worst.max(print(&catalogue, WEDGE_BOX, &scheme.name, macro_step, runs));
         }
     }
     println!("wedge box: the longest macro step is at most {worst:.1} times the median; demanded {DEMANDED}");
-    let gap_tracking = scheme_by_name("rim-nonsmooth-gap").expect("a scheme of the list");
-    for case in CASES.iter().filter(|case| case.name != wedge_box.name) {
-        print(case, gap_tracking, 5e-3_f64.min(20.0 * case.defaults.micro_step_s), runs);
+    for case in catalogue.cases().iter().filter(|case| case.name != WEDGE_BOX) {
+        let macro_step = 5e-3_f64.min(20.0 * case.defaults.micro_step_s);
+        print(&catalogue, &case.name, "rim-nonsmooth-gap", macro_step, runs);
     }
 }

@@ -1,11 +1,13 @@
 //! A case of one's own, run by the schemes of shipped experiments in quick form beside the cases that are there:
 //! `cargo run --release --example custom_case RESULTS experiments/published/oscillator.toml`
 
-use rimbench::cases::{CASES, Case, CoupledSystem, Parameters, ReferenceMethod, register};
+use rimbench::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range};
+use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::SolverEntry;
 use rimbench::error::Result;
 use rimbench::harness::{Experiment, compare};
 use rimbench::models::{CouplingElement, MassRole, MassSide, OscillatorIntegrator, WalledMass};
+use rimbench::name::names;
 use std::path::PathBuf;
 
 /// 1 kg between wall and spring (actuator) against 20 kg with nothing else to hold them (mechanics).
@@ -14,26 +16,35 @@ fn build(parameters: &Parameters, _solver: &SolverEntry) -> Result<CoupledSystem
     let heavy = WalledMass { mass: 20.0, stiffness: 0.0, ..light };
     let element =
         CouplingElement { stiffness: parameters.number("coupling_stiffness_n_m"), damping: 1.0, exponent: 1.0 };
-    let side = |index, body, role| Box::new(MassSide::new(index, body, role, OscillatorIntegrator::SemiImplicitEuler));
+    let side = |index, body, role| MassSide::new(index, body, role, OscillatorIntegrator::SemiImplicitEuler);
     Ok(CoupledSystem::new(side(1, heavy, MassRole::ForceDriven), side(0, light, MassRole::ForceGiving(element))))
 }
 
-static CASE: Case = Case {
-    name: "light-on-heavy",
-    about: "A light mass on a spring drives a heavy one",
-    trace_columns: &["time_s", "x1_m", "x2_m", "v1_m_s", "v2_m_s", "coupling_force_n"],
-    drawing_columns: &[],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-    ..CASES[2] // Parameters, times and interface columns of `linear-oscillator`.
-};
+fn case() -> Case {
+    let about = "stiffness of the spring between the masses";
+    let times = CaseDefaults {
+        duration_s: 10.0,
+        macro_step_s: 1e-3,
+        micro_step_s: 1e-4,
+        reference_step_s: 1e-3,
+        reference_sampling_s: 1e-3,
+    };
+    Case {
+        parameters: vec![Parameter::number("coupling_stiffness_n_m", "N/m", 100.0, Range::NotNegative, about, "ours")],
+        trace_columns: names(&["time_s", "x1_m", "x2_m", "v1_m_s", "v2_m_s", "coupling_force_n"]),
+        interface_columns: vec![InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")],
+        ..Case::new("light-on-heavy", "A light mass on a spring drives a heavy one", times, build)
+    }
+}
 
 fn main() -> Result<()> {
-    register(&CASE)?;
+    let mut catalogue = Catalogue::standard();
+    catalogue.add_case(case())?;
     let mut arguments = std::env::args().skip(1).map(PathBuf::from);
     let results = arguments.next().unwrap_or_else(|| "custom-case".into());
-    let mut tables = arguments
-        .map(|file| compare(&Experiment::read(&file)?.with_case(CASE.name)?, &results, true, &rimbench::BUILD));
-    tables.try_for_each(|table| table.map(|table| println!("{table}")))
+    for file in arguments {
+        let experiment = Experiment::read(&file)?.with_case("light-on-heavy")?;
+        println!("{}", compare(&experiment, &catalogue, &results, true, &rimbench::BUILD)?);
+    }
+    Ok(())
 }

@@ -16,9 +16,9 @@
 //! | `rimbench-figures` | [`figures`] | figures and the report, from result files; never simulates |
 //! | `rimbench-harness` | [`harness`] | experiment file → plan → runs → result files |
 //! | `rimbench-results` | [`atomic_file`], [`results_table`] | files written whole or not at all, read back by column name |
-//! | `rimbench-cases` | [`cases`], [`metrics`], [`models`] | what is simulated, what is measured |
+//! | `rimbench-cases` | [`runs`], [`catalogue`], [`cases`], [`metrics`], [`models`] | one run, what is simulated, what is measured |
 //! | `rimbench-statistics` | [`statistics`] | quantiles, straight lines, intervals, performance profiles |
-//! | `rimbench-core` | [`schemes`], [`mechanics`], [`cosim`], [`interface_model`], [`complementarity`], [`linear_algebra`], [`error`] | the simulation itself |
+//! | `rimbench-core` | [`schemes`], [`ceilings`], [`mechanics`], [`cosim`], [`interface_model`], [`complementarity`], [`linear_algebra`], [`name`], [`error`] | the simulation itself |
 //!
 //! # Symbols
 //! | symbol | unit | meaning |
@@ -33,9 +33,10 @@
 //! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is "the
 //! paper" throughout; what is marked *ours* is this project's own choice.
 
-pub use rimbench_cases::{cases, metrics, models};
+pub use rimbench_cases::{cases, catalogue, metrics, models, runs};
 pub use rimbench_core::{
-    complementarity, cosim, error, interface_model, linear_algebra, mechanics, numerics_version, schemes,
+    ceilings, complementarity, cosim, error, interface_model, linear_algebra, mechanics, name, numerics_version,
+    schemes,
 };
 pub use rimbench_dev::{corpus, panel, perf};
 pub use rimbench_figures as figures;
@@ -52,3 +53,13 @@ pub const BUILD: harness::BuildInfo = harness::BuildInfo {
     rustc: env!("RIMBENCH_RUSTC"),
     target: env!("RIMBENCH_TARGET"),
 };
+
+/// Everything that this program can run by name: what is built in, and the panel of rival solvers.
+///
+/// # Errors
+/// None, unless two of them had the same name.
+pub fn everything() -> error::Result<catalogue::Catalogue> {
+    let mut catalogue = catalogue::Catalogue::standard();
+    panel::solvers().into_iter().try_for_each(|solver| catalogue.add_solver(solver))?;
+    Ok(catalogue)
+}

@@ -7,7 +7,6 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    rimbench::panel::register();
     match cli::Cli::parse().run() {
         Ok(code) => code,
         Err(error) => {

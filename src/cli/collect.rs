@@ -3,6 +3,7 @@
 use super::{claims_table, print};
 use clap::Args;
 use rimbench::BUILD;
+use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::harness::{Cache, Experiment, Job, check_claims, collect_shards};
 use std::path::{Path, PathBuf};
@@ -19,7 +20,7 @@ pub struct Collect {
 const NAMED: usize = 20;
 
 impl Collect {
-    pub(super) fn run(self) -> anyhow::Result<()> {
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let (first, others) =
             self.folders.split_first().ok_or_else(|| Error::invalid("DIR", "", "a results folder"))?;
         let experiment = read_copy(first)?;
@@ -32,6 +33,7 @@ impl Collect {
         let cache = Cache::of_user();
         let job = Job {
             experiment: &experiment,
+            catalogue,
             folder: first,
             quick: false,
             fresh: false,
@@ -51,7 +53,11 @@ impl Collect {
         ))?;
         for run in missing.iter().take(NAMED) {
             let (step, phase) = (run.spec.macro_step * 1e3, run.spec.phase);
-            print(&format!("missing: {} {} at H = {step} ms, phase {phase}", run.label, run.set))?;
+            print(&format!(
+                "missing: {} {} at H = {step} ms, phase {phase}",
+                run.label,
+                run.spec.parameters.changed()
+            ))?;
         }
         if missing.len() > NAMED {
             print(&format!("… and {} more", missing.len() - NAMED))?;

@@ -3,7 +3,9 @@
 use super::print;
 use super::reproduce::home;
 use clap::Args;
+use rimbench::catalogue::Catalogue;
 use rimbench::figures::FigureList;
+use rimbench::figures::style::Styles;
 use std::path::PathBuf;
 
 /// Arguments of `figures`.
@@ -18,9 +20,10 @@ pub struct Figures {
 }
 
 impl Figures {
-    pub(super) fn run(self) -> anyhow::Result<()> {
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let figures = FigureList::read(&home()?.join("paper/figures.toml"))?;
-        let made = figures.make_all(&self.results, self.group.as_deref())?;
+        let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
+        let made = figures.make_all(&self.results, self.group.as_deref(), &styles)?;
         for files in &made.files {
             print(&files.svg.display().to_string())?;
         }

@@ -1,19 +1,21 @@
 //! `rimbench limit`: the largest stable macro step.
 
-use super::run_options::RunOptions;
+use super::run_options::{RunOptions, resolved};
 use super::{Format, json_number, print, table};
 use clap::{Args, ValueEnum};
+use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::harness::{
     Cache, StabilityLimit, logarithmic_grid, phase_ensemble, spectral_stability_limit, stability_limit,
 };
+use rimbench::runs::RunRequest;
 use serde_json::{Map, Value, json};
 
 /// Arguments of `limit`.
 #[derive(Debug, Args)]
 pub struct Limit {
     #[command(flatten)]
-    run: RunOptions,
+    run: RunOptions<true>,
     /// Smallest macro step of the scan, s
     #[arg(long, value_name = "S", default_value_t = 1e-4, allow_negative_numbers = true)]
     from: f64,
@@ -44,14 +46,15 @@ enum Method {
 }
 
 impl Limit {
-    pub(super) fn run(self) -> anyhow::Result<()> {
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         if !(1..=10_000).contains(&self.phases) {
             return Err(Error::invalid("phases", self.phases, "a whole number from 1 to 10000").into());
         }
         let grid = logarithmic_grid(self.from, self.to, self.per_decade)?;
         // The coarsest macro step must fit into the duration.
-        let coarsest = self.run.spec(Some(self.to), 1.0)?;
-        let fixed_micro_step = self.run.fixes_micro_step();
+        let request = RunRequest { macro_step_s: Some(self.to), ..self.run.request()? };
+        let coarsest = resolved(&request, catalogue)?;
+        let fixed_micro_step = request.micro_step_s.is_some();
         let found = match self.method {
             Method::Run => {
                 let phases = phase_ensemble(self.phases);

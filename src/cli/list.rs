@@ -2,10 +2,8 @@
 
 use super::{Format, print, table};
 use clap::{Args, ValueEnum};
-use rimbench::cases::{all_cases, case_by_name};
-use rimbench::complementarity::all_solvers;
+use rimbench::catalogue::Catalogue;
 use rimbench::metrics::METRICS;
-use rimbench::schemes::all_schemes;
 use serde_json::{Map, Value};
 
 /// Arguments of `list`.
@@ -34,27 +32,29 @@ enum What {
 type Entry = Vec<(&'static str, String)>;
 
 impl List {
-    pub(super) fn run(self) -> anyhow::Result<()> {
-        let case = self.case.as_deref().map(case_by_name).transpose()?;
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+        let case = self.case.as_deref().map(|name| catalogue.case(name)).transpose()?;
         let entries: Vec<Entry> = match self.what {
-            What::Cases => all_cases().iter().map(|case| named(case.name, case.about)).collect(),
-            What::Schemes => all_schemes()
+            What::Cases => catalogue.cases().iter().map(|case| named(&case.name, &case.about)).collect(),
+            What::Schemes => catalogue
+                .schemes()
                 .iter()
                 .map(|scheme| {
-                    let mut entry = named(scheme.name, scheme.about);
+                    let mut entry = named(&scheme.name, &scheme.about);
                     entry.push(("order", scheme.order.to_string()));
                     entry.push(("sequence", scheme.sequence.to_string()));
-                    let gain = scheme.gain.map(|gain| format!("{} ({})", gain.default, gain.about));
+                    let gain = scheme.gain.as_ref().map(|gain| format!("{} ({})", gain.default, gain.about));
                     entry.push(("gain", gain.unwrap_or_default()));
                     entry.push(("real-time", if scheme.real_time() { "yes" } else { "no" }.to_owned()));
                     entry
                 })
                 .collect(),
-            What::Solvers => all_solvers()
+            What::Solvers => catalogue
+                .solvers()
                 .iter()
                 .map(|solver| {
-                    let mut entry = named(solver.name, solver.about);
-                    entry.push(("guaranteed", solver.guaranteed.to_owned()));
+                    let mut entry = named(&solver.name, &solver.about);
+                    entry.push(("guaranteed", solver.guaranteed.clone().into_owned()));
                     entry
                 })
                 .collect(),
@@ -66,17 +66,18 @@ impl List {
                     entry
                 })
                 .collect(),
-            What::Parameters => all_cases()
+            What::Parameters => catalogue
+                .cases()
                 .iter()
                 .filter(|known| case.is_none_or(|case| case.name == known.name))
-                .flat_map(|case| case.parameters.iter().map(|parameter| (case.name, parameter)))
+                .flat_map(|case| case.parameters.iter().map(|parameter| (&case.name, parameter)))
                 .map(|(case, parameter)| {
-                    let mut entry = named(parameter.name, parameter.about);
-                    entry.push(("unit", parameter.unit.to_owned()));
+                    let mut entry = named(&parameter.name, &parameter.about);
+                    entry.push(("unit", parameter.unit.clone().into_owned()));
                     entry.push(("default", parameter.default.to_string()));
                     entry.push(("valid", parameter.range.to_string()));
-                    entry.push(("source", parameter.source.to_owned()));
-                    entry.push(("case", case.to_owned()));
+                    entry.push(("source", parameter.source.clone().into_owned()));
+                    entry.push(("case", case.clone().into_owned()));
                     entry
                 })
                 .collect(),

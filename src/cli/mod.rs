@@ -17,7 +17,9 @@ mod solvers;
 mod verify;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use rimbench::everything;
 use rimbench::harness::CheckedClaim;
+use rimbench::runs::FactValue;
 use std::process::ExitCode;
 
 /// Benchmark of non-iterative co-simulation of mechanical systems with contact.
@@ -74,19 +76,20 @@ impl Cli {
     /// # Errors
     /// Bad input, or a place that cannot be written.
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        let catalogue = &everything()?;
         match self.command {
-            Command::Reproduce(command) => command.run()?,
-            Command::Simulate(command) => command.run()?,
-            Command::Plan(command) => command.run()?,
-            Command::Run(command) => return command.run(),
-            Command::Collect(command) => command.run()?,
-            Command::Verify(command) => return command.run(),
-            Command::Limit(command) => command.run()?,
-            Command::Figures(command) => command.run()?,
+            Command::Reproduce(command) => command.run(catalogue)?,
+            Command::Simulate(command) => command.run(catalogue)?,
+            Command::Plan(command) => command.run(catalogue)?,
+            Command::Run(command) => return command.run(catalogue),
+            Command::Collect(command) => command.run(catalogue)?,
+            Command::Verify(command) => return command.run(catalogue),
+            Command::Limit(command) => command.run(catalogue)?,
+            Command::Figures(command) => command.run(catalogue)?,
             Command::Perf(command) => return command.run(),
-            Command::List(command) => command.run()?,
+            Command::List(command) => command.run(catalogue)?,
             Command::Corpus(command) => command.run()?,
-            Command::Solvers(command) => command.run()?,
+            Command::Solvers(command) => command.run(catalogue)?,
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -95,6 +98,16 @@ impl Cli {
 /// A number for JSON, which knows no infinities: those become the text `inf`, `-inf` or `nan`.
 fn json_number(value: f64) -> serde_json::Value {
     serde_json::Number::from_f64(value).map_or_else(|| format!("{value}").to_lowercase().into(), Into::into)
+}
+
+/// What a fact says, for JSON.
+fn json_fact(value: Option<&FactValue>) -> serde_json::Value {
+    match value {
+        None => serde_json::Value::Null,
+        Some(FactValue::Text(text)) => text.as_str().into(),
+        Some(FactValue::Number(number)) => json_number(*number),
+        Some(FactValue::Count(count)) => (*count).into(),
+    }
 }
 
 /// Prints to standard output; a reader that closed the pipe early is no error.

@@ -2,7 +2,9 @@
 
 use super::{print, table};
 use clap::Args;
+use rimbench::catalogue::Catalogue;
 use rimbench::harness::Experiment;
+use rimbench::runs::Fact;
 use std::path::PathBuf;
 
 /// Arguments of `plan`.
@@ -13,23 +15,24 @@ pub struct Plan {
 }
 
 impl Plan {
-    pub(super) fn run(self) -> anyhow::Result<()> {
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let experiment = Experiment::read(&self.file)?;
-        let planned = experiment.plan(false)?;
+        let planned = experiment.plan(catalogue, false)?;
         print(&format!("{}\n", experiment.question))?;
-        let mut table = table(&["run id", "case", "set", "label", "H (ms)", "phase", "sequence", "force return"]);
-        for run in &planned {
-            let spec = &run.spec;
-            table.add_row([
-                spec.id(),
-                spec.case.name.to_owned(),
-                run.set.clone(),
-                run.label.clone(),
-                format!("{:.6}", spec.macro_step * 1e3),
-                format!("{:.6}", spec.phase),
-                spec.sequence.to_string(),
-                spec.force_return.to_string(),
-            ]);
+        let facts: Vec<Vec<Fact>> = planned.iter().map(|run| run.spec.facts()).collect();
+        // What is the same in all runs is said once.
+        let varies = |column: &usize| facts.iter().any(|of_run| of_run[*column] != facts[0][*column]);
+        let (varying, common): (Vec<usize>, Vec<usize>) = (0..facts[0].len()).partition(varies);
+        let said = |column: &usize| Some(&facts[0][*column]).filter(|fact| !fact.cell().is_empty());
+        let common = common.iter().filter_map(said).map(|fact| format!("{} = {}", fact.name, fact.cell()));
+        print(&format!("In all runs: {}\n", common.collect::<Vec<_>>().join(", ")))?;
+        let mut header = vec!["run id", "label"];
+        header.extend(varying.iter().map(|&column| facts[0][column].name));
+        let mut table = table(&header);
+        for (run, facts) in planned.iter().zip(&facts) {
+            let mut row = vec![run.id.clone(), run.label.clone()];
+            row.extend(varying.iter().map(|&column| facts[column].cell()));
+            table.add_row(row);
         }
         print(&table.to_string())?;
         print(&format!("{} runs, {} claims", planned.len(), experiment.claims().len()))

@@ -6,11 +6,13 @@ use clap::Args;
 use rayon::prelude::*;
 use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
+use rimbench::catalogue::Catalogue;
+use rimbench::cosim::StopFlag;
 use rimbench::error::{Error, Result};
+use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureList, write_report};
 use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Store, check_claims, run_job, write_claims};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// The group of experiments that this command runs.
@@ -28,14 +30,14 @@ pub struct Reproduce {
 }
 
 impl Reproduce {
-    pub(super) fn run(self) -> anyhow::Result<()> {
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let started = Instant::now();
         let default = if self.quick { "results/quick" } else { "results" };
         let out = self.out.unwrap_or_else(|| PathBuf::from(default));
         let home = home()?;
         let experiments = experiments(&home.join("experiments").join(GROUP))?;
         let figures = FigureList::read(&home.join("paper/figures.toml"))?;
-        let runs = experiments.iter().map(|experiment| Ok(experiment.plan(self.quick)?.len()));
+        let runs = experiments.iter().map(|experiment| Ok(experiment.plan(catalogue, self.quick)?.len()));
         let total: usize = runs.sum::<Result<usize>>()?;
         check_writable_folder(&out)?;
 
@@ -49,6 +51,7 @@ impl Reproduce {
             let folder = group.join(experiment.name());
             let job = Job {
                 experiment,
+                catalogue,
                 folder: &folder,
                 quick: self.quick,
                 fresh: true,
@@ -56,7 +59,7 @@ impl Reproduce {
                 cache: &cache,
                 build: &BUILD,
             };
-            let summary = run_job(job, &|_| bar.inc(1), &AtomicBool::new(false))?;
+            let summary = run_job(job, &|_| bar.inc(1), StopFlag::never())?;
             not_completed += summary.not_completed;
             if bar.is_hidden() {
                 eprintln!("{}: {} runs", experiment.name(), summary.computed);
@@ -67,7 +70,8 @@ impl Reproduce {
         }
         bar.set_message("drawing figures");
         write_claims(&group.join("claims.csv"), &claims)?;
-        figures.of_group(Some(GROUP)).par_iter().try_for_each(|figure| figure.make(&out).map(drop))?;
+        let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
+        figures.of_group(Some(GROUP)).par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
         write_report(&home.join("paper/report.md"), &out, GROUP, &figures)?;
         bar.finish_and_clear();
 

@@ -6,7 +6,8 @@ use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
-use rimbench::cosim::Outcome;
+use rimbench::catalogue::Catalogue;
+use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::error::{Error, Result};
 use rimbench::harness::{Cache, Experiment, Job, check_claims, run_job};
 use std::path::PathBuf;
@@ -37,9 +38,9 @@ pub struct Run {
 }
 
 impl Run {
-    pub(super) fn run(self) -> anyhow::Result<ExitCode> {
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let experiment = Experiment::read(&self.file)?;
-        let total = experiment.plan(false)?.len();
+        let total = experiment.plan(catalogue, false)?.len();
         let shard = self.shard.as_deref().map(parse_shard).transpose()?;
         if let Some(jobs) = self.jobs {
             if !(1..=1024).contains(&jobs) {
@@ -58,6 +59,7 @@ impl Run {
         let cache = Cache::of_user();
         let job = Job {
             experiment: &experiment,
+            catalogue,
             folder: &folder,
             quick: false,
             fresh: self.fresh,
@@ -72,7 +74,7 @@ impl Run {
                 bar.set_message(format!("{count} did not complete"));
             }
         };
-        let summary = run_job(job, &progress, &stop)?;
+        let summary = run_job(job, &progress, StopFlag::new(&stop))?;
         bar.finish_and_clear();
         print(&format!(
             "{} of {} runs stored in {}: {} computed now ({} of them did not complete, as data), {} were there",

@@ -1,13 +1,16 @@
 //! `rimbench simulate`: one run.
 
-use super::run_options::RunOptions;
-use super::{Format, json_number, print, table};
+use super::run_options::{RunOptions, resolved};
+use super::{Format, json_fact, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
-use rimbench::cosim::{Outcome, Trajectory};
+use rimbench::cases::Value as ParameterValue;
+use rimbench::catalogue::Catalogue;
+use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::error::{Error, Result};
-use rimbench::harness::{COUNTERS, Cache, EvaluatedRun, Reference, RunSpec, evaluate, simulate};
+use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
+use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate};
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
@@ -15,13 +18,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub struct Simulate {
     #[command(flatten)]
-    run: RunOptions,
-    /// Macro step H, s
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    macro_step: Option<f64>,
-    /// Communication phase φ in (0, 1]: the first macro step is φH long
-    #[arg(long, value_name = "PHI", default_value_t = 1.0, allow_negative_numbers = true)]
-    phase: f64,
+    run: RunOptions<false>,
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -31,15 +28,16 @@ pub struct Simulate {
 }
 
 impl Simulate {
-    pub(super) fn run(self) -> anyhow::Result<()> {
-        let spec = self.run.spec(self.macro_step, self.phase)?;
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+        let spec = resolved(&self.run.request()?, catalogue)?;
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
             check_trace(path)?;
         }
-        let reference = Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, &Cache::of_user())?;
-        let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
-        let run = evaluate(&spec, simulate(&spec, bounds)?, &reference);
+        let stop = StopFlag::never();
+        let reference = obtain_reference(&spec, &Cache::of_user(), stop)?;
+        let result = simulate(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
+        let run = evaluate(&spec, result, &reference)?;
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, spec.case.trace_columns.len())?;
         }
@@ -73,46 +71,27 @@ fn write_trace(path: &Path, trajectory: &Trajectory, columns: usize) -> Result<(
     })
 }
 
+/// Everything that determines the run, everything that was found, everything it cost.
 fn json(spec: &RunSpec, run: &EvaluatedRun) -> Value {
-    let mut facts = Map::new();
-    let mut put = |key: &str, value: Value| {
-        facts.insert(key.to_owned(), value);
-    };
-    put("case", spec.case.name.into());
-    put("scheme", spec.scheme.name.into());
-    put("sequence", spec.sequence.to_string().into());
-    put("force_return", spec.force_return.to_string().into());
-    put("solver", spec.solver.name.into());
-    put("macro_step_s", json_number(spec.macro_step));
-    put("step_control", spec.step_control.to_string().into());
-    put("step_tolerance", spec.step_control.rule().map_or(Value::Null, |rule| json_number(rule.tolerance)));
-    put("min_macro_step_s", spec.step_control.rule().map_or(Value::Null, |rule| json_number(rule.shortest)));
-    put("micro_step_s", json_number(spec.micro_step));
-    put("phase", json_number(spec.phase));
-    put("duration_s", json_number(spec.duration));
-    put("outcome", run.outcome.name().into());
-    let diverged = matches!(run.outcome, Outcome::Diverged { .. });
-    let optional = |value: Option<f64>| value.map_or(Value::Null, json_number);
-    put("diverged_at_s", optional(run.outcome.at_s().filter(|_| diverged)));
-    put("outcome_at_s", optional(run.outcome.at_s()));
-    put("reason", run.outcome.reason().into());
-    put("ended_at_s", json_number(run.ended_at_s));
-    for (metric, value) in METRICS.iter().zip(&run.metrics) {
-        put(metric.name, optional(*value));
+    let mut object = Map::new();
+    object.insert("run_id".to_owned(), spec.id().into());
+    for fact in spec.facts() {
+        object.insert(fact.name.to_owned(), json_fact(fact.value.as_ref()));
     }
-    let [force, position] = run.reference_uncertainty;
-    put("reference_force_uncertainty_n", optional(force));
-    put("reference_position_uncertainty_m", optional(position));
-    for (name, count) in COUNTERS.iter().zip(run.counters) {
-        put(name, count.into());
+    let parameters = spec.parameters.iter().map(|(parameter, value)| {
+        let value = match value {
+            ParameterValue::Number(number) => super::json_number(*number),
+            ParameterValue::Choice(choice) => choice.as_ref().into(),
+        };
+        (parameter.name.clone().into_owned(), value)
+    });
+    object.insert("parameters".to_owned(), Value::Object(parameters.collect()));
+    let diverged_at = run.outcome.at_s().filter(|_| matches!(run.outcome, Outcome::Diverged { .. }));
+    object.insert("diverged_at_s".to_owned(), diverged_at.map_or(Value::Null, super::json_number));
+    for fact in run.findings().into_iter().chain(run.costs()) {
+        object.insert(fact.name.to_owned(), json_fact(fact.value.as_ref()));
     }
-    put("wall_s", json_number(run.wall.as_secs_f64()));
-    put("real_time_factor", json_number(run.real_time_factor()));
-    put("latency_p50_s", optional(run.latency.map(|latency| latency.p50_s)));
-    put("latency_p99_s", optional(run.latency.map(|latency| latency.p99_s)));
-    put("latency_max_s", optional(run.latency.map(|latency| latency.max_s)));
-    put("missed_deadlines", run.latency.map_or(Value::Null, |latency| latency.missed_deadlines.into()));
-    Value::Object(facts)
+    Value::Object(object)
 }
 
 fn print_tables(spec: &RunSpec, run: &EvaluatedRun) -> anyhow::Result<()> {
@@ -135,8 +114,8 @@ fn print_tables(spec: &RunSpec, run: &EvaluatedRun) -> anyhow::Result<()> {
         print(&format!("The reference itself is uncertain by {force:.2e} N and {position:.2e} m (rms).\n"))?;
     }
     let mut counters = table(&["counter", "value"]);
-    for (name, count) in COUNTERS.iter().zip(run.counters) {
-        counters.add_row([(*name).to_owned(), count.to_string()]);
+    for fact in run.counters() {
+        counters.add_row([fact.name.to_owned(), fact.cell()]);
     }
     let wall = run.wall.as_secs_f64();
     counters.add_row(["wall time (s)".to_owned(), format!("{wall:.4}")]);

@@ -4,13 +4,16 @@ use super::corpus::CORPUS;
 use super::{Format, json_number, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
-use rimbench::complementarity::{SolverEntry, all_solvers, solver_by_name};
+use rimbench::catalogue::Catalogue;
+use rimbench::complementarity::SolverEntry;
 use rimbench::corpus::{Corpus, Replay, Solve, Start, draw_profile, replay};
 use rimbench::error::{Error, Result};
 use rimbench::figures::render;
+use rimbench::name::Name;
 use rimbench::statistics::{nearest_rank, performance_ratios, share_within};
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Arguments of `solvers`.
 #[derive(Debug, Args)]
@@ -40,11 +43,11 @@ const FACTORS: [f64; 10] = [1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 30.0, 100.0, 1000.0, 
 const SIZES: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, usize::MAX];
 
 /// A row: key and value, in the order of the columns.
-type Row = Vec<(&'static str, Value)>;
+type Row = Vec<(Name, Value)>;
 
 impl Solvers {
-    pub(super) fn run(self) -> anyhow::Result<()> {
-        let chosen = self.chosen()?;
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+        let chosen = self.chosen(catalogue)?;
         if let Some(folder) = &self.out {
             check_writable_folder(folder)?;
         }
@@ -59,7 +62,7 @@ impl Solvers {
         let mut replays = Vec::new();
         for solver in chosen {
             eprintln!("{}", solver.name);
-            replays.extend([Start::Warm, Start::Cold].map(|start| replay(&corpus, solver, start)));
+            replays.extend([Start::Warm, Start::Cold].map(|start| replay(&corpus, &solver, start)));
         }
         let work: Vec<Row> =
             replays.iter().flat_map(|replay| grouped(replay).map(|(group, s)| work(group, &s))).collect();
@@ -70,7 +73,7 @@ impl Solvers {
             for (name, rows) in [("work.csv", &work), ("time.csv", &time), ("profile.csv", &profile)] {
                 write_csv(&folder.join(name), rows)?;
             }
-            render::write(&draw_profile(&replays), folder, "profile")?;
+            render::write(&draw_profile(&replays, catalogue.solvers()), folder, "profile")?;
         }
         let overall: Vec<Row> = replays.iter().map(overall).collect();
         match self.format {
@@ -87,11 +90,11 @@ impl Solvers {
         }
     }
 
-    fn chosen(&self) -> Result<Vec<&'static SolverEntry>> {
+    fn chosen(&self, catalogue: &Catalogue) -> Result<Vec<Arc<SolverEntry>>> {
         if self.solver.is_empty() {
-            return Ok(all_solvers());
+            return Ok(catalogue.solvers().to_vec());
         }
-        self.solver.iter().map(|name| solver_by_name(name)).collect()
+        self.solver.iter().map(|name| catalogue.solver(name).cloned()).collect()
     }
 }
 
@@ -106,14 +109,18 @@ fn grouped(replay: &Replay) -> impl Iterator<Item = (Row, Vec<Solve>)> {
         let solves: Vec<Solve> = replay.solves.iter().filter(|s| (from..=end).contains(&s.n)).copied().collect();
         let largest = solves.iter().map(|solve| solve.n).max()?;
         let mut row = named(replay);
-        row.extend([("n_from", from.into()), ("n_to", largest.into()), ("problems", solves.len().into())]);
+        put(&mut row, [("n_from", from.into()), ("n_to", largest.into()), ("problems", solves.len().into())]);
         Some((row, solves))
     })
 }
 
 fn named(replay: &Replay) -> Row {
     let start = if replay.start == Start::Warm { "warm" } else { "cold" };
-    vec![("solver", replay.solver.name.into()), ("start", start.into())]
+    vec![("solver".into(), replay.solver.name.as_ref().into()), ("start".into(), start.into())]
+}
+
+fn put<const N: usize>(row: &mut Row, columns: [(&'static str, Value); N]) {
+    row.extend(columns.map(|(key, value)| (key.into(), value)));
 }
 
 /// What does not depend on the machine.
@@ -123,14 +130,17 @@ fn work(mut row: Row, solves: &[Solve]) -> Row {
     let solved = solves.iter().filter(|solve| solve.solved);
     let refused = solves.iter().filter(|solve| solve.refused).count();
     let worst = solved.clone().map(|solve| solve.stats.residual).fold(f64::NAN, f64::max);
-    row.extend([
-        ("refused", refused.into()),
-        ("failures", (solves.len() - refused - solved.count()).into()),
-        ("pivots", total(|solve| solve.stats.pivots).into()),
-        ("most_pivots", most.into()),
-        ("factorisations", total(|solve| solve.stats.factorisations).into()),
-        ("worst_accepted_residual", json_number(worst)),
-    ]);
+    put(
+        &mut row,
+        [
+            ("refused", refused.into()),
+            ("failures", (solves.len() - refused - solved.count()).into()),
+            ("pivots", total(|solve| solve.stats.pivots).into()),
+            ("most_pivots", most.into()),
+            ("factorisations", total(|solve| solve.stats.factorisations).into()),
+            ("worst_accepted_residual", json_number(worst)),
+        ],
+    );
     row
 }
 
@@ -138,7 +148,7 @@ fn work(mut row: Row, solves: &[Solve]) -> Row {
 fn time(mut row: Row, solves: &[Solve]) -> Row {
     let mut times: Vec<f64> = solves.iter().filter(|solve| solve.solved).map(|solve| solve.time_ns).collect();
     for (name, percent) in [("median_ns", 50), ("p99_ns", 99), ("max_ns", 100)] {
-        row.push((name, json_number(nearest_rank(&mut times, percent).unwrap_or(f64::NAN).round())));
+        row.push((name.into(), json_number(nearest_rank(&mut times, percent).unwrap_or(f64::NAN).round())));
     }
     row
 }
@@ -147,7 +157,7 @@ fn time(mut row: Row, solves: &[Solve]) -> Row {
 fn overall(replay: &Replay) -> Row {
     let with_work = work(named(replay), &replay.solves);
     let mut row = time(with_work, &replay.solves);
-    row.push(("mean_ns", json_number((10.0 * replay.mean_ns).round() / 10.0)));
+    row.push(("mean_ns".into(), json_number((10.0 * replay.mean_ns).round() / 10.0)));
     row
 }
 
@@ -157,14 +167,15 @@ fn profile(replays: &[Replay]) -> Vec<Row> {
     let ratios = performance_ratios(&warm.iter().map(|replay| replay.costs()).collect::<Vec<_>>());
     let row = |factor: f64| {
         let share = |ratios: &Vec<f64>| json_number((1e4 * share_within(ratios, factor)).round() / 1e4);
-        let columns = warm.iter().zip(&ratios).map(|(replay, ratios)| (replay.solver.name, share(ratios)));
-        std::iter::once(("factor", json_number(factor))).chain(columns).collect()
+        let columns = warm.iter().zip(&ratios).map(|(replay, ratios)| (replay.solver.name.clone(), share(ratios)));
+        std::iter::once(("factor".into(), json_number(factor))).chain(columns).collect()
     };
     FACTORS.into_iter().map(row).collect()
 }
 
 fn json(rows: &[Row]) -> Value {
-    let object = |row: &Row| row.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect::<Map<_, _>>();
+    let object =
+        |row: &Row| row.iter().map(|(key, value)| (key.clone().into_owned(), value.clone())).collect::<Map<_, _>>();
     rows.iter().map(|row| Value::Object(object(row))).collect()
 }
 
@@ -173,7 +184,7 @@ fn cell(value: &Value) -> String {
 }
 
 fn text(rows: &[Row]) -> String {
-    let header: Vec<&str> = rows.first().map(|row| row.iter().map(|(key, _)| *key).collect()).unwrap_or_default();
+    let header: Vec<&str> = rows.first().map(|row| row.iter().map(|(key, _)| &**key).collect()).unwrap_or_default();
     let mut table = table(&header);
     table.add_rows(rows.iter().map(|row| row.iter().map(|(_, value)| cell(value))));
     table.to_string()
@@ -183,7 +194,7 @@ fn write_csv(path: &Path, rows: &[Row]) -> Result<()> {
     write_atomically(path, |file| {
         let mut writer = csv::Writer::from_writer(file);
         if let Some(first) = rows.first() {
-            writer.write_record(first.iter().map(|(key, _)| key))?;
+            writer.write_record(first.iter().map(|(key, _)| &**key))?;
         }
         for row in rows {
             writer.write_record(row.iter().map(|(_, value)| cell(value)))?;

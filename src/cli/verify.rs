@@ -2,6 +2,7 @@
 
 use super::{claims_table, print};
 use clap::Args;
+use rimbench::catalogue::Catalogue;
 use rimbench::harness::{Experiment, check_claims};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -18,11 +19,11 @@ pub struct Verify {
 }
 
 impl Verify {
-    pub(super) fn run(self) -> anyhow::Result<ExitCode> {
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let mut claims = Vec::new();
         for file in &self.files {
             let experiment = Experiment::read(file)?;
-            experiment.plan(false)?;
+            experiment.plan(catalogue, false)?;
             claims.extend(check_claims(&experiment, &experiment.results_folder(&self.results))?);
         }
         print(&claims_table(&claims))?;

@@ -4,18 +4,20 @@
 use crate::support::*;
 use nalgebra::{Matrix4, Vector4};
 use rimbench::cases::Case;
-use rimbench::cosim::{CommunicationGrid, Outcome, Port, Quantity, Sequence, Side, Subsystem};
-use rimbench::harness::{RunResult, RunSpec};
+use rimbench::cosim::{
+    Abilities, CommunicationGrid, Outcome, Port, Quantity, Sequence, Side, StopFlag, Subsystem, SubsystemCounters,
+};
+use rimbench::error::Failure;
 use rimbench::mechanics::monolithic;
 use rimbench::panel::ENUMERATION_LIMIT;
-use rimbench::schemes::{Family, Need};
+use rimbench::runs::{RunResult, RunSpec};
+use rimbench::schemes::Need;
 
 const ITERATED: [&str; 2] = ["iterated-aitken", "iterated-quasi-newton"];
 
-fn spec(case: &'static Case, set: &[(&str, &str)], scheme: &str, sequence: Sequence, macro_step: f64) -> RunSpec {
-    let scheme = scheme_by_name(scheme).unwrap();
-    let (sequence, force_return) = scheme.sequence_and_return(Some(sequence), None).unwrap();
-    let mut spec = RunSpec::usual(case, scheme, solver(), macro_step).unwrap();
+fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: Sequence, macro_step: f64) -> RunSpec {
+    let mut spec = usual_spec(case, scheme, macro_step);
+    let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
     set.iter().for_each(|(key, value)| spec.parameters.set(key, value).unwrap());
     RunSpec { micro_step: macro_step, sequence, force_return, duration: 1.0, ..spec }
 }
@@ -42,24 +44,25 @@ fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
             }
         }
         for (parameters, entry) in
-            all.iter().flat_map(|parameters| solvers().into_iter().map(move |entry| (parameters, entry)))
+            all.iter().flat_map(|parameters| solvers().iter().map(move |entry| (parameters, entry)))
         {
             let mut system = (case.build)(parameters, entry).unwrap();
-            let contacts = system.mechanics.empty_interface_model().map_or(0, |model| model.contacts());
+            let model = system.sides.mechanics.abilities().empty_interface_model();
+            let contacts = model.map_or(0, |model| model.contacts());
             if entry.name == "enumeration" && contacts > ENUMERATION_LIMIT {
                 continue;
             }
             // Inputs swing about what the other side puts out at the start: lengths must stay within a stroke.
-            let of = |side: &dyn Subsystem, u: &[f64]| {
+            let of = |side: &mut dyn Subsystem, u: &[f64]| {
                 let mut y = vec![0.0; side.ports().outputs.len()];
-                side.outputs(u, &mut y);
+                side.outputs(u, &mut y).unwrap();
                 y
             };
-            let to_mechanics = vec![0.0; system.mechanics.ports().inputs.len()];
-            let to_actuator = of(&*system.mechanics, &to_mechanics);
-            let to_mechanics = of(&*system.actuator, &to_actuator);
-            continues_as_a_copy(case, &mut *system.mechanics, &to_mechanics);
-            continues_as_a_copy(case, &mut *system.actuator, &to_actuator);
+            let to_mechanics = vec![0.0; system.sides.mechanics.ports().inputs.len()];
+            let to_actuator = of(&mut *system.sides.mechanics, &to_mechanics);
+            let to_mechanics = of(&mut *system.sides.actuator, &to_actuator);
+            continues_as_a_copy(case, &mut *system.sides.mechanics, &to_mechanics);
+            continues_as_a_copy(case, &mut *system.sides.actuator, &to_actuator);
             seen += 2;
         }
     }
@@ -83,16 +86,16 @@ fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64])
         side.ports().inputs.iter().zip(start).map(of).collect()
     };
     let h = case.defaults.micro_step_s;
-    let name = case.name;
+    let name = &case.name;
     let advance = |side: &mut dyn Subsystem, steps: std::ops::Range<usize>| -> Vec<u64> {
         let mut bits = Vec::new();
         for step in steps {
             let u = input(step, side);
             let ended = side.step(step as f64 * h, &u, h);
             let mut y = vec![0.0; outputs];
-            side.outputs(&u, &mut y);
-            let mut row = vec![0.0; side.observables().len()];
-            side.observe(h, &mut row);
+            side.outputs(&u, &mut y).unwrap();
+            let mut row = vec![0.0; side.abilities().observables().len()];
+            side.abilities().observe(h, &mut row);
             bits.extend(y.iter().chain(&row).map(|value| value.to_bits()));
             bits.push(u64::from(ended.is_ok()));
         }
@@ -105,7 +108,7 @@ fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64])
     assert!(went_on == copied, "{name}: the copy went another way");
     assert!(went_on.contains(&1), "{name}: no step succeeded");
     assert_eq!(copy.counters(), original.counters(), "{name}");
-    assert_eq!(copy.energy_account(), original.energy_account(), "{name}");
+    assert_eq!(copy.abilities().energy_account(), original.abilities().energy_account(), "{name}");
 }
 
 /// The trapezoidal rule for the two masses as one system: `(I − hA/2) z⁺ = (I + hA/2) z`, linear and by hand.
@@ -134,8 +137,7 @@ const SEQUENCES: [Sequence; 3] = [
 /// Two masses with the trapezoidal rule on either side, one micro step per macro step, the force interpolated.
 fn two_masses(scheme: &str, coupling: &str, sequence: Sequence, macro_step: f64) -> RunResult {
     let set = [("variant", "1"), ("integrator", "trapezoidal"), ("coupling", coupling)];
-    let case = case_by_name("linear-oscillator").unwrap();
-    let spec = spec(case, &set, scheme, sequence, macro_step);
+    let spec = spec("linear-oscillator", &set, scheme, sequence, macro_step);
     run(&RunSpec { force_return: rimbench::cosim::ForceReturn::Held, ..spec })
 }
 
@@ -164,11 +166,15 @@ fn an_iterated_run_must_be_the_implicit_rule_of_the_whole_system() {
                         assert!(off <= 1e-7 * k.max(1) as f64, "{name} step {k}: off by {off:.1e} of {size}");
                     }
                 }
-                let counters = result.report.counters;
+                let counters = result.report.work.cosim;
                 let sweeps = counters.macro_steps + counters.repeated_macro_steps;
                 println!("{name}: {:.1} sweeps per macro step", sweeps as f64 / counters.macro_steps as f64);
                 // Every sweep is one micro step of each side here, and none goes uncounted.
-                assert_eq!((result.mechanics.micro_steps, result.actuator.micro_steps), (sweeps, sweeps), "{name}");
+                assert_eq!(
+                    (result.report.work.sides.mechanics.micro_steps, result.report.work.sides.actuator.micro_steps),
+                    (sweeps, sweeps),
+                    "{name}"
+                );
                 assert!(counters.repeated_macro_steps >= counters.macro_steps, "{name}: it must have iterated");
             }
         }
@@ -185,7 +191,7 @@ fn iterated_coupling_must_be_stable_where_the_explicit_exchange_is_not() {
         assert!(gained(&energy(&explicit)) > 1.0, "{}", gained(&energy(&explicit)));
         for scheme in ITERATED {
             let implicit = two_masses(scheme, "force-displacement", Sequence::Jacobi, macro_step);
-            assert_eq!(implicit.report.counters.macro_steps, steps);
+            assert_eq!(implicit.report.work.cosim.macro_steps, steps);
             assert!(gained(&energy(&implicit)) < 1.0, "{scheme} at {macro_step}: {}", gained(&energy(&implicit)));
         }
     }
@@ -206,14 +212,16 @@ fn the_monolithic_scheme_must_be_the_monolithic_rule_whatever_the_macro_step() {
             // κ, far below the rounding of the force that tests/coupling.rs derives (2e-7 N).
             assert!(max_difference(&own, &same) < 2e-7, "{name} at {macro_step}: {}", max_difference(&own, &same));
         }
-        assert_eq!((result.mechanics.micro_steps, result.actuator.micro_steps), (8000, 8000));
+        assert_eq!(
+            (result.report.work.sides.mechanics.micro_steps, result.report.work.sides.actuator.micro_steps),
+            (8000, 8000)
+        );
     }
     // And directly against the loop of the reference, without a recorder in between.
-    let case = wedge_box_case();
-    let mut system = (case.build)(&case.default_parameters(), solver()).unwrap();
+    let mut system = usual_system(wedge_box_case());
     let mut forces = Vec::new();
-    monolithic(&mut *system.mechanics, &mut *system.actuator, h, 400, 100, &mut |point| {
-        forces.push(point.y_actuator[0])
+    monolithic(system.sides.lend(), reference_steps(h, 400, 100), StopFlag::never(), &mut |point| {
+        forces.push(point.y.actuator[0])
     })
     .unwrap();
     let result = run(&RunSpec { duration: 2e-2, ..wedge_box_spec("monolithic", 5e-3) });
@@ -227,26 +235,31 @@ fn a_scheme_that_takes_steps_again_must_be_skipped_where_nothing_can_be_copied()
         fn ports(&self) -> &rimbench::cosim::Ports {
             self.0.ports()
         }
-        fn outputs(&self, u: &[f64], y: &mut [f64]) {
-            self.0.outputs(u, y);
+        fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+            self.0.outputs(u, y)
         }
-        fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), rimbench::error::Failure> {
+        fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
             self.0.step(t, u, h)
         }
-        fn counters(&self) -> rimbench::cosim::SubsystemCounters {
+        fn abilities(&mut self) -> &mut dyn Abilities {
+            self.0.abilities()
+        }
+        fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+            None
+        }
+        fn counters(&self) -> SubsystemCounters {
             self.0.counters()
         }
     }
-    let case = wedge_box_case();
     for scheme in ITERATED {
-        let mut system = (case.build)(&case.default_parameters(), solver()).unwrap();
-        let entry = scheme_by_name(scheme).unwrap();
-        let mut sealed = Sealed(system.actuator);
-        assert!(entry.incompatibility(&*system.mechanics, &sealed).unwrap().contains("cannot be copied"));
-        let mut coupling = (entry.build)(system.mechanics.ports(), sealed.ports(), &options());
+        let mut system = usual_system(wedge_box_case());
+        let entry = scheme_by_name(scheme);
+        let sealed = system.sides.actuator;
+        system.sides.actuator = Box::new(Sealed(sealed));
+        assert!(entry.incompatibility(system.sides.lend()).unwrap().contains("cannot be copied"));
         let (sequence, force_return) = entry.sequence_and_return(None, None).unwrap();
         let setup = setup(CommunicationGrid::new(5e-3, 1.0, 0.1).unwrap(), 5e-5, sequence, force_return);
-        let (report, _) = rows_of(&setup, &mut *system.mechanics, &mut sealed, &mut *coupling);
+        let (report, _) = rows_of(&setup, system.sides.lend(), entry);
         assert!(matches!(report.outcome, Outcome::Skipped { .. }), "{}", report.outcome);
     }
 }
@@ -254,8 +267,9 @@ fn a_scheme_that_takes_steps_again_must_be_skipped_where_nothing_can_be_copied()
 #[test]
 fn ceilings_must_say_that_they_are_not_real_time() {
     for scheme in schemes() {
-        assert_eq!(scheme.real_time(), scheme.family != Family::Ceiling);
         assert!(scheme.real_time() <= !scheme.needs.contains(&Need::Copies), "{}", scheme.name);
     }
-    assert_eq!(schemes().into_iter().filter(|scheme| !scheme.real_time()).count(), 3);
+    let ceilings: Vec<&str> =
+        schemes().iter().filter(|scheme| !scheme.real_time()).map(|scheme| &*scheme.name).collect();
+    assert_eq!(ceilings, ["iterated-aitken", "iterated-quasi-newton", "monolithic"]);
 }

@@ -24,8 +24,8 @@ fn row_of_discs(n: usize) -> Vec<f64> {
 
 /// The stats with the residual recomputed, infinite if the solver gave up; and whether it is within its tolerance.
 fn attempt(name: &str, m: &[f64], q: &[f64]) -> (SolveStats, bool) {
-    let entry = solver_by_name(name).unwrap();
-    let lcp = Lcp { m, q };
+    let entry = solver_by_name(name);
+    let lcp = Lcp::new(m, q);
     let mut z = vec![f64::NAN; q.len()];
     let mut stats = match (entry.build)(q.len()).attempt(lcp, &mut z) {
         Ok(stats) => stats,
@@ -40,7 +40,7 @@ fn attempt(name: &str, m: &[f64], q: &[f64]) -> (SolveStats, bool) {
 /// How many of 300 problems each solver solves: `[solver][regular, redundant]`.
 fn solved_of_300() -> Vec<(&'static str, [usize; 2])> {
     let mut rng = Pcg64::seed_from_u64(61);
-    let mut solved: Vec<_> = solvers().into_iter().map(|entry| (entry.name, [0; 2])).collect();
+    let mut solved: Vec<_> = solvers().iter().map(|entry| (&*entry.name, [0; 2])).collect();
     for k in 0..300 {
         let n = 2 + k % 7;
         // At least a tenth of the diagonal is added, so that condition numbers stay below some hundred.
@@ -158,7 +158,7 @@ fn a_body_clamped_without_play_may_defeat_an_interior_point() {
 fn impulses_too_large_for_double_precision_are_found_by_no_solver() {
     let (m, q) = ([1.0, -1.0, -1.0, 1.0 + 1e-12], [-0.3, -1.0]);
     for entry in solvers() {
-        let (stats, solved) = attempt(entry.name, &m, &q);
+        let (stats, solved) = attempt(&entry.name, &m, &q);
         assert!(!solved && stats.residual > 4e-5, "{} {stats:?}", entry.name);
     }
 }
@@ -168,7 +168,7 @@ fn impulses_too_large_for_double_precision_are_found_by_no_solver() {
 fn newton_on_the_minimum_map_has_no_answer_for_coincident_contacts() {
     let (m, q) = ([1.0; 4], [-1.0; 2]);
     for entry in solvers() {
-        assert_eq!(attempt(entry.name, &m, &q).1, entry.name != "newton-minimum-map", "{}", entry.name);
+        assert_eq!(attempt(&entry.name, &m, &q).1, entry.name != "newton-minimum-map", "{}", entry.name);
     }
 }
 
@@ -181,7 +181,7 @@ fn a_problem_without_a_solution_is_never_passed_off_as_solved() {
     ];
     for (m, q) in cases {
         for entry in solvers() {
-            let (stats, solved) = attempt(entry.name, m, q);
+            let (stats, solved) = attempt(&entry.name, m, q);
             assert!(!solved && stats.residual > 0.1, "{} {stats:?}", entry.name);
         }
     }
@@ -192,15 +192,15 @@ fn a_problem_without_a_solution_is_never_passed_off_as_solved() {
 fn warm_starts_save_iterations_and_reset_forgets() {
     let (m, q) = (row_of_discs(12), vec![-1.0; 12]);
     for name in ["active-set", "pgs", "psor", "newton-minimum-map", "newton-fischer-burmeister"] {
-        let mut solver = (solver_by_name(name).unwrap().build)(12);
+        let mut solver = (solver_by_name(name).build)(12);
         let mut z = vec![0.0; 12];
         let mut pivots = || {
-            let lcp = Lcp { m: &m, q: &q };
+            let lcp = Lcp::new(&m, &q);
             solver.attempt(lcp, &mut z).unwrap().pivots
         };
         let (first, second) = (pivots(), pivots());
         assert!(second < first, "{name}: {first}, then {second}");
         solver.reset();
-        assert_eq!(solver.attempt(Lcp { m: &m, q: &q }, &mut z).unwrap().pivots, first, "{name}");
+        assert_eq!(solver.attempt(Lcp::new(&m, &q), &mut z).unwrap().pivots, first, "{name}");
     }
 }

@@ -3,14 +3,15 @@
 use crate::support::*;
 use rimbench::complementarity::SolverCounters;
 use rimbench::cosim::{
-    CommunicationGrid, ForceReturn, Outcome, OutputRates, Ports, Sequence, Setup, Side, Subsystem, SubsystemCounters,
-    cosimulate,
+    Abilities, CommunicationGrid, ForceReturn, MechanicsSteps, Outcome, Ports, Sequence, Setup, Side, Subsystem,
+    SubsystemCounters,
 };
 use rimbench::error::Failure;
-use rimbench::interface_model::{MassMatrix, ReducedInterfaceModel};
+use rimbench::interface_model::MassMatrix;
 use rimbench::mechanics::{ContactLaw, NonSmoothMechanics};
 use rimbench::models::WedgeBox;
 use rimbench::schemes::{Need, SchemeEntry};
+use std::sync::Arc;
 
 /// The mechanics of the wedge box, with an account of its own kept from states and impulses.
 struct Audited {
@@ -64,8 +65,8 @@ impl Subsystem for Audited {
     fn ports(&self) -> &Ports {
         self.inner.ports()
     }
-    fn outputs(&self, u: &[f64], y: &mut [f64]) {
-        self.inner.outputs(u, y);
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        self.inner.outputs(u, y)
     }
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let eq3 = self.inner.linearisation().clone();
@@ -122,14 +123,11 @@ impl Subsystem for Audited {
         }
         Ok(())
     }
-    fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        self.inner.interface_model(h, model)
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self.inner.abilities()
     }
-    fn empty_interface_model(&self) -> Option<ReducedInterfaceModel> {
-        self.inner.empty_interface_model()
-    }
-    fn interface_work(&self) -> Option<f64> {
-        self.inner.interface_work()
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        None
     }
     fn counters(&self) -> SubsystemCounters {
         SubsystemCounters { solver: SolverCounters::default(), ..self.inner.counters() }
@@ -147,32 +145,32 @@ struct Account {
 }
 
 /// Schemes that step the subsystem they are given: what steps copies cannot be listened to by [`Audited`].
-fn on_the_original() -> impl Iterator<Item = &'static SchemeEntry> {
-    schemes().into_iter().filter(|scheme| !scheme.needs.contains(&Need::Copies))
+fn on_the_original() -> impl Iterator<Item = &'static Arc<SchemeEntry>> {
+    schemes().iter().filter(|scheme| !scheme.needs.contains(&Need::Copies))
 }
 
 fn account(
     scheme: &str,
     law: ContactLaw,
     macro_step: f64,
-    mechanics_steps: usize,
+    mechanics_steps: MechanicsSteps,
     back: Option<ForceReturn>,
     duration: f64,
 ) -> Account {
-    let entry = scheme_by_name(scheme).unwrap();
+    let entry = scheme_by_name(scheme);
     let (sequence, force_return) = entry.sequence_and_return(None, back).unwrap();
     let grid = CommunicationGrid::new(macro_step, 1.0, duration).unwrap();
     let setup = Setup { mechanics_steps, ..setup(grid, 5e-5, sequence, force_return) };
     let mut audited = Audited::new(law);
     let mut last = vec![0.0; 2];
-    audited.outputs(&[], &mut last);
+    audited.outputs(&[], &mut last).unwrap();
     let mut meter = Metered { inner: wedge_box_cylinder(), last, middle: 0.0 };
-    let mut coupling = (entry.build)(audited.ports(), meter.ports(), &options());
+    let coupling = coupled(entry, sides(&mut audited, &mut meter));
     let mut passed = 0.0;
-    let report = cosimulate(&setup, &mut audited, &mut meter, &mut *coupling, &mut |point| {
-        passed += macro_step * (point.y_actuator[0] * point.y_mechanics[1]).abs();
+    let report = observed(&setup, sides(&mut audited, &mut meter), coupling, &mut |point| {
+        passed += macro_step * (point.y.actuator[0] * point.y.mechanics[1]).abs();
     });
-    let work = report.work;
+    let work = report.audit.work;
     let (sent, received) = (work.sent_j.unwrap(), work.received_j.unwrap());
     Account { audited, outcome: report.outcome, sent, middle: meter.middle, received, passed }
 }
@@ -183,7 +181,7 @@ fn the_impulse_energy_identity_must_close_in_every_step_of_every_scheme() {
     for scheme in on_the_original() {
         for macro_step in [1e-3, 5e-3, 2e-2] {
             let law = ContactLaw { stabilisation: 0.2, ..PLASTIC };
-            let Account { audited, outcome, received, .. } = account(scheme.name, law, macro_step, 1, None, 2.5);
+            let Account { audited, outcome, received, .. } = account(&scheme.name, law, macro_step, ONE, None, 2.5);
             let name = format!("{} H={macro_step} ({outcome})", scheme.name);
             println!(
                 "{name}: identity {:.1} ε, joints {:.1} ε, scale {:.3} J",
@@ -220,9 +218,9 @@ fn the_impulse_energy_identity_must_close_in_every_step_of_every_scheme() {
 fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes() {
     // With γ > 0 they may: pushing a penetration out is work. Runs that diverge are in on purpose.
     for scheme in on_the_original() {
-        for (macro_step, mechanics_steps) in [(2e-4, 1), (5e-3, 1), (5e-3, 0)] {
+        for (macro_step, mechanics_steps) in [(2e-4, ONE), (5e-3, ONE), (5e-3, ALL)] {
             let Account { audited, outcome, .. } =
-                account(scheme.name, PLASTIC, macro_step, mechanics_steps, None, 2.5);
+                account(&scheme.name, PLASTIC, macro_step, mechanics_steps, None, 2.5);
             let name = format!("{} H={macro_step} n_m={mechanics_steps} ({outcome})", scheme.name);
             println!(
                 "{name}: contacts took {:.4} J, largest gift {:.1e} J, {:.2} of the limit",
@@ -251,21 +249,24 @@ impl Subsystem for Metered {
     fn ports(&self) -> &Ports {
         self.inner.ports()
     }
-    fn outputs(&self, u: &[f64], y: &mut [f64]) {
-        self.inner.outputs(u, y);
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        self.inner.outputs(u, y)
     }
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let m = u.len() / 2;
         let mut force = vec![0.0; m];
-        self.inner.outputs(&self.last, &mut force);
+        self.inner.outputs(&self.last, &mut force)?;
         for i in 0..m {
             self.middle += h * force[i] * 0.5 * (self.last[m + i] + u[m + i]);
         }
         self.last.copy_from_slice(u);
         self.inner.step(t, u, h)
     }
-    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
-        self.inner.output_rates(t, u, rates)
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self.inner.abilities()
+    }
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        None
     }
     fn counters(&self) -> SubsystemCounters {
         self.inner.counters()
@@ -288,11 +289,11 @@ fn work_sent_must_be_work_received_to_round_off_where_the_model_is_exact() {
         };
         let mut mechanics = stepper(model, PLASTIC);
         let mut last = vec![0.0; 4];
-        mechanics.outputs(&[], &mut last);
+        mechanics.outputs(&[], &mut last).unwrap();
         let springs = Springs::new(&[400.0, 900.0], &[3.0, 5.0]);
         let mut meter = Metered { inner: Box::new(springs), last, middle: 0.0 };
         let setup = Setup {
-            mechanics_steps: 0,
+            mechanics_steps: ALL,
             ..setup(
                 CommunicationGrid::new(0.01, 0.7, 3.0).unwrap(),
                 1e-3,
@@ -300,15 +301,16 @@ fn work_sent_must_be_work_received_to_round_off_where_the_model_is_exact() {
                 ForceReturn::Profile,
             )
         };
-        let entry = scheme_by_name(scheme).unwrap();
-        let mut coupling = (entry.build)(mechanics.ports(), meter.ports(), &options());
+        let entry = scheme_by_name(scheme);
+        let coupling = coupled(entry, sides(&mut mechanics, &mut meter));
         let mut passed = 0.0;
-        let report = cosimulate(&setup, &mut mechanics, &mut meter, &mut *coupling, &mut |point| {
+        let report = observed(&setup, sides(&mut mechanics, &mut meter), coupling, &mut |point| {
             passed +=
-                0.01 * point.y_actuator.iter().zip(&point.y_mechanics[2..]).map(|(f, w)| (f * w).abs()).sum::<f64>();
+                0.01 * point.y.actuator.iter().zip(&point.y.mechanics[2..]).map(|(f, w)| (f * w).abs()).sum::<f64>();
         });
         assert_eq!(report.outcome, Outcome::Completed);
-        let (sent, received) = (report.work.sent_j.unwrap(), report.work.received_j.unwrap());
+        let work = report.audit.work;
+        let (sent, received) = (work.sent_j.unwrap(), work.received_j.unwrap());
         // 3000 micro steps, each rounding its share a few times.
         let slack = 16.0 * f64::EPSILON * 3000.0_f64.sqrt() * passed;
         println!(
@@ -325,7 +327,7 @@ fn work_sent_must_be_work_received_to_round_off_where_the_model_is_exact() {
 fn work_across_the_interface_must_not_depend_on_the_model_where_the_profile_is_returned() {
     let law = ContactLaw { stabilisation: 0.2, ..PLASTIC };
     let measured = |scheme: &str, macro_step: f64, back: ForceReturn, duration: f64| {
-        let account = account(scheme, law, macro_step, 0, Some(back), duration);
+        let account = account(scheme, law, macro_step, ALL, Some(back), duration);
         assert_eq!(account.outcome, Outcome::Completed, "{scheme} H={macro_step} {back}");
         println!(
             "{scheme} H={macro_step} {back}: sent {:.4} J, middle {:.5} J, received {:.5} J, off {:.5} J, passed {:.2} J",

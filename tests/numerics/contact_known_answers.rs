@@ -1,14 +1,15 @@
 //! Contact cases with known answers: what theory says must come out of the mechanics, coupled or not.
 
 use crate::support::*;
-use rimbench::cases::{Case, Parameters, Recorder, ReferenceMethod};
-use rimbench::cosim::Trajectory;
+use rimbench::cases::{Case, Parameters, Recorder};
+use rimbench::cosim::{StopFlag, Trajectory};
 use rimbench::mechanics::monolithic;
+use std::sync::Arc;
 
 const ROCKING: &str = "rocking-block";
 
-fn case_with(name: &str, set: &[(&str, &str)]) -> (&'static Case, Parameters) {
-    let case = case_by_name(name).unwrap();
+fn case_with(name: &str, set: &[(&str, &str)]) -> (&'static Arc<Case>, Parameters) {
+    let case = case_by_name(name);
     let mut parameters = case.default_parameters();
     for (key, value) in set {
         parameters.set(key, value).unwrap();
@@ -22,7 +23,7 @@ fn march(name: &str, set: &[(&str, &str)], h: f64, steps: usize, every: usize) -
     let mut system = (case.build)(&parameters, solver()).unwrap();
     let mut recorder = Recorder::new(case, &mut system);
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps / every + 2);
-    monolithic(&mut *system.mechanics, &mut *system.actuator, h, steps, every, &mut |point| {
+    monolithic(system.sides.lend(), reference_steps(h, steps, every), StopFlag::never(), &mut |point| {
         recorder.record(point, &mut trajectory)
     })
     .unwrap();
@@ -31,9 +32,8 @@ fn march(name: &str, set: &[(&str, &str)], h: f64, steps: usize, every: usize) -
 
 /// The row of the exact solution at time `t`.
 fn exact_row(case: &Case, parameters: &Parameters, t: f64) -> Vec<f64> {
-    let ReferenceMethod::Exact(solution) = (case.reference)(parameters) else { panic!("no exact solution") };
     let mut row = vec![0.0; case.recorded_columns().len()];
-    solution(parameters).unwrap()(t, &mut row);
+    exact_solution(case, parameters)(t, &mut row);
     row
 }
 

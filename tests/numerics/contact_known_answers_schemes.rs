@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use rimbench::cosim::Outcome;
-use rimbench::harness::RunSpec;
+use rimbench::runs::RunSpec;
 use rimbench::schemes::Family;
 
 const CASES: [&str; 9] = [
@@ -18,7 +18,7 @@ const CASES: [&str; 9] = [
 ];
 
 fn spec(case: &str, scheme: &str, macro_steps: usize) -> RunSpec {
-    let macro_step = case_by_name(case).unwrap().defaults.macro_step_s;
+    let macro_step = case_by_name(case).defaults.macro_step_s;
     RunSpec { duration: macro_step * macro_steps as f64, phase: 0.6, ..usual_spec(case, scheme, macro_step) }
 }
 
@@ -26,7 +26,7 @@ fn spec(case: &str, scheme: &str, macro_steps: usize) -> RunSpec {
 fn every_case_must_run_with_every_scheme_or_say_why_not() {
     for name in CASES {
         for scheme in schemes() {
-            let run = run(&spec(name, scheme.name, 60));
+            let run = run(&spec(name, &scheme.name, 60));
             let outcome = &run.report.outcome;
             if let Outcome::Skipped { reason } = outcome {
                 println!("{name} with {}: skipped, {reason}", scheme.name);
@@ -74,7 +74,7 @@ fn impossible_geometry_must_be_refused_with_the_numbers() {
         ("wedge-box-two-ledges", &[("disc_pin_x_m", "0.1")], &["disc_pin_x_m = 0.1", "radius 0.2"]),
     ];
     for (name, set, wanted) in refused {
-        let case = case_by_name(name).unwrap();
+        let case = case_by_name(name);
         let mut parameters = case.default_parameters();
         for (key, value) in set {
             parameters.set(key, value).unwrap();

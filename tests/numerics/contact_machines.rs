@@ -2,10 +2,10 @@
 
 use crate::support::*;
 use rimbench::cases::Case;
-use rimbench::cosim::{Bounds, ForceReturn, Outcome, Sequence, Side, Subsystem, Trajectory};
-use rimbench::harness::{RunResult, RunSpec, simulate};
+use rimbench::cosim::{Bounds, ForceReturn, Outcome, Sequence, Side, StopFlag, Subsystem, Trajectory};
 use rimbench::mechanics::{MechanicalModel, NonSmoothMechanics, monolithic};
 use rimbench::models::{CraneGeometry, CraneWithRope, Discs, DiscsGeometry, HalfCar, HalfCarGeometry};
+use rimbench::runs::{RunResult, RunSpec, simulate};
 use rimbench::schemes::ContactChoice;
 
 const MACHINES: [&str; 5] = ["crane-set-down", "half-car", "gripper", "disc-row", "disc-pile"];
@@ -33,12 +33,11 @@ fn at(run: &Trajectory, time: f64, name: &str) -> f64 {
 fn every_machine_runs_with_every_scheme_or_says_why_not() {
     for case in MACHINES {
         for scheme in schemes() {
-            let spec = RunSpec { duration: 0.05, ..spec(case, scheme.name, 1e-3, &[]) };
+            let spec = RunSpec { duration: 0.05, ..spec(case, &scheme.name, 1e-3, &[]) };
             let run = run(&spec);
             match &run.report.outcome {
                 Outcome::Skipped { reason } => assert!(!reason.is_empty(), "{case} {}", scheme.name),
-                Outcome::Panicked { message } => panic!("{case} {}: {message}", scheme.name),
-                outcome => assert!(run.report.counters.macro_steps > 0, "{case} {}: {outcome}", scheme.name),
+                outcome => assert!(run.report.work.cosim.macro_steps > 0, "{case} {}: {outcome}", scheme.name),
             }
         }
     }
@@ -51,10 +50,10 @@ fn the_energy_audit_closes_for_every_machine() {
         assert_eq!(run.report.outcome, Outcome::Completed, "{case}");
         // Sums of at most 1e5 steps of at most 1e3 J each way, rounded to 1e-16 of 1e5 J held in fluid, weight and speed.
         let audit = &run.report.audit;
-        let closures = [audit.mechanics.unwrap().closure(), audit.actuator.unwrap().closure()];
+        let closures = audit.accounts.map(|account| account.unwrap().closure());
         println!("{case}: {closures:?} J");
         assert!(closures.iter().all(|closure| closure.abs() < 1e-6), "{case}: {closures:?}");
-        assert!(run.energy_identity_residual_j.unwrap() < 1e-8, "{case}");
+        assert!(run.report.energy_identity_residual_j.unwrap() < 1e-8, "{case}");
     }
 }
 
@@ -217,10 +216,10 @@ fn a_blade_without_force_takes_the_discs_along_and_keeps_the_momentum() {
 fn a_closed_row_is_one_mass_and_against_the_wall_it_is_locked() {
     // Three discs in touch: effective mass M + 3 m if all contacts press, as seen by the interface.
     let mut mechanics = stepper(Discs::new(row(3, 0.0, 0.0)).unwrap(), PLASTIC);
-    let mut observed = vec![0.0; mechanics.observables().len()];
+    let mut observed = vec![0.0; mechanics.abilities().observables().len()];
     mechanics.step(0.0, &[100.0], 1e-4).unwrap();
-    mechanics.observe(1e-4, &mut observed);
-    let names = mechanics.observables();
+    mechanics.abilities().observe(1e-4, &mut observed);
+    let names = mechanics.abilities().observables();
     let of = |name: &str| observed[names.iter().position(|known| *known == name).unwrap()];
     approx::assert_relative_eq!(of("active_effective_mass_kg"), 160.0, max_relative = 1e-9);
     let row = run(&spec("disc-row", "rim-nonsmooth-gap", 5e-3, &[]));
@@ -288,8 +287,10 @@ fn monolithic_rows(case: &Case, h: f64, duration: f64, every: usize) -> Vec<Vec<
     let mut system = (case.build)(&case.default_parameters(), solver()).unwrap();
     let steps = (duration / h).round() as usize;
     let mut rows = Vec::new();
-    monolithic(&mut *system.mechanics, &mut *system.actuator, h, steps, every, &mut |point| rows.push(row_of(&point)))
-        .unwrap();
+    monolithic(system.sides.lend(), reference_steps(h, steps, every), StopFlag::never(), &mut |point| {
+        rows.push(row_of(&point))
+    })
+    .unwrap();
     rows
 }
 
@@ -299,17 +300,17 @@ fn with_two_interface_rows_and_constant_matrices_the_model_must_be_the_full_syst
     let base = spec("gripper", "rim-nonsmooth-gap", 5e-3, &[("left_clearance_m", 0.0)]);
     let run = run(&RunSpec {
         duration: 0.4,
-        mechanics_steps: 0,
+        mechanics_steps: ALL,
         force_return: ForceReturn::Profile,
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
         ..base.clone()
     });
-    let mut case = *base.case;
-    case.defaults.duration_s = 0.4;
-    let mut system = (case.build)(&base.parameters, solver()).unwrap();
+    let mut system = (base.case.build)(&base.parameters, solver()).unwrap();
     let mut rows = Vec::new();
-    monolithic(&mut *system.mechanics, &mut *system.actuator, 5e-5, 8000, 100, &mut |point| rows.push(row_of(&point)))
-        .unwrap();
+    monolithic(system.sides.lend(), reference_steps(5e-5, 8000, 100), StopFlag::never(), &mut |point| {
+        rows.push(row_of(&point))
+    })
+    .unwrap();
     let moved = last(&run.trajectory, "box_x_m");
     assert!(moved > 2e-3, "the box was pushed {moved} m only");
     for (name, index) in [("left_length_m", 1), ("right_length_m", 2), ("left_force_n", 5), ("right_force_n", 6)] {
@@ -321,7 +322,7 @@ fn with_two_interface_rows_and_constant_matrices_the_model_must_be_the_full_syst
         println!("{name}: off by {off:.1e}");
         assert!(off <= limit, "{name}: {off}");
     }
-    assert_eq!(monolithic_rows(base.case, 5e-5, 0.01, 100).len(), 3);
+    assert_eq!(monolithic_rows(&base.case, 5e-5, 0.01, 100).len(), 3);
 }
 
 #[test]
@@ -330,7 +331,7 @@ fn leaving_out_contacts_keeps_to_the_model_with_all_of_them() {
     let mut rms = Vec::new();
     for contacts in [ContactChoice::Near, ContactChoice::Coupled { tolerance: 1e-2 }] {
         let mut spec = spec("disc-pile", "rim-nonsmooth-gap", 5e-3, &[]);
-        spec.options.contacts = contacts;
+        spec.model.as_mut().unwrap().contacts = contacts;
         let fewer = run(&spec);
         assert_eq!(fewer.report.outcome, Outcome::Completed);
         assert_ne!(spec.id(), self::spec("disc-pile", "rim-nonsmooth-gap", 5e-3, &[]).id());
@@ -362,7 +363,8 @@ fn impossible_machines_are_refused_with_the_numbers() {
         ("disc-pile", "layers", 40.0, "a whole number from 1 to 20"),
         ("disc-pile", "cylinder_length_m", 3.5, "the actuator starts 1.500000 m long"),
     ] {
-        let refused = simulate(&spec(case, "rim-nonsmooth", 5e-3, &[(key, value)]), Bounds::default());
+        let spec = spec(case, "rim-nonsmooth", 5e-3, &[(key, value)]);
+        let refused = simulate(&spec, Bounds::default(), None, StopFlag::never());
         let error = refused.map(|run| run.report.outcome).unwrap_err().to_string();
         assert!(error.contains(wanted), "{case} {key} = {value}: {error}");
     }

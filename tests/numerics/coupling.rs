@@ -2,9 +2,11 @@
 //! differ only where contacts do, and each sequence and force return must do what a calculation by hand does.
 
 use crate::support::*;
-use rimbench::cosim::{CommunicationGrid, ForceReturn, Outcome, Sequence, Setup, Side, Subsystem};
-use rimbench::harness::{RunResult, RunSpec};
+use rimbench::cosim::{
+    CommunicationGrid, ForceReturn, MechanicsSteps, Outcome, Sequence, Setup, Side, StopFlag, Subsystem,
+};
 use rimbench::mechanics::{ContactLaw, NonSmoothMechanics, monolithic};
+use rimbench::runs::{RunResult, RunSpec};
 use rimbench::schemes::Family;
 
 const ACTUATOR_FIRST: Sequence = Sequence::GaussSeidel { first: Side::Actuator };
@@ -13,7 +15,12 @@ const RIM: [&str; 3] = ["rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"];
 const WHOLE_MODEL: [&str; 4] = ["rim-smooth", "rim-smooth-active", "rim-nonsmooth", "rim-nonsmooth-gap"];
 
 /// A scheme on the ledge: until 0.4 s the wedge box only translates, and no contact opens or closes.
-fn on_the_ledge(scheme: &str, macro_step: f64, force_return: ForceReturn, mechanics_steps: usize) -> RunResult {
+fn on_the_ledge(
+    scheme: &str,
+    macro_step: f64,
+    force_return: ForceReturn,
+    mechanics_steps: MechanicsSteps,
+) -> RunResult {
     let spec = RunSpec {
         force_return,
         mechanics_steps,
@@ -38,24 +45,24 @@ const LENGTH_ROUNDING: f64 = 4e-14;
 fn on_the_ledge_the_reduced_model_must_be_the_full_model() {
     let reference = wedge_box_monolithic(5e-5, 1e-3, 0.4, |_, _| {});
     for scheme in WHOLE_MODEL {
-        let result = on_the_ledge(scheme, 1e-3, ForceReturn::Profile, 0);
+        let result = on_the_ledge(scheme, 1e-3, ForceReturn::Profile, ALL);
         let off = |name: &str| max_difference(&column(&result.trajectory, name), &column(&reference, name));
         let (force, length) = (off("actuator_force_n"), off("actuator_length_m"));
         println!("{scheme}: force off by {force:.1e} N, length by {length:.1e} m");
         assert!(force <= FORCE_ROUNDING && length <= LENGTH_ROUNDING, "{scheme}: {force} N, {length} m");
     }
     // The same model with the mean returned at one mechanics step per macro step is another discretisation.
-    let mean = on_the_ledge("rim-nonsmooth", 1e-3, ForceReturn::Mean, 1);
+    let mean = on_the_ledge("rim-nonsmooth", 1e-3, ForceReturn::Mean, ONE);
     let off = max_difference(&column(&mean.trajectory, "actuator_force_n"), &column(&reference, "actuator_force_n"));
     assert!(off > 1e3 * FORCE_ROUNDING, "the comparison sees nothing");
 }
 
 #[test]
 fn schemes_must_not_differ_while_no_contact_opens_or_closes() {
-    let smooth = on_the_ledge("rim-smooth", 5e-3, ForceReturn::Mean, 1);
+    let smooth = on_the_ledge("rim-smooth", 5e-3, ForceReturn::Mean, ONE);
     for other in ["rim-nonsmooth", "rim-nonsmooth-gap"] {
         // The left wedge is 33 mm up, the disc 60 mm above the floor: open contacts with gaps take no part either.
-        let result = on_the_ledge(other, 5e-3, ForceReturn::Mean, 1);
+        let result = on_the_ledge(other, 5e-3, ForceReturn::Mean, ONE);
         for (name, limit) in
             [("actuator_force_n", FORCE_ROUNDING), ("actuator_length_m", LENGTH_ROUNDING), ("effective_mass_kg", 1e-10)]
         {
@@ -64,10 +71,10 @@ fn schemes_must_not_differ_while_no_contact_opens_or_closes() {
             // Mass: 250 kg from a few sums of condition 10.
             assert!(off <= limit, "{other}: {name} off by {off}");
         }
-        assert_eq!(result.scheme.failures, 0);
-        assert!(result.scheme.solves >= 8000, "one complementarity problem per micro step");
+        assert_eq!(result.report.work.scheme.failures, 0);
+        assert!(result.report.work.scheme.solves >= 8000, "one complementarity problem per micro step");
     }
-    assert_eq!(smooth.scheme.solves, 0, "the smooth model solves none");
+    assert_eq!(smooth.report.work.scheme.solves, 0, "the smooth model solves none");
 }
 
 #[test]
@@ -122,18 +129,20 @@ fn linear_springs(interface: usize) -> Springs {
 
 /// Largest difference between co-simulation and monolithic solution, relative to the largest value of each variable.
 fn off_monolithic(scheme: &str, interface: usize, grid: CommunicationGrid, micro_step: f64) -> (f64, Vec<Vec<f64>>) {
-    let setup = Setup { mechanics_steps: 0, ..setup(grid, micro_step, ACTUATOR_FIRST, ForceReturn::Profile) };
+    let setup = Setup { mechanics_steps: ALL, ..setup(grid, micro_step, ACTUATOR_FIRST, ForceReturn::Profile) };
     let (mut mechanics, mut springs) = (stepper(linear_system(interface), PLASTIC), linear_springs(interface));
-    let entry = scheme_by_name(scheme).unwrap();
-    let mut coupling = (entry.build)(mechanics.ports(), springs.ports(), &options());
-    let (report, rows) = rows_of(&setup, &mut mechanics, &mut springs, &mut *coupling);
+    let entry = scheme_by_name(scheme);
+    let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut springs), entry);
     assert_eq!(report.outcome, Outcome::Completed);
 
     let (mut mechanics, mut springs) = (stepper(linear_system(interface), PLASTIC), linear_springs(interface));
     let steps = (grid.duration() / micro_step).round() as usize;
     let mut reference = Vec::new();
-    monolithic(&mut mechanics, &mut springs, micro_step, steps, 1, &mut |point| reference.push(row_of(&point)))
-        .unwrap();
+    let steps = reference_steps(micro_step, steps, 1);
+    monolithic(sides(&mut mechanics, &mut springs), steps, StopFlag::never(), &mut |point| {
+        reference.push(row_of(&point));
+    })
+    .unwrap();
     let width = 1 + 3 * interface;
     let scale: Vec<f64> = (0..width).map(|c| largest(reference.iter().map(|row| row[c].abs()))).collect();
     let mut worst = 0.0_f64;
@@ -172,11 +181,11 @@ fn the_linear_system_must_keep_its_contact_loaded_or_the_exactness_above_means_l
         let mut springs = linear_springs(interface);
         let (mut force, mut y) = (vec![0.0; interface], vec![0.0; 2 * interface]);
         for step in 0..2000 {
-            mechanics.outputs(&force, &mut y);
+            mechanics.outputs(&force, &mut y).unwrap();
             if step > 0 {
                 springs.step(0.0, &y, 1e-3).unwrap();
             }
-            springs.outputs(&y, &mut force);
+            springs.outputs(&y, &mut force).unwrap();
             mechanics.step(0.0, &force, 1e-3).unwrap();
             let load = mechanics.contact_impulses()[0] / 1e-3;
             assert!(load > 10.0, "m={interface}: the contact carries {load} N in step {step}");
@@ -201,16 +210,19 @@ fn bouncing(scheme: Option<&str>, restitution: f64, macro_step: f64) -> Vec<[f64
     let grid = CommunicationGrid::new(macro_step, 1.0, 1.0).unwrap();
     let rows = match scheme {
         Some(name) => {
-            let setup = Setup { mechanics_steps: 0, ..setup(grid, 1e-3, ACTUATOR_FIRST, ForceReturn::Profile) };
-            let entry = scheme_by_name(name).unwrap();
-            let mut coupling = (entry.build)(mechanics.ports(), spring.ports(), &options());
-            let (report, rows) = rows_of(&setup, &mut mechanics, &mut spring, &mut *coupling);
+            let setup = Setup { mechanics_steps: ALL, ..setup(grid, 1e-3, ACTUATOR_FIRST, ForceReturn::Profile) };
+            let entry = scheme_by_name(name);
+            let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut spring), entry);
             assert_eq!(report.outcome, Outcome::Completed);
             rows
         }
         None => {
             let (mut rows, every) = (Vec::new(), (macro_step / 1e-3).round() as usize);
-            monolithic(&mut mechanics, &mut spring, 1e-3, 1000, every, &mut |point| rows.push(row_of(&point))).unwrap();
+            let steps = reference_steps(1e-3, 1000, every);
+            monolithic(sides(&mut mechanics, &mut spring), steps, StopFlag::never(), &mut |point| {
+                rows.push(row_of(&point));
+            })
+            .unwrap();
             rows
         }
     };
@@ -245,13 +257,18 @@ fn a_phase_must_shorten_the_first_macro_step_and_no_other() {
         approx::assert_abs_diff_eq!(length, &5e-3, epsilon = 1e-16);
     }
     // 1.5 ms at the start, 19 whole steps to 96.5 ms, 3.5 ms at the end; micro steps of 50 µs divide them all.
-    assert_eq!((lengths.len(), result.report.counters.macro_steps), (21, 21));
-    assert_eq!(result.actuator.micro_steps, 2000);
-    assert_eq!(result.mechanics.micro_steps, 21);
+    assert_eq!((lengths.len(), result.report.work.cosim.macro_steps), (21, 21));
+    assert_eq!(result.report.work.sides.actuator.micro_steps, 2000);
+    assert_eq!(result.report.work.sides.mechanics.micro_steps, 21);
 }
 
 /// Two macro steps of 0.5 s with two micro steps each: mass 2 kg, spring 4 N/m that integrates its own deflection.
-fn by_hand(scheme: &str, sequence: Sequence, force_return: ForceReturn, mechanics_steps: usize) -> Vec<[f64; 4]> {
+fn by_hand(
+    scheme: &str,
+    sequence: Sequence,
+    force_return: ForceReturn,
+    mechanics_steps: MechanicsSteps,
+) -> Vec<[f64; 4]> {
     let model = LinearModel {
         mass: vec![2.0],
         force: vec![0.0],
@@ -263,9 +280,8 @@ fn by_hand(scheme: &str, sequence: Sequence, force_return: ForceReturn, mechanic
     let (mut mechanics, mut spring) = (stepper(model, PLASTIC), Springs::new(&[4.0], &[0.0]));
     let grid = CommunicationGrid::new(0.5, 1.0, 1.0).unwrap();
     let setup = Setup { mechanics_steps, ..setup(grid, 0.25, sequence, force_return) };
-    let entry = scheme_by_name(scheme).unwrap();
-    let mut coupling = (entry.build)(mechanics.ports(), spring.ports(), &options());
-    let (report, rows) = rows_of(&setup, &mut mechanics, &mut spring, &mut *coupling);
+    let entry = scheme_by_name(scheme);
+    let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut spring), entry);
     assert_eq!(report.outcome, Outcome::Completed);
     // Position, velocity, force at the point, force received since the last one.
     rows.iter().map(|row| [row[1], row[2], row[3], row[4]]).collect()
@@ -277,34 +293,34 @@ fn sequences_and_force_returns_must_do_what_the_calculation_by_hand_does() {
     //
     // held: F₀ = 0, v = 1, s = 0.5, x = 0.5;          F₁ = −2, v = 1 − ½·1 = 0.5, s = 0.75, x = 0.5 + ½·1 = 1, F₂ = −4
     let held = vec![[0.0, 1.0, 0.0, 0.0], [0.5, 1.0, -2.0, 0.0], [0.75, 0.5, -4.0, -2.0]];
-    assert_eq!(by_hand("zero-order-hold", Sequence::Jacobi, ForceReturn::Held, 1), held);
+    assert_eq!(by_hand("zero-order-hold", Sequence::Jacobi, ForceReturn::Held, ONE), held);
     // With the actuator first but its past returned, nothing changes.
-    assert_eq!(by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Held, 1), held);
+    assert_eq!(by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Held, ONE), held);
     // end: x = 0.5, F = −2 over the first step: v = 0.5, s = 0.25;     x = 0.75, F = −3: v = −0.25, s = 0.125
     assert_eq!(
-        by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::End, 1),
+        by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::End, ONE),
         [[0.0, 1.0, 0.0, 0.0], [0.25, 0.5, -2.0, -2.0], [0.125, -0.25, -3.0, -3.0]]
     );
     // mean: F = 0, −1: mean −½: v = 0.875, s = 0.4375;     F = −2, −2.875: mean −2.4375: v = 0.265625, s = 0.5703125
     assert_eq!(
-        by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Mean, 1),
+        by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Mean, ONE),
         [[0.0, 1.0, 0.0, 0.0], [0.4375, 0.875, -2.0, -0.5], [0.5703125, 0.265625, -3.75, -2.4375]]
     );
     // profile in two sub-steps: the same forces and so the same velocities, but each when it acted: s differs.
     assert_eq!(
-        by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Profile, 2),
+        by_hand("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Profile, MechanicsSteps::count(2).unwrap()),
         [[0.0, 1.0, 0.0, 0.0], [0.46875, 0.875, -2.0, -0.5], [0.69140625, 0.265625, -3.75, -2.4375]]
     );
     // Mechanics first: it steps with the force held, and the spring then with the velocity at the end of the step:
     // v = 1, x = 0.5;     F = −2: v = 0.5, s = 0.75, x = 0.5 + ½·0.5 = 0.75, F₂ = −3
     assert_eq!(
-        by_hand("zero-order-hold", Sequence::GaussSeidel { first: Side::Mechanics }, ForceReturn::Held, 1),
+        by_hand("zero-order-hold", Sequence::GaussSeidel { first: Side::Mechanics }, ForceReturn::Held, ONE),
         [[0.0, 1.0, 0.0, 0.0], [0.5, 1.0, -2.0, 0.0], [0.75, 0.5, -3.0, -2.0]]
     );
     // Linear extrapolation starts as the hold. In the second step the spring gets the velocity 1 (twice the same) and the
     // mechanics, at the middle of its step, F = −2 + (−2 − 0)/2 = −3: v = 1 − ½·1.5 = 0.25, s = 0.625.
     assert_eq!(
-        by_hand("first-order-hold", Sequence::Jacobi, ForceReturn::Held, 1),
+        by_hand("first-order-hold", Sequence::Jacobi, ForceReturn::Held, ONE),
         [[0.0, 1.0, 0.0, 0.0], [0.5, 1.0, -2.0, 0.0], [0.625, 0.25, -4.0, -3.0]]
     );
     // The reduced model moves along: w = 1, x = ¼, F = −1: w = 1 − ¼·½ = 0.875, x = 0.46875. With the mean (0 − 1)/2 the
@@ -312,7 +328,7 @@ fn sequences_and_force_returns_must_do_what_the_calculation_by_hand_does() {
     // w = 0.326171875, x = 0.71044921875, F₂ = −2.841796875; mean −2.1953125, s = 0.4375 + ½ w.
     for scheme in WHOLE_MODEL {
         assert_eq!(
-            by_hand(scheme, ACTUATOR_FIRST, ForceReturn::Mean, 1),
+            by_hand(scheme, ACTUATOR_FIRST, ForceReturn::Mean, ONE),
             [
                 [0.0, 1.0, 0.0, 0.0],
                 [0.4375, 0.875, -1.875, -0.5],

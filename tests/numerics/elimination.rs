@@ -278,11 +278,11 @@ fn the_reduced_model_must_not_differ_from_the_full_matrix_along_a_run_of_the_wed
     let (mut y, mut force) = ([0.0; 2], [0.0; 1]);
     let (mut checked, mut worst, mut sets) = (0, 0.0_f64, std::collections::BTreeSet::new());
     for step in 0..steps {
-        mechanics.outputs(&force, &mut y);
+        mechanics.outputs(&force, &mut y).unwrap();
         if step > 0 {
             cylinder.step((step - 1) as f64 * h, &y, h).unwrap();
         }
-        cylinder.outputs(&y, &mut force);
+        cylinder.outputs(&y, &mut force).unwrap();
         // Often, and in every step around the touch-down, where the set of active contacts changes.
         if step % 250 == 0 || (16_900..17_100).contains(&step) {
             let eq3 = mechanics.linearisation().clone();

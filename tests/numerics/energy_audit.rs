@@ -2,8 +2,8 @@
 
 use crate::support::*;
 use rimbench::cosim::{EnergyAccount, EnergyAudit, Outcome};
-use rimbench::harness::RunSpec;
 use rimbench::models::Fluid;
+use rimbench::runs::RunSpec;
 use rimbench::statistics::order_of_convergence;
 use std::time::Duration;
 
@@ -18,8 +18,8 @@ fn prescribed(n: usize) -> (EnergyAccount, [f64; 2]) {
         cylinder.step(t, &u, h).unwrap();
     }
     let mut observed = [0.0; 3];
-    cylinder.observe(h, &mut observed);
-    (cylinder.energy_account().unwrap(), [observed[0], observed[1]])
+    cylinder.abilities().observe(h, &mut observed);
+    (cylinder.abilities().energy_account().unwrap(), [observed[0], observed[1]])
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn the_audit_must_close_for_every_scheme_whatever_becomes_of_the_run() {
     let mut astray = 0;
     for scheme in schemes() {
         for macro_step in [1e-3, 5e-3, 2e-2] {
-            let result = run(&wedge_box_spec(scheme.name, macro_step));
+            let result = run(&wedge_box_spec(&scheme.name, macro_step));
             let audit = result.report.audit;
             let name = format!("{} H={macro_step} ({})", scheme.name, result.report.outcome);
             let scale = scale(&audit);
@@ -82,16 +82,17 @@ fn the_audit_must_close_for_every_scheme_whatever_becomes_of_the_run() {
                 audit.integration().unwrap(),
                 audit.interface_residual().unwrap()
             );
-            let steps = (result.mechanics.micro_steps + result.actuator.micro_steps) as f64;
+            let steps =
+                (result.report.work.sides.mechanics.micro_steps + result.report.work.sides.actuator.micro_steps) as f64;
             assert!(closure.abs() <= 8.0 * f64::EPSILON * steps * scale, "{name}: {closure:e} J of {scale:e} J");
             astray += usize::from(result.report.outcome != Outcome::Completed);
             // One point of the series per exchange, ending where the report does.
             let [time, last] = *result.report.interface_residual.last().unwrap();
             assert_eq!(time, result.report.ended_at_s);
             if result.report.outcome == Outcome::Completed {
-                assert_eq!(Some(last), result.report.work.residual_j());
+                assert_eq!(Some(last), result.report.audit.work.residual_j());
             }
-            assert_eq!(result.report.latencies_s.len() as u64, result.report.counters.macro_steps);
+            assert_eq!(result.report.latencies_s.len() as u64, result.report.work.cosim.macro_steps);
         }
     }
     assert!(astray > 0, "no run went astray: the audit was only tested where it is easy");
@@ -119,8 +120,8 @@ fn what_the_solvers_create_must_vanish_with_all_steps_together() {
             let audit = run(&spec).report.audit;
             println!(
                 "H = {step:e}: mechanics {:.4e} J, cylinder {:.4e} J, all {:.4e} J",
-                audit.mechanics.unwrap().integration,
-                audit.actuator.unwrap().integration,
+                audit.accounts.mechanics.unwrap().integration,
+                audit.accounts.actuator.unwrap().integration,
                 audit.integration().unwrap()
             );
             (step, audit.integration().unwrap().abs())

@@ -1,9 +1,8 @@
 //! Results that may not change silently: a digit that moves forces the numerics version up.
 
-use crate::support::{case_by_name, scheme_by_name, schemes, solver_by_name};
-use rimbench::cosim::{Bounds, StepControl};
-use rimbench::harness::{RunSpec, scheme_options, simulate};
+use crate::support::{run, schemes, wedge_box_spec};
 use rimbench::numerics_version::NUMERICS_VERSION;
+use rimbench::runs::RunSpec;
 
 /// The version that `GOLDEN` belongs to.
 const GOLDEN_VERSION: u32 = 2;
@@ -38,31 +37,12 @@ const GOLDEN: &[(&str, f64, f64)] = &[
 const SAME: f64 = 1e-10;
 
 fn end_of_run(name: &str) -> (f64, f64) {
-    let case = case_by_name("wedge-box").unwrap();
-    let solver = solver_by_name("active-set").unwrap();
-    let scheme = scheme_by_name(name).unwrap();
-    let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
-    let spec = RunSpec {
-        case,
-        parameters: case.default_parameters(),
-        scheme,
-        options: scheme_options(None, None, solver).unwrap(),
-        macro_step: 1e-3,
-        step_control: StepControl::None,
-        phase: 0.3,
-        micro_step: 5e-5,
-        mechanics_steps: 1,
-        sequence,
-        force_return,
-        duration: match name {
-            "rim-smooth" => 1.5,
-            _ if name.starts_with("rim") => 1.72,
-            _ => 0.15,
-        },
-        solver,
-        wall_limit: None,
+    let duration = match name {
+        "rim-smooth" => 1.5,
+        _ if name.starts_with("rim") => 1.72,
+        _ => 0.15,
     };
-    let run = simulate(&spec, Bounds::default()).unwrap();
+    let run = run(&RunSpec { phase: 0.3, duration, ..wedge_box_spec(name, 1e-3) });
     let last = run.trajectory.row(run.trajectory.len() - 1);
     let column = |name| run.trajectory.index_of(name).unwrap();
     (last[column("actuator_length_m")], last[column("actuator_force_n")])
@@ -72,7 +52,7 @@ fn end_of_run(name: &str) -> (f64, f64) {
 fn a_changed_digit_raises_the_numerics_version() {
     assert_eq!(NUMERICS_VERSION, GOLDEN_VERSION, "new numerics version: update GOLDEN and GOLDEN_VERSION");
     let found: Vec<(&str, (f64, f64))> =
-        schemes().into_iter().map(|scheme| (scheme.name, end_of_run(scheme.name))).collect();
+        schemes().iter().map(|scheme| (&*scheme.name, end_of_run(&scheme.name))).collect();
     let same = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();
     let golden = |name: &str| GOLDEN.iter().find(|golden| golden.0 == name);
     let unchanged = found.len() == GOLDEN.len()

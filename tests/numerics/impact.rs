@@ -4,6 +4,7 @@ use crate::support::*;
 use rimbench::cosim::Subsystem;
 use rimbench::interface_model::{MassMatrix, Rows};
 use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics};
+use rimbench::name::{Name, names};
 
 /// Free planar block on two corners over the floor, with exact geometry; the interface row pushes its centre sideways.
 #[derive(Clone, Copy)]
@@ -49,14 +50,14 @@ impl MechanicalModel for Block {
     fn potential_energy(&self, q: &[f64]) -> f64 {
         self.mass * self.gravity * q[1]
     }
-    fn observables(&self) -> &'static [&'static str] {
-        &[]
+    fn observables(&self) -> Vec<Name> {
+        names(&[])
     }
-    fn gap_names(&self) -> &'static [&'static str] {
-        &["gap_left_m", "gap_right_m"]
+    fn gap_names(&self) -> Vec<Name> {
+        names(&["gap_left_m", "gap_right_m"])
     }
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &["force_left_n", "force_right_n"]
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&["force_left_n", "force_right_n"])
     }
     fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
 }

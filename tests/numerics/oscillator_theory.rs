@@ -1,10 +1,11 @@
 //! The two-mass cases against theory: exact solutions, growth rates by two routes, orders, reduced interface models.
 
-use crate::support::{case_by_name, scheme_by_name, solver_by_name};
+use crate::support::{case_by_name, exact_solution, reference_steps, run as simulated, scheme_by_name, usual_spec};
 use nalgebra::{DMatrix, DVector};
 use rimbench::cases::ReferenceMethod;
-use rimbench::cosim::{Bounds, Sequence, Trajectory};
-use rimbench::harness::{RunSpec, simulate, spectral_radius};
+use rimbench::cosim::{Bounds, MechanicsSteps, Sequence, StopFlag, Trajectory};
+use rimbench::harness::spectral_radius;
+use rimbench::runs::{RunSpec, simulate};
 use rimbench::statistics::order_of_convergence;
 
 const COUPLINGS: [&str; 3] = ["force-displacement", "displacement-displacement", "force-force"];
@@ -12,12 +13,9 @@ const HOLDS: [&str; 3] = ["zero-order-hold", "first-order-hold", "second-order-h
 
 /// A run with one micro step per macro step and one step of the mechanics, unless changed afterwards.
 fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: &str, macro_step: f64) -> RunSpec {
-    let case = case_by_name(case).unwrap();
-    let solver = solver_by_name("active-set").unwrap();
-    let scheme = scheme_by_name(scheme).unwrap();
     let sequence: Sequence = sequence.parse().unwrap();
-    let (sequence, force_return) = scheme.sequence_and_return(Some(sequence), None).unwrap();
-    let mut spec = RunSpec::usual(case, scheme, solver, macro_step).unwrap();
+    let mut spec = usual_spec(case, scheme, macro_step);
+    let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
     for (key, value) in set {
         spec.parameters.set(key, value).unwrap();
     }
@@ -25,15 +23,14 @@ fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: &str, macro_st
 }
 
 fn run(spec: &RunSpec) -> Trajectory {
-    let result = simulate(spec, Bounds::default()).unwrap();
+    let result = simulated(spec);
     assert_eq!(result.report.outcome.name(), "completed", "{}", result.report.outcome);
     result.trajectory
 }
 
 fn exact(spec: &RunSpec, t: f64) -> Vec<f64> {
-    let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters) else { panic!("no closed form") };
     let mut row = vec![0.0; spec.case.recorded_columns().len()];
-    solution(&spec.parameters).unwrap()(t, &mut row);
+    exact_solution(&spec.case, &spec.parameters)(t, &mut row);
     row
 }
 
@@ -307,8 +304,7 @@ fn energy_grows_as_the_spectral_radius_says() {
 
 /// Rms error of both positions over the run.
 fn error(spec: &RunSpec) -> f64 {
-    let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters) else { panic!("no closed form") };
-    let (solution, trajectory) = (solution(&spec.parameters).unwrap(), run(spec));
+    let (solution, trajectory) = (exact_solution(&spec.case, &spec.parameters), run(spec));
     let mut row = vec![0.0; trajectory.columns().len()];
     let mut sum = 0.0;
     for own in trajectory.rows() {
@@ -329,7 +325,7 @@ const SMOOTH: [SmoothCase; 3] =
 
 /// Order over H, 2 H, 4 H; `change` adapts each run.
 fn measured_order(case: &str, set: &[(&str, &str)], scheme: &str, finest: f64, change: impl Fn(&mut RunSpec)) -> f64 {
-    let sequence = scheme_by_name(scheme).unwrap().sequence.to_string();
+    let sequence = scheme_by_name(scheme).sequence.to_string();
     let points = [1.0, 2.0, 4.0].map(|times| {
         let mut spec = spec(case, set, scheme, &sequence, times * finest);
         change(&mut spec);
@@ -343,7 +339,7 @@ fn measured_order(case: &str, set: &[(&str, &str)], scheme: &str, finest: f64, c
 fn a_constant_first_step_costs_the_second_order_hold_its_third_order() {
     let set = [("coupling", "force-displacement")];
     let order = measured_order("quarter-car", &set, HOLDS[2], 5e-4, |spec| {
-        (spec.micro_step, spec.mechanics_steps, spec.duration) = (1e-5, 0, 1.0);
+        (spec.micro_step, spec.mechanics_steps, spec.duration) = (1e-5, MechanicsSteps::AsActuator, 1.0);
     });
     assert!((order - 2.0).abs() < 0.15, "{order}");
 }
@@ -360,7 +356,7 @@ fn the_interface_models_have_their_declared_order_with_exact_mechanics_and_that_
                 ("rim-nonsmooth", "exact"),
                 ("rim-nonsmooth-gap", "exact"),
             ] {
-                let declared = f64::from(scheme_by_name(scheme).unwrap().order);
+                let declared = f64::from(scheme_by_name(scheme).order);
                 let expected = if integrator == "exact" { declared } else { 1.0 };
                 if (case, integrator) == ("precice-oscillator", "semi-implicit-euler") {
                     continue;
@@ -387,7 +383,7 @@ fn the_smooth_interface_model_is_exact_for_a_free_mass() {
         let set = [("stiffness_2_n_m", stiffness), ("integrator", "semi-implicit-euler")];
         let mut spec = spec("linear-oscillator", &set, "rim-smooth", "gauss-seidel", macro_step);
         spec.force_return = "profile".parse().unwrap();
-        (spec.micro_step, spec.mechanics_steps, spec.duration) = (1e-4, 0, 2.0);
+        (spec.micro_step, spec.mechanics_steps, spec.duration) = (1e-4, MechanicsSteps::AsActuator, 2.0);
         let trajectory = run(&spec);
         trajectory.row(trajectory.len() - 1).to_vec()
     };
@@ -480,7 +476,8 @@ fn returning_the_mean_force_multiplies_the_limit_of_the_interface_model() {
             let mut spec = spec("linear-oscillator", &[("variant", "1")], scheme, "gauss-seidel", macro_step);
             spec.force_return = force_return.parse().unwrap();
             spec.micro_step = macro_step / 20.0;
-            spec.mechanics_steps = if force_return == "profile" { 0 } else { 1 };
+            spec.mechanics_steps =
+                if force_return == "profile" { MechanicsSteps::AsActuator } else { MechanicsSteps::ONE };
             spectral_radius(&spec).unwrap()
         })
     };
@@ -541,7 +538,7 @@ fn with_a_single_rate_and_semi_implicit_euler_all_couplings_are_the_monolithic_r
 #[test]
 fn what_a_case_does_not_offer_is_refused_with_what_it_does() {
     let refused = |case: &str, key: &str, value: &str| {
-        let mut parameters = case_by_name(case).unwrap().default_parameters();
+        let mut parameters = case_by_name(case).default_parameters();
         parameters.set(key, value).unwrap_err().to_string()
     };
     for (case, key, value, valid) in [
@@ -560,7 +557,7 @@ fn what_a_case_does_not_offer_is_refused_with_what_it_does() {
         assert_eq!(refused(case, key, value), format!("{key} = {value} is not valid; valid: {valid}"));
     }
     let spec = spec("quarter-car", &[("damper", "nonlinear"), ("integrator", "trapezoidal")], HOLDS[0], "jacobi", 1e-3);
-    let message = simulate(&spec, Bounds::default()).unwrap_err().to_string();
+    let message = simulate(&spec, Bounds::default(), None, StopFlag::never()).unwrap_err().to_string();
     assert!(message.contains("`exact`") && message.contains("`semi-implicit-euler`"), "{message}");
 }
 
@@ -568,7 +565,7 @@ fn what_a_case_does_not_offer_is_refused_with_what_it_does() {
 fn a_reduced_interface_model_needs_a_force() {
     let set = [("coupling", "displacement-displacement")];
     let spec = spec("linear-oscillator", &set, "rim-smooth", "gauss-seidel", 1e-3);
-    let outcome = simulate(&spec, Bounds::default()).unwrap().report.outcome;
+    let outcome = simulated(&spec).report.outcome;
     assert_eq!(outcome.name(), "skipped");
     assert!(outcome.reason().contains("force-displacement"), "{outcome}");
 }
@@ -579,12 +576,15 @@ fn the_nonlinear_quarter_car_converges() {
     for (hold, expected) in [(HOLDS[0], 1.0), (HOLDS[1], 2.0)] {
         let points = [4e-3, 2e-3, 1e-3].map(|macro_step| {
             let mut spec = spec("quarter-car", &[("damper", "nonlinear")], hold, "jacobi", macro_step);
-            (spec.micro_step, spec.mechanics_steps, spec.duration) = (1e-5, 0, 2.0);
-            let ReferenceMethod::Own(solve) = (spec.case.reference)(&spec.parameters) else { panic!("no reference") };
+            (spec.micro_step, spec.mechanics_steps, spec.duration) = (1e-5, MechanicsSteps::AsActuator, 2.0);
+            let ReferenceMethod::Own(solve) = (spec.case.reference)(&spec.parameters).unwrap() else {
+                panic!("no reference")
+            };
             let trajectory = run(&spec);
             let mut reference = Trajectory::with_capacity(spec.case.recorded_columns(), trajectory.len());
             let every = (macro_step / 1e-5).round() as usize;
-            solve(&spec.parameters, 1e-5, (trajectory.len() - 1) * every, every, &mut reference).unwrap();
+            let steps = reference_steps(1e-5, (trajectory.len() - 1) * every, every);
+            solve(steps, StopFlag::never(), &mut reference).unwrap();
             let pairs = trajectory.rows().zip(reference.rows());
             let sum: f64 = pairs.map(|(own, theirs)| (own[2] - theirs[2]).powi(2)).sum();
             (macro_step, (sum / trajectory.len() as f64).sqrt())

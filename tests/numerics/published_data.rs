@@ -1,15 +1,15 @@
 //! Held against numbers that others have published: the hydraulic crane of the LIM benchmark, to its printed digits.
 
-use crate::support::{case_by_name, scheme_by_name, solver_by_name};
+use crate::support::{ALL, ONE, case_by_name, catalogue, reference_steps, run, run_within, usual_spec};
 use rimbench::cases::{Parameters, ReferenceMethod};
-use rimbench::cosim::{Bounds, Outcome, Trajectory};
-use rimbench::harness::{Cache, Experiment, Job, Reference, RunResult, RunSpec, check_claims, run_job, simulate};
+use rimbench::cosim::{Outcome, StopFlag, Trajectory};
+use rimbench::harness::{Cache, Experiment, Job, check_claims, obtain_reference, run_job};
+use rimbench::runs::RunSpec;
 use rimbench::statistics::order_of_convergence;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 fn crane(set: &[(&str, &str)]) -> Parameters {
-    let mut parameters = case_by_name("hydraulic-crane").unwrap().default_parameters();
+    let mut parameters = case_by_name("hydraulic-crane").default_parameters();
     for (key, value) in set {
         parameters.set(key, value).unwrap();
     }
@@ -18,14 +18,8 @@ fn crane(set: &[(&str, &str)]) -> Parameters {
 
 /// Jacobi zero-order hold as published: one step of the mechanics per macro step, hydraulics min(H, 0.2 ms).
 fn jacobi_zoh(set: &[(&str, &str)], macro_step: f64, duration: f64) -> RunSpec {
-    let solver = solver_by_name("active-set").unwrap();
-    let scheme = scheme_by_name("zero-order-hold").unwrap();
-    let usual = RunSpec::usual(case_by_name("hydraulic-crane").unwrap(), scheme, solver, macro_step).unwrap();
+    let usual = usual_spec("hydraulic-crane", "zero-order-hold", macro_step);
     RunSpec { parameters: crane(set), micro_step: macro_step.min(2e-4), duration, ..usual }
-}
-
-fn run(spec: &RunSpec) -> RunResult {
-    simulate(spec, Bounds::default()).unwrap()
 }
 
 /// Columns and rows of a published file.
@@ -51,12 +45,14 @@ fn last_digit(value: f64, digits: i32) -> f64 {
 
 /// The whole crane by the trapezoidal rule at the published step of 0.05 ms, every step a row.
 fn monolithic(set: &[(&str, &str)], duration: f64) -> Trajectory {
-    let case = case_by_name("hydraulic-crane").unwrap();
+    let case = case_by_name("hydraulic-crane");
     let parameters = crane(set);
-    let ReferenceMethod::Own(solve) = (case.reference)(&parameters) else { panic!("the crane has its own reference") };
+    let Ok(ReferenceMethod::Own(solve)) = (case.reference)(&parameters) else {
+        panic!("the crane has its own reference")
+    };
     let steps = (duration / MONOLITHIC_STEP).round() as usize;
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps + 1);
-    solve(&parameters, MONOLITHIC_STEP, steps, 1, &mut trajectory).unwrap();
+    solve(reference_steps(MONOLITHIC_STEP, steps, 1), StopFlag::never(), &mut trajectory).unwrap();
     trajectory
 }
 
@@ -111,15 +107,11 @@ fn the_monolithic_solution_of_m2_is_the_published_one() {
 /// Macro steps of 1, 2, … ms: the largest below which every run of 10 s stays within bounds, by the criterion of the
 /// project: no coupling variable beyond three times its maximum in the reference, no state out of its model's range.
 fn last_stable_ms(set: &[(&str, &str)]) -> usize {
-    let (case, solver) = (case_by_name("hydraulic-crane").unwrap(), solver_by_name("active-set").unwrap());
     let folder = tempfile::tempdir().unwrap();
-    let reference = Reference::obtain(case, &crane(set), solver, 10.0, &Cache::in_folder(folder.path())).unwrap();
-    let stays = |ms: usize| {
-        let spec = jacobi_zoh(set, ms as f64 * 1e-3, 10.0);
-        let bounds = reference.bounds(case, &spec.parameters, solver).unwrap();
-        let outcome = simulate(&spec, bounds).unwrap().report.outcome;
-        outcome == Outcome::Completed
-    };
+    let spec = |ms: usize| jacobi_zoh(set, ms as f64 * 1e-3, 10.0);
+    let reference = obtain_reference(&spec(1), &Cache::in_folder(folder.path()), StopFlag::never()).unwrap();
+    let bounds = reference.bounds(&spec(1)).unwrap();
+    let stays = |ms: usize| run_within(&spec(ms), bounds.clone()).report.outcome == Outcome::Completed;
     (8..).take_while(|&ms| stays(ms)).last().unwrap()
 }
 
@@ -172,20 +164,19 @@ fn co_simulations_with_the_published_driver_agree_to_the_printed_digits() {
 #[test]
 fn measured_orders_on_the_crane_are_the_declared_ones() {
     for (scheme, mechanics_steps, expected) in [
-        ("zero-order-hold", 0, 1.0),
-        ("first-order-hold", 0, 2.0),
-        ("second-order-hold", 0, 3.0),
+        ("zero-order-hold", ALL, 1.0),
+        ("first-order-hold", ALL, 2.0),
+        ("second-order-hold", ALL, 3.0),
         // Declared 1: with a first-order mechanics that steps once per macro step. With micro steps on both sides: 2.
-        ("rim-smooth", 1, 1.0),
-        ("rim-smooth", 0, 2.0),
+        ("rim-smooth", ONE, 1.0),
+        ("rim-smooth", ALL, 2.0),
     ] {
         let lengths: Vec<Vec<f64>> = [1, 2, 4, 8]
             .into_iter()
             .map(|ms| {
-                let mut spec = jacobi_zoh(&[("manoeuvre", "m2")], ms as f64 * 1e-3, 0.96);
-                spec.scheme = scheme_by_name(scheme).unwrap();
-                (spec.sequence, spec.force_return) = spec.scheme.sequence_and_return(None, None).unwrap();
-                (spec.micro_step, spec.mechanics_steps) = (2e-5, mechanics_steps);
+                let usual = usual_spec("hydraulic-crane", scheme, ms as f64 * 1e-3);
+                let parameters = crane(&[("manoeuvre", "m2")]);
+                let spec = RunSpec { parameters, micro_step: 2e-5, mechanics_steps, duration: 0.96, ..usual };
                 run(&spec).trajectory.rows().step_by(8 / ms).map(|row| row[1]).collect()
             })
             .collect();
@@ -201,16 +192,16 @@ fn measured_orders_on_the_crane_are_the_declared_ones() {
 /// runs at any step that still makes sense.
 #[test]
 fn force_return_decides_how_far_the_interface_model_goes() {
-    let (case, solver) = (case_by_name("hydraulic-crane").unwrap(), solver_by_name("active-set").unwrap());
     let folder = tempfile::tempdir().unwrap();
-    let reference = Reference::obtain(case, &crane(&[]), solver, 10.0, &Cache::in_folder(folder.path())).unwrap();
-    let bounds = reference.bounds(case, &crane(&[]), solver).unwrap();
+    let usual = usual_spec("hydraulic-crane", "rim-smooth", 1e-3);
+    let reference = obtain_reference(&usual, &Cache::in_folder(folder.path()), StopFlag::never()).unwrap();
+    let bounds = reference.bounds(&usual).unwrap();
     let completes = |force_return: &str, ms: usize| {
-        let mut spec = jacobi_zoh(&[], ms as f64 * 1e-3, 10.0);
-        spec.scheme = scheme_by_name("rim-smooth").unwrap();
-        spec.force_return = force_return.parse().unwrap();
-        (spec.sequence, _) = spec.scheme.sequence_and_return(None, Some(spec.force_return)).unwrap();
-        simulate(&spec, bounds.clone()).unwrap().report.outcome == Outcome::Completed
+        let macro_step = ms as f64 * 1e-3;
+        let (sequence, force_return) =
+            usual.scheme.sequence_and_return(None, Some(force_return.parse().unwrap())).unwrap();
+        let spec = RunSpec { macro_step, micro_step: macro_step.min(2e-4), sequence, force_return, ..usual.clone() };
+        run_within(&spec, bounds.clone()).report.outcome == Outcome::Completed
     };
     assert!((1..=32).all(|ms| completes("held", ms)) && !completes("held", 33));
     assert!((4..=68).step_by(4).all(|ms| completes("end", ms)) && !completes("end", 72));
@@ -225,10 +216,11 @@ fn the_published_experiments_run_and_their_findings_stand() {
     let mut count = 0;
     for entry in std::fs::read_dir(root).unwrap() {
         let experiment = Experiment::read(&entry.unwrap().path()).unwrap();
-        assert!(!experiment.plan(false).unwrap().is_empty());
+        assert!(!experiment.plan(catalogue(), false).unwrap().is_empty());
         let results = folder.path().join(experiment.name());
         let job = Job {
             experiment: &experiment,
+            catalogue: catalogue(),
             folder: &results,
             quick: true,
             fresh: true,
@@ -236,7 +228,7 @@ fn the_published_experiments_run_and_their_findings_stand() {
             cache: &cache,
             build: &rimbench::BUILD,
         };
-        run_job(job, &|_| (), &AtomicBool::new(false)).unwrap();
+        run_job(job, &|_| (), StopFlag::never()).unwrap();
         for claim in check_claims(&experiment, &results).unwrap() {
             assert_eq!(
                 claim.verdict, claim.finding,

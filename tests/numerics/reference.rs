@@ -2,6 +2,8 @@
 //! independent route that shares no line of code with it.
 
 use crate::support::*;
+use rimbench::cosim::{PerSide, StopFlag, Subsystem};
+use rimbench::mechanics::monolithic;
 
 /// The wedge box again, from scratch: minimal coordinates, contacts bilateral while a phase lasts, events located, plastic
 /// impacts by projection. Nothing here comes from the crate; the numbers are those of the case's table.
@@ -565,7 +567,8 @@ fn the_impact_of_the_touch_down_must_cost_what_projection_says() {
         let mut mechanics = wedge_box_mechanics(PLASTIC);
         let mut cylinder = wedge_box_cylinder();
         let steps = (2.5 / h).round() as usize;
-        rimbench::mechanics::monolithic(&mut mechanics, &mut *cylinder, h, steps, steps, &mut |_| {}).unwrap();
+        let sides = PerSide { mechanics: &mut mechanics as &mut dyn Subsystem, actuator: &mut *cylinder };
+        monolithic(sides, reference_steps(h, steps, steps), StopFlag::never(), &mut |_| {}).unwrap();
         -mechanics.ledger().contact
     };
     let [coarse, fine] = [5e-5, 2.5e-5].map(spent);
@@ -577,7 +580,7 @@ fn the_impact_of_the_touch_down_must_cost_what_projection_says() {
 
 /// Error of a co-simulated length at its end, and the peak force.
 fn held(macro_step: f64, phase: f64) -> (f64, f64, f64) {
-    let result = run(&rimbench::harness::RunSpec { phase, ..wedge_box_spec("zero-order-hold", macro_step) });
+    let result = run(&rimbench::runs::RunSpec { phase, ..wedge_box_spec("zero-order-hold", macro_step) });
     assert_eq!(result.report.outcome, rimbench::cosim::Outcome::Completed);
     let (samples, trajectory) = (&independent().samples, &result.trajectory);
     let (force, length) =

@@ -1,13 +1,13 @@
 //! What every scheme must do, by name: whatever is listed is checked, and skipped only where a case lacks what it needs.
 
 use crate::support::*;
-use rimbench::cases::ReferenceMethod;
 use rimbench::cosim::{
-    Bounds, CommunicationGrid, MacroStep, MicroStep, Outcome, OutputRates, Sample, Side, check_coupling,
+    Bounds, CommunicationGrid, MacroStep, MicroStep, Outcome, OutputRates, PerSide, Sample, Side, StopFlag,
+    check_coupling,
 };
-use rimbench::harness::{RunResult, RunSpec, simulate};
 use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::schemes::{Family, Gain, SchemeEntry, SchemeOptions, all_schemes, register};
+use rimbench::runs::{RunResult, RunSpec, simulate};
+use rimbench::schemes::{Construction, Family, ModelConstruction, ModelOptions, SchemeEntry};
 use rimbench::statistics::order_of_convergence;
 
 /// A case, its parameters and a macro step.
@@ -20,8 +20,8 @@ const SMOOTH: [SmoothCase; 3] =
     [("linear-oscillator", &REST, 5e-4), ("quarter-car", &[], 5e-4), ("precice-oscillator", &[], 1e-3)];
 
 /// A run with the scheme's own sequence, force return and gain.
-fn spec(case: &str, set: &[(&str, &str)], scheme: &'static SchemeEntry, macro_step: f64) -> RunSpec {
-    let mut spec = RunSpec::usual(case_by_name(case).unwrap(), scheme, solver(), macro_step).unwrap();
+fn spec(case: &str, set: &[(&str, &str)], scheme: &SchemeEntry, macro_step: f64) -> RunSpec {
+    let mut spec = usual_spec(case, &scheme.name, macro_step);
     for (key, value) in set {
         spec.parameters.set(key, value).unwrap();
     }
@@ -30,7 +30,7 @@ fn spec(case: &str, set: &[(&str, &str)], scheme: &'static SchemeEntry, macro_st
 
 /// The run, or nothing where the case lacks what the scheme needs; the reason is printed.
 fn completed(spec: &RunSpec) -> Option<RunResult> {
-    let result = simulate(spec, Bounds::default()).unwrap();
+    let result = run(spec);
     if let Outcome::Skipped { reason } = &result.report.outcome {
         println!("{} on {}: skipped, {reason}", spec.scheme.name, spec.case.name);
         return None;
@@ -42,8 +42,7 @@ fn completed(spec: &RunSpec) -> Option<RunResult> {
 
 /// Rms error of both positions of a two-mass case over the run.
 fn error(spec: &RunSpec) -> Option<f64> {
-    let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters) else { panic!("no closed form") };
-    let (solution, result) = (solution(&spec.parameters).unwrap(), completed(spec)?);
+    let (solution, result) = (exact_solution(&spec.case, &spec.parameters), completed(spec)?);
     let mut row = vec![0.0; result.trajectory.columns().len()];
     let mut sum = 0.0;
     for own in result.trajectory.rows() {
@@ -58,15 +57,15 @@ fn error(spec: &RunSpec) -> Option<f64> {
 /// Signal-based schemes: the first macro step is a hundredth of the others, because a scheme that has fewer samples then
 /// than it needs otherwise leaves the error of a lower order for good. Model-based ones go at their default force return,
 /// with one step of the mechanics.
-fn measured_order(scheme: &'static SchemeEntry, (case, set, finest): SmoothCase, coupling: &str) -> Option<f64> {
+fn measured_order(scheme: &SchemeEntry, (case, set, finest): SmoothCase, coupling: &str) -> Option<f64> {
     let set = [set, &[("coupling", coupling), ("integrator", "exact")]].concat();
     let mut points = Vec::new();
     for times in [1.0, 2.0, 4.0] {
         let mut spec = spec(case, &set, scheme, times * finest);
-        (spec.micro_step, spec.mechanics_steps, spec.duration, spec.phase) = (1e-5, 0, 1.0, 0.01);
+        (spec.micro_step, spec.mechanics_steps, spec.duration, spec.phase) = (1e-5, ALL, 1.0, 0.01);
         if scheme.family == Family::Model {
             (spec.macro_step, spec.micro_step) = (2.0 * times * finest, 1e-6);
-            (spec.mechanics_steps, spec.duration, spec.phase) = (1, 0.4, 1.0);
+            (spec.mechanics_steps, spec.duration, spec.phase) = (ONE, 0.4, 1.0);
         }
         points.push((spec.macro_step, error(&spec)?));
     }
@@ -82,7 +81,7 @@ const SLOW: [(&str, f64); 1] = [("energy-leak-damper", 0.31)];
 #[test]
 fn measured_orders_are_the_declared_ones() {
     let mut faults = Vec::new();
-    for scheme in schemes().into_iter().filter(|scheme| scheme.family != Family::Ceiling) {
+    for scheme in schemes().iter().filter(|scheme| scheme.real_time()) {
         let declared = f64::from(scheme.order);
         let mut orders = Vec::new();
         for case in SMOOTH {
@@ -110,11 +109,15 @@ const CONSTANT: f64 = 17.0 * 6.0 * f64::EPSILON;
 #[test]
 fn constants_are_reproduced_from_the_first_sample_on() {
     let (mechanics, actuator) = force_displacement_ports(1);
-    check_coupling(&mechanics, &actuator).unwrap();
+    let ports = PerSide { mechanics: &mechanics, actuator: &actuator };
+    check_coupling(ports).unwrap();
     let grid = CommunicationGrid::new(1.0, 0.3, 7.0).unwrap();
-    for scheme in schemes().into_iter().filter(|scheme| scheme.family == Family::Signal) {
-        let options = SchemeOptions { gain: scheme.gain_value(None).unwrap(), ..options() };
-        let mut built = (scheme.build)(&mechanics, &actuator, &options);
+    for scheme in schemes().iter().filter(|scheme| scheme.family == Family::Signal) {
+        let gain = scheme.gain_value(None).unwrap().unwrap_or(1.0);
+        let empty = ReducedInterfaceModel::zeros(0, 1);
+        let options = ModelOptions::default();
+        let model = scheme.has_model().then_some(ModelConstruction { empty: &empty, options: &options });
+        let mut built = (scheme.build)(&Construction { ports, model, gain }).unwrap();
         // An interface at rest under load: position 0.7 m, force 300 N, spring of 4 N/m and damper of 2 N·s/m behind it.
         let (y, force) = ([0.7, 0.0], [300.0]);
         let mut model = ReducedInterfaceModel::zeros(0, 1);
@@ -167,17 +170,14 @@ fn a_system_at_rest_under_load_stays_where_it_is() {
         };
         let (mut mechanics, mut actuator) = (stepper(model, PLASTIC), Springs::new(&[1000.0], &[50.0]));
         actuator.deflection[0] = -WEIGHT / 1000.0;
-        if let Some(reason) = scheme.incompatibility(&mechanics, &actuator) {
+        if let Some(reason) = scheme.incompatibility(sides(&mut mechanics, &mut actuator)) {
             println!("{}: skipped, {reason}", scheme.name);
             continue;
         }
         let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
-        let options = SchemeOptions { gain: scheme.gain_value(None).unwrap(), ..options() };
         let grid = CommunicationGrid::new(1e-3, 0.4, 1e-3 * STEPS as f64).unwrap();
-        let (m, a) = force_displacement_ports(1);
-        let mut built = (scheme.build)(&m, &a, &options);
         let setup = setup(grid, 1e-4, sequence, force_return);
-        let (report, rows) = rows_of(&setup, &mut mechanics, &mut actuator, &mut *built);
+        let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut actuator), scheme);
         assert_eq!(report.outcome, Outcome::Completed, "{}", scheme.name);
         let way = largest(rows.iter().map(|row| (row[1] - 0.75).abs()));
         // A rounding of the weight, in a stable system, moves the mass by that over the stiffness; a thousand of them in a row.
@@ -195,7 +195,7 @@ fn two_runs_are_the_same_to_the_bit() {
         let bits = || -> Vec<u64> {
             let mut spec = spec("wedge-box", &[], scheme, 4e-3);
             (spec.phase, spec.duration) = (0.3, 0.4);
-            let trajectory = simulate(&spec, Bounds::default()).unwrap().trajectory;
+            let trajectory = run(&spec).trajectory;
             trajectory.rows().flatten().map(|value| value.to_bits()).collect()
         };
         assert_eq!(bits(), bits(), "{}", scheme.name);
@@ -230,7 +230,8 @@ fn fewer_macro_steps_than_samples_are_no_trouble() {
             spec.duration = 1e-3 * macro_steps as f64;
             if macro_steps < scheme.samples {
                 // The harness says so before it runs.
-                let message = simulate(&spec, Bounds::default()).unwrap_err().to_string();
+                let refused = simulate(&spec, Bounds::default(), None, StopFlag::never());
+                let message = refused.unwrap_err().to_string();
                 assert!(message.contains(&format!("the {} samples", scheme.samples)), "{message}");
                 continue;
             }
@@ -263,38 +264,15 @@ fn a_macro_step_that_does_not_divide_the_duration_ends_on_time_and_costs_no_accu
 /// damper took is missing there.
 #[test]
 fn the_energy_leak_damper_takes_out_what_its_ledger_says() {
-    let scheme = schemes().into_iter().find(|scheme| scheme.name == "energy-leak-damper").unwrap();
     let residual = |gain: f64| {
-        let mut spec = spec("wedge-box", &[], scheme, 1e-3);
-        spec.options.gain = Some(gain);
-        spec.duration = 1.0;
-        let result = simulate(&spec, Bounds::default()).unwrap();
+        let usual = wedge_box_spec("energy-leak-damper", 1e-3);
+        let result = run(&RunSpec { gain: Some(gain), duration: 1.0, ..usual });
         assert_eq!(result.report.outcome, Outcome::Completed);
-        (result.report.work.residual_j().unwrap(), result.report.scheme_dissipated_j.unwrap())
+        (result.report.audit.work.residual_j().unwrap(), result.report.scheme.dissipated_j.unwrap())
     };
     let ((without, nothing), (with, taken)) = (residual(0.0), residual(0.5));
     assert_eq!(nothing, 0.0);
     assert!(taken > 0.0, "{taken} J");
     // Sent minus received: energy from nowhere is negative.
     assert!(with.abs() < without.abs(), "residual {without} J without, {with} J with the damper, which took {taken} J");
-}
-
-/// What a program may not register, and that a refusal leaves the list as it was.
-#[test]
-fn a_scheme_with_a_bad_or_taken_name_or_an_impossible_gain_is_not_registered() {
-    let plain = schemes().into_iter().find(|scheme| scheme.name == "zero-order-hold").unwrap();
-    let entry = |name, gain| &*Box::leak(Box::new(SchemeEntry { name, gain, ..*plain }));
-    let gain = |default| Some(Gain { about: "a share", default, range: [0.0, 1.0] });
-    for (name, gain, wanted) in [
-        ("My Scheme", None, "name of the scheme = `My Scheme` is not valid; valid: kebab-case"),
-        ("my--scheme", None, "kebab-case"),
-        ("2nd", None, "kebab-case"),
-        ("rim-smooth", None, "valid: a name that is not taken yet"),
-        ("my-scheme", gain(1.5), "default gain of my-scheme = 1.5 is not valid; valid: a number from 0 to 1"),
-        ("my-scheme", gain(f64::NAN), "default gain of my-scheme = NaN"),
-    ] {
-        let message = register(entry(name, gain)).unwrap_err().to_string();
-        assert!(message.contains(wanted), "{name}: {message}");
-        assert_eq!(all_schemes().len(), schemes().len(), "{name}");
-    }
 }

@@ -44,7 +44,7 @@ fn the_committed_corpus_holds_hundreds_of_different_problems_in_little_space() {
 fn the_pivoting_solvers_solve_the_whole_corpus() {
     let corpus = committed();
     let pivots = |name: &str, start: Start| {
-        let replay = replay(&corpus, solver_by_name(name).unwrap(), start);
+        let replay = replay(&corpus, solver_by_name(name), start);
         assert_eq!(replay.solves.len(), corpus.len());
         let failures = replay.solves.iter().filter(|solve| !solve.solved).count();
         assert_eq!(failures, 0, "{name} {start:?}");
@@ -60,7 +60,7 @@ fn the_pivoting_solvers_solve_the_whole_corpus() {
 fn both_forms_of_the_interior_point_solve_the_whole_corpus() {
     let corpus = committed();
     for name in ["clarabel", "clarabel-velocity"] {
-        let entry = solver_by_name(name).unwrap();
+        let entry = solver_by_name(name);
         let mut solver = (entry.build)(corpus.largest());
         let mut z = vec![0.0; corpus.largest()];
         let mut solved = |problem: &ContactProblem| match solver.solve(problem.lcp(), &mut z[..problem.q.len()]) {
@@ -85,7 +85,7 @@ fn redundant_contacts_are_in_the_corpus() {
 
 #[test]
 fn two_harvests_give_the_same_file() {
-    let plan = Harvest { cases: vec![case_by_name("wedge-box").unwrap()], bytes_per_solver: 1000 };
+    let plan = Harvest { cases: vec![case_by_name("wedge-box").clone()], bytes_per_solver: 1000 };
     let mut runs = 0;
     let first = harvest(&plan, &mut |_| runs += 1).unwrap().to_bytes().unwrap();
     assert!(runs >= 8, "{runs} runs");
@@ -95,7 +95,7 @@ fn two_harvests_give_the_same_file() {
 #[test]
 fn every_variation_is_one_its_case_allows() {
     for variation in VARIATIONS {
-        let case = cases().into_iter().find(|case| case.name == variation.case).expect("a case of the list");
+        let case = cases().iter().find(|case| case.name == variation.case).expect("a case of the list");
         let mut parameters = case.default_parameters();
         for (key, value) in variation.settings {
             parameters.set(key, value).unwrap();
@@ -106,7 +106,7 @@ fn every_variation_is_one_its_case_allows() {
 
 #[test]
 fn a_case_without_contacts_contributes_nothing() {
-    let plan = Harvest { cases: vec![case_by_name("quarter-car").unwrap()], bytes_per_solver: 1000 };
+    let plan = Harvest { cases: vec![case_by_name("quarter-car").clone()], bytes_per_solver: 1000 };
     let corpus = harvest(&plan, &mut |source| panic!("{source}")).unwrap();
     assert!(corpus.is_empty());
 }

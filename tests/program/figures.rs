@@ -2,9 +2,10 @@
 //!
 //! Set `RIMBENCH_FIGURES_DIR` to an existing folder to keep the figures and look at them.
 
-use crate::support::{schemes, solvers};
+use crate::support::solvers;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use rimbench::complementarity::{SolveStats, SolverEntry};
 use rimbench::corpus::{Replay, Solve, Start, draw_profile};
@@ -15,12 +16,11 @@ use rimbench::figures::drawing::{Drawing, Shape};
 use rimbench::figures::heatmap::{Cell, Heatmap, Row};
 use rimbench::figures::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
 use rimbench::figures::render;
-use rimbench::figures::style::{shown_name, style_of};
-use rimbench::schemes::Family;
+use rimbench::figures::style::{SeriesStyle, Styles};
 
 /// Every solver on 60 made-up problems, warm and cold: each slower than the one before, and the last three fail on some.
 fn replays() -> Vec<Replay> {
-    let replay = |(index, solver): (usize, &'static SolverEntry), start| {
+    let replay = |(index, solver): (usize, &Arc<SolverEntry>), start| {
         let solve = |problem: usize| Solve {
             n: 4,
             stats: SolveStats::default(),
@@ -28,13 +28,18 @@ fn replays() -> Vec<Replay> {
             refused: false,
             time_ns: 50.0 * 1.7_f64.powi(index as i32) * (1.0 + ((7 * problem + 3 * index) % 11) as f64),
         };
-        Replay { solver, start, solves: (0..60).map(solve).collect(), mean_ns: 100.0 }
+        Replay { solver: solver.clone(), start, solves: (0..60).map(solve).collect(), mean_ns: 100.0 }
     };
     solvers()
-        .into_iter()
+        .iter()
         .enumerate()
         .flat_map(|entry| [Start::Warm, Start::Cold].map(|start| replay(entry, start)))
         .collect()
+}
+
+/// The style of a built-in scheme, or a variant of one.
+fn style_of(label: &str) -> SeriesStyle {
+    Styles::standard().of_label(label)
 }
 
 const TOUCH_DOWN_S: f64 = 1.693;
@@ -73,12 +78,12 @@ fn manoeuvre_sequence() {
 
 #[test]
 fn performance_profile_of_all_solvers() {
-    let drawing = draw_profile(&replays());
+    let drawing = draw_profile(&replays(), solvers());
     let mut labels = vec!["60 contact problems, warm", "share of problems solved"];
-    labels.extend(solvers().into_iter().map(|entry| entry.name));
+    labels.extend(solvers().iter().map(|entry| &*entry.name));
     check(&drawing, "solver-profile", &labels);
     // A solver keeps its line when others are left out.
-    let alone = draw_profile(&replays()[4..6]);
+    let alone = draw_profile(&replays()[4..6], solvers());
     let lines = |drawing: &Drawing| {
         let stroke = |shape: &Shape| match shape {
             Shape::Path { stroke, closed: false, .. } => stroke.filter(|stroke| stroke.width > 1.0),
@@ -104,21 +109,6 @@ fn a_place_that_cannot_be_written_is_named() {
     std::fs::write(&file, "").expect("a writable folder");
     let error = render::write(&Drawing::new(10.0, 10.0), &file, "figure").expect_err("a file is no folder");
     assert!(matches!(error, Error::File { path, .. } if path.starts_with(&file)));
-}
-
-/// With twenty and more lines in one figure colour alone does not do, and a style computed from a name may collide.
-#[test]
-fn every_listed_scheme_has_a_style_of_its_own_and_ceilings_say_that_they_are_not_real_time() {
-    for (index, scheme) in schemes().into_iter().enumerate() {
-        let style = style_of(scheme.name);
-        for other in &schemes()[..index] {
-            let second = style_of(other.name);
-            assert_ne!(style.color, second.color, "{} and {}", scheme.name, other.name);
-            assert!((style.dash, style.marker) != (second.dash, second.marker), "{}, {}", scheme.name, other.name);
-        }
-        let marked = shown_name(&format!("{}/fine", scheme.name)).ends_with("(not real-time)");
-        assert_eq!(marked, scheme.family == Family::Ceiling, "{}", scheme.name);
-    }
 }
 
 /// Results of a made-up experiment `study/made-up`: two schemes, two macro steps, two phases, two margins.
@@ -256,7 +246,7 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
     let list = place.path().join("figures.toml");
     std::fs::write(&list, MADE_UP_FIGURES).unwrap();
     let figures = FigureList::read(&list).unwrap();
-    let made = figures.make_all(place.path(), Some("study")).unwrap();
+    let made = figures.make_all(place.path(), Some("study"), &Styles::standard()).unwrap();
     assert_eq!(made.files.len(), 4, "{:?}", made.missing);
     let texts = |id: &str| {
         let svg = read(&place.path().join(format!("study/made-up/figures/{id}.svg")));
@@ -285,7 +275,7 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
         format!("{row}{more}\n")
     };
     std::fs::write(&cost, rows.lines().enumerate().map(longer).collect::<String>()).unwrap();
-    let made = figures.make_all(place.path(), None).unwrap();
+    let made = figures.make_all(place.path(), None, &Styles::standard()).unwrap();
     assert_eq!(made.files.len(), 5);
     assert!(made.missing.len() == 1 && made.missing[0].1.contains("experiments/paper/not-run.toml"));
     assert!(texts("latency").contains_key("deadline: real time"));
@@ -298,11 +288,13 @@ fn an_unknown_column_or_parameter_is_named() {
     let list = place.path().join("figures.toml");
     let wrong = MADE_UP_FIGURES.replace("actuator_micro_steps +", "pivots +").replace("\"margin_m\"", "\"mass_kg\"");
     std::fs::write(&list, wrong).unwrap();
-    let made = FigureList::read(&list).unwrap().make_all(place.path(), Some("study")).unwrap();
+    let made = FigureList::read(&list).unwrap().make_all(place.path(), Some("study"), &Styles::standard()).unwrap();
     let reason_of = |id: &str| &made.missing.iter().find(|(missing, _)| missing == id).expect("not drawn").1;
     assert!(reason_of("work").contains("pivots"), "{}", reason_of("work"));
     assert!(reason_of("margin").contains("mass_kg"), "{}", reason_of("margin"));
-    assert!(FigureList::read(&list).unwrap().make_all(&place.path().join("nowhere"), None).is_err());
+    assert!(
+        FigureList::read(&list).unwrap().make_all(&place.path().join("nowhere"), None, &Styles::standard()).is_err()
+    );
 }
 
 /// A panel may show one case of several; one that is not there is named with those that are.
@@ -321,7 +313,7 @@ fn a_figure_of_one_case_has_only_its_runs() {
     let rows: String = std::fs::read_to_string(&runs).unwrap().lines().map(|row| kept(row) + "\n").collect();
     std::fs::write(&runs, rows).unwrap();
     let values = |list: &Path| {
-        let made = FigureList::read(list).unwrap().make_all(place.path(), Some("study")).unwrap();
+        let made = FigureList::read(list).unwrap().make_all(place.path(), Some("study"), &Styles::standard()).unwrap();
         let svg = read(&place.path().join("study/made-up/figures/map.svg"));
         (made, texts_of(&String::from_utf8(svg).unwrap()))
     };
@@ -494,7 +486,11 @@ fn stability() -> Heatmap {
                 hatched: name == "rim-smooth" && (3.0..20.0).contains(&h),
             }
         };
-        Row { label: name.to_owned(), cells: columns.iter().enumerate().map(cell).collect() }
+        Row {
+            label: name.to_owned(),
+            color: style_of(name).color,
+            cells: columns.iter().enumerate().map(cell).collect(),
+        }
     };
     Heatmap {
         width: 860.0,
@@ -554,7 +550,7 @@ fn manoeuvre() -> Manoeuvre {
         pose(1.8, 0.52, 1.0, 0.0, &[1460.0, 990.0, 0.0], -60.0),
         pose(2.4, 0.98, 1.0, 0.0, &[1460.0, 990.0, 0.0], 0.0),
     ];
-    let row = |scheme: &str, poses| ManoeuvreRow { scheme: scheme.to_owned(), poses };
+    let row = |scheme: &str, poses| ManoeuvreRow { scheme: scheme.to_owned(), color: style_of(scheme).color, poses };
     let rows = vec![row("rim-smooth", smooth), row("rim-nonsmooth", nonsmooth)];
     Manoeuvre { width: 1180.0, geometry, arrow_force_n: 2000.0, rows }
 }

@@ -1,65 +1,79 @@
 //! Builders shared by the tests: the wedge box at its defaults, small systems with constant matrices, simple actuators.
 #![allow(dead_code)]
 
-use rimbench::cases::{Case, CoupledSystem, Recorder};
+use rimbench::cases::{Case, CoupledSystem, ExactSolution, Parameters, Recorder, ReferenceMethod};
+use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::SolverEntry;
 use rimbench::cosim::{
-    Bounds, CommunicationGrid, CommunicationPoint, CouplingScheme, ForceReturn, OutputRates, Port, Ports, Quantity,
-    Report, Sequence, Setup, StepControl, Subsystem, SubsystemCounters, Timing, Trajectory, cosimulate,
+    Abilities, Bounds, CommunicationGrid, CommunicationPoint, EnergyAccount, ForceReturn, MechanicsSteps, OutputRates,
+    PerSide, Port, Ports, Quantity, Report, Sequence, Setup, Sides, StopFlag, Subsystem, SubsystemCounters,
+    Supervision, Trajectory,
 };
 use rimbench::error::{Failure, Result};
-use rimbench::harness::{RunResult, RunSpec, simulate};
+use rimbench::harness::monotonic_clock;
 use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
-use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, monolithic};
+use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, ReferenceSteps, monolithic};
 use rimbench::models::{WedgeBox, WedgeBoxGeometry};
-use rimbench::schemes::{SchemeEntry, SchemeOptions};
+use rimbench::name::{Name, names};
+use rimbench::runs::{RunRequest, RunResult, RunSpec, simulate};
+use rimbench::schemes::{Coupling, SchemeEntry};
+use std::sync::{Arc, OnceLock};
 
 /// Plastic contacts without position stabilisation.
 pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 1e-3 };
 
+/// One step of the mechanics per macro step, and as many as the actuator takes.
+pub const ONE: MechanicsSteps = MechanicsSteps::ONE;
+pub const ALL: MechanicsSteps = MechanicsSteps::AsActuator;
+
+/// What the program runs.
+pub fn catalogue() -> &'static Catalogue {
+    static CATALOGUE: OnceLock<Catalogue> = OnceLock::new();
+    CATALOGUE.get_or_init(|| rimbench::everything().unwrap())
+}
+
 /// Every solver, the rivals among them.
-pub fn solvers() -> Vec<&'static SolverEntry> {
-    rimbench::panel::register();
-    rimbench::complementarity::all_solvers()
+pub fn solvers() -> &'static [Arc<SolverEntry>] {
+    catalogue().solvers()
 }
 
-pub fn solver_by_name(name: &str) -> Result<&'static SolverEntry> {
-    rimbench::panel::register();
-    rimbench::complementarity::solver_by_name(name)
+pub fn schemes() -> &'static [Arc<SchemeEntry>] {
+    catalogue().schemes()
 }
 
-pub fn schemes() -> Vec<&'static SchemeEntry> {
-    rimbench::schemes::all_schemes()
+pub fn cases() -> &'static [Arc<Case>] {
+    catalogue().cases()
 }
 
-pub fn scheme_by_name(name: &str) -> Result<&'static SchemeEntry> {
-    rimbench::schemes::scheme_by_name(name)
+pub fn solver_by_name(name: &str) -> &'static Arc<SolverEntry> {
+    catalogue().solver(name).unwrap()
 }
 
-pub fn cases() -> Vec<&'static Case> {
-    rimbench::cases::all_cases()
+pub fn scheme_by_name(name: &str) -> &'static Arc<SchemeEntry> {
+    catalogue().scheme(name).unwrap()
 }
 
-pub fn case_by_name(name: &str) -> Result<&'static Case> {
-    rimbench::cases::case_by_name(name)
+pub fn case_by_name(name: &str) -> &'static Arc<Case> {
+    catalogue().case(name).unwrap()
 }
 
-pub fn solver() -> &'static SolverEntry {
-    solver_by_name("active-set").unwrap()
+pub fn solver() -> &'static Arc<SolverEntry> {
+    solver_by_name("active-set")
 }
 
-pub fn options() -> SchemeOptions {
-    SchemeOptions::of(solver())
+pub fn wedge_box_case() -> &'static Arc<Case> {
+    case_by_name("wedge-box")
 }
 
-pub fn wedge_box_case() -> &'static Case {
-    case_by_name("wedge-box").unwrap()
+/// Both sides of a case at its defaults.
+pub fn usual_system(case: &Case) -> CoupledSystem {
+    (case.build)(&case.default_parameters(), solver()).unwrap()
 }
 
 /// A case at its defaults with one scheme; sequence, force return and gain are the scheme's own.
 pub fn usual_spec(case: &str, scheme: &str, macro_step: f64) -> RunSpec {
-    let (case, scheme) = (case_by_name(case).unwrap(), scheme_by_name(scheme).unwrap());
-    RunSpec::usual(case, scheme, solver(), macro_step).unwrap()
+    let request = RunRequest { macro_step_s: Some(macro_step), ..RunRequest::of(case, scheme) };
+    request.resolve(catalogue()).unwrap()
 }
 
 /// The wedge box in the same way.
@@ -69,19 +83,50 @@ pub fn wedge_box_spec(scheme: &str, macro_step: f64) -> RunSpec {
 
 /// Runs without bounds: a run that diverges goes on until it cannot.
 pub fn run(spec: &RunSpec) -> RunResult {
-    simulate(spec, Bounds::default()).unwrap()
+    run_within(spec, Bounds::default())
+}
+
+/// Runs; beyond `bounds` it counts as diverged.
+pub fn run_within(spec: &RunSpec, bounds: Bounds) -> RunResult {
+    simulate(spec, bounds, Some(monotonic_clock), StopFlag::never()).unwrap()
+}
+
+/// The closed form of a case.
+pub fn exact_solution(case: &Case, parameters: &Parameters) -> ExactSolution {
+    match (case.reference)(parameters).unwrap() {
+        ReferenceMethod::Exact(solution) => solution,
+        ReferenceMethod::Refined | ReferenceMethod::Own(_) => panic!("{} has no closed form", case.name),
+    }
+}
+
+/// Both sides, lent.
+pub fn sides<'a>(
+    mechanics: &'a mut (impl Subsystem + 'static),
+    actuator: &'a mut (impl Subsystem + 'static),
+) -> Sides<'a> {
+    PerSide { mechanics, actuator }
+}
+
+/// A scheme at its defaults, built for two sides.
+pub fn coupled(scheme: &SchemeEntry, sides: Sides<'_>) -> Coupling {
+    scheme.couple(sides, None, None).unwrap()
+}
+
+/// Steps of a reference of which every `every`-th is shown.
+pub fn reference_steps(h: f64, steps: usize, every: usize) -> ReferenceSteps {
+    ReferenceSteps { h, steps, every }
 }
 
 /// The monolithic wedge box over `duration`, one row per `sampling`, calling `look` at every step.
 pub fn wedge_box_monolithic(h: f64, sampling: f64, duration: f64, mut look: impl FnMut(f64, &[f64])) -> Trajectory {
     let case = wedge_box_case();
-    let mut system: CoupledSystem = (case.build)(&case.default_parameters(), solver()).unwrap();
+    let mut system = usual_system(case);
     let mut recorder = Recorder::new(case, &mut system);
     let (steps, every) = ((duration / h).round() as usize, (sampling / h).round() as usize);
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps / every + 2);
     let mut scratch = Trajectory::with_capacity(case.recorded_columns(), steps + 2);
     let mut step = 0;
-    monolithic(&mut *system.mechanics, &mut *system.actuator, h, steps, 1, &mut |point| {
+    monolithic(system.sides.lend(), reference_steps(h, steps, 1), StopFlag::never(), &mut |point| {
         let kept = step % every == 0 || step == steps;
         let into = if kept { &mut trajectory } else { &mut scratch };
         recorder.record(point, into);
@@ -126,16 +171,13 @@ pub fn wedge_box_geometry() -> WedgeBoxGeometry {
 
 /// The mechanics of the wedge box as its own type, for what a trait object does not show.
 pub fn wedge_box_mechanics(law: ContactLaw) -> NonSmoothMechanics<WedgeBox> {
-    let case = wedge_box_case();
-    let system = (case.build)(&case.default_parameters(), solver()).unwrap();
-    let ports = system.mechanics.ports().clone();
+    let ports = usual_system(wedge_box_case()).sides.mechanics.ports().clone();
     NonSmoothMechanics::new(WedgeBox::new(wedge_box_geometry()).unwrap(), law, ports, solver().checked(4))
 }
 
 /// The hydraulic cylinder of the wedge box.
 pub fn wedge_box_cylinder() -> Box<dyn Subsystem> {
-    let case = wedge_box_case();
-    (case.build)(&case.default_parameters(), solver()).unwrap().actuator
+    usual_system(wedge_box_case()).sides.actuator
 }
 
 /// Eq. 3 of a model at one state.
@@ -237,14 +279,14 @@ impl MechanicalModel for LinearModel {
     fn potential_energy(&self, q: &[f64]) -> f64 {
         -self.force.iter().zip(q).map(|(f, q)| f * q).sum::<f64>()
     }
-    fn observables(&self) -> &'static [&'static str] {
-        &[]
+    fn observables(&self) -> Vec<Name> {
+        Vec::new()
     }
-    fn gap_names(&self) -> &'static [&'static str] {
-        &GAPS[..self.unilateral.offset.len()]
+    fn gap_names(&self) -> Vec<Name> {
+        names(&GAPS[..self.unilateral.offset.len()])
     }
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &FORCES[..self.unilateral.offset.len()]
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&FORCES[..self.unilateral.offset.len()])
     }
     fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
 }
@@ -252,7 +294,7 @@ impl MechanicalModel for LinearModel {
 /// Ports of a force–displacement coupling of dimension 1 or 2, of the mechanics and of the actuator.
 pub fn force_displacement_ports(interface: usize) -> (Ports, Ports) {
     let port = |quantity, names: [&'static str; 2]| -> Vec<Port> {
-        names[..interface].iter().map(|&name| Port { name, quantity }).collect()
+        names[..interface].iter().map(|&name| Port::new(name, quantity)).collect()
     };
     let forces = port(Quantity::Force, ["force_1_n", "force_2_n"]);
     let mut motion = port(Quantity::Position, ["position_1_m", "position_2_m"]);
@@ -295,11 +337,12 @@ impl Subsystem for Springs {
     fn ports(&self) -> &Ports {
         &self.ports
     }
-    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         let m = self.stiffness.len();
         for i in 0..m {
             y[i] = -self.stiffness[i] * self.deflection[i] - self.damping[i] * u[m + i];
         }
+        Ok(())
     }
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let m = self.stiffness.len();
@@ -309,7 +352,25 @@ impl Subsystem for Springs {
         self.steps += 1;
         Ok(())
     }
-    fn output_rates(&self, _t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
+    }
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+    fn counters(&self) -> SubsystemCounters {
+        SubsystemCounters { micro_steps: self.steps, ..SubsystemCounters::default() }
+    }
+}
+
+impl Abilities for Springs {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        Ok(false)
+    }
+    fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let m = self.stiffness.len();
         rates.feedthrough.fill(0.0);
         rates.rate_gain.fill(0.0);
@@ -318,14 +379,20 @@ impl Subsystem for Springs {
             rates.feedthrough[i * 2 * m + m + i] = -self.damping[i];
             rates.rate_gain[i * 2 * m + m + i] = -self.stiffness[i];
         }
-        true
+        Ok(true)
     }
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
+    fn observables(&mut self) -> &[Name] {
+        &[]
     }
-
-    fn counters(&self) -> SubsystemCounters {
-        SubsystemCounters { micro_steps: self.steps, ..SubsystemCounters::default() }
+    fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
+    fn interface_work(&mut self) -> Option<f64> {
+        None
+    }
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
+    }
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        None
     }
 }
 
@@ -333,29 +400,33 @@ impl Subsystem for Springs {
 pub fn setup(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Setup {
     Setup {
         grid,
-        step_control: StepControl::None,
+        energy_rule: None,
         micro_step,
-        mechanics_steps: 1,
+        mechanics_steps: MechanicsSteps::ONE,
         sequence,
         force_return,
-        stale_feedthrough: false,
         bounds: Bounds::default(),
-        timing: Timing::default(),
     }
 }
 
-/// One row per communication point: time, outputs of the mechanics, outputs of the actuator, force received.
-pub fn rows_of(
+/// Runs two sides with a scheme that was built for them.
+pub fn observed(
     setup: &Setup,
-    mechanics: &mut dyn Subsystem,
-    actuator: &mut dyn Subsystem,
-    scheme: &mut dyn CouplingScheme,
-) -> (Report, Vec<Vec<f64>>) {
+    sides: Sides<'_>,
+    coupling: Coupling,
+    observe: &mut dyn FnMut(CommunicationPoint<'_>),
+) -> Report {
+    coupling.run(setup, None, sides, Supervision::default(), observe)
+}
+
+/// One row per communication point: time, outputs of the mechanics, outputs of the actuator, force received.
+pub fn rows_of(setup: &Setup, mut sides: Sides<'_>, scheme: &SchemeEntry) -> (Report, Vec<Vec<f64>>) {
     let mut rows = Vec::new();
-    let report = cosimulate(setup, mechanics, actuator, scheme, &mut |point| rows.push(row_of(&point)));
+    let coupling = coupled(scheme, sides.lend());
+    let report = observed(setup, sides, coupling, &mut |point| rows.push(row_of(&point)));
     (report, rows)
 }
 
 pub fn row_of(point: &CommunicationPoint<'_>) -> Vec<f64> {
-    [&[point.time], point.y_mechanics, point.y_actuator, point.received].concat()
+    [&[point.time], point.y.mechanics, point.y.actuator, point.received].concat()
 }

@@ -4,6 +4,8 @@
 //! command with exit code 2. `Failure` is written for a table: a run that diverged or left the validity of a model is
 //! a result, kept with its reason. A panic is neither; it is a defect of rimbench.
 
+use crate::name::Name;
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -32,6 +34,8 @@ pub enum Error {
     Incompatible(String),
     /// Rows that must be independent are not.
     Singular(String),
+    /// No bad input at all: somebody has asked the program to end what it was doing.
+    Stopped,
     /// A file that cannot be used.
     File {
         /// The file or folder.
@@ -51,6 +55,7 @@ impl fmt::Display for Error {
                 write!(f, "{key} = {found} is not valid; valid: {expected}")
             }
             Error::Incompatible(message) | Error::Singular(message) => f.write_str(message),
+            Error::Stopped => f.write_str("stopped"),
             Error::File { path, message } => write!(f, "{}: {message}", path.display()),
         }
     }
@@ -79,13 +84,15 @@ impl Error {
 /// Result of anything that reads input.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Why a run cannot go on. `Copy` and free of allocation, because it is born in the hot path.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Why a run cannot go on.
+///
+/// Born in the hot path, but only where it ends: a step that goes well allocates nothing for it.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Failure {
     /// A state outside the validity of a model: piston at the end of its stroke, pressure beyond the fluid law.
     OutOfRange {
         /// The quantity, with its unit, for example `pressure_1_pa`.
-        quantity: &'static str,
+        quantity: Name,
         /// Its value.
         value: f64,
     },
@@ -97,7 +104,7 @@ pub enum Failure {
     /// A state or coupling variable that is not a finite number.
     NonFinite {
         /// The quantity.
-        quantity: &'static str,
+        quantity: Name,
     },
     /// A matrix that must be positive definite is not (dependent bilateral rows, vanishing mass).
     Singular {
@@ -113,6 +120,30 @@ pub enum Failure {
     },
     /// A step was to be taken on a copy, and a subsystem or the scheme has none to give.
     NotCopied,
+    /// The scheme needs something of a subsystem that it does not offer, or no longer.
+    NotOffered {
+        /// What, for example `the mechanics offers no reduced interface model`.
+        what: &'static str,
+    },
+    /// A subsystem says in words that it cannot go on: a program of its own, or somebody else's.
+    Reported {
+        /// What it says.
+        message: String,
+    },
+    /// Somebody has asked the run to end.
+    Stopped,
+}
+
+impl Failure {
+    /// Builds [`Failure::NonFinite`].
+    pub const fn non_finite(quantity: &'static str) -> Self {
+        Failure::NonFinite { quantity: Cow::Borrowed(quantity) }
+    }
+
+    /// Builds [`Failure::OutOfRange`].
+    pub const fn out_of_range(quantity: &'static str, value: f64) -> Self {
+        Failure::OutOfRange { quantity: Cow::Borrowed(quantity), value }
+    }
 }
 
 impl fmt::Display for Failure {
@@ -130,34 +161,11 @@ impl fmt::Display for Failure {
             Failure::NotCopied => {
                 f.write_str("a subsystem or the scheme cannot be copied, so no step can be taken again")
             }
+            Failure::NotOffered { what } => f.write_str(what),
+            Failure::Reported { message } => f.write_str(message),
+            Failure::Stopped => f.write_str("stopped"),
         }
     }
-}
-
-/// Looks a name up in a list of entries, or explains which names are valid.
-pub fn find_by_name<'a, T>(
-    kind: &'static str,
-    entries: &'a [T],
-    name_of: impl Fn(&T) -> &str,
-    wanted: &str,
-) -> Result<&'a T> {
-    entries
-        .iter()
-        .find(|entry| name_of(entry) == wanted)
-        .ok_or_else(|| Error::unknown(kind, wanted, entries.iter().map(&name_of)))
-}
-
-/// Checks a name that is to be added to a list: kebab-case, and not in the list yet.
-pub fn check_new_name<'a>(kind: &'static str, name: &str, mut taken: impl Iterator<Item = &'a str>) -> Result<()> {
-    let word = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
-    if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.split('-').all(word)) {
-        let expected = "kebab-case: lower-case letters and digits in words joined by single hyphens, a letter first";
-        return Err(Error::invalid(format!("name of the {kind}"), format!("`{name}`"), expected));
-    }
-    if taken.any(|known| known == name) {
-        return Err(Error::invalid(format!("name of the {kind}"), format!("`{name}`"), "a name that is not taken yet"));
-    }
-    Ok(())
 }
 
 fn did_you_mean(found: &str, valid: &[String]) -> String {

@@ -1,9 +1,9 @@
 //! Cuts a line into its dashes; plotters knows one dash and one gap of whole backend units only.
 
-use super::drawing::{Dash, Point};
+use super::drawing::{DashPattern, Point};
 
 /// Cuts a polyline into its dashes; a solid line comes back whole.
-pub fn dashes(points: &[Point], pattern: Dash) -> Vec<Vec<Point>> {
+pub fn dashes(points: &[Point], pattern: DashPattern) -> Vec<Vec<Point>> {
     if pattern.is_empty() || pattern.iter().sum::<f64>() <= 0.0 {
         return vec![points.to_vec()];
     }

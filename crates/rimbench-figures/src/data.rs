@@ -134,7 +134,7 @@ fn thinned(run: Vec<Vertex>) -> Vec<Vertex> {
 mod tests {
     use super::super::chart::Scale;
     use super::super::drawing::Shape;
-    use super::super::style::style_of;
+    use super::super::style::style_in_list;
     use super::*;
 
     fn frame() -> Frame {
@@ -148,7 +148,7 @@ mod tests {
 
     fn lines(points: &[(f64, f64)]) -> Vec<Vec<Point>> {
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw(&mut drawing, &frame(), &Series::new("m", points.to_vec(), style_of("rim-smooth")));
+        draw(&mut drawing, &frame(), &Series::new("m", points.to_vec(), style_in_list(0)));
         let open = |shape: Shape| match shape {
             Shape::Path { points, closed: false, .. } => Some(points),
             _ => None,
@@ -167,7 +167,7 @@ mod tests {
         let points = vec![(1.0, 10.0), (2.0, f64::INFINITY), (3.0, 10.0)];
         assert_eq!(lines(&points), [[(10.0, 100.0), (20.0, 50.0 - 0.5 * BAND), (30.0, 100.0)]]);
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw(&mut drawing, &frame(), &Series::new("m", points, style_of("rim-smooth")));
+        draw(&mut drawing, &frame(), &Series::new("m", points, style_in_list(0)));
         let triangle = drawing.shapes.iter().filter(|s| matches!(s, Shape::Path { closed: true, .. })).count();
         assert_eq!(triangle, 1);
     }

@@ -36,7 +36,7 @@ impl Color {
 }
 
 /// Lengths of dashes and gaps in px; empty for a solid line.
-pub type Dash = &'static [f64];
+pub type DashPattern = &'static [f64];
 
 /// How a path is outlined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ pub struct Stroke {
     /// Width, px.
     pub width: f64,
     /// Dash pattern.
-    pub dash: Dash,
+    pub dash: DashPattern,
 }
 
 impl Stroke {

@@ -11,7 +11,6 @@ use super::drawing::{Anchor, Color, Drawing, Stroke, Text, Weight};
 use super::font;
 use super::hatch::diagonals;
 use super::panel::{LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
-use super::style::style_of;
 use super::ticks::signed;
 
 const MARGIN: f64 = 14.0;
@@ -44,8 +43,10 @@ pub struct Cell {
 /// One row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Category, usually a scheme; its style gives the colour of the swatch.
+    /// Category, usually a scheme.
     pub label: String,
+    /// Colour of its swatch.
+    pub color: Color,
     /// Cells in the order of the columns; missing ones count as skipped.
     pub cells: Vec<Cell>,
 }
@@ -119,7 +120,7 @@ impl Heatmap {
         let swatch_left = area.left - 8.0 - SWATCH;
         let half = 0.5 * SWATCH;
         let swatch = Rect { left: swatch_left, top: middle - half, right: swatch_left + SWATCH, bottom: middle + half };
-        drawing.area(swatch.inset(1.0).corners(), Some(style_of(&row.label).color), None);
+        drawing.area(swatch.inset(1.0).corners(), Some(row.color), None);
         let label = Text::new(&row.label, (swatch_left - 6.0, middle), ROW_LABEL).anchored(Anchor::End);
         drawing.text(label.centred());
         for column in 0..self.columns.len() {

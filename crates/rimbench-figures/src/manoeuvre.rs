@@ -5,7 +5,6 @@
 
 use super::clip::Rect;
 use super::drawing::{Anchor, Color, Drawing, Stroke, Text};
-use super::style::style_of;
 use super::ticks::signed;
 use super::wedge_box::{self, View};
 
@@ -101,8 +100,10 @@ impl Pose {
 /// One scheme's poses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ManoeuvreRow {
-    /// Scheme; its style gives the colour.
+    /// Scheme.
     pub scheme: String,
+    /// Its colour.
+    pub color: Color,
     /// Poses at the instants common to all rows.
     pub poses: Vec<Pose>,
 }
@@ -140,18 +141,17 @@ impl Manoeuvre {
         }
         for (index, row) in self.rows.iter().enumerate() {
             let top = MARGIN + HEADER + index as f64 * row_height;
-            let color = style_of(&row.scheme).color;
             let label = Text::new(&row.scheme, (MARGIN, top + 0.5 * ROW_LABEL), 13.0).bold();
             let rule_from = MARGIN + label.width() + 10.0;
-            let rule = Stroke::solid(color.mix(Color::WHITE, 0.55), 1.0);
-            drawing.text(label.colored(color.mix(Color::INK, 0.15)).centred());
+            let rule = Stroke::solid(row.color.mix(Color::WHITE, 0.55), 1.0);
+            drawing.text(label.colored(row.color.mix(Color::INK, 0.15)).centred());
             let rule_y = (top + 0.5 * ROW_LABEL).floor() + 0.5;
             drawing.line(vec![(rule_from, rule_y), (left_of(columns - 1) + cell_width, rule_y)], rule);
             for (column, pose) in row.poses.iter().enumerate() {
                 let (left, top) = (left_of(column) + 0.5, top + ROW_LABEL + 0.5);
                 let frame = Rect { left, top, right: left + cell_width - 1.0, bottom: top + cell_height - 1.0 };
                 let view = View::following(pose, frame, self.arrow_force_n);
-                wedge_box::draw(&mut drawing, &view, &self.geometry, pose, color);
+                wedge_box::draw(&mut drawing, &view, &self.geometry, pose, row.color);
             }
         }
         self.legend(&mut drawing, height - MARGIN - 10.0, cell_width);
@@ -194,7 +194,11 @@ mod tests {
             contact_forces: vec![ContactForce { x_m: 0.0, y_m: 0.0, fx_n: 1e9, fy_n: 1e9 }],
             actuator_force_n: f64::INFINITY,
         };
-        let row = ManoeuvreRow { scheme: "zero-order-hold".to_owned(), poses: vec![pose(f64::NAN), pose(1e7)] };
+        let row = ManoeuvreRow {
+            scheme: "zero-order-hold".to_owned(),
+            color: Color(0, 0, 0),
+            poses: vec![pose(f64::NAN), pose(1e7)],
+        };
         let geometry = WedgeBoxGeometry::default();
         let drawing = Manoeuvre { width: 600.0, geometry, arrow_force_n: 2000.0, rows: vec![row] }.draw();
         let mut texts = Vec::new();

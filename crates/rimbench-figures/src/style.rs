@@ -1,38 +1,14 @@
-//! One colour, dash and marker per coupling scheme, the same in every figure.
+//! How schemes are drawn: as their entries say, the same in every figure.
 //!
-//! The colours are those of Okabe and Ito (safe for the common colour-vision deficiencies); dash and marker tell the
-//! series apart in grey. A variant of a scheme (another force return, say) keeps the colour and changes dash and
-//! marker. A name that is not in the list gets a style computed from its letters, so a user's scheme looks the same
-//! today and tomorrow.
+//! A variant of a scheme (another force return, say) keeps the colour and changes dash and marker. A name that no entry has gets
+//! a style computed from its letters, so a user's scheme looks the same today and tomorrow.
 
-use super::drawing::{Color, Dash};
+use super::drawing::{Color, DashPattern};
+use rimbench_core::name::Name;
+use rimbench_core::schemes::{Dash, LineStyle, Marker, SchemeEntry, standard_schemes};
 
-/// The sign at a data point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Marker {
-    /// Filled circle.
-    Circle,
-    /// Filled square.
-    Square,
-    /// Filled diamond.
-    Diamond,
-    /// Filled triangle, point down. (Point up is reserved for values beyond the axis.)
-    Triangle,
-    /// Filled pentagon.
-    Pentagon,
-    /// Filled star.
-    Star,
-    /// Upright cross.
-    Plus,
-    /// Diagonal cross.
-    Cross,
-    /// Open circle.
-    OpenCircle,
-    /// Open square.
-    OpenSquare,
-    /// Open diamond.
-    OpenDiamond,
-}
+/// Width of a line, px.
+const WIDTH: f64 = 1.7;
 
 /// How one series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,126 +16,133 @@ pub struct SeriesStyle {
     /// Colour of line and marker.
     pub color: Color,
     /// Dash pattern of the line.
-    pub dash: Dash,
+    pub dash: DashPattern,
     /// Width of the line, px.
     pub width: f64,
     /// Sign at the data points.
     pub marker: Marker,
 }
 
-const SOLID: Dash = &[];
-const LONG: Dash = &[14.0, 3.0];
-const DASHED: Dash = &[7.0, 3.0];
-const SHORT: Dash = &[4.0, 2.5];
-const DOTTED: Dash = &[1.8, 2.2];
-const DASH_DOT: Dash = &[8.0, 2.5, 1.8, 2.5];
-const DASH_DOT_DOT: Dash = &[8.0, 2.5, 1.8, 2.5, 1.8, 2.5];
-
-/// Schemes that cannot run in real time; the ceilings among them are grey.
-const NOT_REAL_TIME: [&str; 3] = ["iterated-aitken", "iterated-quasi-newton", "monolithic"];
-
-const FIXED: [(&str, SeriesStyle); 20] = [
-    ("reference", entry(Color(0x00, 0x00, 0x00), SOLID, Marker::Circle)),
-    ("zero-order-hold", entry(Color(0xE6, 0x9F, 0x00), SHORT, Marker::Square)),
-    ("first-order-hold", entry(Color(0x56, 0xB4, 0xE9), DASH_DOT_DOT, Marker::Triangle)),
-    ("second-order-hold", entry(Color(0xCC, 0x79, 0xA7), DOTTED, Marker::Pentagon)),
-    ("rim-smooth", entry(Color(0xD5, 0x5E, 0x00), LONG, Marker::Diamond)),
-    ("rim-smooth-active", entry(Color(0x8C, 0x3B, 0x0C), DASH_DOT, Marker::OpenDiamond)),
-    ("rim-nonsmooth", entry(Color(0x00, 0x72, 0xB2), DASHED, Marker::Circle)),
-    ("rim-nonsmooth-gap", entry(Color(0x00, 0x9E, 0x73), DASH_DOT, Marker::Square)),
-    ("rim-fixed-mass", entry(Color(0x80, 0x80, 0x80), DOTTED, Marker::Cross)),
-    ("interface-jacobian", entry(Color(0x7C, 0xA8, 0x1A), LONG, Marker::Star)),
-    ("c1-extrapolated-interpolation", entry(Color(0x6A, 0x3D, 0x9A), DASH_DOT, Marker::Pentagon)),
-    ("c1-extrapolated-interpolation-quadratic", entry(Color(0xA8, 0x7B, 0xD0), DASHED, Marker::Pentagon)),
-    ("predicted-acceleration", entry(Color(0xC2, 0x18, 0x5B), LONG, Marker::Circle)),
-    ("nepce", entry(Color(0x0E, 0x6E, 0x7C), SHORT, Marker::Triangle)),
-    ("nepce-feedthrough", entry(Color(0x45, 0xB7, 0xC4), DASHED, Marker::Triangle)),
-    ("energy-leak-damper", entry(Color(0x7A, 0x5C, 0x3E), SHORT, Marker::Plus)),
-    ("transmission-line", entry(Color(0xB0, 0x8A, 0x00), DASH_DOT, Marker::Plus)),
-    ("iterated-aitken", entry(Color(0x5A, 0x5A, 0x5A), DASHED, Marker::OpenCircle)),
-    ("iterated-quasi-newton", entry(Color(0x9C, 0x9C, 0x9C), DOTTED, Marker::OpenCircle)),
-    ("monolithic", entry(Color(0x2E, 0x2E, 0x2E), LONG, Marker::OpenCircle)),
-];
-
-/// Dark enough for white paper and none of the fixed colours.
-const SPARE_COLORS: [Color; 7] = [
-    Color(0x88, 0x22, 0x55),
-    Color(0x33, 0x22, 0x88),
-    Color(0x99, 0x8A, 0x22),
-    Color(0x11, 0x77, 0x33),
-    Color(0xAA, 0x44, 0x99),
-    Color(0x66, 0x11, 0x00),
-    Color(0x4B, 0x6A, 0x88),
-];
-const SPARE_DASHES: [Dash; 5] = [DASHED, SHORT, DASH_DOT, DOTTED, LONG];
-const SPARE_MARKERS: [Marker; 6] =
-    [Marker::Star, Marker::Plus, Marker::Triangle, Marker::OpenCircle, Marker::OpenSquare, Marker::Pentagon];
-
-const fn entry(color: Color, dash: Dash, marker: Marker) -> SeriesStyle {
-    SeriesStyle { color, dash, width: 1.7, marker }
-}
-
-/// Finds the style of a scheme, of `reference`, or of any other name.
-///
-/// A variant may follow the scheme's name after `/`, `+`, `:`, `(` or a space, as in `rim-nonsmooth/profile`; see
-/// [`style_of_variant`].
-pub fn style_of(name: &str) -> SeriesStyle {
-    let name = name.trim();
-    match name.find(['/', '+', ':', '(', ' ']) {
-        Some(end) if end > 0 => {
-            style_of_variant(&name[..end], name[end..].trim_matches(|c: char| "/+:() ".contains(c)))
-        }
-        _ => FIXED.iter().find(|(fixed, _)| *fixed == name).map_or_else(|| spare(name), |(_, style)| *style),
+impl From<LineStyle> for SeriesStyle {
+    fn from(LineStyle { color: [red, green, blue], dash, marker }: LineStyle) -> Self {
+        SeriesStyle { color: Color(red, green, blue), dash: pattern(dash), width: WIDTH, marker }
     }
 }
 
-/// Finds the style of a scheme's variant: the scheme's colour with another dash and marker. A scheme's default force
-/// return (`mean` with a reduced interface model, else `held`), and an empty variant, look like the scheme itself.
-pub fn style_of_variant(scheme: &str, variant: &str) -> SeriesStyle {
-    let base = style_of(scheme);
-    let (dash, marker) = match variant {
-        "" => return base,
-        "mean" if scheme.starts_with("rim-") => return base,
-        "held" if !scheme.starts_with("rim-") => return base,
-        "mean" => (LONG, Marker::OpenSquare),
-        "held" => (DOTTED, Marker::Triangle),
-        "gauss-seidel" => (LONG, Marker::OpenSquare),
-        "extrapolated" => (DOTTED, Marker::Triangle),
-        "profile-extrapolated" => (DASH_DOT_DOT, Marker::OpenDiamond),
-        "mean-5" => (SHORT, Marker::Plus),
-        "mean-all" => (DASHED, Marker::Diamond),
-        "profile-5" => (DASH_DOT, Marker::Star),
-        "profile-10" => (DASHED, Marker::OpenDiamond),
-        "profile-20" => (DOTTED, Marker::Pentagon),
-        "profile" => (SOLID, Marker::OpenCircle),
-        "end" => (DASHED, Marker::Cross),
-        other => {
-            let code = code_of(other);
-            (pick(&SPARE_DASHES, code), pick(&SPARE_MARKERS, code / 64))
-        }
-    };
-    SeriesStyle { dash, marker, ..base }
+fn pattern(dash: Dash) -> DashPattern {
+    match dash {
+        Dash::Solid => &[],
+        Dash::Long => &[14.0, 3.0],
+        Dash::Dashed => &[7.0, 3.0],
+        Dash::Short => &[4.0, 2.5],
+        Dash::Dotted => &[1.8, 2.2],
+        Dash::DashDot => &[8.0, 2.5, 1.8, 2.5],
+        Dash::DashDotDot => &[8.0, 2.5, 1.8, 2.5, 1.8, 2.5],
+    }
 }
 
-/// What a legend or table says of a label: ceilings are marked as not real-time.
-pub fn shown_name(label: &str) -> String {
-    let scheme = label.split(['/', '+', ':', '(', ' ']).next().unwrap_or_default();
-    if NOT_REAL_TIME.contains(&scheme) { format!("{label} (not real-time)") } else { label.to_owned() }
+/// The reference, which is no scheme.
+const REFERENCE: (&str, LineStyle) = ("reference", LineStyle::new([0x00; 3], Dash::Solid, Marker::Circle));
+
+/// What ends a scheme's name in a label.
+const ENDS: [char; 5] = ['/', '+', ':', '(', ' '];
+
+/// How schemes are drawn, and which of them cannot run in real time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Styles {
+    schemes: Vec<SchemeStyle>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct SchemeStyle {
+    name: Name,
+    line: LineStyle,
+    real_time: bool,
+    /// The force return that the scheme has by itself; no variant of it.
+    force_return: String,
+}
+
+impl Styles {
+    /// Those of these schemes.
+    pub fn of<'a>(schemes: impl IntoIterator<Item = &'a SchemeEntry>) -> Self {
+        let style = |scheme: &SchemeEntry| SchemeStyle {
+            name: scheme.name.clone(),
+            line: scheme.line,
+            real_time: scheme.real_time(),
+            force_return: scheme.sequence_and_return(None, None).map(|(_, back)| back.to_string()).unwrap_or_default(),
+        };
+        Styles { schemes: schemes.into_iter().map(style).collect() }
+    }
+
+    /// Those of the built-in schemes.
+    pub fn standard() -> Self {
+        Self::of(&standard_schemes())
+    }
+
+    /// Finds the style of a scheme, of `reference`, or of any other name.
+    ///
+    /// A variant may follow the scheme's name after `/`, `+`, `:`, `(` or a space, as in `rim-nonsmooth/profile`.
+    pub fn of_label(&self, label: &str) -> SeriesStyle {
+        let label = label.trim();
+        let (name, variant) = match label.find(ENDS) {
+            Some(end) if end > 0 => (&label[..end], label[end..].trim_matches(|c| ENDS.contains(&c) || c == ')')),
+            _ => (label, ""),
+        };
+        self.of_variant(name, variant).into()
+    }
+
+    /// The style of a scheme's variant: the scheme's colour with another dash and marker. Its own force return, and an empty
+    /// variant, look like the scheme itself.
+    fn of_variant(&self, name: &str, variant: &str) -> LineStyle {
+        let known = self.schemes.iter().find(|scheme| scheme.name == name);
+        let line = match known {
+            Some(scheme) => scheme.line,
+            None if name == REFERENCE.0 => REFERENCE.1,
+            None => LineStyle::of_name(name),
+        };
+        let usual = known.map_or("held", |scheme| &scheme.force_return);
+        let (dash, marker) = match variant {
+            "" => return line,
+            variant if variant == usual => return line,
+            "mean" => (Dash::Long, Marker::OpenSquare),
+            "held" => (Dash::Dotted, Marker::Triangle),
+            "gauss-seidel" => (Dash::Long, Marker::OpenSquare),
+            "extrapolated" => (Dash::Dotted, Marker::Triangle),
+            "profile-extrapolated" => (Dash::DashDotDot, Marker::OpenDiamond),
+            "mean-5" => (Dash::Short, Marker::Plus),
+            "mean-all" => (Dash::Dashed, Marker::Diamond),
+            "profile-5" => (Dash::DashDot, Marker::Star),
+            "profile-10" => (Dash::Dashed, Marker::OpenDiamond),
+            "profile-20" => (Dash::Dotted, Marker::Pentagon),
+            "profile" => (Dash::Solid, Marker::OpenCircle),
+            "end" => (Dash::Dashed, Marker::Cross),
+            other => return line.of_variant(other),
+        };
+        LineStyle { dash, marker, ..line }
+    }
+
+    /// What a legend or table says of a label: schemes that cannot run in real time are marked.
+    pub fn shown_name(&self, label: &str) -> String {
+        let name = label.split(ENDS).next().unwrap_or_default();
+        let ceiling = self.schemes.iter().any(|scheme| scheme.name == name && !scheme.real_time);
+        if ceiling { format!("{label} (not real-time)") } else { label.to_owned() }
+    }
 }
 
 /// A style for the entry at `index` of a list that only grows, and whose names are no schemes: neighbours differ in colour,
 /// dash and marker, and no two of the first 55 agree in both dash and marker.
 pub fn style_in_list(index: usize) -> SeriesStyle {
-    const COLORS: [Color; 8] = [
-        Color(0x00, 0x72, 0xB2),
-        Color(0xD5, 0x5E, 0x00),
-        Color(0x00, 0x9E, 0x73),
-        Color(0xCC, 0x79, 0xA7),
-        Color(0x33, 0x22, 0x88),
-        Color(0xE6, 0x9F, 0x00),
-        Color(0x56, 0xB4, 0xE9),
-        Color(0x80, 0x80, 0x80),
+    const COLORS: [[u8; 3]; 8] = [
+        [0x00, 0x72, 0xB2],
+        [0xD5, 0x5E, 0x00],
+        [0x00, 0x9E, 0x73],
+        [0xCC, 0x79, 0xA7],
+        [0x33, 0x22, 0x88],
+        [0xE6, 0x9F, 0x00],
+        [0x56, 0xB4, 0xE9],
+        [0x80, 0x80, 0x80],
     ];
+    const DASHES: [Dash; 5] = [Dash::Dashed, Dash::Short, Dash::DashDot, Dash::Dotted, Dash::Long];
     const MARKERS: [Marker; 11] = [
         Marker::Circle,
         Marker::Square,
@@ -173,21 +156,8 @@ pub fn style_in_list(index: usize) -> SeriesStyle {
         Marker::OpenDiamond,
         Marker::Pentagon,
     ];
-    entry(COLORS[index % COLORS.len()], SPARE_DASHES[index % SPARE_DASHES.len()], MARKERS[index % MARKERS.len()])
-}
-
-fn spare(name: &str) -> SeriesStyle {
-    let code = code_of(name);
-    entry(pick(&SPARE_COLORS, code), pick(&SPARE_DASHES, code / 64), pick(&SPARE_MARKERS, code / 4096))
-}
-
-fn pick<T: Copy>(list: &[T], code: u64) -> T {
-    list[(code % list.len() as u64) as usize]
-}
-
-/// FNV-1a: the same on every machine and in every version.
-fn code_of(name: &str) -> u64 {
-    name.bytes().fold(0xcbf2_9ce4_8422_2325, |code, byte| (code ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    let (dash, marker) = (DASHES[index % DASHES.len()], MARKERS[index % MARKERS.len()]);
+    LineStyle::new(COLORS[index % COLORS.len()], dash, marker).into()
 }
 
 #[cfg(test)]
@@ -195,13 +165,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fixed_styles_differ_without_colour() {
-        for (index, (name, style)) in FIXED.iter().enumerate() {
-            for (other, second) in &FIXED[..index] {
-                assert!((style.dash, style.marker) != (second.dash, second.marker), "{name} and {other} in grey");
-                assert_ne!(style.color, second.color, "{name} and {other}");
-            }
-        }
+    fn every_dash_has_a_pattern_of_its_own() {
+        use Dash::{DashDot, DashDotDot, Dashed, Dotted, Long, Short, Solid};
+        let patterns = [Solid, Long, Dashed, Short, Dotted, DashDot, DashDotDot].map(pattern);
+        assert!((0..patterns.len()).all(|i| (0..i).all(|j| patterns[i] != patterns[j])));
     }
 
     #[test]
@@ -212,17 +179,36 @@ mod tests {
     }
 
     #[test]
-    fn a_variant_keeps_the_colour_and_changes_dash_and_marker() {
-        let (mean, profile) = (style_of("rim-nonsmooth"), style_of("rim-nonsmooth/profile"));
-        assert_eq!(mean.color, profile.color);
-        assert!(mean.dash != profile.dash && mean.marker != profile.marker);
-        assert_eq!(style_of("rim-nonsmooth (mean)"), mean);
-        assert_eq!(style_of_variant("rim-nonsmooth", "profile"), profile);
+    fn a_scheme_is_drawn_as_its_entry_says() {
+        let mut mine = standard_schemes().swap_remove(0);
+        mine.name = "my-scheme".into();
+        mine.line = LineStyle::new([1, 2, 3], Dash::Short, Marker::Star);
+        let styles = Styles::of([&mine]);
+        assert_eq!(styles.of_label("my-scheme"), mine.line.into());
+        // What is in no entry looks as its letters say, and not like the others.
+        assert_eq!(styles.of_label("another-scheme"), LineStyle::of_name("another-scheme").into());
+        assert_ne!(styles.of_label("another-scheme"), styles.of_label("my-scheme"));
+        assert_eq!(styles.of_label("reference").color, Color(0, 0, 0));
     }
 
     #[test]
-    fn an_unknown_name_has_a_stable_style_of_its_own() {
-        assert_eq!(style_of("my-scheme"), style_of("my-scheme"));
-        assert!(FIXED.iter().all(|(_, style)| style.color != style_of("my-scheme").color));
+    fn a_variant_keeps_the_colour_and_changes_dash_and_marker() {
+        let styles = Styles::standard();
+        let (mean, profile) = (styles.of_label("rim-nonsmooth"), styles.of_label("rim-nonsmooth/profile"));
+        assert_eq!(mean.color, profile.color);
+        assert!(mean.dash != profile.dash && mean.marker != profile.marker);
+        // The force return that a scheme has by itself is no variant.
+        assert_eq!(styles.of_label("rim-nonsmooth (mean)"), mean);
+        assert_ne!(styles.of_label("rim-nonsmooth (held)"), mean);
+        assert_eq!(styles.of_label("zero-order-hold/held"), styles.of_label("zero-order-hold"));
+        assert_ne!(styles.of_label("zero-order-hold/mean"), styles.of_label("zero-order-hold"));
+    }
+
+    #[test]
+    fn only_what_takes_steps_again_is_marked_as_not_real_time() {
+        let styles = Styles::standard();
+        assert_eq!(styles.shown_name("monolithic"), "monolithic (not real-time)");
+        assert_eq!(styles.shown_name("iterated-aitken/fine"), "iterated-aitken/fine (not real-time)");
+        assert_eq!(styles.shown_name("rim-nonsmooth (mean)"), "rim-nonsmooth (mean)");
     }
 }

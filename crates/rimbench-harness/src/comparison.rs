@@ -4,12 +4,13 @@ use super::build_info::BuildInfo;
 use super::cache::Cache;
 use super::execution::{Job, run_job};
 use super::experiment::Experiment;
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::Result;
 use rimbench_results::results_table::ResultsTable;
 use rimbench_statistics::median;
 use std::fmt;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 /// The metric that is compared.
 const METRIC: &str = "force_error_rms_of_peak";
@@ -42,10 +43,16 @@ pub struct Comparison {
 ///
 /// # Errors
 /// Bad input; a disk that is full. A run that fails is counted.
-pub fn compare(experiment: &Experiment, results: &Path, quick: bool, build: &BuildInfo) -> Result<Comparison> {
+pub fn compare(
+    experiment: &Experiment,
+    catalogue: &Catalogue,
+    results: &Path,
+    quick: bool,
+    build: &BuildInfo,
+) -> Result<Comparison> {
     let (folder, cache) = (experiment.results_folder(results), Cache::in_folder(results.join("references")));
-    let job = Job { experiment, folder: &folder, quick, fresh: false, shard: None, cache: &cache, build };
-    run_job(job, &|_| {}, &AtomicBool::new(false))?;
+    let job = Job { experiment, catalogue, folder: &folder, quick, fresh: false, shard: None, cache: &cache, build };
+    run_job(job, &|_| {}, StopFlag::never())?;
     Comparison::read(&folder.join("runs.csv"))
 }
 

@@ -2,27 +2,31 @@
 
 use super::build_info::BuildInfo;
 use super::cache::Cache;
-use super::evaluation::{EvaluatedRun, evaluate};
+use super::clock::monotonic_clock;
 use super::experiment::{Experiment, PlannedRun};
 use super::provenance::Provenance;
-use super::reference::Reference;
-use super::results::{self, RUNS_HEADER};
-use super::run::{RunSpec, simulate};
+use super::references::obtain_reference;
+use super::results::{self, runs_header};
 use super::store::Store;
 use rayon::prelude::*;
-use rimbench_core::cosim::Outcome;
-use rimbench_core::error::Result;
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec, evaluate, simulate};
+use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
+use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::sweep_temporary_files;
+use std::any::Any;
 use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What to run, and where to.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// The experiment.
     pub experiment: &'a Experiment,
+    /// Where its names are found.
+    pub catalogue: &'a Catalogue,
     /// Its results folder.
     pub folder: &'a Path,
     /// The quick plan instead of the full one.
@@ -59,17 +63,17 @@ pub type Progress<'a> = &'a (dyn Fn(&Outcome) + Sync);
 
 /// Runs a job. When all runs of the experiment are stored, by this process or others, the result files are written.
 ///
-/// Setting `stop` ends the job after the runs under way; what is stored stays.
+/// Raising `stop` ends the job, runs and references under way included; what is stored stays.
 ///
 /// # Errors
 /// Bad input; a folder that belongs to something else; a disk that is full. A run that fails is a record.
-pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Result<Summary> {
-    let planned = job.experiment.plan(job.quick)?;
+pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Result<Summary> {
+    let planned = job.experiment.plan(job.catalogue, job.quick)?;
     if job.fresh {
         Store::clear(job.folder)?;
     }
     let name = job.experiment.name();
-    let store = Store::open(job.folder, &name, &columns_of(job.experiment))?;
+    let store = Store::open(job.folder, &name, &columns_of(job.experiment, &planned))?;
     job.experiment.copy_to(job.folder)?;
     sweep_temporary_files(job.folder);
     sweep_temporary_files(&job.folder.join("traces"));
@@ -81,35 +85,38 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
     let mut held = None;
     for group in groups_of_one_reference(&planned, &todo) {
         let first = group[0];
-        let spec = &planned[group[0]].spec;
-        let case = job.experiment.with_own_reference(spec.case);
-        let reference = Reference::obtain(&case, &spec.parameters, spec.solver, spec.duration, job.cache)?;
-        let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
+        let spec = &planned[first].spec;
+        let reference = match obtain_reference(spec, job.cache, stop) {
+            Err(Error::Stopped) => break,
+            reference => reference?,
+        };
+        let bounds = reference.bounds(spec)?;
         group.into_par_iter().try_for_each(|index| -> Result<()> {
-            if stop.load(Ordering::Relaxed) {
+            let planned = &planned[index];
+            if stop.check().is_err() {
                 return Ok(());
             }
-            let planned = &planned[index];
-            let attempt = catch_unwind(AssertUnwindSafe(|| {
-                Ok(evaluate(&planned.spec, simulate(&planned.spec, bounds.clone())?, &reference))
-            }));
-            let evaluated = attempt.unwrap_or_else(|panic| Ok(EvaluatedRun::panicked(&planned.spec, &*panic)))?;
+            let run = evaluated(&planned.spec, &bounds, &reference, stop)?;
+            // No result: the same command goes on from there.
+            if matches!(run.outcome, Outcome::Stopped { .. }) {
+                return Ok(());
+            }
             let trace = job.experiment.trace_of(&planned.label);
             if let Some(every) = trace {
-                results::write_trace(job.folder, &format!("{}.csv", planned.id), &evaluated.trajectory, every)?;
+                results::write_trace(job.folder, &format!("{}.csv", planned.id), &run.trajectory, every)?;
             }
-            store.append(&results::record(planned, &evaluated, &provenance, trace.is_some()))?;
+            store.append(&results::record(planned, &run, &provenance, trace.is_some()))?;
             computed.fetch_add(1, Ordering::Relaxed);
-            if evaluated.outcome != Outcome::Completed {
+            if run.outcome != Outcome::Completed {
                 not_completed.fetch_add(1, Ordering::Relaxed);
             }
-            progress(&evaluated.outcome);
+            progress(&run.outcome);
             Ok(())
         })?;
         held = Some((first, reference));
     }
     store.sync()?;
-    let missing = export_if_complete(&job, &planned, held)?;
+    let missing = export_if_complete(&job, &planned, held, stop)?;
     Ok(Summary {
         planned: planned.len(),
         reused: planned.iter().filter(|run| store.contains(&run.id)).count(),
@@ -126,8 +133,8 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: &AtomicBool) -> Resul
 /// # Errors
 /// Folders that belong to something else; a disk that is full.
 pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<PlannedRun>)> {
-    let planned = job.experiment.plan(job.quick)?;
-    let (name, columns) = (job.experiment.name(), columns_of(job.experiment));
+    let planned = job.experiment.plan(job.catalogue, job.quick)?;
+    let (name, columns) = (job.experiment.name(), columns_of(job.experiment, &planned));
     job.experiment.copy_to(job.folder)?;
     let own = Store::open(job.folder, &name, &columns)?;
     let mut summary = Summary { planned: planned.len(), damaged: own.damaged, ..Summary::default() };
@@ -147,7 +154,7 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
         }
     }
     own.sync()?;
-    let missing: HashSet<String> = export_if_complete(&job, &planned, None)?.into_iter().collect();
+    let missing: HashSet<String> = export_if_complete(&job, &planned, None, StopFlag::never())?.into_iter().collect();
     summary.missing = missing.len();
     Ok((summary, planned.into_iter().filter(|run| missing.contains(&run.id)).collect()))
 }
@@ -159,30 +166,25 @@ fn export_if_complete(
     job: &Job<'_>,
     planned: &[PlannedRun],
     mut held: Option<(usize, Reference)>,
+    stop: StopFlag<'_>,
 ) -> Result<Vec<String>> {
     // Other processes may have stored their shards meanwhile.
-    let store = Store::open(job.folder, &job.experiment.name(), &columns_of(job.experiment))?;
+    let store = Store::open(job.folder, &job.experiment.name(), &columns_of(job.experiment, planned))?;
     let missing: Vec<String> = planned.iter().map(|run| &run.id).filter(|id| !store.contains(id)).cloned().collect();
     if missing.is_empty() {
         results::write_tables(job.folder, planned, &store)?;
         let everything: Vec<usize> = (0..planned.len()).collect();
         let references = groups_of_one_reference(planned, &everything).into_iter().map(|group| {
             let run = &planned[group[0]];
-            let spec = &run.spec;
-            if let Some((_, reference)) = held.take_if(|(index, _)| share_reference(&planned[*index].spec, spec)) {
+            let shared = |held: &mut (usize, Reference)| planned[held.0].spec.shares_reference_with(&run.spec);
+            if let Some((_, reference)) = held.take_if(shared) {
                 return Ok((run, reference));
             }
-            let case = job.experiment.with_own_reference(spec.case);
-            Reference::obtain(&case, &spec.parameters, spec.solver, spec.duration, job.cache).map(|found| (run, found))
+            obtain_reference(&run.spec, job.cache, stop).map(|found| (run, found))
         });
         results::write_references(job.folder, references, job.experiment.trace_every_s)?;
     }
     Ok(missing)
-}
-
-/// Whether two runs are held against the same reference.
-fn share_reference(a: &RunSpec, b: &RunSpec) -> bool {
-    a.case.name == b.case.name && a.duration == b.duration && a.parameters == b.parameters
 }
 
 /// Runs that share case, parameters and duration, and so the reference; in the order of the plan.
@@ -190,7 +192,8 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for &index in indices {
         // Cases and parameters are the outer loops of a plan: a group is a run of neighbours.
-        match groups.last_mut().filter(|group| share_reference(&planned[group[0]].spec, &planned[index].spec)) {
+        let spec = &planned[index].spec;
+        match groups.last_mut().filter(|group| planned[group[0]].spec.shares_reference_with(spec)) {
             Some(group) => group.push(index),
             None => groups.push(vec![index]),
         }
@@ -198,7 +201,21 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
     groups
 }
 
+/// Simulates a run and holds it against its reference. A defect of ours is a record like others: no reason to lose the other runs.
+fn evaluated(spec: &RunSpec, bounds: &Bounds, reference: &Reference, stop: StopFlag<'_>) -> Result<EvaluatedRun> {
+    let attempt = catch_unwind(AssertUnwindSafe(|| {
+        evaluate(spec, simulate(spec, bounds.clone(), Some(monotonic_clock), stop)?, reference)
+    }));
+    attempt.unwrap_or_else(|panic| Ok(EvaluatedRun::not_evaluated(panicked(&*panic))))
+}
+
+fn panicked(panic: &(dyn Any + Send)) -> Outcome {
+    let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+    // A record is one line.
+    Outcome::Panicked { message: text.unwrap_or("no message").replace(char::is_control, " ") }
+}
+
 /// What records must have been written with to belong together.
-fn columns_of(experiment: &Experiment) -> String {
-    format!("{}{}", RUNS_HEADER.join(","), experiment.reference_identity())
+fn columns_of(experiment: &Experiment, planned: &[PlannedRun]) -> String {
+    format!("{}{}", runs_header(planned).join(","), experiment.reference_identity())
 }

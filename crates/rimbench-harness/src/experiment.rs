@@ -1,18 +1,20 @@
 //! The experiment file: a question, a grid of runs, and what is claimed of them.
 
 mod plan;
+mod scheme_row;
 
 pub use plan::PlannedRun;
 
 use super::claims::Claim;
 use super::grid::{MacroSteps, Phases, one_phase};
-use rimbench_cases::cases::{Case, case_by_name};
+use rimbench_cases::cases::Case;
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::scheme_by_name;
 use rimbench_results::atomic_file::write_atomically;
+use scheme_row::{RawRow, SchemeRow};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// An experiment file as it is written. The format is explained in `experiments/README.md`.
 #[derive(Debug, Clone, Deserialize)]
@@ -21,6 +23,9 @@ pub struct Experiment {
     /// What the experiment answers, in words.
     pub question: String,
     cases: Vec<CaseEntry>,
+    #[serde(rename = "schemes")]
+    raw_schemes: Vec<RawRow>,
+    #[serde(skip)]
     schemes: Vec<SchemeRow>,
     macro_steps_s: MacroSteps,
     #[serde(default = "one_phase")]
@@ -56,25 +61,6 @@ struct CaseEntry {
     micro_step_s: Option<f64>,
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SchemeRow {
-    scheme: String,
-    label: Option<String>,
-    sequence: Option<String>,
-    force_return: Option<String>,
-    mechanics_steps: Option<toml::Value>,
-    redundancy: Option<String>,
-    model_motion: Option<String>,
-    contacts: Option<String>,
-    solver: Option<String>,
-    gain: Option<f64>,
-    macro_steps_s: Option<MacroSteps>,
-    step_control: Option<String>,
-    step_tolerance: Option<f64>,
-    min_macro_step_s: Option<f64>,
-}
-
 /// What `--quick` replaces.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -97,6 +83,8 @@ impl Experiment {
     fn parse(path: &Path, text: String) -> Result<Self> {
         let mut experiment: Experiment =
             toml::from_str(&text).map_err(|error| Error::file(path, format!("is no experiment: {error}")))?;
+        let rows = std::mem::take(&mut experiment.raw_schemes).into_iter().map(|row| SchemeRow::read(row, &text));
+        experiment.schemes = rows.collect::<Result<_>>().map_err(|error| Error::file(path, error))?;
         experiment.path = path.to_owned();
         experiment.source = text;
         Ok(experiment)
@@ -105,18 +93,16 @@ impl Experiment {
     /// The same experiment with one more scheme, as if its file had one more `[[schemes]]`.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for a scheme that is neither built in nor registered.
+    /// [`Error::File`] for a name that is no TOML text.
     pub fn with_scheme(&self, name: &str) -> Result<Self> {
-        scheme_by_name(name)?;
         Self::parse(&self.path, format!("{}\n[[schemes]]\nscheme = \"{name}\"\n", self.source))
     }
 
     /// The same experiment with one more case at its defaults, as if its file had one more `[[cases]]`.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for a case that is neither built in nor registered.
+    /// [`Error::File`] for a name that is no TOML text.
     pub fn with_case(&self, name: &str) -> Result<Self> {
-        case_by_name(name)?;
         Self::parse(&self.path, format!("{}\n[[cases]]\nname = \"{name}\"\n", self.source))
     }
 
@@ -170,10 +156,11 @@ impl Experiment {
     }
 
     /// The case with the reference step of this experiment.
-    pub(super) fn with_own_reference(&self, case: &Case) -> Case {
-        let mut case = *case;
-        case.defaults.reference_step_s = self.reference_step_s.unwrap_or(case.defaults.reference_step_s);
-        case
+    fn with_own_reference(&self, case: &Arc<Case>) -> Arc<Case> {
+        let Some(reference_step_s) = self.reference_step_s else { return case.clone() };
+        let mut case = (**case).clone();
+        case.defaults.reference_step_s = reference_step_s;
+        Arc::new(case)
     }
 
     /// Whether the trace of a scheme row is to be stored, and at which distance of rows (s).
@@ -193,7 +180,7 @@ impl Experiment {
                 return Err(Error::invalid(key, value, "a finite time above 0 s"));
             }
         }
-        let labels = || self.schemes.iter().map(|row| row.label.as_deref().unwrap_or(&row.scheme));
+        let labels = || self.schemes.iter().map(|row| row.label.as_str());
         let unknown = self.traces.iter().flatten().find(|wanted| !labels().any(|label| label == wanted.as_str()));
         unknown.map_or(Ok(()), |label| Err(Error::unknown("label in traces", label, labels())))
     }
@@ -202,16 +189,18 @@ impl Experiment {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rimbench_cases::catalogue::Catalogue;
 
     #[test]
     fn the_shipped_experiments_are_valid_plans() {
+        let catalogue = Catalogue::standard();
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/paper");
         let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         let mut count = 0;
         for path in files.filter(|path| path.extension().is_some_and(|extension| extension == "toml")) {
             let experiment = Experiment::read(&path).unwrap();
             for quick in [false, true] {
-                assert!(!experiment.plan(quick).unwrap().is_empty());
+                assert!(!experiment.plan(&catalogue, quick).unwrap().is_empty());
             }
             count += 1;
         }

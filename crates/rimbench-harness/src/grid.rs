@@ -72,7 +72,7 @@ pub fn phase_ensemble(count: usize) -> Vec<f64> {
 }
 
 /// Every combination of the values that are lists.
-pub(super) fn parameter_grid(case: &'static Case, set: &BTreeMap<String, toml::Value>) -> Result<Vec<Parameters>> {
+pub(super) fn parameter_grid(case: &Case, set: &BTreeMap<String, toml::Value>) -> Result<Vec<Parameters>> {
     let mut grid = vec![case.default_parameters()];
     for (key, value) in set {
         let values = match value {

@@ -10,123 +10,47 @@
 //! records/        the store (see [`Store`]); not a result
 //! ```
 
-use super::evaluation::{COUNTERS, EvaluatedRun};
 use super::experiment::PlannedRun;
 use super::provenance::{self, Provenance};
-use super::reference::Reference;
 use super::store::{Record, Store};
-use rimbench_cases::metrics::METRICS;
-use rimbench_core::cosim::{Latency, Trajectory};
+use rimbench_cases::runs::{EvaluatedRun, Fact, Reference};
+use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{ContactChoice, SchemeOptions};
 use rimbench_results::atomic_file::write_atomically;
 use std::io::Write;
 use std::path::Path;
-use std::sync::LazyLock;
 
-/// What determines a run and how it ended; metrics and counters follow.
-const FACTS: [&str; 22] = [
-    "run_id",
-    "case",
-    "set",
-    "label",
-    "scheme",
-    "sequence",
-    "force_return",
-    "mechanics_steps",
-    "redundancy",
-    "model_motion",
-    "solver",
-    "macro_step_s",
-    "step_control",
-    "step_tolerance",
-    "min_macro_step_s",
-    "phase",
-    "micro_step_s",
-    "duration_s",
-    "outcome",
-    "outcome_at_s",
-    "reason",
-    "ended_at_s",
-];
-
-const COST_HEADER: [&str; 10] = [
-    "run_id",
-    "label",
-    "macro_step_s",
-    "phase",
-    "wall_s",
-    "real_time_factor",
-    "latency_p50_s",
-    "latency_p99_s",
-    "latency_max_s",
-    "missed_deadlines",
-];
-
-/// Columns of `runs.csv`.
-pub(super) static RUNS_HEADER: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
-    let mut header = FACTS.to_vec();
-    header.extend(METRICS.iter().map(|metric| metric.name));
-    header.extend(["reference_force_uncertainty_n", "reference_position_uncertainty_m"]);
-    header.extend(COUNTERS);
+/// Columns of `runs.csv`: id and label, what determines a run, what was found.
+pub(super) fn runs_header(planned: &[PlannedRun]) -> Vec<&'static str> {
+    let facts = planned.first().map(|run| run.spec.facts()).unwrap_or_default();
+    let mut header = vec!["run_id", "label"];
+    header.extend(facts.iter().chain(&nothing_found().findings()).map(|fact| fact.name));
     header.push("trace");
     header
-});
+}
 
-/// Motion of the model and, where not all of them take part, the choice of contacts.
-fn model_motion(options: &SchemeOptions) -> String {
-    match options.contacts {
-        ContactChoice::All => options.motion.to_string(),
-        contacts => format!("{} contacts={contacts}", options.motion),
-    }
+/// Columns of `cost.csv`.
+fn cost_header() -> Vec<&'static str> {
+    let mut header = vec!["run_id", "label", "macro_step_s", "phase"];
+    header.extend(nothing_found().costs().iter().map(|fact| fact.name));
+    header
+}
+
+/// A run of which nothing is known, for the names of what is found.
+fn nothing_found() -> EvaluatedRun {
+    EvaluatedRun::not_evaluated(Outcome::Completed)
 }
 
 /// The rows of one run.
 pub(super) fn record(planned: &PlannedRun, run: &EvaluatedRun, provenance: &Provenance, traced: bool) -> Record {
-    let (id, spec) = (planned.id.as_str(), &planned.spec);
-    let mechanics_steps = if spec.mechanics_steps == 0 { "all".to_owned() } else { spec.mechanics_steps.to_string() };
-    let mut facts = vec![
-        id.to_owned(),
-        spec.case.name.to_owned(),
-        planned.set.clone(),
-        planned.label.clone(),
-        spec.scheme.name.to_owned(),
-        spec.sequence.to_string(),
-        spec.force_return.to_string(),
-        mechanics_steps,
-        spec.options.redundancy.to_string(),
-        model_motion(&spec.options),
-        spec.solver.name.to_owned(),
-        number(spec.macro_step),
-        spec.step_control.to_string(),
-        optional(spec.step_control.rule().map(|rule| rule.tolerance)),
-        optional(spec.step_control.rule().map(|rule| rule.shortest)),
-        number(spec.phase),
-        number(spec.micro_step),
-        number(spec.duration),
-        run.outcome.name().to_owned(),
-        optional(run.outcome.at_s()),
-        run.outcome.reason(),
-        number(run.ended_at_s),
-    ];
-    facts.extend(run.metrics.iter().copied().map(optional));
-    facts.extend(run.reference_uncertainty.map(optional));
-    facts.extend(run.counters.iter().map(u64::to_string));
-    facts.push(if traced { format!("{id}.csv") } else { String::new() });
-    let latency = |of: fn(&Latency) -> f64| optional(run.latency.as_ref().map(of));
-    let cost = [
-        id.to_owned(),
-        planned.label.clone(),
-        number(spec.macro_step),
-        number(spec.phase),
-        number(run.wall.as_secs_f64()),
-        number(run.real_time_factor()),
-        latency(|latency| latency.p50_s),
-        latency(|latency| latency.p99_s),
-        latency(|latency| latency.max_s),
-        run.latency.map(|latency| latency.missed_deadlines.to_string()).unwrap_or_default(),
-    ];
-    Record { run: row(&facts), cost: row(&cost), provenance: row(&provenance.row(id)) }
+    let (id, label, spec) = (&planned.id, &planned.label, &planned.spec);
+    let cells = |facts: Vec<Fact>| facts.into_iter().map(|fact| fact.cell());
+    let mut runs = vec![id.clone(), label.clone()];
+    runs.extend(cells(spec.facts()).chain(cells(run.findings())));
+    runs.push(if traced { format!("{id}.csv") } else { String::new() });
+    let mut cost = vec![id.clone(), label.clone(), number(spec.macro_step), number(spec.phase)];
+    cost.extend(cells(run.costs()));
+    Record { run: row(&runs), cost: row(&cost), provenance: row(&provenance.row(id)) }
 }
 
 /// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan, one row at a time.
@@ -136,8 +60,8 @@ pub(super) fn record(planned: &PlannedRun, run: &EvaluatedRun, provenance: &Prov
 pub(super) fn write_tables(folder: &Path, planned: &[PlannedRun], store: &Store) -> Result<()> {
     // All three at once: reading and checking a record takes longer than writing its rows.
     let write = |runs: &mut dyn Write, cost: &mut dyn Write, provenance: &mut dyn Write| -> std::io::Result<()> {
-        writeln!(runs, "{}", row(&RUNS_HEADER))?;
-        writeln!(cost, "{}", row(&COST_HEADER))?;
+        writeln!(runs, "{}", row(&runs_header(planned)))?;
+        writeln!(cost, "{}", row(&cost_header()))?;
         writeln!(provenance, "{}", row(&provenance::HEADER))?;
         for PlannedRun { id, .. } in planned {
             let record = store.read(id).map_err(std::io::Error::other)?;
@@ -170,14 +94,14 @@ pub(super) fn write_references<'a>(
     let mut columns = vec![row(&["case", "set", "column", "rms_uncertainty", "observed_order", "finest_step_s"])];
     for (index, found) in references.enumerate() {
         let (run, reference) = found?;
-        let case = run.spec.case.name;
+        let (case, set) = (&*run.spec.case.name, run.spec.parameters.changed());
         for (parameter, value) in run.spec.parameters.iter() {
             let value = value.to_string();
-            parameters.push(row(&[case, &run.set, parameter.name, &value, parameter.unit, parameter.source]));
+            parameters.push(row(&[case, &set, &parameter.name, &value, &parameter.unit, &parameter.source]));
         }
         for (column, name) in reference.trajectory.columns().iter().enumerate().skip(1) {
             let (uncertainty, order) = (number(reference.uncertainty[column]), number(reference.order[column]));
-            columns.push(row(&[case, &run.set, name, &uncertainty, &order, &number(reference.step)]));
+            columns.push(row(&[case, &set, name, &uncertainty, &order, &number(reference.step)]));
         }
         if let Some(every) = trace_every_s {
             let name = if index == 0 { "reference.csv".to_owned() } else { format!("reference-{}.csv", index + 1) };
@@ -237,8 +161,4 @@ fn row<T: AsRef<[u8]>>(cells: &[T]) -> String {
 /// Shortest text that reads back to the same bits; `inf` and `NaN` where it is so.
 fn number(value: f64) -> String {
     format!("{value:?}")
-}
-
-fn optional(value: Option<f64>) -> String {
-    value.map(number).unwrap_or_default()
 }

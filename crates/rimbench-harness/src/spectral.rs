@@ -1,8 +1,9 @@
 //! The spectral radius of the macro-step map of a linear case, probed through the macro loop itself.
 
-use super::run::{RunSpec, simulate};
+use super::clock::monotonic_clock;
 use nalgebra::DMatrix;
-use rimbench_core::cosim::{Bounds, Outcome};
+use rimbench_cases::runs::{RunSpec, simulate};
+use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 
 /// Longest memory of past communication points that is tried (a second-order hold needs 2).
@@ -38,7 +39,7 @@ const ROUND_OFF: f64 = 1e-13;
 /// [`Error::Incompatible`] if the case has no linear state, if it is not linear with these parameters, or if the scheme
 /// does not run with it.
 pub fn spectral_radius(spec: &RunSpec) -> Result<f64> {
-    let variables = spec.case.linear_state;
+    let variables = &spec.case.linear_state;
     if variables.is_empty() {
         return Err(Error::Incompatible(format!(
             "case {} is not linear, so it has no spectral radius; its stability limit is found by running it",
@@ -82,9 +83,9 @@ type States = Vec<Vec<f64>>;
 fn states(spec: &RunSpec, start: &[f64], steps: usize) -> Result<States> {
     let mut spec = RunSpec { phase: 1.0, duration: steps as f64 * spec.macro_step, ..spec.clone() };
     for (variable, value) in spec.case.linear_state.iter().zip(start) {
-        spec.parameters.set(variable.initial, &format!("{value:?}"))?;
+        spec.parameters.set(&variable.initial, &format!("{value:?}"))?;
     }
-    let result = simulate(&spec, Bounds::default())?;
+    let result = simulate(&spec, Bounds::default(), Some(monotonic_clock), StopFlag::never())?;
     if result.report.outcome != Outcome::Completed {
         return Err(Error::Incompatible(format!(
             "no spectral radius of scheme {} on case {}: {}",
@@ -92,7 +93,7 @@ fn states(spec: &RunSpec, start: &[f64], steps: usize) -> Result<States> {
         )));
     }
     let columns: Vec<usize> =
-        spec.case.linear_state.iter().filter_map(|variable| result.trajectory.index_of(variable.column)).collect();
+        spec.case.linear_state.iter().filter_map(|variable| result.trajectory.index_of(&variable.column)).collect();
     Ok(result.trajectory.rows().map(|row| columns.iter().map(|&column| row[column]).collect()).collect())
 }
 

@@ -1,11 +1,12 @@
 //! The stability limit: up to which macro step does a scheme hold, over all phases?
 
 use super::cache::Cache;
-use super::reference::Reference;
-use super::run::{RunSpec, simulate};
+use super::clock::monotonic_clock;
+use super::references::obtain_reference;
 use super::spectral::spectral_radius;
 use rayon::prelude::*;
-use rimbench_core::cosim::Outcome;
+use rimbench_cases::runs::{RunSpec, simulate};
+use rimbench_core::cosim::{Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 
 /// Relative width to which the bracket between stable and unstable is narrowed.
@@ -53,17 +54,19 @@ pub fn stability_limit(
     fixed_micro_step: bool,
     cache: &Cache,
 ) -> Result<StabilityLimit> {
-    let reference = Reference::obtain(spec.case, &spec.parameters, spec.solver, spec.duration, cache)?;
-    let bounds = reference.bounds(spec.case, &spec.parameters, spec.solver)?;
+    let bounds = obtain_reference(spec, cache, StopFlag::never())?.bounds(spec)?;
     search(macro_steps, |macro_step| {
         let run = at_macro_step(spec, macro_step, fixed_micro_step);
         let outcomes: Result<Vec<Outcome>> = phases
             .par_iter()
-            .map(|&phase| Ok(simulate(&RunSpec { phase, ..run.clone() }, bounds.clone())?.report.outcome))
+            .map(|&phase| {
+                let run = RunSpec { phase, ..run.clone() };
+                Ok(simulate(&run, bounds.clone(), Some(monotonic_clock), StopFlag::never())?.report.outcome)
+            })
             .collect();
         let outcomes = outcomes?;
         if let Some(Outcome::Skipped { reason }) = outcomes.first() {
-            let (scheme, case) = (spec.scheme.name, spec.case.name);
+            let (scheme, case) = (&spec.scheme.name, &spec.case.name);
             return Err(Error::Incompatible(format!("scheme {scheme} does not apply to case {case}: {reason}")));
         }
         let stable = outcomes.iter().filter(|outcome| **outcome == Outcome::Completed).count();

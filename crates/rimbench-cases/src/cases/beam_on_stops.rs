@@ -23,54 +23,56 @@ use super::carriage;
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::parameters::{Parameter, Parameters, Range, number as p};
-use super::reference_method::ReferenceMethod;
 use crate::models::{BeamGeometry, BeamStop, BeamSupport, MOST_MODES, ModalBeam};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
 use std::f64::consts::FRAC_PI_2;
 
-pub(super) const ENTRY: Case = Case {
-    name: "beam-on-stops",
-    about: "Bending beam in N modes, pressed against two stops by a carriage on springs",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 3.0,
-        macro_step_s: 2e-3,
-        micro_step_s: 2e-4,
-        reference_step_s: 5e-5,
-        reference_sampling_s: 2e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "interface_position_m",
-        "interface_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "carriage_position_m",
-        "end_deflection_m",
-        "effective_mass_kg",
-        "gap_stop_1_m",
-        "gap_stop_2_m",
-        "closed_contacts",
-        "rank_h_uu",
-    ],
-    drawing_columns: &["carriage_velocity_m_s", "contact_force_stop_1_n", "contact_force_stop_2_n"],
-    interface_columns: &[InterfaceColumns {
-        position: "interface_position_m",
-        velocity: "interface_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "carriage_position_m",
+            "end_deflection_m",
+            "effective_mass_kg",
+            "gap_stop_1_m",
+            "gap_stop_2_m",
+            "closed_contacts",
+            "rank_h_uu",
+        ]),
+        drawing_columns: names(&["carriage_velocity_m_s", "contact_force_stop_1_n", "contact_force_stop_2_n"]),
+        interface_columns: vec![InterfaceColumns::new(
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+        )],
+        ..Case::new(
+            "beam-on-stops",
+            "Bending beam in N modes, pressed against two stops by a carriage on springs",
+            CaseDefaults {
+                duration_s: 3.0,
+                macro_step_s: 2e-3,
+                micro_step_s: 2e-4,
+                reference_step_s: 5e-5,
+                reference_sampling_s: 2e-4,
+            },
+            build,
+        )
+    }
+}
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 27] = {
+fn parameters() -> Vec<Parameter> {
     use Range::{NotNegative, Positive};
-    [
-        Parameter::choice("beam_support", &["clamped", "pinned"], "clamped at one end, or pinned at both", OURS),
+    vec![
+        Parameter::choice("beam_support", ["clamped", "pinned"], "clamped at one end, or pinned at both", OURS),
         p("modes", "-", 4.0, Positive, "number of modes N, a whole number from 1 to 20", OURS),
         p("length_m", "m", 2.0, Positive, "length L", OURS),
         p("width_m", "m", 0.04, Positive, "width of the section", OURS),
@@ -95,10 +97,10 @@ const PARAMETERS: [Parameter; 27] = {
         carriage::start_position(0.0),
         carriage::start_velocity(0.0),
         contact_parameters::margin(1e-3),
-        contact_parameters::STABILISATION,
+        contact_parameters::stabilisation(),
         contact_parameters::restitution(0.0, "plastic"),
     ]
-};
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);

@@ -27,63 +27,69 @@ use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::{ExactSolution, ReferenceMethod};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
+use std::sync::Arc;
 
-pub(super) const ENTRY: Case = Case {
-    name: "bouncing-ball",
-    about: "Ball that bounces under a carriage on springs (exact between impacts; published times without the springs)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 3.0,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-4,
-        reference_step_s: 1e-4,
-        reference_sampling_s: 2e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "interface_position_m",
-        "interface_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "carriage_position_m",
-        "carriage_velocity_m_s",
-        "effective_mass_kg",
-        "gap_floor_m",
-        "closed_contacts",
-    ],
-    drawing_columns: &[],
-    interface_columns: &[InterfaceColumns {
-        position: "interface_position_m",
-        velocity: "interface_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Exact(exact),
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "carriage_position_m",
+            "carriage_velocity_m_s",
+            "effective_mass_kg",
+            "gap_floor_m",
+            "closed_contacts",
+        ]),
+        interface_columns: vec![InterfaceColumns::new(
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+        )],
+        reference: Arc::new(|parameters| exact(parameters).map(ReferenceMethod::Exact)),
+        ..Case::new(
+            "bouncing-ball",
+            "Ball that bounces under a carriage on springs (exact between impacts; published times without the springs)",
+            CaseDefaults {
+                duration_s: 3.0,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-4,
+                reference_step_s: 1e-4,
+                reference_sampling_s: 2e-4,
+            },
+            build,
+        )
+    }
+}
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 18] = [
-    p("ball_mass_kg", "kg", 1.0, Range::Positive, "mass of the ball", OURS),
-    p("start_height_m", "m", 1.0, Range::Finite, "height of the ball at the start", "textbook"),
-    p("start_velocity_m_s", "m/s", 0.0, Range::Finite, "velocity of the ball at the start, upwards", "textbook"),
-    p("gravity_m_s2", "m/s²", 9.81, Range::NotNegative, "gravity", "standard"),
-    carriage::stiffness(2.0),
-    carriage::damping(0.0),
-    carriage::mass(0.1),
-    carriage::base_stiffness(5.0),
-    carriage::base_damping(0.0),
-    carriage::base_position(1.0),
-    carriage::base_amplitude(0.0),
-    carriage::base_frequency(0.0),
-    carriage::base_phase(0.0),
-    carriage::start_position(1.0),
-    carriage::start_velocity(0.0),
-    contact_parameters::restitution(0.9, "textbook"),
-    contact_parameters::margin(1e-3),
-    contact_parameters::STABILISATION,
-];
+fn parameters() -> Vec<Parameter> {
+    vec![
+        p("ball_mass_kg", "kg", 1.0, Range::Positive, "mass of the ball", OURS),
+        p("start_height_m", "m", 1.0, Range::Finite, "height of the ball at the start", "textbook"),
+        p("start_velocity_m_s", "m/s", 0.0, Range::Finite, "velocity of the ball at the start, upwards", "textbook"),
+        p("gravity_m_s2", "m/s²", 9.81, Range::NotNegative, "gravity", "standard"),
+        carriage::stiffness(2.0),
+        carriage::damping(0.0),
+        carriage::mass(0.1),
+        carriage::base_stiffness(5.0),
+        carriage::base_damping(0.0),
+        carriage::base_position(1.0),
+        carriage::base_amplitude(0.0),
+        carriage::base_frequency(0.0),
+        carriage::base_phase(0.0),
+        carriage::start_position(1.0),
+        carriage::start_velocity(0.0),
+        contact_parameters::restitution(0.9, "textbook"),
+        contact_parameters::margin(1e-3),
+        contact_parameters::stabilisation(),
+    ]
+}
 
 fn ball(parameters: &Parameters) -> DrivenMass {
     let get = |name: &str| parameters.number(name);
@@ -108,7 +114,7 @@ fn exact(parameters: &Parameters) -> Result<ExactSolution> {
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let ball = ball(parameters);
     driven_mass::check_start(&ball, "start_height_m")?;
-    let names = StopNames { gaps: &["gap_floor_m"], forces: &["contact_force_floor_n"] };
+    let names = StopNames { gaps: names(&["gap_floor_m"]), forces: names(&["contact_force_floor_n"]) };
     driven_mass::system(ball, &names, parameters, solver)
 }
 
@@ -119,7 +125,7 @@ mod tests {
 
     #[test]
     fn without_the_actuator_the_exact_solution_gives_the_published_times() {
-        let mut parameters = ENTRY.default_parameters();
+        let mut parameters = entry().default_parameters();
         parameters.set("spring_stiffness_n_m", "0").unwrap();
         let mut solution = EventDriven::new(ball(&parameters));
         let impacts = solution.impacts(9.0).to_vec();
@@ -137,7 +143,7 @@ mod tests {
     #[test]
     fn between_impacts_the_coupled_solution_keeps_its_energy_and_loses_the_right_part_in_each() {
         // No damping: energy of ball, carriage and springs is constant but for ½ m (1 − e²) V² per impact.
-        let parameters = ENTRY.default_parameters();
+        let parameters = entry().default_parameters();
         let energy = |solution: &mut EventDriven, t: f64| {
             let (z, _) = solution.at(t);
             let kinetic = 0.5 * z[1] * z[1] + 0.05 * z[3] * z[3];

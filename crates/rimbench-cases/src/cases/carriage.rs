@@ -7,50 +7,50 @@ use std::f64::consts::TAU;
 
 const OURS: &str = "ours";
 
-pub(super) const fn stiffness(default: f64) -> Parameter {
+pub(super) fn stiffness(default: f64) -> Parameter {
     let about = "stiffness k between carriage and interface; 0 with no damping uncouples the two sides";
     number("spring_stiffness_n_m", "N/m", default, Range::NotNegative, about, OURS)
 }
 
-pub(super) const fn damping(default: f64) -> Parameter {
+pub(super) fn damping(default: f64) -> Parameter {
     let about = "damping c between carriage and interface";
     number("spring_damping_n_s_m", "N·s/m", default, Range::NotNegative, about, OURS)
 }
 
-pub(super) const fn mass(default: f64) -> Parameter {
+pub(super) fn mass(default: f64) -> Parameter {
     let about = "mass m_a of the carriage; 0 fixes it to the base";
     number("carriage_mass_kg", "kg", default, Range::NotNegative, about, OURS)
 }
 
-pub(super) const fn base_stiffness(default: f64) -> Parameter {
+pub(super) fn base_stiffness(default: f64) -> Parameter {
     number("base_stiffness_n_m", "N/m", default, Range::NotNegative, "stiffness k_b between base and carriage", OURS)
 }
 
-pub(super) const fn base_damping(default: f64) -> Parameter {
+pub(super) fn base_damping(default: f64) -> Parameter {
     number("base_damping_n_s_m", "N·s/m", default, Range::NotNegative, "damping c_b between base and carriage", OURS)
 }
 
-pub(super) const fn base_position(default: f64) -> Parameter {
+pub(super) fn base_position(default: f64) -> Parameter {
     number("base_position_m", "m", default, Range::Finite, "middle x₀ of the motion of the base", OURS)
 }
 
-pub(super) const fn base_amplitude(default: f64) -> Parameter {
+pub(super) fn base_amplitude(default: f64) -> Parameter {
     number("base_amplitude_m", "m", default, Range::NotNegative, "amplitude A of the motion of the base", OURS)
 }
 
-pub(super) const fn base_frequency(default: f64) -> Parameter {
+pub(super) fn base_frequency(default: f64) -> Parameter {
     number("base_frequency_hz", "Hz", default, Range::NotNegative, "frequency ω/2π of the motion of the base", OURS)
 }
 
-pub(super) const fn base_phase(default: f64) -> Parameter {
+pub(super) fn base_phase(default: f64) -> Parameter {
     number("base_phase_rad", "rad", default, Range::Finite, "phase φ of the motion of the base", OURS)
 }
 
-pub(super) const fn start_position(default: f64) -> Parameter {
+pub(super) fn start_position(default: f64) -> Parameter {
     number("carriage_position_m", "m", default, Range::Finite, "position of the carriage at the start", OURS)
 }
 
-pub(super) const fn start_velocity(default: f64) -> Parameter {
+pub(super) fn start_velocity(default: f64) -> Parameter {
     number("carriage_velocity_m_s", "m/s", default, Range::Finite, "velocity of the carriage at the start", OURS)
 }
 

@@ -1,19 +1,18 @@
-//! What the list of cases holds about each one.
+//! What a catalogue holds about each case.
 
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::cosim::{Ports, Quantity, Subsystem};
+use rimbench_core::cosim::{PerSide, Ports, Quantity, Subsystem};
 use rimbench_core::error::Result;
+use rimbench_core::name::{Name, names};
+use std::fmt;
+use std::sync::Arc;
 
-/// Two subsystems that fit each other, and how the case wants them run and recorded.
+/// Two subsystems that fit each other, and how the case wants them recorded.
 pub struct CoupledSystem {
-    /// The side that may offer an interface model.
-    pub mechanics: Box<dyn Subsystem>,
-    /// The side that may use it.
-    pub actuator: Box<dyn Subsystem>,
-    /// Outputs with direct feedthrough are evaluated with the input used last, not with the fresh one.
-    pub stale_feedthrough: bool,
+    /// The mechanics may offer an interface model, the actuator may use it.
+    pub sides: PerSide<Box<dyn Subsystem>>,
     /// Each row of the trace holds the values of the communication point before (a quirk of a published driver).
     pub late_rows: bool,
     /// Columns that neither side knows alone.
@@ -21,9 +20,14 @@ pub struct CoupledSystem {
 }
 
 impl CoupledSystem {
-    /// Two subsystems that are run and recorded in the usual way.
-    pub fn new(mechanics: Box<dyn Subsystem>, actuator: Box<dyn Subsystem>) -> Self {
-        CoupledSystem { mechanics, actuator, stale_feedthrough: false, late_rows: false, derived: Vec::new() }
+    /// Two subsystems that are recorded in the usual way.
+    pub fn new(mechanics: impl Subsystem + 'static, actuator: impl Subsystem + 'static) -> Self {
+        Self::of(PerSide { mechanics: Box::new(mechanics), actuator: Box::new(actuator) })
+    }
+
+    /// The same with boxes.
+    pub fn of(sides: PerSide<Box<dyn Subsystem>>) -> Self {
+        CoupledSystem { sides, late_rows: false, derived: Vec::new() }
     }
 }
 
@@ -39,20 +43,31 @@ pub type RowFunction = Box<dyn Fn(&[f64]) -> f64 + Send>;
 /// A column computed from others of the same row, for example the energy of the whole system.
 pub struct DerivedColumn {
     /// Name with unit.
-    pub name: &'static str,
+    pub name: Name,
     /// The columns it is computed from.
-    pub from: &'static [&'static str],
+    pub from: Vec<Name>,
     /// Its value, given theirs in the same order.
     pub value: RowFunction,
 }
 
+impl DerivedColumn {
+    /// Computes `name` from the columns `from`.
+    pub fn new(
+        name: impl Into<Name>,
+        from: impl IntoIterator<Item = impl Into<Name>>,
+        value: impl Fn(&[f64]) -> f64 + Send + 'static,
+    ) -> Self {
+        DerivedColumn { name: name.into(), from: from.into_iter().map(Into::into).collect(), value: Box::new(value) }
+    }
+}
+
 /// A state variable of a linear case that can be set and seen: what a spectral radius is probed with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StateVariable {
     /// The parameter that holds its start value.
-    pub initial: &'static str,
+    pub initial: Name,
     /// The column that records it.
-    pub column: &'static str,
+    pub column: Name,
 }
 
 /// Times used unless others are asked for, s.
@@ -71,50 +86,91 @@ pub struct CaseDefaults {
 }
 
 /// Which columns hold the coupling variables of one row of the interface, by which accuracy is judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InterfaceColumns {
     /// Position along the interface.
-    pub position: &'static str,
+    pub position: Name,
     /// Velocity along the interface.
-    pub velocity: &'static str,
+    pub velocity: Name,
     /// Force across the interface.
-    pub force: &'static str,
+    pub force: Name,
 }
 
+impl InterfaceColumns {
+    /// Names the three columns.
+    pub fn new(position: impl Into<Name>, velocity: impl Into<Name>, force: impl Into<Name>) -> Self {
+        InterfaceColumns { position: position.into(), velocity: velocity.into(), force: force.into() }
+    }
+}
+
+/// Says what runs with these parameters are held against.
+pub type ChooseReference = Arc<dyn Fn(&Parameters) -> Result<ReferenceMethod> + Send + Sync>;
+
+/// Builds both sides. The solver serves the complementarity problems of the mechanics.
+pub type BuildCase = Arc<dyn Fn(&Parameters, &SolverEntry) -> Result<CoupledSystem> + Send + Sync>;
+
 /// A case by name.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone)]
 pub struct Case {
     /// Kebab-case name.
-    pub name: &'static str,
+    pub name: Name,
     /// One line.
-    pub about: &'static str,
+    pub about: Name,
     /// Everything that can be set.
-    pub parameters: &'static [Parameter],
+    pub parameters: Vec<Parameter>,
     /// Times.
     pub defaults: CaseDefaults,
     /// Columns of a trace, in order; the first is the time.
-    pub trace_columns: &'static [&'static str],
+    pub trace_columns: Vec<Name>,
     /// Further columns, not in the trace: for drawings, and what metrics need.
-    pub drawing_columns: &'static [&'static str],
+    pub drawing_columns: Vec<Name>,
     /// What accuracy is judged by: one entry per row of the interface. With several the worst row counts.
-    pub interface_columns: &'static [InterfaceColumns],
+    pub interface_columns: Vec<InterfaceColumns>,
     /// All state variables, positions first, then their velocities in the same order, if the case is linear for at
     /// least some of its parameters; else none.
-    pub linear_state: &'static [StateVariable],
-    /// What runs with these parameters are held against.
-    pub reference: fn(&Parameters) -> ReferenceMethod,
-    /// Builds both sides. The solver serves the complementarity problems of the mechanics.
-    pub build: fn(&Parameters, &SolverEntry) -> Result<CoupledSystem>,
+    pub linear_state: Vec<StateVariable>,
+    /// What runs are held against.
+    pub reference: ChooseReference,
+    /// Builds both sides.
+    pub build: BuildCase,
+}
+
+impl fmt::Debug for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Case").field("name", &self.name).finish_non_exhaustive()
+    }
 }
 
 impl Case {
+    /// Describes a case with nothing to set, that records the time only, and whose reference is refined. What is different is
+    /// changed afterwards.
+    pub fn new(
+        name: impl Into<Name>,
+        about: impl Into<Name>,
+        defaults: CaseDefaults,
+        build: impl Fn(&Parameters, &SolverEntry) -> Result<CoupledSystem> + Send + Sync + 'static,
+    ) -> Self {
+        Case {
+            name: name.into(),
+            about: about.into(),
+            parameters: Vec::new(),
+            defaults,
+            trace_columns: names(&["time_s"]),
+            drawing_columns: Vec::new(),
+            interface_columns: Vec::new(),
+            linear_state: Vec::new(),
+            reference: Arc::new(|_| Ok(ReferenceMethod::Refined)),
+            build: Arc::new(build),
+        }
+    }
+
     /// The parameters at their defaults.
     pub fn default_parameters(&self) -> Parameters {
-        Parameters::defaults(self.name, self.parameters)
+        Parameters::defaults(self.name.clone(), &self.parameters)
     }
 
     /// All columns that a run records: those of the trace, then those of drawings.
     pub fn recorded_columns(&self) -> Vec<String> {
-        self.trace_columns.iter().chain(self.drawing_columns).map(|name| (*name).to_owned()).collect()
+        self.trace_columns.iter().chain(&self.drawing_columns).map(|name| name.clone().into_owned()).collect()
     }
 }

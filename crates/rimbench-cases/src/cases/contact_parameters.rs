@@ -8,7 +8,7 @@ use rimbench_core::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
 
 const OURS: &str = "ours";
 
-pub(super) const fn margin(default: f64) -> Parameter {
+pub(super) fn margin(default: f64) -> Parameter {
     number(
         "contact_margin_m",
         "m",
@@ -19,16 +19,17 @@ pub(super) const fn margin(default: f64) -> Parameter {
     )
 }
 
-pub(super) const STABILISATION: Parameter =
-    number("stabilisation", "-", 0.2, Range::Fraction, "fraction γ of a penetration removed per mechanics step", OURS);
+pub(super) fn stabilisation() -> Parameter {
+    number("stabilisation", "-", 0.2, Range::Fraction, "fraction γ of a penetration removed per mechanics step", OURS)
+}
 
-pub(super) const fn restitution(default: f64, source: &'static str) -> Parameter {
+pub(super) fn restitution(default: f64, source: &'static str) -> Parameter {
     number("restitution", "-", default, Range::Fraction, "restitution e of the mechanics' contacts", source)
 }
 
 /// All three, with these defaults; `source` is that of the restitution.
-pub(super) const fn all(margin_m: f64, e: f64, source: &'static str) -> [Parameter; 3] {
-    [margin(margin_m), STABILISATION, restitution(e, source)]
+pub(super) fn all(margin_m: f64, e: f64, source: &'static str) -> Vec<Parameter> {
+    vec![margin(margin_m), stabilisation(), restitution(e, source)]
 }
 
 /// A force-producing actuator and the mechanics that it drives, with contacts as the parameters say.
@@ -39,7 +40,7 @@ where
 {
     let checked = solver.checked(model.size().unilateral);
     let mechanics = NonSmoothMechanics::new(model, law(parameters), facing(actuator.ports()), checked);
-    CoupledSystem::new(Box::new(mechanics), Box::new(actuator))
+    CoupledSystem::new(mechanics, actuator)
 }
 
 /// The contact law as the parameters say.

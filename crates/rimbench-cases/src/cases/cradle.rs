@@ -20,72 +20,83 @@ use super::carriage;
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::parameters::{Parameter, Parameters, Range, number as p};
-use super::reference_method::ReferenceMethod;
 use crate::models::{LineContact, LineDescription, LineMass, LineMasses};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "cradle",
-    about: "Three balls on pendulums under Moreau's impact law, the first held by a carriage on springs",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 1.8,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-4,
-        reference_step_s: 1e-5,
-        reference_sampling_s: 2e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "interface_position_m",
-        "interface_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "carriage_position_m",
-        "ball_2_x_m",
-        "ball_3_x_m",
-        "ball_2_velocity_m_s",
-        "ball_3_velocity_m_s",
-        "effective_mass_kg",
-        "gap_1_2_m",
-        "gap_2_3_m",
-        "closed_contacts",
-        "rank_h_uu",
-    ],
-    drawing_columns: &["carriage_velocity_m_s", "contact_force_1_2_n", "contact_force_2_3_n"],
-    interface_columns: &[InterfaceColumns {
-        position: "interface_position_m",
-        velocity: "interface_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "carriage_position_m",
+            "ball_2_x_m",
+            "ball_3_x_m",
+            "ball_2_velocity_m_s",
+            "ball_3_velocity_m_s",
+            "effective_mass_kg",
+            "gap_1_2_m",
+            "gap_2_3_m",
+            "closed_contacts",
+            "rank_h_uu",
+        ]),
+        drawing_columns: names(&["carriage_velocity_m_s", "contact_force_1_2_n", "contact_force_2_3_n"]),
+        interface_columns: vec![InterfaceColumns::new(
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+        )],
+        ..Case::new(
+            "cradle",
+            "Three balls on pendulums under Moreau's impact law, the first held by a carriage on springs",
+            CaseDefaults {
+                duration_s: 1.8,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-4,
+                reference_step_s: 1e-5,
+                reference_sampling_s: 2e-4,
+            },
+            build,
+        )
+    }
+}
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 18] = [
-    p("ball_mass_kg", "kg", 1.0, Range::Positive, "mass of each ball", OURS),
-    p("ball_diameter_m", "m", 0.1, Range::Positive, "diameter D", OURS),
-    p("pendulum_frequency_rad_s", "rad/s", 5.0, Range::NotNegative, "√(g/l) of each pendulum; small angles", OURS),
-    p("start_position_m", "m", -0.1, Range::Finite, "position of the first ball at the start; it touches at 0", OURS),
-    carriage::stiffness(2.0),
-    carriage::damping(0.0),
-    carriage::mass(0.2),
-    carriage::base_stiffness(4.0),
-    carriage::base_damping(0.0),
-    carriage::base_position(0.0),
-    carriage::base_amplitude(0.0),
-    carriage::base_frequency(0.0),
-    carriage::base_phase(0.0),
-    carriage::start_position(0.0),
-    carriage::start_velocity(0.0),
-    contact_parameters::restitution(1.0, "Moreau 1988"),
-    contact_parameters::margin(1e-3),
-    contact_parameters::STABILISATION,
-];
+fn parameters() -> Vec<Parameter> {
+    vec![
+        p("ball_mass_kg", "kg", 1.0, Range::Positive, "mass of each ball", OURS),
+        p("ball_diameter_m", "m", 0.1, Range::Positive, "diameter D", OURS),
+        p("pendulum_frequency_rad_s", "rad/s", 5.0, Range::NotNegative, "√(g/l) of each pendulum; small angles", OURS),
+        p(
+            "start_position_m",
+            "m",
+            -0.1,
+            Range::Finite,
+            "position of the first ball at the start; it touches at 0",
+            OURS,
+        ),
+        carriage::stiffness(2.0),
+        carriage::damping(0.0),
+        carriage::mass(0.2),
+        carriage::base_stiffness(4.0),
+        carriage::base_damping(0.0),
+        carriage::base_position(0.0),
+        carriage::base_amplitude(0.0),
+        carriage::base_frequency(0.0),
+        carriage::base_phase(0.0),
+        carriage::start_position(0.0),
+        carriage::start_velocity(0.0),
+        contact_parameters::restitution(1.0, "Moreau 1988"),
+        contact_parameters::margin(1e-3),
+        contact_parameters::stabilisation(),
+    ]
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
@@ -108,16 +119,16 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         springs: Vec::new(),
         contacts: vec![contact(0), contact(1)],
         driven: 0,
-        state_names: &[
+        state_names: names(&[
             "ball_1_x_m",
             "ball_2_x_m",
             "ball_3_x_m",
             "ball_1_velocity_m_s",
             "ball_2_velocity_m_s",
             "ball_3_velocity_m_s",
-        ],
-        gap_names: &["gap_1_2_m", "gap_2_3_m"],
-        contact_force_names: &["contact_force_1_2_n", "contact_force_2_3_n"],
+        ]),
+        gap_names: names(&["gap_1_2_m", "gap_2_3_m"]),
+        contact_force_names: names(&["contact_force_1_2_n", "contact_force_2_3_n"]),
     })?;
     Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
 }

@@ -24,59 +24,60 @@ use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
-use super::reference_method::ReferenceMethod;
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{CraneGeometry, CraneWithRope};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "crane-set-down",
-    about: "Hydraulic crane that sets a load on a rope on the ground, drags it and lifts it off",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 4.0,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-5,
-        reference_step_s: 5e-5,
-        reference_sampling_s: 1e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "theta_1_rad",
-        "load_x_m",
-        "load_y_m",
-        "actuator_length_m",
-        "actuator_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "pressure_1_pa",
-        "pressure_2_pa",
-        "effective_mass_kg",
-        "gap_rope_m",
-        "gap_ground_m",
-        "contact_force_rope_n",
-        "contact_force_ground_n",
-        "closed_contacts",
-    ],
-    drawing_columns: &[],
-    interface_columns: &[InterfaceColumns {
-        position: "actuator_length_m",
-        velocity: "actuator_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "theta_1_rad",
+            "load_x_m",
+            "load_y_m",
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "pressure_1_pa",
+            "pressure_2_pa",
+            "effective_mass_kg",
+            "gap_rope_m",
+            "gap_ground_m",
+            "contact_force_rope_n",
+            "contact_force_ground_n",
+            "closed_contacts",
+        ]),
+        interface_columns: vec![InterfaceColumns::new(
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+        )],
+        ..Case::new(
+            "crane-set-down",
+            "Hydraulic crane that sets a load on a rope on the ground, drags it and lifts it off",
+            CaseDefaults {
+                duration_s: 4.0,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-5,
+                reference_step_s: 5e-5,
+                reference_sampling_s: 1e-4,
+            },
+            build,
+        )
+    }
+}
 
 const LIM: &str = "LIM cosim-benchmarks";
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 28] = {
+fn parameters() -> Vec<Parameter> {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    joined(&[
-        &[
+    [
+        vec![
             p("link_1_length_m", "m", 1.0, Positive, "length L of the link", LIM),
             p("rope_length_m", "m", 0.5, Positive, "length of the rope", LIM),
             p("rod_mass_kg", "kg", 200.0, Positive, "mass m of the link, a uniform rod", LIM),
@@ -102,16 +103,17 @@ const PARAMETERS: [Parameter; 28] = {
             p("lift_start_s", "s", 2.0, NotNegative, "start of lifting", OURS),
             p("spool_ramp_s", "s", 0.02, Positive, "time in which the spool moves", OURS),
         ],
-        &fluid::PARAMETERS,
-        &[
+        fluid::parameters(),
+        vec![
             p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", LIM),
             contact_parameters::margin(1e-3),
-            contact_parameters::STABILISATION,
+            contact_parameters::stabilisation(),
             p("restitution", "-", 0.0, Fraction, "restitution e of load and rope", OURS),
             p("attachment_m", "m", 0.5, Positive, "distance of the actuator's other end from the joint O", LIM),
         ],
-    ])
-};
+    ]
+    .concat()
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);

@@ -4,7 +4,7 @@ use super::case::CoupledSystem;
 use super::contact_parameters;
 use super::fluid::{self, NAYA};
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{HydraulicCylinder, Spool, SupportedBox};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
@@ -12,10 +12,10 @@ use rimbench_core::error::{Error, Result};
 const OURS: &str = "as in the wedge box";
 
 /// Cylinder, valve with its ramp, and fluid.
-pub(super) const fn parameters(length: f64, friction: f64, spool_final: f64) -> [Parameter; 15] {
+pub(super) fn parameters(length: f64, friction: f64, spool_final: f64) -> Vec<Parameter> {
     use Range::{Fraction, NotNegative, Positive};
-    joined(&[
-        &[
+    [
+        vec![
             p("piston_area_m2", "m²", 0.0065, Positive, "piston area A", NAYA),
             p("cylinder_length_m", "m", length, Positive, "length l of both chambers together", OURS),
             p("viscous_friction_n_s_m", "N·s/m", friction, NotNegative, "viscous friction c of the cylinder", OURS),
@@ -26,8 +26,9 @@ pub(super) const fn parameters(length: f64, friction: f64, spool_final: f64) -> 
             p("spool_ramp_end_s", "s", 0.2, NotNegative, "end of the spool's ramp", OURS),
             p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in both chambers at the start", OURS),
         ],
-        &fluid::PARAMETERS,
-    ])
+        fluid::parameters(),
+    ]
+    .concat()
 }
 
 /// The ramp of the spool as the parameters say.

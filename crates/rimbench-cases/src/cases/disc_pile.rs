@@ -22,37 +22,42 @@
 
 use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::loader;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
-use super::reference_method::ReferenceMethod;
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "disc-pile",
-    about: "A loader's blade pushes a heap of discs against a wall (62 contacts; up to some 200 by its parameters)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 0.5,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-5,
-        reference_step_s: 1e-4,
-        reference_sampling_s: 2e-4,
-    },
-    trace_columns: &loader::TRACE_COLUMNS,
-    drawing_columns: &loader::DRAWING_COLUMNS,
-    interface_columns: &loader::INTERFACE_COLUMNS,
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&loader::TRACE_COLUMNS),
+        drawing_columns: names(&loader::DRAWING_COLUMNS),
+        interface_columns: vec![loader::interface_columns()],
+        ..Case::new(
+            "disc-pile",
+            "A loader's blade pushes a heap of discs against a wall (62 contacts; up to some 200 by its parameters)",
+            CaseDefaults {
+                duration_s: 0.5,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-5,
+                reference_step_s: 1e-4,
+                reference_sampling_s: 2e-4,
+            },
+            build,
+        )
+    }
+}
 
-const PARAMETERS: [Parameter; 26] = joined(&[
-    &[
-        p("columns", "-", 6.0, Range::Positive, "discs in the lowest layer, 2 to 20", "ours"),
-        p("layers", "-", 4.0, Range::Positive, "layers, 1 to 20", "ours"),
-    ],
-    &loader::PARAMETERS,
-]);
+fn parameters() -> Vec<Parameter> {
+    [
+        vec![
+            p("columns", "-", 6.0, Range::Positive, "discs in the lowest layer, 2 to 20", "ours"),
+            p("layers", "-", 4.0, Range::Positive, "layers, 1 to 20", "ours"),
+        ],
+        loader::parameters(),
+    ]
+    .concat()
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let columns = parameters.whole("columns", 2..=20)?;

@@ -18,37 +18,42 @@
 
 use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::loader;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
-use super::reference_method::ReferenceMethod;
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "disc-row",
-    about: "A loader's blade pushes a row of discs together and against a wall (a contact chain)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 1.0,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-5,
-        reference_step_s: 1e-4,
-        reference_sampling_s: 2e-4,
-    },
-    trace_columns: &loader::TRACE_COLUMNS,
-    drawing_columns: &loader::DRAWING_COLUMNS,
-    interface_columns: &loader::INTERFACE_COLUMNS,
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&loader::TRACE_COLUMNS),
+        drawing_columns: names(&loader::DRAWING_COLUMNS),
+        interface_columns: vec![loader::interface_columns()],
+        ..Case::new(
+            "disc-row",
+            "A loader's blade pushes a row of discs together and against a wall (a contact chain)",
+            CaseDefaults {
+                duration_s: 1.0,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-5,
+                reference_step_s: 1e-4,
+                reference_sampling_s: 2e-4,
+            },
+            build,
+        )
+    }
+}
 
-const PARAMETERS: [Parameter; 26] = joined(&[
-    &[
-        p("discs", "-", 10.0, Range::Positive, "number of discs, 2 to 256", "ours"),
-        p("disc_gap_m", "m", 5e-3, Range::Finite, "gap between blade, discs and next discs at the start", "ours"),
-    ],
-    &loader::PARAMETERS,
-]);
+fn parameters() -> Vec<Parameter> {
+    [
+        vec![
+            p("discs", "-", 10.0, Range::Positive, "number of discs, 2 to 256", "ours"),
+            p("disc_gap_m", "m", 5e-3, Range::Finite, "gap between blade, discs and next discs at the start", "ours"),
+        ],
+        loader::parameters(),
+    ]
+    .concat()
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let discs = parameters.whole("discs", 2..=256)?;

@@ -9,12 +9,13 @@ use super::reference_method::ExactSolution;
 use crate::models::{LineContact, LineDescription, LineMass, LineMasses};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
+use rimbench_core::name::Name;
 use std::sync::{Mutex, PoisonError};
 
 /// Names of the contacts.
 pub(super) struct StopNames {
-    pub(super) gaps: &'static [&'static str],
-    pub(super) forces: &'static [&'static str],
+    pub(super) gaps: Vec<Name>,
+    pub(super) forces: Vec<Name>,
 }
 
 /// Both sides.
@@ -41,9 +42,9 @@ pub(super) fn system(
         springs: Vec::new(),
         contacts: mass.stops.iter().map(contact).collect(),
         driven: 0,
-        state_names: &[],
-        gap_names: names.gaps,
-        contact_force_names: names.forces,
+        state_names: Vec::new(),
+        gap_names: names.gaps.clone(),
+        contact_force_names: names.forces.clone(),
     })?;
     Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
 }

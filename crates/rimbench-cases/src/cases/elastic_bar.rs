@@ -27,53 +27,55 @@ use super::carriage;
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::parameters::{Parameter, Parameters, Range, number as p};
-use super::reference_method::ReferenceMethod;
 use crate::models::{LineContact, LineDescription, LineMass, LineMasses, LineSpring};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "elastic-bar",
-    about: "Elastic bar of N elements that falls on a rigid floor under a carriage on springs (wave theory)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 1.2e-3,
-        macro_step_s: 5e-6,
-        micro_step_s: 5e-7,
-        reference_step_s: 5e-7,
-        reference_sampling_s: 1e-6,
-    },
-    trace_columns: &[
-        "time_s",
-        "interface_position_m",
-        "interface_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "carriage_position_m",
-        "effective_mass_kg",
-        "bottom_x_m",
-        "bottom_velocity_m_s",
-        "gap_floor_m",
-        "contact_force_floor_n",
-        "closed_contacts",
-    ],
-    drawing_columns: &["carriage_velocity_m_s"],
-    interface_columns: &[InterfaceColumns {
-        position: "interface_position_m",
-        velocity: "interface_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "carriage_position_m",
+            "effective_mass_kg",
+            "bottom_x_m",
+            "bottom_velocity_m_s",
+            "gap_floor_m",
+            "contact_force_floor_n",
+            "closed_contacts",
+        ]),
+        drawing_columns: names(&["carriage_velocity_m_s"]),
+        interface_columns: vec![InterfaceColumns::new(
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+        )],
+        ..Case::new(
+            "elastic-bar",
+            "Elastic bar of N elements that falls on a rigid floor under a carriage on springs (wave theory)",
+            CaseDefaults {
+                duration_s: 1.2e-3,
+                macro_step_s: 5e-6,
+                micro_step_s: 5e-7,
+                reference_step_s: 5e-7,
+                reference_sampling_s: 1e-6,
+            },
+            build,
+        )
+    }
+}
 
 const OURS: &str = "ours";
 const BENCHMARK: &str = "impacting-bar benchmark";
 
-const PARAMETERS: [Parameter; 21] = {
+fn parameters() -> Vec<Parameter> {
     use Range::{Finite, NotNegative, Positive};
-    [
+    vec![
         p("elements", "-", 20.0, Positive, "number of elements N, a whole number from 1 to 500", OURS),
         p("length_m", "m", 1.0, Positive, "length L", BENCHMARK),
         p("section_m2", "m²", 3.14e-4, Positive, "cross-section S", BENCHMARK),
@@ -94,9 +96,9 @@ const PARAMETERS: [Parameter; 21] = {
         carriage::start_velocity(-0.1),
         contact_parameters::restitution(0.0, "plastic node"),
         contact_parameters::margin(1e-7),
-        contact_parameters::STABILISATION,
+        contact_parameters::stabilisation(),
     ]
-};
+}
 
 /// Most elements that make sense here: the step shrinks with them.
 const MOST_ELEMENTS: u32 = 500;
@@ -125,9 +127,9 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         springs: (0..n).map(spring).collect(),
         contacts: vec![LineContact { below: None, above: Some(0), distance: 0.0 }],
         driven: n,
-        state_names: &["bottom_x_m", "bottom_velocity_m_s"],
-        gap_names: &["gap_floor_m"],
-        contact_force_names: &["contact_force_floor_n"],
+        state_names: names(&["bottom_x_m", "bottom_velocity_m_s"]),
+        gap_names: names(&["gap_floor_m"]),
+        contact_force_names: names(&["contact_force_floor_n"]),
     })?;
     Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
 }

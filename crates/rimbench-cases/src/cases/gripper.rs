@@ -27,68 +27,70 @@ use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
-use super::reference_method::ReferenceMethod;
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{ActuatorNames, ActuatorPair, Gripper, GripperGeometry};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "gripper",
-    about: "Two opposed cylinders squeeze a box (two interface rows, redundant contacts, over-constrained when closed)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 2.0,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-5,
-        reference_step_s: 5e-5,
-        reference_sampling_s: 1e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "left_jaw_x_m",
-        "right_jaw_x_m",
-        "box_x_m",
-        "box_y_m",
-        "box_angle_rad",
-        "left_length_m",
-        "right_length_m",
-        "left_velocity_m_s",
-        "right_velocity_m_s",
-        "left_force_n",
-        "right_force_n",
-        "force_to_mechanics_n",
-        "force_2_to_mechanics_n",
-        "effective_mass_kg",
-        "gap_left_lower_pad_m",
-        "gap_left_upper_pad_m",
-        "gap_right_lower_pad_m",
-        "gap_right_upper_pad_m",
-        "gap_left_corner_m",
-        "gap_right_corner_m",
-        "closed_contacts",
-        "rank_h_uu",
-    ],
-    drawing_columns: &[
-        "left_pressure_1_pa",
-        "left_pressure_2_pa",
-        "right_pressure_1_pa",
-        "right_pressure_2_pa",
-        "contact_force_left_lower_pad_n",
-        "contact_force_left_upper_pad_n",
-        "contact_force_right_lower_pad_n",
-        "contact_force_right_upper_pad_n",
-        "contact_force_left_corner_n",
-        "contact_force_right_corner_n",
-    ],
-    interface_columns: &[
-        InterfaceColumns { position: "left_length_m", velocity: "left_velocity_m_s", force: "left_force_n" },
-        InterfaceColumns { position: "right_length_m", velocity: "right_velocity_m_s", force: "right_force_n" },
-    ],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "left_jaw_x_m",
+            "right_jaw_x_m",
+            "box_x_m",
+            "box_y_m",
+            "box_angle_rad",
+            "left_length_m",
+            "right_length_m",
+            "left_velocity_m_s",
+            "right_velocity_m_s",
+            "left_force_n",
+            "right_force_n",
+            "force_to_mechanics_n",
+            "force_2_to_mechanics_n",
+            "effective_mass_kg",
+            "gap_left_lower_pad_m",
+            "gap_left_upper_pad_m",
+            "gap_right_lower_pad_m",
+            "gap_right_upper_pad_m",
+            "gap_left_corner_m",
+            "gap_right_corner_m",
+            "closed_contacts",
+            "rank_h_uu",
+        ]),
+        drawing_columns: names(&[
+            "left_pressure_1_pa",
+            "left_pressure_2_pa",
+            "right_pressure_1_pa",
+            "right_pressure_2_pa",
+            "contact_force_left_lower_pad_n",
+            "contact_force_left_upper_pad_n",
+            "contact_force_right_lower_pad_n",
+            "contact_force_right_upper_pad_n",
+            "contact_force_left_corner_n",
+            "contact_force_right_corner_n",
+        ]),
+        interface_columns: vec![
+            InterfaceColumns::new("left_length_m", "left_velocity_m_s", "left_force_n"),
+            InterfaceColumns::new("right_length_m", "right_velocity_m_s", "right_force_n"),
+        ],
+        ..Case::new(
+            "gripper",
+            "Two opposed cylinders squeeze a box (two interface rows, redundant contacts, over-constrained when closed)",
+            CaseDefaults {
+                duration_s: 2.0,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-5,
+                reference_step_s: 5e-5,
+                reference_sampling_s: 1e-4,
+            },
+            build,
+        )
+    }
+}
 
 const NAMES: [ActuatorNames; 2] = [
     ActuatorNames {
@@ -107,10 +109,10 @@ const NAMES: [ActuatorNames; 2] = [
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 29] = {
+fn parameters() -> Vec<Parameter> {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    joined(&[
-        &[
+    [
+        vec![
             p("jaw_mass_kg", "kg", 30.0, Positive, "mass of each jaw with its piston", OURS),
             p("box_mass_kg", "kg", 50.0, Positive, "mass of the box", OURS),
             p("box_width_m", "m", 0.3, Positive, "width of the box", OURS),
@@ -131,15 +133,16 @@ const PARAMETERS: [Parameter; 29] = {
             p("open_start_s", "s", 1.5, NotNegative, "start of opening", OURS),
             p("spool_ramp_s", "s", 0.02, Positive, "time in which the spools move", OURS),
         ],
-        &fluid::PARAMETERS,
-        &[
+        fluid::parameters(),
+        vec![
             p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
             contact_parameters::margin(1e-3),
-            contact_parameters::STABILISATION,
+            contact_parameters::stabilisation(),
             p("restitution", "-", 0.0, Fraction, "restitution e of pads and corners", OURS),
         ],
-    ])
-};
+    ]
+    .concat()
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);

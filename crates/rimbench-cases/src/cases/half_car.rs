@@ -21,53 +21,55 @@
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::parameters::{Parameter, Parameters, Range, number as p};
-use super::reference_method::ReferenceMethod;
 use crate::models::{ActuatorNames, ActuatorPair, HalfCar, HalfCarGeometry, HydropneumaticStrut, StrutParameters};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "half-car",
-    about: "Half car on two hydropneumatic struts over a washboard, wheels lift off (two interface rows)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 2.0,
-        macro_step_s: 5e-3,
-        micro_step_s: 1e-4,
-        reference_step_s: 5e-5,
-        reference_sampling_s: 1e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "travel_x_m",
-        "body_z_m",
-        "pitch_rad",
-        "front_wheel_z_m",
-        "rear_wheel_z_m",
-        "front_length_m",
-        "rear_length_m",
-        "front_velocity_m_s",
-        "rear_velocity_m_s",
-        "front_force_n",
-        "rear_force_n",
-        "force_to_mechanics_n",
-        "force_2_to_mechanics_n",
-        "effective_mass_kg",
-        "gap_front_wheel_m",
-        "gap_rear_wheel_m",
-        "contact_force_front_wheel_n",
-        "contact_force_rear_wheel_n",
-        "closed_contacts",
-    ],
-    drawing_columns: &["front_gas_pressure_pa", "rear_gas_pressure_pa"],
-    interface_columns: &[
-        InterfaceColumns { position: "front_length_m", velocity: "front_velocity_m_s", force: "front_force_n" },
-        InterfaceColumns { position: "rear_length_m", velocity: "rear_velocity_m_s", force: "rear_force_n" },
-    ],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "travel_x_m",
+            "body_z_m",
+            "pitch_rad",
+            "front_wheel_z_m",
+            "rear_wheel_z_m",
+            "front_length_m",
+            "rear_length_m",
+            "front_velocity_m_s",
+            "rear_velocity_m_s",
+            "front_force_n",
+            "rear_force_n",
+            "force_to_mechanics_n",
+            "force_2_to_mechanics_n",
+            "effective_mass_kg",
+            "gap_front_wheel_m",
+            "gap_rear_wheel_m",
+            "contact_force_front_wheel_n",
+            "contact_force_rear_wheel_n",
+            "closed_contacts",
+        ]),
+        drawing_columns: names(&["front_gas_pressure_pa", "rear_gas_pressure_pa"]),
+        interface_columns: vec![
+            InterfaceColumns::new("front_length_m", "front_velocity_m_s", "front_force_n"),
+            InterfaceColumns::new("rear_length_m", "rear_velocity_m_s", "rear_force_n"),
+        ],
+        ..Case::new(
+            "half-car",
+            "Half car on two hydropneumatic struts over a washboard, wheels lift off (two interface rows)",
+            CaseDefaults {
+                duration_s: 2.0,
+                macro_step_s: 5e-3,
+                micro_step_s: 1e-4,
+                reference_step_s: 5e-5,
+                reference_sampling_s: 1e-4,
+            },
+            build,
+        )
+    }
+}
 
 const NAMES: [ActuatorNames; 2] = [
     ActuatorNames {
@@ -86,9 +88,9 @@ const NAMES: [ActuatorNames; 2] = [
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 19] = {
+fn parameters() -> Vec<Parameter> {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    [
+    vec![
         p("body_mass_kg", "kg", 500.0, Positive, "mass of the body", OURS),
         p("pitch_inertia_kg_m2", "kg·m²", 600.0, Positive, "inertia of the body about its centre of mass", OURS),
         p("wheel_mass_kg", "kg", 40.0, Positive, "mass of each wheel", OURS),
@@ -106,10 +108,10 @@ const PARAMETERS: [Parameter; 19] = {
         p("start_height_m", "m", 0.0, Finite, "height of both wheels above the smooth road at the start", OURS),
         p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", "standard"),
         contact_parameters::margin(1e-3),
-        contact_parameters::STABILISATION,
+        contact_parameters::stabilisation(),
         p("restitution", "-", 0.0, Fraction, "restitution e of the wheels", OURS),
     ]
-};
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);

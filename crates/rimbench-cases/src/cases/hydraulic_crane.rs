@@ -43,71 +43,76 @@ use super::case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceCol
 use super::fluid::{self, NAYA};
 use super::hydraulic_crane_reference::solve;
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::ReferenceMethod;
 use crate::models::{
     Crane, CraneGeometry, HydraulicCylinder, PressureDrivenMechanics, PressureOutput, PublishedClock, Spool,
+    StaleFeedthrough,
 };
 use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::cosim::Subsystem;
+use rimbench_core::cosim::{PerSide, Subsystem};
 use rimbench_core::error::Result;
 use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
+use rimbench_core::name::names;
+use std::sync::Arc;
 
-pub(super) const ENTRY: Case = Case {
-    name: "hydraulic-crane",
-    about: "Two-link crane with one hydraulic cylinder (LIM benchmark; published monolithic and Jacobi data)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 10.0,
-        macro_step_s: 1e-3,
-        micro_step_s: 2e-4,
-        reference_step_s: 2e-4,
-        reference_sampling_s: 2e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "actuator_length_m",
-        "actuator_velocity_m_s",
-        "actuator_force_n",
-        "pressure_1_pa",
-        "pressure_2_pa",
-        "spool",
-        "theta_1_rad",
-        "theta_2_rad",
-    ],
-    drawing_columns: &[],
-    interface_columns: &[InterfaceColumns {
-        position: "actuator_length_m",
-        velocity: "actuator_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Own(solve),
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+            "pressure_1_pa",
+            "pressure_2_pa",
+            "spool",
+            "theta_1_rad",
+            "theta_2_rad",
+        ]),
+        interface_columns: vec![InterfaceColumns::new(
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+        )],
+        reference: Arc::new(own_reference),
+        ..Case::new(
+            "hydraulic-crane",
+            "Two-link crane with one hydraulic cylinder (LIM benchmark; published monolithic and Jacobi data)",
+            CaseDefaults {
+                duration_s: 10.0,
+                macro_step_s: 1e-3,
+                micro_step_s: 2e-4,
+                reference_step_s: 2e-4,
+                reference_sampling_s: 2e-4,
+            },
+            build,
+        )
+    }
+}
 
 const LIM: &str = "LIM cosim-benchmarks";
 
-const PARAMETERS: [Parameter; 23] = {
+fn parameters() -> Vec<Parameter> {
     use Range::{Finite, NotNegative, Positive};
-    joined(&[
-        &[
-            Parameter::choice("manoeuvre", &["m1", "m2"], "steps (m1) or sine (m2) of the spool", LIM),
+    [
+        vec![
+            Parameter::choice("manoeuvre", ["m1", "m2"], "steps (m1) or sine (m2) of the spool", LIM),
             Parameter::choice(
                 "coupling",
-                &["force-displacement", "pressure-displacement"],
+                ["force-displacement", "pressure-displacement"],
                 "what the cylinder puts out: its force or its pressures",
                 LIM,
             ),
             Parameter::choice(
                 "stale_feedthrough",
-                &["false", "true"],
+                ["false", "true"],
                 "make the force with the velocity given for the step before",
                 LIM,
             ),
             Parameter::choice(
                 "published_driver",
-                &["false", "true"],
+                ["false", "true"],
                 "all quirks of the published driver: stale feedthrough, hydraulics one micro step ahead, rows late",
                 LIM,
             ),
@@ -124,12 +129,14 @@ const PARAMETERS: [Parameter; 23] = {
             p("viscous_friction_n_s_m", "N·s/m", 1e5, NotNegative, "viscous friction c of the cylinder", NAYA),
             p("valve_area_m2", "m²", 5e-4, Positive, "valve area a_v", NAYA),
         ],
-        &fluid::PARAMETERS,
-        &[p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", LIM)],
-    ])
-};
+        fluid::parameters(),
+        vec![p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", LIM)],
+    ]
+    .concat()
+}
 
 /// What both the co-simulation and the reference are made from.
+#[derive(Clone)]
 pub(super) struct Parts {
     pub(super) crane: Crane,
     pub(super) cylinder: HydraulicCylinder,
@@ -138,7 +145,7 @@ pub(super) struct Parts {
     pub(super) viscous_friction: f64,
 }
 
-pub(super) fn parts(parameters: &Parameters) -> Result<Parts> {
+fn parts(parameters: &Parameters) -> Result<Parts> {
     let get = |name: &str| parameters.number(name);
     let crane = Crane::new(CraneGeometry {
         link_1_length: get("link_1_length_m"),
@@ -165,28 +172,42 @@ pub(super) fn parts(parameters: &Parameters) -> Result<Parts> {
     })
 }
 
+/// The whole crane by the trapezoidal rule.
+fn own_reference(parameters: &Parameters) -> Result<ReferenceMethod> {
+    let parts = parts(parameters)?;
+    Ok(ReferenceMethod::Own(Box::new(move |steps, stop, out| solve(&parts, steps, stop, out))))
+}
+
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let Parts { crane, cylinder, piston_area, viscous_friction, .. } = parts(parameters)?;
     let law = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 0.0 };
     let mechanics = NonSmoothMechanics::new(crane, law, facing(cylinder.ports()), solver.checked(0));
     let published = parameters.choice("published_driver") == "true";
     let mut system = if parameters.choice("coupling") == "pressure-displacement" {
+        // No feedthrough that could be stale.
+        let actuator = driven(PressureOutput::new(cylinder), published, false);
         let mechanics = Box::new(PressureDrivenMechanics::new(mechanics, piston_area, viscous_friction));
-        let mut system = CoupledSystem::new(mechanics, clocked(PressureOutput::new(cylinder), published));
-        system.derived.push(DerivedColumn {
-            name: "actuator_force_n",
-            from: &["pressure_1_pa", "pressure_2_pa", "actuator_velocity_m_s"],
-            value: Box::new(move |row| (row[1] - row[0]) * piston_area - viscous_friction * row[2]),
-        });
+        let mut system = CoupledSystem::of(PerSide { mechanics, actuator });
+        system.derived.push(DerivedColumn::new(
+            "actuator_force_n",
+            ["pressure_1_pa", "pressure_2_pa", "actuator_velocity_m_s"],
+            move |row| (row[1] - row[0]) * piston_area - viscous_friction * row[2],
+        ));
         system
     } else {
-        CoupledSystem::new(Box::new(mechanics), clocked(cylinder, published))
+        let stale = published || parameters.choice("stale_feedthrough") == "true";
+        CoupledSystem::of(PerSide { mechanics: Box::new(mechanics), actuator: driven(cylinder, published, stale) })
     };
-    system.stale_feedthrough = published || parameters.choice("stale_feedthrough") == "true";
     system.late_rows = published;
     Ok(system)
 }
 
-fn clocked(hydraulics: impl Subsystem + Clone + 'static, published: bool) -> Box<dyn Subsystem> {
-    if published { Box::new(PublishedClock::new(hydraulics)) } else { Box::new(hydraulics) }
+/// The hydraulics with the quirks asked for.
+fn driven(hydraulics: impl Subsystem + Clone + 'static, published: bool, stale: bool) -> Box<dyn Subsystem> {
+    match (published, stale) {
+        (false, false) => Box::new(hydraulics),
+        (false, true) => Box::new(StaleFeedthrough::new(hydraulics)),
+        (true, false) => Box::new(PublishedClock::new(hydraulics)),
+        (true, true) => Box::new(StaleFeedthrough::new(PublishedClock::new(hydraulics))),
+    }
 }

@@ -1,11 +1,10 @@
 //! The crane as one system of ordinary differential equations, by the trapezoidal rule.
 
-use super::hydraulic_crane::{Parts, parts};
-use super::parameters::Parameters;
+use super::hydraulic_crane::Parts;
 use nalgebra::{LU, SMatrix, SVector, U6};
-use rimbench_core::cosim::Trajectory;
-use rimbench_core::error::{Failure, Result};
-use rimbench_core::mechanics::MechanicalModel;
+use rimbench_core::cosim::{StopFlag, Trajectory};
+use rimbench_core::error::Failure;
+use rimbench_core::mechanics::{MechanicalModel, ReferenceSteps};
 
 /// `θ₁, θ₂, θ̇₁, θ̇₂, p₁, p₂`.
 type State = SVector<f64, 6>;
@@ -22,8 +21,7 @@ const QUICK: usize = 4;
 /// Then the iteration has failed.
 const MOST: usize = 60;
 
-/// Integrates the whole crane with `steps` steps of `h` (s), and writes a row at the start, after every `every` steps
-/// and at the end.
+/// Integrates the whole crane, and writes a row wherever one is due.
 ///
 /// ```text
 /// x⁺ = x + ½ h (f(t, x) + f(t + h, x⁺))       x = (θ₁, θ₂, θ̇₁, θ̇₂, p₁, p₂)
@@ -32,24 +30,21 @@ const MOST: usize = 60;
 /// redundant coordinates with the constraints on level of position; Newton with a Jacobian kept as long as it serves.
 ///
 /// # Errors
-/// [`Failure::NonFinite`] where the iteration does not converge.
+/// [`Failure::NonFinite`] where the iteration does not converge; [`Failure::Stopped`].
 pub(super) fn solve(
-    parameters: &Parameters,
-    h: f64,
-    steps: usize,
-    every: usize,
+    parts: &Parts,
+    steps: ReferenceSteps,
+    stop: StopFlag<'_>,
     trajectory: &mut Trajectory,
 ) -> Result<(), Failure> {
-    let mut system = match parts(parameters) {
-        Ok(parts) => Whole { parts },
-        // The caller has built the case with the same parameters before.
-        Err(_) => return Err(Failure::NonFinite { quantity: "parameters" }),
-    };
+    let h = steps.h;
+    let mut system = Whole { parts: parts.clone() };
     let mut x = system.start();
     system.write(0.0, &x, trajectory.push_row());
     let mut rate = system.rate(0.0, &x);
     let mut jacobian = system.newton_matrix(0.0, &x, h);
-    for step in 1..=steps {
+    for step in 1..=steps.steps {
+        stop.check()?;
         let t = step as f64 * h;
         let mut next = x + h * rate;
         let mut iterations = 0;
@@ -60,7 +55,7 @@ pub(super) fn solve(
             next -= change;
             iterations += 1;
             if iterations > MOST || next.iter().any(|value| !value.is_finite()) {
-                return Err(Failure::NonFinite { quantity: "state of the crane" });
+                return Err(Failure::non_finite("state of the crane"));
             }
             if change.iter().zip(SCALE).all(|(change, scale)| change.abs() <= TOLERANCE * scale) {
                 break system.rate(t, &next);
@@ -73,7 +68,7 @@ pub(super) fn solve(
         if iterations > QUICK {
             jacobian = system.newton_matrix(t, &x, h);
         }
-        if step % every == 0 || step == steps {
+        if steps.shows(step) {
             system.write(t, &x, trajectory.push_row());
         }
     }

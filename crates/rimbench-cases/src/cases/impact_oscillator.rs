@@ -26,72 +26,78 @@ use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::{ExactSolution, ReferenceMethod};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
+use std::sync::Arc;
 
-pub(super) const ENTRY: Case = Case {
-    name: "impact-oscillator",
-    about: "Mass driven by a shaken spring against a stop (exact between impacts; closed form of period-n orbits)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 4.0,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-4,
-        reference_step_s: 1e-4,
-        reference_sampling_s: 2e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "interface_position_m",
-        "interface_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "carriage_position_m",
-        "carriage_velocity_m_s",
-        "effective_mass_kg",
-        "gap_stop_m",
-        "closed_contacts",
-    ],
-    drawing_columns: &[],
-    interface_columns: &[InterfaceColumns {
-        position: "interface_position_m",
-        velocity: "interface_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Exact(exact),
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "carriage_position_m",
+            "carriage_velocity_m_s",
+            "effective_mass_kg",
+            "gap_stop_m",
+            "closed_contacts",
+        ]),
+        interface_columns: vec![InterfaceColumns::new(
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+        )],
+        reference: Arc::new(|parameters| exact(parameters).map(ReferenceMethod::Exact)),
+        ..Case::new(
+            "impact-oscillator",
+            "Mass driven by a shaken spring against a stop (exact between impacts; closed form of period-n orbits)",
+            CaseDefaults {
+                duration_s: 4.0,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-4,
+                reference_step_s: 1e-4,
+                reference_sampling_s: 2e-4,
+            },
+            build,
+        )
+    }
+}
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 20] = [
-    p("mass_kg", "kg", 1.0, Range::Positive, "mass m", OURS),
-    p(
-        "stiffness_n_m",
-        "N/m",
-        0.0,
-        Range::NotNegative,
-        "stiffness k₀ of a spring to the ground, relaxed at x = 0",
-        OURS,
-    ),
-    p("damping_n_s_m", "N·s/m", 0.0, Range::NotNegative, "damping beside it", OURS),
-    p("stop_position_m", "m", 0.05, Range::Finite, "position d of the stop", OURS),
-    p("start_position_m", "m", 0.0, Range::Finite, "position of the mass at the start", OURS),
-    p("start_velocity_m_s", "m/s", 0.0, Range::Finite, "velocity of the mass at the start", OURS),
-    carriage::stiffness(100.0),
-    carriage::damping(0.0),
-    carriage::mass(0.0),
-    carriage::base_stiffness(0.0),
-    carriage::base_damping(0.0),
-    carriage::base_position(0.0),
-    carriage::base_amplitude(0.1),
-    carriage::base_frequency(2.4),
-    carriage::base_phase(0.0),
-    carriage::start_position(0.0),
-    carriage::start_velocity(0.0),
-    contact_parameters::restitution(0.8, OURS),
-    contact_parameters::margin(1e-3),
-    contact_parameters::STABILISATION,
-];
+fn parameters() -> Vec<Parameter> {
+    vec![
+        p("mass_kg", "kg", 1.0, Range::Positive, "mass m", OURS),
+        p(
+            "stiffness_n_m",
+            "N/m",
+            0.0,
+            Range::NotNegative,
+            "stiffness k₀ of a spring to the ground, relaxed at x = 0",
+            OURS,
+        ),
+        p("damping_n_s_m", "N·s/m", 0.0, Range::NotNegative, "damping beside it", OURS),
+        p("stop_position_m", "m", 0.05, Range::Finite, "position d of the stop", OURS),
+        p("start_position_m", "m", 0.0, Range::Finite, "position of the mass at the start", OURS),
+        p("start_velocity_m_s", "m/s", 0.0, Range::Finite, "velocity of the mass at the start", OURS),
+        carriage::stiffness(100.0),
+        carriage::damping(0.0),
+        carriage::mass(0.0),
+        carriage::base_stiffness(0.0),
+        carriage::base_damping(0.0),
+        carriage::base_position(0.0),
+        carriage::base_amplitude(0.1),
+        carriage::base_frequency(2.4),
+        carriage::base_phase(0.0),
+        carriage::start_position(0.0),
+        carriage::start_velocity(0.0),
+        contact_parameters::restitution(0.8, OURS),
+        contact_parameters::margin(1e-3),
+        contact_parameters::stabilisation(),
+    ]
+}
 
 fn mass(parameters: &Parameters) -> Result<DrivenMass> {
     let get = |name: &str| parameters.number(name);
@@ -114,7 +120,7 @@ fn exact(parameters: &Parameters) -> Result<ExactSolution> {
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let names = StopNames { gaps: &["gap_stop_m"], forces: &["contact_force_stop_n"] };
+    let names = StopNames { gaps: names(&["gap_stop_m"]), forces: names(&["contact_force_stop_n"]) };
     driven_mass::system(mass(parameters)?, &names, parameters, solver)
 }
 
@@ -140,7 +146,7 @@ mod tests {
 
     /// The case at a frequency (Hz), started just after the impact of that orbit.
     fn on_orbit(n: f64, frequency: f64) -> (DrivenMass, f64) {
-        let mut parameters = ENTRY.default_parameters();
+        let mut parameters = entry().default_parameters();
         parameters.set("base_frequency_hz", &format!("{frequency:?}")).unwrap();
         let (v, phase) = orbit(&parameters, n);
         let values = [
@@ -174,7 +180,7 @@ mod tests {
     #[test]
     fn a_steady_oscillation_touches_the_stop_just_beyond_grazing_and_not_just_before() {
         for (excess, touches) in [(-1e-6, false), (1e-6, true)] {
-            let mut parameters = ENTRY.default_parameters();
+            let mut parameters = entry().default_parameters();
             let (k, omega) = (100.0, TAU * parameters.number("base_frequency_hz"));
             // X = d (1 + excess), in antiphase to the base above resonance.
             let steady = -0.05 * (1.0 + excess);

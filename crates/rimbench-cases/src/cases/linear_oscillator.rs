@@ -23,44 +23,52 @@
 //! in Schweizer et al. 2015, González et al. 2011 and 2019.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
-use super::parameters::{Parameter, Parameters, Range, joined};
+use super::parameters::{Parameter, Parameters, Range};
 use super::reference_method::ReferenceMethod;
-use super::two_masses::{self, COUPLINGS, FURTHER_COLUMNS, INTEGRATORS, NUMBERED, STATE, TRACE_COLUMNS, TwoMasses};
+use super::two_masses::{self, COUPLINGS, FURTHER_COLUMNS, INTEGRATORS, NUMBERED, TRACE_COLUMNS, TwoMasses};
 use crate::models::{CouplingElement, WalledMass};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
+use std::sync::Arc;
 
-pub(super) const ENTRY: Case = Case {
-    name: "linear-oscillator",
-    about: "Two masses and three springs (LIM benchmark; exact solution)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 10.0,
-        macro_step_s: 1e-3,
-        micro_step_s: 1e-4,
-        reference_step_s: 1e-3,
-        reference_sampling_s: 1e-3,
-    },
-    trace_columns: &TRACE_COLUMNS,
-    drawing_columns: &FURTHER_COLUMNS,
-    interface_columns: &[InterfaceColumns { position: "x2_m", velocity: "v2_m_s", force: "coupling_force_n" }],
-    linear_state: &STATE,
-    reference: |_| ReferenceMethod::Exact(|parameters| masses(parameters).exact()),
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&TRACE_COLUMNS),
+        drawing_columns: names(&FURTHER_COLUMNS),
+        interface_columns: vec![InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")],
+        linear_state: two_masses::state(),
+        reference: Arc::new(|parameters| Ok(ReferenceMethod::Exact(masses(parameters).exact()))),
+        ..Case::new(
+            "linear-oscillator",
+            "Two masses and three springs (LIM benchmark; exact solution)",
+            CaseDefaults {
+                duration_s: 10.0,
+                macro_step_s: 1e-3,
+                micro_step_s: 1e-4,
+                reference_step_s: 1e-3,
+                reference_sampling_s: 1e-3,
+            },
+            build,
+        )
+    }
+}
 
 const LIM: &str = "LIM cosim-benchmarks";
 
-const PARAMETERS: [Parameter; 13] = joined(&[&OWN, &two_masses::start([0.0, 0.0, 100.0, -100.0], NUMBERED, LIM)]);
+fn parameters() -> Vec<Parameter> {
+    [own(), two_masses::start([0.0, 0.0, 100.0, -100.0], NUMBERED, LIM)].concat()
+}
 
-const OWN: [Parameter; 9] = {
+fn own() -> Vec<Parameter> {
     use Range::{NotNegative, Positive};
-    const fn p(name: &'static str, unit: &'static str, default: f64, range: Range, about: &'static str) -> Parameter {
+    fn p(name: &'static str, unit: &'static str, default: f64, range: Range, about: &'static str) -> Parameter {
         Parameter::number(name, unit, default, range, about, LIM)
     }
-    [
-        Parameter::choice("variant", &["0", "1"], "undamped (0) or damped (1)", LIM),
-        Parameter::choice("coupling", &COUPLINGS, "what the sides exchange", LIM),
+    vec![
+        Parameter::choice("variant", ["0", "1"], "undamped (0) or damped (1)", LIM),
+        Parameter::choice("coupling", COUPLINGS, "what the sides exchange", LIM),
         two_masses::integrator(&INTEGRATORS, LIM),
         p("mass_1_kg", "kg", 1.0, Positive, "mass m₁"),
         p("mass_2_kg", "kg", 1.0, Positive, "mass m₂"),
@@ -69,7 +77,7 @@ const OWN: [Parameter; 9] = {
         p("stiffness_2_n_m", "N/m", 1000.0, NotNegative, "stiffness k₂ of the spring between mass 2 and wall"),
         p("damping_n_s_m", "N·s/m", 0.01, NotNegative, "c₁ = c_c = c₂ of variant 1"),
     ]
-};
+}
 
 fn masses(parameters: &Parameters) -> TwoMasses {
     let get = |name: &str| parameters.number(name);

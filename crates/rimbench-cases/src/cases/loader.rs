@@ -4,7 +4,7 @@ use super::case::{CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{Discs, DiscsGeometry};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
@@ -35,16 +35,17 @@ pub(super) const TRACE_COLUMNS: [&str; 17] = [
 pub(super) const DRAWING_COLUMNS: [&str; 3] = ["contact_force_blade_n", "contact_force_wall_n", "contact_force_pair_n"];
 
 /// The interface.
-pub(super) const INTERFACE_COLUMNS: [InterfaceColumns; 1] =
-    [InterfaceColumns { position: "actuator_length_m", velocity: "actuator_velocity_m_s", force: "actuator_force_n" }];
+pub(super) fn interface_columns() -> InterfaceColumns {
+    InterfaceColumns::new("actuator_length_m", "actuator_velocity_m_s", "actuator_force_n")
+}
 
 const OURS: &str = "ours";
 
 /// Parameters of blade, discs and cylinder, after those of a case.
-pub(super) const PARAMETERS: [Parameter; 24] = {
+pub(super) fn parameters() -> Vec<Parameter> {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    joined(&[
-        &[
+    [
+        vec![
             p("disc_radius_m", "m", 0.1, Positive, "radius R of the discs", OURS),
             p("disc_mass_kg", "kg", 20.0, Positive, "mass of each disc", OURS),
             p("blade_mass_kg", "kg", 100.0, Positive, "mass of the blade with its piston", OURS),
@@ -59,16 +60,17 @@ pub(super) const PARAMETERS: [Parameter; 24] = {
             p("push_start_s", "s", 0.1, NotNegative, "start of pushing", OURS),
             p("spool_ramp_s", "s", 0.05, Positive, "time in which the spool moves", OURS),
         ],
-        &fluid::PARAMETERS,
-        &[
+        fluid::parameters(),
+        vec![
             p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
             contact_parameters::margin(1e-3),
-            contact_parameters::STABILISATION,
+            contact_parameters::stabilisation(),
             p("restitution", "-", 0.0, Fraction, "restitution e of all contacts", OURS),
             p("wall_gap_m", "m", 0.02, Finite, "distance of the wall from the discs at the start", OURS),
         ],
-    ])
-};
+    ]
+    .concat()
+}
 
 /// Both sides for discs with these centres; the wall stands behind the last of them.
 pub(super) fn build(parameters: &Parameters, solver: &SolverEntry, centres: Vec<[f64; 2]>) -> Result<CoupledSystem> {

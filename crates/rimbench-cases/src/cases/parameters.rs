@@ -1,17 +1,18 @@
 //! Named parameters of a case: what can be set, to what, and what it was set to.
 
 use rimbench_core::error::{Error, Result};
+use rimbench_core::name::Name;
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// The value of a parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// A number in the parameter's unit.
     Number(f64),
     /// One of a list of names.
-    Choice(&'static str),
+    Choice(Name),
 }
 
 impl fmt::Display for Value {
@@ -24,7 +25,7 @@ impl fmt::Display for Value {
 }
 
 /// What a parameter may be.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Range {
     /// Any finite number.
     Finite,
@@ -35,7 +36,7 @@ pub enum Range {
     /// A number in [0, 1].
     Fraction,
     /// One of these names.
-    OneOf(&'static [&'static str]),
+    OneOf(Vec<Name>),
 }
 
 impl fmt::Display for Range {
@@ -52,7 +53,7 @@ impl fmt::Display for Range {
 
 impl Range {
     /// Accepts a number or says no.
-    fn admits(self, number: f64) -> bool {
+    fn admits(&self, number: f64) -> bool {
         number.is_finite()
             && match self {
                 Range::Finite => true,
@@ -64,11 +65,11 @@ impl Range {
     }
 
     /// Reads a value from text.
-    fn parse(self, key: &str, text: &str) -> Result<Value> {
+    fn parse(&self, key: &str, text: &str) -> Result<Value> {
         let invalid = || Error::invalid(key, text, self.to_string());
         if let Range::OneOf(names) = self {
-            let found = names.iter().find(|name| **name == text);
-            return found.map(|name| Value::Choice(name)).ok_or_else(invalid);
+            let found = names.iter().find(|name| *name == text);
+            return found.cloned().map(Value::Choice).ok_or_else(invalid);
         }
         let number = text.trim().parse::<f64>().map_err(|_| invalid())?;
         if self.admits(number) { Ok(Value::Number(number)) } else { Err(invalid()) }
@@ -76,24 +77,24 @@ impl Range {
 }
 
 /// One named parameter of a case.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     /// Name with unit, as it stands in `--set` and in experiment files.
-    pub name: &'static str,
+    pub name: Name,
     /// Unit; `-` for a pure number or a name.
-    pub unit: &'static str,
+    pub unit: Name,
     /// Default.
     pub default: Value,
     /// What is valid.
     pub range: Range,
     /// One line.
-    pub about: &'static str,
+    pub about: Name,
     /// Where the default comes from.
-    pub source: &'static str,
+    pub source: Name,
 }
 
 /// [`Parameter::number`] under a name short enough for tables.
-pub(super) const fn number(
+pub(super) fn number(
     name: &'static str,
     unit: &'static str,
     default: f64,
@@ -104,59 +105,57 @@ pub(super) const fn number(
     Parameter::number(name, unit, default, range, about, source)
 }
 
-/// Some lists as one, in their order; `N` must be the sum of their lengths.
-pub(super) const fn joined<const N: usize>(parts: &[&[Parameter]]) -> [Parameter; N] {
-    let mut all = [number("", "-", 0.0, Range::Finite, "", ""); N];
-    let (mut filled, mut part) = (0, 0);
-    while part < parts.len() {
-        let mut index = 0;
-        while index < parts[part].len() {
-            all[filled] = parts[part][index];
-            (filled, index) = (filled + 1, index + 1);
-        }
-        part += 1;
-    }
-    assert!(filled == N);
-    all
-}
-
 impl Parameter {
     /// A numeric parameter.
-    pub const fn number(
-        name: &'static str,
-        unit: &'static str,
+    pub fn number(
+        name: impl Into<Name>,
+        unit: impl Into<Name>,
         default: f64,
         range: Range,
-        about: &'static str,
-        source: &'static str,
+        about: impl Into<Name>,
+        source: impl Into<Name>,
     ) -> Self {
+        let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
         Parameter { name, unit, default: Value::Number(default), range, about, source }
     }
 
     /// A parameter that is one of `names`; the first is the default.
-    pub const fn choice(
-        name: &'static str,
-        names: &'static [&'static str],
-        about: &'static str,
-        source: &'static str,
+    ///
+    /// # Panics
+    /// If there is no name.
+    pub fn choice(
+        name: impl Into<Name>,
+        names: impl IntoIterator<Item = impl Into<Name>>,
+        about: impl Into<Name>,
+        source: impl Into<Name>,
     ) -> Self {
-        Parameter { name, unit: "-", default: Value::Choice(names[0]), range: Range::OneOf(names), about, source }
+        let names: Vec<Name> = names.into_iter().map(Into::into).collect();
+        let default = Value::Choice(names[0].clone());
+        Parameter {
+            name: name.into(),
+            unit: "-".into(),
+            default,
+            range: Range::OneOf(names),
+            about: about.into(),
+            source: source.into(),
+        }
     }
 }
 
 /// The parameters of a case with their values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
-    case: &'static str,
-    declared: &'static [Parameter],
-    /// Shared by the many runs of a plan that differ in other things.
+    case: Name,
+    /// Shared by the many runs of a plan that differ in other things, as are the values.
+    declared: Arc<[Parameter]>,
     values: Arc<Vec<Value>>,
 }
 
 impl Parameters {
     /// All at their defaults.
-    pub fn defaults(case: &'static str, declared: &'static [Parameter]) -> Self {
-        Parameters { case, declared, values: Arc::new(declared.iter().map(|parameter| parameter.default).collect()) }
+    pub fn defaults(case: Name, declared: &[Parameter]) -> Self {
+        let values = Arc::new(declared.iter().map(|parameter| parameter.default.clone()).collect());
+        Parameters { case, declared: declared.into(), values }
     }
 
     /// Sets one parameter from text.
@@ -168,7 +167,7 @@ impl Parameters {
             self.declared.iter().position(|parameter| parameter.name == key).ok_or_else(|| Error::UnknownName {
                 kind: "parameter",
                 found: key.to_owned(),
-                valid: self.declared.iter().map(|parameter| parameter.name.to_owned()).collect(),
+                valid: self.declared.iter().map(|parameter| parameter.name.clone().into_owned()).collect(),
             })?;
         let value = self.declared[index].range.parse(key, text)?;
         Arc::make_mut(&mut self.values)[index] = value;
@@ -178,7 +177,7 @@ impl Parameters {
     /// A number by name. The name must be one the case declares: anything else is a defect of the case.
     pub fn number(&self, name: &str) -> f64 {
         match self.value(name) {
-            Value::Number(number) => number,
+            Value::Number(number) => *number,
             Value::Choice(_) => panic!("parameter {name} of case {} is not a number", self.case),
         }
     }
@@ -195,7 +194,7 @@ impl Parameters {
     }
 
     /// A choice by name. The name must be one the case declares: anything else is a defect of the case.
-    pub fn choice(&self, name: &str) -> &'static str {
+    pub fn choice(&self, name: &str) -> &str {
         match self.value(name) {
             Value::Choice(choice) => choice,
             Value::Number(_) => panic!("parameter {name} of case {} is not a choice", self.case),
@@ -203,11 +202,17 @@ impl Parameters {
     }
 
     /// All parameters with their values.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static Parameter, Value)> + '_ {
-        self.declared.iter().zip(self.values.iter().copied())
+    pub fn iter(&self) -> impl Iterator<Item = (&Parameter, &Value)> + '_ {
+        self.declared.iter().zip(self.values.iter())
     }
 
-    fn value(&self, name: &str) -> Value {
+    /// Those that differ from their defaults, as `key=value` separated by spaces.
+    pub fn changed(&self) -> String {
+        let changed = self.iter().filter(|(parameter, value)| **value != parameter.default);
+        changed.map(|(parameter, value)| format!("{}={value}", parameter.name)).collect::<Vec<_>>().join(" ")
+    }
+
+    fn value(&self, name: &str) -> &Value {
         match self.iter().find(|(parameter, _)| parameter.name == name) {
             Some((_, value)) => value,
             None => panic!("case {} declares no parameter {name}", self.case),
@@ -219,21 +224,13 @@ impl Parameters {
 mod tests {
     use super::*;
 
-    static DECLARED: [Parameter; 2] = [
-        number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours"),
-        Parameter {
-            name: "coupling",
-            unit: "-",
-            default: Value::Choice("force"),
-            range: Range::OneOf(&["force", "pressure"]),
-            about: "coupling",
-            source: "ours",
-        },
-    ];
-
     #[test]
     fn values_are_checked_and_errors_say_what_is_valid() {
-        let mut parameters = Parameters::defaults("test", &DECLARED);
+        let declared = [
+            number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours"),
+            Parameter::choice("coupling", ["force", "pressure"], "coupling", "ours"),
+        ];
+        let mut parameters = Parameters::defaults("test".into(), &declared);
         parameters.set("mass_kg", "2.5").unwrap();
         parameters.set("coupling", "pressure").unwrap();
         assert_eq!((parameters.number("mass_kg"), parameters.choice("coupling")), (2.5, "pressure"));
@@ -246,5 +243,6 @@ mod tests {
         ] {
             assert_eq!(parameters.set(key, text).unwrap_err().to_string(), wanted);
         }
+        assert_eq!(parameters.changed(), "mass_kg=2.5 coupling=pressure");
     }
 }

@@ -19,32 +19,38 @@
 //! **Source**: preCICE tutorial `oscillator`; Schüller, Birken, Rodenberg et al. 2022.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
-use super::parameters::{Parameter, Parameters, Range, joined};
+use super::parameters::{Parameter, Parameters, Range};
 use super::reference_method::ReferenceMethod;
-use super::two_masses::{self, FURTHER_COLUMNS, NUMBERED, STATE, TRACE_COLUMNS, TwoMasses};
+use super::two_masses::{self, FURTHER_COLUMNS, NUMBERED, TRACE_COLUMNS, TwoMasses};
 use crate::models::{CouplingElement, OscillatorIntegrator, WalledMass};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-pub(super) const ENTRY: Case = Case {
-    name: "precice-oscillator",
-    about: "Two masses and three springs of the preCICE tutorial (exact solution)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 1.0,
-        macro_step_s: 1e-2,
-        micro_step_s: 1e-3,
-        reference_step_s: 1e-3,
-        reference_sampling_s: 1e-3,
-    },
-    trace_columns: &TRACE_COLUMNS,
-    drawing_columns: &FURTHER_COLUMNS,
-    interface_columns: &[InterfaceColumns { position: "x2_m", velocity: "v2_m_s", force: "coupling_force_n" }],
-    linear_state: &STATE,
-    reference: |_| ReferenceMethod::Exact(|parameters| masses(parameters).exact()),
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&TRACE_COLUMNS),
+        drawing_columns: names(&FURTHER_COLUMNS),
+        interface_columns: vec![InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")],
+        linear_state: two_masses::state(),
+        reference: Arc::new(|parameters| Ok(ReferenceMethod::Exact(masses(parameters).exact()))),
+        ..Case::new(
+            "precice-oscillator",
+            "Two masses and three springs of the preCICE tutorial (exact solution)",
+            CaseDefaults {
+                duration_s: 1.0,
+                macro_step_s: 1e-2,
+                micro_step_s: 1e-3,
+                reference_step_s: 1e-3,
+                reference_sampling_s: 1e-3,
+            },
+            build,
+        )
+    }
+}
 
 const PRECICE: &str = "preCICE tutorial oscillator";
 
@@ -52,17 +58,19 @@ const PRECICE: &str = "preCICE tutorial oscillator";
 const ALPHA_M: f64 = 0.2;
 const ALPHA_F: f64 = 0.4;
 
-const PARAMETERS: [Parameter; 11] = joined(&[&OWN, &two_masses::start([1.0, 0.0, 0.0, 0.0], NUMBERED, PRECICE)]);
+fn parameters() -> Vec<Parameter> {
+    [own(), two_masses::start([1.0, 0.0, 0.0, 0.0], NUMBERED, PRECICE)].concat()
+}
 
-const OWN: [Parameter; 7] = {
+fn own() -> Vec<Parameter> {
     use Range::{NotNegative, Positive};
-    const fn p(name: &'static str, unit: &'static str, default: f64, range: Range, about: &'static str) -> Parameter {
+    fn p(name: &'static str, unit: &'static str, default: f64, range: Range, about: &'static str) -> Parameter {
         Parameter::number(name, unit, default, range, about, PRECICE)
     }
-    [
+    vec![
         Parameter::choice(
             "coupling",
-            &["displacement-displacement", "force-displacement", "force-force"],
+            ["displacement-displacement", "force-displacement", "force-force"],
             "what the sides exchange",
             PRECICE,
         ),
@@ -79,7 +87,7 @@ const OWN: [Parameter; 7] = {
         ),
         p("stiffness_2_n_m", "N/m", 4.0 * PI * PI, NotNegative, "stiffness k₂ of the spring between mass 2 and wall"),
     ]
-};
+}
 
 fn masses(parameters: &Parameters) -> TwoMasses {
     let get = |name: &str| parameters.number(name);

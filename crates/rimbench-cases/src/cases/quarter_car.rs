@@ -26,55 +26,66 @@
 //! **Source**: Open Simulation Platform (libcosim) demo; Sadjina et al. 2017. The exponent's n is *ours*.
 
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
-use super::parameters::{Parameter, Parameters, Range, joined};
+use super::parameters::{Parameter, Parameters, Range};
 use super::reference_method::ReferenceMethod;
-use super::two_masses::{self, COUPLINGS, FURTHER_COLUMNS, INTEGRATORS, STATE, TRACE_COLUMNS, TwoMasses};
+use super::two_masses::{self, COUPLINGS, FURTHER_COLUMNS, INTEGRATORS, TRACE_COLUMNS, TwoMasses};
 use crate::models::{CouplingElement, WalledMass};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
+use std::sync::Arc;
 
-pub(super) const ENTRY: Case = Case {
-    name: "quarter-car",
-    about: "Chassis and wheel over a step in the road, linear or nonlinear damper (OSP; exact solution if linear)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 4.0,
-        macro_step_s: 1e-3,
-        micro_step_s: 1e-4,
-        reference_step_s: 1e-4,
-        reference_sampling_s: 1e-3,
-    },
-    trace_columns: &TRACE_COLUMNS,
-    drawing_columns: &FURTHER_COLUMNS,
-    interface_columns: &[InterfaceColumns { position: "x2_m", velocity: "v2_m_s", force: "coupling_force_n" }],
-    linear_state: &STATE,
-    reference: |parameters| match parameters.choice("damper") {
-        "nonlinear" => ReferenceMethod::Own(|parameters, h, steps, every, trajectory| {
-            masses(parameters).runge_kutta(h, steps, every, trajectory)
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&TRACE_COLUMNS),
+        drawing_columns: names(&FURTHER_COLUMNS),
+        interface_columns: vec![InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")],
+        linear_state: two_masses::state(),
+        reference: Arc::new(|parameters| {
+            let masses = masses(parameters);
+            Ok(match parameters.choice("damper") {
+                "nonlinear" => {
+                    ReferenceMethod::Own(Box::new(move |steps, stop, out| masses.runge_kutta(steps, stop, out)))
+                }
+                _ => ReferenceMethod::Exact(masses.exact()),
+            })
         }),
-        _ => ReferenceMethod::Exact(|parameters| masses(parameters).exact()),
-    },
-    build,
-};
+        ..Case::new(
+            "quarter-car",
+            "Chassis and wheel over a step in the road, linear or nonlinear damper (OSP; exact solution if linear)",
+            CaseDefaults {
+                duration_s: 4.0,
+                macro_step_s: 1e-3,
+                micro_step_s: 1e-4,
+                reference_step_s: 1e-4,
+                reference_sampling_s: 1e-3,
+            },
+            build,
+        )
+    }
+}
 
 const OSP: &str = "OSP quarter car";
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 14] = joined(&[&OWN, &two_masses::start([0.0; 4], START, OSP)]);
+fn parameters() -> Vec<Parameter> {
+    [own(), two_masses::start([0.0; 4], START, OSP)].concat()
+}
 
-const OWN: [Parameter; 10] = {
+fn own() -> Vec<Parameter> {
     use Range::{Finite, NotNegative, Positive};
-    const fn p(name: &'static str, unit: &'static str, default: f64, range: Range, about: &'static str) -> Parameter {
+    fn p(name: &'static str, unit: &'static str, default: f64, range: Range, about: &'static str) -> Parameter {
         Parameter::number(name, unit, default, range, about, OSP)
     }
-    [
+    vec![
         Parameter::choice(
             "damper",
-            &["linear", "nonlinear"],
+            ["linear", "nonlinear"],
             "law of the damper in the suspension",
             "Sadjina et al. 2017",
         ),
-        Parameter::choice("coupling", &COUPLINGS, "what the sides exchange", OURS),
+        Parameter::choice("coupling", COUPLINGS, "what the sides exchange", OURS),
         two_masses::integrator(&INTEGRATORS, OURS),
         p("chassis_mass_kg", "kg", 400.0, Positive, "mass m₁ of the chassis"),
         p("wheel_mass_kg", "kg", 40.0, Positive, "mass m₂ of the wheel"),
@@ -84,7 +95,7 @@ const OWN: [Parameter; 10] = {
         p("tyre_stiffness_n_m", "N/m", 150_000.0, NotNegative, "stiffness k₂ of the tyre"),
         p("road_step_m", "m", 0.1, Finite, "height of the step in the road"),
     ]
-};
+}
 
 const START: [&str; 4] = [
     "position of the chassis at the start",

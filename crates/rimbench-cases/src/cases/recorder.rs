@@ -1,7 +1,8 @@
 //! Writes the columns of a case at each communication point, whatever side they come from.
 
 use super::case::{Case, CoupledSystem, RowFunction};
-use rimbench_core::cosim::{CommunicationPoint, Port, Trajectory};
+use rimbench_core::cosim::{CommunicationPoint, Port, Report, Subsystem, Trajectory};
+use rimbench_core::name::Name;
 
 /// A derived column: where it goes, and where its arguments stand in the row.
 struct Derived {
@@ -26,8 +27,6 @@ pub struct Recorder {
     effective_mass: Option<usize>,
     derived: Vec<Derived>,
     late_rows: bool,
-    /// The row before it was made late.
-    row: Vec<f64>,
 }
 
 impl Recorder {
@@ -41,25 +40,29 @@ impl Recorder {
         let derived: Vec<Derived> = std::mem::take(&mut system.derived)
             .into_iter()
             .map(|derived| Derived {
-                column: place(derived.name),
+                column: place(&derived.name),
                 from: derived.from.iter().map(|name| place(name)).collect(),
                 arguments: vec![0.0; derived.from.len()],
                 value: derived.value,
             })
             .collect();
-        let (mechanics, actuator) = (&system.mechanics, &system.actuator);
-        let names_of = |ports: &[Port]| -> Vec<&'static str> { ports.iter().map(|port| port.name).collect() };
-        let (y_mechanics, y_actuator) = (names_of(&mechanics.ports().outputs), names_of(&actuator.ports().outputs));
+        let names_of = |ports: &[Port]| -> Vec<Name> { ports.iter().map(|port| port.name.clone()).collect() };
+        let observables = |side: &mut Box<dyn Subsystem>| side.abilities().observables().to_vec();
+        let y = system.sides.as_ref().map(|side| names_of(&side.ports().outputs));
         // Of the forces received only the first two have a column.
-        let mut received = vec![""; y_actuator.len()];
-        received.iter_mut().zip(["force_to_mechanics_n", "force_2_to_mechanics_n"]).for_each(|(to, name)| *to = name);
-        let parts = [&y_mechanics[..], &y_actuator, &received, mechanics.observables(), actuator.observables()];
-        let mut names = vec!["time_s"];
+        let mut received = vec![Name::default(); y.actuator.len()];
+        received
+            .iter_mut()
+            .zip(["force_to_mechanics_n", "force_2_to_mechanics_n"])
+            .for_each(|(to, name)| *to = name.into());
+        let seen = system.sides.as_mut().map(observables);
+        let parts = [y.mechanics, y.actuator, received, seen.mechanics, seen.actuator];
+        let mut names = vec![Name::from("time_s")];
         let ends = parts.map(|part| {
-            names.extend_from_slice(part);
+            names.extend(part);
             names.len()
         });
-        names.extend(derived.iter().map(|derived| recorded[derived.column].as_str()));
+        names.extend(derived.iter().map(|derived| recorded[derived.column].clone().into()));
         let index_of = |name: &String| {
             let index = names.iter().position(|known| known == name);
             index.unwrap_or_else(|| panic!("case {}: no source for column {name}", case.name))
@@ -69,7 +72,6 @@ impl Recorder {
             seen: vec![f64::NAN; names.len()],
             ends,
             effective_mass: recorded.iter().position(|name| name == "effective_mass_kg"),
-            row: vec![0.0; recorded.len()],
             late_rows: system.late_rows,
             derived,
         }
@@ -77,8 +79,14 @@ impl Recorder {
 
     /// Records as effective mass the one with the contacts that carried impulse in the mechanics' last step: what the
     /// reference shows, which has no scheme and no contact margin.
-    pub fn with_active_effective_mass(mut self, system: &CoupledSystem) -> Self {
-        let active = system.mechanics.observables().iter().position(|name| *name == "active_effective_mass_kg");
+    pub fn with_active_effective_mass(mut self, system: &mut CoupledSystem) -> Self {
+        let active = system
+            .sides
+            .mechanics
+            .abilities()
+            .observables()
+            .iter()
+            .position(|name| *name == "active_effective_mass_kg");
         if let (Some(column), Some(index)) = (self.effective_mass, active) {
             let [_, _, received, ..] = self.ends;
             self.columns[column] = received + index;
@@ -86,16 +94,17 @@ impl Recorder {
         self
     }
 
-    /// Appends one row. The effective mass is the scheme's own where it has one, else the smooth one of the mechanics.
+    /// Appends one row. The effective mass in it is the smooth one of the mechanics, until the scheme has said what its own was in
+    /// the macro step that starts here.
     pub fn record(&mut self, point: CommunicationPoint<'_>, trajectory: &mut Trajectory) {
         let [y_mechanics, y_actuator, received, mechanics, actuator] = self.ends;
         self.seen[0] = point.time;
-        self.seen[1..y_mechanics].copy_from_slice(point.y_mechanics);
-        self.seen[y_mechanics..y_actuator].copy_from_slice(point.y_actuator);
+        self.seen[1..y_mechanics].copy_from_slice(point.y.mechanics);
+        self.seen[y_mechanics..y_actuator].copy_from_slice(point.y.actuator);
         self.seen[y_actuator..received].copy_from_slice(point.received);
-        point.mechanics.observe(point.mechanics_step, &mut self.seen[received..mechanics]);
-        point.actuator.observe(point.mechanics_step, &mut self.seen[mechanics..actuator]);
-        let first = trajectory.is_empty();
+        point.sides.mechanics.abilities().observe(point.mechanics_step, &mut self.seen[received..mechanics]);
+        point.sides.actuator.abilities().observe(point.mechanics_step, &mut self.seen[mechanics..actuator]);
+        self.note_effective_mass(point.effective_mass, trajectory);
         let row = trajectory.push_row();
         for (value, &column) in row.iter_mut().zip(&self.columns) {
             *value = self.seen[column];
@@ -106,15 +115,21 @@ impl Recorder {
             }
             row[derived.column] = (derived.value)(&derived.arguments);
         }
-        if let (Some(column), Some(mass)) = (self.effective_mass, point.diagnostics.effective_mass) {
-            row[column] = mass;
-        }
+    }
+
+    /// Completes the rows of a run with what is known at its end.
+    pub fn finish(self, report: &Report, trajectory: &mut Trajectory) {
+        self.note_effective_mass(report.scheme.effective_mass, trajectory);
         if self.late_rows {
-            if first {
-                self.row.copy_from_slice(row);
-            }
-            // Everything but the time is that of the communication point before.
-            row[1..].swap_with_slice(&mut self.row[1..]);
+            trajectory.delay();
+        }
+    }
+
+    /// Writes what a scheme says of the macro step that began with the last row.
+    fn note_effective_mass(&self, effective_mass: Option<f64>, trajectory: &mut Trajectory) {
+        if let (Some(column), Some(mass), Some(row)) = (self.effective_mass, effective_mass, trajectory.last_row_mut())
+        {
+            row[column] = mass;
         }
     }
 }

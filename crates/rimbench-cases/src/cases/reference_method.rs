@@ -1,21 +1,23 @@
 //! What the runs of a case are held against.
 
-use super::parameters::Parameters;
-use rimbench_core::cosim::Trajectory;
-use rimbench_core::error::{Failure, Result};
+use rimbench_core::cosim::{StopFlag, Trajectory};
+use rimbench_core::error::Failure;
+use rimbench_core::mechanics::ReferenceSteps;
 
 /// Writes the whole row of recorded columns for a time in seconds.
 pub type ExactSolution = Box<dyn Fn(f64, &mut [f64]) + Send + Sync>;
 
+/// Integrates the whole system with steps as given, and writes a row wherever one is due. Looks at the flag in every step.
+pub type OwnIntegrator =
+    Box<dyn Fn(ReferenceSteps, StopFlag<'_>, &mut Trajectory) -> Result<(), Failure> + Send + Sync>;
+
 /// How the reference of a case is made.
-#[derive(Debug, Clone, Copy)]
 pub enum ReferenceMethod {
     /// Both sides in one loop by semi-implicit Euler (see [`monolithic`](rimbench_core::mechanics::monolithic)) with steps h,
     /// h/2, h/4; its error is estimated by Richardson extrapolation.
     Refined,
-    /// An integrator of the case's own for the whole system, with steps h, h/2, h/4 likewise. Called with the step (s),
-    /// the number of steps and every how many steps a row is due; writes the first and the last row too.
-    Own(fn(&Parameters, f64, usize, usize, &mut Trajectory) -> Result<(), Failure>),
+    /// An integrator of the case's own for the whole system, with steps h, h/2, h/4 likewise.
+    Own(OwnIntegrator),
     /// A closed form. Runs are compared with it at their own communication points, so it has no error of sampling.
-    Exact(fn(&Parameters) -> Result<ExactSolution>),
+    Exact(ExactSolution),
 }

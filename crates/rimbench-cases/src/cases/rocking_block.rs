@@ -23,60 +23,63 @@
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::cylinder;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
-use super::reference_method::ReferenceMethod;
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{SupportedBox, SupportedBoxGeometry};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "rocking-block",
-    about: "Block that rocks on two corners without friction, held by a hydraulic cylinder (closed-form impact law)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 1.5,
-        macro_step_s: 2e-3,
-        micro_step_s: 5e-5,
-        reference_step_s: 2.5e-5,
-        reference_sampling_s: 1e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "box_x_m",
-        "box_y_m",
-        "box_angle_rad",
-        "box_rate_rad_s",
-        "actuator_length_m",
-        "actuator_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "pressure_1_pa",
-        "pressure_2_pa",
-        "effective_mass_kg",
-        "gap_right_support_m",
-        "gap_left_support_m",
-        "closed_contacts",
-        "rank_h_uu",
-    ],
-    drawing_columns: &["contact_force_right_support_n", "contact_force_left_support_n"],
-    interface_columns: &[InterfaceColumns {
-        position: "actuator_length_m",
-        velocity: "actuator_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "box_x_m",
+            "box_y_m",
+            "box_angle_rad",
+            "box_rate_rad_s",
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "pressure_1_pa",
+            "pressure_2_pa",
+            "effective_mass_kg",
+            "gap_right_support_m",
+            "gap_left_support_m",
+            "closed_contacts",
+            "rank_h_uu",
+        ]),
+        drawing_columns: names(&["contact_force_right_support_n", "contact_force_left_support_n"]),
+        interface_columns: vec![InterfaceColumns::new(
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+        )],
+        ..Case::new(
+            "rocking-block",
+            "Block that rocks on two corners without friction, held by a hydraulic cylinder (closed-form impact law)",
+            CaseDefaults {
+                duration_s: 1.5,
+                macro_step_s: 2e-3,
+                micro_step_s: 5e-5,
+                reference_step_s: 2.5e-5,
+                reference_sampling_s: 1e-4,
+            },
+            build,
+        )
+    }
+}
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 26] =
-    joined(&[&OWN, &cylinder::parameters(1.0, 2e3, 0.4), &contact_parameters::all(1e-3, 0.0, "plastic")]);
+fn parameters() -> Vec<Parameter> {
+    [own(), cylinder::parameters(1.0, 2e3, 0.4), contact_parameters::all(1e-3, 0.0, "plastic")].concat()
+}
 
-const OWN: [Parameter; 8] = {
+fn own() -> Vec<Parameter> {
     use Range::{Finite, NotNegative, Positive};
-    [
+    vec![
         p("block_mass_kg", "kg", 200.0, Positive, "mass m of the block", OURS),
         p("half_width_m", "m", 0.2, Positive, "half width b", OURS),
         p("half_height_m", "m", 0.5, Positive, "half height h (the inertia is that of a rectangle)", OURS),
@@ -86,7 +89,7 @@ const OWN: [Parameter; 8] = {
         p("ground_pin_x_m", "m", -2.0, Finite, "actuator's fixed end, x; its height is the attachment's", OURS),
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
     ]
-};
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);

@@ -22,65 +22,71 @@ use super::parameters::{Parameter, Parameters, Range, number as p};
 use super::reference_method::{ExactSolution, ReferenceMethod};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
+use std::sync::Arc;
 
-pub(super) const ENTRY: Case = Case {
-    name: "slider-between-stops",
-    about: "Slider between two stops, driven by a carriage on springs (exact between impacts)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 3.0,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-4,
-        reference_step_s: 1e-4,
-        reference_sampling_s: 2e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "interface_position_m",
-        "interface_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "carriage_position_m",
-        "carriage_velocity_m_s",
-        "effective_mass_kg",
-        "gap_lower_stop_m",
-        "gap_upper_stop_m",
-        "closed_contacts",
-    ],
-    drawing_columns: &[],
-    interface_columns: &[InterfaceColumns {
-        position: "interface_position_m",
-        velocity: "interface_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Exact(exact),
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "carriage_position_m",
+            "carriage_velocity_m_s",
+            "effective_mass_kg",
+            "gap_lower_stop_m",
+            "gap_upper_stop_m",
+            "closed_contacts",
+        ]),
+        interface_columns: vec![InterfaceColumns::new(
+            "interface_position_m",
+            "interface_velocity_m_s",
+            "actuator_force_n",
+        )],
+        reference: Arc::new(|parameters| exact(parameters).map(ReferenceMethod::Exact)),
+        ..Case::new(
+            "slider-between-stops",
+            "Slider between two stops, driven by a carriage on springs (exact between impacts)",
+            CaseDefaults {
+                duration_s: 3.0,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-4,
+                reference_step_s: 1e-4,
+                reference_sampling_s: 2e-4,
+            },
+            build,
+        )
+    }
+}
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 19] = [
-    p("mass_kg", "kg", 2.0, Range::Positive, "mass m of the slider", OURS),
-    p("damping_n_s_m", "N·s/m", 0.0, Range::NotNegative, "damping between slider and ground", OURS),
-    p("clearance_m", "m", 0.1, Range::NotNegative, "distance d of either stop from x = 0", OURS),
-    p("start_position_m", "m", 0.0, Range::Finite, "position of the slider at the start", OURS),
-    p("start_velocity_m_s", "m/s", 0.0, Range::Finite, "velocity of the slider at the start", OURS),
-    carriage::stiffness(500.0),
-    carriage::damping(5.0),
-    carriage::mass(0.5),
-    carriage::base_stiffness(1000.0),
-    carriage::base_damping(20.0),
-    carriage::base_position(0.0),
-    carriage::base_amplitude(0.25),
-    carriage::base_frequency(1.0),
-    carriage::base_phase(0.0),
-    carriage::start_position(0.0),
-    carriage::start_velocity(0.0),
-    contact_parameters::restitution(0.5, OURS),
-    contact_parameters::margin(1e-3),
-    contact_parameters::STABILISATION,
-];
+fn parameters() -> Vec<Parameter> {
+    vec![
+        p("mass_kg", "kg", 2.0, Range::Positive, "mass m of the slider", OURS),
+        p("damping_n_s_m", "N·s/m", 0.0, Range::NotNegative, "damping between slider and ground", OURS),
+        p("clearance_m", "m", 0.1, Range::NotNegative, "distance d of either stop from x = 0", OURS),
+        p("start_position_m", "m", 0.0, Range::Finite, "position of the slider at the start", OURS),
+        p("start_velocity_m_s", "m/s", 0.0, Range::Finite, "velocity of the slider at the start", OURS),
+        carriage::stiffness(500.0),
+        carriage::damping(5.0),
+        carriage::mass(0.5),
+        carriage::base_stiffness(1000.0),
+        carriage::base_damping(20.0),
+        carriage::base_position(0.0),
+        carriage::base_amplitude(0.25),
+        carriage::base_frequency(1.0),
+        carriage::base_phase(0.0),
+        carriage::start_position(0.0),
+        carriage::start_velocity(0.0),
+        contact_parameters::restitution(0.5, OURS),
+        contact_parameters::margin(1e-3),
+        contact_parameters::stabilisation(),
+    ]
+}
 
 fn slider(parameters: &Parameters) -> Result<DrivenMass> {
     let get = |name: &str| parameters.number(name);
@@ -105,8 +111,8 @@ fn exact(parameters: &Parameters) -> Result<ExactSolution> {
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let names = StopNames {
-        gaps: &["gap_lower_stop_m", "gap_upper_stop_m"],
-        forces: &["contact_force_lower_stop_n", "contact_force_upper_stop_n"],
+        gaps: names(&["gap_lower_stop_m", "gap_upper_stop_m"]),
+        forces: names(&["contact_force_lower_stop_n", "contact_force_upper_stop_n"]),
     };
     driven_mass::system(slider(parameters)?, &names, parameters, solver)
 }

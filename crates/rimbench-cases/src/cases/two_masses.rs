@@ -5,8 +5,9 @@ use super::parameters::{Parameter, Parameters, Range, number};
 use super::reference_method::ExactSolution;
 use crate::models::{CouplingElement, CouplingForce, FreeMasses, MassRole, MassSide, OscillatorIntegrator, WalledMass};
 use nalgebra::{Matrix5, Vector4, Vector5};
-use rimbench_core::cosim::Trajectory;
+use rimbench_core::cosim::{StopFlag, Trajectory};
 use rimbench_core::error::{Error, Failure, Result};
+use rimbench_core::mechanics::ReferenceSteps;
 
 /// Columns of the trace; with [`FURTHER_COLUMNS`], all that is recorded.
 pub(super) const TRACE_COLUMNS: [&str; 6] = ["time_s", "x1_m", "x2_m", "v1_m_s", "v2_m_s", "energy_j"];
@@ -16,17 +17,17 @@ pub(super) const FURTHER_COLUMNS: [&str; 1] = ["coupling_force_n"];
 /// The ways to split two masses.
 pub(super) const COUPLINGS: [&str; 3] = ["force-displacement", "displacement-displacement", "force-force"];
 
+/// Columns of the state, and the parameters that hold its start.
+const STATE: [[&str; 2]; 4] = [["x1_m", "x1_0_m"], ["x2_m", "x2_0_m"], ["v1_m_s", "v1_0_m_s"], ["v2_m_s", "v2_0_m_s"]];
+
 /// The state, for spectral radii.
-pub(super) const STATE: [StateVariable; 4] = [
-    StateVariable { initial: "x1_0_m", column: "x1_m" },
-    StateVariable { initial: "x2_0_m", column: "x2_m" },
-    StateVariable { initial: "v1_0_m_s", column: "v1_m_s" },
-    StateVariable { initial: "v2_0_m_s", column: "v2_m_s" },
-];
+pub(super) fn state() -> Vec<StateVariable> {
+    STATE.map(|[column, initial]| StateVariable { initial: initial.into(), column: column.into() }).to_vec()
+}
 
 /// How each side integrates itself, one of `names`.
-pub(super) const fn integrator(names: &'static [&'static str], source: &'static str) -> Parameter {
-    Parameter::choice("integrator", names, "how each side integrates itself under held inputs", source)
+pub(super) fn integrator(names: &[&'static str], source: &'static str) -> Parameter {
+    Parameter::choice("integrator", names.iter().copied(), "how each side integrates itself under held inputs", source)
 }
 
 /// The integrators of two of the cases.
@@ -41,14 +42,14 @@ pub(super) fn integrator_of(parameters: &Parameters) -> OscillatorIntegrator {
     }
 }
 
-/// The start of [`STATE`], each variable with its default and its description.
-pub(super) const fn start(values: [f64; 4], about: [&'static str; 4], source: &'static str) -> [Parameter; 4] {
-    let [x1, x2, v1, v2] = STATE;
-    [
-        number(x1.initial, "m", values[0], Range::Finite, about[0], source),
-        number(x2.initial, "m", values[1], Range::Finite, about[1], source),
-        number(v1.initial, "m/s", values[2], Range::Finite, about[2], source),
-        number(v2.initial, "m/s", values[3], Range::Finite, about[3], source),
+/// The start of the state, each variable with its default and its description.
+pub(super) fn start(values: [f64; 4], about: [&'static str; 4], source: &'static str) -> Vec<Parameter> {
+    let [x1, x2, v1, v2] = STATE.map(|[_, initial]| initial);
+    vec![
+        number(x1, "m", values[0], Range::Finite, about[0], source),
+        number(x2, "m", values[1], Range::Finite, about[1], source),
+        number(v1, "m/s", values[2], Range::Finite, about[2], source),
+        number(v2, "m/s", values[3], Range::Finite, about[3], source),
     ]
 }
 
@@ -80,33 +81,24 @@ impl TwoMasses {
     pub(super) fn system(self, parameters: &Parameters, integrator: OscillatorIntegrator) -> Result<CoupledSystem> {
         self.check(integrator)?;
         let [first, second] = self.bodies;
-        let side = |index, body, role| Box::new(MassSide::new(index, body, role, integrator));
+        let side = |index, body, role| MassSide::new(index, body, role, integrator);
         let element = self.element;
         let mut system = match parameters.choice("coupling") {
             "displacement-displacement" => CoupledSystem::new(
                 side(1, second, MassRole::Displacement(element)),
                 side(0, first, MassRole::Displacement(element)),
             ),
-            "force-force" => CoupledSystem::new(
-                Box::new(FreeMasses::new(self.bodies, integrator)),
-                Box::new(CouplingForce::new(element)),
-            ),
+            "force-force" => CoupledSystem::new(FreeMasses::new(self.bodies, integrator), CouplingForce::new(element)),
             _ => CoupledSystem::new(
                 side(1, second, MassRole::ForceDriven),
                 side(0, first, MassRole::ForceGiving(element)),
             ),
         };
-        let states: &'static [&'static str] = &["x1_m", "x2_m", "v1_m_s", "v2_m_s"];
-        system.derived.push(DerivedColumn {
-            name: "energy_j",
-            from: states,
-            value: Box::new(move |z| self.energy(Vector4::from_column_slice(z))),
-        });
-        system.derived.push(DerivedColumn {
-            name: "coupling_force_n",
-            from: states,
-            value: Box::new(move |z| self.coupling_force(Vector4::from_column_slice(z))),
-        });
+        let states = STATE.map(|[column, _]| column);
+        system.derived = vec![
+            DerivedColumn::new("energy_j", states, move |z| self.energy(Vector4::from_column_slice(z))),
+            DerivedColumn::new("coupling_force_n", states, move |z| self.coupling_force(Vector4::from_column_slice(z))),
+        ];
         Ok(system)
     }
 
@@ -127,34 +119,41 @@ impl TwoMasses {
     /// ```text
     /// d/dt [x₁ x₂ v₁ v₂ 1]ᵀ = A [x₁ x₂ v₁ v₂ 1]ᵀ        z(t) = exp(A t) z(0)
     /// ```
-    pub(super) fn exact(self) -> Result<ExactSolution> {
+    pub(super) fn exact(self) -> ExactSolution {
         let generator = self.generator();
         let [first, second] = self.bodies.map(|body| body.start);
         let start = Vector5::new(first[0], second[0], first[1], second[1], 1.0);
-        Ok(Box::new(move |t, row| {
+        Box::new(move |t, row| {
             let z = (generator * t).exp() * start;
             self.write(t, z.fixed_rows::<4>(0).into_owned(), row);
-        }))
+        })
     }
 
     /// The nonlinear system by the classical Runge–Kutta rule of order 4, as a [`ReferenceMethod::Own`].
     ///
     /// [`ReferenceMethod::Own`]: super::reference_method::ReferenceMethod::Own
-    pub(super) fn runge_kutta(self, h: f64, steps: usize, every: usize, out: &mut Trajectory) -> Result<(), Failure> {
+    pub(super) fn runge_kutta(
+        self,
+        steps: ReferenceSteps,
+        stop: StopFlag<'_>,
+        out: &mut Trajectory,
+    ) -> Result<(), Failure> {
+        let h = steps.h;
         let [first, second] = self.bodies.map(|body| body.start);
         let mut z = Vector4::new(first[0], second[0], first[1], second[1]);
         self.write(0.0, z, out.push_row());
-        for step in 1..=steps {
+        for step in 1..=steps.steps {
+            stop.check()?;
             let r1 = self.rate(z);
             let r2 = self.rate(z + 0.5 * h * r1);
             let r3 = self.rate(z + 0.5 * h * r2);
             let r4 = self.rate(z + h * r3);
             z += h / 6.0 * (r1 + 2.0 * (r2 + r3) + r4);
-            if step % every == 0 || step == steps {
+            if steps.shows(step) {
                 self.write(step as f64 * h, z, out.push_row());
             }
         }
-        if z.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Failure::NonFinite { quantity: "x1_m" }) }
+        if z.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Failure::non_finite(STATE[0][0])) }
     }
 
     fn rate(&self, z: Vector4<f64>) -> Vector4<f64> {

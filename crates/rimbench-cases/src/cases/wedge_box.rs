@@ -29,65 +29,67 @@ use super::contact_parameters;
 use super::cylinder;
 use super::fluid::{self, NAYA};
 use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
-use super::reference_method::ReferenceMethod;
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{WedgeBox, WedgeBoxGeometry};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "wedge-box",
-    about: "Box on two wedges with a disc on a ledge, pushed by a hydraulic cylinder (the source paper's example)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 2.5,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-5,
-        reference_step_s: 2.5e-5,
-        reference_sampling_s: 5e-5,
-    },
-    trace_columns: &[
-        "time_s",
-        "box_x_m",
-        "box_y_m",
-        "box_angle_rad",
-        "actuator_length_m",
-        "actuator_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "pressure_1_pa",
-        "pressure_2_pa",
-        "effective_mass_kg",
-        "gap_right_wedge_m",
-        "gap_left_wedge_m",
-        "gap_disc_ledge_m",
-        "gap_disc_floor_m",
-        "closed_contacts",
-        "rank_h_uu",
-    ],
-    drawing_columns: &[
-        "disc_ledge_normal_rad",
-        "contact_force_right_wedge_n",
-        "contact_force_left_wedge_n",
-        "contact_force_disc_ledge_n",
-        "contact_force_disc_floor_n",
-    ],
-    interface_columns: &[InterfaceColumns {
-        position: "actuator_length_m",
-        velocity: "actuator_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "box_x_m",
+            "box_y_m",
+            "box_angle_rad",
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "pressure_1_pa",
+            "pressure_2_pa",
+            "effective_mass_kg",
+            "gap_right_wedge_m",
+            "gap_left_wedge_m",
+            "gap_disc_ledge_m",
+            "gap_disc_floor_m",
+            "closed_contacts",
+            "rank_h_uu",
+        ]),
+        drawing_columns: names(&[
+            "disc_ledge_normal_rad",
+            "contact_force_right_wedge_n",
+            "contact_force_left_wedge_n",
+            "contact_force_disc_ledge_n",
+            "contact_force_disc_floor_n",
+        ]),
+        interface_columns: vec![InterfaceColumns::new(
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+        )],
+        ..Case::new(
+            "wedge-box",
+            "Box on two wedges with a disc on a ledge, pushed by a hydraulic cylinder (the source paper's example)",
+            CaseDefaults {
+                duration_s: 2.5,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-5,
+                reference_step_s: 2.5e-5,
+                reference_sampling_s: 5e-5,
+            },
+            build,
+        )
+    }
+}
 
 const OURS: &str = "ours";
 
-const PARAMETERS: [Parameter; 34] = {
+fn parameters() -> Vec<Parameter> {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    joined(&[
-        &[
+    [
+        vec![
             p("box_mass_kg", "kg", 200.0, Positive, "mass of the box", OURS),
             p("box_width_m", "m", 1.0, Positive, "width of the box (its inertia is that of a rectangle)", OURS),
             p("box_height_m", "m", 0.6, Positive, "height of the box", OURS),
@@ -134,15 +136,16 @@ const PARAMETERS: [Parameter; 34] = {
             p("spool_ramp_end_s", "s", 0.2, NotNegative, "end of the spool's ramp", OURS),
             p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in both chambers at the start", OURS),
         ],
-        &fluid::PARAMETERS,
-        &[
+        fluid::parameters(),
+        vec![
             p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
             contact_parameters::margin(1e-3),
-            contact_parameters::STABILISATION,
+            contact_parameters::stabilisation(),
             contact_parameters::restitution(0.0, "plastic, as in the paper"),
         ],
-    ])
-};
+    ]
+    .concat()
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let model = WedgeBox::new(wedge_box_geometry(parameters))?;

@@ -19,67 +19,68 @@
 use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::cylinder;
-use super::parameters::{Parameter, Parameters, Range, joined, number as p};
-use super::reference_method::ReferenceMethod;
+use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{LedgeDisc, SupportedBox, SupportedBoxGeometry};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
+use rimbench_core::name::names;
 
-pub(super) const ENTRY: Case = Case {
-    name: "wedge-box-two-ledges",
-    about: "Wedge box with a disc on a ledge at either side (two descents, repeated over-constraint)",
-    parameters: &PARAMETERS,
-    defaults: CaseDefaults {
-        duration_s: 3.0,
-        macro_step_s: 5e-3,
-        micro_step_s: 5e-5,
-        reference_step_s: 1e-4,
-        reference_sampling_s: 1e-4,
-    },
-    trace_columns: &[
-        "time_s",
-        "box_x_m",
-        "box_y_m",
-        "box_angle_rad",
-        "actuator_length_m",
-        "actuator_velocity_m_s",
-        "actuator_force_n",
-        "force_to_mechanics_n",
-        "pressure_1_pa",
-        "pressure_2_pa",
-        "effective_mass_kg",
-        "gap_right_support_m",
-        "gap_left_support_m",
-        "gap_left_disc_ledge_m",
-        "gap_left_disc_floor_m",
-        "gap_right_disc_ledge_m",
-        "gap_right_disc_floor_m",
-        "closed_contacts",
-        "rank_h_uu",
-    ],
-    drawing_columns: &["contact_force_right_support_n", "contact_force_left_support_n"],
-    interface_columns: &[InterfaceColumns {
-        position: "actuator_length_m",
-        velocity: "actuator_velocity_m_s",
-        force: "actuator_force_n",
-    }],
-    linear_state: &[],
-    reference: |_| ReferenceMethod::Refined,
-    build,
-};
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: names(&[
+            "time_s",
+            "box_x_m",
+            "box_y_m",
+            "box_angle_rad",
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+            "force_to_mechanics_n",
+            "pressure_1_pa",
+            "pressure_2_pa",
+            "effective_mass_kg",
+            "gap_right_support_m",
+            "gap_left_support_m",
+            "gap_left_disc_ledge_m",
+            "gap_left_disc_floor_m",
+            "gap_right_disc_ledge_m",
+            "gap_right_disc_floor_m",
+            "closed_contacts",
+            "rank_h_uu",
+        ]),
+        drawing_columns: names(&["contact_force_right_support_n", "contact_force_left_support_n"]),
+        interface_columns: vec![InterfaceColumns::new(
+            "actuator_length_m",
+            "actuator_velocity_m_s",
+            "actuator_force_n",
+        )],
+        ..Case::new(
+            "wedge-box-two-ledges",
+            "Wedge box with a disc on a ledge at either side (two descents, repeated over-constraint)",
+            CaseDefaults {
+                duration_s: 3.0,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-5,
+                reference_step_s: 1e-4,
+                reference_sampling_s: 1e-4,
+            },
+            build,
+        )
+    }
+}
 
 const OURS: &str = "ours";
 const WEDGE_BOX: &str = "as in the wedge box";
 
-const PARAMETERS: [Parameter; 36] = joined(&[
-    &OWN,
-    &cylinder::parameters(2.0, 1e4, 0.2),
-    &contact_parameters::all(1e-3, 0.0, "plastic, as in the paper"),
-]);
+fn parameters() -> Vec<Parameter> {
+    [own(), cylinder::parameters(2.0, 1e4, 0.2), contact_parameters::all(1e-3, 0.0, "plastic, as in the paper")]
+        .concat()
+}
 
-const OWN: [Parameter; 18] = {
+fn own() -> Vec<Parameter> {
     use Range::{Finite, NotNegative, Positive};
-    [
+    vec![
         p("box_mass_kg", "kg", 200.0, Positive, "mass of the box", WEDGE_BOX),
         p("box_width_m", "m", 1.0, Positive, "width of the box (its inertia is that of a rectangle)", WEDGE_BOX),
         p("box_height_m", "m", 0.6, Positive, "height of the box", WEDGE_BOX),
@@ -120,7 +121,7 @@ const OWN: [Parameter; 18] = {
         p("ground_pin_x_m", "m", -3.0, Finite, "actuator's fixed end, x; its height is the attachment's", WEDGE_BOX),
         p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
     ]
-};
+}
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);

@@ -7,21 +7,21 @@ pub(super) const WORK_SENT: Metric = Metric {
     name: "work_sent_j",
     unit: "J",
     about: "Work the actuator did on the interface, with the velocity it was given",
-    compute: |evidence| evidence.report.work.sent_j,
+    compute: |evidence| evidence.report.audit.work.sent_j,
 };
 
 pub(super) const WORK_RECEIVED: Metric = Metric {
     name: "work_received_j",
     unit: "J",
     about: "Work the mechanics received through the interface, with its own velocity",
-    compute: |evidence| evidence.report.work.received_j,
+    compute: |evidence| evidence.report.audit.work.received_j,
 };
 
 pub(super) const INTERFACE_RESIDUAL: Metric = Metric {
     name: "interface_residual_j",
     unit: "J",
     about: "Work sent minus work received: what the coupling lost (above 0) or created (below 0)",
-    compute: |evidence| evidence.report.work.residual_j(),
+    compute: |evidence| evidence.report.audit.work.residual_j(),
 };
 
 pub(super) const INTERFACE_DRIFT: Metric = Metric {
@@ -42,42 +42,42 @@ pub(super) const PUMP_WORK: Metric = Metric {
     name: "pump_work_j",
     unit: "J",
     about: "Energy of the fluid that came from the pump",
-    compute: |evidence| evidence.report.audit.actuator.map(|account| account.pump),
+    compute: |evidence| evidence.report.audit.accounts.actuator.map(|account| account.pump),
 };
 
 pub(super) const VALVE_DISSIPATION: Metric = Metric {
     name: "valve_dissipation_j",
     unit: "J",
     about: "Energy lost in the orifices of the valve",
-    compute: |evidence| evidence.report.audit.actuator.map(|account| account.valve),
+    compute: |evidence| evidence.report.audit.accounts.actuator.map(|account| account.valve),
 };
 
 pub(super) const TANK_OUTFLOW: Metric = Metric {
     name: "tank_outflow_j",
     unit: "J",
     about: "Energy of the fluid that went to the tank",
-    compute: |evidence| evidence.report.audit.actuator.map(|account| account.tank),
+    compute: |evidence| evidence.report.audit.accounts.actuator.map(|account| account.tank),
 };
 
 pub(super) const VISCOUS_DISSIPATION: Metric = Metric {
     name: "viscous_dissipation_j",
     unit: "J",
     about: "Energy lost in viscous friction of the actuator",
-    compute: |evidence| evidence.report.audit.actuator.map(|account| account.viscous),
+    compute: |evidence| evidence.report.audit.accounts.actuator.map(|account| account.viscous),
 };
 
 pub(super) const CONTACT_DISSIPATION: Metric = Metric {
     name: "contact_dissipation_j",
     unit: "J",
     about: "Energy lost in contacts; below 0 where pushing penetrations out did more work",
-    compute: |evidence| evidence.report.audit.mechanics.map(|account| account.contact),
+    compute: |evidence| evidence.report.audit.accounts.mechanics.map(|account| account.contact),
 };
 
 pub(super) const SCHEME_DISSIPATION: Metric = Metric {
     name: "scheme_dissipated_j",
     unit: "J",
     about: "Energy that the scheme itself took out, where it has a damper; part of the work received, not beside it",
-    compute: |evidence| evidence.report.scheme_dissipated_j,
+    compute: |evidence| evidence.report.scheme.dissipated_j,
 };
 
 pub(super) const INTEGRATION_RESIDUAL: Metric = Metric {
@@ -98,5 +98,5 @@ pub(super) const IDENTITY_RESIDUAL: Metric = Metric {
     name: "energy_identity_residual_j",
     unit: "J",
     about: "Largest violation, in one mechanics step, of the impulse-energy identity; round-off if the stepper is right",
-    compute: |evidence| evidence.energy_identity_residual_j,
+    compute: |evidence| evidence.report.energy_identity_residual_j,
 };

@@ -135,7 +135,6 @@ mod tests {
             interface: &[],
             effective_mass: None,
             gaps: &[1, 2],
-            energy_identity_residual_j: None,
         };
         [TIME_SHIFT_MAX, MISSED, WRONG_STATE].map(|metric| (metric.compute)(&evidence))
     }

@@ -21,8 +21,6 @@ pub struct Evidence<'a> {
     pub effective_mass: Option<usize>,
     /// Columns of the gaps.
     pub gaps: &'a [usize],
-    /// Largest violation of the mechanics' energy identity, J.
-    pub energy_identity_residual_j: Option<f64>,
 }
 
 /// One row of the interface in run and reference.

@@ -8,7 +8,7 @@ pub(super) const MEAN_MACRO_STEP: Metric = Metric {
     unit: "s",
     about: "Mean length of the macro steps; with step control what was found necessary, else H but for the phase",
     compute: |evidence| {
-        let steps = evidence.report.counters.macro_steps;
+        let steps = evidence.report.work.cosim.macro_steps;
         (steps > 0).then(|| evidence.report.ended_at_s / steps as f64)
     },
 };

@@ -1,7 +1,11 @@
 //! Two actuators as one side of a co-simulation with an interface of two rows.
 
-use rimbench_core::cosim::{EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{
+    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+};
 use rimbench_core::error::Failure;
+use rimbench_core::interface_model::ReducedInterfaceModel;
+use rimbench_core::name::Name;
 
 /// Names of what one of the two actuators exchanges and shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,16 +29,17 @@ pub struct ActuatorNames {
 pub struct ActuatorPair<A> {
     units: [A; 2],
     ports: Ports,
-    observables: Vec<&'static str>,
+    observables: Vec<Name>,
+    /// Of one of them.
+    own_rates: OutputRates,
 }
 
 impl<A: Subsystem> ActuatorPair<A> {
     /// Joins two actuators with inputs (length, velocity) and one force as output.
     pub fn new(units: [A; 2], names: [ActuatorNames; 2]) -> Self {
         debug_assert!(units.iter().all(|unit| unit.ports().inputs.len() == 2 && unit.ports().outputs.len() == 1));
-        debug_assert!(units.iter().zip(&names).all(|(unit, own)| unit.observables().len() == own.observables.len()));
         let both = |quantity, name: fn(&ActuatorNames) -> &'static str| {
-            names.each_ref().map(|own| Port { name: name(own), quantity })
+            names.each_ref().map(|own| Port::new(name(own), quantity))
         };
         let inputs =
             [both(Quantity::Position, |own| own.position), both(Quantity::Velocity, |own| own.velocity)].concat();
@@ -42,7 +47,8 @@ impl<A: Subsystem> ActuatorPair<A> {
         let direct_feedthrough = units.iter().any(|unit| unit.ports().direct_feedthrough);
         ActuatorPair {
             ports: Ports { inputs, outputs, direct_feedthrough },
-            observables: names.iter().flat_map(|own| own.observables).copied().collect(),
+            observables: names.iter().flat_map(|own| own.observables).copied().map(Name::from).collect(),
+            own_rates: OutputRates::zeros(1, 2),
             units,
         }
     }
@@ -54,10 +60,11 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorPair<A> {
     }
 
     #[inline]
-    fn outputs(&self, u: &[f64], y: &mut [f64]) {
-        for (i, unit) in self.units.iter().enumerate() {
-            unit.outputs(&[u[i], u[2 + i]], &mut y[i..=i]);
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        for (i, unit) in self.units.iter_mut().enumerate() {
+            unit.outputs(&[u[i], u[2 + i]], &mut y[i..=i])?;
         }
+        Ok(())
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
@@ -67,40 +74,70 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorPair<A> {
         Ok(())
     }
 
-    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
-        rates.feedthrough.fill(0.0);
-        rates.rate_gain.fill(0.0);
-        let mut own = OutputRates::zeros(1, 2);
-        self.units.iter().enumerate().all(|(i, unit)| {
-            let offered = unit.output_rates(t, &[u[i], u[2 + i]], &mut own);
-            rates.rate[i] = own.rate[0];
-            for (column, j) in [(i, 0), (2 + i, 1)] {
-                rates.feedthrough[4 * i + column] = own.feedthrough[j];
-                rates.rate_gain[4 * i + column] = own.rate_gain[j];
-            }
-            offered
-        })
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
         Some(Box::new(self.clone()))
     }
 
-    fn observables(&self) -> &[&'static str] {
+    /// Both take every micro step; it counts once.
+    fn counters(&self) -> SubsystemCounters {
+        self.units[0].counters()
+    }
+}
+
+impl<A: Subsystem> Abilities for ActuatorPair<A> {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+
+    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+        rates.feedthrough.fill(0.0);
+        rates.rate_gain.fill(0.0);
+        for (i, unit) in self.units.iter_mut().enumerate() {
+            if !unit.abilities().output_rates(t, &[u[i], u[2 + i]], &mut self.own_rates)? {
+                return Ok(false);
+            }
+            let own = &self.own_rates;
+            rates.rate[i] = own.rate[0];
+            for (column, j) in [(i, 0), (2 + i, 1)] {
+                rates.feedthrough[4 * i + column] = own.feedthrough[j];
+                rates.rate_gain[4 * i + column] = own.rate_gain[j];
+            }
+        }
+        Ok(true)
+    }
+
+    fn observables(&mut self) -> &[Name] {
         &self.observables
     }
 
     fn observe(&mut self, h: f64, row: &mut [f64]) {
         let mut rest = row;
         for unit in &mut self.units {
+            let unit = unit.abilities();
             let (own, others) = rest.split_at_mut(unit.observables().len());
             unit.observe(h, own);
             rest = others;
         }
     }
 
-    fn energy_account(&self) -> Option<EnergyAccount> {
-        let [first, second] = self.units.each_ref().map(|unit| unit.energy_account());
+    fn interface_work(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        let [first, second] = self.units.each_mut().map(|unit| unit.abilities().energy_account());
         let (a, b) = (first?, second?);
         Some(EnergyAccount {
             stored: a.stored + b.stored,
@@ -112,10 +149,5 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorPair<A> {
             tank: a.tank + b.tank,
             integration: a.integration + b.integration,
         })
-    }
-
-    /// Both take every micro step; it counts once.
-    fn counters(&self) -> SubsystemCounters {
-        self.units[0].counters()
     }
 }

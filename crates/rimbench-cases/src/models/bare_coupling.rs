@@ -4,16 +4,18 @@
 //! extrapolated. As the masses do not feel each other otherwise, they are one subsystem here and the element the other.
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
-use super::two_masses::{CouplingElement, FORCE, WalledMass};
-use rimbench_core::cosim::{Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use super::two_masses::{CouplingElement, FORCE, WalledMass, ports};
+use rimbench_core::cosim::{
+    Abilities, EnergyAccount, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters, no_abilities,
+};
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
+use rimbench_core::name::Name;
 
-const ELONGATION: [Port; 2] = [
-    Port { name: "elongation_m", quantity: Quantity::Position },
-    Port { name: "elongation_rate_m_s", quantity: Quantity::Velocity },
-];
-const ALL_STATES: [&str; 4] = ["x1_m", "v1_m_s", "x2_m", "v2_m_s"];
+const ELONGATION: [(&str, Quantity); 2] =
+    [("elongation_m", Quantity::Position), ("elongation_rate_m_s", Quantity::Velocity)];
+const ALL_STATES: [Name; 4] =
+    [Name::Borrowed("x1_m"), Name::Borrowed("v1_m_s"), Name::Borrowed("x2_m"), Name::Borrowed("v2_m_s")];
 
 /// Both masses as one subsystem, which do not feel each other but through the coupling force: force in; elongation
 /// `x₂ − x₁` and its rate out. Offers a reduced interface model, `H_ii = 1/m₁ + 1/m₂`.
@@ -35,7 +37,7 @@ impl FreeMasses {
         FreeMasses {
             motions: [motion(&bodies[0]), motion(&bodies[1])],
             bodies,
-            ports: Ports { inputs: vec![FORCE], outputs: ELONGATION.to_vec(), direct_feedthrough: false },
+            ports: Ports { inputs: ports(&[FORCE]), outputs: ports(&ELONGATION), direct_feedthrough: false },
             work: 0.0,
             counters: SubsystemCounters::default(),
         }
@@ -52,8 +54,9 @@ impl Subsystem for FreeMasses {
         &self.ports
     }
 
-    fn outputs(&self, _u: &[f64], y: &mut [f64]) {
+    fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         y.copy_from_slice(&self.elongation());
+        Ok(())
     }
 
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
@@ -64,7 +67,25 @@ impl Subsystem for FreeMasses {
         self.work += u[0] * (self.elongation()[0] - before);
         self.counters.micro_steps += 1;
         let finite = self.motions.iter().all(HeldOscillator::is_finite);
-        if finite { Ok(()) } else { Err(Failure::NonFinite { quantity: ELONGATION[0].name }) }
+        if finite { Ok(()) } else { Err(Failure::non_finite(ELONGATION[0].0)) }
+    }
+
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+}
+
+impl Abilities for FreeMasses {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        Some(ReducedInterfaceModel::zeros(0, 1))
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
@@ -81,11 +102,11 @@ impl Subsystem for FreeMasses {
         Ok(true)
     }
 
-    fn empty_interface_model(&self) -> Option<ReducedInterfaceModel> {
-        Some(ReducedInterfaceModel::zeros(0, 1))
+    fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
+        Ok(false)
     }
 
-    fn observables(&self) -> &[&'static str] {
+    fn observables(&mut self) -> &[Name] {
         &ALL_STATES
     }
 
@@ -94,16 +115,16 @@ impl Subsystem for FreeMasses {
         row.copy_from_slice(&[first.position(), first.velocity(), second.position(), second.velocity()]);
     }
 
-    fn interface_work(&self) -> Option<f64> {
+    fn interface_work(&mut self) -> Option<f64> {
         Some(self.work)
     }
 
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
     }
 
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        None
     }
 }
 
@@ -118,7 +139,7 @@ pub struct CouplingForce {
 impl CouplingForce {
     /// Builds the element.
     pub fn new(element: CouplingElement) -> Self {
-        let ports = Ports { inputs: ELONGATION.to_vec(), outputs: vec![FORCE], direct_feedthrough: true };
+        let ports = Ports { inputs: ports(&ELONGATION), outputs: ports(&[FORCE]), direct_feedthrough: true };
         CouplingForce { element, ports, counters: SubsystemCounters::default() }
     }
 }
@@ -129,13 +150,18 @@ impl Subsystem for CouplingForce {
     }
 
     #[inline]
-    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         y[0] = -self.element.tension(u[0], u[1]);
+        Ok(())
     }
 
     fn step(&mut self, _t: f64, _u: &[f64], _h: f64) -> Result<(), Failure> {
         self.counters.micro_steps += 1;
         Ok(())
+    }
+
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        no_abilities()
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {

@@ -3,6 +3,7 @@
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::{Name, names};
 
 /// Geometry, masses and start of a [`Crane`]. Angles are measured from the x axis, gravity points along −y.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -178,16 +179,16 @@ impl MechanicalModel for Crane {
         g.gravity * (lifted * g.link_1_length * self.sin[0] + g.end_mass * g.link_2_length * self.sin[1])
     }
 
-    fn observables(&self) -> &'static [&'static str] {
-        &["theta_1_rad", "theta_2_rad"]
+    fn observables(&self) -> Vec<Name> {
+        names(&["theta_1_rad", "theta_2_rad"])
     }
 
-    fn gap_names(&self) -> &'static [&'static str] {
-        &[]
+    fn gap_names(&self) -> Vec<Name> {
+        names(&[])
     }
 
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &[]
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&[])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

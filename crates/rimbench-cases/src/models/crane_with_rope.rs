@@ -6,6 +6,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::MassMatrix;
 use rimbench_core::interface_model::Rows;
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::{Name, names};
 
 /// One link of a crane, driven by the actuator, and a point load on a massless rope that can only pull.
 ///
@@ -126,16 +127,16 @@ impl MechanicalModel for CraneWithRope {
         g.gravity * (-lifted * self.tip_rate.x + g.end_mass * q[2])
     }
 
-    fn observables(&self) -> &'static [&'static str] {
-        &["theta_1_rad", "load_x_m", "load_y_m"]
+    fn observables(&self) -> Vec<Name> {
+        names(&["theta_1_rad", "load_x_m", "load_y_m"])
     }
 
-    fn gap_names(&self) -> &'static [&'static str] {
-        &["gap_rope_m", "gap_ground_m"]
+    fn gap_names(&self) -> Vec<Name> {
+        names(&["gap_rope_m", "gap_ground_m"])
     }
 
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &["contact_force_rope_n", "contact_force_ground_n"]
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&["contact_force_rope_n", "contact_force_ground_n"])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::{Name, names};
 
 /// Masses, geometry and start of [`Discs`].
 #[derive(Debug, Clone, PartialEq)]
@@ -208,16 +209,16 @@ impl MechanicalModel for Discs {
         self.geometry.disc_mass * self.geometry.gravity * heights
     }
 
-    fn observables(&self) -> &'static [&'static str] {
-        &["blade_x_m", "disc_momentum_x_kg_m_s", "largest_displacement_m", "gap_lowest_m"]
+    fn observables(&self) -> Vec<Name> {
+        names(&["blade_x_m", "disc_momentum_x_kg_m_s", "largest_displacement_m", "gap_lowest_m"])
     }
 
-    fn gap_names(&self) -> &'static [&'static str] {
-        &["gap_blade_m", "gap_wall_m", "gap_pair_m"]
+    fn gap_names(&self) -> Vec<Name> {
+        names(&["gap_blade_m", "gap_wall_m", "gap_pair_m"])
     }
 
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &["contact_force_blade_n", "contact_force_wall_n", "contact_force_pair_n"]
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&["contact_force_blade_n", "contact_force_wall_n", "contact_force_pair_n"])
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

@@ -4,6 +4,7 @@ use nalgebra::{Rotation2, Vector2};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::{Name, names};
 
 /// Masses, geometry and start of a [`Gripper`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,30 +145,30 @@ impl MechanicalModel for Gripper {
         self.geometry.gravity * self.geometry.box_mass * q[3]
     }
 
-    fn observables(&self) -> &'static [&'static str] {
-        &["left_jaw_x_m", "right_jaw_x_m", "box_x_m", "box_y_m", "box_angle_rad"]
+    fn observables(&self) -> Vec<Name> {
+        names(&["left_jaw_x_m", "right_jaw_x_m", "box_x_m", "box_y_m", "box_angle_rad"])
     }
 
-    fn gap_names(&self) -> &'static [&'static str] {
-        &[
+    fn gap_names(&self) -> Vec<Name> {
+        names(&[
             "gap_left_lower_pad_m",
             "gap_left_upper_pad_m",
             "gap_right_lower_pad_m",
             "gap_right_upper_pad_m",
             "gap_left_corner_m",
             "gap_right_corner_m",
-        ]
+        ])
     }
 
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &[
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&[
             "contact_force_left_lower_pad_n",
             "contact_force_left_upper_pad_n",
             "contact_force_right_lower_pad_n",
             "contact_force_right_upper_pad_n",
             "contact_force_left_corner_n",
             "contact_force_right_corner_n",
-        ]
+        ])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

@@ -3,6 +3,7 @@
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::{Name, names};
 
 /// Masses, geometry, road and start of a [`HalfCar`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,16 +151,16 @@ impl MechanicalModel for HalfCar {
         self.geometry.gravity * (self.mass[1] * q[1] + self.mass[3] * q[3] + self.mass[4] * q[4])
     }
 
-    fn observables(&self) -> &'static [&'static str] {
-        &["travel_x_m", "body_z_m", "pitch_rad", "front_wheel_z_m", "rear_wheel_z_m"]
+    fn observables(&self) -> Vec<Name> {
+        names(&["travel_x_m", "body_z_m", "pitch_rad", "front_wheel_z_m", "rear_wheel_z_m"])
     }
 
-    fn gap_names(&self) -> &'static [&'static str] {
-        &["gap_front_wheel_m", "gap_rear_wheel_m"]
+    fn gap_names(&self) -> Vec<Name> {
+        names(&["gap_front_wheel_m", "gap_rear_wheel_m"])
     }
 
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &["contact_force_front_wheel_n", "contact_force_rear_wheel_n"]
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&["contact_force_front_wheel_n", "contact_force_rear_wheel_n"])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

@@ -2,8 +2,12 @@
 
 use super::fluid::Fluid;
 use super::hydraulic_energy::{EulerStep, HydraulicEnergy};
-use rimbench_core::cosim::{EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{
+    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+};
 use rimbench_core::error::Failure;
+use rimbench_core::interface_model::ReducedInterfaceModel;
+use rimbench_core::name::Name;
 
 /// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,7 +114,8 @@ pub struct CylinderParameters {
 
 impl HydraulicCylinder {
     /// The names of the observables.
-    pub const OBSERVABLES: [&'static str; 3] = ["pressure_1_pa", "pressure_2_pa", "spool"];
+    pub const OBSERVABLES: [Name; 3] =
+        [Name::Borrowed("pressure_1_pa"), Name::Borrowed("pressure_2_pa"), Name::Borrowed("spool")];
 
     /// Builds the cylinder.
     pub fn new(fluid: Fluid, parameters: CylinderParameters, spool: Spool) -> Self {
@@ -128,10 +133,10 @@ impl HydraulicCylinder {
             spool,
             ports: Ports {
                 inputs: vec![
-                    Port { name: "actuator_length_m", quantity: Quantity::Position },
-                    Port { name: "actuator_velocity_m_s", quantity: Quantity::Velocity },
+                    Port::new("actuator_length_m", Quantity::Position),
+                    Port::new("actuator_velocity_m_s", Quantity::Velocity),
                 ],
-                outputs: vec![Port { name: "actuator_force_n", quantity: Quantity::Force }],
+                outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
                 direct_feedthrough: true,
             },
             counters: SubsystemCounters::default(),
@@ -207,11 +212,11 @@ impl HydraulicCylinder {
     #[cold]
     fn range_failure(&self, stroke_ended: bool, s: f64) -> Failure {
         if stroke_ended {
-            return Failure::OutOfRange { quantity: "actuator_length_m", value: s };
+            return Failure::out_of_range("actuator_length_m", s);
         }
         let first = !self.is_valid(self.p[0]);
         let (quantity, value) = if first { ("pressure_1_pa", self.p[0]) } else { ("pressure_2_pa", self.p[1]) };
-        if value.is_nan() { Failure::NonFinite { quantity } } else { Failure::OutOfRange { quantity, value } }
+        if value.is_nan() { Failure::non_finite(quantity) } else { Failure::out_of_range(quantity, value) }
     }
 }
 
@@ -221,8 +226,9 @@ impl Subsystem for HydraulicCylinder {
     }
 
     #[inline]
-    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         y[0] = self.force(u[1]);
+        Ok(())
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
@@ -249,28 +255,8 @@ impl Subsystem for HydraulicCylinder {
         self.check_range(u[0])
     }
 
-    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
-        let (area, [l1, l2]) = (self.piston_area, self.chambers(u[0]));
-        let [p1_rate, p2_rate] = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));
-        rates.rate[0] = area * (p2_rate - p1_rate);
-        rates.feedthrough.copy_from_slice(&[0.0, -self.friction]);
-        // ∂l₁/∂s = −1 and ∂l₂/∂s = 1 in the denominators of ṗ₁ and ṗ₂.
-        let by_length = -area * (p2_rate / l2 + p1_rate / l1);
-        let by_velocity = -area * area * (self.stiffness(self.p[0], l1) + self.stiffness(self.p[1], l2));
-        rates.rate_gain.copy_from_slice(&[by_length, by_velocity]);
-        true
-    }
-
-    fn observables(&self) -> &[&'static str] {
-        &Self::OBSERVABLES
-    }
-
-    fn observe(&mut self, _h: f64, row: &mut [f64]) {
-        row.copy_from_slice(&[self.p[0], self.p[1], self.spool.at(self.time)]);
-    }
-
-    fn energy_account(&self) -> Option<EnergyAccount> {
-        Some(self.energy.account())
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
@@ -279,6 +265,48 @@ impl Subsystem for HydraulicCylinder {
 
     fn counters(&self) -> SubsystemCounters {
         self.counters
+    }
+}
+
+impl Abilities for HydraulicCylinder {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+
+    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+        let (area, [l1, l2]) = (self.piston_area, self.chambers(u[0]));
+        let [p1_rate, p2_rate] = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));
+        rates.rate[0] = area * (p2_rate - p1_rate);
+        rates.feedthrough.copy_from_slice(&[0.0, -self.friction]);
+        // ∂l₁/∂s = −1 and ∂l₂/∂s = 1 in the denominators of ṗ₁ and ṗ₂.
+        let by_length = -area * (p2_rate / l2 + p1_rate / l1);
+        let by_velocity = -area * area * (self.stiffness(self.p[0], l1) + self.stiffness(self.p[1], l2));
+        rates.rate_gain.copy_from_slice(&[by_length, by_velocity]);
+        Ok(true)
+    }
+
+    fn observables(&mut self) -> &[Name] {
+        &Self::OBSERVABLES
+    }
+
+    fn observe(&mut self, _h: f64, row: &mut [f64]) {
+        row.copy_from_slice(&[self.p[0], self.p[1], self.spool.at(self.time)]);
+    }
+
+    fn interface_work(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        Some(self.energy.account())
     }
 }
 
@@ -325,7 +353,7 @@ mod tests {
             (after.force(u[1]) - moving.force(u[1])) / h
         };
         let mut rates = OutputRates::zeros(1, 2);
-        assert!(moving.output_rates(0.0, &u, &mut rates));
+        assert_eq!(moving.clone().output_rates(0.0, &u, &mut rates), Ok(true));
         // Forces of 1e4 N are rounded to 2e-12 N, over 1e-7 s 2e-5 N/s; Euler is exact here.
         approx::assert_relative_eq!(rates.rate[0], rate(u), epsilon = 1e-4);
         let gain = |ds: f64, dv: f64| rate([u[0] + ds, u[1] + dv]) - rate([u[0] - ds, u[1] - dv]);
@@ -340,10 +368,10 @@ mod tests {
     #[test]
     fn the_end_of_the_stroke_and_cavitation_are_outcomes() {
         let stroke = cylinder(0.5).step(0.0, &[3.6, 0.0], 1e-5);
-        assert!(matches!(stroke, Err(Failure::OutOfRange { quantity: "actuator_length_m", .. })));
+        assert!(matches!(&stroke, Err(Failure::OutOfRange { quantity, .. }) if quantity == "actuator_length_m"));
         let mut pulled = cylinder(0.5);
         let cavitation = (0..1000).find_map(|_| pulled.step(0.0, &[2.5, -50.0], 1e-4).err());
-        assert!(matches!(cavitation, Some(Failure::OutOfRange { quantity: "pressure_1_pa", .. })));
+        assert!(matches!(&cavitation, Some(Failure::OutOfRange { quantity, .. }) if quantity == "pressure_1_pa"));
     }
 
     #[test]

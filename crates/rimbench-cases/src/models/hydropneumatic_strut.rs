@@ -1,7 +1,11 @@
 //! A hydropneumatic strut: a piston that pumps oil through an orifice into an accumulator with a gas cushion.
 
-use rimbench_core::cosim::{EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{
+    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+};
 use rimbench_core::error::{Error, Failure, Result};
+use rimbench_core::interface_model::ReducedInterfaceModel;
+use rimbench_core::name::Name;
 
 /// Sizes and start of a [`HydropneumaticStrut`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,10 +63,10 @@ impl HydropneumaticStrut {
             volume: parameters.gas_volume,
             ports: Ports {
                 inputs: vec![
-                    Port { name: "actuator_length_m", quantity: Quantity::Position },
-                    Port { name: "actuator_velocity_m_s", quantity: Quantity::Velocity },
+                    Port::new("actuator_length_m", Quantity::Position),
+                    Port::new("actuator_velocity_m_s", Quantity::Velocity),
                 ],
-                outputs: vec![Port { name: "actuator_force_n", quantity: Quantity::Force }],
+                outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
                 direct_feedthrough: true,
             },
             counters: SubsystemCounters::default(),
@@ -98,19 +102,20 @@ impl Subsystem for HydropneumaticStrut {
     }
 
     #[inline]
-    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         y[0] = self.pressure() * self.parameters.piston_area - self.parameters.damping * u[1];
+        Ok(())
     }
 
-    fn step(&mut self, _t: f64, u: &[f64], h: f64) -> std::result::Result<(), Failure> {
+    fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let (swept, push) = (h * u[1], self.pressure() * self.parameters.piston_area);
         let before = self.gas_energy();
         self.volume += self.parameters.piston_area * swept;
         if self.volume.is_nan() {
-            return Err(Failure::NonFinite { quantity: "gas_volume_m3" });
+            return Err(Failure::non_finite("gas_volume_m3"));
         }
         if self.volume <= 0.0 {
-            return Err(Failure::OutOfRange { quantity: "gas_volume_m3", value: self.volume });
+            return Err(Failure::out_of_range("gas_volume_m3", self.volume));
         }
         let (change, friction) = (self.gas_energy() - before, self.parameters.damping * u[1] * swept);
         self.account.stored += change;
@@ -122,32 +127,54 @@ impl Subsystem for HydropneumaticStrut {
         Ok(())
     }
 
-    fn output_rates(&self, _t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
-        let stiffness = self.gas_stiffness();
-        rates.rate[0] = -stiffness * u[1];
-        rates.feedthrough.copy_from_slice(&[0.0, -self.parameters.damping]);
-        rates.rate_gain.copy_from_slice(&[0.0, -stiffness]);
-        true
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
         Some(Box::new(self.clone()))
     }
 
-    fn observables(&self) -> &[&'static str] {
-        &["gas_pressure_pa"]
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+}
+
+impl Abilities for HydropneumaticStrut {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+
+    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+        let stiffness = self.gas_stiffness();
+        rates.rate[0] = -stiffness * u[1];
+        rates.feedthrough.copy_from_slice(&[0.0, -self.parameters.damping]);
+        rates.rate_gain.copy_from_slice(&[0.0, -stiffness]);
+        Ok(true)
+    }
+
+    fn observables(&mut self) -> &[Name] {
+        &[Name::Borrowed("gas_pressure_pa")]
     }
 
     fn observe(&mut self, _h: f64, row: &mut [f64]) {
         row[0] = self.pressure();
     }
 
-    fn energy_account(&self) -> Option<EnergyAccount> {
-        Some(self.account)
+    fn interface_work(&mut self) -> Option<f64> {
+        None
     }
 
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        Some(self.account)
     }
 }
 
@@ -165,7 +192,7 @@ mod tests {
         let (n, h) = (100_000, 1e-5);
         (0..n).for_each(|_| strut.step(0.0, &[0.0, -0.05], h).unwrap());
         let mut force = [0.0];
-        strut.outputs(&[0.0, 0.0], &mut force);
+        strut.outputs(&[0.0, 0.0], &mut force).unwrap();
         approx::assert_relative_eq!(force[0], 2500.0 * (4.0_f64 / 3.0).powf(1.4), max_relative = 1e-9);
         let work = 2.5e6 * 2e-4 / 0.4 * ((4.0_f64 / 3.0).powf(0.4) - 1.0);
         let account = strut.energy_account().unwrap();
@@ -174,7 +201,7 @@ mod tests {
         assert!(account.integration.abs() < 5e-7 * 620.0 * 1.01, "{}", account.integration);
         assert!(account.closure().abs() < 1e-9);
         let empty = strut.step(0.0, &[0.0, -1e3], 1.0);
-        assert!(matches!(empty, Err(Failure::OutOfRange { quantity: "gas_volume_m3", .. })));
+        assert!(matches!(&empty, Err(Failure::OutOfRange { quantity, .. }) if quantity == "gas_volume_m3"));
         assert!(HydropneumaticStrut::new(StrutParameters { start_force: -1.0, ..start }).is_err());
     }
 
@@ -185,10 +212,10 @@ mod tests {
         let strut = HydropneumaticStrut::new(start).unwrap();
         let (u, h) = ([0.0, 0.2], 1e-6);
         let mut rates = OutputRates::zeros(1, 2);
-        assert!(strut.output_rates(0.0, &u, &mut rates));
+        assert_eq!(strut.clone().output_rates(0.0, &u, &mut rates), Ok(true));
         let force = |strut: &HydropneumaticStrut, w: f64| {
             let mut y = [0.0];
-            strut.outputs(&[0.0, w], &mut y);
+            strut.clone().outputs(&[0.0, w], &mut y).unwrap();
             y[0]
         };
         let mut after = strut.clone();

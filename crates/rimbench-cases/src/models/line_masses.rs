@@ -3,6 +3,7 @@
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::Name;
 
 /// One mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,11 +60,11 @@ pub struct LineDescription {
     /// The mass that the actuator holds.
     pub driven: usize,
     /// Names of the positions of the first masses, then of their velocities.
-    pub state_names: &'static [&'static str],
+    pub state_names: Vec<Name>,
     /// Names of the gaps.
-    pub gap_names: &'static [&'static str],
+    pub gap_names: Vec<Name>,
     /// Names of the contact forces.
-    pub contact_force_names: &'static [&'static str],
+    pub contact_force_names: Vec<Name>,
 }
 
 /// The mechanics; velocities are those of the masses.
@@ -88,7 +89,7 @@ impl LineMasses {
         model.unilateral(&q, &v, &mut rows);
         for (contact, gap) in rows.position.iter().enumerate() {
             if *gap < -ROUND_OFF {
-                let name = model.line.gap_names.get(contact).copied().unwrap_or("a gap");
+                let name = model.line.gap_names.get(contact).map_or("a gap", |name| name);
                 return Err(Error::Incompatible(format!(
                     "impossible geometry: {name} would start at {gap:.6} m; it must not be below 0"
                 )));
@@ -168,16 +169,16 @@ impl MechanicalModel for LineMasses {
         self.line.masses.iter().zip(q).map(of_body).sum::<f64>() + self.line.springs.iter().map(of_spring).sum::<f64>()
     }
 
-    fn observables(&self) -> &'static [&'static str] {
-        self.line.state_names
+    fn observables(&self) -> Vec<Name> {
+        self.line.state_names.clone()
     }
 
-    fn gap_names(&self) -> &'static [&'static str] {
-        self.line.gap_names
+    fn gap_names(&self) -> Vec<Name> {
+        self.line.gap_names.clone()
     }
 
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        self.line.contact_force_names
+    fn contact_force_names(&self) -> Vec<Name> {
+        self.line.contact_force_names.clone()
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

@@ -3,6 +3,7 @@
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::{Name, names};
 use std::f64::consts::PI;
 
 /// How the beam is held.
@@ -196,16 +197,16 @@ impl MechanicalModel for ModalBeam {
         self.frequencies.iter().zip(q).map(of_mode).sum()
     }
 
-    fn observables(&self) -> &'static [&'static str] {
-        &["end_deflection_m"]
+    fn observables(&self) -> Vec<Name> {
+        names(&["end_deflection_m"])
     }
 
-    fn gap_names(&self) -> &'static [&'static str] {
-        &["gap_stop_1_m", "gap_stop_2_m"]
+    fn gap_names(&self) -> Vec<Name> {
+        names(&["gap_stop_1_m", "gap_stop_2_m"])
     }
 
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &["contact_force_stop_1_n", "contact_force_stop_2_n"]
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&["contact_force_stop_1_n", "contact_force_stop_2_n"])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

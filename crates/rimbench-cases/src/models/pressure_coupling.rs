@@ -3,13 +3,16 @@
 //! The force then follows the mechanics' own velocity, so the coupling has no direct feedthrough.
 
 use super::hydraulic_cylinder::HydraulicCylinder;
-use rimbench_core::cosim::{Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{
+    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+};
 use rimbench_core::error::Failure;
+use rimbench_core::interface_model::ReducedInterfaceModel;
+use rimbench_core::name::Name;
 
-const PRESSURES: [Port; 2] = [
-    Port { name: "pressure_1_pa", quantity: Quantity::Pressure },
-    Port { name: "pressure_2_pa", quantity: Quantity::Pressure },
-];
+fn pressures() -> Vec<Port> {
+    ["pressure_1_pa", "pressure_2_pa"].map(|name| Port::new(name, Quantity::Pressure)).to_vec()
+}
 
 /// A cylinder whose outputs are its pressures: length and velocity in, `p₁, p₂` out.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +25,7 @@ impl PressureOutput {
     /// Turns a cylinder from force to pressure output.
     pub fn new(cylinder: HydraulicCylinder) -> Self {
         let inputs = cylinder.ports().inputs.clone();
-        PressureOutput { cylinder, ports: Ports { inputs, outputs: PRESSURES.to_vec(), direct_feedthrough: false } }
+        PressureOutput { cylinder, ports: Ports { inputs, outputs: pressures(), direct_feedthrough: false } }
     }
 }
 
@@ -31,20 +34,17 @@ impl Subsystem for PressureOutput {
         &self.ports
     }
 
-    fn outputs(&self, _u: &[f64], y: &mut [f64]) {
+    fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         y.copy_from_slice(&self.cylinder.pressures());
+        Ok(())
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.cylinder.step(t, u, h)
     }
 
-    fn observables(&self) -> &[&'static str] {
-        self.cylinder.observables()
-    }
-
-    fn observe(&mut self, h: f64, row: &mut [f64]) {
-        self.cylinder.observe(h, row);
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
@@ -53,6 +53,42 @@ impl Subsystem for PressureOutput {
 
     fn counters(&self) -> SubsystemCounters {
         self.cylinder.counters()
+    }
+}
+
+/// Only what the cylinder shows: it is the force that it knows rates and accounts of.
+impl Abilities for PressureOutput {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+
+    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    fn observables(&mut self) -> &[Name] {
+        self.cylinder.observables()
+    }
+
+    fn observe(&mut self, h: f64, row: &mut [f64]) {
+        self.cylinder.observe(h, row);
+    }
+
+    fn interface_work(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
+    }
+
+    /// None: the cylinder books the work of a force that the mechanics makes here, and friction at a velocity that it has not.
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        None
     }
 }
 
@@ -78,7 +114,7 @@ impl<M: Subsystem> PressureDrivenMechanics<M> {
     pub fn new(mechanics: M, piston_area: f64, viscous_friction: f64) -> Self {
         debug_assert_eq!((mechanics.ports().inputs.len(), mechanics.ports().outputs.len()), (1, 2));
         let outputs = mechanics.ports().outputs.clone();
-        let ports = Ports { inputs: PRESSURES.to_vec(), outputs, direct_feedthrough: false };
+        let ports = Ports { inputs: pressures(), outputs, direct_feedthrough: false };
         PressureDrivenMechanics { mechanics, piston_area, viscous_friction, ports, y: [0.0; 2] }
     }
 }
@@ -88,31 +124,19 @@ impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
         &self.ports
     }
 
-    fn outputs(&self, _u: &[f64], y: &mut [f64]) {
+    fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         // The force does not enter the outputs of the mechanics inside.
-        self.mechanics.outputs(&[0.0], y);
+        self.mechanics.outputs(&[0.0], y)
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        self.mechanics.outputs(&[0.0], &mut self.y);
+        self.mechanics.outputs(&[0.0], &mut self.y)?;
         let force = (u[1] - u[0]) * self.piston_area - self.viscous_friction * self.y[1];
         self.mechanics.step(t, &[force], h)
     }
 
-    fn observables(&self) -> &[&'static str] {
-        self.mechanics.observables()
-    }
-
-    fn observe(&mut self, h: f64, row: &mut [f64]) {
-        self.mechanics.observe(h, row);
-    }
-
-    fn interface_work(&self) -> Option<f64> {
-        self.mechanics.interface_work()
-    }
-
-    fn energy_identity_residual(&self) -> Option<f64> {
-        self.mechanics.energy_identity_residual()
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
@@ -121,5 +145,39 @@ impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
 
     fn counters(&self) -> SubsystemCounters {
         self.mechanics.counters()
+    }
+}
+
+impl<M: Subsystem> Abilities for PressureDrivenMechanics<M> {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+
+    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    fn observables(&mut self) -> &[Name] {
+        self.mechanics.abilities().observables()
+    }
+
+    fn observe(&mut self, h: f64, row: &mut [f64]) {
+        self.mechanics.abilities().observe(h, row);
+    }
+
+    fn interface_work(&mut self) -> Option<f64> {
+        self.mechanics.abilities().interface_work()
+    }
+
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        self.mechanics.abilities().energy_identity_residual()
+    }
+
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        None
     }
 }

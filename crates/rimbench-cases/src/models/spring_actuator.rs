@@ -1,8 +1,12 @@
 //! A spring that pushes an interface from a carriage, which a moving base holds: the simplest actuator with a state.
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
-use rimbench_core::cosim::{OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{
+    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+};
 use rimbench_core::error::{Error, Failure, Result};
+use rimbench_core::interface_model::ReducedInterfaceModel;
+use rimbench_core::name::Name;
 
 /// Prescribed motion `x_b = x₀ + A sin(ω t + φ)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +72,7 @@ pub struct SpringActuator {
 
 impl SpringActuator {
     /// The names of the observables.
-    pub const OBSERVABLES: [&'static str; 2] = ["carriage_position_m", "carriage_velocity_m_s"];
+    pub const OBSERVABLES: [Name; 2] = [Name::Borrowed("carriage_position_m"), Name::Borrowed("carriage_velocity_m_s")];
 
     /// Builds the actuator.
     ///
@@ -91,10 +95,10 @@ impl SpringActuator {
         );
         let ports = Ports {
             inputs: vec![
-                Port { name: "interface_position_m", quantity: Quantity::Position },
-                Port { name: "interface_velocity_m_s", quantity: Quantity::Velocity },
+                Port::new("interface_position_m", Quantity::Position),
+                Port::new("interface_velocity_m_s", Quantity::Velocity),
             ],
-            outputs: vec![Port { name: "actuator_force_n", quantity: Quantity::Force }],
+            outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
             direct_feedthrough: true,
         };
         Ok(SpringActuator { parameters, carriage, time: 0.0, ports, counters: SubsystemCounters::default() })
@@ -126,9 +130,10 @@ impl Subsystem for SpringActuator {
     }
 
     #[inline]
-    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         let [position, velocity] = self.carriage();
         y[0] = self.parameters.stiffness * (position - u[0]) + self.parameters.damping * (velocity - u[1]);
+        Ok(())
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
@@ -138,10 +143,32 @@ impl Subsystem for SpringActuator {
         self.time = t + h;
         self.counters.micro_steps += 1;
         let finite = self.carriage.is_finite();
-        if finite { Ok(()) } else { Err(Failure::NonFinite { quantity: Self::OBSERVABLES[0] }) }
+        if finite { Ok(()) } else { Err(Failure::NonFinite { quantity: Self::OBSERVABLES[0].clone() }) }
     }
 
-    fn output_rates(&self, t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+}
+
+impl Abilities for SpringActuator {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+
+    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let p = &self.parameters;
         let [_, velocity] = self.carriage();
         let (acceleration, per_mass) = if p.carriage_mass > 0.0 {
@@ -152,14 +179,10 @@ impl Subsystem for SpringActuator {
         rates.rate[0] = p.stiffness * velocity + p.damping * acceleration;
         rates.feedthrough.copy_from_slice(&[-p.stiffness, -p.damping]);
         rates.rate_gain.copy_from_slice(&[p.damping * p.stiffness * per_mass, p.damping * p.damping * per_mass]);
-        true
+        Ok(true)
     }
 
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn observables(&self) -> &[&'static str] {
+    fn observables(&mut self) -> &[Name] {
         &Self::OBSERVABLES
     }
 
@@ -167,8 +190,16 @@ impl Subsystem for SpringActuator {
         row.copy_from_slice(&self.carriage());
     }
 
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
+    fn interface_work(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        None
     }
 }
 
@@ -195,7 +226,7 @@ mod tests {
             let (u, h) = ([0.08, 0.3], 1e-6);
             let force = |actuator: &SpringActuator, u: &[f64]| {
                 let mut y = [0.0];
-                actuator.outputs(u, &mut y);
+                actuator.clone().outputs(u, &mut y).unwrap();
                 y[0]
             };
             let rate = |u: [f64; 2]| {
@@ -204,7 +235,7 @@ mod tests {
                 (force(&after, &u) - force(&actuator, &u)) / h
             };
             let mut rates = OutputRates::zeros(1, 2);
-            assert!(actuator.output_rates(0.0, &u, &mut rates));
+            assert_eq!(actuator.clone().output_rates(0.0, &u, &mut rates), Ok(true));
             // One-sided difference: h/2 times the second rate, itself about ω_max² F with ω_max below 40 rad/s.
             approx::assert_relative_eq!(rates.rate[0], rate(u), epsilon = 1e-3 * rates.rate[0].abs());
             let gain = |ds: f64, dv: f64| rate([u[0] + ds, u[1] + dv]) - rate([u[0] - ds, u[1] - dv]);

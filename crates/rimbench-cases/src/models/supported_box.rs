@@ -6,6 +6,7 @@ use nalgebra::{Rotation2, Vector2};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::{Name, names};
 
 /// A disc on a revolute joint of the box, with its own ledge: discs roll on tracks of their own, beside that of the supports.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,7 +125,7 @@ impl SupportedBox {
         self.unilateral(&self.start, &vec![0.0; size.velocities], &mut rows);
         for (contact, gap) in rows.position.iter().enumerate() {
             if *gap < -ROUND_OFF {
-                let name = self.gap_names().get(contact).copied().unwrap_or("the gap of another support");
+                let name = self.gap_names().get(contact).cloned().unwrap_or("the gap of another support".into());
                 return Err(Error::Incompatible(format!(
                     "impossible geometry: {name} would start at {gap:.6} m, inside the ground"
                 )));
@@ -287,27 +288,27 @@ impl MechanicalModel for SupportedBox {
         self.geometry.gravity * (self.geometry.box_mass * q[1] + of_discs.sum::<f64>())
     }
 
-    fn observables(&self) -> &'static [&'static str] {
-        &["box_x_m", "box_y_m", "box_angle_rad", "box_rate_rad_s", "gap_supports_least_m"]
+    fn observables(&self) -> Vec<Name> {
+        names(&["box_x_m", "box_y_m", "box_angle_rad", "box_rate_rad_s", "gap_supports_least_m"])
     }
 
-    fn gap_names(&self) -> &'static [&'static str] {
+    fn gap_names(&self) -> Vec<Name> {
         match self.geometry.discs.len() {
-            0 => &["gap_right_support_m", "gap_left_support_m"],
-            1 => &["gap_right_support_m", "gap_left_support_m", "gap_disc_ledge_m", "gap_disc_floor_m"],
-            _ => &[
+            0 => names(&["gap_right_support_m", "gap_left_support_m"]),
+            1 => names(&["gap_right_support_m", "gap_left_support_m", "gap_disc_ledge_m", "gap_disc_floor_m"]),
+            _ => names(&[
                 "gap_right_support_m",
                 "gap_left_support_m",
                 "gap_left_disc_ledge_m",
                 "gap_left_disc_floor_m",
                 "gap_right_disc_ledge_m",
                 "gap_right_disc_floor_m",
-            ],
+            ]),
         }
     }
 
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &["contact_force_right_support_n", "contact_force_left_support_n"]
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&["contact_force_right_support_n", "contact_force_left_support_n"])
     }
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {

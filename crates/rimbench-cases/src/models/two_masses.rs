@@ -7,9 +7,12 @@
 //! [`MassSide`] is one mass that is driven by a force or, holding the coupling element itself, by the other's motion.
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
-use rimbench_core::cosim::{OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{
+    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+};
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
+use rimbench_core::name::Name;
 
 /// A mass with a spring and a damper to its wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,12 +66,18 @@ pub enum MassRole {
     ForceGiving(CouplingElement),
 }
 
-pub(super) const FORCE: Port = Port { name: "coupling_force_n", quantity: Quantity::Force };
-const MOTION: [[Port; 2]; 2] = [
-    [Port { name: "x1_m", quantity: Quantity::Position }, Port { name: "v1_m_s", quantity: Quantity::Velocity }],
-    [Port { name: "x2_m", quantity: Quantity::Position }, Port { name: "v2_m_s", quantity: Quantity::Velocity }],
+pub(super) const FORCE: (&str, Quantity) = ("coupling_force_n", Quantity::Force);
+const MOTION: [[(&str, Quantity); 2]; 2] = [
+    [("x1_m", Quantity::Position), ("v1_m_s", Quantity::Velocity)],
+    [("x2_m", Quantity::Position), ("v2_m_s", Quantity::Velocity)],
 ];
-const STATES: [[&str; 2]; 2] = [["x1_m", "v1_m_s"], ["x2_m", "v2_m_s"]];
+const STATES: [[Name; 2]; 2] =
+    [[Name::Borrowed("x1_m"), Name::Borrowed("v1_m_s")], [Name::Borrowed("x2_m"), Name::Borrowed("v2_m_s")]];
+
+/// Ports by name and quantity.
+pub(super) fn ports(list: &[(&'static str, Quantity)]) -> Vec<Port> {
+    list.iter().map(|&(name, quantity)| Port::new(name, quantity)).collect()
+}
 
 /// One of the two masses as a subsystem.
 #[derive(Debug, Clone)]
@@ -86,11 +95,11 @@ impl MassSide {
     /// Builds mass `index` (0 or 1). A nonlinear element knows no exponential: [`OscillatorIntegrator::Exact`] then
     /// stands for the classical Runge–Kutta rule of order 4; it does not go with the implicit integrators.
     pub fn new(index: usize, body: WalledMass, role: MassRole, integrator: OscillatorIntegrator) -> Self {
-        let (own, other) = (MOTION[index].to_vec(), MOTION[1 - index].to_vec());
+        let (own, other) = (ports(&MOTION[index]), ports(&MOTION[1 - index]));
         let (inputs, outputs, direct_feedthrough) = match role {
-            MassRole::ForceDriven => (vec![FORCE], own, false),
+            MassRole::ForceDriven => (ports(&[FORCE]), own, false),
             MassRole::Displacement(_) => (other, own, false),
-            MassRole::ForceGiving(_) => (other, vec![FORCE], true),
+            MassRole::ForceGiving(_) => (other, ports(&[FORCE]), true),
         };
         let element = match role {
             MassRole::Displacement(element) | MassRole::ForceGiving(element) if element.is_linear() => element,
@@ -119,13 +128,14 @@ impl Subsystem for MassSide {
     }
 
     #[inline]
-    fn outputs(&self, u: &[f64], y: &mut [f64]) {
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
         match &self.role {
             MassRole::ForceGiving(element) => y[0] = self.given(element, u),
             MassRole::ForceDriven | MassRole::Displacement(_) => {
                 y.copy_from_slice(&[self.motion.position(), self.motion.velocity()]);
             }
         }
+        Ok(())
     }
 
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
@@ -147,7 +157,29 @@ impl Subsystem for MassSide {
             }
         }
         self.counters.micro_steps += 1;
-        if self.motion.is_finite() { Ok(()) } else { Err(Failure::NonFinite { quantity: STATES[self.index][0] }) }
+        if self.motion.is_finite() {
+            Ok(())
+        } else {
+            Err(Failure::NonFinite { quantity: STATES[self.index][0].clone() })
+        }
+    }
+
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+}
+
+impl Abilities for MassSide {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        (self.role == MassRole::ForceDriven).then(|| ReducedInterfaceModel::zeros(0, 1))
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
@@ -163,12 +195,8 @@ impl Subsystem for MassSide {
         Ok(true)
     }
 
-    fn empty_interface_model(&self) -> Option<ReducedInterfaceModel> {
-        (self.role == MassRole::ForceDriven).then(|| ReducedInterfaceModel::zeros(0, 1))
-    }
-
-    fn output_rates(&self, _t: f64, u: &[f64], rates: &mut OutputRates) -> bool {
-        let MassRole::ForceGiving(element) = self.role else { return false };
+    fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+        let MassRole::ForceGiving(element) = self.role else { return Ok(false) };
         let (elongation, rate) = (self.motion.position() - u[0], self.motion.velocity() - u[1]);
         // Derivative of the damper's force by its rate; a root at rest has none, and counts as straight.
         let slope = if element.is_linear() || rate == 0.0 {
@@ -183,10 +211,10 @@ impl Subsystem for MassSide {
         rates.feedthrough.copy_from_slice(&[-element.stiffness, -slope]);
         // Of a nonlinear damper the change of the slope itself is left out.
         rates.rate_gain.copy_from_slice(&[slope * element.stiffness / m, slope * slope / m]);
-        true
+        Ok(true)
     }
 
-    fn observables(&self) -> &[&'static str] {
+    fn observables(&mut self) -> &[Name] {
         &STATES[self.index]
     }
 
@@ -194,15 +222,15 @@ impl Subsystem for MassSide {
         row.copy_from_slice(&[self.motion.position(), self.motion.velocity()]);
     }
 
-    fn interface_work(&self) -> Option<f64> {
+    fn interface_work(&mut self) -> Option<f64> {
         (self.role == MassRole::ForceDriven).then_some(self.work)
     }
 
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        Some(Box::new(self.clone()))
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
     }
 
-    fn counters(&self) -> SubsystemCounters {
-        self.counters
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        None
     }
 }

@@ -5,6 +5,7 @@ use nalgebra::{Rotation2, Vector2};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::{Name, names};
 
 /// Geometry and masses. Points of the box are in its frame, whose origin is the centre of mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -204,21 +205,21 @@ impl MechanicalModel for WedgeBox {
         self.geometry.gravity * (self.geometry.box_mass * q[1] + self.geometry.disc_mass * q[4])
     }
 
-    fn observables(&self) -> &'static [&'static str] {
-        &["box_x_m", "box_y_m", "box_angle_rad", "disc_ledge_normal_rad"]
+    fn observables(&self) -> Vec<Name> {
+        names(&["box_x_m", "box_y_m", "box_angle_rad", "disc_ledge_normal_rad"])
     }
 
-    fn gap_names(&self) -> &'static [&'static str] {
-        &["gap_right_wedge_m", "gap_left_wedge_m", "gap_disc_ledge_m", "gap_disc_floor_m"]
+    fn gap_names(&self) -> Vec<Name> {
+        names(&["gap_right_wedge_m", "gap_left_wedge_m", "gap_disc_ledge_m", "gap_disc_floor_m"])
     }
 
-    fn contact_force_names(&self) -> &'static [&'static str] {
-        &[
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&[
             "contact_force_right_wedge_n",
             "contact_force_left_wedge_n",
             "contact_force_disc_ledge_n",
             "contact_force_disc_floor_n",
-        ]
+        ])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

@@ -25,8 +25,7 @@
 mod few;
 mod pivoting;
 
-use super::{ComplementaritySolver, Lcp, SolveStats};
-use crate::error::Failure;
+use super::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use crate::linear_algebra::{Buffer, Factor, SparseRows};
 use few::Few;
 
@@ -146,14 +145,14 @@ impl ActiveSet {
         }
     }
 
-    fn give_up(&mut self, z: &mut [f64]) -> Failure {
+    fn give_up(&mut self, z: &mut [f64]) -> Unsolved {
         self.write(z);
         self.reset();
-        Failure::SolverFailed { residual: f64::INFINITY }
+        Unsolved::NotFound { residual: f64::INFINITY }
     }
 
     #[inline(always)]
-    fn solve_from_last_set(&mut self, lcp: Lcp<'_>, z: &mut [f64], again: bool) -> Result<SolveStats, Failure> {
+    fn solve_from_last_set(&mut self, lcp: Lcp<'_>, z: &mut [f64], again: bool) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         if n == self.n {
             match self.solve_few(lcp, z) {
@@ -168,12 +167,12 @@ impl ActiveSet {
                 Few::Open => {}
             }
         }
-        self.solve_any(Lcp { m: lcp.m, q: lcp.q }, z, again)
+        self.solve_any(Lcp::new(lcp.m, lcp.q), z, again)
     }
 
     /// Apart from the usual case, which does not pay for its frame.
     #[inline(never)]
-    fn solve_any(&mut self, lcp: Lcp<'_>, z: &mut [f64], again: bool) -> Result<SolveStats, Failure> {
+    fn solve_any(&mut self, lcp: Lcp<'_>, z: &mut [f64], again: bool) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         if lcp.is_solved_by_zero()? {
             self.seen &= again;
@@ -201,11 +200,11 @@ fn same_entries(a: &[f64], b: &[f64]) -> bool {
 }
 
 impl ComplementaritySolver for ActiveSet {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.solve_from_last_set(lcp, z, false)
     }
 
-    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.solve_from_last_set(lcp, z, true)
     }
 

@@ -1,8 +1,7 @@
 //! The solver a simulation holds: checked after every problem, with a fallback, and counted.
 
 use super::natural_residual::natural_residual_of_rows;
-use super::{ComplementaritySolver, Lcp, Lemke, SolveStats, Solver, natural_residual};
-use crate::error::Failure;
+use super::{ComplementaritySolver, Lcp, Lemke, SolveStats, Solver, Unsolved, natural_residual};
 use crate::linear_algebra::SparseRows;
 
 /// Exact work counts of many solves.
@@ -52,7 +51,7 @@ const NO_ANSWER: SolveStats = SolveStats { pivots: 0, factorisations: 0, fallbac
 /// A solver whose every answer is measured by [`natural_residual`], and replaced by the fallback's if it is not good
 /// enough.
 ///
-/// Solving it means: `r(z) ≤ tolerance`, or [`Failure::SolverFailed`] with the smaller residual of the two attempts.
+/// Solving it means: `r(z) ≤ tolerance`, or [`Unsolved::NotFound`] with the smaller residual of the two attempts.
 #[derive(Clone)]
 pub struct Checked {
     primary: Solver,
@@ -86,7 +85,7 @@ impl Checked {
     /// Whatever the fallback is given is put together here: an address handed to it would keep problem and stats in
     /// memory in the usual case too, for a third of its time.
     #[inline(always)]
-    fn accept(&mut self, lcp: Lcp<'_>, z: &mut [f64], proposed: SolveStats) -> Result<SolveStats, Failure> {
+    fn accept(&mut self, lcp: Lcp<'_>, z: &mut [f64], proposed: SolveStats) -> Result<SolveStats, Unsolved> {
         let SolveStats { pivots, factorisations, residual, .. } = proposed;
         self.counters.solves += 1;
         self.counters.pivots += u64::from(pivots);
@@ -96,12 +95,12 @@ impl Checked {
             return Ok(SolveStats { pivots, factorisations, fallback: false, residual });
         }
         let proposed = SolveStats { pivots, factorisations, fallback: false, residual };
-        self.fall_back(Lcp { m: lcp.m, q: lcp.q }, z, proposed)
+        self.fall_back(Lcp::new(lcp.m, lcp.q), z, proposed)
     }
 
     /// Runs the fallback after `proposed`, the stats of an insufficient proposal in `z`.
     #[cold]
-    fn fall_back(&mut self, lcp: Lcp<'_>, z: &mut [f64], proposed: SolveStats) -> Result<SolveStats, Failure> {
+    fn fall_back(&mut self, lcp: Lcp<'_>, z: &mut [f64], proposed: SolveStats) -> Result<SolveStats, Unsolved> {
         let mut least = proposed.residual;
         if let Some(lemke) = &mut self.fallback {
             self.counters.fallbacks += 1;
@@ -117,13 +116,13 @@ impl Checked {
             }
         }
         self.counters.failures += 1;
-        Err(Failure::SolverFailed { residual: least })
+        Err(Unsolved::NotFound { residual: least })
     }
 }
 
 impl ComplementaritySolver for Checked {
     #[inline]
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.rows_read = false;
         let stats = match self.primary.attempt(lcp, z) {
             Ok(stats) => SolveStats { residual: natural_residual(lcp, z), ..stats },
@@ -133,7 +132,7 @@ impl ComplementaritySolver for Checked {
     }
 
     #[inline]
-    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         if !self.rows_read {
             self.rows.read(lcp.m, lcp.size());
             self.rows_read = true;
@@ -147,7 +146,7 @@ impl ComplementaritySolver for Checked {
 
     /// The same as [`attempt`](Self::attempt): what it returns is already checked.
     #[inline]
-    fn solve(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn solve(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.attempt(lcp, z)
     }
 
@@ -173,10 +172,10 @@ mod tests {
     struct Stubborn(Option<f64>);
 
     impl ComplementaritySolver for Stubborn {
-        fn attempt(&mut self, _: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+        fn attempt(&mut self, _: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
             z.fill(self.0.unwrap_or_default());
             let stats = SolveStats { pivots: 3, factorisations: 2, ..SolveStats::default() };
-            self.0.map(|_| stats).ok_or(Failure::SolverFailed { residual: 0.0 })
+            self.0.map(|_| stats).ok_or(Unsolved::NotFound { residual: 0.0 })
         }
 
         fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
@@ -184,7 +183,7 @@ mod tests {
         }
     }
 
-    const LCP: Lcp<'_> = Lcp { m: &[2.0], q: &[-4.0] };
+    const LCP: Lcp<'_> = Lcp::new(&[2.0], &[-4.0]);
 
     #[test]
     fn a_wrong_answer_is_replaced_and_counted() {
@@ -228,7 +227,7 @@ mod tests {
                 for turn in 0..20 {
                     // Every fifth problem is solved by zero, and its matrix not looked at; so is the first.
                     let q = if turn % 5 == 0 { vec![1.0; n] } else { q(turn) };
-                    let lcp = Lcp { m: &m, q: &q };
+                    let lcp = Lcp::new(&m, &q);
                     asking.solve(lcp, &mut z_asking).unwrap();
                     let stats =
                         if turn == 0 { told.solve(lcp, &mut z_told) } else { told.attempt_again(lcp, &mut z_told) };
@@ -248,8 +247,8 @@ mod tests {
     #[test]
     fn without_a_solution_the_failure_names_the_best_residual() {
         let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(Some(0.0)))), Some(Lemke::new(1)), 1e-9);
-        let impossible = Lcp { m: &[0.0], q: &[-4.0] };
-        assert_eq!(solver.solve(impossible, &mut [0.0]), Err(Failure::SolverFailed { residual: 1.0 }));
+        let impossible = Lcp::new(&[0.0], &[-4.0]);
+        assert_eq!(solver.solve(impossible, &mut [0.0]), Err(Unsolved::NotFound { residual: 1.0 }));
         assert_eq!(solver.counters().failures, 1);
     }
 }

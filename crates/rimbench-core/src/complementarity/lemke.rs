@@ -16,8 +16,7 @@
 //! Lemke, *Bimatrix equilibrium points and mathematical programming*, Management Science 11 (1965); Cottle, Pang,
 //! Stone, *The Linear Complementarity Problem* (1992), section 4.4 and, for the lexicographic rule, 4.9.
 
-use super::{ComplementaritySolver, Lcp, SolveStats, natural_residual};
-use crate::error::Failure;
+use super::{ComplementaritySolver, Lcp, SolveStats, Unsolved, natural_residual};
 use crate::linear_algebra::{Buffer, Factor};
 
 /// Entries of the entering column up to this are zero.
@@ -181,7 +180,7 @@ impl Lemke {
 }
 
 impl ComplementaritySolver for Lemke {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         z.fill(0.0);
         if lcp.is_solved_by_zero()? {
@@ -210,7 +209,7 @@ impl ComplementaritySolver for Lemke {
                 Some(r) if stats.pivots < bound => row = r,
                 // A ray from where rounding kept z₀ from leaving is a solution; the residual decides.
                 _ if (0..n).all(|r| self.basis[r] != 2 * n || rhs(&self.tableau, r) < VANISHED) => break,
-                _ => return Err(Failure::SolverFailed { residual: f64::INFINITY }),
+                _ => return Err(Unsolved::NotFound { residual: f64::INFINITY }),
             }
         }
         self.write(lcp, q_max, z);

@@ -61,7 +61,7 @@ fn few<const N: usize>(m: &[f64], q: &[f64], z: &[f64]) -> f64 {
             w[i] += m[i * N + j] * z[j];
         }
     }
-    measure(Lcp { m, q }, z, w.into_iter().zip(q).map(|(w, q)| w + q))
+    measure(Lcp::new(m, q), z, w.into_iter().zip(q).map(|(w, q)| w + q))
 }
 
 #[inline(always)]
@@ -88,14 +88,14 @@ mod tests {
     const M: [f64; 4] = [2.0, 1.0, 1.0, 2.0];
 
     fn residual(q: [f64; 2], z: [f64; 2]) -> f64 {
-        natural_residual(Lcp { m: &M, q: &q }, &z)
+        natural_residual(Lcp::new(&M, &q), &z)
     }
 
     #[test]
     fn a_solution_has_residual_zero() {
         assert_eq!(residual([-5.0, -6.0], [4.0 / 3.0, 7.0 / 3.0]), 0.0);
         assert_eq!(residual([3.0, 0.0], [0.0, 0.0]), 0.0);
-        assert_eq!(natural_residual(Lcp { m: &[], q: &[] }, &[]), 0.0);
+        assert_eq!(natural_residual(Lcp::new(&[], &[]), &[]), 0.0);
     }
 
     #[test]
@@ -109,7 +109,7 @@ mod tests {
     fn the_unit_of_mass_does_not_matter() {
         let (q, z) = ([-5.0, 1.0], [2.0, 0.5]);
         let heavy: Vec<f64> = M.iter().map(|m| m / 1024.0).collect();
-        let scaled = natural_residual(Lcp { m: &heavy, q: &q }, &z.map(|z| z * 1024.0));
+        let scaled = natural_residual(Lcp::new(&heavy, &q), &z.map(|z| z * 1024.0));
         assert_eq!(scaled, residual(q, z));
     }
 
@@ -119,7 +119,7 @@ mod tests {
             assert_eq!(residual([bad, 1.0], [0.0, 0.0]), f64::INFINITY);
             assert_eq!(residual([1.0, 1.0], [0.0, bad]), f64::INFINITY);
             let m = [2.0, bad, bad, 2.0];
-            assert_eq!(natural_residual(Lcp { m: &m, q: &[1.0, 1.0] }, &[0.0, 0.0]), f64::INFINITY);
+            assert_eq!(natural_residual(Lcp::new(&m, &[1.0, 1.0]), &[0.0, 0.0]), f64::INFINITY);
         }
     }
 
@@ -132,18 +132,18 @@ mod tests {
         let z: Vec<f64> = (0..n).map(|i| (i * 5 % 7) as f64 - 1.0).collect();
         let mut rows = SparseRows::new(n);
         rows.read(&m, n);
-        let lcp = Lcp { m: &m, q: &q };
+        let lcp = Lcp::new(&m, &q);
         assert!(rows.holds() && natural_residual(lcp, &z) > 0.0);
         assert_eq!(natural_residual_of_rows(lcp, &rows, &z), natural_residual(lcp, &z));
         m[n + 40] = f64::NAN;
         rows.read(&m, n);
-        let (lcp, z) = (Lcp { m: &m, q: &q }, vec![0.0; n]);
+        let (lcp, z) = (Lcp::new(&m, &q), vec![0.0; n]);
         assert_eq!(natural_residual_of_rows(lcp, &rows, &z), f64::INFINITY);
     }
 
     #[test]
     fn a_row_of_zeros_is_measured_with_its_impulse() {
-        let lcp = Lcp { m: &[0.0], q: &[1.0] };
+        let lcp = Lcp::new(&[0.0], &[1.0]);
         assert_eq!(natural_residual(lcp, &[0.0]), 0.0);
         assert_eq!(natural_residual(lcp, &[-0.5]), 0.5);
     }

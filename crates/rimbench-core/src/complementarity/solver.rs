@@ -1,7 +1,6 @@
 //! What an entry of the list builds: the default solver under its own type, all others behind a trait object.
 
-use super::{ActiveSet, ComplementaritySolver, Lcp, SolveStats};
-use crate::error::Failure;
+use super::{ActiveSet, ComplementaritySolver, Lcp, SolveStats, Unsolved};
 
 /// A solver by value.
 ///
@@ -24,7 +23,7 @@ impl Solver {
 
 impl ComplementaritySolver for Solver {
     #[inline]
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         match self {
             Solver::ActiveSet(solver) => solver.attempt(lcp, z),
             Solver::Other(solver) => solver.attempt(lcp, z),
@@ -32,7 +31,7 @@ impl ComplementaritySolver for Solver {
     }
 
     #[inline]
-    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         match self {
             Solver::ActiveSet(solver) => solver.attempt_again(lcp, z),
             Solver::Other(solver) => solver.attempt_again(lcp, z),

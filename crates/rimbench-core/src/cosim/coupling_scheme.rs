@@ -1,9 +1,8 @@
 //! The approximation of the coupling variables between communication points.
 
 use super::communication_grid::MacroStep;
-use super::iteration::Coupling;
 use super::output_rates::OutputRates;
-use super::subsystem::Side;
+use super::side::Side;
 use crate::complementarity::SolverCounters;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
@@ -15,9 +14,9 @@ pub struct Sample<'a> {
     pub time: f64,
     /// The outputs of the sending side.
     pub y: &'a [f64],
-    /// The sender reduced to its interface, if the scheme asked for it and the sender has one.
+    /// The sender reduced to its interface, if the scheme needs it and this is the mechanics' sample of the communication point.
     pub model: Option<&'a ReducedInterfaceModel>,
-    /// How the actuator's outputs move, if the scheme asked for it and this is the actuator's sample.
+    /// How the actuator's outputs move, if the scheme needs it and this is the actuator's sample of the communication point.
     pub rates: Option<&'a OutputRates>,
     /// The macro step that starts here.
     pub step: MacroStep,
@@ -56,11 +55,16 @@ impl MicroStep {
     }
 }
 
-/// What a scheme can say about itself at a communication point.
+/// What a scheme says about itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Diagnostics {
-    /// Effective mass that the scheme uses at this communication point, kg; `+inf` for a locked interface.
+pub struct SchemeReport {
+    /// Effective mass with the model received last, kg; `+inf` for a locked interface. Where contacts are free to open, it is that
+    /// with the contacts that carried impulse in the first micro step since; if there has been none yet, in the last one before.
     pub effective_mass: Option<f64>,
+    /// Energy that the scheme itself has taken out of the system since the start, J, if it does such a thing.
+    pub dissipated_j: Option<f64>,
+    /// Complementarity solves inside the scheme since the start.
+    pub counters: SolverCounters,
 }
 
 /// What is the other side doing meanwhile? Answers with an input for each micro step.
@@ -70,44 +74,21 @@ pub struct Diagnostics {
 /// the mechanics' new sample arrives before the actuator's micro steps: what was extrapolation becomes interpolation.
 pub trait CouplingScheme: Send {
     /// Takes note of what `from` sends at a communication point.
+    ///
+    /// # Errors
+    /// A [`Failure`] that ends the run and becomes its outcome.
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure>;
 
     /// Writes to `u` the input of side `to` for one micro step. `own` is what that side puts out at the start of the
     /// micro step; `u` holds the input used last (at the first micro step, the fresh exchange value).
+    ///
+    /// # Errors
+    /// A [`Failure`] that ends the run and becomes its outcome.
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure>;
 
-    /// True if the scheme wants [`Sample::model`] from the mechanics.
-    fn wants_interface_model(&self) -> bool {
-        false
-    }
-
-    /// True if the scheme wants [`Sample::rates`] from the actuator.
-    fn wants_output_rates(&self) -> bool {
-        false
-    }
-
-    /// How the sides are coupled over a macro step; anything but `Explicit` is not real-time.
-    fn coupling(&self) -> Coupling {
-        Coupling::Explicit
-    }
+    /// Reports on the scheme's own picture of the other side. Looks at what was solved; solves no contact problem.
+    fn report(&mut self) -> SchemeReport;
 
     /// A copy in the present state, or nothing if the scheme cannot be copied.
-    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
-        None
-    }
-
-    /// Reports on the scheme's own picture of the other side.
-    fn diagnostics(&mut self) -> Diagnostics {
-        Diagnostics::default()
-    }
-
-    /// Energy that the scheme itself has taken out of the system since the start, J, if it does such a thing.
-    fn dissipated_j(&self) -> Option<f64> {
-        None
-    }
-
-    /// Complementarity solves inside the scheme.
-    fn counters(&self) -> SolverCounters {
-        SolverCounters::default()
-    }
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>>;
 }

@@ -1,6 +1,7 @@
 //! The energy account of a run: what each side stored, received, lost, and what its solver made out of nothing.
 
 use super::interface_work::InterfaceWork;
+use super::side::PerSide;
 
 /// Energy account of one subsystem since the start, J, as its own discretisation counts it.
 ///
@@ -50,10 +51,8 @@ impl EnergyAccount {
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct EnergyAudit {
-    /// Account of the mechanics, if it keeps one.
-    pub mechanics: Option<EnergyAccount>,
-    /// Account of the actuator, if it keeps one.
-    pub actuator: Option<EnergyAccount>,
+    /// Account of each side, if it keeps one.
+    pub accounts: PerSide<Option<EnergyAccount>>,
     /// Work across the interface.
     pub work: InterfaceWork,
 }
@@ -66,12 +65,12 @@ impl EnergyAudit {
 
     /// A bucket of both sides together, J.
     pub fn total(&self, bucket: fn(&EnergyAccount) -> f64) -> Option<f64> {
-        Some(bucket(&self.mechanics?) + bucket(&self.actuator?))
+        Some(bucket(&self.accounts.mechanics?) + bucket(&self.accounts.actuator?))
     }
 
     /// What the solvers of both sides created (above 0) or lost (below 0), J.
     pub fn integration(&self) -> Option<f64> {
-        let quadrature = self.work.sent_j? + self.actuator?.interface;
+        let quadrature = self.work.sent_j? + self.accounts.actuator?.interface;
         Some(self.total(|account| account.integration)? + quadrature)
     }
 
@@ -103,7 +102,7 @@ mod tests {
         let mechanics = EnergyAccount { stored: 2.5, interface: 4.0, contact: 1.5, ..EnergyAccount::default() };
         assert_eq!((actuator.closure(), mechanics.closure()), (0.0, 0.0));
         let work = InterfaceWork { sent_j: Some(5.0), received_j: Some(4.0) };
-        let audit = EnergyAudit { mechanics: Some(mechanics), actuator: Some(actuator), work };
+        let audit = EnergyAudit { accounts: PerSide { mechanics: Some(mechanics), actuator: Some(actuator) }, work };
         assert_eq!(audit.interface_residual(), Some(1.0));
         assert_eq!((audit.integration(), audit.closure()), (Some(0.0), Some(0.0)));
         // The loop counts 5.25 J sent: a quarter is quadrature, and neither side's account moves.
@@ -111,7 +110,10 @@ mod tests {
         let other = EnergyAudit { work, ..audit };
         assert_eq!((other.integration(), other.closure()), (Some(0.25), Some(0.0)));
         let forgotten = EnergyAccount { contact: 0.0, ..mechanics };
-        assert_eq!(EnergyAudit { mechanics: Some(forgotten), ..audit }.closure(), Some(-1.5));
-        assert_eq!(EnergyAudit { mechanics: None, ..audit }.closure(), None);
+        assert_eq!(
+            EnergyAudit { accounts: PerSide { mechanics: Some(forgotten), ..audit.accounts }, ..audit }.closure(),
+            Some(-1.5)
+        );
+        assert_eq!(EnergyAudit { accounts: PerSide { mechanics: None, ..audit.accounts }, ..audit }.closure(), None);
     }
 }

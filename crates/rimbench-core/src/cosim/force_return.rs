@@ -1,6 +1,6 @@
 //! Who goes first in a macro step, and what the mechanics then receives.
 
-use super::subsystem::Side;
+use super::side::Side;
 use crate::error::{Error, Result};
 use std::fmt;
 use std::str::FromStr;
@@ -103,71 +103,9 @@ impl FromStr for ForceReturn {
     }
 }
 
-/// The actuator's outputs over one macro step, handed to the mechanics as the force return says.
-#[derive(Debug, Clone)]
-pub(super) struct Transmission {
-    width: usize,
-    count: usize,
-    /// Row j: output at the start of micro step j.
-    outputs: Vec<f64>,
-}
-
-impl Transmission {
-    pub(super) fn new(width: usize, micro_steps: usize) -> Self {
-        Transmission { width, count: 0, outputs: vec![0.0; width * micro_steps] }
-    }
-
-    pub(super) fn clear(&mut self) {
-        self.count = 0;
-    }
-
-    #[inline]
-    pub(super) fn push(&mut self, output: &[f64]) {
-        let at = self.count * self.width;
-        self.outputs[at..at + self.width].copy_from_slice(output);
-        self.count += 1;
-    }
-
-    /// Mean output over part `index` of `parts` equal parts of the macro step; micro steps that straddle a border
-    /// count with the share that lies inside.
-    pub(super) fn mean_over(&self, index: usize, parts: usize, mean: &mut [f64]) {
-        mean.fill(0.0);
-        // In units of 1/(count·parts) of the macro step all borders are integers.
-        let (from, to) = (index * self.count, (index + 1) * self.count);
-        for j in from / parts..self.count.min(to.div_ceil(parts)) {
-            let overlap = to.min((j + 1) * parts) - from.max(j * parts);
-            let weight = overlap as f64 / self.count as f64;
-            for (sum, y) in mean.iter_mut().zip(&self.outputs[j * self.width..(j + 1) * self.width]) {
-                *sum += weight * y;
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn means_share_out_straddling_micro_steps_and_keep_the_impulse() {
-        let mut transmission = Transmission::new(1, 3);
-        for force in [1.0, 2.0, 6.0] {
-            transmission.push(&[force]);
-        }
-        let mean = |index, parts| {
-            let mut out = [0.0];
-            transmission.mean_over(index, parts, &mut out);
-            out[0]
-        };
-        approx::assert_relative_eq!(mean(0, 1), 3.0, epsilon = 1e-15);
-        // Halves: (1 + ½·2)/1.5 and (½·2 + 6)/1.5.
-        approx::assert_relative_eq!(mean(0, 2), 2.0 / 1.5, epsilon = 1e-15);
-        approx::assert_relative_eq!(mean(1, 2), 7.0 / 1.5, epsilon = 1e-15);
-        for parts in 1..8 {
-            let total: f64 = (0..parts).map(|index| mean(index, parts)).sum();
-            approx::assert_relative_eq!(total / parts as f64, 3.0, epsilon = 1e-14);
-        }
-    }
 
     #[test]
     fn only_an_actuator_that_went_first_can_return_more_than_the_held_force() {

@@ -1,6 +1,5 @@
-//! Co-simulation of two subsystems: what they are, how they exchange, and the one macro loop. Non-iterative, but for the
-//! ceilings that real-time schemes are held against ([`Coupling`]) and for step doubling ([`StepControl`]): these take steps
-//! on copies.
+//! Co-simulation of two subsystems: what they are, how they exchange, and the one macro loop. Non-iterative: nothing here takes a
+//! step back. What does, stands beside it, in [`ceilings`](crate::ceilings).
 //!
 //! | symbol | unit | meaning |
 //! |---|---|---|
@@ -15,40 +14,60 @@
 //! between communication points is a [`CouplingScheme`]. [`ForceReturn`] says what the mechanics receives from an
 //! actuator that went first.
 
-mod acceleration;
+mod abilities;
+mod attachments;
 mod communication_grid;
+mod communication_point;
 mod coupled_pair;
 mod coupling_scheme;
 mod energy_account;
 mod force_return;
-mod held;
 mod interface_work;
-mod iteration;
-mod latency;
+mod log;
 mod macro_loop;
+mod mechanics_steps;
 mod outcome;
 mod output_rates;
 mod pace;
+mod pair_state;
+mod ports;
 mod report;
-mod step_control;
-mod step_doubling;
+mod setup;
+mod side;
 mod subsystem;
+mod supervision;
 mod trajectory;
+mod transmission;
 mod work;
+mod work_meter;
 
-pub use acceleration::Acceleration;
+pub use abilities::{Abilities, no_abilities};
+pub use attachments::Attachments;
 pub use communication_grid::{CommunicationGrid, MacroStep, division};
-pub use coupling_scheme::{CouplingScheme, Diagnostics, MicroStep, Sample};
+pub use communication_point::CommunicationPoint;
+pub use coupling_scheme::{CouplingScheme, MicroStep, Sample, SchemeReport};
 pub use energy_account::{EnergyAccount, EnergyAudit};
 pub use force_return::{ForceReturn, Sequence};
-pub use interface_work::{InterfaceWork, counts_interface_work};
-pub use iteration::{Coupling, Iteration};
-pub use latency::{Latency, Timing};
-pub use macro_loop::{Bounds, CommunicationPoint, Setup, cosimulate};
+pub use interface_work::InterfaceWork;
+pub use macro_loop::cosimulate;
+pub use mechanics_steps::MechanicsSteps;
 pub use outcome::Outcome;
 pub use output_rates::OutputRates;
-pub use report::{CosimCounters, Report};
-pub use step_control::{StepControl, StepRule};
-pub use subsystem::{Port, Ports, Quantity, Side, Subsystem, SubsystemCounters, check_coupling};
+pub use pace::StepRule;
+pub use ports::{Port, Ports, Quantity, check_coupling};
+pub use report::Report;
+pub use setup::{Bounds, Setup};
+pub use side::{PerSide, Side};
+pub use subsystem::{Sides, Subsystem, SubsystemCounters};
+pub use supervision::{StopFlag, Supervision, Watch};
 pub use trajectory::Trajectory;
-pub use work::Work;
+pub use work::{CosimCounters, Work};
+pub use work_meter::counts_interface_work;
+
+// For the ceilings, which stand on the same exchange and the same steps.
+pub(crate) use attachments::{NO_INTERFACE_MODEL, NO_OUTPUT_RATES};
+pub(crate) use coupled_pair::CoupledPair;
+pub(crate) use log::{End, Log};
+pub(crate) use macro_loop::{cover, finish};
+pub(crate) use pace::{Interval, Pace, following};
+pub(crate) use pair_state::PairState;

@@ -1,6 +1,7 @@
-//! How a run ended. Every outcome is data: it stands in the table with its reason.
+//! How a run ended. Every outcome but a stop is data: it stands in the table with its reason.
 
 use crate::error::Failure;
+use crate::name::Name;
 use std::fmt;
 
 /// How a run ended.
@@ -13,7 +14,7 @@ pub enum Outcome {
         /// When, s.
         at_s: f64,
         /// Which quantity.
-        quantity: &'static str,
+        quantity: Name,
         /// Its value.
         value: f64,
     },
@@ -22,7 +23,7 @@ pub enum Outcome {
         /// When, s.
         at_s: f64,
         /// Which quantity.
-        quantity: &'static str,
+        quantity: Name,
         /// Its value.
         value: f64,
     },
@@ -33,8 +34,20 @@ pub enum Outcome {
         /// Why.
         failure: Failure,
     },
+    /// A subsystem said that it cannot go on, or withdrew what the scheme needs.
+    SubsystemFailed {
+        /// When, s.
+        at_s: f64,
+        /// Why.
+        failure: Failure,
+    },
     /// The run took longer than it was allowed to.
     Timeout {
+        /// Simulated time reached, s.
+        at_s: f64,
+    },
+    /// Somebody asked the run to end. No result: it is never stored.
+    Stopped {
         /// Simulated time reached, s.
         at_s: f64,
     },
@@ -60,6 +73,10 @@ impl Outcome {
                 Outcome::SolverFailed { at_s, failure }
             }
             Failure::NotCopied => Outcome::Skipped { reason: failure.to_string() },
+            // What was never there is no failure of the run.
+            Failure::NotOffered { .. } if at_s == 0.0 => Outcome::Skipped { reason: failure.to_string() },
+            Failure::NotOffered { .. } | Failure::Reported { .. } => Outcome::SubsystemFailed { at_s, failure },
+            Failure::Stopped => Outcome::Stopped { at_s },
         }
     }
 
@@ -70,7 +87,9 @@ impl Outcome {
             Outcome::Diverged { .. } => "diverged",
             Outcome::OutOfRange { .. } => "out-of-range",
             Outcome::SolverFailed { .. } => "solver-failed",
+            Outcome::SubsystemFailed { .. } => "subsystem-failed",
             Outcome::Timeout { .. } => "timeout",
+            Outcome::Stopped { .. } => "stopped",
             Outcome::Panicked { .. } => "panicked",
             Outcome::Skipped { .. } => "skipped",
         }
@@ -83,7 +102,9 @@ impl Outcome {
             Outcome::Diverged { at_s, .. }
             | Outcome::OutOfRange { at_s, .. }
             | Outcome::SolverFailed { at_s, .. }
-            | Outcome::Timeout { at_s } => Some(*at_s),
+            | Outcome::SubsystemFailed { at_s, .. }
+            | Outcome::Timeout { at_s }
+            | Outcome::Stopped { at_s } => Some(*at_s),
         }
     }
 
@@ -94,10 +115,13 @@ impl Outcome {
             Outcome::Diverged { quantity, value, .. } if value.is_finite() => {
                 format!("{quantity} reached {value:.4e}, beyond 3 times the reference maximum")
             }
-            Outcome::Diverged { quantity, .. } => format!("{quantity} is not finite"),
-            Outcome::OutOfRange { quantity, value, .. } => Failure::OutOfRange { quantity, value: *value }.to_string(),
-            Outcome::SolverFailed { failure, .. } => failure.to_string(),
+            Outcome::Diverged { quantity, .. } => Failure::NonFinite { quantity: quantity.clone() }.to_string(),
+            Outcome::OutOfRange { quantity, value, .. } => {
+                Failure::OutOfRange { quantity: quantity.clone(), value: *value }.to_string()
+            }
+            Outcome::SolverFailed { failure, .. } | Outcome::SubsystemFailed { failure, .. } => failure.to_string(),
             Outcome::Timeout { .. } => "wall-time limit".to_owned(),
+            Outcome::Stopped { .. } => Failure::Stopped.to_string(),
             Outcome::Panicked { message } => format!("defect of rimbench: {message}"),
             Outcome::Skipped { reason } => reason.clone(),
         }

@@ -1,10 +1,53 @@
 //! Which macro step comes next: the communication grid's, or as long as the energy residual allows.
 
 use super::communication_grid::{CommunicationGrid, MacroStep};
-use super::coupled_pair::Interval;
 use super::interface_work::InterfaceWork;
-use super::macro_loop::Setup;
-use super::step_control::{StepControl, StepRule};
+use crate::error::{Error, Result};
+
+/// What a controlled macro step is to keep to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepRule {
+    /// Error allowed per macro step, a pure number: by the energy residual relative to the largest mean power that has crossed the
+    /// interface in a macro step, by step doubling relative to the largest value that each coupling variable has had.
+    pub tolerance: f64,
+    /// Shortest macro step, s. One this short is taken whatever its error; only the last one may be shorter.
+    pub shortest: f64,
+}
+
+impl StepRule {
+    /// Checks tolerance and shortest step against the macro step H (s), which is the longest.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`].
+    pub fn check(&self, macro_step: f64) -> Result<()> {
+        if !(self.tolerance.is_finite() && self.tolerance > 0.0) {
+            let expected = "a finite number above 0: the error allowed per macro step";
+            return Err(Error::invalid("step_tolerance", self.tolerance, expected));
+        }
+        if !(self.shortest.is_finite() && self.shortest > 0.0) {
+            return Err(Error::invalid("min_macro_step_s", self.shortest, "a finite time above 0 s"));
+        }
+        if self.shortest > macro_step {
+            let expected = format!("at most the macro step, {macro_step} s, which is the longest");
+            return Err(Error::invalid("min_macro_step_s", self.shortest, expected));
+        }
+        Ok(())
+    }
+}
+
+/// A macro step and the time at which it ends, to the bit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Interval {
+    pub(crate) step: MacroStep,
+    pub(crate) end: f64,
+}
+
+impl Interval {
+    /// What would follow: where its last communication point is shown.
+    pub(crate) fn after(&self) -> MacroStep {
+        MacroStep { index: self.step.index + 1, start: self.end, length: self.step.length }
+    }
+}
 
 /// Gains of the controller, `k_I` and `k_P`, of the usual size for a PI controller; ours.
 const INTEGRAL_GAIN: f64 = 0.15;
@@ -28,7 +71,7 @@ const CHANGE: [f64; 2] = [0.2, 1.5];
 /// # Source
 /// Sadjina, Kyllingstad, Skjong, Pedersen, *Energy conservation and power bonds in co-simulations*, Eng. Comput. 33 (2017).
 #[derive(Debug, Clone)]
-pub(super) struct Pace {
+pub(crate) struct Pace {
     grid: CommunicationGrid,
     rule: Option<StepRule>,
     sent: f64,
@@ -38,20 +81,13 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    pub(super) fn new(setup: &Setup) -> Self {
-        let rule = match setup.step_control {
-            StepControl::EnergyResidual(rule) => Some(rule),
-            StepControl::None | StepControl::StepDoubling(_) => None,
-        };
-        Self::on(setup.grid, rule)
-    }
-
-    fn on(grid: CommunicationGrid, rule: Option<StepRule>) -> Self {
+    /// The macro steps of `grid`, or with a rule those that keep to it.
+    pub(crate) fn new(grid: CommunicationGrid, rule: Option<StepRule>) -> Self {
         Pace { grid, rule, sent: 0.0, received: 0.0, largest_power: 0.0, last_error: None }
     }
 
     /// The first macro step.
-    pub(super) fn first(&self) -> Interval {
+    pub(crate) fn first(&self) -> Interval {
         self.of_grid(0)
     }
 
@@ -61,7 +97,7 @@ impl Pace {
 
     /// The macro step after `done`, given the work across the interface until its end; none after the last.
     #[inline]
-    pub(super) fn after(&mut self, done: Interval, work: InterfaceWork) -> Option<Interval> {
+    pub(crate) fn after(&mut self, done: Interval, work: InterfaceWork) -> Option<Interval> {
         let Some(rule) = self.rule else {
             let index = done.step.index + 1;
             return (index < self.grid.macro_steps()).then(|| self.of_grid(index));
@@ -91,7 +127,7 @@ impl Pace {
 ///
 /// The times of a controlled run are sums: no integer knows them beforehand. What is left after a step is never a sliver of
 /// round-off.
-pub(super) fn following(index: usize, start: f64, length: f64, duration: f64) -> Option<Interval> {
+pub(crate) fn following(index: usize, start: f64, length: f64, duration: f64) -> Option<Interval> {
     let left = duration - start;
     if left <= 0.0 {
         return None;
@@ -107,8 +143,8 @@ mod tests {
 
     #[test]
     fn the_controller_must_do_what_the_calculation_by_hand_does() {
-        let rule = StepRule { tolerance: 0.1, shortest: 1e-3, order: 1 };
-        let mut pace = Pace::on(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
+        let rule = StepRule { tolerance: 0.1, shortest: 1e-3 };
+        let mut pace = Pace::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
         let work = |sent, received| InterfaceWork { sent_j: Some(sent), received_j: Some(received) };
         // 10 W against 9 W of 10 W: ε = 1, H ← 0.8 H.
         let second = pace.after(pace.first(), work(1.0, 0.9)).unwrap();

@@ -69,6 +69,21 @@ impl Trajectory {
         &mut self.data[at..]
     }
 
+    /// The last row, to be changed.
+    #[inline]
+    pub fn last_row_mut(&mut self) -> Option<&mut [f64]> {
+        let start = self.data.len().checked_sub(self.columns.len())?;
+        Some(&mut self.data[start..])
+    }
+
+    /// Lets each row but the first show the values of the row before, at its own time.
+    pub fn delay(&mut self) {
+        let width = self.columns.len();
+        for start in (width..self.data.len()).step_by(width.max(1)).rev() {
+            self.data.copy_within(start - width + 1..start, start + 1);
+        }
+    }
+
     /// Time of the last row, s.
     pub fn end_time(&self) -> Option<f64> {
         self.rows().next_back().map(|row| row[0])

@@ -1,49 +1,57 @@
 //! Exact counts of the work behind a run, wherever it was done.
 
-use super::report::CosimCounters;
+use super::side::PerSide;
 use super::subsystem::SubsystemCounters;
 use crate::complementarity::SolverCounters;
+
+/// Exact counters of the loop itself.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct CosimCounters {
+    /// Macro steps that the solution is made of.
+    pub macro_steps: u64,
+    /// Macro steps taken besides: iterations but the last, trial steps, rejected steps. Zero in a non-iterative run.
+    pub repeated_macro_steps: u64,
+    /// Exchanges between the sides.
+    pub exchanges: u64,
+}
 
 /// Work of the loop, of both sides and of the scheme; what was done on copies and thrown away included.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Work {
     /// The loop.
     pub cosim: CosimCounters,
-    /// The mechanics.
-    pub mechanics: SubsystemCounters,
-    /// The actuator.
-    pub actuator: SubsystemCounters,
+    /// The sides.
+    pub sides: PerSide<SubsystemCounters>,
     /// Complementarity solves inside the scheme.
     pub scheme: SolverCounters,
 }
 
 impl Work {
     /// Adds other work.
-    pub(super) fn add(&mut self, other: &Work) {
+    pub fn add(&mut self, other: &Work) {
         self.cosim.macro_steps += other.cosim.macro_steps;
         self.cosim.repeated_macro_steps += other.cosim.repeated_macro_steps;
         self.cosim.exchanges += other.cosim.exchanges;
-        self.mechanics.add(&other.mechanics);
-        self.actuator.add(&other.actuator);
+        self.sides.mechanics.add(&other.sides.mechanics);
+        self.sides.actuator.add(&other.sides.actuator);
         self.scheme.add(&other.scheme);
     }
 
     /// What came on top of `earlier`, the work of the same lineage of copies.
-    pub(super) fn since(&self, earlier: &Work) -> Work {
+    pub fn since(&self, earlier: &Work) -> Work {
         Work {
             cosim: CosimCounters {
                 macro_steps: self.cosim.macro_steps - earlier.cosim.macro_steps,
                 repeated_macro_steps: self.cosim.repeated_macro_steps - earlier.cosim.repeated_macro_steps,
                 exchanges: self.cosim.exchanges - earlier.cosim.exchanges,
             },
-            mechanics: self.mechanics.since(&earlier.mechanics),
-            actuator: self.actuator.since(&earlier.actuator),
+            sides: self.sides.zip(earlier.sides).map(|(now, earlier)| now.since(&earlier)),
             scheme: self.scheme.since(&earlier.scheme),
         }
     }
 
     /// The same work as that of macro steps which led nowhere.
-    pub(super) fn discarded(mut self) -> Work {
+    pub fn discarded(mut self) -> Work {
         self.cosim.repeated_macro_steps += self.cosim.macro_steps;
         self.cosim.macro_steps = 0;
         self

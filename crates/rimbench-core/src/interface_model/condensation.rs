@@ -1,8 +1,8 @@
 //! Contacts turned into bilateral constraints inside the model: the effective mass, and the smooth variant of the RIM.
 
 use super::reduced_interface_model::ReducedInterfaceModel;
+use super::redundancy::Redundancy;
 use nalgebra::{SMatrix, SymmetricEigen};
-use std::fmt;
 
 /// Below this fraction of the largest diagonal entry a pivot or eigenvalue of `H_cc` counts as zero.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -15,30 +15,6 @@ const PSEUDO_INVERSE_LIMIT: usize = 16;
 
 /// Number of interface rows up to which the heaviest direction is found.
 const EIGENVALUE_LIMIT: usize = 8;
-
-/// What to do when the contacts that become bilateral are dependent (`H_cc` singular).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Redundancy {
-    /// Keep a largest independent subset, found by pivoted Cholesky; the dependent rows drop out.
-    Drop,
-    /// Moore–Penrose inverse of `H_cc`: spreads an inconsistent contact velocity over the redundant rows.
-    PseudoInverse,
-    /// `(H_cc + ε tr(H_cc)/n_c)⁻¹`: compliant contacts; ε is dimensionless.
-    Regularised {
-        /// Relative compliance ε > 0.
-        epsilon: f64,
-    },
-}
-
-impl fmt::Display for Redundancy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Redundancy::Drop => "drop",
-            Redundancy::PseudoInverse => "pseudo-inverse",
-            Redundancy::Regularised { .. } => "regularised",
-        })
-    }
-}
 
 /// The model with a set `c` of its contacts closed for good.
 ///

@@ -129,7 +129,7 @@ impl Elimination {
             }
             (MassMatrix::Dense(mass), Some(factor)) => {
                 factor.l.copy_from_slice(mass);
-                factor.factor("mass matrix")
+                Ok(factor.factor("mass matrix")?)
             }
             (MassMatrix::Dense(_), None) => Err(Failure::Singular { matrix: "mass matrix" }),
         }

@@ -1,5 +1,6 @@
 //! Everything Eq. 3 needs at one state `(t, q, v)`, in buffers that are filled again and again.
 
+use crate::linear_algebra::body_dot;
 use nalgebra::Vector2;
 
 /// A block of constraint rows `w = A v`, with the convective term and the position it belongs to.
@@ -46,7 +47,7 @@ impl Rows {
     /// Velocity of one row, `(A v)_index`, m/s.
     #[inline]
     pub fn velocity(&self, index: usize, v: &[f64]) -> f64 {
-        dot(self.row(index), v)
+        body_dot(self.row(index), v)
     }
 
     /// Writes the part of a row that belongs to one planar body with velocities `(ẋ, ẏ, ω)` from `first` on: the
@@ -80,7 +81,9 @@ impl MassMatrix {
     pub fn product(&self, a: &[f64], b: &[f64]) -> f64 {
         match self {
             MassMatrix::Diagonal(diagonal) => diagonal.iter().zip(a.iter().zip(b)).map(|(m, (x, y))| m * x * y).sum(),
-            MassMatrix::Dense(dense) => a.iter().zip(dense.chunks_exact(b.len())).map(|(x, row)| x * dot(row, b)).sum(),
+            MassMatrix::Dense(dense) => {
+                a.iter().zip(dense.chunks_exact(b.len())).map(|(x, row)| x * body_dot(row, b)).sum()
+            }
         }
     }
 }
@@ -105,14 +108,4 @@ impl Linearisation {
     pub fn velocities(&self) -> usize {
         self.force.len()
     }
-}
-
-/// Scalar product.
-#[inline]
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Two planar bodies, the most frequent size: a length known to the compiler halves the work.
-    if let (Ok(a), Ok(b)) = (<&[f64; 6]>::try_from(a), <&[f64; 6]>::try_from(b)) {
-        return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
-    }
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

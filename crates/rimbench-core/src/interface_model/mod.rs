@@ -19,14 +19,15 @@
 //! | `λ_i` | n_i | N | interface forces |
 
 mod condensation;
+mod contact_law;
 mod elimination;
-mod gap_law;
 mod linearisation;
 mod reduced_interface_model;
+mod redundancy;
 
-pub use condensation::{Condensation, Redundancy, condense};
+pub use condensation::{Condensation, condense};
+pub use contact_law::{GapRates, gap_velocity, impact_velocity};
 pub use elimination::Elimination;
-pub use gap_law::{GapRates, gap_velocity};
-pub(crate) use linearisation::dot;
 pub use linearisation::{Linearisation, MassMatrix, Rows};
 pub use reduced_interface_model::ReducedInterfaceModel;
+pub use redundancy::Redundancy;

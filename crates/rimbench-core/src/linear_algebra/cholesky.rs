@@ -12,6 +12,20 @@ const FAER_FROM: usize = 16;
 /// A pivot below this part of its own diagonal is round-off: a dependent row.
 const DEPENDENT: f64 = 1e-13;
 
+/// A matrix that must be positive definite is not (dependent bilateral rows, vanishing mass).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Singular {
+    /// Which matrix.
+    pub matrix: &'static str,
+}
+
+impl From<Singular> for Failure {
+    #[cold]
+    fn from(Singular { matrix }: Singular) -> Self {
+        Failure::Singular { matrix }
+    }
+}
+
 /// `A = L Lᵀ` of a symmetric positive definite matrix, with its buffers.
 pub struct Cholesky {
     size: usize,
@@ -48,9 +62,9 @@ impl Cholesky {
     /// Factors the matrix whose lower triangle stands in `l`.
     ///
     /// # Errors
-    /// [`Failure::Singular`] naming `matrix` if it is not positive definite.
-    pub fn factor(&mut self, matrix: &'static str) -> Result<(), Failure> {
-        let singular = Failure::Singular { matrix };
+    /// [`Singular`] naming `matrix` if it is not positive definite.
+    pub fn factor(&mut self, matrix: &'static str) -> Result<(), Singular> {
+        let singular = Singular { matrix };
         if self.size >= FAER_FROM {
             mirror(&mut self.l, self.size, |lower, upper| *upper = *lower);
             // faer wants the lower triangle of columns: that is the upper one of rows.
@@ -189,7 +203,7 @@ mod tests {
             }
             let mut factor = Cholesky::new(n);
             factor.l.copy_from_slice(&a);
-            assert_eq!(factor.factor("S"), Err(Failure::Singular { matrix: "S" }));
+            assert_eq!(factor.factor("S"), Err(Singular { matrix: "S" }));
         }
     }
 }

@@ -8,7 +8,7 @@
 //! | [`Lu`] | one dense system with row pivoting |
 //! | [`SparseRows`] | the entries of a matrix that are not zero, for many products |
 //! | [`Buffer`] | storage inside its owner while it is short |
-//! | [`dot`] | inner product with independent partial sums |
+//! | [`dot`], [`body_dot`] | inner products of long rows, and of the few numbers of two bodies |
 
 mod buffer;
 mod cholesky;
@@ -18,8 +18,8 @@ mod lu;
 mod sparse_rows;
 
 pub use buffer::Buffer;
-pub use cholesky::Cholesky;
-pub use dot::dot;
+pub use cholesky::{Cholesky, Singular};
+pub use dot::{body_dot, dot};
 pub use factor::Factor;
 pub use lu::Lu;
 pub use sparse_rows::SparseRows;

@@ -1,6 +1,7 @@
 //! What a case author writes about a mechanical system.
 
 use crate::interface_model::{MassMatrix, Rows};
+use crate::name::Name;
 
 /// Numbers of velocities and rows. They stay the same throughout a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,14 +54,14 @@ pub trait MechanicalModel: Send {
     fn potential_energy(&self, q: &[f64]) -> f64;
 
     /// Names, with units, of what [`observe`](Self::observe) writes.
-    fn observables(&self) -> &'static [&'static str];
+    fn observables(&self) -> Vec<Name>;
 
     /// Names of the gaps of the first unilateral rows, for example `gap_left_wedge_m`. A model with a few contacts names them
     /// all; one with many names the first, and shows the least gap of the others among its observables.
-    fn gap_names(&self) -> &'static [&'static str];
+    fn gap_names(&self) -> Vec<Name>;
 
     /// Names of the contact forces of the first unilateral rows, for example `contact_force_left_wedge_n`.
-    fn contact_force_names(&self) -> &'static [&'static str];
+    fn contact_force_names(&self) -> Vec<Name>;
 
     /// Writes the model's own observables.
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]);

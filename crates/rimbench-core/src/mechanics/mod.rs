@@ -3,12 +3,14 @@
 //! A case author writes a [`MechanicalModel`]; [`NonSmoothMechanics`] steps it (paper Eqs. 1–3) and offers it to a
 //! co-simulation; [`monolithic`] integrates a whole coupled system in one loop, as the reference.
 
+mod contact_stepper;
 mod energy_ledger;
 mod mechanical_model;
 mod monolithic;
 mod non_smooth_mechanics;
 
+pub use contact_stepper::ContactLaw;
 pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelSize};
-pub use monolithic::monolithic;
-pub use non_smooth_mechanics::{ContactLaw, NonSmoothMechanics};
+pub use monolithic::{ReferenceSteps, monolithic};
+pub use non_smooth_mechanics::NonSmoothMechanics;

@@ -1,10 +1,27 @@
 //! The reference: both sides in one loop, with one small step and no communication points.
 
-use crate::cosim::{CommunicationPoint, Diagnostics, Subsystem};
+use crate::cosim::{CommunicationPoint, PerSide, Sides, StopFlag};
 use crate::error::Failure;
 
-/// Integrates two coupled subsystems as one system with step `h` (s), `steps` times, calling `observe` at the
-/// start, after every `every` steps and at the end.
+/// The steps of a reference, and which of them are shown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceSteps {
+    /// Length, s.
+    pub h: f64,
+    /// How many.
+    pub steps: usize,
+    /// A row is due at the start, after every so many steps, and at the end.
+    pub every: usize,
+}
+
+impl ReferenceSteps {
+    /// Whether a row is due after so many steps.
+    pub fn shows(&self, step: usize) -> bool {
+        step.is_multiple_of(self.every) || step == self.steps
+    }
+}
+
+/// Integrates two coupled subsystems as one system, calling `observe` where a row is due.
 ///
 /// ```text
 /// λ_k = y_actuator(x_k, w_k)        mechanics: (q, v)_k → (q, v)_{k+1} with λ_k
@@ -14,37 +31,35 @@ use crate::error::Failure;
 /// oscillation between fluid and mass. Richardson extrapolation over h, h/2, h/4 measures its error.
 ///
 /// # Errors
-/// The first [`Failure`] of either side.
+/// The first [`Failure`] of either side; [`Failure::Stopped`].
 pub fn monolithic(
-    mechanics: &mut dyn Subsystem,
-    actuator: &mut dyn Subsystem,
-    h: f64,
-    steps: usize,
-    every: usize,
+    mut sides: Sides<'_>,
+    steps: ReferenceSteps,
+    stop: StopFlag<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<(), Failure> {
-    let mut y_mechanics = vec![0.0; mechanics.ports().outputs.len()];
-    let mut y_actuator = vec![0.0; actuator.ports().outputs.len()];
-    for step in 0..=steps {
-        mechanics.outputs(&y_actuator, &mut y_mechanics);
+    let h = steps.h;
+    let mut motion = vec![0.0; sides.mechanics.ports().outputs.len()];
+    let mut force = vec![0.0; sides.actuator.ports().outputs.len()];
+    for step in 0..=steps.steps {
+        stop.check()?;
+        sides.mechanics.outputs(&force, &mut motion)?;
         if step > 0 {
-            actuator.step((step - 1) as f64 * h, &y_mechanics, h)?;
+            sides.actuator.step((step - 1) as f64 * h, &motion, h)?;
         }
-        actuator.outputs(&y_mechanics, &mut y_actuator);
-        if step % every == 0 || step == steps {
+        sides.actuator.outputs(&motion, &mut force)?;
+        if steps.shows(step) {
             observe(CommunicationPoint {
                 time: step as f64 * h,
-                y_mechanics: &y_mechanics,
-                y_actuator: &y_actuator,
-                received: &y_actuator,
-                diagnostics: Diagnostics::default(),
+                y: PerSide { mechanics: &motion, actuator: &force },
+                received: &force,
+                effective_mass: None,
                 mechanics_step: h,
-                mechanics,
-                actuator,
+                sides: sides.lend(),
             });
         }
-        if step < steps {
-            mechanics.step(step as f64 * h, &y_actuator, h)?;
+        if step < steps.steps {
+            sides.mechanics.step(step as f64 * h, &force, h)?;
         }
     }
     Ok(())

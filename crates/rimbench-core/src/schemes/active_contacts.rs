@@ -48,7 +48,7 @@ impl ActiveContacts {
         }
         self.w[n..rows].copy_from_slice(&model.w[model.contacts()..]);
         self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
-        let lcp = Lcp { m: self.packed.h_uu(), q: &self.w_free[..n] };
+        let lcp = Lcp::new(self.packed.h_uu(), &self.w_free[..n]);
         self.solver.solve(lcp, &mut self.impulses[..n])?;
         let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
         closed.retain(|_| carries.next().unwrap_or(false));
@@ -63,7 +63,6 @@ impl ActiveContacts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::complementarity::SOLVERS;
 
     #[test]
     fn a_contact_is_active_when_it_is_pressed_and_not_when_it_is_pulled() {
@@ -73,7 +72,7 @@ mod tests {
         model.h.copy_from_slice(&[row, [0.0, 1.0, 0.0], row].concat());
         model.a.copy_from_slice(&[-1.0, 5.0, -1.0]);
         model.mechanics_step = 0.1;
-        let mut active = ActiveContacts::new(2, 1, &SOLVERS[0]);
+        let mut active = ActiveContacts::new(2, 1, &SolverEntry::active_set());
         for (force, left) in [(1.0, &[0][..]), (4.0, &[]), (-4.0, &[0])] {
             let mut closed = vec![0, 1];
             active.keep(&mut closed, &model, &[force]).unwrap();

@@ -15,62 +15,64 @@
 //! **Source**: extrapolated interpolation, Busch 2016 (continuous approximation techniques). Evaluation at the middles is
 //! ours, and so is the start: while the degree still grows the input begins anew at the sample, with a jump.
 
-use super::entry::{Family, SchemeEntry};
-use crate::cosim::{CouplingScheme, MicroStep, Ports, Sample, Sequence, Side};
+use super::entry::SchemeEntry;
+use super::line_style::{Dash, LineStyle, Marker};
+use crate::cosim::{CouplingScheme, MicroStep, PerSide, Ports, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "c1-extrapolated-interpolation",
-    about: "Extrapolate linearly to the end of the macro step, join by a cubic without jump or kink",
-    family: Family::Signal,
-    order: 2,
-    samples: 2,
-    sequence: Sequence::Jacobi,
-    needs: &[],
-    gain: None,
-    build: |mechanics, actuator, _options| ExtrapolatedInterpolation::boxed(1, mechanics, actuator),
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        order: 2,
+        samples: 2,
+        line: LineStyle::new([0x6A, 0x3D, 0x9A], Dash::DashDot, Marker::Pentagon),
+        ..SchemeEntry::new(
+            "c1-extrapolated-interpolation",
+            "Extrapolate linearly to the end of the macro step, join by a cubic without jump or kink",
+            |construction| Ok(ExtrapolatedInterpolation::boxed(1, construction.ports)),
+        )
+    }
+}
 
-pub(super) const QUADRATIC: SchemeEntry = SchemeEntry {
-    name: "c1-extrapolated-interpolation-quadratic",
-    about: "Extrapolate quadratically to the end of the macro step, join by a cubic without jump or kink",
-    order: 3,
-    samples: 3,
-    build: |mechanics, actuator, _options| ExtrapolatedInterpolation::boxed(2, mechanics, actuator),
-    ..ENTRY
-};
+pub(super) fn quadratic() -> SchemeEntry {
+    SchemeEntry {
+        order: 3,
+        samples: 3,
+        line: LineStyle::new([0xA8, 0x7B, 0xD0], Dash::Dashed, Marker::Pentagon),
+        ..SchemeEntry::new(
+            "c1-extrapolated-interpolation-quadratic",
+            "Extrapolate quadratically to the end of the macro step, join by a cubic without jump or kink",
+            |construction| Ok(ExtrapolatedInterpolation::boxed(2, construction.ports)),
+        )
+    }
+}
 
 #[derive(Clone)]
 struct ExtrapolatedInterpolation {
-    to_actuator: Signal,
-    to_mechanics: Signal,
+    /// What each side sends.
+    sent: PerSide<Signal>,
 }
 
 impl ExtrapolatedInterpolation {
-    fn boxed(degree: usize, mechanics: &Ports, actuator: &Ports) -> Box<dyn CouplingScheme> {
-        Box::new(ExtrapolatedInterpolation {
-            to_actuator: Signal::new(mechanics.outputs.len(), degree),
-            to_mechanics: Signal::new(actuator.outputs.len(), degree),
-        })
+    fn boxed(degree: usize, ports: PerSide<&Ports>) -> Box<dyn CouplingScheme> {
+        let sent = ports.map(|ports| Signal::new(ports.outputs.len(), degree));
+        Box::new(ExtrapolatedInterpolation { sent })
     }
 }
 
 impl CouplingScheme for ExtrapolatedInterpolation {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        match from {
-            Side::Mechanics => self.to_actuator.receive(sample),
-            Side::Actuator => self.to_mechanics.receive(sample),
-        }
+        self.sent[from].receive(sample);
         Ok(())
     }
 
     #[inline]
     fn input(&mut self, to: Side, at: MicroStep, _own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        match to {
-            Side::Mechanics => self.to_mechanics.evaluate(at, u),
-            Side::Actuator => self.to_actuator.evaluate(at, u),
-        }
+        self.sent[to.other()].evaluate(at, u);
         Ok(())
+    }
+
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport::default()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

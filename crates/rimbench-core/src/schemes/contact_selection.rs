@@ -124,8 +124,9 @@ impl ContactSelection {
             let term = if tracked { gap_term(model, contact, length) } else { 0.0 };
             self.q[slot] = model.w[contact] + length * (model.a[contact] + pushed) + term;
         }
-        let lcp = Lcp { m: &self.matrix[..n * n], q: &self.q[..n] };
-        self.solver.solve(lcp, &mut self.impulses[..n]).map(|_| ())
+        let lcp = Lcp::new(&self.matrix[..n * n], &self.q[..n]);
+        self.solver.solve(lcp, &mut self.impulses[..n])?;
+        Ok(())
     }
 
     /// Fills `left_out` with the slots of contacts that press but hardly move the interface.

@@ -10,7 +10,7 @@
 //! ```
 //! The work of the damper is part of what is received, so a joule taken out leaves the pool by itself. −E is the interface
 //! residual of the energy audit, to round-off where the interface row `A_i` is constant; where it turns, the audit has the row of
-//! the start of a step and the pool, which sees velocities only, that of both ends. [`dissipated_j`](CouplingScheme::dissipated_j) says how much the damper took: the ledger.
+//! the start of a step and the pool, which sees velocities only, that of both ends. [`SchemeReport::dissipated_j`] says how much the damper took: the ledger.
 //! **Needs** a force–displacement coupling and force return `held`, else its force would not arrive. **Order** 1 in H, that of
 //! the hold, up to a logarithm (error ∝ H ln(1/H)): the force that takes a given energy out grows as the interface slows down.
 //! **Known weakness**: acts after the harm is done and only on moving
@@ -19,27 +19,29 @@
 //! **Source**: González et al. 2019 (energy-leak monitoring and correction), Rodríguez et al. 2022. The trapezoidal count, the
 //! bound relative to the coupling force and its default are ours.
 
-use super::entry::{Family, Gain, SchemeEntry};
+use super::entry::{Gain, SchemeEntry};
+use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::cosim::{CouplingScheme, MicroStep, Sample, Sequence, Side};
+use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
 /// Default of γ (ours).
 const BOUND: f64 = 0.1;
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "energy-leak-damper",
-    about: "Hold; energy created at the interface is counted and dissipated in a bounded virtual damper",
-    family: Family::Signal,
-    order: 1,
-    samples: 1,
-    sequence: Sequence::Jacobi,
-    needs: &[Need::ForceDisplacement, Need::HeldReturn],
-    gain: Some(Gain { about: "γ, most damper force per coupling force", default: BOUND, range: [0.0, 1.0] }),
-    build: |_mechanics, actuator, options| {
-        Box::new(EnergyLeakDamper::new(actuator.outputs.len(), options.gain.unwrap_or(BOUND)))
-    },
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        needs: vec![Need::ForceDisplacement, Need::HeldReturn],
+        gain: Some(Gain {
+            about: "γ, most damper force per coupling force".into(), default: BOUND, range: [0.0, 1.0]
+        }),
+        line: LineStyle::new([0x7A, 0x5C, 0x3E], Dash::Short, Marker::Plus),
+        ..SchemeEntry::new(
+            "energy-leak-damper",
+            "Hold; energy created at the interface is counted and dissipated in a bounded virtual damper",
+            |construction| Ok(Box::new(EnergyLeakDamper::new(construction.interface(), construction.gain))),
+        )
+    }
+}
 
 /// One row of the interface.
 #[derive(Debug, Clone, Copy, Default)]
@@ -120,7 +122,7 @@ impl CouplingScheme for EnergyLeakDamper {
                     row.force = *force;
                 }
                 if !self.rows.iter().all(|row| row.force.is_finite()) {
-                    return Err(Failure::NonFinite { quantity: "coupling force" });
+                    return Err(Failure::non_finite("coupling force"));
                 }
                 self.set_damper(sample.step.length);
             }
@@ -147,8 +149,8 @@ impl CouplingScheme for EnergyLeakDamper {
         Ok(())
     }
 
-    fn dissipated_j(&self) -> Option<f64> {
-        Some(self.dissipated)
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport { dissipated_j: Some(self.dissipated), ..SchemeReport::default() }
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
@@ -160,9 +162,12 @@ impl CouplingScheme for EnergyLeakDamper {
 mod tests {
     use super::*;
     use crate::cosim::{
-        Bounds, CommunicationGrid, ForceReturn, MacroStep, Port, Ports, Quantity, Setup, StepControl, Subsystem,
-        SubsystemCounters, Timing, cosimulate,
+        Abilities, Attachments, Bounds, CommunicationGrid, EnergyAccount, ForceReturn, MacroStep, MechanicsSteps,
+        OutputRates, PerSide, Port, Ports, Quantity, Sequence, Setup, Subsystem, SubsystemCounters, Supervision,
+        cosimulate,
     };
+    use crate::interface_model::ReducedInterfaceModel;
+    use crate::name::Name;
 
     /// One exchange and one step of each side, H = 1; returns the force on the mechanics.
     fn macro_step(scheme: &mut EnergyLeakDamper, index: usize, w: f64, force: f64) -> f64 {
@@ -193,7 +198,7 @@ mod tests {
         );
         // The velocity stays: the damper took 2/3 N · 1.5 m, and the pool is empty up to the rounding of 2/3.
         assert!((macro_step(&mut scheme, 2, 1.5, 4.0) - 4.0).abs() <= 16.0 * f64::EPSILON);
-        approx::assert_relative_eq!(scheme.dissipated_j().unwrap(), 1.0, epsilon = 4.0 * f64::EPSILON);
+        approx::assert_relative_eq!(scheme.report().dissipated_j.unwrap(), 1.0, epsilon = 4.0 * f64::EPSILON);
     }
 
     const MASS: f64 = 2.0;
@@ -213,11 +218,12 @@ mod tests {
             &self.ports
         }
 
-        fn outputs(&self, _u: &[f64], y: &mut [f64]) {
+        fn outputs(&mut self, _u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
             match y {
                 [force] => *force = -STIFFNESS * self.state[0],
                 _ => y.copy_from_slice(&self.state),
             }
+            Ok(())
         }
 
         fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
@@ -235,20 +241,48 @@ mod tests {
             Ok(())
         }
 
-        fn interface_work(&self) -> Option<f64> {
-            Some(self.work)
+        fn abilities(&mut self) -> &mut dyn Abilities {
+            self
         }
 
         fn counters(&self) -> SubsystemCounters {
             SubsystemCounters::default()
         }
+
+        fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+            None
+        }
+    }
+
+    impl Abilities for Half {
+        fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+            None
+        }
+        fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+            Ok(false)
+        }
+        fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
+            Ok(false)
+        }
+        fn observables(&mut self) -> &[Name] {
+            &[]
+        }
+        fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
+        fn interface_work(&mut self) -> Option<f64> {
+            Some(self.work)
+        }
+        fn energy_identity_residual(&mut self) -> Option<f64> {
+            None
+        }
+        fn energy_account(&mut self) -> Option<EnergyAccount> {
+            None
+        }
     }
 
     #[test]
     fn the_pool_is_the_interface_residual_of_the_audit() {
-        let port = |name, quantity| Port { name, quantity };
-        let motion = vec![port("position_m", Quantity::Position), port("velocity_m_s", Quantity::Velocity)];
-        let force = vec![port("force_n", Quantity::Force)];
+        let motion = vec![Port::new("position_m", Quantity::Position), Port::new("velocity_m_s", Quantity::Velocity)];
+        let force = vec![Port::new("force_n", Quantity::Force)];
         let half = |inputs: &Vec<Port>, outputs: &Vec<Port>, state| Half {
             ports: Ports { inputs: inputs.clone(), outputs: outputs.clone(), direct_feedthrough: false },
             state,
@@ -260,21 +294,21 @@ mod tests {
         // A phase, several steps of the mechanics and a last step that is shorter: all have to be counted.
         let setup = Setup {
             grid: CommunicationGrid::new(1e-2, 0.4, 3.003).unwrap(),
-            step_control: StepControl::None,
+            energy_rule: None,
             micro_step: 2e-3,
-            mechanics_steps: 2,
+            mechanics_steps: MechanicsSteps::count(2).unwrap(),
             sequence: Sequence::Jacobi,
             force_return: ForceReturn::Held,
-            stale_feedthrough: false,
             bounds: Bounds::default(),
-            timing: Timing::default(),
         };
-        let report = cosimulate(&setup, &mut mass, &mut spring, &mut scheme, &mut |_| {});
-        let residual = report.work.residual_j().unwrap();
+        let sides = PerSide { mechanics: &mut mass as &mut dyn Subsystem, actuator: &mut spring };
+        let (nothing, nobody) = (Attachments::default(), Supervision::default());
+        let report = cosimulate(&setup, sides, &mut scheme, nothing, nobody, &mut |_| {});
+        let residual = report.audit.interface_residual().unwrap();
         assert!(residual.abs() > 1e-3, "{residual} J: there must be something to count");
-        assert!(scheme.dissipated_j().unwrap() > 0.0);
+        assert!(scheme.report().dissipated_j.unwrap() > 0.0);
         // Both add up the same products, half steps apart: a rounding of the sum for each, some 5 per macro step on each side.
-        let terms = 2.0 * 5.0 * report.counters.macro_steps as f64;
+        let terms = 2.0 * 5.0 * report.work.cosim.macro_steps as f64;
         let round_off = terms * f64::EPSILON * 2.0 * mass.turnover;
         assert!((scheme.pool() + residual).abs() <= round_off, "{} J in the pool, {residual} J", scheme.pool());
     }
@@ -295,6 +329,6 @@ mod tests {
         assert_eq!(macro_step(&mut scheme, 1, 1.5, -4.0), -4.0);
         // One joule lost in the first macro step; gained in the second, which pays for it: the pool is empty again.
         assert_eq!(macro_step(&mut scheme, 2, 1.0, -4.0), -4.0);
-        assert_eq!(scheme.dissipated_j(), Some(0.0));
+        assert_eq!(scheme.report().dissipated_j, Some(0.0));
     }
 }

@@ -1,116 +1,48 @@
-//! What the list of schemes holds about each one.
+//! What a list of schemes holds about each one.
 
-use super::contact_choice::ContactChoice;
+use super::construction::{Construction, ModelConstruction};
+use super::coupling::Coupling;
+use super::line_style::LineStyle;
+use super::model_options::ModelOptions;
 use super::need::Need;
-use crate::complementarity::SolverEntry;
-use crate::cosim::{CouplingScheme, ForceReturn, Ports, Sequence, Side, Subsystem};
-use crate::error::{Error, Result, find_by_name};
-use crate::interface_model::Redundancy;
+use crate::ceilings::Driver;
+use crate::cosim::{Attachments, CouplingScheme, ForceReturn, Sequence, Side, Sides, check_coupling};
+use crate::error::{Error, Result};
+use crate::name::Name;
 use std::fmt;
-use std::str::FromStr;
+use std::sync::Arc;
 
 /// Where a scheme takes its picture of the other side from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
-    /// Past samples of the coupling variables only.
+    /// Samples of the coupling variables only.
     Signal,
     /// A reduced interface model.
     Model,
-    /// The other side itself: steps are taken again, or both sides together. Not real-time; what the others are held against.
-    Ceiling,
-}
-
-/// What happens to the matrices of a reduced interface model within a macro step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ModelMotion {
-    /// `H` and `a` stay as they were at `t_k`.
-    #[default]
-    Frozen,
-    /// `H` and `a` go on linearly from the last two communication points; frozen after a change of the contact set.
-    Extrapolated,
-}
-
-impl ModelMotion {
-    const NAMES: [(&'static str, ModelMotion); 2] =
-        [("frozen", ModelMotion::Frozen), ("extrapolated", ModelMotion::Extrapolated)];
-}
-
-impl fmt::Display for ModelMotion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(Self::NAMES[*self as usize].0)
-    }
-}
-
-impl FromStr for ModelMotion {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        find_by_name("model motion", &Self::NAMES, |(name, _)| name, text).map(|(_, motion)| *motion)
-    }
 }
 
 /// The one number by which a scheme can be tuned.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Gain {
     /// What it does.
-    pub about: &'static str,
+    pub about: Name,
     /// Used unless another is asked for.
     pub default: f64,
     /// Least and greatest value that make sense.
     pub range: [f64; 2],
 }
 
-/// Options of the schemes. Redundancy, motion and solver concern the model-based ones only.
-#[derive(Debug, Clone, Copy)]
-pub struct SchemeOptions {
-    /// Treatment of dependent contacts where they become bilateral.
-    pub redundancy: Redundancy,
-    /// Frozen or extrapolated model.
-    pub motion: ModelMotion,
-    /// Contacts that take part within a macro step (non-smooth models only).
-    pub contacts: ContactChoice,
-    /// Solver of the complementarity problems inside the scheme.
-    pub solver: &'static SolverEntry,
-    /// Value of the scheme's gain; its default if none.
-    pub gain: Option<f64>,
-}
-
-impl SchemeOptions {
-    /// The defaults, with `solver` for the complementarity problems inside the scheme.
-    pub fn of(solver: &'static SolverEntry) -> Self {
-        SchemeOptions {
-            redundancy: Redundancy::Drop,
-            motion: ModelMotion::Frozen,
-            contacts: ContactChoice::All,
-            solver,
-            gain: None,
-        }
-    }
-
-    /// The same with a choice of contacts by name; without a name as it is.
-    ///
-    /// # Errors
-    /// [`Error::UnknownName`] or [`Error::InvalidValue`]; [`Error::Incompatible`] with an extrapolated model, whose rates would
-    /// take up the loads of contacts left out.
-    pub fn with_contacts(self, contacts: Option<&str>) -> Result<Self> {
-        let Some(contacts) = contacts.map(str::parse).transpose()? else { return Ok(self) };
-        if contacts != ContactChoice::All && self.motion == ModelMotion::Extrapolated {
-            return Err(Error::Incompatible(format!(
-                "contacts = {contacts} does not go with an extrapolated model: use model_motion `frozen` or contacts `all`"
-            )));
-        }
-        Ok(SchemeOptions { contacts, ..self })
-    }
-}
+/// Builds a scheme, with all its buffers.
+pub type BuildScheme = Arc<dyn Fn(&Construction<'_>) -> Result<Box<dyn CouplingScheme>> + Send + Sync>;
 
 /// A coupling scheme by name.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone)]
 pub struct SchemeEntry {
     /// Kebab-case name.
-    pub name: &'static str,
+    pub name: Name,
     /// One line.
-    pub about: &'static str,
-    /// Signal- or model-based, or a ceiling.
+    pub about: Name,
+    /// Signal- or model-based.
     pub family: Family,
     /// Declared order in H of the coupling itself: smooth system, exact subsystems, default force return.
     pub order: u32,
@@ -118,15 +50,76 @@ pub struct SchemeEntry {
     pub samples: usize,
     /// Sequence used unless another is asked for.
     pub sequence: Sequence,
-    /// What both sides must offer; a run between others is skipped with the reason.
-    pub needs: &'static [Need],
+    /// What both sides must offer; a run between others is skipped with the reason. What is exchanged besides outputs follows.
+    pub needs: Vec<Need>,
     /// What can be tuned, if anything.
     pub gain: Option<Gain>,
-    /// Builds the scheme for a pair of subsystems' ports (mechanics, actuator).
-    pub build: fn(&Ports, &Ports, &SchemeOptions) -> Box<dyn CouplingScheme>,
+    /// By what it is run. Only what the loop itself runs can run in real time.
+    pub driver: Driver,
+    /// How it is drawn.
+    pub line: LineStyle,
+    /// Builds the scheme.
+    pub build: BuildScheme,
+}
+
+impl fmt::Debug for SchemeEntry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SchemeEntry").field("name", &self.name).finish_non_exhaustive()
+    }
 }
 
 impl SchemeEntry {
+    /// Describes a scheme of first order that extrapolates one sample, needs nothing, and lets both sides step at once. What is
+    /// different is changed afterwards.
+    pub fn new(
+        name: impl Into<Name>,
+        about: impl Into<Name>,
+        build: impl Fn(&Construction<'_>) -> Result<Box<dyn CouplingScheme>> + Send + Sync + 'static,
+    ) -> Self {
+        let name = name.into();
+        SchemeEntry {
+            line: LineStyle::of_name(&name),
+            name,
+            about: about.into(),
+            family: Family::Signal,
+            order: 1,
+            samples: 1,
+            sequence: Sequence::Jacobi,
+            needs: Vec::new(),
+            gain: None,
+            driver: Driver::Explicit,
+            build: Arc::new(build),
+        }
+    }
+
+    /// Builds the scheme for two subsystems, with room for what they will exchange. Options and gain of none are the defaults.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for ports, needs or options that do not go together; [`Error::InvalidValue`] for a gain out of range.
+    pub fn couple(&self, mut sides: Sides<'_>, options: Option<&ModelOptions>, gain: Option<f64>) -> Result<Coupling> {
+        let rates = self.needs.contains(&Need::OutputRates);
+        let attachments = Attachments::new(sides.lend(), self.has_model(), rates)
+            .map_err(|failure| Error::Incompatible(failure.to_string()))?;
+        let ports = sides.ports();
+        check_coupling(ports)?;
+        let usual = ModelOptions::default();
+        let options = options.unwrap_or(&usual);
+        let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options });
+        if let Some(ModelConstruction { empty, options }) = model {
+            options.check()?;
+            options.check_model(empty)?;
+        }
+        let gain = self.gain_value(gain)?.unwrap_or(1.0);
+        let construction = Construction { ports, model, gain };
+        let scheme = (self.build)(&construction)?;
+        Ok(Coupling { scheme, attachments, driver: self.driver })
+    }
+
+    /// Whether the scheme is made from a reduced interface model, and so has the options of one.
+    pub fn has_model(&self) -> bool {
+        self.needs.contains(&Need::InterfaceModel)
+    }
+
     /// The sequence and force return to use, given what the user asked for.
     ///
     /// Where only one is given the other follows: a force return other than `held` needs the actuator first; a
@@ -171,38 +164,6 @@ impl SchemeEntry {
         Ok(())
     }
 
-    /// The value of the gain to use: the one asked for, else the default; none where the scheme has no gain.
-    ///
-    /// # Errors
-    /// [`Error::Incompatible`] where a gain is asked for that the scheme does not have; [`Error::InvalidValue`] for one
-    /// outside its range.
-    pub fn gain_value(&self, asked: Option<f64>) -> Result<Option<f64>> {
-        match (self.gain, asked) {
-            (None, None) => Ok(None),
-            (Some(gain), None) => Ok(Some(gain.default)),
-            (None, Some(value)) => {
-                let tunable: Vec<&str> = super::all_schemes()
-                    .iter()
-                    .filter(|scheme| scheme.gain.is_some())
-                    .map(|scheme| scheme.name)
-                    .collect();
-                Err(Error::Incompatible(format!(
-                    "gain = {value}: scheme `{}` has no gain; schemes that have one: {}",
-                    self.name,
-                    tunable.join(", ")
-                )))
-            }
-            (Some(gain), Some(value)) => {
-                let [least, greatest] = gain.range;
-                if !(least..=greatest).contains(&value) {
-                    let expected = format!("a number from {least} to {greatest} ({})", gain.about);
-                    return Err(Error::invalid("gain", value, expected));
-                }
-                Ok(Some(value))
-            }
-        }
-    }
-
     /// Checks that the scheme can live with a sequence.
     ///
     /// # Errors
@@ -218,13 +179,36 @@ impl SchemeEntry {
         Ok(())
     }
 
+    /// The value of the gain to use: the one asked for, else the default; none where the scheme has no gain.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] where a gain is asked for that the scheme does not have; [`Error::InvalidValue`] for one
+    /// outside its range.
+    pub fn gain_value(&self, asked: Option<f64>) -> Result<Option<f64>> {
+        match (&self.gain, asked) {
+            (None, None) => Ok(None),
+            (Some(gain), None) => Ok(Some(gain.default)),
+            (None, Some(value)) => {
+                Err(Error::Incompatible(format!("gain = {value}: scheme `{}` has no gain", self.name)))
+            }
+            (Some(gain), Some(value)) => {
+                let [least, greatest] = gain.range;
+                if !(least..=greatest).contains(&value) {
+                    let expected = format!("a number from {least} to {greatest} ({})", gain.about);
+                    return Err(Error::invalid("gain", value, expected));
+                }
+                Ok(Some(value))
+            }
+        }
+    }
+
     /// Whether no step is ever taken again, so that the scheme can run in real time.
     pub fn real_time(&self) -> bool {
-        self.family != Family::Ceiling
+        self.driver == Driver::Explicit
     }
 
     /// Why this scheme cannot couple these subsystems, if it cannot.
-    pub fn incompatibility(&self, mechanics: &dyn Subsystem, actuator: &dyn Subsystem) -> Option<String> {
-        self.needs.iter().find_map(|need| need.unmet(mechanics, actuator))
+    pub fn incompatibility(&self, mut sides: Sides<'_>) -> Option<String> {
+        self.needs.iter().find_map(|need| need.unmet(sides.lend()))
     }
 }

@@ -1,7 +1,7 @@
 //! Polynomial extrapolation through the last communication points, shared by the holds of order 0, 1 and 2, and the force of
 //! `predicted-acceleration`.
 
-use crate::cosim::{CouplingScheme, MicroStep, Ports, Sample, Side};
+use crate::cosim::{CouplingScheme, MicroStep, PerSide, Ports, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
 /// Extrapolates the inputs of both sides with a polynomial of fixed degree.
@@ -14,42 +14,34 @@ use crate::error::Failure;
 #[derive(Clone)]
 pub(super) struct Extrapolation {
     degree: usize,
-    to_actuator: History,
-    to_mechanics: History,
+    /// What each side sends.
+    sent: PerSide<History>,
 }
 
 impl Extrapolation {
-    pub(super) fn new(degree: usize, mechanics: &Ports, actuator: &Ports) -> Self {
-        Extrapolation {
-            degree,
-            to_actuator: History::new(mechanics.outputs.len(), degree + 1),
-            to_mechanics: History::new(actuator.outputs.len(), degree + 1),
-        }
+    pub(super) fn new(degree: usize, ports: PerSide<&Ports>) -> Self {
+        Extrapolation { degree, sent: ports.map(|ports| History::new(ports.outputs.len(), degree + 1)) }
     }
 
-    pub(super) fn boxed(degree: usize, mechanics: &Ports, actuator: &Ports) -> Box<dyn CouplingScheme> {
-        Box::new(Self::new(degree, mechanics, actuator))
+    pub(super) fn boxed(degree: usize, ports: PerSide<&Ports>) -> Box<dyn CouplingScheme> {
+        Box::new(Self::new(degree, ports))
     }
 }
 
 impl CouplingScheme for Extrapolation {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        let history = match from {
-            Side::Mechanics => &mut self.to_actuator,
-            Side::Actuator => &mut self.to_mechanics,
-        };
-        history.push(sample.time, sample.y);
+        self.sent[from].push(sample.time, sample.y);
         Ok(())
     }
 
     #[inline]
     fn input(&mut self, to: Side, at: MicroStep, _own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        let history = match to {
-            Side::Mechanics => &self.to_mechanics,
-            Side::Actuator => &self.to_actuator,
-        };
-        history.evaluate(self.degree, at.middle(), u);
+        self.sent[to.other()].evaluate(self.degree, at.middle(), u);
         Ok(())
+    }
+
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport::default()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

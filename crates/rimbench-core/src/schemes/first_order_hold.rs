@@ -7,18 +7,17 @@
 //! and contact makes kinks; amplifies what oscillates near the exchange frequency.
 //! **Source**: textbook (linear extrapolation in the explicit co-simulation literature).
 
-use super::entry::{Family, SchemeEntry};
+use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use crate::cosim::Sequence;
+use super::line_style::{Dash, LineStyle, Marker};
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "first-order-hold",
-    about: "Extrapolate linearly from the last two samples",
-    family: Family::Signal,
-    order: 2,
-    samples: 2,
-    sequence: Sequence::Jacobi,
-    needs: &[],
-    gain: None,
-    build: |mechanics, actuator, _options| Extrapolation::boxed(1, mechanics, actuator),
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        order: 2,
+        samples: 2,
+        line: LineStyle::new([0x56, 0xB4, 0xE9], Dash::DashDotDot, Marker::Triangle),
+        ..SchemeEntry::new("first-order-hold", "Extrapolate linearly from the last two samples", |construction| {
+            Ok(Extrapolation::boxed(1, construction.ports))
+        })
+    }
+}

@@ -18,25 +18,28 @@
 //! trapezoidal rule and the use of the interface model are ours.
 
 use super::active_contacts::ActiveContacts;
-use super::entry::{Family, SchemeEntry, SchemeOptions};
+use super::construction::{Construction, ModelConstruction, sent};
+use super::entry::{Family, SchemeEntry};
+use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::complementarity::SolverCounters;
-use crate::cosim::{CouplingScheme, Diagnostics, MacroStep, MicroStep, OutputRates, Sample, Sequence, Side};
-use crate::error::Failure;
-use crate::interface_model::{Condensation, ReducedInterfaceModel, condense};
+use crate::cosim::{CouplingScheme, MacroStep, MicroStep, OutputRates, Sample, SchemeReport, Side};
+use crate::error::{Failure, Result};
+use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
 use nalgebra::{SMatrix, SVector};
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "interface-jacobian",
-    about: "One Newton step on the linearised coupling equations per macro step, nothing taken back",
-    family: Family::Model,
-    order: 2,
-    samples: 1,
-    sequence: Sequence::Jacobi,
-    needs: &[Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::Rows(MOST_ROWS)],
-    gain: None,
-    build: |_mechanics, actuator, options| Box::new(InterfaceJacobian::new(actuator.outputs.len(), options)),
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        family: Family::Model,
+        order: 2,
+        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::Rows(MOST_ROWS)],
+        line: LineStyle::new([0x7C, 0xA8, 0x1A], Dash::Long, Marker::Star),
+        ..SchemeEntry::new(
+            "interface-jacobian",
+            "One Newton step on the linearised coupling equations per macro step, nothing taken back",
+            |construction| Ok(Box::new(InterfaceJacobian::new(construction)?)),
+        )
+    }
+}
 
 /// Most interface rows: what is solved is padded to this size, so that it lives on the stack.
 const MOST_ROWS: usize = 8;
@@ -47,8 +50,8 @@ type Column = SVector<f64, MOST_ROWS>;
 #[derive(Clone)]
 struct InterfaceJacobian {
     rows: usize,
-    options: SchemeOptions,
-    active: Option<ActiveContacts>,
+    redundancy: Redundancy,
+    active: ActiveContacts,
     received: ReducedInterfaceModel,
     closed: Vec<usize>,
     condensation: Condensation,
@@ -61,40 +64,30 @@ struct InterfaceJacobian {
 }
 
 impl InterfaceJacobian {
-    fn new(rows: usize, options: &SchemeOptions) -> Self {
-        InterfaceJacobian {
+    fn new(construction: &Construction<'_>) -> Result<Self> {
+        let ModelConstruction { empty, options } = construction.model()?;
+        let (contacts, rows) = (empty.contacts(), empty.interface());
+        Ok(InterfaceJacobian {
             rows,
-            options: *options,
-            active: None,
-            received: ReducedInterfaceModel::zeros(0, rows),
-            closed: Vec::new(),
-            condensation: Condensation::new(0, rows),
+            redundancy: options.redundancy,
+            active: ActiveContacts::new(contacts, rows, &options.solver),
+            received: empty.clone(),
+            closed: Vec::with_capacity(contacts),
+            condensation: Condensation::new(contacts, rows),
             step: MacroStep { index: 0, start: 0.0, length: 0.0 },
             position: Column::zeros(),
             velocity: Column::zeros(),
             force: Column::zeros(),
             velocity_change: Column::zeros(),
             force_change: Column::zeros(),
-        }
-    }
-
-    fn receive_model(&mut self, model: &ReducedInterfaceModel) {
-        if self.active.is_none() {
-            self.active = Some(ActiveContacts::new(model.contacts(), self.rows, self.options.solver));
-            self.received = model.clone();
-            self.closed = Vec::with_capacity(model.contacts());
-            self.condensation = Condensation::new(model.contacts(), self.rows);
-        }
-        self.received.copy_from(model);
+        })
     }
 
     /// Solves the linearised coupling equations for the increments over the macro step.
     fn predict(&mut self, lambda: &[f64], rates: &OutputRates) -> Result<(), Failure> {
         self.received.closed_contacts(&mut self.closed);
-        if let Some(active) = &mut self.active {
-            active.keep(&mut self.closed, &self.received, lambda)?;
-        }
-        condense(&self.received, &self.closed, self.options.redundancy, &mut self.condensation);
+        self.active.keep(&mut self.closed, &self.received, lambda)?;
+        condense(&self.received, &self.closed, self.redundancy, &mut self.condensation);
         let (rows, h) = (self.rows, self.step.length);
         let square = |entry: &dyn Fn(usize, usize) -> f64| {
             Square::from_fn(|i, j| if i < rows && j < rows { entry(i, j) } else { 0.0 })
@@ -117,28 +110,18 @@ impl InterfaceJacobian {
 }
 
 impl CouplingScheme for InterfaceJacobian {
-    fn wants_interface_model(&self) -> bool {
-        true
-    }
-
-    fn wants_output_rates(&self) -> bool {
-        true
-    }
-
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        match (from, sample.model, sample.rates) {
-            (Side::Mechanics, Some(model), _) => {
+        match from {
+            Side::Mechanics => {
                 self.step = sample.step;
                 self.position.as_mut_slice()[..self.rows].copy_from_slice(&sample.y[..self.rows]);
-                self.receive_model(model);
+                self.received.copy_from(sent(sample.model)?);
             }
-            (Side::Actuator, _, rates) => {
+            Side::Actuator => {
                 self.force.as_mut_slice()[..self.rows].copy_from_slice(sample.y);
-                if let Some(rates) = rates {
-                    self.predict(sample.y, rates)?;
-                }
+                let rates = sample.rates.ok_or(Failure::NotOffered { what: "no output rates were sent" })?;
+                self.predict(sample.y, rates)?;
             }
-            (Side::Mechanics, None, _) => {}
         }
         Ok(())
     }
@@ -164,12 +147,12 @@ impl CouplingScheme for InterfaceJacobian {
         Ok(())
     }
 
-    fn diagnostics(&mut self) -> Diagnostics {
-        Diagnostics { effective_mass: Some(self.condensation.effective_mass) }
-    }
-
-    fn counters(&self) -> SolverCounters {
-        self.active.as_ref().map(ActiveContacts::counters).unwrap_or_default()
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport {
+            effective_mass: Some(self.condensation.effective_mass),
+            dissipated_j: None,
+            counters: self.active.counters(),
+        }
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
@@ -180,13 +163,19 @@ impl CouplingScheme for InterfaceJacobian {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::complementarity::SOLVERS;
+    use crate::cosim::{PerSide, Port, Ports, Quantity};
+    use crate::schemes::ModelOptions;
 
     /// A mass of 1 kg at `s`, `w`, held by a spring of 1 N/m, over a macro step of `h`; increments of `w` and λ.
     fn increments(s: f64, w: f64, h: f64) -> [f64; 2] {
-        let options = SchemeOptions::of(&SOLVERS[0]);
-        let mut scheme = InterfaceJacobian::new(1, &options);
         let mut model = ReducedInterfaceModel::zeros(0, 1);
+        let force = vec![Port::new("force_n", Quantity::Force)];
+        let ports = Ports { inputs: Vec::new(), outputs: force, direct_feedthrough: false };
+        let ports = PerSide { mechanics: &ports, actuator: &ports };
+        let options = &ModelOptions::default();
+        let model_construction = ModelConstruction { empty: &model, options };
+        let construction = Construction { ports, model: Some(model_construction), gain: 1.0 };
+        let mut scheme = InterfaceJacobian::new(&construction).unwrap();
         (model.h[0], model.w[0], model.position[0], model.mechanics_step) = (1.0, w, s, h);
         let step = MacroStep { index: 0, start: 0.0, length: h };
         let y = [s, w];

@@ -10,21 +10,20 @@
 //! **Not real-time**: the number of iterations is not known beforehand, and every one takes the whole macro step again.
 //! **Needs** copies of both sides. **Order** 2 in H. **Known weakness**: one relaxation factor for all variables; a force
 //! between the two values at the ends of the macro step is not seen. **Source**: Küttler, Wall 2008; see
-//! [`Acceleration`](crate::cosim::Acceleration).
+//! [`Acceleration`](crate::ceilings::Acceleration).
 
-use super::entry::{Family, SchemeEntry};
-use super::implicit::Implicit;
-use super::need::Need;
-use crate::cosim::{Acceleration, Sequence, Side};
+use super::entry::SchemeEntry;
+use super::iterated;
+use super::line_style::{Dash, LineStyle, Marker};
+use crate::ceilings::Acceleration;
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "iterated-aitken",
-    about: "Ceiling: repeat each macro step to agreement, Aitken relaxation",
-    family: Family::Ceiling,
-    order: 2,
-    samples: 1,
-    sequence: Sequence::GaussSeidel { first: Side::Actuator },
-    needs: &[Need::Copies],
-    gain: None,
-    build: |mechanics, actuator, _options| Implicit::boxed(Acceleration::Aitken, mechanics, actuator),
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        line: LineStyle::new([0x5A, 0x5A, 0x5A], Dash::Dashed, Marker::OpenCircle),
+        ..iterated::entry(
+            "iterated-aitken",
+            "Ceiling: repeat each macro step to agreement, Aitken relaxation",
+            Acceleration::Aitken,
+        )
+    }
+}

@@ -9,21 +9,20 @@
 //!
 //! **Not real-time**, as there. **Needs** copies of both sides. **Order** 2 in H. **Known weakness**: a contact that opens
 //! or closes between two guesses makes their differences say little. **Source**: Degroote, Bathe, Vierendeels 2009; see
-//! [`Acceleration`](crate::cosim::Acceleration).
+//! [`Acceleration`](crate::ceilings::Acceleration).
 
-use super::entry::{Family, SchemeEntry};
-use super::implicit::Implicit;
-use super::need::Need;
-use crate::cosim::{Acceleration, Sequence, Side};
+use super::entry::SchemeEntry;
+use super::iterated;
+use super::line_style::{Dash, LineStyle, Marker};
+use crate::ceilings::Acceleration;
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "iterated-quasi-newton",
-    about: "Ceiling: repeat each macro step to agreement, interface quasi-Newton",
-    family: Family::Ceiling,
-    order: 2,
-    samples: 1,
-    sequence: Sequence::GaussSeidel { first: Side::Actuator },
-    needs: &[Need::Copies],
-    gain: None,
-    build: |mechanics, actuator, _options| Implicit::boxed(Acceleration::QuasiNewton, mechanics, actuator),
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        line: LineStyle::new([0x9C, 0x9C, 0x9C], Dash::Dotted, Marker::OpenCircle),
+        ..iterated::entry(
+            "iterated-quasi-newton",
+            "Ceiling: repeat each macro step to agreement, interface quasi-Newton",
+            Acceleration::QuasiNewton,
+        )
+    }
+}

@@ -1,20 +1,25 @@
-//! The coupling schemes, one file each, listed in [`SCHEMES`].
+//! The coupling schemes, one file each, listed in [`standard_schemes`].
 //!
-//! To add one: write a file with a type that implements [`CouplingScheme`](crate::cosim::CouplingScheme) and an
-//! `ENTRY`, and add the entry to the list. Every test, sweep and figure then finds it by name.
+//! To add one: write a file with a type that implements [`CouplingScheme`](crate::cosim::CouplingScheme) and a function `entry`
+//! that says all that others need to know of it, and add that function to the list. Every test, sweep and figure then finds it
+//! by name.
 
 mod active_contacts;
 mod c1_extrapolated_interpolation;
+mod construction;
 mod contact_choice;
 mod contact_selection;
+mod coupling;
 mod energy_leak_damper;
 mod entry;
 mod extrapolation;
 mod first_order_hold;
-mod implicit;
 mod interface_jacobian;
+mod iterated;
 mod iterated_aitken;
 mod iterated_quasi_newton;
+mod line_style;
+mod model_options;
 mod monolithic;
 mod moving_model;
 mod need;
@@ -22,7 +27,6 @@ mod nepce;
 mod packed_model;
 mod predicted_acceleration;
 mod reduced_interface;
-mod registry;
 mod rim_fixed_mass;
 mod rim_nonsmooth;
 mod rim_nonsmooth_gap;
@@ -32,30 +36,35 @@ mod second_order_hold;
 mod transmission_line;
 mod zero_order_hold;
 
+pub use construction::{Construction, ModelConstruction};
 pub use contact_choice::ContactChoice;
-pub use entry::{Family, Gain, ModelMotion, SchemeEntry, SchemeOptions};
+pub use coupling::Coupling;
+pub use entry::{BuildScheme, Family, Gain, SchemeEntry};
+pub use line_style::{Dash, LineStyle, Marker};
+pub use model_options::{ModelMotion, ModelOptions};
 pub use need::Need;
-pub use registry::{all_schemes, register, scheme_by_name};
 
 /// Every built-in coupling scheme.
-pub const SCHEMES: &[SchemeEntry] = &[
-    zero_order_hold::ENTRY,
-    first_order_hold::ENTRY,
-    second_order_hold::ENTRY,
-    c1_extrapolated_interpolation::ENTRY,
-    c1_extrapolated_interpolation::QUADRATIC,
-    predicted_acceleration::ENTRY,
-    nepce::ENTRY,
-    nepce::FEEDTHROUGH,
-    energy_leak_damper::ENTRY,
-    transmission_line::ENTRY,
-    interface_jacobian::ENTRY,
-    rim_fixed_mass::ENTRY,
-    rim_smooth::ENTRY,
-    rim_smooth_active::ENTRY,
-    rim_nonsmooth::ENTRY,
-    rim_nonsmooth_gap::ENTRY,
-    iterated_aitken::ENTRY,
-    iterated_quasi_newton::ENTRY,
-    monolithic::ENTRY,
-];
+pub fn standard_schemes() -> Vec<SchemeEntry> {
+    vec![
+        zero_order_hold::entry(),
+        first_order_hold::entry(),
+        second_order_hold::entry(),
+        c1_extrapolated_interpolation::entry(),
+        c1_extrapolated_interpolation::quadratic(),
+        predicted_acceleration::entry(),
+        nepce::entry(),
+        nepce::feedthrough(),
+        energy_leak_damper::entry(),
+        transmission_line::entry(),
+        interface_jacobian::entry(),
+        rim_fixed_mass::entry(),
+        rim_smooth::entry(),
+        rim_smooth_active::entry(),
+        rim_nonsmooth::entry(),
+        rim_nonsmooth_gap::entry(),
+        iterated_aitken::entry(),
+        iterated_quasi_newton::entry(),
+        monolithic::entry(),
+    ]
+}

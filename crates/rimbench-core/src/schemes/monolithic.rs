@@ -10,41 +10,18 @@
 //! **Order** 1 in the micro step, none in H: the error does not depend on it. **Known weakness**: the mechanics pays for
 //! its own step at every micro step. **Source**: textbook (semi-implicit Euler for the whole system).
 
-use super::entry::{Family, SchemeEntry};
+use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use crate::cosim::{Coupling, CouplingScheme, MicroStep, Sample, Sequence, Side};
-use crate::error::Failure;
+use super::line_style::{Dash, LineStyle, Marker};
+use crate::ceilings::Driver;
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "monolithic",
-    about: "Ceiling: both sides together at the micro step",
-    family: Family::Ceiling,
-    order: 1,
-    samples: 1,
-    sequence: Sequence::Jacobi,
-    needs: &[],
-    gain: None,
-    build: |mechanics, actuator, _options| Box::new(Monolithic(Extrapolation::new(0, mechanics, actuator))),
-};
-
-/// Holds what it receives, for whoever asks; the loop does not.
-#[derive(Clone)]
-struct Monolithic(Extrapolation);
-
-impl CouplingScheme for Monolithic {
-    fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        self.0.receive(from, sample)
-    }
-
-    fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        self.0.input(to, at, own, u)
-    }
-
-    fn coupling(&self) -> Coupling {
-        Coupling::Monolithic
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
-        Some(Box::new(self.clone()))
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        driver: Driver::Monolithic,
+        line: LineStyle::new([0x2E, 0x2E, 0x2E], Dash::Long, Marker::OpenCircle),
+        // Holds what it receives, for whoever asks; the driver does not.
+        ..SchemeEntry::new("monolithic", "Ceiling: both sides together at the micro step", |construction| {
+            Ok(Extrapolation::boxed(0, construction.ports))
+        })
     }
 }

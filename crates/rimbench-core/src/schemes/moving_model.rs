@@ -1,6 +1,6 @@
 //! A reduced interface model as received, and as it stands within the macro step: frozen, or extrapolated.
 
-use super::entry::ModelMotion;
+use super::model_options::ModelMotion;
 use crate::interface_model::ReducedInterfaceModel;
 
 /// The model between two communication points.
@@ -25,30 +25,17 @@ pub(super) struct MovingModel {
 }
 
 impl MovingModel {
-    /// No model yet, for an interface of so many rows.
-    pub(super) fn new(interface: usize, motion: ModelMotion) -> Self {
+    /// Makes room for models like `empty`; none has been received yet.
+    pub(super) fn new(empty: &ReducedInterfaceModel, motion: ModelMotion) -> Self {
         MovingModel {
             motion,
-            received: ReducedInterfaceModel::zeros(0, interface),
-            current: ReducedInterfaceModel::zeros(0, interface),
+            received: empty.clone(),
+            current: empty.clone(),
             received_at: f64::NAN,
-            h_rate: Vec::new(),
-            a_rate: Vec::new(),
+            h_rate: vec![0.0; empty.h.len()],
+            a_rate: vec![0.0; empty.a.len()],
             extrapolating: false,
         }
-    }
-
-    /// Whether there is room for a model of this size.
-    pub(super) fn fits(&self, model: &ReducedInterfaceModel) -> bool {
-        self.received.contacts() == model.contacts() && !self.received_at.is_nan()
-    }
-
-    /// Makes room for models of this size.
-    pub(super) fn resize(&mut self, model: &ReducedInterfaceModel) {
-        self.received = model.clone();
-        self.current = model.clone();
-        self.h_rate = vec![0.0; model.h.len()];
-        self.a_rate = vec![0.0; model.a.len()];
     }
 
     /// Takes a model as it is at `time` (s).

@@ -1,6 +1,6 @@
 //! What a scheme asks of the subsystems, and whether they have it to offer.
 
-use crate::cosim::{OutputRates, Port, Quantity, Subsystem};
+use crate::cosim::{NO_INTERFACE_MODEL, NO_OUTPUT_RATES, OutputRates, Port, Quantity, Sides, Subsystem};
 
 /// Something a scheme cannot do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,24 +21,24 @@ pub enum Need {
 
 impl Need {
     /// Why two subsystems do not offer this, if they do not.
-    pub fn unmet(self, mechanics: &dyn Subsystem, actuator: &dyn Subsystem) -> Option<String> {
+    pub fn unmet(self, Sides { mechanics, actuator }: Sides<'_>) -> Option<String> {
+        let ports = actuator.ports();
+        let (inputs, outputs) = (ports.inputs.len(), ports.outputs.len());
         let (met, reason) = match self {
             Need::ForceDisplacement => (
                 is_force_displacement(mechanics, actuator),
                 "a force-displacement coupling is needed: forces to the mechanics, their positions and velocities back",
             ),
-            Need::InterfaceModel => {
-                (mechanics.empty_interface_model().is_some(), "the mechanics offers no reduced interface model")
-            }
-            Need::Rows(most) if actuator.ports().outputs.len() > most => {
+            Need::InterfaceModel => (mechanics.abilities().empty_interface_model().is_some(), NO_INTERFACE_MODEL),
+            Need::Rows(most) if outputs > most => {
                 return Some(format!("the interface has more than {most} rows"));
             }
             Need::Rows(_) | Need::HeldReturn => return None,
             Need::OutputRates => {
-                let ports = actuator.ports();
-                let mut rates = OutputRates::zeros(ports.outputs.len(), ports.inputs.len());
-                let offered = actuator.output_rates(0.0, &vec![0.0; ports.inputs.len()], &mut rates);
-                (offered, "the actuator offers no directional derivatives of its outputs")
+                let mut rates = OutputRates::zeros(outputs, inputs);
+                let offered = actuator.abilities().output_rates(0.0, &vec![0.0; inputs], &mut rates);
+                // One that fails offers them, and will fail in the run, with its reason.
+                (offered.unwrap_or(true), NO_OUTPUT_RATES)
             }
             Need::Copies => (
                 mechanics.try_clone().is_some() && actuator.try_clone().is_some(),

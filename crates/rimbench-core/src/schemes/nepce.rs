@@ -19,67 +19,63 @@
 //! **Source**: Benedikt et al. 2013 (NEPCE), Sadjina & Pedersen 2019 (α, direct feedthrough). Ours: `D` from directional
 //! derivatives, and that positions are corrected like forces and velocities.
 
-use super::entry::{Family, Gain, SchemeEntry};
+use super::entry::{Gain, SchemeEntry};
+use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::cosim::{CouplingScheme, MicroStep, Ports, Sample, Sequence, Side};
+use crate::cosim::{CouplingScheme, MicroStep, PerSide, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
 /// α of the published method.
 const ALPHA: f64 = 1.0;
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "nepce",
-    about: "Hold, plus the mean error of the last macro step's hold",
-    family: Family::Signal,
-    order: 2,
-    samples: 2,
-    sequence: Sequence::Jacobi,
-    needs: &[],
-    gain: Some(Gain { about: "α, the share of the error that is given back", default: ALPHA, range: [0.0, 2.0] }),
-    build: |mechanics, actuator, options| Nepce::boxed(false, mechanics, actuator, options.gain.unwrap_or(ALPHA)),
-};
-
-pub(super) const FEEDTHROUGH: SchemeEntry = SchemeEntry {
-    name: "nepce-feedthrough",
-    about: "Hold, plus the mean error of the last macro step's hold; the actuator's direct feedthrough at once",
-    needs: &[Need::OutputRates],
-    build: |mechanics, actuator, options| Nepce::boxed(true, mechanics, actuator, options.gain.unwrap_or(ALPHA)),
-    ..ENTRY
-};
-
-#[derive(Clone)]
-struct Nepce {
-    feedthrough: bool,
-    to_actuator: Channel,
-    to_mechanics: Channel,
-}
-
-impl Nepce {
-    fn boxed(feedthrough: bool, mechanics: &Ports, actuator: &Ports, alpha: f64) -> Box<dyn CouplingScheme> {
-        Box::new(Nepce {
-            feedthrough,
-            to_actuator: Channel::new(mechanics.outputs.len(), alpha),
-            to_mechanics: Channel::new(actuator.outputs.len(), alpha),
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        order: 2,
+        samples: 2,
+        gain: Some(gain()),
+        line: LineStyle::new([0x0E, 0x6E, 0x7C], Dash::Short, Marker::Triangle),
+        ..SchemeEntry::new("nepce", "Hold, plus the mean error of the last macro step's hold", |construction| {
+            Ok(Box::new(Nepce::new(construction.ports.map(|ports| ports.outputs.len()), construction.gain)))
         })
     }
 }
 
-impl CouplingScheme for Nepce {
-    fn wants_output_rates(&self) -> bool {
-        self.feedthrough
+pub(super) fn feedthrough() -> SchemeEntry {
+    SchemeEntry {
+        needs: vec![Need::OutputRates],
+        line: LineStyle::new([0x45, 0xB7, 0xC4], Dash::Dashed, Marker::Triangle),
+        name: "nepce-feedthrough".into(),
+        about: "Hold, plus the mean error of the last macro step's hold; the actuator's direct feedthrough at once"
+            .into(),
+        ..entry()
     }
+}
 
+fn gain() -> Gain {
+    Gain { about: "α, the share of the error that is given back".into(), default: ALPHA, range: [0.0, 2.0] }
+}
+
+/// Both schemes: which of them follows from whether the actuator's sample says how its outputs move.
+#[derive(Clone)]
+struct Nepce {
+    /// What each side sends.
+    sent: PerSide<Channel>,
+}
+
+impl Nepce {
+    fn new(outputs: PerSide<usize>, alpha: f64) -> Self {
+        Nepce { sent: outputs.map(|count| Channel::new(count, alpha)) }
+    }
+}
+
+impl CouplingScheme for Nepce {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        match (from, sample.rates) {
-            (Side::Mechanics, _) => self.to_actuator.receive(sample),
-            (Side::Actuator, None) => self.to_mechanics.receive(sample),
-            (Side::Actuator, Some(rates)) => {
-                self.to_mechanics.receive(sample);
-                let inputs = self.to_actuator.variables.len();
-                for (output, row) in self.to_mechanics.variables.iter_mut().zip(rates.feedthrough.chunks(inputs)) {
-                    let answer = row.iter().zip(&self.to_actuator.variables).map(|(d, input)| d * input.correction);
-                    output.held += answer.sum::<f64>();
-                }
+        self.sent[from].receive(sample);
+        if let Some(rates) = sample.rates {
+            let (inputs, outputs) = (&self.sent.mechanics.variables, &mut self.sent.actuator.variables);
+            for (output, row) in outputs.iter_mut().zip(rates.feedthrough.chunks(inputs.len())) {
+                let answer = row.iter().zip(inputs).map(|(d, input)| d * input.correction);
+                output.held += answer.sum::<f64>();
             }
         }
         Ok(())
@@ -87,15 +83,15 @@ impl CouplingScheme for Nepce {
 
     #[inline]
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        let (inwards, outwards) = match to {
-            Side::Mechanics => (&self.to_mechanics, &mut self.to_actuator),
-            Side::Actuator => (&self.to_actuator, &mut self.to_mechanics),
-        };
-        outwards.see(at.start, own);
-        for (u, variable) in u.iter_mut().zip(&inwards.variables) {
+        self.sent[to].see(at.start, own);
+        for (u, variable) in u.iter_mut().zip(&self.sent[to.other()].variables) {
             *u = variable.held + variable.correction;
         }
         Ok(())
+    }
+
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport::default()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
@@ -177,8 +173,8 @@ mod tests {
         Sample { time, y, model: None, rates: None, step: step(index), actuator_micro_step: 1.0 }
     }
 
-    fn nepce(feedthrough: bool) -> Nepce {
-        Nepce { feedthrough, to_actuator: Channel::new(1, 1.0), to_mechanics: Channel::new(1, 1.0) }
+    fn nepce() -> Nepce {
+        Nepce::new(PerSide { mechanics: 1, actuator: 1 }, 1.0)
     }
 
     fn input(scheme: &mut Nepce, to: Side, index: usize, own: f64) -> f64 {
@@ -190,7 +186,7 @@ mod tests {
     #[test]
     fn a_ramp_is_met_in_the_mean_from_the_second_macro_step_on() {
         // y = 2 t: the hold misses 1 on average over each macro step.
-        let mut scheme = nepce(false);
+        let mut scheme = nepce();
         for k in 0..4 {
             let y = 2.0 * k as f64;
             scheme.receive(Side::Mechanics, &sample(&[y], k)).unwrap();
@@ -203,7 +199,7 @@ mod tests {
     #[test]
     fn what_is_put_out_between_samples_is_seen() {
         // The actuator's output jumps to 4 within the macro step and back: mean over the trapezoids 0–4–0 of height 4 is 2.
-        let mut scheme = nepce(false);
+        let mut scheme = nepce();
         scheme.receive(Side::Mechanics, &sample(&[0.0], 0)).unwrap();
         scheme.receive(Side::Actuator, &sample(&[0.0], 0)).unwrap();
         for (j, own) in [0.0, 4.0].into_iter().enumerate() {
@@ -219,7 +215,7 @@ mod tests {
     fn direct_feedthrough_is_answered_in_the_same_macro_step() {
         // The actuator is a damper of 3 N·s/m: F = −3 w, and w = 2 t. At t = 1 its input is corrected by 1.
         for (feedthrough, expected) in [(false, -6.0 - 3.0), (true, -6.0 - 3.0 - 3.0)] {
-            let mut scheme = nepce(feedthrough);
+            let mut scheme = nepce();
             let rates = OutputRates { feedthrough: vec![-3.0], ..OutputRates::zeros(1, 1) };
             for k in 0..2 {
                 let w = 2.0 * k as f64;

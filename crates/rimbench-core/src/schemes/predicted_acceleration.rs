@@ -14,30 +14,30 @@
 //! send accelerations; the ports here do not, so the backward difference of the velocity is ours, and so is the linear
 //! extrapolation of the force.
 
-use super::entry::{Family, SchemeEntry};
+use super::entry::SchemeEntry;
 use super::extrapolation::History;
+use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::cosim::{CouplingScheme, MicroStep, Sample, Sequence, Side};
+use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "predicted-acceleration",
-    about: "Hold the acceleration of the interface, integrate it to velocity and position",
-    family: Family::Signal,
-    order: 2,
-    samples: 2,
-    sequence: Sequence::Jacobi,
-    needs: &[Need::ForceDisplacement],
-    gain: None,
-    build: |_mechanics, actuator, _options| {
-        let rows = actuator.outputs.len();
-        Box::new(PredictedAcceleration {
-            time: f64::NAN,
-            motion: vec![Motion::default(); rows],
-            force: History::new(rows, 2),
-        })
-    },
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        order: 2,
+        samples: 2,
+        needs: vec![Need::ForceDisplacement],
+        line: LineStyle::new([0xC2, 0x18, 0x5B], Dash::Long, Marker::Circle),
+        ..SchemeEntry::new(
+            "predicted-acceleration",
+            "Hold the acceleration of the interface, integrate it to velocity and position",
+            |construction| {
+                let rows = construction.interface();
+                let (motion, force) = (vec![Motion::default(); rows], History::new(rows, 2));
+                Ok(Box::new(PredictedAcceleration { time: f64::NAN, motion, force }))
+            },
+        )
+    }
+}
 
 /// One row of the interface at the time of the newest sample.
 #[derive(Debug, Clone, Copy, Default)]
@@ -89,6 +89,10 @@ impl CouplingScheme for PredictedAcceleration {
         Ok(())
     }
 
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport::default()
+    }
+
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
         Some(Box::new(self.clone()))
     }
@@ -97,17 +101,12 @@ impl CouplingScheme for PredictedAcceleration {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cosim::{MacroStep, Port, Ports, Quantity};
+    use crate::cosim::MacroStep;
 
     #[test]
     fn free_fall_is_predicted_exactly_from_the_second_sample_on() {
-        let port = |name, quantity| Port { name, quantity };
-        let motion = vec![port("s_m", Quantity::Position), port("w_m_s", Quantity::Velocity)];
-        let force = vec![port("force_n", Quantity::Force)];
-        let mechanics = Ports { inputs: force.clone(), outputs: motion.clone(), direct_feedthrough: false };
-        let actuator = Ports { inputs: motion, outputs: force, direct_feedthrough: true };
-        let options = crate::schemes::SchemeOptions::of(&crate::complementarity::SOLVERS[0]);
-        let mut scheme = (ENTRY.build)(&mechanics, &actuator, &options);
+        let (motion, force) = (vec![Motion::default()], History::new(1, 2));
+        let mut scheme = PredictedAcceleration { time: f64::NAN, motion, force };
         // s = ½ · (−8) t², w = −8 t; F = 1 + 2 t.
         let fall = |t: f64| [-4.0 * t * t, -8.0 * t];
         let mut u = [f64::NAN; 2];

@@ -9,15 +9,17 @@
 //! The schemes differ in one decision only, [`Contacts`]: what `P_u` is.
 
 use super::active_contacts::ActiveContacts;
+use super::construction::{Construction, ModelConstruction, sent};
 use super::contact_choice::ContactChoice;
 use super::contact_selection::ContactSelection;
-use super::entry::SchemeOptions;
+use super::entry::{Family, SchemeEntry};
 use super::moving_model::MovingModel;
+use super::need::Need;
 use super::packed_model::PackedModel;
-use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters};
-use crate::cosim::{CouplingScheme, Diagnostics, MicroStep, Ports, Sample, Side};
-use crate::error::Failure;
-use crate::interface_model::{Condensation, GapRates, ReducedInterfaceModel, condense};
+use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
+use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Sequence, Side};
+use crate::error::{Failure, Result};
+use crate::interface_model::{Condensation, GapRates, ReducedInterfaceModel, Redundancy, condense, impact_velocity};
 
 /// How contacts enter the model within the macro step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,14 +38,13 @@ pub(super) enum Contacts {
 #[derive(Clone)]
 pub(super) struct ReducedInterface {
     contacts: Contacts,
-    options: SchemeOptions,
+    choice: ContactChoice,
+    redundancy: Redundancy,
     model: MovingModel,
     /// Contacts in the model, and those of the communication point before.
     set: Vec<usize>,
     previous_set: Vec<usize>,
-    closed: Vec<usize>,
     condensation: Condensation,
-    diagnosis: Condensation,
     solver: Checked,
     active: ActiveContacts,
     selection: ContactSelection,
@@ -65,67 +66,69 @@ pub(super) struct ReducedInterface {
     /// The actuator's force at the last communication point.
     force: Vec<f64>,
     micro_step: f64,
+    diagnosis: Diagnosis,
+}
+
+/// What is needed to say which mass the actuator pushes.
+#[derive(Clone)]
+struct Diagnosis {
+    /// Contacts that carried impulse in the first micro step since the communication point; until it is solved, in the last one
+    /// before.
+    loaded: Vec<usize>,
+    /// The model with those contacts closed.
+    condensation: Condensation,
+    /// Where contacts are bilateral: the effective mass at the communication point.
+    bilateral_mass: f64,
 }
 
 impl ReducedInterface {
-    pub(super) fn boxed(
-        contacts: Contacts,
-        _mechanics: &Ports,
-        actuator: &Ports,
-        options: &SchemeOptions,
-    ) -> Box<dyn CouplingScheme> {
-        let interface = actuator.outputs.len();
-        Box::new(ReducedInterface {
+    /// Describes the scheme with contacts of this kind.
+    pub(super) fn entry(name: &'static str, about: &'static str, contacts: Contacts) -> SchemeEntry {
+        SchemeEntry {
+            family: Family::Model,
+            order: 2,
+            sequence: Sequence::GaussSeidel { first: Side::Actuator },
+            needs: vec![Need::ForceDisplacement, Need::InterfaceModel],
+            ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))
+        }
+    }
+
+    fn new(contacts: Contacts, construction: &Construction<'_>) -> Result<Self> {
+        let ModelConstruction { empty, options } = construction.model()?;
+        let (n_u, n_i) = (empty.contacts(), empty.interface());
+        Ok(ReducedInterface {
             contacts,
-            options: *options,
-            model: MovingModel::new(interface, options.motion),
-            set: Vec::new(),
-            previous_set: Vec::new(),
-            closed: Vec::new(),
-            condensation: Condensation::new(0, interface),
-            diagnosis: Condensation::new(0, interface),
-            solver: options.solver.checked(0),
-            active: ActiveContacts::new(0, interface, options.solver),
-            selection: ContactSelection::new(0, interface, options.contacts, options.solver),
-            packed: PackedModel::new(0, interface),
+            choice: options.contacts,
+            redundancy: options.redundancy,
+            model: MovingModel::new(empty, options.motion),
+            set: Vec::with_capacity(n_u),
+            previous_set: Vec::with_capacity(n_u),
+            condensation: Condensation::new(n_u, n_i),
+            solver: options.solver.checked(n_u),
+            active: ActiveContacts::new(n_u, n_i, &options.solver),
+            selection: ContactSelection::new(n_u, n_i, options.contacts, &options.solver),
+            packed: PackedModel::new(n_u, n_i),
             packed_anew: true,
             gap_rates: GapRates::default(),
-            b_u: Vec::new(),
-            p_u: Vec::new(),
-            w: vec![0.0; interface],
-            w_free: vec![0.0; interface],
-            gap: Vec::new(),
-            position: vec![0.0; interface],
-            force: vec![0.0; interface],
+            b_u: vec![0.0; n_u],
+            p_u: vec![0.0; n_u],
+            w: vec![0.0; n_u + n_i],
+            w_free: vec![0.0; n_u + n_i],
+            gap: vec![0.0; n_u],
+            position: vec![0.0; n_i],
+            force: vec![0.0; n_i],
             micro_step: f64::NAN,
+            diagnosis: Diagnosis {
+                loaded: Vec::with_capacity(n_u),
+                condensation: Condensation::new(n_u, n_i),
+                bilateral_mass: f64::NAN,
+            },
         })
     }
 
-    /// Makes all buffers for the size of the first model received; the only place that allocates.
-    fn resize(&mut self, model: &ReducedInterfaceModel) {
-        let (n_u, n_i) = (model.contacts(), model.interface());
-        self.model.resize(model);
-        for list in [&mut self.set, &mut self.previous_set, &mut self.closed] {
-            *list = Vec::with_capacity(n_u);
-        }
-        self.condensation = Condensation::new(n_u, n_i);
-        self.diagnosis = Condensation::new(n_u, n_i);
-        self.solver = self.options.solver.checked(n_u);
-        self.active = ActiveContacts::new(n_u, n_i, self.options.solver);
-        self.selection = ContactSelection::new(n_u, n_i, self.options.contacts, self.options.solver);
-        self.packed = PackedModel::new(n_u, n_i);
-        for buffer in [&mut self.b_u, &mut self.p_u, &mut self.gap] {
-            *buffer = vec![0.0; n_u];
-        }
-        for buffer in [&mut self.w, &mut self.w_free] {
-            *buffer = vec![0.0; n_u + n_i];
-        }
-    }
-
     fn receive_model(&mut self, sample: &Sample<'_>, model: &ReducedInterfaceModel) {
-        if !self.model.fits(model) {
-            self.resize(model);
-        }
+        // The last micro step of the macro step that ends here.
+        self.note_loaded();
         std::mem::swap(&mut self.set, &mut self.previous_set);
         match self.contacts {
             Contacts::UnilateralWithGaps => {
@@ -144,12 +147,19 @@ impl ReducedInterface {
         }
     }
 
+    /// Notes which contacts carry impulse in the micro step just solved.
+    fn note_loaded(&mut self) {
+        let loaded = self.set.iter().zip(&self.p_u[..self.packed.contacts()]).filter(|(_, impulse)| **impulse > 0.0);
+        self.diagnosis.loaded.clear();
+        self.diagnosis.loaded.extend(loaded.map(|(&contact, _)| contact));
+    }
+
     /// Whether the set of contacts depends on the actuator's force.
     fn waits_for_force(&self) -> bool {
         match self.contacts {
             Contacts::Bilateral => false,
             Contacts::BilateralActive => true,
-            Contacts::Unilateral | Contacts::UnilateralWithGaps => self.options.contacts != ContactChoice::All,
+            Contacts::Unilateral | Contacts::UnilateralWithGaps => self.choice != ContactChoice::All,
         }
     }
 
@@ -172,6 +182,7 @@ impl ReducedInterface {
         };
         self.w[n..n + w_i.len()].copy_from_slice(w_i);
         self.position.copy_from_slice(&model.position);
+        self.diagnosis.bilateral_mass = self.condensation.effective_mass;
     }
 
     /// Derives from the model as it stands what a micro step needs.
@@ -179,7 +190,7 @@ impl ReducedInterface {
         self.packed_anew = true;
         match self.contacts {
             Contacts::Bilateral | Contacts::BilateralActive => {
-                condense(&self.model.current, &self.set, self.options.redundancy, &mut self.condensation);
+                condense(&self.model.current, &self.set, self.redundancy, &mut self.condensation);
                 self.packed.pack_condensed(&self.condensation, self.micro_step);
             }
             Contacts::Unilateral | Contacts::UnilateralWithGaps => {
@@ -206,19 +217,21 @@ impl ReducedInterface {
         if self.model.received.restitution > 0.0 {
             self.bounce(n);
         }
-        let lcp = Lcp { m: self.packed.h_uu(), q: &self.b_u[..n] };
+        let lcp = Lcp::new(self.packed.h_uu(), &self.b_u[..n]);
         let anew = std::mem::replace(&mut self.packed_anew, false);
         let p_u = &mut self.p_u[..n];
-        if anew { self.solver.solve(lcp, p_u) } else { self.solver.attempt_again(lcp, p_u) }.map(|_| ())
+        if anew { self.solver.solve(lcp, p_u) } else { self.solver.attempt_again(lcp, p_u) }?;
+        Ok(())
     }
 
-    /// Replaces the gap law by the impact law `w⁺ + e w⁻ ≥ 0` where a contact closes within the micro step.
+    /// Replaces the gap law by the impact law where a contact closes within the micro step.
     fn bounce(&mut self, n: usize) {
         let tracked = self.contacts == Contacts::UnilateralWithGaps;
         for slot in 0..n {
-            let (w, gap) = (self.w[slot], if tracked { self.gap[slot] } else { 0.0 });
-            if w < 0.0 && gap + self.micro_step * w <= 0.0 {
-                self.b_u[slot] = self.w_free[slot] + self.model.received.restitution * w;
+            let gap = if tracked { self.gap[slot] } else { 0.0 };
+            if let Some(velocity) = impact_velocity(self.model.received.restitution, gap, self.w[slot], self.micro_step)
+            {
+                self.b_u[slot] = self.w_free[slot] + velocity;
             }
         }
     }
@@ -234,30 +247,13 @@ impl ReducedInterface {
         current.a.copy_from_slice(&received.a);
         Ok(())
     }
-
-    /// Effective mass with the contacts that carry impulse in the first micro step.
-    fn active_effective_mass(&mut self) -> Result<f64, Failure> {
-        let force = std::mem::take(&mut self.force);
-        let solved = self.solve_contacts(&force);
-        self.force = force;
-        solved?;
-        self.closed.clear();
-        self.closed.extend(self.set.iter().zip(&self.p_u).filter(|(_, p)| **p > 0.0).map(|(&contact, _)| contact));
-        condense(&self.model.received, &self.closed, self.options.redundancy, &mut self.diagnosis);
-        Ok(self.diagnosis.effective_mass)
-    }
 }
 
 impl CouplingScheme for ReducedInterface {
-    fn wants_interface_model(&self) -> bool {
-        true
-    }
-
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        match (from, sample.model) {
-            (Side::Mechanics, Some(model)) => self.receive_model(sample, model),
-            (Side::Mechanics, None) => {}
-            (Side::Actuator, _) => {
+        match from {
+            Side::Mechanics => self.receive_model(sample, sent(sample.model)?),
+            Side::Actuator => {
                 self.force.copy_from_slice(sample.y);
                 if self.waits_for_force() {
                     self.choose_contacts(sample.step.length)?;
@@ -279,6 +275,9 @@ impl CouplingScheme for ReducedInterface {
             self.prepare();
         }
         self.solve_contacts(own)?;
+        if at.index == 0 {
+            self.note_loaded();
+        }
         let (n, n_i) = (self.packed.contacts(), own.len());
         std::mem::swap(&mut self.w, &mut self.w_free);
         let w = &mut self.w[..n + n_i];
@@ -300,19 +299,18 @@ impl CouplingScheme for ReducedInterface {
         Some(Box::new(self.clone()))
     }
 
-    fn diagnostics(&mut self) -> Diagnostics {
+    fn report(&mut self) -> SchemeReport {
         let effective_mass = match self.contacts {
-            Contacts::Bilateral | Contacts::BilateralActive => self.condensation.effective_mass,
-            // A problem that cannot be solved here fails the micro step that follows, with its reason.
-            Contacts::Unilateral | Contacts::UnilateralWithGaps => self.active_effective_mass().unwrap_or(f64::NAN),
+            Contacts::Bilateral | Contacts::BilateralActive => self.diagnosis.bilateral_mass,
+            Contacts::Unilateral | Contacts::UnilateralWithGaps => {
+                let Diagnosis { loaded, condensation, .. } = &mut self.diagnosis;
+                condense(&self.model.received, loaded, self.redundancy, condensation);
+                condensation.effective_mass
+            }
         };
-        Diagnostics { effective_mass: Some(effective_mass) }
-    }
-
-    fn counters(&self) -> SolverCounters {
         let mut counters = self.solver.counters();
         counters.add(&self.active.counters());
         counters.add(&self.selection.counters());
-        counters
+        SchemeReport { effective_mass: Some(effective_mass), dissipated_j: None, counters }
     }
 }

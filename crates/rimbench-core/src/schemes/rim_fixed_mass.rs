@@ -10,59 +10,70 @@
 //! step.
 //! **Source**: ablation, ours.
 
+use super::construction::{ModelConstruction, sent};
 use super::entry::{Family, SchemeEntry};
+use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::cosim::{CouplingScheme, Diagnostics, MicroStep, Sample, Sequence, Side};
+use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::Failure;
-use crate::interface_model::{Condensation, Redundancy, condense};
+use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "rim-fixed-mass",
-    about: "Constant effective mass of the start, no free acceleration, no contacts (ablation)",
-    family: Family::Model,
-    order: 1,
-    samples: 1,
-    sequence: Sequence::GaussSeidel { first: Side::Actuator },
-    needs: &[Need::ForceDisplacement, Need::InterfaceModel],
-    gain: None,
-    build: |_mechanics, actuator, options| {
-        let interface = actuator.outputs.len();
-        Box::new(FixedMass {
-            redundancy: options.redundancy,
-            mobility: None,
-            position: vec![0.0; interface],
-            velocity: vec![0.0; interface],
-            force: vec![0.0; interface],
-        })
-    },
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        family: Family::Model,
+        sequence: Sequence::GaussSeidel { first: Side::Actuator },
+        needs: vec![Need::ForceDisplacement, Need::InterfaceModel],
+        line: LineStyle::new([0x80, 0x80, 0x80], Dash::Dotted, Marker::Cross),
+        ..SchemeEntry::new(
+            "rim-fixed-mass",
+            "Constant effective mass of the start, no free acceleration, no contacts (ablation)",
+            |construction| {
+                let ModelConstruction { empty, options } = construction.model()?;
+                Ok(Box::new(FixedMass::new(empty, options.redundancy)))
+            },
+        )
+    }
+}
 
 #[derive(Clone)]
 struct FixedMass {
     redundancy: Redundancy,
+    closed: Vec<usize>,
     /// `Ĥ_ii(t_0)`.
-    mobility: Option<Condensation>,
+    mobility: Condensation,
+    begun: bool,
     position: Vec<f64>,
     velocity: Vec<f64>,
     force: Vec<f64>,
 }
 
-impl CouplingScheme for FixedMass {
-    fn wants_interface_model(&self) -> bool {
-        true
+impl FixedMass {
+    fn new(model: &ReducedInterfaceModel, redundancy: Redundancy) -> Self {
+        let (contacts, interface) = (model.contacts(), model.interface());
+        FixedMass {
+            redundancy,
+            closed: Vec::with_capacity(contacts),
+            mobility: Condensation::new(contacts, interface),
+            begun: false,
+            position: vec![0.0; interface],
+            velocity: vec![0.0; interface],
+            force: vec![0.0; interface],
+        }
     }
+}
 
+impl CouplingScheme for FixedMass {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
         let n_i = self.force.len();
         match from {
             Side::Mechanics => {
                 self.position.copy_from_slice(&sample.y[..n_i]);
                 self.velocity.copy_from_slice(&sample.y[n_i..]);
-                if let (None, Some(model)) = (&self.mobility, sample.model) {
-                    let mut closed = Vec::with_capacity(model.contacts());
-                    model.closed_contacts(&mut closed);
-                    let mobility = self.mobility.insert(Condensation::new(model.contacts(), n_i));
-                    condense(model, &closed, self.redundancy, mobility);
+                if !self.begun {
+                    let model = sent(sample.model)?;
+                    model.closed_contacts(&mut self.closed);
+                    condense(model, &self.closed, self.redundancy, &mut self.mobility);
+                    self.begun = true;
                 }
             }
             Side::Actuator => self.force.copy_from_slice(sample.y),
@@ -77,9 +88,8 @@ impl CouplingScheme for FixedMass {
             return Ok(());
         }
         let n_i = self.force.len();
-        let mobility = self.mobility.as_ref().map_or(&[][..], |mobility| &mobility.h);
         for (row, (velocity, position)) in self.velocity.iter_mut().zip(&mut self.position).enumerate() {
-            let h = mobility.get(row * n_i..(row + 1) * n_i).unwrap_or_default();
+            let h = &self.mobility.h[row * n_i..(row + 1) * n_i];
             *velocity += at.length * h.iter().zip(own).map(|(h, force)| h * force).sum::<f64>();
             *position += at.length * *velocity;
         }
@@ -88,8 +98,8 @@ impl CouplingScheme for FixedMass {
         Ok(())
     }
 
-    fn diagnostics(&mut self) -> Diagnostics {
-        Diagnostics { effective_mass: self.mobility.as_ref().map(|mobility| mobility.effective_mass) }
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport { effective_mass: Some(self.mobility.effective_mass), ..SchemeReport::default() }
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
@@ -101,17 +111,10 @@ impl CouplingScheme for FixedMass {
 mod tests {
     use super::*;
     use crate::cosim::MacroStep;
-    use crate::interface_model::ReducedInterfaceModel;
 
     #[test]
     fn the_mass_of_the_start_stays_whatever_the_model_says_later() {
-        let mut scheme = FixedMass {
-            redundancy: Redundancy::Drop,
-            mobility: None,
-            position: vec![0.0],
-            velocity: vec![0.0],
-            force: vec![0.0],
-        };
+        let mut scheme = FixedMass::new(&ReducedInterfaceModel::zeros(0, 1), Redundancy::Drop);
         let step = MacroStep { index: 0, start: 0.0, length: 1.0 };
         // 2 kg at first, then 1/2 kg; the free acceleration is never used.
         for (mass, y) in [(2.0, [1.0, 3.0]), (0.5, [4.0, -1.0])] {
@@ -119,7 +122,7 @@ mod tests {
             (model.h[0], model.a[0], model.w[0]) = (1.0 / mass, 7.0, y[1]);
             let sample = Sample { time: 0.0, y: &y, model: Some(&model), rates: None, step, actuator_micro_step: 0.5 };
             scheme.receive(Side::Mechanics, &sample).unwrap();
-            assert_eq!(scheme.diagnostics().effective_mass, Some(2.0));
+            assert_eq!(scheme.report().effective_mass, Some(2.0));
             let mut u = [0.0; 2];
             for (index, [x, v]) in
                 [[y[0] + 0.5 * (y[1] + 1.0), y[1] + 1.0], [y[0] + y[1] + 1.5, y[1] + 2.0]].into_iter().enumerate()

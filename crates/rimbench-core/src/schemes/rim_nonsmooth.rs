@@ -9,19 +9,17 @@
 //! error levels off at what the contact margin allows.
 //! **Source**: Raoofian, Kövecses, Teichmann, Eq. 4.
 
-use super::entry::{Family, SchemeEntry};
-use super::need::Need;
+use super::entry::SchemeEntry;
+use super::line_style::{Dash, LineStyle, Marker};
 use super::reduced_interface::{Contacts, ReducedInterface};
-use crate::cosim::{Sequence, Side};
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "rim-nonsmooth",
-    about: "Reduced interface model; contacts closed at the communication point may open (the paper's proposal)",
-    family: Family::Model,
-    order: 2,
-    samples: 1,
-    sequence: Sequence::GaussSeidel { first: Side::Actuator },
-    needs: &[Need::ForceDisplacement, Need::InterfaceModel],
-    gain: None,
-    build: |mechanics, actuator, options| ReducedInterface::boxed(Contacts::Unilateral, mechanics, actuator, options),
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        line: LineStyle::new([0x00, 0x72, 0xB2], Dash::Dashed, Marker::Circle),
+        ..ReducedInterface::entry(
+            "rim-nonsmooth",
+            "Reduced interface model; contacts closed at the communication point may open (the paper's proposal)",
+            Contacts::Unilateral,
+        )
+    }
+}

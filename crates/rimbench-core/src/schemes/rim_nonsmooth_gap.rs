@@ -10,21 +10,17 @@
 //! those of `t_k`; the complementarity problems carry all contacts, open ones too.
 //! **Source**: ours, after Raoofian, Kövecses, Teichmann.
 
-use super::entry::{Family, SchemeEntry};
-use super::need::Need;
+use super::entry::SchemeEntry;
+use super::line_style::{Dash, LineStyle, Marker};
 use super::reduced_interface::{Contacts, ReducedInterface};
-use crate::cosim::{Sequence, Side};
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "rim-nonsmooth-gap",
-    about: "Reduced interface model; all contacts with their gaps, closing and opening at any micro step",
-    family: Family::Model,
-    order: 2,
-    samples: 1,
-    sequence: Sequence::GaussSeidel { first: Side::Actuator },
-    needs: &[Need::ForceDisplacement, Need::InterfaceModel],
-    gain: None,
-    build: |mechanics, actuator, options| {
-        ReducedInterface::boxed(Contacts::UnilateralWithGaps, mechanics, actuator, options)
-    },
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        line: LineStyle::new([0x00, 0x9E, 0x73], Dash::DashDot, Marker::Square),
+        ..ReducedInterface::entry(
+            "rim-nonsmooth-gap",
+            "Reduced interface model; all contacts with their gaps, closing and opening at any micro step",
+            Contacts::UnilateralWithGaps,
+        )
+    }
+}

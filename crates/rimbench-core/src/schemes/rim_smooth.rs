@@ -9,19 +9,17 @@
 //! there. Dependent contacts are treated as [`Redundancy`](crate::interface_model::Redundancy) says.
 //! **Source**: Peiret, González, Kövecses, Teichmann 2018; the smooth RIM of Raoofian, Kövecses, Teichmann.
 
-use super::entry::{Family, SchemeEntry};
-use super::need::Need;
+use super::entry::SchemeEntry;
+use super::line_style::{Dash, LineStyle, Marker};
 use super::reduced_interface::{Contacts, ReducedInterface};
-use crate::cosim::{Sequence, Side};
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "rim-smooth",
-    about: "Reduced interface model; contacts closed at the communication point are bilateral",
-    family: Family::Model,
-    order: 2,
-    samples: 1,
-    sequence: Sequence::GaussSeidel { first: Side::Actuator },
-    needs: &[Need::ForceDisplacement, Need::InterfaceModel],
-    gain: None,
-    build: |mechanics, actuator, options| ReducedInterface::boxed(Contacts::Bilateral, mechanics, actuator, options),
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        line: LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond),
+        ..ReducedInterface::entry(
+            "rim-smooth",
+            "Reduced interface model; contacts closed at the communication point are bilateral",
+            Contacts::Bilateral,
+        )
+    }
+}

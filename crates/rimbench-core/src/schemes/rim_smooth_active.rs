@@ -11,21 +11,17 @@
 //! **Source**: in the spirit of Peiret, González, Kövecses, Teichmann, Kelly 2020 (one contact mode per macro step); the details
 //! are ours.
 
-use super::entry::{Family, SchemeEntry};
-use super::need::Need;
+use super::entry::SchemeEntry;
+use super::line_style::{Dash, LineStyle, Marker};
 use super::reduced_interface::{Contacts, ReducedInterface};
-use crate::cosim::{Sequence, Side};
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "rim-smooth-active",
-    about: "Reduced interface model; contacts that carry impulse at the communication point are bilateral",
-    family: Family::Model,
-    order: 2,
-    samples: 1,
-    sequence: Sequence::GaussSeidel { first: Side::Actuator },
-    needs: &[Need::ForceDisplacement, Need::InterfaceModel],
-    gain: None,
-    build: |mechanics, actuator, options| {
-        ReducedInterface::boxed(Contacts::BilateralActive, mechanics, actuator, options)
-    },
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        line: LineStyle::new([0x8C, 0x3B, 0x0C], Dash::DashDot, Marker::OpenDiamond),
+        ..ReducedInterface::entry(
+            "rim-smooth-active",
+            "Reduced interface model; contacts that carry impulse at the communication point are bilateral",
+            Contacts::BilateralActive,
+        )
+    }
+}

@@ -7,18 +7,19 @@
 //! stable macro step of the three, and the largest overshoot after a change of contact.
 //! **Source**: textbook (quadratic extrapolation in the explicit co-simulation literature).
 
-use super::entry::{Family, SchemeEntry};
+use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use crate::cosim::Sequence;
+use super::line_style::{Dash, LineStyle, Marker};
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "second-order-hold",
-    about: "Extrapolate quadratically from the last three samples",
-    family: Family::Signal,
-    order: 3,
-    samples: 3,
-    sequence: Sequence::Jacobi,
-    needs: &[],
-    gain: None,
-    build: |mechanics, actuator, _options| Extrapolation::boxed(2, mechanics, actuator),
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        order: 3,
+        samples: 3,
+        line: LineStyle::new([0xCC, 0x79, 0xA7], Dash::Dotted, Marker::Pentagon),
+        ..SchemeEntry::new(
+            "second-order-hold",
+            "Extrapolate quadratically from the last three samples",
+            |construction| Ok(Extrapolation::boxed(2, construction.ports)),
+        )
+    }
+}

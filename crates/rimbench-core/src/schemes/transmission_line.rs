@@ -29,36 +29,32 @@
 //! **Source**: transmission line modelling after Krus et al. 1990 (HOPSAN), Braun & Krus 2016. Ours: the choice of Z, the straight
 //! waves, the use of directional derivatives.
 
-use super::entry::{Family, Gain, SchemeEntry};
+use super::construction::sent;
+use super::entry::{Gain, SchemeEntry};
+use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::cosim::{CouplingScheme, MicroStep, OutputRates, Sample, Sequence, Side};
+use crate::cosim::{CouplingScheme, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
 /// Default of γ: added mass and added compliance of equal weight.
 const IMPEDANCE: f64 = 1.0;
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "transmission-line",
-    about: "A line between the sides whose travel time is the macro step; waves instead of extrapolation",
-    family: Family::Signal,
-    order: 1,
-    samples: 1,
-    sequence: Sequence::Jacobi,
-    needs: &[Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::HeldReturn],
-    gain: Some(Gain {
-        about: "γ, impedance of the line over that of the system",
-        default: IMPEDANCE,
-        range: [1e-3, 1e3],
-    }),
-    build: |_mechanics, actuator, options| {
-        Box::new(TransmissionLine {
-            gain: options.gain.unwrap_or(IMPEDANCE),
-            lines: vec![Line::default(); actuator.outputs.len()],
-            begun: f64::NAN,
-            step: 0,
-        })
-    },
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::HeldReturn],
+        gain: Some(Gain {
+            about: "γ, impedance of the line over that of the system".into(),
+            default: IMPEDANCE,
+            range: [1e-3, 1e3],
+        }),
+        line: LineStyle::new([0xB0, 0x8A, 0x00], Dash::DashDot, Marker::Plus),
+        ..SchemeEntry::new(
+            "transmission-line",
+            "A line between the sides whose travel time is the macro step; waves instead of extrapolation",
+            |construction| Ok(Box::new(TransmissionLine::new(construction.interface(), construction.gain))),
+        )
+    }
+}
 
 /// A wave over a macro step: a straight line.
 #[derive(Debug, Clone, Copy, Default)]
@@ -111,6 +107,10 @@ struct TransmissionLine {
 }
 
 impl TransmissionLine {
+    fn new(rows: usize, gain: f64) -> Self {
+        TransmissionLine { gain, lines: vec![Line::default(); rows], begun: f64::NAN, step: 0 }
+    }
+
     /// What was sent over the last macro step arrives; `y` is the motion of the mechanics now.
     fn arrive(&mut self, y: &[f64], elapsed: f64) {
         let m = self.lines.len();
@@ -140,7 +140,7 @@ impl TransmissionLine {
                 .map_or(f64::NAN, |rates| -(rates.feedthrough[i * 2 * m + i] + rates.rate_gain[i * 2 * m + m + i]));
             line.impedance = self.gain * (stiffness / line.mobility).sqrt();
             if !(line.impedance.is_finite() && line.impedance > 0.0) {
-                return Err(Failure::NonFinite { quantity: "impedance of the transmission line" });
+                return Err(Failure::non_finite("impedance of the transmission line"));
             }
             let wave = |value| Wave { mean: value, rise: 0.0 };
             line.to_mechanics = wave(force[i] + line.impedance * line.velocity);
@@ -152,23 +152,14 @@ impl TransmissionLine {
 }
 
 impl CouplingScheme for TransmissionLine {
-    fn wants_interface_model(&self) -> bool {
-        true
-    }
-
-    fn wants_output_rates(&self) -> bool {
-        true
-    }
-
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
         let (m, first) = (self.lines.len(), self.begun.is_nan());
         match from {
             Side::Mechanics if first => {
-                if let Some(model) = sample.model {
-                    let n_u = model.contacts();
-                    for (i, line) in self.lines.iter_mut().enumerate() {
-                        line.mobility = model.entry(n_u + i, n_u + i);
-                    }
+                let model = sent(sample.model)?;
+                let n_u = model.contacts();
+                for (i, line) in self.lines.iter_mut().enumerate() {
+                    line.mobility = model.entry(n_u + i, n_u + i);
                 }
                 self.take_motion(sample.y);
             }
@@ -221,6 +212,10 @@ impl CouplingScheme for TransmissionLine {
         Ok(())
     }
 
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport::default()
+    }
+
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
         Some(Box::new(self.clone()))
     }
@@ -253,7 +248,7 @@ mod tests {
     }
 
     fn line() -> TransmissionLine {
-        TransmissionLine { gain: 1.0, lines: vec![Line::default()], begun: f64::NAN, step: 0 }
+        TransmissionLine::new(1, 1.0)
     }
 
     #[test]

@@ -7,18 +7,15 @@
 //! energy into oscillations; with Jacobi exchange no undamped oscillator has a stable macro step at all.
 //! **Source**: textbook; the reference of Raoofian, Kövecses, Teichmann is this scheme at H = 0.2 ms.
 
-use super::entry::{Family, SchemeEntry};
+use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use crate::cosim::Sequence;
+use super::line_style::{Dash, LineStyle, Marker};
 
-pub(super) const ENTRY: SchemeEntry = SchemeEntry {
-    name: "zero-order-hold",
-    about: "Hold the last sample",
-    family: Family::Signal,
-    order: 1,
-    samples: 1,
-    sequence: Sequence::Jacobi,
-    needs: &[],
-    gain: None,
-    build: |mechanics, actuator, _options| Extrapolation::boxed(0, mechanics, actuator),
-};
+pub(super) fn entry() -> SchemeEntry {
+    SchemeEntry {
+        line: LineStyle::new([0xE6, 0x9F, 0x00], Dash::Short, Marker::Square),
+        ..SchemeEntry::new("zero-order-hold", "Hold the last sample", |construction| {
+            Ok(Extrapolation::boxed(0, construction.ports))
+        })
+    }
+}

@@ -15,7 +15,7 @@ pub struct ContactProblem {
 impl ContactProblem {
     /// The problem as solvers take it.
     pub fn lcp(&self) -> Lcp<'_> {
-        Lcp { m: &self.m, q: &self.q }
+        Lcp::new(&self.m, &self.q)
     }
 }
 

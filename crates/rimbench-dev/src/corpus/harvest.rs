@@ -2,18 +2,18 @@
 
 use super::contact_problem::{ContactProblem, Corpus, Stretch};
 use super::format::{matrix_bytes, same_bits};
-use super::recorder::{RECORDING, observe};
+use super::recorder::recording;
 use super::selection::{Mark, select};
-use rimbench_cases::cases::{CASES, Case};
-use rimbench_core::complementarity::Lcp;
-use rimbench_core::cosim::{Bounds, Outcome};
+use rimbench_cases::cases::Case;
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
+use rimbench_core::complementarity::{Lcp, SolverEntry};
+use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::Result;
-use rimbench_core::schemes::scheme_by_name;
-use rimbench_harness::{RunSpec, simulate};
-use std::cell::RefCell;
+use rimbench_core::schemes::ModelOptions;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Parameters of a case that a harvest sets, besides a harvest at the defaults.
 #[derive(Debug, Clone, Copy)]
@@ -56,14 +56,14 @@ const MACRO_STEPS: [f64; 2] = [0.2, 1.0];
 #[derive(Debug, Clone)]
 pub struct Harvest {
     /// The cases; those without contacts contribute nothing.
-    pub cases: Vec<&'static Case>,
+    pub cases: Vec<Arc<Case>>,
     /// Bytes of the file that the problems of one solver of one run may take; one problem is kept in any case.
     pub bytes_per_solver: usize,
 }
 
 impl Default for Harvest {
     fn default() -> Self {
-        Harvest { cases: CASES.iter().collect(), bytes_per_solver: 6000 }
+        Harvest { cases: Catalogue::standard().cases().to_vec(), bytes_per_solver: 6000 }
     }
 }
 
@@ -78,13 +78,14 @@ impl Default for Harvest {
 /// # Errors
 /// A variation that the case does not allow.
 pub fn harvest(plan: &Harvest, progress: &mut dyn FnMut(&str)) -> Result<Corpus> {
-    let mut corpus = Corpus::default();
-    for &case in &plan.cases {
+    let (mut corpus, catalogue) = (Corpus::default(), Catalogue::standard());
+    for case in &plan.cases {
         let variations = VARIATIONS.iter().filter(|variation| variation.case == case.name);
         for settings in std::iter::once(&[][..]).chain(variations.map(|variation| variation.settings)) {
             for scheme in SCHEMES {
                 for factor in MACRO_STEPS {
-                    let (spec, source) = run_of(case, settings, scheme, factor * case.defaults.macro_step_s)?;
+                    let macro_step = factor * case.defaults.macro_step_s;
+                    let (spec, source) = run_of(&catalogue, case, settings, scheme, macro_step)?;
                     let mechanics_solvers = solvers_of_mechanics(&spec)?;
                     if mechanics_solvers > 0 {
                         progress(&source);
@@ -102,47 +103,57 @@ pub fn harvest(plan: &Harvest, progress: &mut dyn FnMut(&str)) -> Result<Corpus>
     Ok(corpus)
 }
 
-/// A run with recording solvers on both sides, and what to call it.
-fn run_of(case: &'static Case, settings: &[(&str, &str)], scheme: &str, macro_step: f64) -> Result<(RunSpec, String)> {
+/// A run, and what to call it.
+fn run_of(
+    catalogue: &Catalogue,
+    case: &Arc<Case>,
+    settings: &[(&str, &str)],
+    scheme: &str,
+    macro_step: f64,
+) -> Result<(RunSpec, String)> {
     let mut parameters = case.default_parameters();
-    let mut source = case.name.to_owned();
+    let mut source = case.name.clone().into_owned();
     for (key, value) in settings {
         parameters.set(key, value)?;
         source += &format!(" {key}={value}");
     }
     source += &format!(" {scheme} H={macro_step}");
-    let usual = RunSpec::usual(case, scheme_by_name(scheme)?, &RECORDING, macro_step)?;
-    Ok((RunSpec { parameters, ..usual }, source))
+    let request = RunRequest { macro_step_s: Some(macro_step), ..RunRequest::of(&*case.name, scheme) };
+    Ok((request.resolve_for(catalogue, case, &parameters)?, source))
+}
+
+/// The run with another solver on both sides.
+fn with_solver(spec: &RunSpec, solver: &Arc<SolverEntry>) -> RunSpec {
+    let model = spec.model.clone().map(|model| ModelOptions { solver: solver.clone(), ..model });
+    RunSpec { solver: solver.clone(), model, ..spec.clone() }
 }
 
 /// How many solvers the mechanics of a run builds; none if it has no contacts.
 fn solvers_of_mechanics(spec: &RunSpec) -> Result<usize> {
-    let (built, count) = observe(|_, _, _| {}, || (spec.case.build)(&spec.parameters, spec.solver).map(drop));
-    built.map(|()| count)
+    let (solver, built) = recording(|_, _, _| {});
+    (spec.case.build)(&spec.parameters, &solver).map(|_| built.count())
 }
 
 /// The stretches of one run that are kept.
 fn stretches_of(spec: &RunSpec, source: &str, mechanics_solvers: usize, budget: usize) -> Result<Vec<Stretch>> {
-    let tapes: Rc<RefCell<BTreeMap<usize, Tape>>> = Rc::default();
-    let marking = Rc::clone(&tapes);
-    let (result, _) = observe(
-        move |solver, lcp, z| marking.borrow_mut().entry(solver).or_default().mark(lcp, z),
-        || simulate(spec, Bounds::default()),
-    );
-    if result?.report.outcome != Outcome::Completed {
+    let tapes: Arc<Mutex<BTreeMap<usize, Tape>>> = Arc::default();
+    let locked = || tapes.lock().unwrap_or_else(PoisonError::into_inner);
+    let on_tape = |note: fn(&mut Tape, Lcp<'_>, &[f64])| {
+        let tapes = Arc::clone(&tapes);
+        let (solver, _) = recording(move |solver, lcp, z| {
+            note(tapes.lock().unwrap_or_else(PoisonError::into_inner).entry(solver).or_default(), lcp, z);
+        });
+        simulate(&with_solver(spec, &solver), Bounds::default(), None, StopFlag::never())
+    };
+    if on_tape(Tape::mark)?.report.outcome != Outcome::Completed {
         return Ok(Vec::new());
     }
-    for tape in tapes.borrow_mut().values_mut() {
+    for tape in locked().values_mut() {
         tape.rewind(budget);
     }
-    let keeping = Rc::clone(&tapes);
-    let (result, _) = observe(
-        move |solver, lcp, _| keeping.borrow_mut().entry(solver).or_default().keep(lcp),
-        || simulate(spec, Bounds::default()),
-    );
-    result?;
+    on_tape(|tape, lcp, _| tape.keep(lcp))?;
     let name = |solver: usize| if solver < mechanics_solvers { "mechanics" } else { "scheme" };
-    let tapes = tapes.take().into_iter();
+    let tapes = std::mem::take(&mut *locked()).into_iter();
     Ok(tapes.flat_map(|(solver, tape)| tape.stretches(&format!("{source} {}", name(solver)))).collect())
 }
 
@@ -216,7 +227,7 @@ mod tests {
         for position in 0..12 {
             let (m, q) = ([1.0], [f64::from(position)]);
             let contacts = usize::from(![3, 4, 6, 9, 10].contains(&position));
-            tape.keep(Lcp { m: &m[..contacts], q: &q[..contacts] });
+            tape.keep(Lcp::new(&m[..contacts], &q[..contacts]));
         }
         let stretches = tape.stretches("ball");
         let q: Vec<f64> = stretches[0].problems.iter().map(|problem| problem.q[0]).collect();

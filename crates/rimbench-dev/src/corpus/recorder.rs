@@ -1,71 +1,57 @@
-//! A solver that lets one look over its shoulder: `active-set`, with every problem it is given reported.
+//! A solver that tells what it was given.
 //!
-//! Cases and schemes build their solvers from a [`SolverEntry`], so a run is recorded by giving it [`RECORDING`]; the
-//! stepping code knows nothing of it. An entry holds a plain function, so what the recorders report goes to the observer of
-//! the present thread, which runs the whole simulation.
+//! The recorders of a run are built by the entry that the run names, as any solver is; the stepping code knows nothing of them.
 
-use rimbench_core::complementarity::{ActiveSet, ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry};
-use rimbench_core::error::Failure;
-use std::cell::RefCell;
+use rimbench_core::complementarity::{
+    ActiveSet, ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry, Unsolved,
+};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Told which of the run's solvers (in the order in which they were built) solved what, with the impulses found.
-type Observer = Box<dyn FnMut(usize, Lcp<'_>, &[f64])>;
+type Observer = Arc<Mutex<dyn FnMut(usize, Lcp<'_>, &[f64]) + Send>>;
 
-#[derive(Default)]
-struct Present {
-    observer: Option<Observer>,
-    built: usize,
+/// Counts the recorders that an entry has built.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Built(Arc<AtomicUsize>);
+
+impl Built {
+    /// How many so far.
+    pub(super) fn count(&self) -> usize {
+        self.0.load(Ordering::Relaxed)
+    }
 }
 
-thread_local! {
-    static PRESENT: RefCell<Present> = RefCell::default();
-}
-
-/// Solves as `active-set` does and reports every problem. Not in the list of solvers: it is no choice of an experiment.
-pub(super) static RECORDING: SolverEntry = SolverEntry {
-    name: "recording",
-    about: "active-set, with every problem recorded",
-    guaranteed: "symmetric positive semidefinite, feasible",
-    tolerance: 1e-9,
-    fallback: true,
-    build: |capacity| Solver::other(Recorder::new(capacity)),
-};
-
-/// Runs `simulation` on this thread with every problem of its recorders reported to `observer`; also returns how many
-/// recorders it built.
-pub(super) fn observe<T>(
-    observer: impl FnMut(usize, Lcp<'_>, &[f64]) + 'static,
-    simulation: impl FnOnce() -> T,
-) -> (T, usize) {
-    PRESENT.set(Present { observer: Some(Box::new(observer)), built: 0 });
-    let result = simulation();
-    (result, PRESENT.take().built)
+/// Solves as `active-set` does and reports every problem to `observer`. Not in any catalogue: it is no choice of an experiment.
+pub(super) fn recording(observer: impl FnMut(usize, Lcp<'_>, &[f64]) + Send + 'static) -> (Arc<SolverEntry>, Built) {
+    let (observer, built) = (Arc::new(Mutex::new(observer)), Built::default());
+    let counter = built.clone();
+    let build = move |capacity| {
+        let number = counter.0.fetch_add(1, Ordering::Relaxed);
+        let observer: Observer = observer.clone();
+        Solver::other(Recorder { number, observer, solver: ActiveSet::new(capacity) })
+    };
+    let entry = SolverEntry {
+        name: "recording".into(),
+        about: "active-set, with every problem recorded".into(),
+        build: Arc::new(build),
+        ..SolverEntry::active_set()
+    };
+    (Arc::new(entry), built)
 }
 
 #[derive(Clone)]
 struct Recorder {
     number: usize,
+    observer: Observer,
     solver: ActiveSet,
 }
 
-impl Recorder {
-    fn new(capacity: usize) -> Self {
-        let number = PRESENT.with_borrow_mut(|present| {
-            present.built += 1;
-            present.built - 1
-        });
-        Recorder { number, solver: ActiveSet::new(capacity) }
-    }
-}
-
 impl ComplementaritySolver for Recorder {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let result = self.solver.attempt(lcp, z);
-        PRESENT.with_borrow_mut(|present| {
-            if let Some(observer) = &mut present.observer {
-                observer(self.number, lcp, z);
-            }
-        });
+        let mut observer = self.observer.lock().unwrap_or_else(PoisonError::into_inner);
+        observer(self.number, lcp, z);
         result
     }
 
@@ -85,21 +71,17 @@ impl ComplementaritySolver for Recorder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::rc::Rc;
 
     #[test]
-    fn every_problem_is_reported_with_its_solver_and_only_while_observed() {
-        let seen = Rc::new(RefCell::new(Vec::new()));
-        let log = Rc::clone(&seen);
-        let solve = |q: f64| {
-            let mut z = [0.0];
-            let mut solvers = [RECORDING.checked(1), RECORDING.checked(1)];
-            solvers[1].solve(Lcp { m: &[2.0], q: &[q] }, &mut z).unwrap();
-            solvers[0].solve(Lcp { m: &[2.0], q: &[2.0 * q] }, &mut z).unwrap();
-            z[0] / 2.0
-        };
-        let (z, built) = observe(move |solver, lcp, z| log.borrow_mut().push((solver, lcp.q[0], z[0])), || solve(-1.0));
-        solve(-5.0);
-        assert_eq!((z, built, seen.take()), (0.5, 2, vec![(1, -1.0, 0.5), (0, -2.0, 1.0)]));
+    fn every_problem_is_reported_with_its_solver() {
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let log = Arc::clone(&seen);
+        let (entry, built) = recording(move |solver, lcp, z| log.lock().unwrap().push((solver, lcp.q[0], z[0])));
+        let (mut first, mut second) = (entry.checked(1), entry.checked(1));
+        let mut z = [0.0];
+        second.solve(Lcp::new(&[2.0], &[-1.0]), &mut z).unwrap();
+        first.solve(Lcp::new(&[2.0], &[-2.0]), &mut z).unwrap();
+        assert_eq!((z, built.count()), ([1.0], 2));
+        assert_eq!(*seen.lock().unwrap(), [(1, -1.0, 0.5), (0, -2.0, 1.0)]);
     }
 }

@@ -1,9 +1,9 @@
 //! Gives a corpus to a solver and measures what it does.
 
 use super::contact_problem::{Corpus, Stretch};
-use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, SolverEntry};
-use rimbench_core::error::Failure;
+use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, SolverEntry, Unsolved};
 use std::hint::black_box;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// What a solver knows when it is given a problem.
@@ -34,7 +34,7 @@ pub struct Solve {
 #[derive(Debug, Clone)]
 pub struct Replay {
     /// The solver.
-    pub solver: &'static SolverEntry,
+    pub solver: Arc<SolverEntry>,
     /// What it knew.
     pub start: Start,
     /// One per problem, in the order of the corpus.
@@ -58,11 +58,12 @@ const REPETITIONS: usize = 31;
 ///
 /// Everything but the times is the same at every call. A time is the median over repetitions of the whole stretch, so
 /// that a warm start always has the same past; the clock's own time, measured first, is subtracted.
-pub fn replay(corpus: &Corpus, solver: &'static SolverEntry, start: Start) -> Replay {
+pub fn replay(corpus: &Corpus, solver: &Arc<SolverEntry>, start: Start) -> Replay {
     let mut bare = (solver.build)(corpus.largest());
     let mut z = vec![0.0; corpus.largest()];
     let clock_ns = clock_ns();
-    let mut replay = Replay { solver, start, solves: Vec::with_capacity(corpus.len()), mean_ns: f64::NAN };
+    let solves = Vec::with_capacity(corpus.len());
+    let mut replay = Replay { solver: solver.clone(), start, solves, mean_ns: f64::NAN };
     let (mut total_ns, mut count) = (0.0, 0.0);
     for stretch in &corpus.stretches {
         let first = replay.solves.len();
@@ -97,7 +98,7 @@ fn pass(
     solver: &mut dyn ComplementaritySolver,
     start: Start,
     z: &mut [f64],
-    mut done: impl FnMut(usize, Result<SolveStats, Failure>, Duration),
+    mut done: impl FnMut(usize, Result<SolveStats, Unsolved>, Duration),
 ) {
     solver.reset();
     for problem in &stretch.problems {
@@ -125,16 +126,11 @@ fn untimed_pass_ns(stretch: &Stretch, solver: &mut dyn ComplementaritySolver, st
     began.elapsed().as_nanos() as f64
 }
 
-fn judge(n: usize, result: Result<SolveStats, Failure>, tolerance: f64) -> Solve {
+fn judge(n: usize, result: Result<SolveStats, Unsolved>, tolerance: f64) -> Solve {
     let unsolved = SolveStats { residual: f64::INFINITY, ..SolveStats::default() };
+    let refused = matches!(result, Err(Unsolved::TooLarge { .. }));
     let stats = result.unwrap_or(unsolved);
-    Solve {
-        n,
-        stats,
-        solved: stats.residual <= tolerance,
-        refused: matches!(result, Err(Failure::OutOfRange { .. })),
-        time_ns: f64::NAN,
-    }
+    Solve { n, stats, solved: stats.residual <= tolerance, refused, time_ns: f64::NAN }
 }
 
 /// What reading the clock twice takes.

@@ -1,7 +1,6 @@
 //! The default solver without its memory: what the warm start is worth is the difference.
 
-use rimbench_core::complementarity::{ActiveSet, ComplementaritySolver, Lcp, SolveStats};
-use rimbench_core::error::Failure;
+use rimbench_core::complementarity::{ActiveSet, ComplementaritySolver, Lcp, SolveStats, Unsolved};
 
 /// [`ActiveSet`] from an empty active set at every problem, so that an answer depends on its problem alone.
 ///
@@ -19,7 +18,7 @@ impl ActiveSetCold {
 }
 
 impl ComplementaritySolver for ActiveSetCold {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.solver.reset();
         self.solver.attempt(lcp, z)
     }

@@ -29,8 +29,7 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats};
-use rimbench_core::error::Failure;
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 
 /// Gap asked of Clarabel, on the scaled program: the square of the residual accepted in the list of solvers.
 const GAP: f64 = 1e-14;
@@ -115,24 +114,24 @@ impl Clone for Clarabel {
 }
 
 impl ComplementaritySolver for Clarabel {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         z.fill(0.0);
         if lcp.is_solved_by_zero()? {
             return Ok(SolveStats::default());
         }
         lcp.require_finite_matrix()?;
-        let unsolved = Failure::SolverFailed { residual: f64::INFINITY };
+        let unsolved = || Unsolved::NotFound { residual: f64::INFINITY };
         let (scale, unit) = scaling(lcp);
         let q: Vec<f64> = scale.iter().zip(lcp.q).map(|(s, q)| s * q / unit).collect();
         // M is symmetric, so column j of its upper triangle is the head of row j.
         let values = (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)));
         let values = values.map(|(i, j)| scale[i] * lcp.m[j * n + i] * scale[j]).collect();
-        let solver = self.with_data(n, values, &q).ok_or(unsolved)?;
+        let solver = self.with_data(n, values, &q).ok_or_else(unsolved)?;
         solver.solve();
         let stats = SolveStats { pivots: solver.solution.iterations, ..SolveStats::default() };
         if !has_answer(solver.solution.status) {
-            return Err(unsolved);
+            return Err(unsolved());
         }
         for ((z, s), x) in z.iter_mut().zip(&scale).zip(&solver.solution.x) {
             *z = (s * unit * x).max(0.0);
@@ -156,7 +155,7 @@ mod tests {
         let m = [4.0, 0.0, 0.0, 0.25];
         for gap in [1e-8, 1e-10, 1e-12, GAP] {
             let residual = |q: [f64; 2]| {
-                let (mut solver, lcp, mut z) = (Clarabel::new(), Lcp { m: &m, q: &q }, [0.0; 2]);
+                let (mut solver, lcp, mut z) = (Clarabel::new(), Lcp::new(&m, &q), [0.0; 2]);
                 solver.attempt(lcp, &mut z).unwrap();
                 let asked = DefaultSettings { tol_gap_abs: gap, ..settings() };
                 solver.kept.as_mut().unwrap().1.update_settings(asked).unwrap();

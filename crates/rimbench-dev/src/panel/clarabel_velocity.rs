@@ -17,8 +17,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSolver, IPSolver, NonnegativeConeT};
 
 use super::clarabel::{has_answer, scaling, settings};
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats};
-use rimbench_core::error::Failure;
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 
 /// A row of the scaled matrix is dependent if what is left of its diagonal is below this.
 const DEPENDENT: f64 = 1e-11;
@@ -92,27 +91,27 @@ impl Clone for ClarabelVelocity {
 }
 
 impl ComplementaritySolver for ClarabelVelocity {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         z.fill(0.0);
         if lcp.is_solved_by_zero()? {
             return Ok(SolveStats::default());
         }
         lcp.require_finite_matrix()?;
-        let unsolved = Failure::SolverFailed { residual: f64::INFINITY };
+        let unsolved = || Unsolved::NotFound { residual: f64::INFINITY };
         let (scale, unit) = scaling(lcp);
         let q: Vec<f64> = scale.iter().zip(lcp.q).map(|(s, q)| s * q / unit).collect();
         let scaled = (0..n * n).map(|k| scale[k / n] * lcp.m[k] * scale[k % n]).collect();
         let minus_b = minus_root(scaled, n);
         // No contact can cause any velocity, and some q is negative.
         if minus_b.is_empty() {
-            return Err(unsolved);
+            return Err(unsolved());
         }
-        let solver = self.with_data(n, minus_b, &q).ok_or(unsolved)?;
+        let solver = self.with_data(n, minus_b, &q).ok_or_else(unsolved)?;
         solver.solve();
         let stats = SolveStats { pivots: solver.solution.iterations, factorisations: 1, ..SolveStats::default() };
         if !has_answer(solver.solution.status) {
-            return Err(unsolved);
+            return Err(unsolved());
         }
         for ((z, s), multiplier) in z.iter_mut().zip(&scale).zip(&solver.solution.z) {
             *z = (s * unit * multiplier).max(0.0);

@@ -18,8 +18,7 @@
 
 mod dependence;
 
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats};
-use rimbench_core::error::Failure;
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench_core::linear_algebra::{Buffer, Factor, dot};
 
 /// A violation below this part of `‖q‖_∞` is none.
@@ -203,7 +202,7 @@ impl Dantzig {
 }
 
 impl ComplementaritySolver for Dantzig {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         z.fill(0.0);
         if lcp.is_solved_by_zero()? {
@@ -219,7 +218,7 @@ impl ComplementaritySolver for Dantzig {
             if self.w[j] >= -negligible {
                 self.w[j] = self.w[j].max(0.0);
             } else if !self.drive(lcp, j, z, &mut stats.pivots, bound) {
-                return Err(Failure::SolverFailed { residual: f64::INFINITY });
+                return Err(Unsolved::NotFound { residual: f64::INFINITY });
             }
         }
         // The impulses of the final set, computed once more from M and q.

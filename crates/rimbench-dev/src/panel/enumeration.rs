@@ -2,8 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, natural_residual};
-use rimbench_core::error::Failure;
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved, natural_residual};
 
 /// Largest `n` that is enumerated.
 pub const ENUMERATION_LIMIT: usize = 12;
@@ -33,7 +32,7 @@ impl Enumeration {
 }
 
 impl ComplementaritySolver for Enumeration {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         z.fill(0.0);
         if lcp.is_solved_by_zero()? {
@@ -41,7 +40,7 @@ impl ComplementaritySolver for Enumeration {
         }
         lcp.require_finite_matrix()?;
         if n > ENUMERATION_LIMIT {
-            return Err(Failure::OutOfRange { quantity: "contacts of an enumerated problem", value: n as f64 });
+            return Err(Unsolved::TooLarge { size: n });
         }
         let scale: Vec<f64> = (0..n).map(|i| lcp.m[i * n + i].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
         let mut least = natural_residual(lcp, z);

@@ -15,8 +15,7 @@
 //! De Luca, Facchinei, Kanzow, *A semismooth equation approach to the solution of nonlinear complementarity problems*,
 //! Math. Programming 75 (1996); Fischer, *A special Newton-type optimization method*, Optimization 24 (1992).
 
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats};
-use rimbench_core::error::Failure;
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench_core::linear_algebra::{Buffer, Lu, dot};
 
 /// Residual (of the scaled problem) at which the iteration stops.
@@ -191,7 +190,7 @@ fn fischer_burmeister(a: f64, b: f64) -> f64 {
 }
 
 impl ComplementaritySolver for NewtonFischerBurmeister {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         z.fill(0.0);
         if lcp.is_solved_by_zero()? {

@@ -12,8 +12,7 @@
 //! Pang, *Newton's method for B-differentiable equations*, Math. Oper. Res. 15 (1990); Hintermüller, Ito, Kunisch, *The
 //! primal–dual active set strategy as a semismooth Newton method*, SIAM J. Optim. 13 (2002).
 
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats};
-use rimbench_core::error::Failure;
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench_core::linear_algebra::{Buffer, Factor, dot};
 
 /// A row is dependent if its pivot is below this part of its diagonal; as in `active-set`.
@@ -135,7 +134,7 @@ fn minimum_map(lcp: Lcp<'_>, z: &[f64], w: &mut [f64]) -> [f64; 2] {
 }
 
 impl ComplementaritySolver for NewtonMinimumMap {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         if lcp.is_solved_by_zero()? {
             z.fill(0.0);

@@ -15,8 +15,7 @@
 //! convergence for semidefinite `M`: Luo, Tseng, *On the convergence of a matrix splitting algorithm for the symmetric
 //! monotone linear complementarity problem*, SIAM J. Control Optim. 29 (1991).
 
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, natural_residual};
-use rimbench_core::error::Failure;
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved, natural_residual};
 use rimbench_core::linear_algebra::{Buffer, dot};
 
 /// Residual at which [`Sweeps::UntilSolved`] stops, a tenth of what is accepted.
@@ -69,7 +68,7 @@ impl ProjectedSor {
 }
 
 impl ComplementaritySolver for ProjectedSor {
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Failure> {
+    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         if lcp.is_solved_by_zero()? {
             z.fill(0.0);

@@ -1,13 +1,16 @@
 //! The kernels of the suite: what every exchange is made of, repeated often enough to be measured.
 
 use super::suite::{Benchmark, Repetition, WEDGE_BOX, Work};
-use rimbench_cases::cases::{CoupledSystem, case_by_name, wedge_box_geometry};
+use rimbench_cases::cases::{Case, CoupledSystem, wedge_box_geometry};
+use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::models::WedgeBox;
-use rimbench_core::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, solver_by_name};
+use rimbench_core::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SolverEntry};
+use rimbench_core::cosim::PerSide;
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::{Elimination, ReducedInterfaceModel};
 use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
 use std::hint::black_box;
+use std::sync::Arc;
 
 /// Eq. 3 → Eq. 4 at the start of the wedge box.
 pub const ELIMINATION: Benchmark = Benchmark {
@@ -38,7 +41,7 @@ pub const LCP_WARM: Benchmark = Benchmark {
     name: "kernel/lcp-warm",
     about: "50000 problems of four contacts by active-set, warm; answer: sum of contact velocities, m/s",
     answer: [ANSWER_LCP, 1e-8],
-    prepare: || lcp("active-set", 50_000, true),
+    prepare: || lcp(&SolverEntry::active_set(), 50_000, true),
 };
 
 /// The four-contact problem from nothing.
@@ -46,7 +49,7 @@ pub const LCP_COLD: Benchmark = Benchmark {
     name: "kernel/lcp-cold",
     about: "20000 problems of four contacts by active-set, reset before each; answer as warm",
     answer: [ANSWER_LCP, 1e-8],
-    prepare: || lcp("active-set", 20_000, false),
+    prepare: || lcp(&SolverEntry::active_set(), 20_000, false),
 };
 
 /// The same by Lemke.
@@ -54,7 +57,7 @@ pub const LEMKE: Benchmark = Benchmark {
     name: "kernel/lcp-lemke",
     about: "10000 problems of four contacts by lemke; answer as warm",
     answer: [ANSWER_LCP, 1e-8],
-    prepare: || lcp("lemke", 10_000, false),
+    prepare: || lcp(&SolverEntry::lemke(), 10_000, false),
 };
 
 /// Lemke and the active set agree on it; `w` is unique where `z` is not.
@@ -63,29 +66,34 @@ const ANSWER_LCP: f64 = 0.056_893_34;
 /// N.
 const FORCE: f64 = 250.0;
 
+fn wedge_box() -> Result<Arc<Case>> {
+    Catalogue::standard().case("wedge-box").cloned()
+}
+
 fn system() -> Result<CoupledSystem> {
-    let case = case_by_name("wedge-box")?;
-    (case.build)(&case.default_parameters(), solver_by_name("active-set")?)
+    let case = wedge_box()?;
+    (case.build)(&case.default_parameters(), &SolverEntry::active_set())
 }
 
 /// A benchmark that fails is a defect of this suite or of what it measures.
-fn broken(failure: Failure) -> Error {
-    Error::Incompatible(format!("a benchmark failed: {failure}"))
+fn broken(failure: impl Into<Failure>) -> Error {
+    Error::Incompatible(format!("a benchmark failed: {}", failure.into()))
 }
 
 /// The interface model at the start, for a macro step of 5 ms.
 fn start_model(system: &mut CoupledSystem) -> Result<ReducedInterfaceModel> {
-    let mut model = system.mechanics.empty_interface_model().unwrap_or_else(|| ReducedInterfaceModel::zeros(0, 0));
-    system.mechanics.interface_model(5e-3, &mut model).map_err(broken)?;
+    let mechanics = system.sides.mechanics.abilities();
+    let mut model = mechanics.empty_interface_model().unwrap_or_else(|| ReducedInterfaceModel::zeros(0, 0));
+    mechanics.interface_model(5e-3, &mut model).map_err(broken)?;
     Ok(model)
 }
 
 /// Eq. 3 of the wedge box at its start.
 fn start_linearisation() -> Result<NonSmoothMechanics<WedgeBox>> {
-    let model = WedgeBox::new(wedge_box_geometry(&case_by_name("wedge-box")?.default_parameters()))?;
+    let model = WedgeBox::new(wedge_box_geometry(&wedge_box()?.default_parameters()))?;
     let law = ContactLaw { stabilisation: 0.2, restitution: 0.0, contact_margin: 1e-3 };
-    let ports = system()?.mechanics.ports().clone();
-    Ok(NonSmoothMechanics::new(model, law, ports, solver_by_name("active-set")?.checked(4)))
+    let ports = system()?.sides.mechanics.ports().clone();
+    Ok(NonSmoothMechanics::new(model, law, ports, SolverEntry::active_set().checked(4)))
 }
 
 fn elimination() -> Result<Repetition> {
@@ -110,12 +118,12 @@ fn mechanics_step() -> Result<Repetition> {
     const STEPS: usize = 2_000;
     const H: f64 = 1e-4;
     Ok(Box::new(|| {
-        let mut mechanics = system()?.mechanics;
+        let mut mechanics = system()?.sides.mechanics;
         for step in 0..STEPS {
             mechanics.step(step as f64 * H, black_box(&[FORCE]), H).map_err(broken)?;
         }
         let mut y = [0.0; 2];
-        mechanics.outputs(&[FORCE], &mut y);
+        mechanics.outputs(&[FORCE], &mut y).map_err(broken)?;
         let counters = mechanics.counters();
         Ok(Work {
             mechanics_micro_steps: counters.micro_steps,
@@ -129,9 +137,9 @@ fn mechanics_step() -> Result<Repetition> {
 }
 
 fn hydraulics_step() -> Result<Repetition> {
-    let CoupledSystem { mechanics, mut actuator, .. } = system()?;
+    let PerSide { mut mechanics, mut actuator } = system()?.sides;
     let mut y = [0.0; 2];
-    mechanics.outputs(&[0.0], &mut y);
+    mechanics.outputs(&[0.0], &mut y).map_err(broken)?;
     Ok(Box::new(move || {
         let before = actuator.counters().micro_steps;
         for _ in 0..20_000 {
@@ -139,7 +147,7 @@ fn hydraulics_step() -> Result<Repetition> {
             actuator.step(0.0, black_box(&y), 5e-5).map_err(broken)?;
         }
         let mut force = [f64::NAN];
-        actuator.outputs(&y, &mut force);
+        actuator.outputs(&y, &mut force).map_err(broken)?;
         let actuator_micro_steps = actuator.counters().micro_steps - before;
         Ok(Work { actuator_micro_steps, answer: force[0], ..Work::default() })
     }))
@@ -147,11 +155,11 @@ fn hydraulics_step() -> Result<Repetition> {
 
 /// `H_uu` of the wedge box with velocities of which the two closed contacts, and one more, want an impulse; slightly
 /// different each time, so that nothing can be remembered but the active set.
-fn lcp(solver: &'static str, problems: u32, warm: bool) -> Result<Repetition> {
+fn lcp(solver: &SolverEntry, problems: u32, warm: bool) -> Result<Repetition> {
     let model = start_model(&mut system()?)?;
     let n = model.contacts();
     let m: Vec<f64> = (0..n * n).map(|index| model.entry(index / n, index % n)).collect();
-    let mut checked: Checked = solver_by_name(solver)?.checked(n);
+    let mut checked: Checked = solver.checked(n);
     let (mut q, mut z) = (vec![0.0; n], vec![0.0; n]);
     Ok(Box::new(move || {
         let before = checked.counters();
@@ -162,7 +170,7 @@ fn lcp(solver: &'static str, problems: u32, warm: bool) -> Result<Repetition> {
             if !warm {
                 checked.reset();
             }
-            checked.solve(Lcp { m: black_box(&m), q: &q }, &mut z).map_err(broken)?;
+            checked.solve(Lcp::new(black_box(&m), &q), &mut z).map_err(broken)?;
         }
         let w = |row: usize| q[row] + (0..n).map(|k| m[row * n + k] * z[k]).sum::<f64>();
         let after = checked.counters();

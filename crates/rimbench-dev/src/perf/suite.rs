@@ -1,13 +1,15 @@
 //! The fixed suite: whole runs, the reference, kernels. Each benchmark knows the answer it must give.
 
 use super::kernels;
-use rimbench_cases::cases::{Recorder, case_by_name};
-use rimbench_core::complementarity::{SolverCounters, solver_by_name};
-use rimbench_core::cosim::{Bounds, Outcome, Trajectory};
-use rimbench_core::error::{Error, Result, find_by_name};
-use rimbench_core::mechanics::monolithic;
-use rimbench_core::schemes::scheme_by_name;
-use rimbench_harness::{RunSpec, simulate};
+use rimbench_cases::cases::Recorder;
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::runs::{RunRequest, simulate};
+use rimbench_core::complementarity::{SolverCounters, SolverEntry};
+use rimbench_core::cosim::{Bounds, Outcome, StopFlag, Trajectory};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::mechanics::{ReferenceSteps, monolithic};
+use rimbench_core::name::find_by_name;
+use rimbench_harness::monotonic_clock;
 
 /// What one repetition of a benchmark did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -154,21 +156,21 @@ impl Size {
 
 /// A whole run with the defaults of its case and scheme, recorded at every communication point.
 fn run(case: &str, scheme: &str, macro_step: f64, size: Size, column: &'static str) -> Result<Repetition> {
-    let solver = solver_by_name("active-set")?;
-    let spec = RunSpec::usual(case_by_name(case)?, scheme_by_name(scheme)?, solver, macro_step)?;
-    spec.check()?;
+    let request = RunRequest { macro_step_s: Some(macro_step), ..RunRequest::of(case, scheme) };
+    let spec = request.resolve(&Catalogue::standard())?;
     Ok(Box::new(move || {
-        let result = simulate(&spec, Bounds::default())?;
-        let mut lcp = result.mechanics.solver;
-        lcp.add(&result.scheme);
+        let result = simulate(&spec, Bounds::default(), Some(monotonic_clock), StopFlag::never())?;
+        let work = &result.report.work;
+        let mut lcp = work.sides.mechanics.solver;
+        lcp.add(&work.scheme);
         let completed = result.report.outcome == Outcome::Completed;
         Ok(Work {
-            macro_steps: result.report.counters.macro_steps,
-            mechanics_micro_steps: result.mechanics.micro_steps,
-            actuator_micro_steps: result.actuator.micro_steps,
-            eliminations: result.mechanics.eliminations,
+            macro_steps: work.cosim.macro_steps,
+            mechanics_micro_steps: work.sides.mechanics.micro_steps,
+            actuator_micro_steps: work.sides.actuator.micro_steps,
+            eliminations: work.sides.mechanics.eliminations,
             lcp,
-            flops_estimate: size.flops(result.mechanics.eliminations, &lcp),
+            flops_estimate: size.flops(work.sides.mechanics.eliminations, &lcp),
             answer: if completed { greatest(&result.trajectory, column)? } else { f64::NAN },
         })
     }))
@@ -177,18 +179,18 @@ fn run(case: &str, scheme: &str, macro_step: f64, size: Size, column: &'static s
 /// The first half second of the wedge box, by the loop that makes references, with the coarsest step.
 fn reference() -> Result<Repetition> {
     const DURATION: f64 = 0.5;
-    let (case, solver) = (case_by_name("wedge-box")?, solver_by_name("active-set")?);
+    let case = Catalogue::standard().case("wedge-box")?.clone();
     let h = case.defaults.reference_step_s;
-    let steps = (DURATION / h).round() as usize;
     let every = (case.defaults.reference_sampling_s / h).round().max(1.0) as usize;
+    let steps = ReferenceSteps { h, steps: (DURATION / h).round() as usize, every };
     Ok(Box::new(move || {
-        let mut system = (case.build)(&case.default_parameters(), solver)?;
-        let mut recorder = Recorder::new(case, &mut system);
-        let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps / every + 2);
-        let ended = monolithic(&mut *system.mechanics, &mut *system.actuator, h, steps, every, &mut |point| {
+        let mut system = (case.build)(&case.default_parameters(), &SolverEntry::active_set())?;
+        let mut recorder = Recorder::new(&case, &mut system);
+        let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps.steps / every + 2);
+        let ended = monolithic(system.sides.lend(), steps, StopFlag::never(), &mut |point| {
             recorder.record(point, &mut trajectory);
         });
-        let (mechanics, actuator) = (system.mechanics.counters(), system.actuator.counters());
+        let (mechanics, actuator) = (system.sides.mechanics.counters(), system.sides.actuator.counters());
         Ok(Work {
             macro_steps: 0,
             mechanics_micro_steps: mechanics.micro_steps,

@@ -5,7 +5,7 @@ use super::statistics::{OverPhases, Runs, groups, over};
 use super::sweep_figure::with_range;
 use crate::chart::{Axis, Figure, Panel, Series};
 use crate::drawing::Drawing;
-use crate::style::style_of;
+use crate::style::Styles;
 use rimbench_core::error::Result;
 use serde::Deserialize;
 use std::path::Path;
@@ -34,7 +34,7 @@ impl LatencyFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) naming the column that `cost.csv` lacks.
-    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let runs = Runs::read(folder)?;
         let cost = Cost::read(folder, &runs)?;
         let mut figure = Figure::new(self.width, self.height).columns(PERCENTILES.len());
@@ -51,12 +51,13 @@ impl LatencyFigure {
                 let by_step = groups(&runs.of_label(&label), |row| runs.macro_step_ms(row));
                 let points: Vec<OverPhases> = by_step.into_iter().filter_map(of_step).collect();
                 steps_ms.extend(points.iter().map(|point| point.x));
-                panel = with_range(panel, &points, &label, style_of(&label));
+                panel = with_range(panel, &points, &label, styles.of_label(&label));
             }
             steps_ms.sort_by(f64::total_cmp);
             steps_ms.dedup();
             let deadline = steps_ms.into_iter().map(|step| (step, step * 1e3)).collect();
-            figure = figure.panel(panel.series(Series::new("deadline: real time", deadline, style_of("reference"))));
+            figure =
+                figure.panel(panel.series(Series::new("deadline: real time", deadline, styles.of_label("reference"))));
         }
         Ok(figure.draw())
     }

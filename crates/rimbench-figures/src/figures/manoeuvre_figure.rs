@@ -3,6 +3,7 @@
 use super::trace_figure::trace_path;
 use crate::drawing::Drawing;
 use crate::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
+use crate::style::Styles;
 use rimbench_core::error::Result;
 use rimbench_results::results_table::ResultsTable;
 use serde::Deserialize;
@@ -25,7 +26,7 @@ impl ManoeuvreFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for what is not there.
-    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let mut rows = Vec::new();
         let mut geometry = geometry(folder)?;
         for label in &self.schemes {
@@ -36,7 +37,8 @@ impl ManoeuvreFigure {
             geometry.ledge_corner_x_m = start.world(geometry.disc_pin).0 + lead;
             geometry.ground_pin.1 = start.world(geometry.attachment).1;
             let poses: Result<Vec<Pose>> = self.instants_s.iter().map(|&t| pose(&trace, &geometry, t)).collect();
-            rows.push(ManoeuvreRow { scheme: label.clone(), poses: poses? });
+            let color = styles.of_label(label).color;
+            rows.push(ManoeuvreRow { scheme: label.clone(), color, poses: poses? });
         }
         Ok(Manoeuvre { width: self.width, geometry, arrow_force_n: self.arrow_force_n, rows }.draw())
     }

@@ -17,6 +17,7 @@ mod work_precision_figure;
 
 use super::drawing::Drawing;
 use super::render;
+use super::style::Styles;
 use rimbench_core::error::{Error, Result};
 use serde::Deserialize;
 use std::path::Path;
@@ -101,7 +102,7 @@ impl FigureList {
     ///
     /// # Errors
     /// [`Error::File`] if there is no such folder of results.
-    pub fn make_all(&self, results: &Path, group: Option<&str>) -> Result<MadeFigures> {
+    pub fn make_all(&self, results: &Path, group: Option<&str>, styles: &Styles) -> Result<MadeFigures> {
         if !results.is_dir() {
             return Err(Error::file(results, "is no folder of results"));
         }
@@ -113,7 +114,7 @@ impl FigureList {
                 made.missing.push((figure.id.clone(), reason));
                 continue;
             }
-            match figure.make(results) {
+            match figure.make(results, styles) {
                 Ok(files) => made.files.push(files),
                 Err(error) => made.missing.push((figure.id.clone(), error.to_string())),
             }
@@ -132,24 +133,24 @@ impl FigureEntry {
     ///
     /// # Errors
     /// [`Error::File`] for results that are missing or do not hold what the figure shows.
-    pub fn make(&self, results: &Path) -> Result<render::FigureFiles> {
+    pub fn make(&self, results: &Path, styles: &Styles) -> Result<render::FigureFiles> {
         let folder = results.join(&self.experiment);
         let figures = folder.join("figures");
         std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
-        render::write(&self.draw(&folder)?, &figures, &self.id)
+        render::write(&self.draw(&folder, styles)?, &figures, &self.id)
     }
 
-    fn draw(&self, folder: &Path) -> Result<Drawing> {
+    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         match &self.kind {
-            FigureKind::Manoeuvre(figure) => figure.draw(folder),
-            FigureKind::Traces(figure) => figure.draw(folder),
-            FigureKind::Sweep(figure) => figure.draw(folder),
-            FigureKind::Phases(figure) => figure.draw(folder),
-            FigureKind::StabilityMap(figure) => figure.draw(folder),
-            FigureKind::WorkPrecision(figure) => figure.draw(folder),
-            FigureKind::ParameterSweep(figure) => figure.draw(folder),
-            FigureKind::PerformanceProfile(figure) => figure.draw(folder),
-            FigureKind::Latency(figure) => figure.draw(folder),
+            FigureKind::Manoeuvre(figure) => figure.draw(folder, styles),
+            FigureKind::Traces(figure) => figure.draw(folder, styles),
+            FigureKind::Sweep(figure) => figure.draw(folder, styles),
+            FigureKind::Phases(figure) => figure.draw(folder, styles),
+            FigureKind::StabilityMap(figure) => figure.draw(folder, styles),
+            FigureKind::WorkPrecision(figure) => figure.draw(folder, styles),
+            FigureKind::ParameterSweep(figure) => figure.draw(folder, styles),
+            FigureKind::PerformanceProfile(figure) => figure.draw(folder, styles),
+            FigureKind::Latency(figure) => figure.draw(folder, styles),
         }
     }
 }

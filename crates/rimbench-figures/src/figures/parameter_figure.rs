@@ -4,7 +4,7 @@ use super::statistics::{FRACTION_STABLE, Part, Runs};
 use super::sweep_figure::with_range;
 use crate::chart::{Axis, Figure, Panel};
 use crate::drawing::Drawing;
-use crate::style::{shown_name, style_of};
+use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::ResultsTable;
 use serde::Deserialize;
@@ -43,7 +43,7 @@ impl ParameterFigure {
     ///
     /// # Errors
     /// [`Error::File`] for a column or parameter that is not there.
-    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let runs = Runs::read(folder)?;
         let values = self.values(&runs, folder)?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
@@ -55,7 +55,7 @@ impl ParameterFigure {
                 let wanted_ms = spec.macro_step_s.map(|step| step * 1e3);
                 rows.retain(|&row| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9));
                 let points = runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?;
-                panel = with_range(panel, &points, &shown_name(&label), style_of(&label));
+                panel = with_range(panel, &points, &styles.shown_name(&label), styles.of_label(&label));
             }
             figure = figure.panel(panel);
         }

@@ -3,7 +3,7 @@
 use super::statistics::Runs;
 use crate::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::drawing::Drawing;
-use crate::style::style_of;
+use crate::style::Styles;
 use rimbench_core::error::Result;
 use serde::Deserialize;
 use std::path::Path;
@@ -30,7 +30,7 @@ impl PhaseFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
-    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let runs = Runs::read(folder)?;
         let phase = runs.table.column("phase")?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
@@ -46,7 +46,8 @@ impl PhaseFigure {
                 let mut points: Vec<(f64, f64)> =
                     rows.iter().map(|&row| (runs.table.number(row, phase), runs.table.number(row, metric))).collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                panel = panel.series(Series::new(label.as_str(), points, style_of(&label)).mode(Mode::LineMarkers));
+                panel =
+                    panel.series(Series::new(label.as_str(), points, styles.of_label(&label)).mode(Mode::LineMarkers));
             }
             figure = figure.panel(panel);
         }

@@ -4,7 +4,7 @@ use super::cost::Cost;
 use super::statistics::Runs;
 use crate::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::drawing::Drawing;
-use crate::style::{shown_name, style_of};
+use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
 use rimbench_statistics::{performance_profile, performance_ratios};
 use serde::Deserialize;
@@ -60,7 +60,7 @@ impl ProfileFigure {
     ///
     /// # Errors
     /// [`Error::File`] for results or a column that are not there.
-    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let results = folder.parent().and_then(Path::parent).unwrap_or(folder);
         let mut folders = vec![folder.to_owned()];
         folders.extend(self.also.iter().map(|name| results.join(name)));
@@ -82,7 +82,8 @@ impl ProfileFigure {
             for (label, ratios) in labels.iter().zip(performance_ratios(&rows)) {
                 let mut corners = performance_profile(&ratios);
                 corners.extend(corners.last().map(|&(_, share)| (spec.most, share)));
-                panel = panel.series(Series::new(shown_name(label), corners, style_of(label)).mode(Mode::Steps));
+                panel = panel
+                    .series(Series::new(styles.shown_name(label), corners, styles.of_label(label)).mode(Mode::Steps));
             }
             figure = figure.panel(panel);
         }

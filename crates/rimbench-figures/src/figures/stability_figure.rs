@@ -3,7 +3,7 @@
 use super::statistics::{Only, Part, Runs, groups};
 use crate::drawing::Drawing;
 use crate::heatmap::{Cell, Heatmap, Row};
-use crate::style::shown_name;
+use crate::style::Styles;
 use rimbench_core::error::Result;
 use serde::Deserialize;
 use std::path::Path;
@@ -32,7 +32,7 @@ impl StabilityFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
-    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let runs = Runs::read(folder)?.only(&self.only)?;
         let all: Vec<usize> = (0..runs.table.len()).collect();
         let columns: Vec<f64> = groups(&all, |row| runs.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();
@@ -58,7 +58,8 @@ impl StabilityFigure {
                 Ok(Cell { value, hatched: value == Some(1.0) && wrong })
             };
             let cells = map.columns.iter().map(cell).collect::<Result<_>>()?;
-            map.rows.push(Row { label: shown_name(&label), cells });
+            let color = styles.of_label(&label).color;
+            map.rows.push(Row { label: styles.shown_name(&label), color, cells });
         }
         Ok(map.draw())
     }

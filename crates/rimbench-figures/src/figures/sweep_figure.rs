@@ -3,7 +3,7 @@
 use super::statistics::{Only, OverPhases, Part, Runs};
 use crate::chart::{Axis, Figure, Guide, Mode, Panel, Series};
 use crate::drawing::Drawing;
-use crate::style::{SeriesStyle, shown_name, style_of};
+use crate::style::{SeriesStyle, Styles};
 use crate::ticks::signed;
 use rimbench_core::error::Result;
 use rimbench_statistics::order_of_convergence;
@@ -50,7 +50,7 @@ impl SweepFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
-    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let all = Runs::read(folder)?;
         let columns = self.columns.unwrap_or(self.panels.len());
         let mut figure = Figure::new(self.width, self.height).columns(columns);
@@ -67,12 +67,12 @@ impl SweepFigure {
                 let order = spec.order(&points).filter(|_| self.panels.len() == 1);
                 let entry = match order {
                     _ if all.fraction_stable(&all.of_label(&label)) == Some(0.0) => {
-                        format!("{}: never stable", shown_name(&label))
+                        format!("{}: never stable", styles.shown_name(&label))
                     }
-                    Some(order) => format!("{}, order {}", shown_name(&label), signed(format!("{order:.2}"))),
-                    None => shown_name(&label),
+                    Some(order) => format!("{}, order {}", styles.shown_name(&label), signed(format!("{order:.2}"))),
+                    None => styles.shown_name(&label),
                 };
-                panel = with_range(panel, &points, &entry, style_of(&label));
+                panel = with_range(panel, &points, &entry, styles.of_label(&label));
             }
             if let Some(floor) = &spec.floor {
                 let uncertainty = runs.table.number(0, runs.table.column(floor)?);

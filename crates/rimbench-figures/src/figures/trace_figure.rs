@@ -2,7 +2,7 @@
 
 use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::drawing::Drawing;
-use crate::style::style_of;
+use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::ResultsTable;
 use serde::Deserialize;
@@ -49,7 +49,7 @@ impl TraceFigure {
     ///
     /// # Errors
     /// [`Error::File`] for a trace or column that is not there.
-    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let traces = self.series.iter().map(|label| Ok((label, ResultsTable::read(&trace_path(folder, label)?)?)));
         let traces: Vec<(&String, ResultsTable)> = traces.collect::<Result<_>>()?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
@@ -63,7 +63,7 @@ impl TraceFigure {
             for (label, trace) in &traces {
                 let points = trace.pairs("time_s", &spec.column)?;
                 let mode = if spec.steps { Mode::Steps } else { Mode::Line };
-                panel = panel.series(Series::new(label.as_str(), points, style_of(label)).mode(mode));
+                panel = panel.series(Series::new(label.as_str(), points, styles.of_label(label)).mode(mode));
             }
             let cut: Vec<String> = traces
                 .iter()

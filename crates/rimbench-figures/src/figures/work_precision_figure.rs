@@ -4,7 +4,7 @@ use super::cost::Cost;
 use super::statistics::{Only, Part, Runs, groups, over};
 use crate::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::drawing::Drawing;
-use crate::style::{shown_name, style_of};
+use crate::style::Styles;
 use rimbench_core::error::Result;
 use serde::Deserialize;
 use std::path::Path;
@@ -44,7 +44,7 @@ impl WorkPrecisionFigure {
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there, or a run without a row of cost.
-    pub(super) fn draw(&self, folder: &Path) -> Result<Drawing> {
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let all = Runs::read(folder)?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
@@ -63,7 +63,9 @@ impl WorkPrecisionFigure {
                     let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute)?;
                     points.extend(work.zip(error.first()).map(|(work, error)| (work.median, error.median)));
                 }
-                panel = panel.series(Series::new(shown_name(&label), points, style_of(&label)).mode(Mode::LineMarkers));
+                panel = panel.series(
+                    Series::new(styles.shown_name(&label), points, styles.of_label(&label)).mode(Mode::LineMarkers),
+                );
             }
             figure = figure.panel(panel);
         }

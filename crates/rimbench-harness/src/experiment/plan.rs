@@ -1,15 +1,15 @@
 //! The runs that an experiment file stands for.
 
-use super::{CaseEntry, Experiment, SchemeRow};
-use crate::choices::Choices;
+use super::scheme_row::SchemeRow;
+use super::{CaseEntry, Experiment};
 use crate::claims::check_claims_against_plan;
-use crate::grid::{parameter_grid, scalar_text};
-use crate::run::{RunSpec, parse_mechanics_steps, wall_limit};
-use rimbench_cases::cases::{Case, Parameters, case_by_name};
-use rimbench_core::complementarity::solver_by_name;
+use crate::grid::parameter_grid;
+use rimbench_cases::cases::{Case, Parameters};
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::runs::{RunRequest, RunSpec};
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::scheme_by_name;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Most runs of one experiment.
 const MOST_RUNS: usize = 1_000_000;
@@ -21,22 +21,20 @@ pub struct PlannedRun {
     pub spec: RunSpec,
     /// Label of the scheme row; the scheme's name unless the file gives another.
     pub label: String,
-    /// Parameters that differ from their defaults, as `key=value` separated by spaces.
-    pub set: String,
     /// [`RunSpec::id`].
     pub id: String,
 }
 
 impl Experiment {
-    /// Lists the runs, cases outermost, then schemes, macro steps, phases.
+    /// Lists the runs, cases outermost, then schemes, macro steps, phases; names are those of the catalogue.
     ///
     /// # Errors
     /// Names, values or combinations that are not valid, each with the file and the key; an empty grid.
-    pub fn plan(&self, quick: bool) -> Result<Vec<PlannedRun>> {
+    pub fn plan(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
         let planned = || {
             self.check_options()?;
             self.check_size(quick)?;
-            let runs = self.expand(quick)?;
+            let runs = self.expand(catalogue, quick)?;
             refuse_twins(&runs)?;
             // A quick plan may leave out what a claim is about.
             if !quick {
@@ -79,20 +77,22 @@ impl Experiment {
         }
     }
 
-    fn expand(&self, quick: bool) -> Result<Vec<PlannedRun>> {
+    fn expand(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
         let mut runs = Vec::new();
         for entry in &self.cases {
-            let case = case_by_name(&entry.name)?;
-            for parameters in parameter_grid(case, &entry.set)? {
+            let case = &self.with_own_reference(catalogue.case(&entry.name)?);
+            for parameters in &parameter_grid(case, &entry.set)? {
                 for row in &self.schemes {
                     let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
                     let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
                     for macro_step in steps.list()? {
                         for &phase in &phases {
-                            runs.push(self.planned(case, entry, &parameters, row, [macro_step, phase])?);
+                            let request = self.request(entry, row, macro_step, phase);
+                            let planned = planned(catalogue, (case, parameters), &request, &row.label);
+                            runs.push(planned.map_err(|error| row.place(&error))?);
                         }
                     }
                 }
@@ -101,53 +101,28 @@ impl Experiment {
         Ok(runs)
     }
 
-    fn planned(
-        &self,
-        case: &'static Case,
-        entry: &CaseEntry,
-        parameters: &Parameters,
-        row: &SchemeRow,
-        [macro_step, phase]: [f64; 2],
-    ) -> Result<PlannedRun> {
-        let scheme = scheme_by_name(&row.scheme)?;
-        if let Some(label) = row.label.as_deref().filter(|label| label.is_empty() || label.contains(char::is_control)) {
-            return Err(Error::invalid("label", format!("{label:?}"), "text without tabs or line ends"));
+    /// What the file asks of one run: the row goes before the case, the case before the experiment.
+    fn request(&self, entry: &CaseEntry, row: &SchemeRow, macro_step: f64, phase: f64) -> RunRequest {
+        let row = row.request.clone();
+        RunRequest {
+            macro_step_s: Some(macro_step),
+            phase: Some(phase),
+            micro_step_s: row.micro_step_s.or(entry.micro_step_s).or(self.micro_step_s),
+            duration_s: row.duration_s.or(entry.duration_s).or(self.duration_s),
+            wall_limit_s: row.wall_limit_s.or(self.wall_limit_s),
+            ..row
         }
-        let solver = solver_by_name(row.solver.as_deref().unwrap_or("active-set"))?;
-        let mechanics_steps = match &row.mechanics_steps {
-            None => 1,
-            Some(value) => parse_mechanics_steps(&scalar_text("mechanics_steps", value)?)?,
-        };
-        let choices = Choices {
-            sequence: row.sequence.as_deref(),
-            force_return: row.force_return.as_deref(),
-            redundancy: row.redundancy.as_deref(),
-            model_motion: row.model_motion.as_deref(),
-            contacts: row.contacts.as_deref(),
-            gain: row.gain,
-            step_control: row.step_control.as_deref(),
-            step_tolerance: row.step_tolerance,
-            min_macro_step: row.min_macro_step_s,
-            micro_step: entry.micro_step_s.or(self.micro_step_s),
-            duration: entry.duration_s.or(self.duration_s),
-        };
-        let spec = RunSpec {
-            parameters: parameters.clone(),
-            phase,
-            mechanics_steps,
-            wall_limit: self.wall_limit_s.map(wall_limit).transpose()?,
-            ..RunSpec::chosen(case, scheme, solver, macro_step, &choices)?
-        };
-        spec.check()?;
-        let set = parameters
-            .iter()
-            .filter(|(parameter, value)| *value != parameter.default)
-            .map(|(parameter, value)| format!("{}={value}", parameter.name))
-            .collect::<Vec<_>>()
-            .join(" ");
-        let label = row.label.clone().unwrap_or_else(|| row.scheme.clone());
-        Ok(PlannedRun { id: spec.id(), spec, label, set })
     }
+}
+
+fn planned(
+    catalogue: &Catalogue,
+    (case, parameters): (&Arc<Case>, &Parameters),
+    request: &RunRequest,
+    label: &str,
+) -> Result<PlannedRun> {
+    let spec = request.resolve_for(catalogue, case, parameters)?;
+    Ok(PlannedRun { id: spec.id(), spec, label: label.to_owned() })
 }
 
 /// Refuses a plan that holds one run twice: its rows could not be told apart.
@@ -168,24 +143,50 @@ fn refuse_twins(runs: &[PlannedRun]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rimbench_core::schemes::SCHEMES;
     use std::path::Path;
 
+    fn parsed(schemes: &str) -> Result<Experiment> {
+        let text = format!(
+            "question = \"?\"\nmacro_steps_s = [1e-5, 5e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\n{schemes}\n"
+        );
+        Experiment::parse(Path::new("usual.toml"), text)
+    }
+
     #[test]
-    fn the_usual_run_must_be_the_one_that_a_file_with_a_case_and_a_scheme_means() {
-        let (case, solver) = (case_by_name("wedge-box").unwrap(), solver_by_name("active-set").unwrap());
-        for scheme in SCHEMES {
+    fn a_run_asked_for_by_name_must_be_the_one_that_a_file_with_a_case_and_a_scheme_means() {
+        let catalogue = Catalogue::standard();
+        for scheme in catalogue.schemes() {
             // Below and above the micro step of the case.
-            let text = format!(
-                "question = \"?\"\nmacro_steps_s = [1e-5, 5e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"{}\"\n",
-                scheme.name
-            );
-            let planned = Experiment::parse(Path::new("usual.toml"), text).unwrap().plan(false).unwrap();
+            let planned = parsed(&format!("scheme = \"{}\"", scheme.name)).unwrap().plan(&catalogue, false).unwrap();
             assert_eq!(planned.len(), 2);
             for run in planned {
-                let usual = RunSpec::usual(case, scheme, solver, run.spec.macro_step).unwrap();
-                assert_eq!(usual.id(), run.id, "{} at H = {}", scheme.name, run.spec.macro_step);
+                let step = run.spec.macro_step;
+                let asked = RunRequest { macro_step_s: Some(step), ..RunRequest::of("wedge-box", &*scheme.name) };
+                assert_eq!(asked.resolve(&catalogue).unwrap().id(), run.id, "{} at H = {step}", scheme.name);
             }
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_row_is_said_with_its_line() {
+        let refused = |schemes: &str| {
+            let planned = parsed(schemes).and_then(|experiment| experiment.plan(&Catalogue::standard(), false));
+            planned.unwrap_err().to_string()
+        };
+        for (row, wanted) in [
+            (
+                "scheme = \"nepce\"\ngian = 0.5",
+                "unknown key of [[schemes]] `gian` (did you mean `gain`?); valid: label, ",
+            ),
+            ("scheme = \"nepce\"\nphase = 0.5", "unknown key of [[schemes]] `phase`"),
+            ("scheme = \"nepce\"\ngain = \"high\"", "gain = high is not valid; valid: a number"),
+            ("scheme = \"nepcee\"", "unknown scheme `nepcee` (did you mean `nepce`?)"),
+            ("label = \"mine\"", "scheme = nothing is not valid; valid: the name of a scheme"),
+            ("scheme = \"nepce\"\nmacro_steps_s = 3", "macro_steps_s: "),
+        ] {
+            let message = refused(row);
+            assert!(message.starts_with("usual.toml: [[schemes]] in line 5: "), "{message}");
+            assert!(message.contains(wanted), "{message}");
         }
     }
 }

@@ -22,7 +22,7 @@ impl ActiveSet {
     /// of [`Factor`](crate::linear_algebra::Factor) in the same order, so the digits are too.
     #[inline]
     pub(super) fn solve_few(&self, lcp: Lcp<'_>, z: &mut [f64]) -> Few {
-        let Lcp { m, q } = lcp;
+        let Lcp { m, q, .. } = lcp;
         match q.len() {
             0 => Few::SolvedByZero,
             1 => self.of_size::<1>(m, q, z),

@@ -1,8 +1,7 @@
 //! Keller's pivots: from the active set at hand to one that solves the problem.
 
 use super::{ActiveSet, DEPENDENT, NEGLIGIBLE};
-use crate::complementarity::{Lcp, SolveStats};
-use crate::error::Failure;
+use crate::complementarity::{Lcp, SolveStats, Unsolved};
 
 /// A violation on an unblocked ray up to this part of `‖q‖_∞` is rounding, not a proof of infeasibility.
 const RAY_NOISE: f64 = 1e-10;
@@ -144,7 +143,7 @@ impl ActiveSet {
         lcp: Lcp<'_>,
         z: &mut [f64],
         mut stats: SolveStats,
-    ) -> Result<SolveStats, Failure> {
+    ) -> Result<SolveStats, Unsolved> {
         let n = self.n;
         let q_max = lcp.q.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
         let (bland_after, bound) = (10 + 5 * n as u32, 50 * n as u32 + (1 << n.min(12)));

@@ -1,0 +1,163 @@
+//! A run held against its reference: metrics and counters by name.
+
+use super::facts::Fact;
+use super::latency::Latency;
+use super::reference::{Reference, gap_columns};
+use super::simulation::RunResult;
+use super::spec::RunSpec;
+use crate::cases::ReferenceMethod;
+use crate::metrics::{Evidence, InterfaceRow, METRICS, contact_intervals};
+use rimbench_core::cosim::{Outcome, Trajectory, Work};
+use rimbench_core::error::Result;
+use std::time::Duration;
+
+/// What is kept of a run: its outcome, every metric, every counter.
+#[derive(Debug, Clone)]
+pub struct EvaluatedRun {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Time of the last communication point reached, s.
+    pub ended_at_s: f64,
+    /// One value per entry of [`METRICS`].
+    pub metrics: Vec<Option<f64>>,
+    /// Uncertainty of the reference's interface force, N, and position, m; of several rows the largest.
+    pub reference_uncertainty: [Option<f64>; 2],
+    /// All work.
+    pub work: Work,
+    /// Wall time of the macro loop.
+    pub wall: Duration,
+    /// Latency of its macro steps; deadline H.
+    pub latency: Option<Latency>,
+    /// The trajectory.
+    pub trajectory: Trajectory,
+}
+
+impl EvaluatedRun {
+    /// The record of a run of which nothing is known but how it ended.
+    pub fn not_evaluated(outcome: Outcome) -> Self {
+        EvaluatedRun {
+            outcome,
+            ended_at_s: 0.0,
+            metrics: vec![None; METRICS.len()],
+            reference_uncertainty: [None; 2],
+            work: Work::default(),
+            wall: Duration::ZERO,
+            latency: None,
+            trajectory: Trajectory::with_capacity(Vec::new(), 0),
+        }
+    }
+
+    /// Simulated time over wall time.
+    pub fn real_time_factor(&self) -> f64 {
+        self.ended_at_s / self.wall.as_secs_f64()
+    }
+
+    /// What was found, the same on every machine.
+    pub fn findings(&self) -> Vec<Fact> {
+        let mut findings = vec![
+            Fact::text("outcome", self.outcome.name()),
+            Fact::number("outcome_at_s", self.outcome.at_s()),
+            Fact::text("reason", self.outcome.reason()),
+            Fact::number("ended_at_s", self.ended_at_s),
+        ];
+        findings.extend(METRICS.iter().zip(&self.metrics).map(|(metric, value)| Fact::number(metric.name, *value)));
+        let [force, position] = self.reference_uncertainty;
+        findings.push(Fact::number("reference_force_uncertainty_n", force));
+        findings.push(Fact::number("reference_position_uncertainty_m", position));
+        findings.extend(self.counters());
+        findings
+    }
+
+    /// Exact counts of the work.
+    pub fn counters(&self) -> Vec<Fact> {
+        let Work { cosim, sides, scheme } = &self.work;
+        let (mechanics, actuator) = (&sides.mechanics, &sides.actuator);
+        [
+            ("macro_steps", cosim.macro_steps),
+            ("repeated_macro_steps", cosim.repeated_macro_steps),
+            ("exchanges", cosim.exchanges),
+            ("mechanics_micro_steps", mechanics.micro_steps),
+            ("actuator_micro_steps", actuator.micro_steps),
+            ("eliminations", mechanics.eliminations),
+            ("mechanics_lcp_solves", mechanics.solver.solves),
+            ("mechanics_lcp_pivots", mechanics.solver.pivots),
+            ("mechanics_lcp_factorisations", mechanics.solver.factorisations),
+            ("mechanics_lcp_fallbacks", mechanics.solver.fallbacks),
+            ("scheme_lcp_solves", scheme.solves),
+            ("scheme_lcp_pivots", scheme.pivots),
+            ("scheme_lcp_factorisations", scheme.factorisations),
+            ("scheme_lcp_fallbacks", scheme.fallbacks),
+        ]
+        .map(|(name, count)| Fact::count(name, count))
+        .to_vec()
+    }
+
+    /// What it cost on this machine.
+    pub fn costs(&self) -> Vec<Fact> {
+        let latency = |of: fn(&Latency) -> f64| self.latency.as_ref().map(of);
+        let missed = self.latency.map(|latency| latency.missed_deadlines);
+        vec![
+            Fact::number("wall_s", self.wall.as_secs_f64()),
+            Fact::number("real_time_factor", self.real_time_factor()),
+            Fact::number("latency_p50_s", latency(|latency| latency.p50_s)),
+            Fact::number("latency_p99_s", latency(|latency| latency.p99_s)),
+            Fact::number("latency_max_s", latency(|latency| latency.max_s)),
+            missed.map_or(Fact::number("missed_deadlines", None), |count| Fact::count("missed_deadlines", count)),
+        ]
+    }
+}
+
+/// Computes all metrics of a run.
+///
+/// # Errors
+/// Those of the case's closed form.
+pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Result<EvaluatedRun> {
+    let columns = &spec.case.interface_columns;
+    let column = |name: &str| result.trajectory.index_of(name).unwrap_or(0);
+    let interface: Vec<InterfaceRow> = columns
+        .iter()
+        .map(|row| InterfaceRow {
+            position: column(&row.position),
+            velocity: column(&row.velocity),
+            force: column(&row.force),
+            reference_force_peak: reference.largest[column(&row.force)],
+        })
+        .collect();
+    let gaps: Vec<usize> = gap_columns(result.trajectory.columns()).collect();
+    let exact = exact_at(spec, &result.trajectory)?;
+    let aligned = exact.unwrap_or_else(|| reference.judged.resampled(result.trajectory.column(0)));
+    let run_contacts: Vec<_> = gaps.iter().map(|&gap| contact_intervals(&result.trajectory, gap)).collect();
+    let evidence = Evidence {
+        run: &result.trajectory,
+        reference: &aligned,
+        run_contacts: &run_contacts,
+        reference_contacts: &reference.contacts,
+        report: &result.report,
+        interface: &interface,
+        effective_mass: result.trajectory.index_of("effective_mass_kg"),
+        gaps: &gaps,
+    };
+    let skipped = matches!(result.report.outcome, Outcome::Skipped { .. });
+    let metrics = METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
+    Ok(EvaluatedRun {
+        metrics,
+        reference_uncertainty: [
+            columns.iter().filter_map(|row| reference.uncertainty_of(&row.force)).reduce(f64::max),
+            columns.iter().filter_map(|row| reference.uncertainty_of(&row.position)).reduce(f64::max),
+        ],
+        ended_at_s: result.report.ended_at_s,
+        outcome: result.report.outcome,
+        work: result.report.work,
+        wall: result.wall,
+        latency: Latency::of(result.report.latencies_s, spec.macro_step),
+        trajectory: result.trajectory,
+    })
+}
+
+/// The closed form at the communication points of a run, where the case has one: no error of interpolation.
+fn exact_at(spec: &RunSpec, run: &Trajectory) -> Result<Option<Trajectory>> {
+    let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters)? else { return Ok(None) };
+    let mut exact = Trajectory::with_capacity(run.columns().to_vec(), run.len());
+    run.rows().for_each(|row| solution(row[0], exact.push_row()));
+    Ok((!run.is_empty()).then_some(exact))
+}

@@ -1,0 +1,190 @@
+//! What determines a run, as one list: run id, tables, JSON and plans all read it.
+
+use super::spec::RunSpec;
+use crate::cases::Value;
+use rimbench_core::numerics_version::NUMERICS_VERSION;
+use sha2::{Digest, Sha256};
+use std::fmt;
+
+/// What a fact says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FactValue {
+    /// A name or a sentence; empty where there is nothing to say.
+    Text(String),
+    /// A number; infinite or not a number where it is so.
+    Number(f64),
+    /// A count.
+    Count(u64),
+}
+
+impl fmt::Display for FactValue {
+    /// Writes numbers as the shortest text that reads back to the same bits.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FactValue::Text(text) => f.write_str(text),
+            FactValue::Number(number) => write!(f, "{number:?}"),
+            FactValue::Count(count) => count.fmt(f),
+        }
+    }
+}
+
+/// One fact about a run: its name in data, with the unit, and what it says; nothing where it does not apply.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fact {
+    /// Name of the column.
+    pub name: &'static str,
+    /// What it says.
+    pub value: Option<FactValue>,
+}
+
+impl Fact {
+    /// A name or a sentence.
+    pub fn text(name: &'static str, text: impl Into<String>) -> Self {
+        Fact { name, value: Some(FactValue::Text(text.into())) }
+    }
+
+    /// A number, if it applies.
+    pub fn number(name: &'static str, number: impl Into<Option<f64>>) -> Self {
+        Fact { name, value: number.into().map(FactValue::Number) }
+    }
+
+    /// A count.
+    pub fn count(name: &'static str, count: u64) -> Self {
+        Fact { name, value: Some(FactValue::Count(count)) }
+    }
+
+    /// As a cell of a table; empty where it does not apply.
+    pub fn cell(&self) -> String {
+        self.value.as_ref().map(FactValue::to_string).unwrap_or_default()
+    }
+}
+
+impl RunSpec {
+    /// Everything that determines the run.
+    pub fn facts(&self) -> Vec<Fact> {
+        let RunSpec {
+            case,
+            parameters,
+            scheme,
+            model,
+            gain,
+            solver,
+            sequence,
+            force_return,
+            mechanics_steps,
+            macro_step,
+            step_control,
+            phase,
+            micro_step,
+            duration,
+            // Of a run that reaches its end it says nothing.
+            wall_limit: _,
+        } = self;
+        let of_model = |name, text: Option<String>| Fact { name, value: text.map(FactValue::Text) };
+        let rule = step_control.rule();
+        vec![
+            Fact::text("case", case.name.clone()),
+            Fact::text("set", parameters.changed()),
+            Fact::text("scheme", scheme.name.clone()),
+            Fact::text("sequence", sequence.to_string()),
+            Fact::text("force_return", force_return.to_string()),
+            Fact::text("mechanics_steps", mechanics_steps.to_string()),
+            of_model("redundancy", model.as_ref().map(|model| model.redundancy.to_string())),
+            of_model("model_motion", model.as_ref().map(|model| model.motion.to_string())),
+            of_model("contacts", model.as_ref().map(|model| model.contacts.to_string())),
+            Fact::text("solver", solver.name.clone()),
+            Fact::number("gain", *gain),
+            Fact::number("macro_step_s", *macro_step),
+            Fact::text("step_control", step_control.kind().to_string()),
+            Fact::number("step_tolerance", rule.map(|rule| rule.tolerance)),
+            Fact::number("min_macro_step_s", rule.map(|rule| rule.shortest)),
+            Fact::number("phase", *phase),
+            Fact::number("micro_step_s", *micro_step),
+            Fact::number("duration_s", *duration),
+        ]
+    }
+
+    /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, and the version of the
+    /// numerics.
+    pub fn id(&self) -> String {
+        let facts = self.facts().into_iter().map(|fact| (fact.name.to_owned(), fact.cell()));
+        let parameter = |(parameter, value): (&crate::cases::Parameter, &Value)| {
+            (parameter.name.clone().into_owned(), value.to_string())
+        };
+        let mut hash = Sha256::new();
+        hash.update(format!("numerics {NUMERICS_VERSION}\n"));
+        for (name, text) in facts.chain(self.parameters.iter().map(parameter)) {
+            hash.update(format!("{name} = {text}\n"));
+        }
+        hash.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::request::RunRequest;
+    use super::*;
+    use crate::catalogue::Catalogue;
+    use std::collections::HashMap;
+
+    /// A value of each option that differs from the usual one, and the scheme that takes it.
+    const CHANGES: [(&str, &str, &str); 17] = [
+        ("case", "wedge-box-two-ledges", "rim-smooth"),
+        ("scheme", "rim-nonsmooth", "rim-smooth"),
+        ("sequence", "jacobi", "rim-smooth"),
+        ("force_return", "end", "rim-smooth"),
+        ("mechanics_steps", "all", "rim-smooth"),
+        ("redundancy", "regularised:1e-6", "rim-smooth"),
+        ("model_motion", "extrapolated", "rim-smooth"),
+        ("contacts", "near", "rim-nonsmooth"),
+        ("solver", "lemke", "rim-smooth"),
+        ("gain", "0.25", "nepce"),
+        ("macro_step_s", "1e-3", "rim-smooth"),
+        ("phase", "0.5", "rim-smooth"),
+        ("micro_step_s", "1e-5", "rim-smooth"),
+        ("duration_s", "1.25", "rim-smooth"),
+        ("step_control", "energy-residual", "zero-order-hold"),
+        ("step_tolerance", "0.01", "zero-order-hold"),
+        ("min_macro_step_s", "1e-4", "zero-order-hold"),
+    ];
+
+    #[test]
+    fn every_option_changes_the_fact_of_its_name_and_the_id() {
+        let catalogue = Catalogue::standard();
+        let resolved = |request: &RunRequest| request.resolve(&catalogue).unwrap();
+        let by_name = |request: &RunRequest| -> HashMap<&str, String> {
+            resolved(request).facts().into_iter().map(|fact| (fact.name, fact.cell())).collect()
+        };
+        for (key, text, scheme) in CHANGES {
+            let mut usual = RunRequest::of("wedge-box", scheme);
+            if ["step_tolerance", "min_macro_step_s"].contains(&key) {
+                usual.put("step_control", "energy-residual").unwrap();
+                usual.put("step_tolerance", "0.1").unwrap();
+            }
+            let mut changed = usual.clone();
+            changed.put(key, text).unwrap();
+            if key == "step_control" {
+                changed.put("step_tolerance", "0.1").unwrap();
+            }
+            assert_ne!(by_name(&usual)[key], by_name(&changed)[key], "{key}");
+            assert_ne!(resolved(&usual).id(), resolved(&changed).id(), "{key}");
+        }
+        // All but the wall limit, which is no part of what a run is.
+        let missing: Vec<&str> = RunRequest::OPTIONS
+            .iter()
+            .map(|option| option.key)
+            .filter(|key| !CHANGES.iter().any(|(changed, ..)| changed == key))
+            .collect();
+        assert_eq!(missing, ["wall_limit_s"]);
+    }
+
+    #[test]
+    fn a_parameter_of_the_case_changes_the_id() {
+        let catalogue = Catalogue::standard();
+        let usual = RunRequest::of("wedge-box", "rim-smooth");
+        let set = vec![("box_mass_kg".to_owned(), "250".to_owned())];
+        let changed = RunRequest { set, ..usual.clone() }.resolve(&catalogue).unwrap();
+        assert_ne!(usual.resolve(&catalogue).unwrap().id(), changed.id());
+        assert_eq!(changed.facts()[1], Fact::text("set", "box_mass_kg=250.0"));
+    }
+}

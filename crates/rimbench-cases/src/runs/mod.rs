@@ -1,0 +1,26 @@
+//! A run: what is asked for, what that resolves to, what comes of it, and what that is worth.
+//!
+//! A file or the command line makes a [`RunRequest`], which a [`Catalogue`](crate::catalogue::Catalogue) resolves to a [`RunSpec`];
+//! [`simulate`] makes a [`RunResult`] of it, and [`evaluate`] holds that against a [`Reference`]. What determines a run is one
+//! list, [`RunSpec::facts`], from which run id, tables, JSON and plans are made.
+//!
+//! To add an option: a line in the list of [`RunRequest`], and what it resolves to in [`RunSpec`] with its fact. Neither
+//! [`RunRequest::resolve`] nor [`RunSpec::facts`] compiles without it.
+
+mod evaluation;
+mod facts;
+mod latency;
+mod reference;
+mod request;
+mod simulation;
+mod spec;
+mod step_control;
+
+pub use evaluation::{EvaluatedRun, evaluate};
+pub use facts::{Fact, FactValue};
+pub use latency::Latency;
+pub use reference::{DIVERGENCE_FACTOR, Reference};
+pub use request::{RunOption, RunRequest};
+pub use simulation::{Clock, RunResult, simulate};
+pub use spec::RunSpec;
+pub use step_control::{StepControl, StepControlKind};

@@ -1,0 +1,212 @@
+//! What a run is held against, with its uncertainty.
+
+use super::spec::RunSpec;
+use crate::cases::{Case, ExactSolution, Recorder, ReferenceMethod};
+use crate::metrics::{ContactInterval, contact_intervals};
+use rimbench_core::cosim::{Bounds, PerSide, Side, StopFlag, Trajectory};
+use rimbench_core::error::{Error, Failure, Result};
+use rimbench_core::mechanics::{ReferenceSteps, monolithic};
+
+/// A run counts as diverged when an interface quantity exceeds this many times its reference maximum.
+pub const DIVERGENCE_FACTOR: f64 = 3.0;
+
+/// The finest monolithic solution, and how far to trust it.
+///
+/// ```text
+/// p = log₂(‖u_h − u_{h/2}‖ / ‖u_{h/2} − u_{h/4}‖)             observed order
+/// uncertainty = max(‖u_{h/2} − u_{h/4}‖, ½‖u_h − u_{h/2}‖) / (2^p − 1)     Richardson, with p held within [0.5, 1]
+/// ```
+/// The coarser pair has a say because jumps of the force move with the grid: two solutions can agree by chance there.
+/// Norms are root mean squares over the stored points, column by column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// The solution with step h/4.
+    pub trajectory: Trajectory,
+    /// Estimated rms error of each column, in the column's unit.
+    pub uncertainty: Vec<f64>,
+    /// Observed order of each column; NaN where the differences vanish.
+    pub order: Vec<f64>,
+    /// Largest magnitude of each column.
+    pub largest: Vec<f64>,
+    /// What runs are judged by: time, the interface's columns and the gaps, at the same points. A run looks up as many rows as it
+    /// has macro steps, and narrow rows stay in the processor's cache.
+    pub judged: Trajectory,
+    /// When each contact is closed, one list per gap column.
+    pub contacts: Vec<Vec<ContactInterval>>,
+    /// Its finest step, s.
+    pub step: f64,
+}
+
+impl Reference {
+    /// Refinements of the reference step: h, h/2, h/4.
+    pub const REFINEMENTS: [u32; 3] = [1, 2, 4];
+
+    /// Computes the reference of a run, one solution after the other.
+    ///
+    /// # Errors
+    /// Bad parameters, or parameters for which the solution itself fails; [`Error::Stopped`].
+    pub fn compute(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Self> {
+        if let Some(reference) = Self::exact(spec)? {
+            return Ok(reference);
+        }
+        let [coarse, middle, fine] = Self::REFINEMENTS.map(|refinement| Self::solution(spec, refinement, stop));
+        Ok(Self::compared(spec, [coarse?, middle?, fine?]))
+    }
+
+    /// Samples the closed form of the run's case, which has no uncertainty; none if there is no closed form.
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn exact(spec: &RunSpec) -> Result<Option<Self>> {
+        let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters)? else { return Ok(None) };
+        Ok(Some(Self::sample(spec, &solution)))
+    }
+
+    /// Integrates the whole system with the reference step over `refinement`.
+    ///
+    /// # Errors
+    /// As for [`compute`](Self::compute).
+    pub fn solution(spec: &RunSpec, refinement: u32, stop: StopFlag<'_>) -> Result<Trajectory> {
+        let (case, defaults) = (&spec.case, spec.case.defaults);
+        let mut system = (case.build)(&spec.parameters, &spec.solver)?;
+        let mut recorder = Recorder::new(case, &mut system).with_active_effective_mass(&mut system);
+        let every = (defaults.reference_sampling_s / defaults.reference_step_s).round().max(1.0) as usize;
+        // The step used divides the duration, in multiples of the stored points.
+        let points = (spec.duration / defaults.reference_sampling_s).ceil().max(1.0) as usize;
+        let every = every * refinement as usize;
+        let steps = points * every;
+        let steps = ReferenceSteps { h: spec.duration / steps as f64, steps, every };
+        let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points + 1);
+        let solved = match (case.reference)(&spec.parameters)? {
+            ReferenceMethod::Own(integrate) => integrate(steps, stop, &mut trajectory),
+            ReferenceMethod::Refined | ReferenceMethod::Exact(_) => {
+                monolithic(system.sides.lend(), steps, stop, &mut |point| recorder.record(point, &mut trajectory))
+            }
+        };
+        match solved {
+            Ok(()) => Ok(trajectory),
+            Err(Failure::Stopped) => Err(Error::Stopped),
+            Err(failure) => Err(Error::Incompatible(format!(
+                "case {} has no reference with these parameters: the monolithic solution fails after {:.4} s ({failure})",
+                case.name,
+                trajectory.end_time().unwrap_or(0.0)
+            ))),
+        }
+    }
+
+    /// Compares the solutions of [`REFINEMENTS`](Self::REFINEMENTS), the coarsest first.
+    pub fn compared(spec: &RunSpec, [coarse, middle, fine]: [Trajectory; 3]) -> Self {
+        let columns = fine.columns().len();
+        let distance = |a: &Trajectory, b: &Trajectory, column: usize| {
+            let squares: f64 =
+                a.column(column).zip(b.column(column)).map(|(x, y)| finite_difference(x, y).powi(2)).sum();
+            (squares / a.len() as f64).sqrt()
+        };
+        let (mut uncertainty, mut order) = (Vec::with_capacity(columns), Vec::with_capacity(columns));
+        for column in 0..columns {
+            let (first, second) = (distance(&coarse, &middle, column), distance(&middle, &fine, column));
+            let observed = (first / second).log2();
+            let trusted = if observed.is_finite() { observed.clamp(0.5, 1.0) } else { 1.0 };
+            uncertainty.push(second.max(0.5 * first) / (2.0_f64.powf(trusted) - 1.0));
+            order.push(if second > 0.0 { observed } else { f64::NAN });
+        }
+        let finest = f64::from(Self::REFINEMENTS[Self::REFINEMENTS.len() - 1]);
+        let step = spec.case.defaults.reference_step_s / finest;
+        Self::of(&spec.case, fine, uncertainty, order, step)
+    }
+
+    /// Derives once what every run is held against.
+    fn of(case: &Case, trajectory: Trajectory, uncertainty: Vec<f64>, order: Vec<f64>, step: f64) -> Self {
+        let names = case.interface_columns.iter().flat_map(|row| [&row.position, &row.velocity, &row.force]);
+        let mut columns = vec![0];
+        columns.extend(names.filter_map(|name| trajectory.index_of(name)));
+        columns.extend(gap_columns(trajectory.columns()));
+        let judged = trajectory.selected(&columns);
+        let contacts = gap_columns(judged.columns()).map(|gap| contact_intervals(&judged, gap)).collect();
+        Reference { largest: largest(&trajectory), judged, contacts, trajectory, uncertainty, order, step }
+    }
+
+    fn sample(spec: &RunSpec, solution: &ExactSolution) -> Self {
+        let columns = spec.case.recorded_columns();
+        let points = (spec.duration / spec.case.defaults.reference_sampling_s).ceil().max(1.0) as usize;
+        let mut trajectory = Trajectory::with_capacity(columns, points + 1);
+        for point in 0..=points {
+            solution(spec.duration * point as f64 / points as f64, trajectory.push_row());
+        }
+        let count = trajectory.columns().len();
+        Self::of(&spec.case, trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0)
+    }
+
+    /// Bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling variable.
+    ///
+    /// # Errors
+    /// Those of building the case.
+    pub fn bounds(&self, spec: &RunSpec) -> Result<Bounds> {
+        let system = (spec.case.build)(&spec.parameters, &spec.solver)?;
+        let largest = |side: Side| {
+            let outputs = system.sides[side].ports().outputs.iter();
+            outputs
+                .map(|port| match self.trajectory.index_of(&port.name) {
+                    Some(column) => DIVERGENCE_FACTOR * self.largest[column].max(port.quantity.negligible()),
+                    None => f64::INFINITY,
+                })
+                .collect()
+        };
+        Ok(PerSide::from_fn(largest))
+    }
+
+    /// Uncertainty of a column by name.
+    pub fn uncertainty_of(&self, column: &str) -> Option<f64> {
+        self.trajectory.index_of(column).map(|index| self.uncertainty[index])
+    }
+
+    /// All of it as numbers, to be kept: the rows, then what is known about the columns, then the step, because what is read back is
+    /// cut off from the end.
+    pub fn pack(&self) -> Vec<f64> {
+        [self.trajectory.data(), &self.uncertainty, &self.order, &[self.step]].concat()
+    }
+
+    /// Reads back what [`pack`](Self::pack) made of a reference of this case; none if the numbers do not fit.
+    pub fn unpack(case: &Case, mut data: Vec<f64>) -> Option<Self> {
+        let columns = case.recorded_columns();
+        let n = columns.len();
+        let step = data.pop()?;
+        let order = data.split_off(data.len().checked_sub(n)?);
+        let uncertainty = data.split_off(data.len().checked_sub(n)?);
+        if data.is_empty() || !data.len().is_multiple_of(n) {
+            return None;
+        }
+        Some(Self::of(case, Trajectory::from_data(columns, data), uncertainty, order, step))
+    }
+}
+
+impl RunSpec {
+    /// Whether two runs are held against the same reference.
+    pub fn shares_reference_with(&self, other: &RunSpec) -> bool {
+        self.case.name == other.case.name
+            && self.case.defaults == other.case.defaults
+            && self.duration == other.duration
+            && self.parameters == other.parameters
+    }
+}
+
+/// Positions of the gap columns among the recorded ones.
+pub(super) fn gap_columns(columns: &[String]) -> impl Iterator<Item = usize> + '_ {
+    (0..columns.len()).filter(|&index| columns[index].starts_with("gap_"))
+}
+
+/// Largest magnitude of each column.
+fn largest(trajectory: &Trajectory) -> Vec<f64> {
+    let mut largest = vec![0.0_f64; trajectory.columns().len()];
+    for row in trajectory.rows() {
+        for (largest, value) in largest.iter_mut().zip(row) {
+            *largest = largest.max(value.abs());
+        }
+    }
+    largest
+}
+
+/// Difference that treats equal infinities (a locked interface in both) as agreeing.
+fn finite_difference(x: f64, y: f64) -> f64 {
+    if x == y || (x.is_nan() && y.is_nan()) { 0.0 } else { x - y }
+}

@@ -1,0 +1,154 @@
+//! What a file or the command line asks of one run, in their own words.
+
+use super::step_control::StepControlKind;
+use rimbench_core::cosim::{ForceReturn, MechanicsSteps, Sequence};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::interface_model::Redundancy;
+use rimbench_core::schemes::{ContactChoice, ModelMotion};
+
+/// An option of a run, for whoever offers it to a user.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RunOption {
+    /// Its name in files and data, with the unit.
+    pub key: &'static str,
+    /// What it takes, in a word.
+    pub takes: &'static str,
+    /// What it does.
+    pub about: &'static str,
+}
+
+/// Defines the request, the list of its options, and how each is read, from one list.
+macro_rules! run_options {
+    ($($(#[doc = $about:literal])+ $key:ident: $kind:ty, $takes:literal;)+) => {
+        /// What is asked of one run; what is left out is as the case and the scheme have it. Texts are names in a
+        /// [`Catalogue`](crate::catalogue::Catalogue).
+        #[derive(Debug, Clone, Default, PartialEq)]
+        pub struct RunRequest {
+            $($(#[doc = $about])+ pub $key: Option<$kind>,)+
+            /// Parameters of the case, key and value, in the order in which they are set
+            pub set: Vec<(String, String)>,
+        }
+
+        impl RunRequest {
+            /// All options but the parameters of the case.
+            pub const OPTIONS: &'static [RunOption] =
+                &[$(RunOption { key: stringify!($key), takes: $takes, about: concat!($($about),+).trim_ascii() }),+];
+
+            /// Reads one option from text.
+            ///
+            /// # Errors
+            /// [`Error::UnknownName`] for a key that is none; whatever reading the text says.
+            pub fn put(&mut self, key: &str, text: &str) -> Result<()> {
+                match key {
+                    $(stringify!($key) => self.$key = Some(<$kind as OptionText>::read(key, text)?),)+
+                    _ => return Err(Error::unknown("option", key, Self::OPTIONS.iter().map(|option| option.key))),
+                }
+                Ok(())
+            }
+        }
+    };
+}
+
+run_options! {
+    /// Case by name (see `rimbench list cases`)
+    case: String, "NAME";
+    /// Coupling scheme by name (see `rimbench list schemes`)
+    scheme: String, "NAME";
+    /// Order of the sides: jacobi, gauss-seidel (actuator first), gauss-seidel-mechanics-first
+    sequence: Sequence, "ORDER";
+    /// What the mechanics receives: held, end, mean, profile
+    force_return: ForceReturn, "RETURN";
+    /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; 1 if not given
+    mechanics_steps: MechanicsSteps, "N";
+    /// Dependent contacts that become bilateral: drop, pseudo-inverse, regularised:EPS (a relative compliance)
+    redundancy: Redundancy, "TREATMENT";
+    /// Interface model within a macro step: frozen, extrapolated
+    model_motion: ModelMotion, "MOTION";
+    /// Contacts inside a non-smooth interface model: all, near, coupled:TOL (a tolerance)
+    contacts: ContactChoice, "CHOICE";
+    /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
+    solver: String, "NAME";
+    /// The scheme's gain, where it has one (see `rimbench list schemes`)
+    gain: f64, "X";
+    /// Macro step H, s
+    macro_step_s: f64, "S";
+    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, step-doubling
+    step_control: StepControlKind, "HOW";
+    /// Error allowed per macro step where the step is controlled, a pure number
+    step_tolerance: f64, "TOL";
+    /// Shortest macro step where the step is controlled, s; H/100 if not given
+    min_macro_step_s: f64, "S";
+    /// Communication phase φ in (0, 1]: the first macro step is φH long; 1 if not given
+    phase: f64, "PHI";
+    /// Longest micro step of the actuator side, s
+    micro_step_s: f64, "S";
+    /// Simulated time, s
+    duration_s: f64, "S";
+    /// Wall time after which the run ends with outcome `timeout`, s; none if not given
+    wall_limit_s: f64, "S";
+}
+
+impl RunRequest {
+    /// Asks for a case with a scheme, everything else as they have it.
+    pub fn of(case: impl Into<String>, scheme: impl Into<String>) -> Self {
+        RunRequest { case: Some(case.into()), scheme: Some(scheme.into()), ..RunRequest::default() }
+    }
+}
+
+/// An option that can be written as text.
+trait OptionText: Sized {
+    fn read(key: &str, text: &str) -> Result<Self>;
+}
+
+impl OptionText for String {
+    fn read(_key: &str, text: &str) -> Result<Self> {
+        Ok(text.to_owned())
+    }
+}
+
+impl OptionText for f64 {
+    fn read(key: &str, text: &str) -> Result<Self> {
+        text.trim().parse().map_err(|_| Error::invalid(key, text, "a number"))
+    }
+}
+
+/// What says itself what is wrong with a text.
+macro_rules! read_by_name {
+    ($($kind:ty),+) => {
+        $(impl OptionText for $kind {
+            fn read(_key: &str, text: &str) -> Result<Self> {
+                text.parse()
+            }
+        })+
+    };
+}
+
+read_by_name!(Sequence, ForceReturn, MechanicsSteps, Redundancy, ModelMotion, ContactChoice, StepControlKind);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_are_read_from_text_and_nonsense_is_refused_with_the_key() {
+        let mut request = RunRequest::default();
+        for (key, text) in
+            [("gain", " 0.5 "), ("sequence", "jacobi"), ("mechanics_steps", "all"), ("case", "wedge-box")]
+        {
+            request.put(key, text).unwrap();
+        }
+        assert_eq!((request.gain, request.sequence), (Some(0.5), Some(Sequence::Jacobi)));
+        assert_eq!(request.mechanics_steps, Some(MechanicsSteps::AsActuator));
+        let refused = |key: &str, text: &str| RunRequest::default().put(key, text).unwrap_err().to_string();
+        assert_eq!(refused("gain", "high"), "gain = high is not valid; valid: a number");
+        assert!(refused("sequence", "jacoby").contains("did you mean `jacobi`"));
+        assert!(refused("gian", "1").contains("did you mean `gain`"));
+    }
+
+    #[test]
+    fn every_option_says_what_it_is() {
+        for option in RunRequest::OPTIONS {
+            assert!(!option.about.is_empty() && !option.about.starts_with(' '), "{}", option.key);
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! One run, from everything that determines it to what comes of it.
+
+use super::spec::RunSpec;
+use super::step_control::StepControl;
+use crate::cases::Recorder;
+use rimbench_core::cosim::{
+    Bounds, Outcome, Report, Sides, StopFlag, Supervision, Trajectory, Watch, check_coupling, counts_interface_work,
+};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::schemes::Need;
+use std::time::Duration;
+
+/// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that every
+/// machine has.
+pub type Clock = fn() -> Duration;
+
+/// What comes of a run.
+#[derive(Debug, Clone)]
+pub struct RunResult {
+    /// How it ended, and all that was counted.
+    pub report: Report,
+    /// One row per communication point.
+    pub trajectory: Trajectory,
+    /// Wall time of the macro loop; zero without a clock.
+    pub wall: Duration,
+}
+
+/// Runs one simulation. `bounds` say beyond what it counts as diverged; with a `clock` its macro steps are timed.
+///
+/// # Errors
+/// Bad input only, such as a wall limit without a clock. A run that fails is a result, with its reason in [`Report::outcome`].
+pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
+    spec.check()?;
+    if spec.wall_limit.is_some() && clock.is_none() {
+        return Err(Error::Incompatible("wall_limit_s needs a clock, and there is none here".to_owned()));
+    }
+    let mut system = (spec.case.build)(&spec.parameters, &spec.solver)?;
+    let setup = spec.setup(bounds)?;
+    check_coupling(system.sides.as_ref().map(|side| side.ports()))?;
+    let mut recorder = Recorder::new(&spec.case, &mut system);
+    let mut sides = system.sides.lend();
+    let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
+    let skip = spec.scheme.incompatibility(sides.lend()).or_else(|| uncontrollable(spec.step_control, sides.lend()));
+    let (report, wall) = match skip {
+        Some(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
+        None => {
+            let coupling = spec.scheme.couple(sides.lend(), spec.model.as_ref(), spec.gain)?;
+            let watch = clock.map(|now| Watch { now, latencies: true, wall_limit: spec.wall_limit });
+            let doubling = spec.step_control.doubling(spec.scheme.order);
+            let started = clock.map(|now| now());
+            let supervision = Supervision { stop, watch };
+            let report = coupling.run(&setup, doubling, sides, supervision, &mut |point| {
+                recorder.record(point, &mut trajectory);
+            });
+            (report, clock.zip(started).map_or(Duration::ZERO, |(now, started)| now() - started))
+        }
+    };
+    recorder.finish(&report, &mut trajectory);
+    Ok(RunResult { report, trajectory, wall })
+}
+
+/// Why a step control cannot work with these subsystems, if it cannot.
+fn uncontrollable(control: StepControl, sides: Sides<'_>) -> Option<String> {
+    match control {
+        StepControl::None => None,
+        StepControl::EnergyResidual(_) => (!counts_interface_work(sides))
+            .then(|| "step control energy-residual needs an interface whose work both sides count".to_owned()),
+        StepControl::StepDoubling(_) => {
+            Need::Copies.unmet(sides).map(|reason| format!("step control step-doubling takes steps back: {reason}"))
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! What a request resolves to: everything that determines a run.
+
+use super::request::RunRequest;
+use super::step_control::StepControl;
+use crate::cases::{Case, Parameters};
+use crate::catalogue::Catalogue;
+use rimbench_core::complementarity::SolverEntry;
+use rimbench_core::cosim::{Bounds, CommunicationGrid, ForceReturn, MechanicsSteps, Sequence, Setup};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::schemes::{ContactChoice, ModelOptions, SchemeEntry};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Everything that determines a run.
+#[derive(Debug, Clone)]
+pub struct RunSpec {
+    /// The case.
+    pub case: Arc<Case>,
+    /// Its parameters, resolved.
+    pub parameters: Parameters,
+    /// The coupling scheme.
+    pub scheme: Arc<SchemeEntry>,
+    /// Options of its reduced interface model, if it has one.
+    pub model: Option<ModelOptions>,
+    /// Its gain, if it has one.
+    pub gain: Option<f64>,
+    /// Solver of the complementarity problems (of the mechanics; the scheme's own is in `model`).
+    pub solver: Arc<SolverEntry>,
+    /// Who goes first.
+    pub sequence: Sequence,
+    /// What the mechanics receives.
+    pub force_return: ForceReturn,
+    /// The mechanics' own steps per macro step.
+    pub mechanics_steps: MechanicsSteps,
+    /// Macro step H, s.
+    pub macro_step: f64,
+    /// How the macro step is controlled; H is then the first and the longest.
+    pub step_control: StepControl,
+    /// Communication phase φ ∈ (0, 1].
+    pub phase: f64,
+    /// Longest micro step of the actuator side, s.
+    pub micro_step: f64,
+    /// Simulated time, s.
+    pub duration: f64,
+    /// Wall time after which the run ends with outcome `timeout`. No part of what the run is.
+    pub wall_limit: Option<Duration>,
+}
+
+/// The solver of a run that does not ask for one.
+const USUAL_SOLVER: &str = "active-set";
+
+impl RunRequest {
+    /// Finds everything by name, fills in what is usual, and checks all that can be checked without running.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`], [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
+    pub fn resolve(&self, catalogue: &Catalogue) -> Result<RunSpec> {
+        let case = catalogue.case(named("case", &self.case)?)?;
+        let mut parameters = case.default_parameters();
+        for (key, value) in &self.set {
+            parameters.set(key, value)?;
+        }
+        self.resolve_for(catalogue, case, &parameters)
+    }
+
+    /// The same for a case and parameters that are at hand, whatever the request says of them.
+    ///
+    /// # Errors
+    /// As [`resolve`](Self::resolve).
+    pub fn resolve_for(&self, catalogue: &Catalogue, case: &Arc<Case>, parameters: &Parameters) -> Result<RunSpec> {
+        let RunRequest {
+            case: _,
+            set: _,
+            scheme,
+            sequence,
+            force_return,
+            mechanics_steps,
+            redundancy,
+            model_motion,
+            contacts,
+            solver,
+            gain,
+            macro_step_s,
+            step_control,
+            step_tolerance,
+            min_macro_step_s,
+            phase,
+            micro_step_s,
+            duration_s,
+            wall_limit_s,
+        } = self;
+        let scheme = catalogue.scheme(named("scheme", scheme)?)?;
+        let solver = catalogue.solver(solver.as_deref().unwrap_or(USUAL_SOLVER))?;
+        let (sequence, force_return) = scheme.sequence_and_return(*sequence, *force_return)?;
+        let asked = [
+            ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
+            ("model_motion", model_motion.map(|motion| motion.to_string())),
+            ("contacts", contacts.map(|contacts| contacts.to_string())),
+        ];
+        let in_vain = asked.into_iter().find_map(|(key, value)| Some((key, value?)));
+        if let Some((key, value)) = in_vain.filter(|_| !scheme.has_model()) {
+            return Err(Error::Incompatible(format!(
+                "{key} = {value}: scheme `{}` has no reduced interface model",
+                scheme.name
+            )));
+        }
+        let model = ModelOptions {
+            redundancy: redundancy.unwrap_or_default(),
+            motion: model_motion.unwrap_or_default(),
+            contacts: contacts.unwrap_or_default(),
+            solver: solver.clone(),
+        };
+        if let (None, Some(value)) = (&scheme.gain, gain) {
+            return Err(Error::Incompatible(format!(
+                "gain = {value}: scheme `{}` has no gain; schemes that have one: {}",
+                scheme.name,
+                catalogue.tunable_schemes().join(", ")
+            )));
+        }
+        let macro_step = macro_step_s.unwrap_or(case.defaults.macro_step_s);
+        let control = step_control.unwrap_or_default();
+        let spec = RunSpec {
+            case: case.clone(),
+            parameters: parameters.clone(),
+            model: scheme.has_model().then_some(model),
+            gain: scheme.gain_value(*gain)?,
+            scheme: scheme.clone(),
+            solver: solver.clone(),
+            sequence,
+            force_return,
+            mechanics_steps: mechanics_steps.unwrap_or(MechanicsSteps::ONE),
+            macro_step,
+            step_control: StepControl::new(control, *step_tolerance, *min_macro_step_s, macro_step)?,
+            phase: phase.unwrap_or(1.0),
+            // A macro step below the usual micro step is its own micro step, unless one is asked for.
+            micro_step: micro_step_s.unwrap_or(case.defaults.micro_step_s.min(macro_step)),
+            duration: duration_s.unwrap_or(case.defaults.duration_s),
+            wall_limit: wall_limit_s.map(wall_limit).transpose()?,
+        };
+        spec.check()?;
+        Ok(spec)
+    }
+}
+
+impl RunSpec {
+    /// Checks everything that can be checked without running. Both sides are built only if contacts are chosen, which not all
+    /// mechanics allow.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
+    pub fn check(&self) -> Result<()> {
+        let macro_steps = self.grid()?.macro_steps();
+        if macro_steps < self.scheme.samples {
+            return Err(Error::invalid(
+                "macro-step",
+                self.macro_step,
+                format!(
+                    "at most {} s, so that scheme {} gets the {} samples it goes through within {} s",
+                    self.duration / self.scheme.samples as f64,
+                    self.scheme.name,
+                    self.scheme.samples,
+                    self.duration
+                ),
+            ));
+        }
+        self.scheme.gain_value(self.gain)?;
+        if let Some(rule) = self.step_control.rule() {
+            rule.check(self.macro_step)?;
+            if self.duration / rule.shortest > MOST_STEPS {
+                let expected = format!("at least {:e} s for this duration", self.duration / MOST_STEPS);
+                return Err(Error::invalid("min_macro_step_s", rule.shortest, expected));
+            }
+        }
+        self.scheme.check_sequence(self.sequence)?;
+        self.scheme.check_force_return(self.force_return)?;
+        self.force_return.check(self.sequence)?;
+        if let Some(model) = &self.model {
+            model.check()?;
+            if model.contacts != ContactChoice::All {
+                let mut system = (self.case.build)(&self.parameters, &self.solver)?;
+                if self.scheme.incompatibility(system.sides.lend()).is_none() {
+                    self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The communication points.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] for steps that are not positive, or a micro step above the macro step.
+    pub fn grid(&self) -> Result<CommunicationGrid> {
+        let nonsense = !(self.macro_step > 0.0 && self.duration > 0.0);
+        if !nonsense && self.duration / self.macro_step > MOST_STEPS {
+            let least = self.duration / MOST_STEPS;
+            return Err(Error::invalid(
+                "macro-step",
+                self.macro_step,
+                format!("at least {least:e} s for this duration"),
+            ));
+        }
+        let grid = CommunicationGrid::new(self.macro_step, self.phase, self.duration)?;
+        if !(self.micro_step.is_finite() && self.micro_step > 0.0) {
+            return Err(Error::invalid("micro-step", self.micro_step, "a finite time above 0 s"));
+        }
+        if self.macro_step / self.micro_step > MOST_STEPS {
+            let least = self.macro_step / MOST_STEPS;
+            return Err(Error::invalid(
+                "micro-step",
+                self.micro_step,
+                format!("at least {least:e} s for this macro step"),
+            ));
+        }
+        if self.micro_step > self.macro_step {
+            let expected = format!("at most the macro step, {} s", self.macro_step);
+            return Err(Error::invalid("micro-step", self.micro_step, expected));
+        }
+        Ok(grid)
+    }
+
+    /// What the macro loop of the run needs to know; `bounds` say beyond what it counts as diverged.
+    ///
+    /// # Errors
+    /// Those of [`RunSpec::grid`].
+    pub fn setup(&self, bounds: Bounds) -> Result<Setup> {
+        Ok(Setup {
+            grid: self.grid()?,
+            energy_rule: self.step_control.energy_rule(),
+            micro_step: self.micro_step,
+            mechanics_steps: self.mechanics_steps,
+            sequence: self.sequence,
+            force_return: self.force_return,
+            bounds,
+        })
+    }
+}
+
+/// A name that must be given.
+fn named<'a>(kind: &'static str, name: &'a Option<String>) -> Result<&'a str> {
+    name.as_deref().ok_or_else(|| Error::invalid(kind, "nothing", format!("the name of a {kind}")))
+}
+
+/// A wall-time limit from seconds.
+fn wall_limit(seconds: f64) -> Result<Duration> {
+    let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
+    limit.ok_or_else(|| Error::invalid("wall_limit_s", seconds, "a finite time above 0 s"))
+}
+
+/// Plausibility bound, far beyond any use, so that a slip of the exponent is an error and not an endless run.
+const MOST_STEPS: f64 = 1e7;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(change: impl FnOnce(&mut RunRequest)) -> String {
+        let mut request = RunRequest::of("wedge-box", "zero-order-hold");
+        change(&mut request);
+        request.resolve(&Catalogue::standard()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_a_scheme_does_not_have_cannot_be_asked_of_it() {
+        let message = refused(|request| request.gain = Some(0.5));
+        assert!(message.contains("has no gain; schemes that have one: nepce, "), "{message}");
+        for (key, text) in [("redundancy", "drop"), ("model_motion", "frozen"), ("contacts", "near")] {
+            let message = refused(|request| request.put(key, text).unwrap());
+            assert_eq!(message, format!("{key} = {text}: scheme `zero-order-hold` has no reduced interface model"));
+        }
+    }
+
+    #[test]
+    fn names_that_are_missing_or_unknown_are_refused() {
+        assert!(refused(|request| request.case = None).contains("the name of a case"));
+        assert!(
+            refused(|request| request.scheme = Some("rim-nonsmoth".into())).contains("did you mean `rim-nonsmooth`")
+        );
+        assert!(refused(|request| request.set.push(("box_mass".into(), "1".into()))).contains("box_mass_kg"));
+        assert!(refused(|request| request.wall_limit_s = Some(0.0)).contains("wall_limit_s = 0"));
+    }
+
+    #[test]
+    fn choosing_contacts_that_bounce_is_refused_before_the_run() {
+        let request = |e: &str| RunRequest {
+            contacts: Some(ContactChoice::Near),
+            set: vec![("restitution".into(), e.into())],
+            ..RunRequest::of("wedge-box", "rim-nonsmooth-gap")
+        };
+        let catalogue = Catalogue::standard();
+        assert!(request("0").resolve(&catalogue).is_ok());
+        let message = request("0.5").resolve(&catalogue).unwrap_err().to_string();
+        assert!(message.contains("contacts = near does not go with restitution 0.5"), "{message}");
+    }
+}

@@ -1,0 +1,156 @@
+//! How the macro step follows what a run finds, as an option of a run with any scheme.
+
+use rimbench_core::ceilings::StepDoubling;
+use rimbench_core::cosim::StepRule;
+use rimbench_core::error::{Error, Result};
+use rimbench_core::name::find_by_name;
+use std::fmt;
+use std::str::FromStr;
+
+/// By what the length of the macro steps is found.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum StepControlKind {
+    /// The communication grid.
+    #[default]
+    None,
+    /// The power residual of the interface (ECCO).
+    EnergyResidual,
+    /// Comparing one step with two halves.
+    StepDoubling,
+}
+
+impl StepControlKind {
+    const NAMES: [(&'static str, StepControlKind); 3] = [
+        ("none", StepControlKind::None),
+        ("energy-residual", StepControlKind::EnergyResidual),
+        ("step-doubling", StepControlKind::StepDoubling),
+    ];
+}
+
+impl fmt::Display for StepControlKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Self::NAMES[*self as usize].0)
+    }
+}
+
+impl FromStr for StepControlKind {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        find_by_name("step control", &Self::NAMES, |(name, _)| name, text).map(|(_, kind)| *kind)
+    }
+}
+
+/// How the length of the macro steps is found, and what it is to keep to.
+///
+/// ```text
+/// none             t_k of the communication grid
+/// energy-residual  H_{k+1} = H_k σ ε_k^(−k_I−k_P) ε_{k−1}^(k_P)                      no step is ever taken back
+/// step-doubling    one step H against two of H/2, both on copies; H ← 0.9 H ε^(−1/(p+1))  taken back where ε > 1
+/// ```
+/// `ε` is an error in units of what the rule allows; see [`StepRule`]. The first macro step of the grid is the first one
+/// here, its `H` is the longest.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum StepControl {
+    /// The communication grid.
+    #[default]
+    None,
+    /// By the power residual of the interface (ECCO).
+    EnergyResidual(StepRule),
+    /// By comparing one step with two halves.
+    StepDoubling(StepRule),
+}
+
+/// Shortest macro step unless another is asked for, as a part of H.
+const SHORTEST: f64 = 1e-2;
+
+impl StepControl {
+    /// Puts a step control together. `macro_step` is H (s); the shortest step is H/100 unless one is given.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] for a tolerance that is missing or not above 0, or a shortest step outside (0, H];
+    /// [`Error::Incompatible`] for a tolerance or a shortest step with nothing to control.
+    pub fn new(kind: StepControlKind, tolerance: Option<f64>, shortest: Option<f64>, macro_step: f64) -> Result<Self> {
+        let build = match kind {
+            StepControlKind::None => {
+                let idle = tolerance.map(|_| "step_tolerance").or(shortest.map(|_| "min_macro_step_s"));
+                return idle.map_or(Ok(StepControl::None), |key| {
+                    Err(Error::Incompatible(format!(
+                        "{key} is given but nothing controls the step: add step_control = \"energy-residual\" or \
+                         \"step-doubling\""
+                    )))
+                });
+            }
+            StepControlKind::EnergyResidual => StepControl::EnergyResidual,
+            StepControlKind::StepDoubling => StepControl::StepDoubling,
+        };
+        let expected = "a finite number above 0: the error allowed per macro step";
+        let tolerance = tolerance.ok_or_else(|| Error::invalid("step_tolerance", "nothing", expected))?;
+        let rule = StepRule { tolerance, shortest: shortest.unwrap_or(SHORTEST * macro_step) };
+        rule.check(macro_step)?;
+        Ok(build(rule))
+    }
+
+    /// Which one it is.
+    pub fn kind(&self) -> StepControlKind {
+        match self {
+            StepControl::None => StepControlKind::None,
+            StepControl::EnergyResidual(_) => StepControlKind::EnergyResidual,
+            StepControl::StepDoubling(_) => StepControlKind::StepDoubling,
+        }
+    }
+
+    /// What is to be kept to, if anything is controlled.
+    pub fn rule(&self) -> Option<&StepRule> {
+        match self {
+            StepControl::None => None,
+            StepControl::EnergyResidual(rule) | StepControl::StepDoubling(rule) => Some(rule),
+        }
+    }
+
+    /// What the macro loop is to keep to.
+    pub(super) fn energy_rule(&self) -> Option<StepRule> {
+        match self {
+            StepControl::EnergyResidual(rule) => Some(*rule),
+            StepControl::None | StepControl::StepDoubling(_) => None,
+        }
+    }
+
+    /// What the tries with a scheme of order `order` are to keep to.
+    pub(super) fn doubling(&self, order: u32) -> Option<StepDoubling> {
+        match self {
+            StepControl::StepDoubling(rule) => Some(StepDoubling { rule: *rule, order }),
+            StepControl::None | StepControl::EnergyResidual(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nonsense_is_refused_with_the_key_and_what_is_valid() {
+        use StepControlKind::{EnergyResidual, None as Grid, StepDoubling};
+        let new = |kind, tolerance, shortest| StepControl::new(kind, tolerance, shortest, 1e-2);
+        let refused = |control: Result<StepControl>| control.unwrap_err().to_string();
+        for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(refused(new(StepDoubling, Some(tolerance), None)).contains("step_tolerance"));
+        }
+        for shortest in [0.0, -1e-3, f64::NAN, 2e-2] {
+            let message = refused(new(EnergyResidual, Some(1e-2), Some(shortest)));
+            assert!(message.contains("min_macro_step_s"), "{message}");
+        }
+        assert!(refused(new(EnergyResidual, None, None)).contains("step_tolerance = nothing"));
+        assert!(refused(new(Grid, Some(1e-3), None)).contains("nothing controls the step"));
+        assert!(refused(new(Grid, None, Some(1e-3))).contains("min_macro_step_s"));
+        let message = "stepdoubling".parse::<StepControlKind>().unwrap_err().to_string();
+        assert!(message.contains("did you mean `step-doubling`"), "{message}");
+        assert_eq!(new(Grid, None, None).unwrap(), StepControl::None);
+        let rule = *new(StepDoubling, Some(1e-3), None).unwrap().rule().unwrap();
+        assert_eq!(rule, StepRule { tolerance: 1e-3, shortest: 1e-4 });
+        for kind in [Grid, EnergyResidual, StepDoubling] {
+            assert_eq!(kind.to_string().parse::<StepControlKind>().unwrap(), kind);
+        }
+    }
+}

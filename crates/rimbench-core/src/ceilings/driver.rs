@@ -1,0 +1,134 @@
+//! By what a scheme is run: the loop itself, or one of the ceilings.
+
+use super::copied_pair::CopiedPair;
+use super::iteration::Iteration;
+use crate::cosim::{
+    Attachments, CommunicationPoint, CoupledPair, CouplingScheme, End, Interval, Log, MechanicsSteps, Pace, PairState,
+    Report, Setup, Sides, StepRule, Supervision, cosimulate, cover, finish,
+};
+use crate::error::Failure;
+
+/// By what a scheme is run. All but the loop itself know the future or own both sides, and are not real-time.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Driver {
+    /// The loop: each macro step once, from what is known at its start.
+    #[default]
+    Explicit,
+    /// Each macro step again and again until what was guessed comes back.
+    Iterated(Iteration),
+    /// Both sides together at the micro step, with no macro step between them.
+    Monolithic,
+}
+
+/// Step doubling: each macro step is tried whole and in halves before it counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepDoubling {
+    /// What the steps are to keep to.
+    pub rule: StepRule,
+    /// Order p of the scheme in H: the error falls as `H^(p+1)`.
+    pub order: u32,
+}
+
+impl Driver {
+    /// Runs two subsystems coupled by a scheme, as [`cosimulate`] does, by whatever this is; with `doubling` the length of the
+    /// macro steps is found by trying.
+    ///
+    /// What goes on with copies (iterated or doubled steps) leaves the subsystems given where they were: what is to be known of
+    /// them then is what `observe` sees and what the report holds.
+    #[expect(clippy::too_many_arguments, reason = "those of `cosimulate`, and by what")]
+    pub fn run(
+        self,
+        doubling: Option<StepDoubling>,
+        setup: &Setup,
+        sides: Sides<'_>,
+        scheme: &mut dyn CouplingScheme,
+        attachments: Attachments,
+        supervision: Supervision<'_>,
+        observe: &mut dyn FnMut(CommunicationPoint<'_>),
+    ) -> Report {
+        // Together the mechanics takes every micro step.
+        let setup = &match self {
+            Driver::Monolithic => Setup { mechanics_steps: MechanicsSteps::AsActuator, ..setup.clone() },
+            Driver::Explicit | Driver::Iterated(_) => setup.clone(),
+        };
+        match (self, doubling) {
+            (Driver::Explicit, None) => cosimulate(setup, sides, scheme, attachments, supervision, observe),
+            (Driver::Monolithic, None) => {
+                let advance = |pair: &mut CoupledPair<'_>, interval| pair.advance_together(interval);
+                cover(advance, setup, sides, scheme, attachments, supervision, observe)
+            }
+            _ => self.run_copies(doubling, setup, sides, scheme, attachments, supervision, observe),
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "those of `run`")]
+    fn run_copies(
+        self,
+        doubling: Option<StepDoubling>,
+        setup: &Setup,
+        sides: Sides<'_>,
+        scheme: &mut dyn CouplingScheme,
+        attachments: Attachments,
+        supervision: Supervision<'_>,
+        observe: &mut dyn FnMut(CommunicationPoint<'_>),
+    ) -> Report {
+        let mut log = Log::new(supervision.watch, setup.grid.macro_steps());
+        let state = &mut PairState::new(setup, sides.ports(), attachments);
+        let mut given = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
+        let mut pair = match CopiedPair::of(&given) {
+            Ok(pair) => pair,
+            Err(failure) => {
+                let work = given.work();
+                return log.report(&mut given, work, Err(failure));
+            }
+        };
+        let ended = match doubling {
+            Some(doubling) => self.doubled_steps(doubling, &mut pair, &mut log, observe),
+            None => self.macro_steps(&mut pair, &mut log, observe),
+        };
+        let work = pair.work();
+        log.report(&mut pair.lend(), work, ended)
+    }
+
+    /// The algorithm of the loop, with each macro step covered in this driver's way.
+    fn macro_steps(
+        self,
+        pair: &mut CopiedPair<'_>,
+        log: &mut Log,
+        observe: &mut dyn FnMut(CommunicationPoint<'_>),
+    ) -> Result<End, Failure> {
+        let mut pace = Pace::new(pair.setup.grid, pair.setup.energy_rule);
+        let mut next = pace.first();
+        let mut effective_mass = None;
+        loop {
+            if log.stopwatch.expired() {
+                return Ok(End::Overdue);
+            }
+            log.stopwatch.begin();
+            let mut lent = pair.lend();
+            lent.exchange(next.step)?;
+            log.note(&mut lent, next.step, effective_mass, observe);
+            self.cover(pair, next)?;
+            log.stopwatch.end();
+            let mut lent = pair.lend();
+            effective_mass = lent.scheme.report().effective_mass;
+            match pace.after(next, lent.interface_work()) {
+                Some(interval) => next = interval,
+                None => return finish(&mut lent, log, next.after(), effective_mass, observe),
+            }
+        }
+    }
+
+    /// Lets both sides cover a macro step after its exchange.
+    pub(super) fn cover(self, pair: &mut CopiedPair<'_>, interval: Interval) -> Result<(), Failure> {
+        match self {
+            Driver::Explicit => pair.lend().advance(interval),
+            Driver::Iterated(iteration) => {
+                pair.iterate(iteration, interval)?;
+                pair.state.counters.macro_steps += 1;
+                Ok(())
+            }
+            Driver::Monolithic => pair.lend().advance_together(interval),
+        }
+    }
+}

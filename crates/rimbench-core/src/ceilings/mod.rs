@@ -1,0 +1,14 @@
+//! What real-time schemes are held against: macro steps repeated until both sides agree, tried whole and in halves, or both sides
+//! in one loop. They take steps on copies, beside the loop of [`cosim`](crate::cosim), which knows nothing of them; they use its
+//! exchange and its way through a macro step.
+
+mod acceleration;
+mod copied_pair;
+mod driver;
+mod iteration;
+mod monolithic;
+mod step_doubling;
+
+pub use acceleration::Acceleration;
+pub use driver::{Driver, StepDoubling};
+pub use iteration::Iteration;

@@ -1,0 +1,69 @@
+//! What a list of solvers holds about each one.
+
+use super::{ActiveSet, Checked, Lemke, Solver};
+use crate::name::Name;
+use std::fmt;
+use std::sync::Arc;
+
+/// Builds a bare solver with room for problems up to the given size.
+pub type BuildSolver = Arc<dyn Fn(usize) -> Solver + Send + Sync>;
+
+/// A solver that can be named in an experiment.
+#[derive(Clone)]
+pub struct SolverEntry {
+    /// The name in data, for example `active-set`.
+    pub name: Name,
+    /// The idea in a sentence.
+    pub about: Name,
+    /// The class of problems it is guaranteed to solve in exact arithmetic.
+    pub guaranteed: Name,
+    /// Natural residual up to which an answer is accepted.
+    pub tolerance: f64,
+    /// True if a rejected problem is given to `lemke`.
+    pub fallback: bool,
+    /// Builds the bare solver with room for problems up to the given `n`.
+    pub build: BuildSolver,
+}
+
+impl fmt::Debug for SolverEntry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SolverEntry").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+impl SolverEntry {
+    /// Builds the solver behind the check and with the fallback its entry states.
+    pub fn checked(&self, capacity: usize) -> Checked {
+        let fallback = self.fallback.then(|| Lemke::new(capacity));
+        Checked::new((self.build)(capacity), fallback, self.tolerance)
+    }
+
+    /// The default of simulations.
+    pub fn active_set() -> Self {
+        SolverEntry {
+            name: "active-set".into(),
+            about: "symmetric principal pivoting (Keller) from the last active set; the real-time default".into(),
+            guaranteed: "symmetric positive semidefinite, feasible".into(),
+            tolerance: 1e-9,
+            fallback: true,
+            build: Arc::new(|capacity| Solver::ActiveSet(Box::new(ActiveSet::new(capacity)))),
+        }
+    }
+
+    /// The fallback of the others.
+    pub fn lemke() -> Self {
+        SolverEntry {
+            name: "lemke".into(),
+            about: "Lemke's complementary pivoting with the lexicographic rule; no warm start".into(),
+            guaranteed: "positive semidefinite, feasible".into(),
+            tolerance: 1e-9,
+            fallback: false,
+            build: Arc::new(|capacity| Solver::other(Lemke::new(capacity))),
+        }
+    }
+}
+
+/// The solvers that simulations need, the default first.
+pub fn standard_solvers() -> Vec<SolverEntry> {
+    vec![SolverEntry::active_set(), SolverEntry::lemke()]
+}

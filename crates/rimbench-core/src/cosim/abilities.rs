@@ -1,0 +1,76 @@
+//! What a subsystem can do besides stepping, all of it in one place.
+
+use super::energy_account::EnergyAccount;
+use super::output_rates::OutputRates;
+use crate::error::Failure;
+use crate::interface_model::ReducedInterfaceModel;
+use crate::name::Name;
+
+/// Everything that a subsystem may offer and another may not. A wrapper hands its subsystem's abilities on as a whole (see
+/// [`Subsystem::abilities`](super::Subsystem::abilities)), so that none is lost on the way; therefore no method has a default.
+///
+/// What is not offered: an empty list, `None`, or `false`. [`no_abilities`] offers nothing.
+pub trait Abilities {
+    /// Makes an empty interface model of the right size; none if the subsystem has none to offer.
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel>;
+
+    /// Fills `model` with the subsystem reduced to its interface, for its own step `h` (s). False: it has none to offer now.
+    ///
+    /// # Errors
+    /// [`Failure::Singular`] if the constraints do not allow the reduction.
+    fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure>;
+
+    /// Writes how the outputs move at time `t` with input `u`. False: no directional derivatives.
+    ///
+    /// # Errors
+    /// A [`Failure`] that ends the run and becomes its outcome.
+    fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure>;
+
+    /// Names the quantities that can be observed at a communication point, with units.
+    fn observables(&mut self) -> &[Name];
+
+    /// Writes the observables of the present state; `h` is the subsystem's own step, s.
+    fn observe(&mut self, h: f64, row: &mut [f64]);
+
+    /// Work received through the interface since the start, J, as the subsystem's own discretisation counts it.
+    fn interface_work(&mut self) -> Option<f64>;
+
+    /// Largest violation of the subsystem's own discrete energy identity in one step, J.
+    fn energy_identity_residual(&mut self) -> Option<f64>;
+
+    /// Energy account since the start.
+    fn energy_account(&mut self) -> Option<EnergyAccount>;
+}
+
+/// The abilities of a subsystem that has none.
+pub fn no_abilities() -> &'static mut dyn Abilities {
+    // A box of nothing takes no memory, and leaks none.
+    Box::leak(Box::new(NoAbilities))
+}
+
+struct NoAbilities;
+
+impl Abilities for NoAbilities {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        Ok(false)
+    }
+    fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
+        Ok(false)
+    }
+    fn observables(&mut self) -> &[Name] {
+        &[]
+    }
+    fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
+    fn interface_work(&mut self) -> Option<f64> {
+        None
+    }
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
+    }
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        None
+    }
+}

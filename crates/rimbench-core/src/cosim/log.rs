@@ -1,0 +1,73 @@
+//! What is noted of a run along the way, and put together at its end.
+
+use super::communication_grid::MacroStep;
+use super::communication_point::CommunicationPoint;
+use super::coupled_pair::CoupledPair;
+use super::energy_account::EnergyAudit;
+use super::outcome::Outcome;
+use super::report::Report;
+use super::side::{PerSide, Side};
+use super::supervision::{Stopwatch, Watch};
+use super::work::Work;
+use crate::error::Failure;
+
+/// How the loop ended, where nothing failed.
+pub(crate) enum End {
+    Reached,
+    Overdue,
+}
+
+/// The stopwatch and the interface residual so far. Room for all of it is made beforehand.
+pub(crate) struct Log {
+    pub(crate) stopwatch: Stopwatch,
+    interface_residual: Vec<[f64; 2]>,
+}
+
+impl Log {
+    pub(crate) fn new(watch: Option<Watch>, macro_steps: usize) -> Self {
+        Log { stopwatch: Stopwatch::new(watch, macro_steps), interface_residual: Vec::with_capacity(macro_steps + 1) }
+    }
+
+    /// Notes the communication point at which `step` starts, and shows it; that is no part of the macro step. `effective_mass` is
+    /// what the scheme says of the macro step before.
+    pub(crate) fn note(
+        &mut self,
+        pair: &mut CoupledPair<'_>,
+        step: MacroStep,
+        effective_mass: Option<f64>,
+        observe: &mut dyn FnMut(CommunicationPoint<'_>),
+    ) {
+        self.stopwatch.pause();
+        if let Some(residual) = pair.interface_work().residual_j() {
+            self.interface_residual.push([pair.state.time, residual]);
+        }
+        pair.show(step, effective_mass, observe);
+        self.stopwatch.resume();
+    }
+
+    /// The report of the whole run, which took `work` and ended like this.
+    pub(crate) fn report(self, pair: &mut CoupledPair<'_>, work: Work, ended: Result<End, Failure>) -> Report {
+        let at_s = pair.state.time;
+        let outcome = match (pair.state.diverged.take(), ended) {
+            // Whoever stops a run is not told how it might have ended.
+            (_, Err(Failure::Stopped)) => Outcome::Stopped { at_s },
+            (Some(diverged), _) => diverged,
+            (None, Err(failure)) => Outcome::from_failure(failure, at_s),
+            (None, Ok(End::Overdue)) => Outcome::Timeout { at_s },
+            (None, Ok(End::Reached)) => Outcome::Completed,
+        };
+        Report {
+            outcome,
+            ended_at_s: at_s,
+            work,
+            energy_identity_residual_j: pair.sides.mechanics.abilities().energy_identity_residual(),
+            audit: EnergyAudit {
+                accounts: PerSide::from_fn(|side: Side| pair.sides[side].abilities().energy_account()),
+                work: pair.interface_work(),
+            },
+            scheme: pair.scheme.report(),
+            interface_residual: self.interface_residual,
+            latencies_s: self.stopwatch.latencies,
+        }
+    }
+}

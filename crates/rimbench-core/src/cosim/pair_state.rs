@@ -1,0 +1,52 @@
+//! What a run remembers besides the states of the sides and of the scheme.
+
+use super::attachments::Attachments;
+use super::communication_grid::division;
+use super::outcome::Outcome;
+use super::ports::Ports;
+use super::setup::Setup;
+use super::side::{PerSide, Side};
+use super::transmission::Transmission;
+use super::work::CosimCounters;
+use super::work_meter::WorkMeter;
+
+/// Inputs, outputs, and what is counted along the way. A copy of it with copies of sides and scheme is a copy of the run.
+#[derive(Debug, Clone)]
+pub(crate) struct PairState {
+    /// The side that does not depend on the other at the same instant.
+    pub(crate) speaks_first: Side,
+    pub(crate) attachments: Attachments,
+    pub(crate) y: PerSide<Vec<f64>>,
+    pub(crate) u: PerSide<Vec<f64>>,
+    /// Outputs at the start of a micro step.
+    pub(crate) own: PerSide<Vec<f64>>,
+    /// The actuator's outputs at the end of the macro step, for the force return `end`.
+    pub(crate) end: Vec<f64>,
+    pub(crate) received: Vec<f64>,
+    pub(crate) transmission: Transmission,
+    pub(crate) work_sent: WorkMeter,
+    pub(crate) time: f64,
+    pub(crate) counters: CosimCounters,
+    pub(crate) diverged: Option<Outcome>,
+}
+
+impl PairState {
+    pub(crate) fn new(setup: &Setup, ports: PerSide<&Ports>, attachments: Attachments) -> Self {
+        let zeros = |side: Side| vec![0.0; ports[side].outputs.len()];
+        let to_mechanics = ports.actuator.outputs.len();
+        PairState {
+            speaks_first: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
+            attachments,
+            y: PerSide::from_fn(zeros),
+            u: PerSide::from_fn(|side| zeros(side.other())),
+            own: PerSide::from_fn(zeros),
+            end: vec![0.0; to_mechanics],
+            received: vec![0.0; to_mechanics],
+            transmission: Transmission::new(to_mechanics, division(setup.grid.macro_step(), setup.micro_step)),
+            work_sent: WorkMeter::new(ports.actuator),
+            time: 0.0,
+            counters: CosimCounters::default(),
+            diverged: None,
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Everything that determines a run besides the subsystems and the scheme.
+
+use super::communication_grid::{CommunicationGrid, MacroStep, division};
+use super::force_return::{ForceReturn, Sequence};
+use super::mechanics_steps::MechanicsSteps;
+use super::pace::StepRule;
+use super::side::PerSide;
+
+/// Everything that determines a run besides the subsystems and the scheme.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// The communication points.
+    pub grid: CommunicationGrid,
+    /// How far the energy residual of the interface may go, if the length of the macro steps is to follow it. The first macro
+    /// step of `grid` is then the start, its `H` the longest.
+    pub energy_rule: Option<StepRule>,
+    /// Longest micro step of the actuator side, s; the one used divides the macro step.
+    pub micro_step: f64,
+    /// The mechanics' own steps per macro step.
+    pub mechanics_steps: MechanicsSteps,
+    /// Who goes first.
+    pub sequence: Sequence,
+    /// What the mechanics receives.
+    pub force_return: ForceReturn,
+    /// Beyond these the run counts as diverged.
+    pub bounds: Bounds,
+}
+
+/// Largest admissible magnitude of each output, by side; `+inf` where there is none. An empty list bounds nothing.
+pub type Bounds = PerSide<Vec<f64>>;
+
+impl Setup {
+    /// Micro steps of the actuator side in a macro step.
+    pub fn actuator_steps(&self, step: MacroStep) -> usize {
+        division(step.length, self.micro_step)
+    }
+
+    /// The mechanics' own steps in a macro step.
+    pub fn own_mechanics_steps(&self, step: MacroStep) -> usize {
+        match self.mechanics_steps {
+            MechanicsSteps::Count(count) => count.get() as usize,
+            MechanicsSteps::AsActuator => self.actuator_steps(step),
+        }
+    }
+}

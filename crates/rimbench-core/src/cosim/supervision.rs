@@ -1,0 +1,180 @@
+//! What may end a run from outside, and how long its macro steps take: the only place where the loop looks at a clock, which
+//! it is given.
+
+use crate::error::Failure;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Somebody's wish that a simulation should end, looked at in every step.
+#[derive(Debug, Clone, Copy)]
+pub struct StopFlag<'a>(&'a AtomicBool);
+
+impl<'a> StopFlag<'a> {
+    /// A flag that somebody else may raise.
+    pub fn new(flag: &'a AtomicBool) -> Self {
+        StopFlag(flag)
+    }
+
+    /// A flag that nobody raises.
+    pub fn never() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        StopFlag(&NEVER)
+    }
+
+    /// Ends what is under way if the flag is up.
+    ///
+    /// # Errors
+    /// [`Failure::Stopped`].
+    #[inline]
+    pub fn check(self) -> Result<(), Failure> {
+        if self.0.load(Ordering::Relaxed) { Err(Failure::Stopped) } else { Ok(()) }
+    }
+}
+
+/// A clock and what to do with it.
+#[derive(Debug, Clone, Copy)]
+pub struct Watch {
+    /// Time since some instant before the run; never goes back.
+    pub now: fn() -> Duration,
+    /// Measure the latency of each macro step.
+    pub latencies: bool,
+    /// Give up at the first communication point after this much wall time.
+    pub wall_limit: Option<Duration>,
+}
+
+/// How a run is watched over. By default nobody stops it, and it knows no clock.
+#[derive(Debug, Clone, Copy)]
+pub struct Supervision<'a> {
+    /// Who may end it.
+    pub stop: StopFlag<'a>,
+    /// The clock, if it may know one.
+    pub watch: Option<Watch>,
+}
+
+impl Default for Supervision<'_> {
+    fn default() -> Self {
+        Supervision { stop: StopFlag::never(), watch: None }
+    }
+}
+
+/// The stopwatch of one run. Room for all latencies is made beforehand.
+///
+/// The latency of a macro step is the wall time from the exchange at `t_k` until both sides have covered the macro step; what
+/// observers do at the communication point is not part of it.
+#[derive(Debug)]
+pub(crate) struct Stopwatch {
+    watch: Option<Watch>,
+    started: Duration,
+    lap: Duration,
+    so_far: Duration,
+    pub(crate) latencies: Vec<f64>,
+}
+
+impl Stopwatch {
+    pub(crate) fn new(watch: Option<Watch>, macro_steps: usize) -> Self {
+        let now = watch.map_or(Duration::ZERO, |watch| (watch.now)());
+        let measures = watch.is_some_and(|watch| watch.latencies);
+        let latencies = Vec::with_capacity(if measures { macro_steps } else { 0 });
+        Stopwatch { watch, started: now, lap: now, so_far: Duration::ZERO, latencies }
+    }
+
+    /// Whether the wall limit has passed.
+    #[inline]
+    pub(crate) fn expired(&self) -> bool {
+        let limit = |watch: &Watch| Some((watch.now, watch.wall_limit?));
+        self.watch.as_ref().and_then(limit).is_some_and(|(now, limit)| now() - self.started > limit)
+    }
+
+    /// The clock, if latencies are measured.
+    #[inline]
+    fn measuring(&self) -> Option<fn() -> Duration> {
+        self.watch.filter(|watch| watch.latencies).map(|watch| watch.now)
+    }
+
+    /// A macro step begins.
+    #[inline]
+    pub(crate) fn begin(&mut self) {
+        self.so_far = Duration::ZERO;
+        self.resume();
+    }
+
+    /// Something that is no part of the macro step follows.
+    #[inline]
+    pub(crate) fn pause(&mut self) {
+        if let Some(now) = self.measuring() {
+            self.so_far += now() - self.lap;
+        }
+    }
+
+    /// The macro step goes on.
+    #[inline]
+    pub(crate) fn resume(&mut self) {
+        if let Some(now) = self.measuring() {
+            self.lap = now();
+        }
+    }
+
+    /// The macro step is done.
+    #[inline]
+    pub(crate) fn end(&mut self) {
+        if self.measuring().is_some() {
+            self.pause();
+            self.latencies.push(self.so_far.as_secs_f64());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    thread_local! {
+        static NOW: Cell<u64> = const { Cell::new(0) };
+    }
+
+    fn now() -> Duration {
+        Duration::from_secs(NOW.get())
+    }
+
+    fn pass(seconds: u64) {
+        NOW.set(NOW.get() + seconds);
+    }
+
+    #[test]
+    fn a_stopwatch_leaves_out_what_happens_between_pause_and_resume() {
+        let watch = Watch { now, latencies: true, wall_limit: Some(Duration::from_secs(5)) };
+        let mut stopwatch = Stopwatch::new(Some(watch), 1);
+        stopwatch.begin();
+        pass(1);
+        stopwatch.pause();
+        pass(3);
+        stopwatch.resume();
+        pass(1);
+        stopwatch.end();
+        assert_eq!(stopwatch.latencies, [2.0]);
+        assert!(!stopwatch.expired());
+        pass(1);
+        assert!(stopwatch.expired());
+    }
+
+    #[test]
+    fn without_a_clock_nothing_is_measured_and_nothing_expires() {
+        for watch in [None, Some(Watch { now, latencies: false, wall_limit: None })] {
+            let mut stopwatch = Stopwatch::new(watch, 1);
+            stopwatch.begin();
+            pass(1000);
+            stopwatch.end();
+            assert!(stopwatch.latencies.is_empty() && !stopwatch.expired());
+        }
+    }
+
+    #[test]
+    fn a_raised_flag_ends_what_is_under_way() {
+        let flag = AtomicBool::new(false);
+        assert_eq!(StopFlag::new(&flag).check(), Ok(()));
+        flag.store(true, Ordering::Relaxed);
+        assert_eq!(StopFlag::new(&flag).check(), Err(Failure::Stopped));
+        assert_eq!(StopFlag::never().check(), Ok(()));
+    }
+}

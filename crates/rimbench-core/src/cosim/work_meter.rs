@@ -1,0 +1,41 @@
+//! Counts the work that the actuator sends across the interface.
+
+use super::ports::{Port, Ports, Quantity};
+use super::subsystem::Sides;
+
+/// Whether both sides count the work across their interface, so that there is a residual.
+pub fn counts_interface_work(sides: Sides<'_>) -> bool {
+    WorkMeter::new(sides.actuator.ports()).sent().is_some() && sides.mechanics.abilities().interface_work().is_some()
+}
+
+/// Counts what the actuator sends.
+#[derive(Debug, Clone)]
+pub(crate) struct WorkMeter {
+    /// Pairs (force output, velocity input) of the actuator that belong to the same interface row.
+    ports: Vec<(usize, usize)>,
+    sent: f64,
+}
+
+impl WorkMeter {
+    pub(crate) fn new(actuator: &Ports) -> Self {
+        let of = |ports: &[Port], quantity| -> Vec<usize> {
+            (0..ports.len()).filter(|&index| ports[index].quantity == quantity).collect()
+        };
+        let (forces, velocities) = (of(&actuator.outputs, Quantity::Force), of(&actuator.inputs, Quantity::Velocity));
+        let fit = forces.len() == velocities.len();
+        WorkMeter { ports: if fit { forces.into_iter().zip(velocities).collect() } else { Vec::new() }, sent: 0.0 }
+    }
+
+    /// Adds `½ δ Σ F · w` over the interface rows.
+    #[inline]
+    pub(crate) fn add_half_step(&mut self, length: f64, outputs: &[f64], inputs: &[f64]) {
+        let power: f64 = self.ports.iter().map(|&(force, velocity)| outputs[force] * inputs[velocity]).sum();
+        self.sent += 0.5 * length * power;
+    }
+
+    /// Work sent so far, J.
+    #[inline]
+    pub(crate) fn sent(&self) -> Option<f64> {
+        (!self.ports.is_empty()).then_some(self.sent)
+    }
+}

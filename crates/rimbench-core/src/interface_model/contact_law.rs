@@ -1,0 +1,79 @@
+//! How contacts behave in one step: the gap law and the impact law, used alike by the mechanics and by the models made from it.
+
+/// Velocity by which a contact must at least open, or may at most close, in one step.
+///
+/// ```text
+/// 0 ≤ w⁺ + max(g, 0)/h_open + γ·min(g, 0)/h_closed ⟂ P ≥ 0
+/// ```
+/// An open contact may use up its gap within `h_open`; a penetration `−g` decays by the fraction γ within `h_closed`.
+/// The mechanics uses its own step for both. A model that tracks the gap opens and closes at the actuator's micro step
+/// but lets a penetration decay as slowly as the mechanics does.
+/// # Shapes and units
+/// `gap` m; `h_open`, `h_closed` s; returns m/s.
+/// # Source
+/// Ours.
+#[inline]
+pub fn gap_velocity(gap: f64, h_open: f64, h_closed: f64, stabilisation: f64) -> f64 {
+    if gap > 0.0 { gap / h_open } else { stabilisation * gap / h_closed }
+}
+
+/// The gap law with both times fixed, for use in many steps of the same length: products instead of divisions.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct GapRates {
+    /// `1/h_open`, 1/s.
+    pub open: f64,
+    /// `γ/h_closed`, 1/s.
+    pub closed: f64,
+}
+
+impl GapRates {
+    /// Fixes `h_open`, `h_closed` (s) and γ.
+    pub fn new(h_open: f64, h_closed: f64, stabilisation: f64) -> Self {
+        GapRates { open: 1.0 / h_open, closed: stabilisation / h_closed }
+    }
+
+    /// The same as [`gap_velocity`] to round-off, m/s.
+    #[inline]
+    pub fn velocity(&self, gap: f64) -> f64 {
+        gap * if gap > 0.0 { self.open } else { self.closed }
+    }
+}
+
+/// Velocity term of a bouncing contact that closes within the step, instead of the gap law's; none where that holds.
+///
+/// ```text
+/// 0 ≤ w⁺ + e w⁻ ⟂ P ≥ 0        where w⁻ < 0 and g + h w⁻ ≤ 0
+/// ```
+/// # Shapes and units
+/// `gap` m; `w` the velocity before, m/s; `h` s; returns m/s.
+/// # Source
+/// Newton's law of impact, in the form of Moreau.
+#[inline]
+pub fn impact_velocity(restitution: f64, gap: f64, w: f64, h: f64) -> Option<f64> {
+    let closes = w < 0.0 && gap + h * w <= 0.0;
+    (restitution > 0.0 && closes).then_some(restitution * w)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contact_bounces_only_if_it_closes_within_the_step() {
+        assert_eq!(impact_velocity(0.5, 0.01, -1.0, 0.02), Some(-0.5));
+        assert_eq!(impact_velocity(0.5, 0.0, -1.0, 0.02), Some(-0.5));
+        // Too far away, moving off, or plastic: the gap law.
+        assert_eq!(impact_velocity(0.5, 0.03, -1.0, 0.02), None);
+        assert_eq!(impact_velocity(0.5, -0.01, 1.0, 0.02), None);
+        assert_eq!(impact_velocity(0.0, 0.0, -1.0, 0.02), None);
+    }
+
+    #[test]
+    fn an_open_contact_may_use_up_its_gap_and_a_penetration_decays() {
+        assert_eq!((gap_velocity(0.5, 0.25, 1.0, 0.5), gap_velocity(-0.5, 0.25, 1.0, 0.5)), (2.0, -0.25));
+        let rates = GapRates::new(0.1, 0.4, 0.2);
+        for gap in [0.02, 0.0, -0.02] {
+            approx::assert_relative_eq!(rates.velocity(gap), gap_velocity(gap, 0.1, 0.4, 0.2), max_relative = 1e-15);
+        }
+    }
+}

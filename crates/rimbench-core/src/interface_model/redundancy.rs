@@ -1,0 +1,71 @@
+//! What becomes of dependent contacts, as an option.
+
+use crate::error::{Error, Result};
+use std::fmt;
+use std::str::FromStr;
+
+/// Relative compliance of `regularised` where no number is given.
+const USUAL_COMPLIANCE: f64 = 1e-8;
+
+/// What to do when the contacts that become bilateral are dependent (`H_cc` singular).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Redundancy {
+    /// Keep a largest independent subset, found by pivoted Cholesky; the dependent rows drop out.
+    #[default]
+    Drop,
+    /// Moore–Penrose inverse of `H_cc`: spreads an inconsistent contact velocity over the redundant rows.
+    PseudoInverse,
+    /// `(H_cc + ε tr(H_cc)/n_c)⁻¹`: compliant contacts; ε is dimensionless.
+    Regularised {
+        /// Relative compliance ε > 0.
+        epsilon: f64,
+    },
+}
+
+impl fmt::Display for Redundancy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Redundancy::Drop => f.write_str("drop"),
+            Redundancy::PseudoInverse => f.write_str("pseudo-inverse"),
+            Redundancy::Regularised { epsilon } => write!(f, "regularised:{epsilon:e}"),
+        }
+    }
+}
+
+impl FromStr for Redundancy {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text.split_once(':') {
+            None if text == "drop" => Ok(Redundancy::Drop),
+            None if text == "pseudo-inverse" => Ok(Redundancy::PseudoInverse),
+            None if text == "regularised" => Ok(Redundancy::Regularised { epsilon: USUAL_COMPLIANCE }),
+            Some(("regularised", number)) => number
+                .parse()
+                .ok()
+                .filter(|epsilon: &f64| epsilon.is_finite() && *epsilon > 0.0)
+                .map(|epsilon| Redundancy::Regularised { epsilon })
+                .ok_or_else(|| {
+                    Error::invalid("redundancy", text, "regularised:<compliance> with a finite compliance above 0")
+                }),
+            _ => Err(Error::unknown("redundancy", text, ["drop", "pseudo-inverse", "regularised:<compliance>"])),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_treatment_is_read_as_it_is_written_and_nonsense_is_refused() {
+        for redundancy in [Redundancy::Drop, Redundancy::PseudoInverse, Redundancy::Regularised { epsilon: 0.1 }] {
+            assert_eq!(redundancy.to_string().parse::<Redundancy>().unwrap(), redundancy);
+        }
+        assert_eq!("regularised".parse::<Redundancy>().unwrap(), Redundancy::Regularised { epsilon: 1e-8 });
+        for (text, wanted) in [("regularised:0", "above 0"), ("regularised:x", "above 0"), ("keep", "valid: drop")] {
+            let message = text.parse::<Redundancy>().unwrap_err().to_string();
+            assert!(message.contains(wanted), "{text}: {message}");
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! One step of Eq. 1–3 through the reduced model of Eq. 4, once Eq. 3 is at hand: what does not depend on the mechanical model.
+
+use super::energy_ledger::EnergyLedger;
+use super::mechanical_model::ModelSize;
+use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
+use crate::cosim::SubsystemCounters;
+use crate::error::Failure;
+use crate::interface_model::{
+    Condensation, Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows, condense,
+    gap_velocity, impact_velocity,
+};
+use crate::linear_algebra::body_dot;
+
+/// How contacts behave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactLaw {
+    /// Fraction γ ∈ [0, 1] of a penetration (or joint error) removed per step.
+    pub stabilisation: f64,
+    /// Restitution e ∈ [0, 1] of a contact that closes within the step: `w⁺ + e w⁻ ≥ 0`.
+    pub restitution: f64,
+    /// A contact with `g ≤ contact_margin` counts as closed at a communication point, m.
+    pub contact_margin: f64,
+}
+
+/// State, Eq. 3 and Eq. 4 of a mechanical system, and its contact solver.
+#[derive(Clone)]
+pub(super) struct ContactStepper {
+    law: ContactLaw,
+    pub(super) q: Vec<f64>,
+    pub(super) v: Vec<f64>,
+    v_next: Vec<f64>,
+    /// `½ (v⁺ + v⁻)` and `v⁺ − v⁻` of the last step.
+    v_mean: Vec<f64>,
+    v_change: Vec<f64>,
+    pub(super) eq3: Linearisation,
+    elimination: Elimination,
+    pub(super) eq4: ReducedInterfaceModel,
+    /// Step for which `eq4` belongs to the present state, if it does.
+    reduced_for: Option<f64>,
+    solver: Checked,
+    h_uu: Vec<f64>,
+    b_u: Vec<f64>,
+    /// `[P_u; h λ_i]`.
+    impulses: Vec<f64>,
+    p_b: Vec<f64>,
+    /// Length of the last step, s; infinite before the first, so that forces then are zero.
+    last_step: f64,
+    closed: Vec<usize>,
+    condensation: Condensation,
+    pub(super) ledger: EnergyLedger,
+    counters: SubsystemCounters,
+}
+
+impl ContactStepper {
+    /// Makes room for a system of this size at its start state.
+    pub(super) fn new(
+        size: ModelSize,
+        mass: MassMatrix,
+        (q, v): (Vec<f64>, Vec<f64>),
+        law: ContactLaw,
+        solver: Checked,
+    ) -> Self {
+        let eq3 = Linearisation {
+            mass,
+            force: vec![0.0; size.velocities],
+            bilateral: Rows::zeros(size.bilateral, size.velocities),
+            unilateral: Rows::zeros(size.unilateral, size.velocities),
+            interface: Rows::zeros(size.interface, size.velocities),
+        };
+        let mut eq4 = ReducedInterfaceModel::zeros(size.unilateral, size.interface);
+        eq4.contact_margin = law.contact_margin;
+        eq4.restitution = law.restitution;
+        ContactStepper {
+            law,
+            v_next: v.clone(),
+            v_mean: v.clone(),
+            v_change: vec![0.0; size.velocities],
+            elimination: Elimination::new(&eq3),
+            eq4,
+            reduced_for: None,
+            solver,
+            h_uu: vec![0.0; size.unilateral * size.unilateral],
+            b_u: vec![0.0; size.unilateral],
+            impulses: vec![0.0; size.unilateral + size.interface],
+            p_b: vec![0.0; size.bilateral],
+            last_step: f64::INFINITY,
+            closed: Vec::with_capacity(size.unilateral),
+            condensation: Condensation::new(size.unilateral, size.interface),
+            ledger: EnergyLedger::default(),
+            counters: SubsystemCounters::default(),
+            q,
+            v,
+            eq3,
+        }
+    }
+
+    /// An interface model of this system's size and law, with nothing in it yet.
+    pub(super) fn empty_model(&self) -> ReducedInterfaceModel {
+        let mut model = ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface());
+        model.contact_margin = self.law.contact_margin;
+        model.restitution = self.law.restitution;
+        model
+    }
+
+    pub(super) fn kinetic_energy(&self) -> f64 {
+        0.5 * self.eq3.mass.product(&self.v, &self.v)
+    }
+
+    /// Contact impulses of the last step, N·s. Not unique where contacts are redundant.
+    pub(super) fn contact_impulses(&self) -> &[f64] {
+        &self.impulses[..self.eq3.unilateral.len()]
+    }
+
+    pub(super) fn counters(&self) -> SubsystemCounters {
+        SubsystemCounters { solver: self.solver.counters(), ..self.counters }
+    }
+
+    /// Position and velocity of the interface rows.
+    pub(super) fn interface_motion(&self, y: &mut [f64]) {
+        let n_i = self.eq3.interface.len();
+        y[..n_i].copy_from_slice(&self.eq3.interface.position);
+        for (index, velocity) in y[n_i..].iter_mut().enumerate() {
+            *velocity = self.eq3.interface.velocity(index, &self.v);
+        }
+    }
+
+    /// Says that Eq. 3 is that of a new state.
+    pub(super) fn forget_reduction(&mut self) {
+        self.reduced_for = None;
+    }
+
+    /// Makes Eq. 4 at the present state for a step `h`, unless it is there already.
+    pub(super) fn reduce(&mut self, h: f64) -> Result<(), Failure> {
+        if self.reduced_for == Some(h) {
+            return Ok(());
+        }
+        self.elimination.reduce(&self.eq3, &self.v, h, self.law.stabilisation, &mut self.eq4)?;
+        self.counters.eliminations += 1;
+        self.reduced_for = Some(h);
+        Ok(())
+    }
+
+    /// Advances velocities and positions by one step; Eq. 3 stays that of the state before.
+    pub(super) fn advance(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
+        self.reduce(h)?;
+        self.solve_contacts(lambda, h)?;
+        self.elimination.velocity_after(h, &self.impulses, &mut self.v_next);
+        self.elimination.bilateral_impulses(h, &self.impulses, &mut self.p_b);
+        self.book_energy(h);
+        std::mem::swap(&mut self.v, &mut self.v_next);
+        for (q, v) in self.q.iter_mut().zip(&self.v) {
+            *q += h * v;
+        }
+        self.last_step = h;
+        self.counters.micro_steps += 1;
+        // A velocity that is not finite has reached the position by now.
+        if !self.q.iter().all(|x| x.is_finite()) {
+            return Err(Failure::non_finite("mechanical state"));
+        }
+        Ok(())
+    }
+
+    /// Solves the contacts of one step; `impulses` then holds `[P_u; h λ_i]`.
+    fn solve_contacts(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
+        let (n_u, n) = (self.eq4.contacts(), self.impulses.len());
+        for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
+            *impulse = h * force;
+        }
+        for contact in 0..n_u {
+            let (h_uu, h_ui) = self.eq4.h[contact * n..(contact + 1) * n].split_at(n_u);
+            let free = self.eq4.w[contact] + h * self.eq4.a[contact];
+            self.b_u[contact] = free + body_dot(h_ui, &self.impulses[n_u..]) + self.contact_term(contact, h);
+            for (out, h) in self.h_uu[contact * n_u..(contact + 1) * n_u].iter_mut().zip(h_uu) {
+                *out = *h;
+            }
+        }
+        let lcp = Lcp::new(&self.h_uu, &self.b_u);
+        self.solver.solve(lcp, &mut self.impulses[..n_u])?;
+        Ok(())
+    }
+
+    /// Gap law, or impact law for a bouncing contact that closes within the step.
+    fn contact_term(&self, contact: usize, h: f64) -> f64 {
+        let (gap, w) = (self.eq4.gap[contact], self.eq4.w[contact]);
+        impact_velocity(self.law.restitution, gap, w, h)
+            .unwrap_or_else(|| gap_velocity(gap, h, h, self.law.stabilisation))
+    }
+
+    /// Books the work of one step. Impulses are paired with `v̄ = ½ (v⁺ + v⁻)`, and `T⁺ − T⁻ = v̄ᵀ M (v⁺ − v⁻)`.
+    fn book_energy(&mut self, h: f64) {
+        for ((mean, change), (v, v_next)) in
+            self.v_mean.iter_mut().zip(&mut self.v_change).zip(self.v.iter().zip(&self.v_next))
+        {
+            *mean = 0.5 * (v + v_next);
+            *change = v_next - v;
+        }
+        // Most contacts are open: no impulse, no work.
+        let work = |rows: &Rows, impulses: &[f64]| -> f64 {
+            let acting = impulses.iter().enumerate().filter(|(_, impulse)| **impulse != 0.0);
+            acting.map(|(index, impulse)| rows.velocity(index, &self.v_mean) * impulse).sum()
+        };
+        let (contact, interface) = self.impulses.split_at(self.eq4.contacts());
+        self.ledger.book(EnergyLedger {
+            applied: h * body_dot(&self.eq3.force, &self.v_mean),
+            bilateral: work(&self.eq3.bilateral, &self.p_b),
+            contact: work(&self.eq3.unilateral, contact),
+            interface: work(&self.eq3.interface, interface),
+            kinetic: self.eq3.mass.product(&self.v_mean, &self.v_change),
+            ..EnergyLedger::default()
+        });
+    }
+
+    /// Writes gaps, contact forces of the last step, and what the contacts do to the interface, in the order of
+    /// [`CONTACT_OBSERVABLES`]; `h` is the step that follows.
+    pub(super) fn observe(&mut self, h: f64, gaps: &mut [f64], forces: &mut [f64], contact: &mut [f64]) {
+        let n_u = self.eq3.unilateral.len();
+        gaps.copy_from_slice(&self.eq3.unilateral.position[..gaps.len()]);
+        for (force, impulse) in forces.iter_mut().zip(&self.impulses[..n_u]) {
+            *force = impulse / self.last_step;
+        }
+        contact.fill(f64::NAN);
+        contact[4] = self.impulses[..n_u].iter().sum::<f64>() / self.last_step;
+        if self.reduce(h).is_ok() {
+            self.eq4.closed_contacts(&mut self.closed);
+            condense(&self.eq4, &self.closed, Redundancy::Drop, &mut self.condensation);
+            contact[0] = self.closed.len() as f64;
+            contact[1] = self.condensation.rank as f64;
+            contact[2] = self.condensation.effective_mass;
+            contact[3] = contact[2];
+            if self.last_step.is_finite() {
+                self.closed.clear();
+                self.closed.extend((0..n_u).filter(|&contact| self.impulses[contact] > 0.0));
+                condense(&self.eq4, &self.closed, Redundancy::Drop, &mut self.condensation);
+                contact[3] = self.condensation.effective_mass;
+            }
+        }
+    }
+}
+
+/// Observables that every model with contacts has.
+///
+/// `effective_mass_kg` is that of the closed contacts; `active_effective_mass_kg` that of the contacts that carried impulse
+/// in the last step. The sum of contact forces is also there for contacts that have no name of their own.
+pub(super) const CONTACT_OBSERVABLES: [&str; 5] =
+    ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg", "contact_force_sum_n"];

@@ -1,0 +1,47 @@
+//! What a scheme is built from: everything it will need, so that it makes its buffers once.
+
+use super::model_options::ModelOptions;
+use crate::cosim::{PerSide, Ports};
+use crate::error::{Error, Failure, Result};
+use crate::interface_model::ReducedInterfaceModel;
+
+/// What a scheme is built from.
+#[derive(Debug, Clone, Copy)]
+pub struct Construction<'a> {
+    /// The coupling variables.
+    pub ports: PerSide<&'a Ports>,
+    /// The reduced interface model of the mechanics, if the scheme needs one.
+    pub model: Option<ModelConstruction<'a>>,
+    /// Value of the scheme's gain; 1 where it has none.
+    pub gain: f64,
+}
+
+/// A reduced interface model that is to come.
+#[derive(Debug, Clone, Copy)]
+pub struct ModelConstruction<'a> {
+    /// One with nothing in it: its size and its contact law.
+    pub empty: &'a ReducedInterfaceModel,
+    /// What is to be made of it.
+    pub options: &'a ModelOptions,
+}
+
+impl<'a> Construction<'a> {
+    /// Dimension of a force–displacement interface: forces that the actuator puts out.
+    pub fn interface(&self) -> usize {
+        self.ports.actuator.outputs.len()
+    }
+
+    /// The interface model to come, for a scheme whose entry asks for one.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] where its entry does not.
+    pub fn model(&self) -> Result<ModelConstruction<'a>> {
+        let missing = "the scheme uses an interface model that its entry does not ask for: add the need";
+        self.model.ok_or_else(|| Error::Incompatible(missing.to_owned()))
+    }
+}
+
+/// The model of a sample, for a scheme that is sent one at every communication point.
+pub(super) fn sent(model: Option<&ReducedInterfaceModel>) -> Result<&ReducedInterfaceModel, Failure> {
+    model.ok_or(Failure::NotOffered { what: "no interface model was sent" })
+}

@@ -1,0 +1,96 @@
+//! Options that only schemes with a reduced interface model have.
+
+use super::contact_choice::ContactChoice;
+use crate::complementarity::SolverEntry;
+use crate::error::{Error, Result};
+use crate::interface_model::{ReducedInterfaceModel, Redundancy};
+use crate::name::find_by_name;
+use std::fmt;
+use std::str::FromStr;
+use std::sync::Arc;
+
+/// What happens to the matrices of a reduced interface model within a macro step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ModelMotion {
+    /// `H` and `a` stay as they were at `t_k`.
+    #[default]
+    Frozen,
+    /// `H` and `a` go on linearly from the last two communication points; frozen after a change of the contact set.
+    Extrapolated,
+}
+
+impl ModelMotion {
+    const NAMES: [(&'static str, ModelMotion); 2] =
+        [("frozen", ModelMotion::Frozen), ("extrapolated", ModelMotion::Extrapolated)];
+}
+
+impl fmt::Display for ModelMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Self::NAMES[*self as usize].0)
+    }
+}
+
+impl FromStr for ModelMotion {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        find_by_name("model motion", &Self::NAMES, |(name, _)| name, text).map(|(_, motion)| *motion)
+    }
+}
+
+/// Options of a reduced interface model.
+#[derive(Debug, Clone)]
+pub struct ModelOptions {
+    /// Treatment of dependent contacts where they become bilateral.
+    pub redundancy: Redundancy,
+    /// Frozen or extrapolated model.
+    pub motion: ModelMotion,
+    /// Contacts that take part within a macro step (non-smooth models only).
+    pub contacts: ContactChoice,
+    /// Solver of the complementarity problems inside the scheme.
+    pub solver: Arc<SolverEntry>,
+}
+
+impl Default for ModelOptions {
+    fn default() -> Self {
+        ModelOptions {
+            redundancy: Redundancy::default(),
+            motion: ModelMotion::default(),
+            contacts: ContactChoice::default(),
+            solver: Arc::new(SolverEntry::active_set()),
+        }
+    }
+}
+
+impl ModelOptions {
+    /// Checks that the options go together.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for chosen contacts with an extrapolated model, whose rates would take up the loads of contacts left
+    /// out.
+    pub fn check(&self) -> Result<()> {
+        if self.contacts != ContactChoice::All && self.motion == ModelMotion::Extrapolated {
+            return Err(Error::Incompatible(format!(
+                "contacts = {} does not go with an extrapolated model: use model_motion `frozen` or contacts `all`",
+                self.contacts
+            )));
+        }
+        Ok(())
+    }
+
+    /// Checks that they go together with what a mechanics offers.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for chosen contacts that bounce: the choice is a prediction of the whole macro step with plastic
+    /// contacts, and a contact that is left out because it will stay open, or whose force is held, may be hit by a rebound.
+    pub(super) fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
+        if self.contacts != ContactChoice::All && model.restitution > 0.0 {
+            return Err(Error::Incompatible(format!(
+                "contacts = {} does not go with restitution {}: contacts are chosen by a prediction that knows no rebounds; use \
+                 contacts `all`, or a restitution of 0",
+                self.contacts, model.restitution
+            )));
+        }
+        Ok(())
+    }
+}
