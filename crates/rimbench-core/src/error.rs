@@ -5,7 +5,6 @@
 //! a result, kept with its reason. A panic is neither; it is a defect of rimbench.
 
 use crate::name::Name;
-use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -86,9 +85,14 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why a run cannot go on.
 ///
-/// Born in the hot path, but only where it ends: a step that goes well allocates nothing for it.
+/// Born in the hot path, but only where it ends: as small as a pointer, so that a step that goes well costs one register and
+/// allocates nothing.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Failure {
+pub struct Failure(Box<Cause>);
+
+/// What a [`Failure`] says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cause {
     /// A state outside the validity of a model: piston at the end of its stroke, pressure beyond the fluid law.
     OutOfRange {
         /// The quantity, with its unit, for example `pressure_1_pa`.
@@ -134,36 +138,74 @@ pub enum Failure {
     Stopped,
 }
 
+impl From<Cause> for Failure {
+    #[cold]
+    fn from(cause: Cause) -> Self {
+        Failure(Box::new(cause))
+    }
+}
+
 impl Failure {
-    /// Builds [`Failure::NonFinite`].
-    pub const fn non_finite(quantity: &'static str) -> Self {
-        Failure::NonFinite { quantity: Cow::Borrowed(quantity) }
+    /// Builds [`Cause::NonFinite`].
+    #[cold]
+    pub fn non_finite(quantity: impl Into<Name>) -> Self {
+        Cause::NonFinite { quantity: quantity.into() }.into()
     }
 
-    /// Builds [`Failure::OutOfRange`].
-    pub const fn out_of_range(quantity: &'static str, value: f64) -> Self {
-        Failure::OutOfRange { quantity: Cow::Borrowed(quantity), value }
+    /// Builds [`Cause::OutOfRange`].
+    #[cold]
+    pub fn out_of_range(quantity: impl Into<Name>, value: f64) -> Self {
+        Cause::OutOfRange { quantity: quantity.into(), value }.into()
+    }
+
+    /// Builds [`Cause::Reported`], for a subsystem with a reason of its own.
+    #[cold]
+    pub fn reported(message: impl Into<String>) -> Self {
+        Cause::Reported { message: message.into() }.into()
+    }
+
+    /// Whether somebody has asked the run to end.
+    pub fn is_stop(&self) -> bool {
+        *self.0 == Cause::Stopped
+    }
+
+    /// What it says.
+    pub fn cause(&self) -> &Cause {
+        &self.0
+    }
+
+    /// What it says, to keep.
+    pub fn into_cause(self) -> Cause {
+        *self.0
     }
 }
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::OutOfRange { quantity, value } => {
+            Cause::OutOfRange { quantity, value } => {
                 write!(f, "{quantity} = {value:.6e} is outside the model's range")
             }
-            Failure::SolverFailed { residual } => write!(f, "complementarity residual {residual:.3e} above tolerance"),
-            Failure::NonFinite { quantity } => write!(f, "{quantity} is not finite"),
-            Failure::Singular { matrix } => write!(f, "{matrix} is singular"),
-            Failure::NotConverged { residual, iterations } => {
+            Cause::SolverFailed { residual } => write!(f, "complementarity residual {residual:.3e} above tolerance"),
+            Cause::NonFinite { quantity } => write!(f, "{quantity} is not finite"),
+            Cause::Singular { matrix } => write!(f, "{matrix} is singular"),
+            Cause::NotConverged { residual, iterations } => {
                 write!(f, "relative interface residual {residual:.3e} after {iterations} iterations")
             }
-            Failure::NotCopied => {
+            Cause::NotCopied => {
                 f.write_str("a subsystem or the scheme cannot be copied, so no step can be taken again")
             }
-            Failure::NotOffered { what } => f.write_str(what),
-            Failure::Reported { message } => f.write_str(message),
-            Failure::Stopped => f.write_str("stopped"),
+            Cause::NotOffered { what } => f.write_str(what),
+            Cause::Reported { message } => f.write_str(message),
+            Cause::Stopped => f.write_str("stopped"),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::hydraulic_crane::Parts;
 use nalgebra::{LU, SMatrix, SVector, U6};
 use rimbench_core::cosim::{StopFlag, Trajectory};
-use rimbench_core::error::Failure;
+use rimbench_core::error::{Cause, Failure};
 use rimbench_core::mechanics::{MechanicalModel, ReferenceSteps};
 
 /// `θ₁, θ₂, θ̇₁, θ̇₂, p₁, p₂`.
@@ -30,7 +30,7 @@ const MOST: usize = 60;
 /// redundant coordinates with the constraints on level of position; Newton with a Jacobian kept as long as it serves.
 ///
 /// # Errors
-/// [`Failure::NonFinite`] where the iteration does not converge; [`Failure::Stopped`].
+/// [`Cause::NonFinite`] where the iteration does not converge; [`Cause::Stopped`].
 pub(super) fn solve(
     parts: &Parts,
     steps: ReferenceSteps,
@@ -51,7 +51,8 @@ pub(super) fn solve(
         let next_rate = loop {
             let next_rate = system.rate(t, &next);
             let residual = next - x - 0.5 * h * (rate + next_rate);
-            let change = jacobian.solve(&residual).ok_or(Failure::Singular { matrix: "Newton matrix" })?;
+            let change =
+                jacobian.solve(&residual).ok_or_else(|| Failure::from(Cause::Singular { matrix: "Newton matrix" }))?;
             next -= change;
             iterations += 1;
             if iterations > MOST || next.iter().any(|value| !value.is_finite()) {

@@ -72,7 +72,7 @@ impl Spool {
 /// ```
 /// `F > 0` extends. `F` depends directly on `ṡ` through `c`. Explicit Euler at the micro step.
 /// # Outcomes
-/// [`Failure::OutOfRange`] when the piston reaches an end of its stroke, or a pressure leaves `[0, p_max]` (a negative
+/// [`Cause::OutOfRange`] when the piston reaches an end of its stroke, or a pressure leaves `[0, p_max]` (a negative
 /// absolute pressure would be cavitation; above `p_max` the fluid law loses its meaning).
 /// # Source
 /// Naya, Cuadrado, Dopico, Lugris 2011; Cardona and Geradin 1990.
@@ -368,10 +368,10 @@ mod tests {
     #[test]
     fn the_end_of_the_stroke_and_cavitation_are_outcomes() {
         let stroke = cylinder(0.5).step(0.0, &[3.6, 0.0], 1e-5);
-        assert!(matches!(&stroke, Err(Failure::OutOfRange { quantity, .. }) if quantity == "actuator_length_m"));
+        assert!(stroke.is_err_and(|failure| failure.to_string().starts_with("actuator_length_m =")));
         let mut pulled = cylinder(0.5);
         let cavitation = (0..1000).find_map(|_| pulled.step(0.0, &[2.5, -50.0], 1e-4).err());
-        assert!(matches!(&cavitation, Some(Failure::OutOfRange { quantity, .. }) if quantity == "pressure_1_pa"));
+        assert!(cavitation.is_some_and(|failure| failure.to_string().starts_with("pressure_1_pa =")));
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub struct StrutParameters {
 /// ```
 /// `F > 0` extends; it depends directly on `ṡ`. The oil is incompressible. Explicit Euler at the micro step.
 /// # Outcomes
-/// [`Failure::OutOfRange`] when the gas volume falls to zero: the piston has reached the end of its stroke.
+/// [`Cause::OutOfRange`] when the gas volume falls to zero: the piston has reached the end of its stroke.
 /// # Source
 /// Textbook gas spring (for example Bauer, *Hydropneumatic Suspension Systems*, 2011).
 #[derive(Debug, Clone, PartialEq)]
@@ -201,7 +201,7 @@ mod tests {
         assert!(account.integration.abs() < 5e-7 * 620.0 * 1.01, "{}", account.integration);
         assert!(account.closure().abs() < 1e-9);
         let empty = strut.step(0.0, &[0.0, -1e3], 1.0);
-        assert!(matches!(&empty, Err(Failure::OutOfRange { quantity, .. }) if quantity == "gas_volume_m3"));
+        assert!(empty.is_err_and(|failure| failure.to_string().starts_with("gas_volume_m3 =")));
         assert!(HydropneumaticStrut::new(StrutParameters { start_force: -1.0, ..start }).is_err());
     }
 

@@ -143,7 +143,7 @@ impl Subsystem for SpringActuator {
         self.time = t + h;
         self.counters.micro_steps += 1;
         let finite = self.carriage.is_finite();
-        if finite { Ok(()) } else { Err(Failure::NonFinite { quantity: Self::OBSERVABLES[0].clone() }) }
+        if finite { Ok(()) } else { Err(Failure::non_finite(Self::OBSERVABLES[0].clone())) }
     }
 
     fn abilities(&mut self) -> &mut dyn Abilities {

@@ -10,7 +10,7 @@ use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
     Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
 };
-use rimbench_core::error::Failure;
+use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::name::Name;
 
@@ -160,7 +160,7 @@ impl Subsystem for MassSide {
         if self.motion.is_finite() {
             Ok(())
         } else {
-            Err(Failure::NonFinite { quantity: STATES[self.index][0].clone() })
+            Err(Cause::NonFinite { quantity: STATES[self.index][0].clone() }.into())
         }
     }
 

@@ -4,7 +4,7 @@ use super::spec::RunSpec;
 use crate::cases::{Case, ExactSolution, Recorder, ReferenceMethod};
 use crate::metrics::{ContactInterval, contact_intervals};
 use rimbench_core::cosim::{Bounds, PerSide, Side, StopFlag, Trajectory};
-use rimbench_core::error::{Error, Failure, Result};
+use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
 
 /// A run counts as diverged when an interface quantity exceeds this many times its reference maximum.
@@ -85,7 +85,7 @@ impl Reference {
         };
         match solved {
             Ok(()) => Ok(trajectory),
-            Err(Failure::Stopped) => Err(Error::Stopped),
+            Err(failure) if failure.is_stop() => Err(Error::Stopped),
             Err(failure) => Err(Error::Incompatible(format!(
                 "case {} has no reference with these parameters: the monolithic solution fails after {:.4} s ({failure})",
                 case.name,

@@ -1,7 +1,7 @@
 //! A run that owns its sides and its scheme, so that it can be copied.
 
 use crate::cosim::{CoupledPair, CouplingScheme, PairState, PerSide, Setup, Side, StopFlag, Subsystem, Work};
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 
 /// Sides, scheme and state of a run, in its own hands.
 pub(super) struct CopiedPair<'a> {
@@ -20,9 +20,9 @@ impl<'a> CopiedPair<'a> {
     /// Copies what a run is to begin with.
     ///
     /// # Errors
-    /// [`Failure::NotCopied`] if a side or the scheme has no copy to give.
+    /// [`Cause::NotCopied`] if a side or the scheme has no copy to give.
     pub(super) fn of(pair: &CoupledPair<'a>) -> Result<Self, Failure> {
-        let copy = |side: &dyn Subsystem| side.try_clone().ok_or(Failure::NotCopied);
+        let copy = |side: &dyn Subsystem| side.try_clone().ok_or_else(|| Failure::from(Cause::NotCopied));
         let least = |side: Side| {
             let outputs = &pair.sides[side].ports().outputs;
             outputs.iter().map(|port| port.quantity.negligible()).collect()
@@ -31,7 +31,7 @@ impl<'a> CopiedPair<'a> {
             setup: pair.setup,
             sizes: PerSide::from_fn(least),
             sides: PerSide { mechanics: copy(&*pair.sides.mechanics)?, actuator: copy(&*pair.sides.actuator)? },
-            scheme: pair.scheme.try_clone().ok_or(Failure::NotCopied)?,
+            scheme: pair.scheme.try_clone().ok_or_else(|| Failure::from(Cause::NotCopied))?,
             state: pair.state.clone(),
             stop: pair.stop,
             discarded: Work::default(),
@@ -41,13 +41,13 @@ impl<'a> CopiedPair<'a> {
     /// A copy in the present state, for steps that may be taken back.
     ///
     /// # Errors
-    /// [`Failure::NotCopied`].
+    /// [`Cause::NotCopied`].
     pub(super) fn try_clone(&self) -> Result<Self, Failure> {
-        let copy = |side: &dyn Subsystem| side.try_clone().ok_or(Failure::NotCopied);
+        let copy = |side: &dyn Subsystem| side.try_clone().ok_or_else(|| Failure::from(Cause::NotCopied));
         Ok(CopiedPair {
             setup: self.setup,
             sides: PerSide { mechanics: copy(&*self.sides.mechanics)?, actuator: copy(&*self.sides.actuator)? },
-            scheme: self.scheme.try_clone().ok_or(Failure::NotCopied)?,
+            scheme: self.scheme.try_clone().ok_or_else(|| Failure::from(Cause::NotCopied))?,
             state: self.state.clone(),
             stop: self.stop,
             sizes: self.sizes.clone(),

@@ -3,7 +3,7 @@
 use super::acceleration::{Acceleration, Accelerator};
 use super::copied_pair::CopiedPair;
 use crate::cosim::{CoupledPair, Interval, PerSide, Sequence, Side};
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 use nalgebra::DVector;
 
 /// The iteration of an implicit coupling.
@@ -22,7 +22,7 @@ pub struct Iteration {
     pub acceleration: Acceleration,
     /// Relative residual at which the iteration ends.
     pub tolerance: f64,
-    /// Iterations after which the run fails with [`Failure::NotConverged`].
+    /// Iterations after which the run fails with [`Cause::NotConverged`].
     pub most_iterations: u32,
 }
 
@@ -30,7 +30,7 @@ impl CopiedPair<'_> {
     /// Covers a macro step with inputs that agree with the outputs at its end.
     ///
     /// # Errors
-    /// [`Failure::NotConverged`]; that of the first guess.
+    /// [`Cause::NotConverged`]; that of the first guess.
     pub(super) fn iterate(&mut self, iteration: Iteration, interval: Interval) -> Result<(), Failure> {
         self.note_sizes();
         let sequence = self.setup.sequence;
@@ -42,7 +42,7 @@ impl CopiedPair<'_> {
             let mut trial = self.try_clone()?;
             let swept = trial.lend().sweep(interval, guess.as_slice());
             let back = guessed(sequence, &trial.state.y);
-            if swept == Err(Failure::Stopped) {
+            if swept.as_ref().is_err_and(Failure::is_stop) {
                 return swept;
             }
             if swept.is_ok() && back.iter().all(|value| value.is_finite()) {
@@ -68,7 +68,7 @@ impl CopiedPair<'_> {
             wasted.cosim.repeated_macro_steps += 1;
             self.book_discarded(wasted);
         }
-        Err(Failure::NotConverged { residual: least, iterations: iteration.most_iterations })
+        Err(Cause::NotConverged { residual: least, iterations: iteration.most_iterations }.into())
     }
 }
 

@@ -3,7 +3,7 @@
 use super::copied_pair::CopiedPair;
 use super::driver::{Driver, StepDoubling};
 use crate::cosim::{CommunicationPoint, End, Interval, Log, MacroStep, Side, finish, following};
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 
 /// Aim a little below the tolerance.
 const SAFETY: f64 = 0.9;
@@ -34,7 +34,7 @@ impl Driver {
                 break;
             }
         }
-        if cover.result == Err(Failure::Stopped) { Err(Failure::Stopped) } else { Ok(cover) }
+        if cover.result.as_ref().is_err_and(Failure::is_stop) { Err(Cause::Stopped.into()) } else { Ok(cover) }
     }
 
     /// The algorithm with step doubling. Two steps of H/2 count, and both their communication points are shown; one step

@@ -200,10 +200,12 @@ fn same_entries(a: &[f64], b: &[f64]) -> bool {
 }
 
 impl ComplementaritySolver for ActiveSet {
+    #[inline(always)]
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.solve_from_last_set(lcp, z, false)
     }
 
+    #[inline(always)]
     fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.solve_from_last_set(lcp, z, true)
     }

@@ -121,7 +121,7 @@ impl Checked {
 }
 
 impl ComplementaritySolver for Checked {
-    #[inline]
+    // Not inlined: solver, check and counters make one function in this package.
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.rows_read = false;
         let stats = match self.primary.attempt(lcp, z) {
@@ -131,7 +131,6 @@ impl ComplementaritySolver for Checked {
         self.accept(lcp, z, stats)
     }
 
-    #[inline]
     fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         if !self.rows_read {
             self.rows.read(lcp.m, lcp.size());

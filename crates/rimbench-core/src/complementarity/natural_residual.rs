@@ -22,7 +22,7 @@ use crate::linear_algebra::{SparseRows, dot};
 /// If the lengths do not fit.
 /// # Source
 /// Cottle, Pang, Stone, *The Linear Complementarity Problem* (1992), section 5.10 (`min(z, w)`); the weight `M_ii` is ours.
-#[inline]
+#[inline(always)]
 pub fn natural_residual(lcp: Lcp<'_>, z: &[f64]) -> f64 {
     let n = lcp.size();
     assert_eq!(z.len(), n, "z has one entry per row of M");

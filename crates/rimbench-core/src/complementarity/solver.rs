@@ -22,7 +22,7 @@ impl Solver {
 }
 
 impl ComplementaritySolver for Solver {
-    #[inline]
+    #[inline(always)]
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         match self {
             Solver::ActiveSet(solver) => solver.attempt(lcp, z),
@@ -30,7 +30,7 @@ impl ComplementaritySolver for Solver {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         match self {
             Solver::ActiveSet(solver) => solver.attempt_again(lcp, z),

@@ -1,6 +1,6 @@
 //! Why a solver has no answer.
 
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 use std::fmt;
 
 /// Why a solver has no answer. Small and copied freely: a proposal that fails is replaced by the fallback's, in the hot path.
@@ -24,7 +24,7 @@ impl From<Unsolved> for Failure {
     #[cold]
     fn from(unsolved: Unsolved) -> Self {
         match unsolved {
-            Unsolved::NotFound { residual } => Failure::SolverFailed { residual },
+            Unsolved::NotFound { residual } => Cause::SolverFailed { residual }.into(),
             Unsolved::NonFinite => Failure::non_finite("complementarity problem"),
             Unsolved::TooLarge { size } => Failure::out_of_range("contacts of a complementarity problem", size as f64),
         }

@@ -17,7 +17,7 @@ pub trait Abilities {
     /// Fills `model` with the subsystem reduced to its interface, for its own step `h` (s). False: it has none to offer now.
     ///
     /// # Errors
-    /// [`Failure::Singular`] if the constraints do not allow the reduction.
+    /// [`Cause::Singular`](crate::error::Cause::Singular) if the constraints do not allow the reduction.
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure>;
 
     /// Writes how the outputs move at time `t` with input `u`. False: no directional derivatives.

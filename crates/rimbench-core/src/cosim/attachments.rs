@@ -3,7 +3,7 @@
 use super::output_rates::OutputRates;
 use super::ports::Ports;
 use super::subsystem::Sides;
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 use crate::interface_model::ReducedInterfaceModel;
 
 /// Room for what is exchanged besides outputs, filled anew at every communication point. Nothing by default.
@@ -24,12 +24,12 @@ impl Attachments {
     /// Makes room for what a scheme needs of two subsystems.
     ///
     /// # Errors
-    /// [`Failure::NotOffered`] if the mechanics has no interface model.
+    /// [`Cause::NotOffered`] if the mechanics has no interface model.
     pub fn new(sides: Sides<'_>, interface_model: bool, output_rates: bool) -> Result<Attachments, Failure> {
         let Ports { inputs, outputs, .. } = sides.actuator.ports();
         let rates = OutputRates::zeros(outputs.len(), inputs.len());
         let model = match interface_model.then(|| sides.mechanics.abilities().empty_interface_model()) {
-            Some(None) => return Err(Failure::NotOffered { what: NO_INTERFACE_MODEL }),
+            Some(None) => return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL }.into()),
             Some(model) => model,
             None => None,
         };

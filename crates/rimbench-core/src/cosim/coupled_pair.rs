@@ -15,7 +15,7 @@ use super::side::{PerSide, Side};
 use super::subsystem::Sides;
 use super::supervision::StopFlag;
 use super::work::Work;
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 
 /// A run between two calls of its loop.
 pub(crate) struct CoupledPair<'a> {
@@ -71,12 +71,12 @@ impl CoupledPair<'_> {
         if let Some(model) = &mut attachments.interface_model
             && !self.sides.mechanics.abilities().interface_model(mechanics_step, model)?
         {
-            return Err(Failure::NotOffered { what: NO_INTERFACE_MODEL });
+            return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL }.into());
         }
         if let Some(rates) = &mut attachments.output_rates
             && !self.sides.actuator.abilities().output_rates(step.start, &u.actuator, rates)?
         {
-            return Err(Failure::NotOffered { what: NO_OUTPUT_RATES });
+            return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
         }
         Ok(())
     }
@@ -87,7 +87,7 @@ impl CoupledPair<'_> {
             for (index, &value) in self.state.y[side].iter().enumerate() {
                 let quantity = || self.sides[side].ports().outputs[index].name.clone();
                 if !value.is_finite() {
-                    return Err(Failure::NonFinite { quantity: quantity() });
+                    return Err(Cause::NonFinite { quantity: quantity() }.into());
                 }
                 let beyond = self.setup.bounds[side].get(index).is_some_and(|&limit| value.abs() > limit);
                 if beyond && self.state.diverged.is_none() {

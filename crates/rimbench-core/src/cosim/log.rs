@@ -50,7 +50,7 @@ impl Log {
         let at_s = pair.state.time;
         let outcome = match (pair.state.diverged.take(), ended) {
             // Whoever stops a run is not told how it might have ended.
-            (_, Err(Failure::Stopped)) => Outcome::Stopped { at_s },
+            (_, Err(failure)) if failure.is_stop() => Outcome::Stopped { at_s },
             (Some(diverged), _) => diverged,
             (None, Err(failure)) => Outcome::from_failure(failure, at_s),
             (None, Ok(End::Overdue)) => Outcome::Timeout { at_s },

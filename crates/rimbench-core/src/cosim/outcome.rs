@@ -1,6 +1,6 @@
 //! How a run ended. Every outcome but a stop is data: it stands in the table with its reason.
 
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 use crate::name::Name;
 use std::fmt;
 
@@ -32,14 +32,14 @@ pub enum Outcome {
         /// When, s.
         at_s: f64,
         /// Why.
-        failure: Failure,
+        cause: Cause,
     },
     /// A subsystem said that it cannot go on, or withdrew what the scheme needs.
     SubsystemFailed {
         /// When, s.
         at_s: f64,
         /// Why.
-        failure: Failure,
+        cause: Cause,
     },
     /// The run took longer than it was allowed to.
     Timeout {
@@ -66,17 +66,17 @@ pub enum Outcome {
 impl Outcome {
     /// The outcome of a run that `failure` ended at `at_s`.
     pub fn from_failure(failure: Failure, at_s: f64) -> Self {
-        match failure {
-            Failure::OutOfRange { quantity, value } => Outcome::OutOfRange { at_s, quantity, value },
-            Failure::NonFinite { quantity } => Outcome::Diverged { at_s, quantity, value: f64::NAN },
-            Failure::SolverFailed { .. } | Failure::Singular { .. } | Failure::NotConverged { .. } => {
-                Outcome::SolverFailed { at_s, failure }
+        match failure.into_cause() {
+            Cause::OutOfRange { quantity, value } => Outcome::OutOfRange { at_s, quantity, value },
+            Cause::NonFinite { quantity } => Outcome::Diverged { at_s, quantity, value: f64::NAN },
+            cause @ (Cause::SolverFailed { .. } | Cause::Singular { .. } | Cause::NotConverged { .. }) => {
+                Outcome::SolverFailed { at_s, cause }
             }
-            Failure::NotCopied => Outcome::Skipped { reason: failure.to_string() },
+            cause @ Cause::NotCopied => Outcome::Skipped { reason: cause.to_string() },
             // What was never there is no failure of the run.
-            Failure::NotOffered { .. } if at_s == 0.0 => Outcome::Skipped { reason: failure.to_string() },
-            Failure::NotOffered { .. } | Failure::Reported { .. } => Outcome::SubsystemFailed { at_s, failure },
-            Failure::Stopped => Outcome::Stopped { at_s },
+            cause @ Cause::NotOffered { .. } if at_s == 0.0 => Outcome::Skipped { reason: cause.to_string() },
+            cause @ (Cause::NotOffered { .. } | Cause::Reported { .. }) => Outcome::SubsystemFailed { at_s, cause },
+            Cause::Stopped => Outcome::Stopped { at_s },
         }
     }
 
@@ -115,13 +115,13 @@ impl Outcome {
             Outcome::Diverged { quantity, value, .. } if value.is_finite() => {
                 format!("{quantity} reached {value:.4e}, beyond 3 times the reference maximum")
             }
-            Outcome::Diverged { quantity, .. } => Failure::NonFinite { quantity: quantity.clone() }.to_string(),
+            Outcome::Diverged { quantity, .. } => Cause::NonFinite { quantity: quantity.clone() }.to_string(),
             Outcome::OutOfRange { quantity, value, .. } => {
-                Failure::OutOfRange { quantity: quantity.clone(), value: *value }.to_string()
+                Cause::OutOfRange { quantity: quantity.clone(), value: *value }.to_string()
             }
-            Outcome::SolverFailed { failure, .. } | Outcome::SubsystemFailed { failure, .. } => failure.to_string(),
+            Outcome::SolverFailed { cause, .. } | Outcome::SubsystemFailed { cause, .. } => cause.to_string(),
             Outcome::Timeout { .. } => "wall-time limit".to_owned(),
-            Outcome::Stopped { .. } => Failure::Stopped.to_string(),
+            Outcome::Stopped { .. } => Cause::Stopped.to_string(),
             Outcome::Panicked { message } => format!("defect of rimbench: {message}"),
             Outcome::Skipped { reason } => reason.clone(),
         }

@@ -1,7 +1,7 @@
 //! What may end a run from outside, and how long its macro steps take: the only place where the loop looks at a clock, which
 //! it is given.
 
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -24,10 +24,10 @@ impl<'a> StopFlag<'a> {
     /// Ends what is under way if the flag is up.
     ///
     /// # Errors
-    /// [`Failure::Stopped`].
+    /// [`Cause::Stopped`].
     #[inline]
     pub fn check(self) -> Result<(), Failure> {
-        if self.0.load(Ordering::Relaxed) { Err(Failure::Stopped) } else { Ok(()) }
+        if self.0.load(Ordering::Relaxed) { Err(Cause::Stopped.into()) } else { Ok(()) }
     }
 }
 
@@ -59,7 +59,7 @@ impl Default for Supervision<'_> {
 
 /// The stopwatch of one run. Room for all latencies is made beforehand.
 ///
-/// The latency of a macro step is the wall time from the exchange at `t_k` until both sides have covered the macro step; what
+/// The latency of a macro step is the wall time from the end of the macro step before until both sides have covered this one; what
 /// observers do at the communication point is not part of it.
 #[derive(Debug)]
 pub(crate) struct Stopwatch {
@@ -91,18 +91,19 @@ impl Stopwatch {
         self.watch.filter(|watch| watch.latencies).map(|watch| watch.now)
     }
 
-    /// A macro step begins.
+    /// A macro step begins, where the one before ended: what the loop does in between belongs to it, and a clock is not free.
     #[inline]
     pub(crate) fn begin(&mut self) {
         self.so_far = Duration::ZERO;
-        self.resume();
     }
 
     /// Something that is no part of the macro step follows.
     #[inline]
     pub(crate) fn pause(&mut self) {
         if let Some(now) = self.measuring() {
-            self.so_far += now() - self.lap;
+            let now = now();
+            self.so_far += now - self.lap;
+            self.lap = now;
         }
     }
 
@@ -174,7 +175,7 @@ mod tests {
         let flag = AtomicBool::new(false);
         assert_eq!(StopFlag::new(&flag).check(), Ok(()));
         flag.store(true, Ordering::Relaxed);
-        assert_eq!(StopFlag::new(&flag).check(), Err(Failure::Stopped));
+        assert_eq!(StopFlag::new(&flag).check(), Err(Cause::Stopped.into()));
         assert_eq!(StopFlag::never().check(), Ok(()));
     }
 }

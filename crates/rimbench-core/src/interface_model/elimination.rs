@@ -2,7 +2,7 @@
 
 use super::linearisation::{Linearisation, MassMatrix};
 use super::reduced_interface_model::ReducedInterfaceModel;
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 use crate::linear_algebra::Cholesky;
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ use std::ops::Range;
 /// # Shapes and units
 /// `M` n×n (kg); `A_x` n_x×n; `H_xy` n_x×n_y (1/kg); `w_x` (m/s); `a_x` (m/s²).
 /// # Errors
-/// [`Failure::Singular`] if the bilateral rows are dependent. Dependent unilateral rows are allowed.
+/// [`Cause::Singular`] if the bilateral rows are dependent. Dependent unilateral rows are allowed.
 /// # Source
 /// Raoofian, Kövecses, Teichmann, Eqs. 3–4; the joint drift term `γ g_b / h` is ours.
 #[derive(Debug, Clone)]
@@ -131,7 +131,7 @@ impl Elimination {
                 factor.l.copy_from_slice(mass);
                 Ok(factor.factor("mass matrix")?)
             }
-            (MassMatrix::Dense(_), None) => Err(Failure::Singular { matrix: "mass matrix" }),
+            (MassMatrix::Dense(_), None) => Err(Cause::Singular { matrix: "mass matrix" }.into()),
         }
     }
 

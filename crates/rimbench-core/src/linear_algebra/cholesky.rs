@@ -1,6 +1,6 @@
 //! Cholesky factors in place, without allocation: plain loops where matrices are tiny, faer above.
 
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltParams, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
 use faer::{MatMut, Par, Spec};
@@ -22,7 +22,7 @@ pub struct Singular {
 impl From<Singular> for Failure {
     #[cold]
     fn from(Singular { matrix }: Singular) -> Self {
-        Failure::Singular { matrix }
+        Cause::Singular { matrix }.into()
     }
 }
 

@@ -228,10 +228,14 @@ impl ContactStepper {
             contact[2] = self.condensation.effective_mass;
             contact[3] = contact[2];
             if self.last_step.is_finite() {
-                self.closed.clear();
-                self.closed.extend((0..n_u).filter(|&contact| self.impulses[contact] > 0.0));
-                condense(&self.eq4, &self.closed, Redundancy::Drop, &mut self.condensation);
-                contact[3] = self.condensation.effective_mass;
+                let active = (0..n_u).filter(|&contact| self.impulses[contact] > 0.0);
+                // Mostly the contacts that are closed, or none.
+                if !active.clone().eq(self.closed.iter().copied()) {
+                    self.closed.clear();
+                    self.closed.extend(active);
+                    condense(&self.eq4, &self.closed, Redundancy::Drop, &mut self.condensation);
+                    contact[3] = self.condensation.effective_mass;
+                }
             }
         }
     }

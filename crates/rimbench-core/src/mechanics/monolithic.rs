@@ -31,7 +31,7 @@ impl ReferenceSteps {
 /// oscillation between fluid and mass. Richardson extrapolation over h, h/2, h/4 measures its error.
 ///
 /// # Errors
-/// The first [`Failure`] of either side; [`Failure::Stopped`].
+/// The first [`Failure`] of either side; [`Cause::Stopped`](crate::error::Cause::Stopped).
 pub fn monolithic(
     mut sides: Sides<'_>,
     steps: ReferenceSteps,

@@ -2,7 +2,7 @@
 
 use super::model_options::ModelOptions;
 use crate::cosim::{PerSide, Ports};
-use crate::error::{Error, Failure, Result};
+use crate::error::{Cause, Error, Failure, Result};
 use crate::interface_model::ReducedInterfaceModel;
 
 /// What a scheme is built from.
@@ -43,5 +43,5 @@ impl<'a> Construction<'a> {
 
 /// The model of a sample, for a scheme that is sent one at every communication point.
 pub(super) fn sent(model: Option<&ReducedInterfaceModel>) -> Result<&ReducedInterfaceModel, Failure> {
-    model.ok_or(Failure::NotOffered { what: "no interface model was sent" })
+    model.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no interface model was sent" }))
 }

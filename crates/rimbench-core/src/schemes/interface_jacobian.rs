@@ -23,7 +23,7 @@ use super::entry::{Family, SchemeEntry};
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use crate::cosim::{CouplingScheme, MacroStep, MicroStep, OutputRates, Sample, SchemeReport, Side};
-use crate::error::{Failure, Result};
+use crate::error::{Cause, Failure, Result};
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
 use nalgebra::{SMatrix, SVector};
 
@@ -103,7 +103,8 @@ impl InterfaceJacobian {
         let free = (column(&self.condensation.a) + mobility * self.force) * h;
         let right = column(&rates.rate) * h + by_position * self.velocity * h + by_velocity * free;
         let left = Square::identity() - by_velocity * mobility * (0.5 * h);
-        self.force_change = left.lu().solve(&right).ok_or(Failure::Singular { matrix: "interface Jacobian" })?;
+        self.force_change =
+            left.lu().solve(&right).ok_or_else(|| Failure::from(Cause::Singular { matrix: "interface Jacobian" }))?;
         self.velocity_change = free + mobility * self.force_change * (0.5 * h);
         Ok(())
     }
@@ -119,7 +120,9 @@ impl CouplingScheme for InterfaceJacobian {
             }
             Side::Actuator => {
                 self.force.as_mut_slice()[..self.rows].copy_from_slice(sample.y);
-                let rates = sample.rates.ok_or(Failure::NotOffered { what: "no output rates were sent" })?;
+                let rates = sample
+                    .rates
+                    .ok_or_else(|| Failure::from(Cause::NotOffered { what: "no output rates were sent" }))?;
                 self.predict(sample.y, rates)?;
             }
         }

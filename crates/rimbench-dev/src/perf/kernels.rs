@@ -71,7 +71,10 @@ fn wedge_box() -> Result<Arc<Case>> {
 }
 
 fn system() -> Result<CoupledSystem> {
-    let case = wedge_box()?;
+    system_of(&*wedge_box()?)
+}
+
+fn system_of(case: &Case) -> Result<CoupledSystem> {
     (case.build)(&case.default_parameters(), &SolverEntry::active_set())
 }
 
@@ -117,8 +120,9 @@ fn elimination() -> Result<Repetition> {
 fn mechanics_step() -> Result<Repetition> {
     const STEPS: usize = 2_000;
     const H: f64 = 1e-4;
-    Ok(Box::new(|| {
-        let mut mechanics = system()?.sides.mechanics;
+    let case = wedge_box()?;
+    Ok(Box::new(move || {
+        let mut mechanics = system_of(&case)?.sides.mechanics;
         for step in 0..STEPS {
             mechanics.step(step as f64 * H, black_box(&[FORCE]), H).map_err(broken)?;
         }

@@ -20,7 +20,7 @@ impl ActiveSet {
     /// `M_AA` is factorised anew each time: for four members that takes less than finding out whether `M` is the matrix
     /// of the last problem. Sizes known to the compiler make it straight-line code on registers. The operations are those
     /// of [`Factor`](crate::linear_algebra::Factor) in the same order, so the digits are too.
-    #[inline]
+    #[inline(always)]
     pub(super) fn solve_few(&self, lcp: Lcp<'_>, z: &mut [f64]) -> Few {
         let Lcp { m, q, .. } = lcp;
         match q.len() {
