@@ -3,9 +3,13 @@
 
 use crate::support::*;
 use rimbench::cosim::{
-    CommunicationGrid, ForceReturn, MechanicsSteps, Outcome, Sequence, Setup, Side, StopFlag, Subsystem,
+    Abilities, CommunicationGrid, EnergyAccount, ForceReturn, MechanicsSteps, Outcome, OutputRates, PerSide, Ports,
+    Sequence, Setup, Side, StopFlag, Subsystem, SubsystemCounters,
 };
+use rimbench::error::Failure;
+use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::mechanics::{ContactLaw, NonSmoothMechanics, monolithic};
+use rimbench::name::Name;
 use rimbench::runs::{RunResult, RunSpec};
 use rimbench::schemes::Family;
 
@@ -244,6 +248,84 @@ fn a_bounce_within_the_macro_step_must_be_that_of_the_mechanics() {
             approx::assert_abs_diff_eq!(coupled[1], reference[1], epsilon = 1e-12);
         }
     }
+}
+
+/// A mechanics that offers its reduced model a few times and then no longer, as one in another process might.
+struct Withdraws {
+    inner: Box<dyn Subsystem>,
+    offers_left: usize,
+}
+
+impl Subsystem for Withdraws {
+    fn ports(&self) -> &Ports {
+        self.inner.ports()
+    }
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        self.inner.outputs(u, y)
+    }
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.inner.step(t, u, h)
+    }
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
+    }
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        None
+    }
+    fn counters(&self) -> SubsystemCounters {
+        self.inner.counters()
+    }
+}
+
+impl Abilities for Withdraws {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        self.inner.abilities().empty_interface_model()
+    }
+    fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        let Some(left) = self.offers_left.checked_sub(1) else { return Ok(false) };
+        self.offers_left = left;
+        self.inner.abilities().interface_model(h, model)
+    }
+    fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+        self.inner.abilities().output_rates(t, u, rates)
+    }
+    fn observables(&mut self) -> &[Name] {
+        self.inner.abilities().observables()
+    }
+    fn observe(&mut self, h: f64, row: &mut [f64]) {
+        self.inner.abilities().observe(h, row);
+    }
+    fn interface_work(&mut self) -> Option<f64> {
+        self.inner.abilities().interface_work()
+    }
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        self.inner.abilities().energy_identity_residual()
+    }
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        self.inner.abilities().energy_account()
+    }
+}
+
+#[test]
+fn a_model_that_is_withdrawn_must_end_the_run_and_not_be_used_stale() {
+    let run = |offers_left: usize| {
+        let PerSide { mechanics, mut actuator } = usual_system(case_by_name("wedge-box")).sides;
+        let mut mechanics = Withdraws { inner: mechanics, offers_left };
+        let grid = CommunicationGrid::new(5e-3, 1.0, 0.1).unwrap();
+        let setup = setup(grid, 5e-5, ACTUATOR_FIRST, ForceReturn::Mean);
+        let mut sides = PerSide { mechanics: &mut mechanics as &mut dyn Subsystem, actuator: &mut *actuator };
+        let coupling = coupled(scheme_by_name("rim-nonsmooth"), sides.lend());
+        observed(&setup, sides, coupling, &mut |_| {})
+    };
+    // 20 macro steps have 21 communication points.
+    assert_eq!(run(21).outcome, Outcome::Completed);
+    let report = run(7);
+    assert_eq!(report.outcome.name(), "subsystem-failed");
+    approx::assert_abs_diff_eq!(report.outcome.at_s().unwrap(), 7.0 * 5e-3, epsilon = 1e-15);
+    assert!(report.outcome.reason().contains("interface model"), "{}", report.outcome.reason());
+    assert_eq!(report.work.cosim.macro_steps, 7);
+    // What was never there is no failure of the run: case and scheme do not go together.
+    assert_eq!(run(0).outcome.name(), "skipped");
 }
 
 #[test]

@@ -42,7 +42,55 @@ fn a_run_reports_outcome_metrics_and_counters_as_json() {
     assert_eq!(facts["macro_steps"], 500);
     assert_eq!(facts["actuator_micro_steps"], 50_000);
     assert_eq!(facts["mechanics_micro_steps"], 500);
-    assert!(facts["scheme_lcp_solves"].as_u64().unwrap() >= 50_000);
+    // One contact problem per micro step, and none for the sake of a diagnostic.
+    assert_eq!(facts["scheme_lcp_solves"], 50_000);
+    for (key, value) in
+        [("mechanics_steps", "1"), ("redundancy", "drop"), ("model_motion", "frozen"), ("contacts", "all")]
+    {
+        assert_eq!(facts[key], value, "{key}");
+    }
+    assert_eq!(facts["parameters"]["box_mass_kg"], 200.0);
+    assert_eq!(facts["run_id"].as_str().unwrap().len(), 16);
+}
+
+#[test]
+fn what_determines_a_run_is_a_column_of_its_table_and_a_key_of_its_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = folder.path().join("tuned.toml");
+    let text = r#"
+        question = "Does the table tell one gain from none?"
+        macro_steps_s = [1e-2]
+        [[cases]]
+        name = "linear-oscillator"
+        [[schemes]]
+        scheme = "energy-leak-damper"
+        gain = 0.5
+        [[schemes]]
+        scheme = "zero-order-hold"
+    "#;
+    std::fs::write(&experiment, text).unwrap();
+    let out = folder.path().join("tuned");
+    rimbench().arg("run").arg(&experiment).arg("--out").arg(&out).assert().success();
+    let mut reader = csv::Reader::from_path(out.join("runs.csv")).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|column| column == name).unwrap_or_else(|| panic!("{name}"));
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let gains: Vec<&str> = rows.iter().map(|row| &row[column("gain")]).collect();
+    assert_eq!(gains, ["0.5", ""]);
+    let facts = json(
+        rimbench()
+            .args(["simulate", "--case", "linear-oscillator", "--scheme", "energy-leak-damper", "--gain", "0.5"])
+            .args(["--macro-step", "1e-2", "--format", "json"]),
+    );
+    assert_eq!(facts["gain"], 0.5);
+    assert_eq!(facts["run_id"], rows[0][column("run_id")]);
+    // Every fact of a run stands in both; a key of one kind of scheme only is empty for the others.
+    for name in
+        ["contacts", "redundancy", "model_motion", "mechanics_steps", "force_return", "sequence", "solver", "phase"]
+    {
+        column(name);
+        assert!(facts.get(name).is_some(), "{name}");
+    }
 }
 
 #[test]

@@ -267,6 +267,23 @@ fn records_are_named_by_place_by_name_and_by_revision() {
     assert!(history.select("r").is_err(), "one letter names nothing");
 }
 
+/// What is measured is what the name says: no scheme gives the answer that is expected of another.
+#[test]
+fn the_answers_of_the_suite_tell_its_schemes_apart() {
+    let runs: Vec<_> =
+        rimbench::perf::BENCHMARKS.iter().filter(|benchmark| !benchmark.name.starts_with("kernel/")).collect();
+    let answers: Vec<f64> = runs
+        .iter()
+        .map(|benchmark| (benchmark.prepare)().and_then(|mut repetition| repetition()).unwrap().answer)
+        .collect();
+    for (benchmark, own) in runs.iter().zip(&answers) {
+        assert_eq!(benchmark.fault(*own), None, "{}", benchmark.name);
+        for (other, answer) in runs.iter().zip(&answers).filter(|(other, _)| other.name != benchmark.name) {
+            assert!(benchmark.fault(*answer).is_some(), "{} passes for {}", other.name, benchmark.name);
+        }
+    }
+}
+
 /// The work of the suite must be that of the newest committed record: who changes it records it anew.
 #[test]
 fn the_counters_of_the_suite_are_those_of_the_newest_committed_record() {

@@ -65,4 +65,31 @@ mod tests {
             approx::assert_relative_eq!(total / parts as f64, 3.0, epsilon = 1e-14);
         }
     }
+
+    proptest::proptest! {
+        #[test]
+        fn the_parts_of_a_macro_step_hand_over_its_impulse_whatever_the_outputs_and_their_number(
+            outputs in proptest::collection::vec([-1e4f64..1e4, -1e4f64..1e4], 1..60),
+            parts in 1usize..80,
+        ) {
+            let mut transmission = Transmission::new(2, outputs.len());
+            outputs.iter().for_each(|output| transmission.push(output));
+            let (mut mean, mut total) = ([0.0; 2], [0.0; 2]);
+            for index in 0..parts {
+                transmission.mean_over(index, parts, &mut mean);
+                for row in 0..2 {
+                    total[row] += mean[row] / parts as f64;
+                    // A mean lies among what it is made of.
+                    let least = outputs.iter().map(|output| output[row]).fold(f64::INFINITY, f64::min);
+                    let greatest = outputs.iter().map(|output| output[row]).fold(f64::NEG_INFINITY, f64::max);
+                    proptest::prop_assert!(mean[row] >= least - 1e-9 && mean[row] <= greatest + 1e-9);
+                }
+            }
+            for row in 0..2 {
+                let exact = outputs.iter().map(|output| output[row]).sum::<f64>() / outputs.len() as f64;
+                // Each of at most 140 shares is rounded a few times: 1e4 * 140 * 1e-16 * a few.
+                proptest::prop_assert!((total[row] - exact).abs() < 1e-9, "{} against {exact}", total[row]);
+            }
+        }
+    }
 }
