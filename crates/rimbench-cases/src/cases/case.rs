@@ -3,7 +3,7 @@
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::cosim::{PerSide, Ports, Quantity, Subsystem};
+use rimbench_core::cosim::{PerSide, Subsystem};
 use rimbench_core::error::Result;
 use rimbench_core::name::{Name, names};
 use std::fmt;
@@ -29,12 +29,6 @@ impl CoupledSystem {
     pub fn of(sides: PerSide<Box<dyn Subsystem>>) -> Self {
         CoupledSystem { sides, late_rows: false, derived: Vec::new() }
     }
-}
-
-/// The ports of the mechanics that meet those of a force-producing actuator.
-pub(super) fn facing(actuator: &Ports) -> Ports {
-    debug_assert!(actuator.outputs.iter().all(|port| port.quantity == Quantity::Force));
-    Ports { inputs: actuator.outputs.clone(), outputs: actuator.inputs.clone(), direct_feedthrough: false }
 }
 
 /// A number from some columns of a row.

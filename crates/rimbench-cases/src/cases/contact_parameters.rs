@@ -1,6 +1,6 @@
 //! The contact law as parameters, and the two sides made with it; shared by the contact cases.
 
-use super::case::{CoupledSystem, facing};
+use super::case::CoupledSystem;
 use super::parameters::{Parameter, Parameters, Range, number};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::Subsystem;
@@ -39,7 +39,7 @@ where
     A: Subsystem + 'static,
 {
     let checked = solver.checked(model.size().unilateral);
-    let mechanics = NonSmoothMechanics::new(model, law(parameters), facing(actuator.ports()), checked);
+    let mechanics = NonSmoothMechanics::new(model, law(parameters), actuator.ports().facing(), checked);
     CoupledSystem::new(mechanics, actuator)
 }
 

@@ -39,7 +39,7 @@
 //! **Source**: Laboratorio de Ingeniería Mecánica, Univ. da Coruña, `fgonzalezLIM/cosim-benchmarks` (MIT); Naya et al.
 //! 2011; used in Peiret et al. 2018. `rimbench list parameters --case hydraulic-crane` prints the parameter table.
 
-use super::case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns, facing};
+use super::case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns};
 use super::fluid::{self, NAYA};
 use super::hydraulic_crane_reference::solve;
 use super::hydraulics;
@@ -181,7 +181,7 @@ fn own_reference(parameters: &Parameters) -> Result<ReferenceMethod> {
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let Parts { crane, cylinder, piston_area, viscous_friction, .. } = parts(parameters)?;
     let law = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 0.0 };
-    let mechanics = NonSmoothMechanics::new(crane, law, facing(cylinder.ports()), solver.checked(0));
+    let mechanics = NonSmoothMechanics::new(crane, law, cylinder.ports().facing(), solver.checked(0));
     let published = parameters.choice("published_driver") == "true";
     let mut system = if parameters.choice("coupling") == "pressure-displacement" {
         // No feedthrough that could be stale.

@@ -56,6 +56,13 @@ pub struct Ports {
     pub direct_feedthrough: bool,
 }
 
+impl Ports {
+    /// Turns them round: the ports of a subsystem that fits this one, without direct feedthrough.
+    pub fn facing(&self) -> Ports {
+        Ports { inputs: self.outputs.clone(), outputs: self.inputs.clone(), direct_feedthrough: false }
+    }
+}
+
 /// Checks that two subsystems fit: each output of one is the input of the other, by name and order.
 ///
 /// # Errors
