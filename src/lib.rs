@@ -63,3 +63,16 @@ pub fn everything() -> error::Result<catalogue::Catalogue> {
     panel::solvers().into_iter().try_for_each(|solver| catalogue.add_solver(solver))?;
     Ok(catalogue)
 }
+
+/// Compiles and runs the programs that the documents show.
+#[cfg(doctest)]
+mod documents {
+    #[doc = include_str!("../README.md")]
+    struct Readme;
+    #[doc = include_str!("../docs/guide/library.md")]
+    struct Library;
+    #[doc = include_str!("../docs/guide/own-case.md")]
+    struct OwnCase;
+    #[doc = include_str!("../docs/guide/own-solver.md")]
+    struct OwnSolver;
+}

@@ -437,7 +437,7 @@ fn stability_limits_on_paper_and_of_the_loop_agree() {
     }
 }
 
-/// The tables of METHODOLOGY: growth rates of variant 0 (1/s) at 1 and 10 ms, limits of variant 1 (ms).
+/// The tables of `docs/results/published-oscillators.md`: growth rates of variant 0 (1/s) at 1 and 10 ms, limits of variant 1 (ms).
 #[test]
 fn the_tables_of_growth_rates_and_limits_stand() {
     let close = |measured: f64, table: f64| (measured / table - 1.0).abs() < 1e-3;

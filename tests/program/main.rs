@@ -6,6 +6,7 @@ mod support;
 mod architecture;
 mod command_line;
 mod corpus;
+mod documents;
 mod examples;
 mod figures;
 mod perf;

@@ -14,7 +14,7 @@
 //! reads `r ≤ √gap`, and the gap asked for is the square of the accepted residual, 1e-14. A residual of 1e-9, which pivoting
 //! solvers are held to, would take a gap below the rounding of the objective. The linear systems are refined until that no
 //! longer helps: Clarabel stops at 1e-12 by itself, no better than the feasibility asked for, and goes back and forth where
-//! contacts are redundant. What either is worth on the corpus stands in `METHODOLOGY.md`.
+//! contacts are redundant. What either is worth on the corpus stands in `docs/results/solvers.md`.
 //!
 //! A body clamped without play has no velocity that opens all its contacts, and its impulses are unbounded: no central path,
 //! so no guarantee. Some of these problems end with impulses of 1e10 and more, which the residual rejects.

@@ -1,0 +1,249 @@
+//! The documents: links lead somewhere, tests that they name exist, everything that runs by name has its page, and numbers that
+//! they repeat are those of the committed files.
+
+use crate::support::{cases, schemes};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Longest line, in characters; a table's row is one line.
+const LONGEST_LINE: usize = 120;
+/// Longest METHODOLOGY.md, in lines: a contract is read in one go.
+const LONGEST_CONTRACT: usize = 150;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// All files with an extension below a folder.
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files(&path, extension));
+        } else if path.extension().is_some_and(|own| own == extension) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Pages of the book, and the documents beside it.
+fn documents() -> Vec<PathBuf> {
+    let mut documents = files(&root().join("docs"), "md");
+    documents.extend(["README.md", "METHODOLOGY.md", "CONTRIBUTING.md"].map(|name| root().join(name)));
+    documents
+}
+
+/// The lines of a text with their numbers, without those of code.
+fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut code = false;
+    text.lines().enumerate().map(|(index, line)| (index + 1, line)).filter(move |(_, line)| {
+        let fence = line.trim_start().starts_with("```");
+        code ^= fence;
+        !code && !fence
+    })
+}
+
+/// Targets of the links of a line, in either form.
+fn links(line: &str) -> impl Iterator<Item = &str> {
+    let named = line.strip_prefix('[').and_then(|rest| rest.split_once("]: ")).map(|(_, target)| target);
+    line.split("](").skip(1).filter_map(|rest| rest.split(')').next()).chain(named)
+}
+
+/// The anchors of a text, as forges make them of headings.
+fn anchors(text: &str) -> BTreeSet<String> {
+    let slug = |heading: &str| {
+        let kept = heading.trim().to_lowercase();
+        let kept = kept.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+        kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+    };
+    prose(text).filter_map(|(_, line)| line.strip_prefix('#')).map(|rest| slug(rest.trim_start_matches('#'))).collect()
+}
+
+/// What is wrong with a link of a document, if anything.
+fn fault(document: &Path, link: &str) -> Option<String> {
+    if link.contains("://") {
+        return None;
+    }
+    let (file, anchor) = link.split_once('#').map_or((link, None), |(file, anchor)| (file, Some(anchor)));
+    let target = if file.is_empty() { document.to_owned() } else { document.parent().unwrap().join(file) };
+    if !target.exists() {
+        return Some("leads nowhere".to_owned());
+    }
+    let anchor = anchor?;
+    (!anchors(&read(&target)).contains(anchor)).then(|| format!("no heading is `{anchor}`"))
+}
+
+#[test]
+fn every_link_of_the_documents_leads_somewhere() {
+    let (mut faults, mut seen) = (Vec::new(), 0);
+    for document in documents() {
+        for (number, line) in prose(&read(&document)) {
+            for link in links(line) {
+                seen += 1;
+                faults.extend(
+                    fault(&document, link).map(|what| format!("{}:{number}: {link} {what}", document.display())),
+                );
+            }
+        }
+    }
+    assert!(seen > 300, "only {seen} links found: the check reads nothing");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn the_check_must_see_a_link_that_leads_nowhere() {
+    let readme = root().join("README.md");
+    assert_eq!(fault(&readme, "docs/guide/last-run.md").unwrap(), "leads nowhere");
+    assert_eq!(fault(&readme, "#as-a-shared-library").unwrap(), "no heading is `as-a-shared-library`");
+    assert_eq!(fault(&readme, "#as-a-library"), None);
+    assert_eq!(links("see [a](b.md), and ![c](d.png)").collect::<Vec<_>>(), ["b.md", "d.png"]);
+    assert_eq!(links("[a]: b.md").collect::<Vec<_>>(), ["b.md"]);
+    assert_eq!(prose("one\n```sh\n[two](x)\n```\nthree").map(|(number, _)| number).collect::<Vec<_>>(), [1, 5]);
+    assert!(anchors("## What `a_b` is, in H").contains("what-a_b-is-in-h"));
+}
+
+#[test]
+fn every_page_is_in_the_summary_and_the_reverse() {
+    let book = root().join("docs");
+    let summary = read(&book.join("SUMMARY.md"));
+    let listed: BTreeSet<PathBuf> = summary.lines().flat_map(links).map(|link| book.join(link)).collect();
+    let pages = files(&book, "md").into_iter().filter(|page| !page.ends_with("SUMMARY.md")).collect();
+    assert_eq!(listed, pages);
+}
+
+#[test]
+fn lines_are_short_and_so_is_the_contract() {
+    let too_long = |document: &PathBuf| {
+        let text = read(document);
+        let long = prose(&text).filter(|(_, line)| line.chars().count() > LONGEST_LINE);
+        long.map(|(number, _)| format!("{}:{number}", document.display())).collect::<Vec<_>>()
+    };
+    let found: Vec<String> = documents().iter().flat_map(too_long).collect();
+    assert!(found.is_empty(), "longer than {LONGEST_LINE} characters:\n{}", found.join("\n"));
+    assert!(read(&root().join("METHODOLOGY.md")).lines().count() <= LONGEST_CONTRACT);
+}
+
+/// Schemes that are told of on the page of another.
+const SHARED_PAGES: [(&str, &str); 2] =
+    [("c1-extrapolated-interpolation-quadratic", "c1-extrapolated-interpolation"), ("nepce-feedthrough", "nepce")];
+
+#[test]
+fn every_case_and_scheme_has_a_page_and_a_line_in_the_readme() {
+    let readme = read(&root().join("README.md"));
+    let cases = cases().iter().map(|case| ("cases", case.name.clone().into_owned()));
+    let schemes = schemes().iter().map(|scheme| ("schemes", scheme.name.clone().into_owned()));
+    let mut missing = Vec::new();
+    let mut pages: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+    for (folder, name) in cases.chain(schemes) {
+        let page = SHARED_PAGES.iter().find(|(scheme, _)| *scheme == name).map_or(name.as_str(), |(_, page)| page);
+        let path = format!("docs/{folder}/{page}.md");
+        if !root().join(&path).is_file() {
+            missing.push(format!("{name} has no page {path}"));
+        }
+        if !readme.contains(&format!("| [{name}]({path}) |")) {
+            missing.push(format!("{name} has no line `| [{name}]({path}) | … |` in README.md"));
+        }
+        pages.entry(folder).or_default().insert(format!("{page}.md"));
+    }
+    for (folder, expected) in &pages {
+        let own = files(&root().join("docs").join(folder), "md").into_iter();
+        let names = own.map(|page| page.file_name().unwrap().to_string_lossy().into_owned());
+        let strangers =
+            names.filter(|name| !expected.contains(name) && !["README.md", "options.md"].contains(&name.as_str()));
+        missing.extend(strangers.map(|name| format!("docs/{folder}/{name} is the page of nothing in the catalogue")));
+    }
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+/// Whether a word may be the name of a test: a sentence has at least five words.
+fn is_sentence(word: &str) -> bool {
+    word.matches('_').count() >= 4 && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+}
+
+#[test]
+fn every_test_that_a_document_names_exists() {
+    let folders = ["crates", "src", "tests"].map(|folder| root().join(folder));
+    let code: String = folders.iter().flat_map(|folder| files(folder, "rs")).map(|file| read(&file)).collect();
+    let (mut missing, mut seen) = (Vec::new(), 0);
+    for document in documents() {
+        for (number, line) in prose(&read(&document)) {
+            for sentence in line.split('`').skip(1).step_by(2).filter(|word| is_sentence(word)) {
+                seen += 1;
+                // Columns and keys may be as long; they are known to the code in quotes.
+                let known = [format!("fn {sentence}("), format!("\"{sentence}\""), format!("{sentence}: ")];
+                if !known.iter().any(|known| code.contains(known)) {
+                    missing.push(format!("{}:{number}: {sentence}", document.display()));
+                }
+            }
+        }
+    }
+    assert!(seen > 30, "only {seen} names of tests found: the check reads nothing");
+    assert!(missing.is_empty(), "no such test:\n{}", missing.join("\n"));
+}
+
+/// Blocks of Rust in a text: number of the line before, whether it is quoted (`rust,ignore`), lines without their indentation.
+fn programs(text: &str) -> Vec<(usize, bool, Vec<&str>)> {
+    let (mut found, mut inside) = (Vec::new(), false);
+    for (index, line) in text.lines().map(str::trim).enumerate() {
+        match line.strip_prefix("```") {
+            Some("") => inside = false,
+            Some(language) if language.starts_with("rust") => {
+                inside = true;
+                found.push((index + 1, language == "rust,ignore", Vec::new()));
+            }
+            Some(_) => {}
+            None if inside => found.last_mut().expect("inside a block").2.push(line),
+            None => {}
+        }
+    }
+    found
+}
+
+#[test]
+fn rust_code_of_the_documents_is_compiled_or_quoted_from_what_is() {
+    let folders = ["crates", "examples"].map(|folder| root().join(folder));
+    let code: Vec<String> = folders.iter().flat_map(|folder| files(folder, "rs")).map(|file| read(&file)).collect();
+    let code: Vec<Vec<&str>> = code.iter().map(|text| text.lines().map(str::trim).collect()).collect();
+    let (compiled, mut faults, mut seen) = (read(&root().join("src/lib.rs")), Vec::new(), [0, 0]);
+    for document in documents() {
+        let (text, name) = (read(&document), document.strip_prefix(root()).unwrap().display().to_string());
+        for (number, quoted, lines) in programs(&text) {
+            seen[usize::from(quoted)] += 1;
+            if quoted && !code.iter().any(|file| file.windows(lines.len()).any(|window| window == lines)) {
+                faults.push(format!("{name}:{number}: quoted from no source file"));
+            }
+            if !quoted && !compiled.contains(&format!("include_str!(\"../{name}\")")) {
+                faults.push(format!("{name}:{number}: src/lib.rs does not compile this page"));
+            }
+        }
+    }
+    assert!(seen[0] >= 4 && seen[1] >= 8, "only {seen:?} blocks of Rust found: the check reads nothing");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn the_readme_counts_the_committed_claims() {
+    let mut claims = csv::Reader::from_path(root().join("results/paper/claims.csv")).unwrap();
+    let rows: Vec<BTreeMap<String, String>> = claims.deserialize().map(Result::unwrap).collect();
+    let count = |by: &str| {
+        let own: Vec<_> = rows.iter().filter(|row| by.is_empty() || row["by"] == by).collect();
+        let reproduced = own.iter().filter(|row| row["verdict"] == "reproduced").count();
+        (reproduced, own.len())
+    };
+    let [all, paper, ours] = ["", "paper", "ours"].map(count);
+    let sentence = format!(
+        "**{} of {} claims reproduce**: {} of {} of the paper's, {} of {} of ours.",
+        all.0, all.1, paper.0, paper.1, ours.0, ours.1
+    );
+    let readme = read(&root().join("README.md"));
+    assert!(readme.contains(&sentence), "README.md does not say: {sentence}");
+    assert!(readme.contains("](results/paper/claims.md)"), "README.md does not link to the table of claims");
+}
