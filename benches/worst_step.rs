@@ -23,7 +23,7 @@ const PATIENCE: f64 = 4.0;
 fn laps(spec: &RunSpec) -> Result<Vec<f64>, String> {
     let mut system = (spec.case.build)(&spec.parameters, &spec.solver).map_err(|error| error.to_string())?;
     let setup = spec.setup(Bounds::default()).map_err(|error| error.to_string())?;
-    let mut recorder = Recorder::new(&spec.case, &mut system);
+    let mut recorder = Recorder::new(&spec.case, &mut system).unwrap();
     let mut sides = system.sides.lend();
     if let Some(reason) = spec.scheme.incompatibility(sides.lend()) {
         return Err(reason);

@@ -27,7 +27,7 @@ pub fn wedge_box(scheme: &str, macro_step: f64) -> Trajectory {
     let spec = wedge_box_run(scheme, macro_step);
     let mut system = (spec.case.build)(&spec.parameters, &spec.solver).unwrap();
     let setup = spec.setup(Bounds::default()).unwrap();
-    let mut recorder = Recorder::new(&spec.case, &mut system);
+    let mut recorder = Recorder::new(&spec.case, &mut system).unwrap();
     let mut sides = system.sides.lend();
     let coupling = spec.scheme.couple(sides.lend(), spec.model.as_ref(), spec.gain).unwrap();
     let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);

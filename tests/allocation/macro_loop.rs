@@ -26,7 +26,7 @@ fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
     let mut system = (case.build)(&case.default_parameters(), &variant.options.solver).unwrap();
     let grid = CommunicationGrid::new(variant.macro_step, 0.6, case.defaults.duration_s).unwrap();
     let points = grid.macro_steps() + 1;
-    let mut recorder = Recorder::new(case, &mut system);
+    let mut recorder = Recorder::new(case, &mut system).unwrap();
     let mut sides = system.sides.lend();
     let coupling = variant.scheme.couple(sides.lend(), Some(&variant.options), None).unwrap();
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points);

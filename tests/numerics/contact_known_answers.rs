@@ -21,7 +21,7 @@ fn case_with(name: &str, set: &[(&str, &str)]) -> (&'static Arc<Case>, Parameter
 fn march(name: &str, set: &[(&str, &str)], h: f64, steps: usize, every: usize) -> Trajectory {
     let (case, parameters) = case_with(name, set);
     let mut system = (case.build)(&parameters, solver()).unwrap();
-    let mut recorder = Recorder::new(case, &mut system);
+    let mut recorder = Recorder::new(case, &mut system).unwrap();
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps / every + 2);
     monolithic(system.sides.lend(), reference_steps(h, steps, every), StopFlag::never(), &mut |point| {
         recorder.record(point, &mut trajectory)

@@ -121,7 +121,7 @@ pub fn reference_steps(h: f64, steps: usize, every: usize) -> ReferenceSteps {
 pub fn wedge_box_monolithic(h: f64, sampling: f64, duration: f64, mut look: impl FnMut(f64, &[f64])) -> Trajectory {
     let case = wedge_box_case();
     let mut system = usual_system(case);
-    let mut recorder = Recorder::new(case, &mut system);
+    let mut recorder = Recorder::new(case, &mut system).unwrap();
     let (steps, every) = ((duration / h).round() as usize, (sampling / h).round() as usize);
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps / every + 2);
     let mut scratch = Trajectory::with_capacity(case.recorded_columns(), steps + 2);

@@ -2,6 +2,7 @@
 
 use super::case::{Case, CoupledSystem, RowFunction};
 use rimbench_core::cosim::{CommunicationPoint, Port, Report, Subsystem, Trajectory};
+use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 
 /// A derived column: where it goes, and where its arguments stand in the row.
@@ -30,22 +31,34 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Finds the source of each of the case's columns. A column without one is a defect of the case.
-    pub fn new(case: &Case, system: &mut CoupledSystem) -> Self {
+    /// Finds the source of each of the case's columns.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] naming a column that neither side offers, with all that there are, or one that is to be judged or
+    /// derived from and is not recorded.
+    pub fn new(case: &Case, system: &mut CoupledSystem) -> Result<Self> {
         let recorded = case.recorded_columns();
         let place = |wanted: &str| {
             let found = recorded.iter().position(|name| name == wanted);
-            found.unwrap_or_else(|| panic!("case {}: derived from {wanted}, which is not recorded", case.name))
+            found.ok_or_else(|| {
+                let text = format!("case {}: column {wanted} is used and not among those recorded", case.name);
+                Error::Incompatible(text)
+            })
         };
+        for row in &case.interface_columns {
+            [&row.position, &row.velocity, &row.force].into_iter().try_for_each(|name| place(name).map(drop))?;
+        }
         let derived: Vec<Derived> = std::mem::take(&mut system.derived)
             .into_iter()
-            .map(|derived| Derived {
-                column: place(&derived.name),
-                from: derived.from.iter().map(|name| place(name)).collect(),
-                arguments: vec![0.0; derived.from.len()],
-                value: derived.value,
+            .map(|derived| {
+                Ok(Derived {
+                    column: place(&derived.name)?,
+                    from: derived.from.iter().map(|name| place(name)).collect::<Result<_>>()?,
+                    arguments: vec![0.0; derived.from.len()],
+                    value: derived.value,
+                })
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let names_of = |ports: &[Port]| -> Vec<Name> { ports.iter().map(|port| port.name.clone()).collect() };
         let observables = |side: &mut Box<dyn Subsystem>| side.abilities().observables().to_vec();
         let y = system.sides.as_ref().map(|side| names_of(&side.ports().outputs));
@@ -65,16 +78,19 @@ impl Recorder {
         names.extend(derived.iter().map(|derived| recorded[derived.column].clone().into()));
         let index_of = |name: &String| {
             let index = names.iter().position(|known| known == name);
-            index.unwrap_or_else(|| panic!("case {}: no source for column {name}", case.name))
+            index.ok_or_else(|| {
+                let there_are = names.join(", ");
+                Error::Incompatible(format!("case {}: column {name} has no source; there are {there_are}", case.name))
+            })
         };
-        Recorder {
-            columns: recorded.iter().map(index_of).collect(),
+        Ok(Recorder {
+            columns: recorded.iter().map(index_of).collect::<Result<_>>()?,
             seen: vec![f64::NAN; names.len()],
             ends,
             effective_mass: recorded.iter().position(|name| name == "effective_mass_kg"),
             late_rows: system.late_rows,
             derived,
-        }
+        })
     }
 
     /// Records as effective mass the one with the contacts that carried impulse in the mechanics' last step: what the
@@ -131,5 +147,31 @@ impl Recorder {
         {
             row[column] = mass;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{DerivedColumn, InterfaceColumns, wedge_box};
+    use super::*;
+    use rimbench_core::complementarity::SolverEntry;
+
+    fn refused(change: impl FnOnce(&mut Case, &mut CoupledSystem)) -> String {
+        let mut case = wedge_box::entry();
+        let mut system = (case.build)(&case.default_parameters(), &SolverEntry::active_set()).unwrap();
+        change(&mut case, &mut system);
+        Recorder::new(&case, &mut system).map(drop).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_column_that_nobody_offers_is_refused_by_name() {
+        let message = refused(|case, _| case.trace_columns.push("gap_flour_m".into()));
+        assert!(message.contains("column gap_flour_m has no source; there are time_s, "), "{message}");
+        let message = refused(|case, _| case.interface_columns = vec![InterfaceColumns::new("x_m", "v_m_s", "f_n")]);
+        assert!(message.contains("column x_m is used and not among those recorded"), "{message}");
+        let message = refused(|_, system| {
+            system.derived.push(DerivedColumn::new("actuator_force_n", ["energy_j"], |row| row[0]));
+        });
+        assert!(message.contains("column energy_j is used"), "{message}");
     }
 }

@@ -69,7 +69,7 @@ impl Reference {
     pub fn solution(spec: &RunSpec, refinement: u32, stop: StopFlag<'_>) -> Result<Trajectory> {
         let (case, defaults) = (&spec.case, spec.case.defaults);
         let mut system = (case.build)(&spec.parameters, &spec.solver)?;
-        let mut recorder = Recorder::new(case, &mut system).with_active_effective_mass(&mut system);
+        let mut recorder = Recorder::new(case, &mut system)?.with_active_effective_mass(&mut system);
         let every = (defaults.reference_sampling_s / defaults.reference_step_s).round().max(1.0) as usize;
         // The step used divides the duration, in multiples of the stored points.
         let points = (spec.duration / defaults.reference_sampling_s).ceil().max(1.0) as usize;

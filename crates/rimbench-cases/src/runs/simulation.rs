@@ -37,7 +37,7 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: Stop
     let mut system = (spec.case.build)(&spec.parameters, &spec.solver)?;
     let setup = spec.setup(bounds)?;
     check_coupling(system.sides.as_ref().map(|side| side.ports()))?;
-    let mut recorder = Recorder::new(&spec.case, &mut system);
+    let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut sides = system.sides.lend();
     let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
     let skip = spec.scheme.incompatibility(sides.lend()).or_else(|| uncontrollable(spec.step_control, sides.lend()));

@@ -185,7 +185,7 @@ fn reference() -> Result<Repetition> {
     let steps = ReferenceSteps { h, steps: (DURATION / h).round() as usize, every };
     Ok(Box::new(move || {
         let mut system = (case.build)(&case.default_parameters(), &SolverEntry::active_set())?;
-        let mut recorder = Recorder::new(&case, &mut system);
+        let mut recorder = Recorder::new(&case, &mut system)?;
         let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps.steps / every + 2);
         let ended = monolithic(system.sides.lend(), steps, StopFlag::never(), &mut |point| {
             recorder.record(point, &mut trajectory);
