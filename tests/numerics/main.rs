@@ -23,6 +23,7 @@ mod golden;
 mod impact;
 mod oscillator_theory;
 mod plain_implementation;
+mod published_crane;
 mod published_data;
 mod reduction;
 mod reference;

@@ -17,6 +17,8 @@ use rimbench::models::{WedgeBox, WedgeBoxGeometry};
 use rimbench::name::{Name, names};
 use rimbench::runs::{RunRequest, RunResult, RunSpec, simulate};
 use rimbench::schemes::{Coupling, SchemeEntry};
+use std::io::Write;
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 /// Plastic contacts without position stabilisation.
@@ -429,4 +431,18 @@ pub fn rows_of(setup: &Setup, mut sides: Sides<'_>, scheme: &SchemeEntry) -> (Re
 
 pub fn row_of(point: &CommunicationPoint<'_>) -> Vec<f64> {
     [&[point.time], point.y.mechanics, point.y.actuator, point.received].concat()
+}
+
+/// A folder of the data of others, which the project does not hold: below the one that `RIMBENCH_DATA_OF_OTHERS` names.
+///
+/// Where the variable is not set the test is to end; a line says so, past the capture of the harness, so that who runs the tests
+/// sees what was not tested.
+pub fn data_of_others(folder: &str) -> Option<PathBuf> {
+    let Some(root) = std::env::var_os("RIMBENCH_DATA_OF_OTHERS") else {
+        let test = std::thread::current().name().unwrap_or("a test").to_owned();
+        let line = format!("skipped: {test}: RIMBENCH_DATA_OF_OTHERS is not set, no data from {folder}\n");
+        let _ = std::io::stderr().write_all(line.as_bytes());
+        return None;
+    };
+    Some(PathBuf::from(root).join(folder))
 }

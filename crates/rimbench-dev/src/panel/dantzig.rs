@@ -28,7 +28,8 @@ const NO_MOTION: f64 = 1e-12;
 
 /// Dantzig and Cottle's principal pivoting. See the module.
 ///
-/// Guaranteed for symmetric positive definite `M`; for semidefinite `M` with a solution unless degenerate pivots cycle.
+/// Guaranteed for symmetric positive definite `M`; for semidefinite `M` with a solution unless degenerate pivots cycle, as they
+/// do in the two largest problems of others (`docs/results/solvers.md`).
 /// Free of allocation up to `capacity`.
 #[derive(Debug, Clone)]
 pub struct Dantzig {
