@@ -2,7 +2,7 @@
 
 use super::print;
 use clap::Args;
-use rimbench::atomic_file::check_writable_folder;
+use rimbench::atomic_file::{check_writable_file, check_writable_folder};
 use rimbench::corpus::{Corpus, Harvest, harvest};
 use std::path::{Path, PathBuf};
 
@@ -21,6 +21,7 @@ impl CorpusCommand {
     pub(super) fn run(self) -> anyhow::Result<()> {
         // A place that cannot be written is found before anything is computed.
         check_writable_folder(self.out.parent().unwrap_or(Path::new(".")))?;
+        check_writable_file(&self.out)?;
         let corpus = harvest(&Harvest::default(), &mut |source| eprintln!("{source}"))?;
         corpus.write(&self.out)?;
         print(&summary(&corpus, &self.out))

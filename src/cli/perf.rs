@@ -6,7 +6,7 @@ use super::{print, table};
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use rimbench::BUILD;
-use rimbench::atomic_file::check_writable_folder;
+use rimbench::atomic_file::{check_writable_file, check_writable_folder};
 use rimbench::error::Error;
 use rimbench::figures::render;
 use rimbench::harness::Provenance;
@@ -114,6 +114,7 @@ impl Record {
         // A damaged history or a place that cannot be written is found before minutes of measuring.
         let mut history = History::read_or_begin(&path)?;
         check_writable_folder(path.parent().unwrap_or(Path::new(".")))?;
+        check_writable_file(&path)?;
         let names: Vec<String> = BENCHMARKS.iter().map(|benchmark| benchmark.name.to_owned()).collect();
         let plan = self.measuring.plan(&names)?;
         let provenance = Provenance::collect(&BUILD);

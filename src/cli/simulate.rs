@@ -3,11 +3,11 @@
 use super::run_options::{RunOptions, resolved};
 use super::{Format, json_fact, print, table};
 use clap::Args;
-use rimbench::atomic_file::{check_writable_folder, write_atomically};
+use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag, Trajectory};
-use rimbench::error::{Error, Result};
+use rimbench::error::Result;
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate};
@@ -32,7 +32,7 @@ impl Simulate {
         let spec = resolved(&self.run.request()?, catalogue)?;
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
-            check_trace(path)?;
+            check_writable_file(path)?;
         }
         let stop = StopFlag::never();
         let reference = obtain_reference(&spec, &Cache::of_user(), stop)?;
@@ -46,17 +46,6 @@ impl Simulate {
             Format::Table => print_tables(&spec, &run),
         }
     }
-}
-
-fn check_trace(path: &Path) -> Result<()> {
-    if path.is_dir() {
-        return Err(Error::file(path, "is a folder; a trace needs the name of a file"));
-    }
-    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() {
-        return Err(Error::file(path, format!("cannot be written: there is no folder {}", folder.display())));
-    }
-    check_writable_folder(folder)
 }
 
 /// Writes the trace columns of a case, every communication point.

@@ -1,26 +1,69 @@
-//! Files appear whole or not at all.
+//! Output files: every file that a user can name is written here, and nowhere else.
+//!
+//! What stands under a name decides how it is written:
+//!
+//! | under the name | what happens |
+//! |---|---|
+//! | nothing, or a regular file | a temporary file in the same folder is filled and renamed: whole or not at all |
+//! | a link | the same with what the link leads to; the link stays |
+//! | a pipe or a device | it is opened and written to; it stays what it is |
+//! | the standard output or error (`/dev/stdout`, say) | it goes there, in turn with what is printed |
+//! | a folder | an error |
 
 use rimbench_core::error::{Error, Result};
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::fs::OpenOptions;
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
 
 const TEMPORARY: &str = ".rimbench-";
 
-/// Writes a file through a temporary one in the same folder, which is renamed when it is complete.
+/// Links that are followed before they count as a circle, as the kernel does.
+const MOST_LINKS: usize = 40;
+
+/// Where the bytes of an output go.
+#[derive(Debug, PartialEq, Eq)]
+enum Target {
+    /// A regular file, there or not, links resolved.
+    File(PathBuf),
+    /// A pipe, a device or the like.
+    Stream,
+    /// The standard output of this process.
+    StandardOutput,
+    /// The standard error of this process.
+    StandardError,
+}
+
+/// Writes an output: a regular file through a temporary one in the same folder, which is renamed when it is complete; anything
+/// else in place. A reader that closes a pipe early is no error.
 ///
 /// # Errors
-/// [`Error::File`] naming the path; nothing is left behind then.
+/// [`Error::File`] naming the path; nothing is left behind then, and what stood there before still does.
 pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<()> {
-    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let attempt = || -> std::io::Result<()> {
-        let file = tempfile::Builder::new().prefix(&prefix()).tempfile_in(folder)?;
-        let mut writer = BufWriter::new(file);
-        fill(&mut writer)?;
-        let file = writer.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-        readable_by_all(file.as_file())?;
-        file.persist(path).map(|_| ()).map_err(|error| error.error)
+    let written = match target(path)? {
+        Target::File(file) => replace(&file, fill),
+        // Neither created nor truncated: whatever is there stays what it is.
+        Target::Stream => OpenOptions::new().write(true).open(path).and_then(|out| write_through(out, fill)),
+        Target::StandardOutput => write_through(std::io::stdout().lock(), fill),
+        Target::StandardError => write_through(std::io::stderr().lock(), fill),
     };
-    attempt().map_err(|error| Error::file(path, format!("cannot be written: {error}")))
+    let written = match written {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    };
+    written.map_err(|error| Error::file(path, format!("cannot be written: {error}")))
+}
+
+/// Checks, before anything is computed, that [`write_atomically`] will be able to write here. Makes no folder and opens no pipe.
+///
+/// # Errors
+/// [`Error::File`] if it is a folder, or lies in none that can be written to.
+pub fn check_writable_file(path: &Path) -> Result<()> {
+    let Target::File(file) = target(path)? else { return Ok(()) };
+    let folder = folder_of(&file);
+    if !folder.is_dir() {
+        return Err(Error::file(path, format!("cannot be written: there is no folder {}", folder.display())));
+    }
+    temporary_in(folder).map(drop).map_err(|error| Error::file(path, format!("cannot be written: {error}")))
 }
 
 /// Makes a folder if need be and checks that a file can be put into it.
@@ -30,8 +73,63 @@ pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::i
 pub fn check_writable_folder(folder: &Path) -> Result<()> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     std::fs::create_dir_all(folder)
-        .and_then(|()| tempfile::Builder::new().prefix(&prefix()).tempfile_in(folder).map(drop))
+        .and_then(|()| temporary_in(folder).map(drop))
         .map_err(|error| Error::file(folder, format!("no file can be written here: {error}")))
+}
+
+/// Finds out what stands under a name.
+fn target(path: &Path) -> Result<Target> {
+    let wrong = |message: &str| Err(Error::file(path, message));
+    let mut file = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        match std::fs::symlink_metadata(&file) {
+            Ok(found) if found.is_symlink() && file.starts_with("/proc") => return Ok(of_process(&file)),
+            Ok(found) if found.is_symlink() => match std::fs::read_link(&file) {
+                // Relative to the folder of the link; an absolute one replaces the whole.
+                Ok(next) => file = folder_of(&file).join(next),
+                Err(error) => return wrong(&format!("cannot be written: its link cannot be read: {error}")),
+            },
+            Ok(found) if found.is_dir() => return wrong("is a folder; the name of a file is needed"),
+            Ok(found) if found.is_file() => return Ok(Target::File(file)),
+            Ok(_) => return Ok(Target::Stream),
+            // What cannot even be looked at is said when it is written.
+            Err(_) if file.file_name().is_some() => return Ok(Target::File(file)),
+            Err(_) => return wrong("is no name of a file"),
+        }
+    }
+    wrong("cannot be written: its links lead in a circle")
+}
+
+/// What an entry of a process under `/proc` stands for: such links lead to what the process holds open, not to a name.
+fn of_process(link: &Path) -> Target {
+    match link.file_name().and_then(|name| name.to_str()) {
+        Some("1") if link.starts_with("/proc/self") => Target::StandardOutput,
+        Some("2") if link.starts_with("/proc/self") => Target::StandardError,
+        _ => Target::Stream,
+    }
+}
+
+/// The folder that a file lies in.
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn replace(file: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> std::io::Result<()> {
+    let mut writer = BufWriter::new(temporary_in(folder_of(file))?);
+    fill(&mut writer)?;
+    let temporary = writer.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    give_permissions(temporary.as_file(), file)?;
+    temporary.persist(file).map(|_| ()).map_err(|error| error.error)
+}
+
+fn write_through(out: impl Write, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> std::io::Result<()> {
+    let mut writer = BufWriter::new(out);
+    fill(&mut writer)?;
+    writer.flush()
+}
+
+fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    tempfile::Builder::new().prefix(&prefix()).tempfile_in(folder)
 }
 
 /// First part of the name of this process's temporary files.
@@ -59,14 +157,120 @@ fn is_alive(process: &str) -> bool {
     !processes.join("self").exists() || processes.join(process).exists()
 }
 
-/// Temporary files are private by default; results are not.
+/// A file that is replaced keeps its permissions; a new one can be read by all, as results should be (temporary ones are private).
 #[cfg(unix)]
-fn readable_by_all(file: &std::fs::File) -> std::io::Result<()> {
+fn give_permissions(temporary: &std::fs::File, file: &Path) -> std::io::Result<()> {
     use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+    let own = std::fs::metadata(file).map(|found| found.permissions());
+    temporary.set_permissions(own.unwrap_or_else(|_| std::fs::Permissions::from_mode(0o644)))
 }
 
 #[cfg(not(unix))]
-fn readable_by_all(_file: &std::fs::File) -> std::io::Result<()> {
+fn give_permissions(_temporary: &std::fs::File, _file: &Path) -> std::io::Result<()> {
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names_in(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_failed_write_leaves_what_stood_there_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        write_atomically(&path, |file| file.write_all(b"before")).unwrap();
+        let full = |file: &mut dyn Write| file.write_all(b"half").and(Err(std::io::Error::other("disk full")));
+        let message = write_atomically(&path, full).unwrap_err().to_string();
+        assert!(message.contains("a.csv: cannot be written: disk full"), "{message}");
+        assert_eq!((std::fs::read_to_string(&path).unwrap(), names_in(folder.path())), ("before".into(), vec!["a.csv".into()]));
+    }
+
+    #[test]
+    fn a_folder_is_refused_and_so_is_a_name_without_a_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        for (path, wanted) in [
+            (folder.path().to_owned(), "is a folder"),
+            (folder.path().join("missing").join("a.csv"), "there is no folder"),
+        ] {
+            let message = check_writable_file(&path).unwrap_err().to_string();
+            assert!(message.contains(wanted), "{message}");
+            assert!(write_atomically(&path, |file| file.write_all(b"x")).is_err());
+        }
+        check_writable_file(&folder.path().join("a.csv")).unwrap();
+        assert_eq!(names_in(folder.path()), [""; 0]);
+    }
+
+    #[cfg(unix)]
+    mod on_unix {
+        use super::*;
+        use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
+
+        #[test]
+        fn a_link_stays_a_link_and_what_it_leads_to_is_written() {
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::create_dir(folder.path().join("data")).unwrap();
+            // Relative, over two links; and one that leads to nothing yet.
+            symlink("data/a.csv", folder.path().join("inner")).unwrap();
+            symlink("inner", folder.path().join("outer")).unwrap();
+            for text in ["new", "replaced"] {
+                check_writable_file(&folder.path().join("outer")).unwrap();
+                write_atomically(&folder.path().join("outer"), |file| file.write_all(text.as_bytes())).unwrap();
+                assert_eq!(std::fs::read_to_string(folder.path().join("data/a.csv")).unwrap(), text);
+            }
+            for link in ["inner", "outer"] {
+                assert!(std::fs::symlink_metadata(folder.path().join(link)).unwrap().is_symlink(), "{link}");
+            }
+            assert_eq!(names_in(folder.path()), ["data", "inner", "outer"]);
+            symlink("circle", folder.path().join("circle")).unwrap();
+            let message = check_writable_file(&folder.path().join("circle")).unwrap_err().to_string();
+            assert!(message.contains("in a circle"), "{message}");
+        }
+
+        #[test]
+        fn a_pipe_is_written_through_and_stays_a_pipe() {
+            let folder = tempfile::tempdir().unwrap();
+            let pipe = folder.path().join("pipe");
+            assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+            // Before a reader is there: the check must not wait for one.
+            check_writable_file(&pipe).unwrap();
+            let reader = std::thread::spawn({
+                let pipe = pipe.clone();
+                move || std::fs::read_to_string(pipe).unwrap()
+            });
+            write_atomically(&pipe, |file| file.write_all(b"through")).unwrap();
+            assert!(std::fs::symlink_metadata(&pipe).unwrap().file_type().is_fifo(), "the pipe was replaced");
+            assert_eq!(reader.join().unwrap(), "through");
+            assert_eq!(names_in(folder.path()), ["pipe"]);
+            // Through a link as well; a reader that leaves early is no error.
+            symlink("pipe", folder.path().join("link")).unwrap();
+            let reader = std::thread::spawn({
+                let pipe = pipe.clone();
+                move || drop(std::fs::File::open(pipe).unwrap())
+            });
+            let much = |file: &mut dyn Write| (0..100_000).try_for_each(|_| file.write_all(&[0; 64]));
+            write_atomically(&folder.path().join("link"), much).unwrap();
+            reader.join().unwrap();
+            assert!(std::fs::symlink_metadata(&pipe).unwrap().file_type().is_fifo());
+            assert!(std::fs::symlink_metadata(folder.path().join("link")).unwrap().is_symlink());
+        }
+
+        #[test]
+        fn a_replaced_file_keeps_its_permissions() {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("a.csv");
+            let mode = || std::fs::metadata(&path).unwrap().permissions().mode() & 0o777;
+            write_atomically(&path, |file| file.write_all(b"1")).unwrap();
+            assert_eq!(mode(), 0o644);
+            std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).unwrap();
+            write_atomically(&path, |file| file.write_all(b"2")).unwrap();
+            assert_eq!(mode(), 0o600);
+        }
+    }
 }

@@ -131,6 +131,10 @@ impl History {
     /// # Errors
     /// [`Error::File`] with the line, if the file is missing, not a history, or damaged.
     pub fn read(path: &Path) -> Result<Self> {
+        // Reading a pipe would wait for somebody who writes.
+        if path.exists() && !path.is_file() {
+            return Err(Error::file(path, "is no regular file, so no history"));
+        }
         let mut reader = csv::Reader::from_path(path).map_err(|error| Error::file(path, error))?;
         let mut rows: Vec<Row> = Vec::new();
         let mut seen = HashSet::new();
