@@ -35,6 +35,11 @@ pub enum Error {
     Singular(String),
     /// No bad input at all: somebody has asked the program to end what it was doing.
     Stopped,
+    /// No bad input either: the reference took longer than a run may take.
+    Overdue {
+        /// How long that is, s.
+        limit_s: f64,
+    },
     /// A file that cannot be used.
     File {
         /// The file or folder.
@@ -55,6 +60,7 @@ impl fmt::Display for Error {
             }
             Error::Incompatible(message) | Error::Singular(message) => f.write_str(message),
             Error::Stopped => f.write_str("stopped"),
+            Error::Overdue { limit_s } => write!(f, "the reference took longer than wall_limit_s = {limit_s} s"),
             Error::File { path, message } => write!(f, "{}: {message}", path.display()),
         }
     }

@@ -11,9 +11,11 @@
 //! | a folder | an error |
 
 use rimbench_core::error::{Error, Result};
+use std::collections::HashSet;
 use std::fs::OpenOptions;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 const TEMPORARY: &str = ".rimbench-";
 
@@ -128,7 +130,16 @@ fn write_through(out: impl Write, fill: impl FnOnce(&mut dyn Write) -> std::io::
     writer.flush()
 }
 
+/// A temporary file of this process. What killed processes have left in the folder goes when it is first written to.
 fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    static SWEPT: Mutex<Option<HashSet<PathBuf>>> = Mutex::new(None);
+    let first = || {
+        let mut swept = SWEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        swept.get_or_insert_default().insert(folder.to_owned())
+    };
+    if first() {
+        sweep_temporary_files(folder);
+    }
     tempfile::Builder::new().prefix(&prefix()).tempfile_in(folder)
 }
 
@@ -138,13 +149,14 @@ fn prefix() -> String {
 }
 
 /// Removes temporary files that a killed process has left in a folder; those of living processes stay.
-pub fn sweep_temporary_files(folder: &Path) {
+fn sweep_temporary_files(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
         let process =
             name.to_str().and_then(|name| name.strip_prefix(TEMPORARY)).and_then(|rest| rest.split('-').next());
-        if process.is_some_and(|process| !is_alive(process)) {
+        let number = process.filter(|process| process.parse::<u32>().is_ok());
+        if number.is_some_and(|process| !is_alive(process)) {
             // What cannot be removed does no harm.
             let _ = std::fs::remove_file(entry.path());
         }
@@ -190,6 +202,18 @@ mod tests {
         let message = write_atomically(&path, full).unwrap_err().to_string();
         assert!(message.contains("a.csv: cannot be written: disk full"), "{message}");
         assert_eq!((std::fs::read_to_string(&path).unwrap(), names_in(folder.path())), ("before".into(), vec!["a.csv".into()]));
+    }
+
+    #[test]
+    fn what_a_killed_process_has_left_goes_with_the_next_file_written_there() {
+        let folder = tempfile::tempdir().unwrap();
+        // No process has this number, which is above what Linux gives; the others are not ours to remove.
+        let living = format!(".rimbench-{}-x", std::process::id());
+        for name in [".rimbench-4194999-abc", &living, ".rimbench-notes-1"] {
+            std::fs::write(folder.path().join(name), "half").unwrap();
+        }
+        write_atomically(&folder.path().join("a.csv"), |file| file.write_all(b"whole")).unwrap();
+        assert_eq!(names_in(folder.path()), [living.as_str(), ".rimbench-notes-1", "a.csv"]);
     }
 
     #[test]

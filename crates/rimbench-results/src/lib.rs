@@ -1,4 +1,5 @@
-//! Result files: written whole or not at all, read back by column name.
+//! Result files: written whole or not at all, read back by column name, checked to be as they were written.
 
 pub mod atomic_file;
+pub mod checksums;
 pub mod results_table;

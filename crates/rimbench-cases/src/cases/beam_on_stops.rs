@@ -70,10 +70,10 @@ pub(super) fn entry() -> Case {
 const OURS: &str = "ours";
 
 fn parameters() -> Vec<Parameter> {
-    use Range::{NotNegative, Positive};
+    use Range::{NotNegative, Positive, Whole};
     vec![
         Parameter::choice("beam_support", ["clamped", "pinned"], "clamped at one end, or pinned at both", OURS),
-        p("modes", "-", 4.0, Positive, "number of modes N, a whole number from 1 to 20", OURS),
+        p("modes", "-", 4.0, Whole(1, MOST_MODES as u32), "number of modes N", OURS),
         p("length_m", "m", 2.0, Positive, "length L", OURS),
         p("width_m", "m", 0.04, Positive, "width of the section", OURS),
         p("thickness_m", "m", 0.008, Positive, "thickness of the section", OURS),
@@ -104,7 +104,7 @@ fn parameters() -> Vec<Parameter> {
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
-    let modes = parameters.whole("modes", 1..=MOST_MODES as u32)?;
+    let modes = parameters.whole("modes");
     let (width, thickness) = (get("width_m"), get("thickness_m"));
     let stop = |position: &str, clearance: &str| BeamStop { position: get(position), clearance: get(clearance) };
     let model = ModalBeam::new(BeamGeometry {

@@ -51,8 +51,8 @@ pub(super) fn entry() -> Case {
 fn parameters() -> Vec<Parameter> {
     [
         vec![
-            p("columns", "-", 6.0, Range::Positive, "discs in the lowest layer, 2 to 20", "ours"),
-            p("layers", "-", 4.0, Range::Positive, "layers, 1 to 20", "ours"),
+            p("columns", "-", 6.0, Range::Whole(2, 20), "discs in the lowest layer", "ours"),
+            p("layers", "-", 4.0, Range::Whole(1, 20), "layers", "ours"),
         ],
         loader::parameters(),
     ]
@@ -60,8 +60,8 @@ fn parameters() -> Vec<Parameter> {
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let columns = parameters.whole("columns", 2..=20)?;
-    let layers = parameters.whole("layers", 1..=20)?;
+    let columns = parameters.whole("columns");
+    let layers = parameters.whole("layers");
     let radius = parameters.number("disc_radius_m");
     let mut centres = Vec::new();
     for layer in 0..layers {

@@ -47,7 +47,7 @@ pub(super) fn entry() -> Case {
 fn parameters() -> Vec<Parameter> {
     [
         vec![
-            p("discs", "-", 10.0, Range::Positive, "number of discs, 2 to 256", "ours"),
+            p("discs", "-", 10.0, Range::Whole(2, 256), "number of discs", "ours"),
             p("disc_gap_m", "m", 5e-3, Range::Finite, "gap between blade, discs and next discs at the start", "ours"),
         ],
         loader::parameters(),
@@ -56,7 +56,7 @@ fn parameters() -> Vec<Parameter> {
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let discs = parameters.whole("discs", 2..=256)?;
+    let discs = parameters.whole("discs");
     let (radius, gap) = (parameters.number("disc_radius_m"), parameters.number("disc_gap_m"));
     let place = |disc: u32| [f64::from(disc) * (2.0 * radius + gap) + gap + radius, radius];
     loader::build(parameters, solver, (0..discs).map(place).collect())

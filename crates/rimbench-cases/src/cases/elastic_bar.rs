@@ -74,9 +74,9 @@ const OURS: &str = "ours";
 const BENCHMARK: &str = "impacting-bar benchmark";
 
 fn parameters() -> Vec<Parameter> {
-    use Range::{Finite, NotNegative, Positive};
+    use Range::{Finite, NotNegative, Positive, Whole};
     vec![
-        p("elements", "-", 20.0, Positive, "number of elements N, a whole number from 1 to 500", OURS),
+        p("elements", "-", 20.0, Whole(1, MOST_ELEMENTS), "number of elements N", OURS),
         p("length_m", "m", 1.0, Positive, "length L", BENCHMARK),
         p("section_m2", "m²", 3.14e-4, Positive, "cross-section S", BENCHMARK),
         p("youngs_modulus_pa", "Pa", 210e9, Positive, "Young's modulus E", BENCHMARK),
@@ -105,7 +105,7 @@ const MOST_ELEMENTS: u32 = 500;
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
-    let count = parameters.whole("elements", 1..=MOST_ELEMENTS)?;
+    let count = parameters.whole("elements");
     let n = count as usize;
     let element = get("length_m") / f64::from(count);
     let element_mass = get("density_kg_m3") * get("section_m2") * element;

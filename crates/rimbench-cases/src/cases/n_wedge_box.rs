@@ -83,9 +83,9 @@ fn parameters() -> Vec<Parameter> {
 }
 
 fn own() -> Vec<Parameter> {
-    use Range::{Finite, NotNegative, Positive};
+    use Range::{Finite, NotNegative, Positive, Whole};
     vec![
-        p("supports", "-", 8.0, Positive, "number n of wedges, a whole number from 2 to 64", OURS),
+        p("supports", "-", 8.0, Whole(2, MOST_SUPPORTS), "number n of wedges", OURS),
         p(
             "height_spread_m",
             "m",
@@ -135,7 +135,7 @@ const MOST_SUPPORTS: u32 = 64;
 
 /// Tips of the wedges: the rightmost, the leftmost, then those between from right to left.
 fn tips(parameters: &Parameters) -> Result<Vec<[f64; 2]>> {
-    let count = parameters.whole("supports", 2..=MOST_SUPPORTS)?;
+    let count = parameters.whole("supports");
     let (x, y) = (parameters.number("wedge_tip_x_m"), parameters.number("wedge_tip_y_m"));
     let spread = parameters.number("height_spread_m");
     let last = count as usize - 1;

@@ -3,7 +3,6 @@
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 use std::fmt;
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// The value of a parameter.
@@ -35,6 +34,8 @@ pub enum Range {
     NotNegative,
     /// A number in [0, 1].
     Fraction,
+    /// A whole number within these bounds.
+    Whole(u32, u32),
     /// One of these names.
     OneOf(Vec<Name>),
 }
@@ -46,6 +47,7 @@ impl fmt::Display for Range {
             Range::Positive => f.write_str("a finite number above 0"),
             Range::NotNegative => f.write_str("a finite number, 0 or above"),
             Range::Fraction => f.write_str("a number in [0, 1]"),
+            Range::Whole(least, most) => write!(f, "a whole number from {least} to {most}"),
             Range::OneOf(names) => write!(f, "one of {}", names.join(", ")),
         }
     }
@@ -60,6 +62,9 @@ impl Range {
                 Range::Positive => number > 0.0,
                 Range::NotNegative => number >= 0.0,
                 Range::Fraction => (0.0..=1.0).contains(&number),
+                Range::Whole(least, most) => {
+                    number.fract() == 0.0 && (f64::from(*least)..=f64::from(*most)).contains(&number)
+                }
                 Range::OneOf(_) => false,
             }
     }
@@ -142,20 +147,28 @@ impl Parameter {
     }
 }
 
-/// The parameters of a case with their values.
-#[derive(Debug, Clone, PartialEq)]
+/// The parameters of a case with their values. Equal are those with equal values, whoever gave them.
+#[derive(Debug, Clone)]
 pub struct Parameters {
     case: Name,
     /// Shared by the many runs of a plan that differ in other things, as are the values.
     declared: Arc<[Parameter]>,
     values: Arc<Vec<Value>>,
+    /// Which of them were set, to whatever value.
+    given: Arc<Vec<bool>>,
+}
+
+impl PartialEq for Parameters {
+    fn eq(&self, other: &Self) -> bool {
+        self.case == other.case && self.declared == other.declared && self.values == other.values
+    }
 }
 
 impl Parameters {
     /// All at their defaults.
     pub fn defaults(case: Name, declared: &[Parameter]) -> Self {
         let values = Arc::new(declared.iter().map(|parameter| parameter.default.clone()).collect());
-        Parameters { case, declared: declared.into(), values }
+        Parameters { case, declared: declared.into(), values, given: Arc::new(vec![false; declared.len()]) }
     }
 
     /// Sets one parameter from text.
@@ -171,6 +184,7 @@ impl Parameters {
             })?;
         let value = self.declared[index].range.parse(key, text)?;
         Arc::make_mut(&mut self.values)[index] = value;
+        Arc::make_mut(&mut self.given)[index] = true;
         Ok(())
     }
 
@@ -182,15 +196,9 @@ impl Parameters {
         }
     }
 
-    /// A whole number by name, within `range`. The name must be one the case declares: anything else is a defect of the case.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`] for a number that is not whole or out of range.
-    pub fn whole(&self, name: &str, range: RangeInclusive<u32>) -> Result<u32> {
-        let number = self.number(name);
-        let valid = number.fract() == 0.0 && (f64::from(*range.start())..=f64::from(*range.end())).contains(&number);
-        let expected = || format!("a whole number from {} to {}", range.start(), range.end());
-        if valid { Ok(number as u32) } else { Err(Error::invalid(name, number, expected())) }
+    /// A whole number by name. The name must be one the case declares with [`Range::Whole`]: anything else is a defect of the case.
+    pub fn whole(&self, name: &str) -> u32 {
+        self.number(name) as u32
     }
 
     /// A choice by name. The name must be one the case declares: anything else is a defect of the case.
@@ -206,10 +214,14 @@ impl Parameters {
         self.declared.iter().zip(self.values.iter())
     }
 
+    /// Those that were set, also to their defaults, as `key=value` separated by spaces.
+    pub fn given(&self) -> String {
+        written(self.iter().zip(self.given.iter()).filter(|(_, given)| **given).map(|(pair, _)| pair))
+    }
+
     /// Those that differ from their defaults, as `key=value` separated by spaces.
     pub fn changed(&self) -> String {
-        let changed = self.iter().filter(|(parameter, value)| **value != parameter.default);
-        changed.map(|(parameter, value)| format!("{}={value}", parameter.name)).collect::<Vec<_>>().join(" ")
+        written(self.iter().filter(|(parameter, value)| **value != parameter.default))
     }
 
     fn value(&self, name: &str) -> &Value {
@@ -218,6 +230,10 @@ impl Parameters {
             None => panic!("case {} declares no parameter {name}", self.case),
         }
     }
+}
+
+fn written<'a>(pairs: impl Iterator<Item = (&'a Parameter, &'a Value)>) -> String {
+    pairs.map(|(parameter, value)| format!("{}={value}", parameter.name)).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
@@ -229,6 +245,7 @@ mod tests {
         let declared = [
             number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours"),
             Parameter::choice("coupling", ["force", "pressure"], "coupling", "ours"),
+            number("wheels", "-", 4.0, Range::Whole(2, 8), "wheels", "ours"),
         ];
         let mut parameters = Parameters::defaults("test".into(), &declared);
         parameters.set("mass_kg", "2.5").unwrap();
@@ -237,12 +254,25 @@ mod tests {
         for (key, text, wanted) in [
             ("mass_kg", "-1", "mass_kg = -1 is not valid; valid: a finite number above 0"),
             ("mass_kg", "NaN", "mass_kg = NaN is not valid; valid: a finite number above 0"),
+            ("wheels", "2.5", "wheels = 2.5 is not valid; valid: a whole number from 2 to 8"),
+            ("wheels", "9", "wheels = 9 is not valid; valid: a whole number from 2 to 8"),
             ("mass_kg", "ten", "mass_kg = ten is not valid; valid: a finite number above 0"),
             ("coupling", "forse", "coupling = forse is not valid; valid: one of force, pressure"),
-            ("mass_k", "1", "unknown parameter `mass_k` (did you mean `mass_kg`?); valid: mass_kg, coupling"),
+            ("mass_k", "1", "unknown parameter `mass_k` (did you mean `mass_kg`?); valid: mass_kg, coupling, wheels"),
         ] {
             assert_eq!(parameters.set(key, text).unwrap_err().to_string(), wanted);
         }
         assert_eq!(parameters.changed(), "mass_kg=2.5 coupling=pressure");
+    }
+
+    #[test]
+    fn what_was_set_to_its_default_is_the_same_and_is_said() {
+        let declared = [number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours")];
+        let usual = Parameters::defaults("test".into(), &declared);
+        let mut set = usual.clone();
+        set.set("mass_kg", "1").unwrap();
+        assert_eq!(set, usual);
+        assert_eq!((set.given(), set.changed()), ("mass_kg=1.0".to_owned(), String::new()));
+        assert_eq!(usual.given(), "");
     }
 }

@@ -67,16 +67,11 @@ impl Reference {
     /// # Errors
     /// As for [`compute`](Self::compute).
     pub fn solution(spec: &RunSpec, refinement: u32, stop: StopFlag<'_>) -> Result<Trajectory> {
-        let (case, defaults) = (&spec.case, spec.case.defaults);
+        let case = &spec.case;
         let mut system = (case.build)(&spec.parameters, &spec.solver)?;
         let mut recorder = Recorder::new(case, &mut system)?.with_active_effective_mass(&mut system);
-        let every = (defaults.reference_sampling_s / defaults.reference_step_s).round().max(1.0) as usize;
-        // The step used divides the duration, in multiples of the stored points.
-        let points = (spec.duration / defaults.reference_sampling_s).ceil().max(1.0) as usize;
-        let every = every * refinement as usize;
-        let steps = points * every;
-        let steps = ReferenceSteps { h: spec.duration / steps as f64, steps, every };
-        let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points + 1);
+        let steps = reference_steps(spec, refinement);
+        let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points(spec) + 1);
         let solved = match (case.reference)(&spec.parameters)? {
             ReferenceMethod::Own(integrate) => integrate(steps, stop, &mut trajectory),
             ReferenceMethod::Refined | ReferenceMethod::Exact(_) => {
@@ -110,9 +105,8 @@ impl Reference {
             uncertainty.push(second.max(0.5 * first) / (2.0_f64.powf(trusted) - 1.0));
             order.push(if second > 0.0 { observed } else { f64::NAN });
         }
-        let finest = f64::from(Self::REFINEMENTS[Self::REFINEMENTS.len() - 1]);
-        let step = spec.case.defaults.reference_step_s / finest;
-        Self::of(&spec.case, fine, uncertainty, order, step)
+        let finest = Self::REFINEMENTS[Self::REFINEMENTS.len() - 1];
+        Self::of(&spec.case, fine, uncertainty, order, reference_steps(spec, finest).h)
     }
 
     /// Derives once what every run is held against.
@@ -128,7 +122,7 @@ impl Reference {
 
     fn sample(spec: &RunSpec, solution: &ExactSolution) -> Self {
         let columns = spec.case.recorded_columns();
-        let points = (spec.duration / spec.case.defaults.reference_sampling_s).ceil().max(1.0) as usize;
+        let points = points(spec);
         let mut trajectory = Trajectory::with_capacity(columns, points + 1);
         for point in 0..=points {
             solution(spec.duration * point as f64 / points as f64, trajectory.push_row());
@@ -188,6 +182,21 @@ impl RunSpec {
             && self.duration == other.duration
             && self.parameters == other.parameters
     }
+}
+
+/// Stored points of a reference, the first one aside.
+fn points(spec: &RunSpec) -> usize {
+    (spec.duration / spec.case.defaults.reference_sampling_s).ceil().max(1.0) as usize
+}
+
+/// The steps that are taken: they divide the duration, in multiples of the stored points, and are no longer than asked.
+fn reference_steps(spec: &RunSpec, refinement: u32) -> ReferenceSteps {
+    let defaults = spec.case.defaults;
+    let asked = defaults.reference_sampling_s / defaults.reference_step_s;
+    // Slack for a quotient that is whole up to round-off.
+    let every = (asked * (1.0 - 1e-9)).ceil().max(1.0) as usize * refinement as usize;
+    let steps = points(spec) * every;
+    ReferenceSteps { h: spec.duration / steps as f64, steps, every }
 }
 
 /// Positions of the gap columns among the recorded ones.

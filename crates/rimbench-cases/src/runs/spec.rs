@@ -150,6 +150,7 @@ impl RunSpec {
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     pub fn check(&self) -> Result<()> {
         let macro_steps = self.grid()?.macro_steps();
+        self.check_reference()?;
         if macro_steps < self.scheme.samples {
             return Err(Error::invalid(
                 "macro-step",
@@ -182,6 +183,24 @@ impl RunSpec {
                     self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Checks the steps of the reference: a reference that would never end is found before it is begun.
+    fn check_reference(&self) -> Result<()> {
+        let (step, sampling) = (self.case.defaults.reference_step_s, self.case.defaults.reference_sampling_s);
+        if self.duration / sampling > MOST_STEPS {
+            let expected = format!("at most {:e} s, for which the reference has {MOST_STEPS:e} points", MOST_STEPS * sampling);
+            return Err(Error::invalid("duration", self.duration, expected));
+        }
+        let least = self.duration / MOST_REFERENCE_STEPS;
+        if !(step >= least && step <= sampling) {
+            let expected = format!(
+                "a time from {least:e} s to {sampling:e} s, the distance of the points of the reference of case {}",
+                self.case.name
+            );
+            return Err(Error::invalid("reference_step_s", format!("{step:e}"), expected));
         }
         Ok(())
     }
@@ -249,6 +268,9 @@ fn wall_limit(seconds: f64) -> Result<Duration> {
 
 /// Plausibility bound, far beyond any use, so that a slip of the exponent is an error and not an endless run.
 const MOST_STEPS: f64 = 1e7;
+
+/// The same for the coarsest of the three references.
+const MOST_REFERENCE_STEPS: f64 = 1e8;
 
 #[cfg(test)]
 mod tests {

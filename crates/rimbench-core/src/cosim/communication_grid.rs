@@ -5,6 +5,9 @@ use crate::error::{Error, Result};
 /// Relative slack within which two step sizes count as multiples of each other.
 const COMMENSURATE: f64 = 1e-9;
 
+/// Shortest first macro step as a part of H: one of no length at all would be a division by nothing.
+const SHORTEST_PHASE: f64 = 1e-9;
+
 /// The communication points `t_0 = 0, t_k = (k − 1 + φ) H, …, t_K = T`.
 ///
 /// The first macro step is `φH` long, so that an ensemble over φ moves the communication points relative to a contact
@@ -32,7 +35,7 @@ impl CommunicationGrid {
     /// Lays the grid for macro step `H` (s), phase `φ` in (0, 1] and duration `T` (s).
     ///
     /// # Errors
-    /// [`Error::InvalidValue`] for `H ≤ 0`, `H > T`, φ outside (0, 1], or anything that is not a finite number.
+    /// [`Error::InvalidValue`] for `H ≤ 0`, `H > T`, φ outside [1e-9, 1], or anything that is not a finite number.
     pub fn new(macro_step: f64, phase: f64, duration: f64) -> Result<Self> {
         if !(duration.is_finite() && duration > 0.0) {
             return Err(Error::invalid("duration", duration, "a finite time above 0 s"));
@@ -43,8 +46,9 @@ impl CommunicationGrid {
         if macro_step > duration {
             return Err(Error::invalid("macro-step", macro_step, format!("at most the duration, {duration} s")));
         }
-        if !(phase > 0.0 && phase <= 1.0) {
-            return Err(Error::invalid("phase", phase, "a number in (0, 1]"));
+        if !(SHORTEST_PHASE..=1.0).contains(&phase) {
+            let expected = format!("a number in (0, 1], at least {SHORTEST_PHASE:e}");
+            return Err(Error::invalid("phase", format!("{phase:?}"), expected));
         }
         let rest = duration / macro_step - phase;
         // A duration that is a multiple of H up to round-off gets no sliver of a last step.
