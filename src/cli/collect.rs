@@ -1,6 +1,6 @@
 //! `rimbench collect`: merges shards.
 
-use super::{claims_table, print};
+use super::{claims_table, complain, print};
 use clap::Args;
 use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
@@ -23,9 +23,9 @@ impl Collect {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let (first, others) =
             self.folders.split_first().ok_or_else(|| Error::invalid("DIR", "", "a results folder"))?;
-        let experiment = read_copy(first)?;
+        let experiment = Experiment::read_from_results(first)?;
         for other in others {
-            if !read_copy(other)?.is_same_as(&experiment) {
+            if !Experiment::read_from_results(other)?.is_same_as(&experiment) {
                 let message = format!("holds results of another experiment than {}", first.display());
                 return Err(Error::file(other, message).into());
             }
@@ -43,6 +43,7 @@ impl Collect {
         };
         let others: Vec<&Path> = others.iter().map(PathBuf::as_path).collect();
         let (summary, missing) = collect_shards(job, &others)?;
+        complain(&cache);
         print(&format!(
             "{} of {} runs in {}: {} taken over, {} damaged records left out",
             summary.planned - summary.missing,
@@ -53,27 +54,14 @@ impl Collect {
         ))?;
         for run in missing.iter().take(NAMED) {
             let (step, phase) = (run.spec.macro_step * 1e3, run.spec.phase);
-            print(&format!(
-                "missing: {} {} at H = {step} ms, phase {phase}",
-                run.label,
-                run.spec.parameters.changed()
-            ))?;
+            print(&format!("missing: {} {} at H = {step} ms, phase {phase}", run.label, run.spec.parameters.given()))?;
         }
         if missing.len() > NAMED {
             print(&format!("… and {} more", missing.len() - NAMED))?;
         }
         if missing.is_empty() && !experiment.claims().is_empty() {
-            print(&claims_table(&check_claims(&experiment, first)?))?;
+            print(&claims_table(&check_claims(&experiment, catalogue, first)?))?;
         }
         Ok(())
     }
-}
-
-/// The copy of the experiment file that every results folder holds.
-fn read_copy(folder: &Path) -> rimbench::error::Result<Experiment> {
-    let path = folder.join("experiment.toml");
-    if !path.is_file() {
-        return Err(Error::file(folder, "is no results folder: it holds no experiment.toml"));
-    }
-    Experiment::read_as(&path, folder)
 }

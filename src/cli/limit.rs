@@ -1,7 +1,7 @@
 //! `rimbench limit`: the largest stable macro step.
 
 use super::run_options::{RunOptions, resolved};
-use super::{Format, json_number, print, table};
+use super::{Format, complain, json_number, print, table};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
@@ -58,7 +58,10 @@ impl Limit {
         let found = match self.method {
             Method::Run => {
                 let phases = phase_ensemble(self.phases);
-                stability_limit(&coarsest, &grid, &phases, fixed_micro_step, &Cache::of_user())?
+                let cache = Cache::of_user();
+                let found = stability_limit(&coarsest, &grid, &phases, fixed_micro_step, &cache)?;
+                complain(&cache);
+                found
             }
             Method::Spectral => spectral_stability_limit(&coarsest, &grid, fixed_micro_step)?,
         };

@@ -3,6 +3,7 @@
 use super::{Format, print, table};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
+use rimbench::error::Error;
 use rimbench::metrics::METRICS;
 use serde_json::{Map, Value};
 
@@ -11,7 +12,7 @@ use serde_json::{Map, Value};
 pub struct List {
     /// What to list
     what: What,
-    /// Only this case (for parameters)
+    /// Only this case (for cases and parameters)
     #[arg(long, value_name = "CASE")]
     case: Option<String>,
     /// How to print
@@ -35,7 +36,16 @@ impl List {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let case = self.case.as_deref().map(|name| catalogue.case(name)).transpose()?;
         let entries: Vec<Entry> = match self.what {
-            What::Cases => catalogue.cases().iter().map(|case| named(&case.name, &case.about)).collect(),
+            What::Cases => catalogue
+                .cases()
+                .iter()
+                .filter(|known| case.is_none_or(|case| case.name == known.name))
+                .map(|case| named(&case.name, &case.about))
+                .collect(),
+            What::Schemes | What::Solvers | What::Metrics if case.is_some() => {
+                let message = "--case goes with `list cases` and `list parameters` only";
+                return Err(Error::Incompatible(message.to_owned()).into());
+            }
             What::Schemes => catalogue
                 .schemes()
                 .iter()

@@ -18,7 +18,7 @@ mod verify;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use rimbench::everything;
-use rimbench::harness::CheckedClaim;
+use rimbench::harness::{Cache, CheckedClaim, Verdict};
 use rimbench::runs::FactValue;
 use std::process::ExitCode;
 
@@ -119,6 +119,13 @@ fn print(text: &str) -> anyhow::Result<()> {
     }
 }
 
+/// Says what is wrong with the cache of references, if anything is: without it every command computes them anew.
+fn complain(cache: &Cache) {
+    if let Some(error) = cache.complaint() {
+        eprintln!("note: the cache of references is of no use here: {error}");
+    }
+}
+
 /// An empty table in the style of all tables.
 fn table(header: &[&str]) -> comfy_table::Table {
     let mut table = comfy_table::Table::new();
@@ -135,7 +142,11 @@ fn claims_table(claims: &[CheckedClaim]) -> String {
     let mut table = table(&["claim", "by", "measured", "expected", "verdict"]);
     for claim in claims {
         let measured = claim.measured.map_or("–".to_owned(), |value| format!("{value:.4}"));
-        let changed = if claim.verdict == claim.finding { "" } else { " (differs from the recorded finding)" };
+        let changed = match claim.finding {
+            _ if claim.differs() => " (differs from the recorded finding)",
+            Verdict::NotMeasured if claim.verdict != Verdict::NotMeasured => " (no finding is recorded yet)",
+            _ => "",
+        };
         let by = format!("{:?}", claim.by).to_lowercase();
         let verdict = format!("{}{changed}", claim.verdict);
         table.add_row([format!("{}: {}", claim.text, claim.quantity), by, measured, claim.expected.clone(), verdict]);

@@ -1,7 +1,7 @@
 //! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing.
 
 use super::progress::progress_bar;
-use super::{claims_table, print};
+use super::{claims_table, complain, print};
 use clap::Args;
 use rayon::prelude::*;
 use rimbench::BUILD;
@@ -64,7 +64,7 @@ impl Reproduce {
             if bar.is_hidden() {
                 eprintln!("{}: {} runs", experiment.name(), summary.computed);
             }
-            claims.extend(check_claims(experiment, &folder)?);
+            claims.extend(check_claims(experiment, catalogue, &folder)?);
             // All is exported; what is to be resumed is for `run`.
             Store::clear(&folder)?;
         }
@@ -74,6 +74,7 @@ impl Reproduce {
         figures.of_group(Some(GROUP)).par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
         write_report(&home.join("paper/report.md"), &out, GROUP, &figures)?;
         bar.finish_and_clear();
+        complain(&cache);
 
         print(&claims_table(&claims))?;
         print(&format!(

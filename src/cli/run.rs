@@ -1,7 +1,7 @@
 //! `rimbench run`: what is missing of an experiment.
 
 use super::progress::progress_bar;
-use super::{claims_table, print};
+use super::{claims_table, complain, print};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
@@ -85,6 +85,13 @@ impl Run {
             summary.not_completed,
             summary.reused,
         ))?;
+        if summary.renewed > 0 {
+            print(&format!(
+                "{} of those computed had been stored, but took too long for the limit they had, or lacked the trace asked for",
+                summary.renewed
+            ))?;
+        }
+        complain(&cache);
         if summary.damaged > 0 {
             print(&format!(
                 "{} damaged records were left out and computed again where they belong here",
@@ -98,7 +105,7 @@ impl Run {
         if summary.missing > 0 {
             print(&format!("{} runs are missing: run the other shards, then `rimbench collect`", summary.missing))?;
         } else if !experiment.claims().is_empty() {
-            print(&claims_table(&check_claims(&experiment, &folder)?))?;
+            print(&claims_table(&check_claims(&experiment, catalogue, &folder)?))?;
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -31,7 +31,11 @@ impl<const SCANS: bool> RunOptions<SCANS> {
             let (key, value) = assignment
                 .split_once('=')
                 .ok_or_else(|| Error::invalid("--set", assignment, "key=value, for example box_mass_kg=250"))?;
-            request.set.push((key.trim().to_owned(), value.trim().to_owned()));
+            let (key, value) = (key.trim().to_owned(), value.trim().to_owned());
+            if let Some((_, earlier)) = request.set.iter().find(|(known, _)| *known == key) {
+                return Err(Error::invalid("--set", assignment, format!("each key once; {key} is {earlier} already")));
+            }
+            request.set.push((key, value));
         }
         Ok(request)
     }

@@ -1,7 +1,7 @@
 //! `rimbench simulate`: one run.
 
 use super::run_options::{RunOptions, resolved};
-use super::{Format, json_fact, print, table};
+use super::{Format, complain, json_fact, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::cases::Value as ParameterValue;
@@ -35,7 +35,9 @@ impl Simulate {
             check_writable_file(path)?;
         }
         let stop = StopFlag::never();
-        let reference = obtain_reference(&spec, &Cache::of_user(), stop)?;
+        let cache = Cache::of_user();
+        let reference = obtain_reference(&spec, &cache, stop)?;
+        complain(&cache);
         let result = simulate(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
         let run = evaluate(&spec, result, &reference)?;
         if let Some(path) = &self.trace {

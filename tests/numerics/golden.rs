@@ -51,18 +51,36 @@ fn end_of_run(name: &str) -> (f64, f64) {
 #[test]
 fn a_changed_digit_raises_the_numerics_version() {
     assert_eq!(NUMERICS_VERSION, GOLDEN_VERSION, "new numerics version: update GOLDEN and GOLDEN_VERSION");
-    let found: Vec<(&str, (f64, f64))> =
-        schemes().iter().map(|scheme| (&*scheme.name, end_of_run(&scheme.name))).collect();
-    let same = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();
-    let golden = |name: &str| GOLDEN.iter().find(|golden| golden.0 == name);
-    let unchanged = found.len() == GOLDEN.len()
-        && found.iter().all(|(name, (length, force))| {
-            golden(name).is_some_and(|golden| same(*length, golden.1) && same(*force, golden.2))
-        });
+    let found: Vec<(&str, f64, f64)> = schemes()
+        .iter()
+        .map(|scheme| {
+            let (length, force) = end_of_run(&scheme.name);
+            (&*scheme.name, length, force)
+        })
+        .collect();
+    let differences = differences(GOLDEN, &found);
     assert!(
-        unchanged,
-        "results have changed: raise NUMERICS_VERSION unless only a scheme is new, say why in the commit, and update \
-         GOLDEN to\n{}",
-        found.iter().map(|(name, (s, f))| format!("    (\"{name}\", {s:?}, {f:?}),\n")).collect::<String>()
+        differences.is_empty(),
+        "results have changed: raise NUMERICS_VERSION unless only a scheme is new, say why in the commit, and change \
+         these rows of GOLDEN\n{differences}"
     );
+}
+
+/// The rows that are new, changed or gone, and no others.
+fn differences(golden: &[(&str, f64, f64)], found: &[(&str, f64, f64)]) -> String {
+    let close = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();
+    let same = |a: &(&str, f64, f64), b: &(&str, f64, f64)| a.0 == b.0 && close(a.1, b.1) && close(a.2, b.2);
+    let other = found.iter().filter(|found| !golden.iter().any(|golden| same(found, golden)));
+    let gone = golden.iter().filter(|golden| !found.iter().any(|found| found.0 == golden.0));
+    let other = other.map(|(name, length, force)| format!("    (\"{name}\", {length:?}, {force:?}),\n"));
+    other.chain(gone.map(|golden| format!("    no more: \"{}\"\n", golden.0))).collect()
+}
+
+#[test]
+fn only_the_rows_that_differ_are_shown() {
+    let golden = [("a", 1.0, 2.0), ("b", 3.0, 4.0), ("c", 5.0, 6.0)];
+    let found = [("a", 1.0, 2.0), ("b", 3.0, 4.5), ("new", 7.0, 8.0)];
+    assert_eq!(differences(&golden, &golden), "");
+    let shown = differences(&golden, &found);
+    assert_eq!(shown, "    (\"b\", 3.0, 4.5),\n    (\"new\", 7.0, 8.0),\n    no more: \"c\"\n");
 }

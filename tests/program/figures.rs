@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use rimbench::checksums;
 use rimbench::complementarity::{SolveStats, SolverEntry};
 use rimbench::corpus::{Replay, Solve, Start, draw_profile};
 use rimbench::error::Error;
@@ -141,6 +142,12 @@ fn made_up_results(folder: &Path) {
     for (name, text) in [("runs.csv", runs.as_str()), ("cost.csv", cost.as_str()), ("parameters.csv", parameters)] {
         std::fs::write(folder.join(name), text).unwrap();
     }
+    seal(&folder);
+}
+
+/// Says of made-up results that they are as they were written.
+fn seal(folder: &Path) {
+    checksums::write(folder, ["runs.csv", "cost.csv", "parameters.csv"].map(str::to_owned)).unwrap();
 }
 
 /// A list with one figure of each kind that reads the made-up results, and some that cannot be drawn.
@@ -153,6 +160,7 @@ source = "runs.csv"
 caption = "…"
 title = "made up"
 metric = "error"
+only = { set = "all" }
 wrong_above = 5e-3
 hatch_label = "stable but wrong"
 width = 700
@@ -169,6 +177,7 @@ height = 400
 [[figure.panels]]
 title = "created"
 metric = "residual_j"
+only = { set = "all" }
 part = "negative"
 label = "minus residual (J)"
 range = [1e-4, 1e-1]
@@ -188,10 +197,12 @@ width = 800
 height = 400
 [[figure.panels]]
 title = "(a)"
+only = { set = "all" }
 cost = "wall_s"
 label = "wall time (s)"
 [[figure.panels]]
 title = "(b)"
+only = { case = "box", set = "all" }
 cost = "actuator_micro_steps + mechanics_steps"
 label = "steps"
 
@@ -214,6 +225,7 @@ macro_step_s = 5e-3
 [[figure.panels]]
 title = "(b)"
 metric = "fraction_stable"
+macro_step_s = 5e-3
 label = "fraction stable"
 range = [0.0, 1.0]
 labels = ["rim-smooth"]
@@ -227,6 +239,7 @@ caption = "…"
 width = 1000
 height = 400
 range_us = [1.0, 1e5]
+only = { set = "all" }
 
 [[figure]]
 id = "other"
@@ -255,7 +268,9 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
     for (id, labels) in [
         ("map", &["stable but wrong", "rim-smooth", "0.50", "1", "5"] as &[&str]),
         ("sweep", &["created", "uncertainty of the reference", "rim-nonsmooth-gap/profile, order 1.00"]),
-        ("work", &["wall time (s)", "steps", "rim-smooth", "rim-nonsmooth-gap/profile"]),
+        ("sweep", &["lost", "some runs lost"]),
+        ("work", &["rim-smooth: some runs lost"]),
+        ("work", &["wall time (s)", "steps", "rim-nonsmooth-gap/profile"]),
         ("margin", &["margin (m)", "fraction stable", "rim-smooth", "rim-nonsmooth-gap/profile"]),
     ] {
         let texts = texts(id);
@@ -275,6 +290,7 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
         format!("{row}{more}\n")
     };
     std::fs::write(&cost, rows.lines().enumerate().map(longer).collect::<String>()).unwrap();
+    seal(&place.path().join("study/made-up"));
     let made = figures.make_all(place.path(), None, &Styles::standard()).unwrap();
     assert_eq!(made.files.len(), 5);
     assert!(made.missing.len() == 1 && made.missing[0].1.contains("experiments/paper/not-run.toml"));
@@ -303,7 +319,7 @@ fn a_figure_of_one_case_has_only_its_runs() {
     let place = tempfile::tempdir().expect("a temporary folder");
     made_up_results(place.path());
     let list = place.path().join("figures.toml");
-    let one = |set: &str| MADE_UP_FIGURES.replace("hatch_label", &format!("only = {{ set = \"{set}\" }}\nhatch_label"));
+    let one = |set: &str| MADE_UP_FIGURES.replacen("{ set = \"all\" }", &format!("{{ set = \"{set}\" }}"), 1);
     std::fs::write(&list, one("margin_m=0.1")).unwrap();
     let runs = place.path().join("study/made-up/runs.csv");
     // Both phases of rim-smooth at 5 ms stay stable in the set that is shown, and in that only.
@@ -312,6 +328,7 @@ fn a_figure_of_one_case_has_only_its_runs() {
     };
     let rows: String = std::fs::read_to_string(&runs).unwrap().lines().map(|row| kept(row) + "\n").collect();
     std::fs::write(&runs, rows).unwrap();
+    seal(&place.path().join("study/made-up"));
     let values = |list: &Path| {
         let made = FigureList::read(list).unwrap().make_all(place.path(), Some("study"), &Styles::standard()).unwrap();
         let svg = read(&place.path().join("study/made-up/figures/map.svg"));
@@ -327,6 +344,70 @@ fn a_figure_of_one_case_has_only_its_runs() {
     let (made, _) = values(&list);
     let reason = &made.missing.iter().find(|(missing, _)| missing == "map").expect("not drawn").1;
     assert!(reason.contains("margin_m=0.2") && reason.contains("margin_m=0.1"), "{reason}");
+}
+
+#[test]
+fn a_figure_that_would_pool_cases_sets_or_macro_steps_without_a_word_is_refused() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let list = place.path().join("figures.toml");
+    let reason_of = |text: &str, id: &str| {
+        std::fs::write(&list, text).unwrap();
+        let figures = FigureList::read(&list).unwrap();
+        let made = figures.make_all(place.path(), Some("study"), &Styles::standard()).unwrap();
+        made.missing.into_iter().find(|(missing, _)| missing == id).expect("not drawn").1
+    };
+    let silent = MADE_UP_FIGURES.replace("only = { set = \"all\" }\n", "");
+    for id in ["map", "sweep", "work", "latency"] {
+        let reason = reason_of(&silent, id);
+        assert!(reason.contains("drawn as one") && reason.contains("\"margin_m=0.1\""), "{id}: {reason}");
+    }
+    let reason = reason_of(&MADE_UP_FIGURES.replace("macro_step_s = 5e-3\n", ""), "margin");
+    assert!(reason.contains("several values of macro_step_s"), "{reason}");
+    // A second case with the same margins.
+    let folder = place.path().join("study/made-up");
+    let rows = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
+    let half =
+        |row: (usize, &str)| if row.0 % 2 == 0 && row.0 > 0 { row.1.replace(",box,", ",ball,") } else { row.1.into() };
+    std::fs::write(folder.join("runs.csv"), rows.lines().enumerate().map(|row| half(row) + "\n").collect::<String>())
+        .unwrap();
+    let parameters = std::fs::read_to_string(folder.join("parameters.csv")).unwrap();
+    std::fs::write(
+        folder.join("parameters.csv"),
+        format!("{parameters}ball,,margin_m,0.01\nball,margin_m=0.1,margin_m,0.1\n"),
+    )
+    .unwrap();
+    seal(&folder);
+    for (id, wanted) in [("map", "case = …"), ("margin", "case and set")] {
+        let reason = reason_of(MADE_UP_FIGURES, id);
+        assert!(reason.contains(wanted) && reason.contains("ball"), "{id}: {reason}");
+    }
+}
+
+#[test]
+fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let (list, folder) = (place.path().join("figures.toml"), place.path().join("study/made-up"));
+    std::fs::write(&list, MADE_UP_FIGURES).unwrap();
+    let reasons = || {
+        let figures = FigureList::read(&list).unwrap();
+        figures.make_all(place.path(), Some("study"), &Styles::standard()).unwrap().missing
+    };
+    let whole = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
+    let rows: Vec<&str> = whole.lines().collect();
+    for other in [rows[..2].join("\n"), whole.replacen("diverged", "completed", 1), rows[..].join("\n") + "\n" + rows[1] + "\n"]
+    {
+        std::fs::write(folder.join("runs.csv"), other).unwrap();
+        let missing = reasons();
+        assert!(missing.len() == 5 && missing[0].1.contains("runs.csv has been changed"), "{missing:?}");
+    }
+    std::fs::write(folder.join("runs.csv"), whole).unwrap();
+    std::fs::remove_file(folder.join("SHA256SUMS")).unwrap();
+    assert!(reasons()[0].1.contains("run the experiment again"));
+    let figures = FigureList::read(&list).unwrap();
+    let message = figures.make_all(place.path(), Some("nope"), &Styles::standard()).unwrap_err().to_string();
+    assert!(message.contains("unknown group of figures `nope`") && message.contains("study"), "{message}");
 }
 
 /// Writes a drawing twice and checks: both files, equal bytes, each label once, nothing outside the page.

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod any_edit;
 mod architecture;
 mod command_line;
 mod corpus;
@@ -13,3 +14,4 @@ mod perf;
 mod perf_command_line;
 mod reproduction;
 mod store_survives;
+mod strict;

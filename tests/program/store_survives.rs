@@ -26,6 +26,7 @@ scheme = "rim-nonsmooth"
 id = "diverges"
 by = "ours"
 text = "Zero-order hold diverges at 5 ms"
+set = "all"
 scheme = "zero-order-hold"
 macro_step_s = 5e-3
 metric = "diverged"
@@ -174,7 +175,8 @@ fn damaged_and_truncated_records_are_computed_again() {
     let out = folder.path().join("survival");
     run(&file, &out, &[]);
     let before = results(&out);
-    let log = std::fs::read_dir(out.join("records")).unwrap().next().unwrap().unwrap().path();
+    let mut files = std::fs::read_dir(out.join("records")).unwrap().map(|entry| entry.unwrap().path());
+    let log = files.find(|path| path.extension().is_some_and(|extension| extension == "log")).unwrap();
     let mut bytes = std::fs::read(&log).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] = if bytes[middle] == b'7' { b'8' } else { b'7' };

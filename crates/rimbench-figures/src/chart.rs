@@ -2,6 +2,7 @@
 //!
 //! These types only describe; [`Figure::draw`] turns them into a [`Drawing`](super::drawing::Drawing).
 
+use super::drawing::Color;
 use super::style::SeriesStyle;
 
 /// Whether equal distances are equal differences or equal ratios.
@@ -125,6 +126,15 @@ pub enum Guide {
     },
 }
 
+/// Where runs of a series have no value because they did not come to their end: signs in a band above the axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Losses {
+    /// Abscissa, and share of the runs that were lost, above 0; all of them at 1.
+    pub points: Vec<(f64, f64)>,
+    /// Colour of the series.
+    pub color: Color,
+}
+
 /// A remark inside a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note {
@@ -157,6 +167,8 @@ pub struct Panel {
     pub y: Axis,
     /// Series, the first at the back.
     pub series: Vec<Series>,
+    /// Where runs were lost.
+    pub losses: Vec<Losses>,
     /// Reference lines and slopes.
     pub guides: Vec<Guide>,
     /// Remarks.
@@ -168,8 +180,8 @@ pub struct Panel {
 impl Panel {
     /// An empty panel.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
-        let (series, guides, notes) = (Vec::new(), Vec::new(), Vec::new());
-        Panel { title: title.into(), x, y, series, guides, notes, inset: None }
+        let (series, losses, guides, notes) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Panel { title: title.into(), x, y, series, losses, guides, notes, inset: None }
     }
 
     /// Adds a series in front of those already there.

@@ -1,6 +1,6 @@
 //! Draws the points of a series inside a frame: clipped, broken at NaN, with infinite values in a band above.
 
-use super::chart::{Mode, Series};
+use super::chart::{Losses, Mode, Series};
 use super::clip::{self, Rect};
 use super::drawing::{Drawing, Point, Stroke};
 use super::marker;
@@ -10,6 +10,8 @@ use super::scale::AxisMap;
 pub const BAND: f64 = 28.0;
 /// Half size of a marker, px.
 pub const MARKER: f64 = 3.6;
+/// Distance of the signs of neighbouring series in the band, px.
+const LOSS_DISTANCE: f64 = 8.0;
 /// Least distance of the triangles in the band, px.
 const TRIANGLE_DISTANCE: f64 = 15.0;
 /// Beyond this many points a line's markers are thinned to one per …
@@ -22,8 +24,10 @@ const MARKER_DISTANCE: f64 = 40.0;
 pub struct Frame {
     /// Where values inside the axes' intervals lie.
     pub area: Rect,
-    /// Whether a band for infinite values is kept free above the area.
+    /// Whether a band for infinite values and lost runs is kept free above the area.
     pub band: bool,
+    /// What stands beside the band.
+    pub band_label: &'static str,
     /// Horizontal axis.
     pub x: AxisMap,
     /// Vertical axis.
@@ -100,6 +104,21 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series) {
     }
 }
 
+/// Marks in the band where runs were lost: an open triangle for some of them, a full one for all. Series stand side by side.
+pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, losses: &[Losses]) {
+    for (index, series) in losses.iter().enumerate() {
+        let beside = (index as f64 - 0.5 * (losses.len() - 1) as f64) * LOSS_DISTANCE;
+        for &(x, share) in &series.points {
+            let Some(across) = frame.x.position(x).filter(|at| (frame.area.left..=frame.area.right).contains(at))
+            else {
+                continue;
+            };
+            let at = ((across + beside).clamp(frame.area.left, frame.area.right), frame.beyond());
+            marker::draw_lost(drawing, at, MARKER, series.color, share >= 1.0);
+        }
+    }
+}
+
 fn far_enough(last: &mut Option<Point>, at: Point, distance: f64) -> bool {
     let far = last.is_none_or(|before| (at.0 - before.0).hypot(at.1 - before.1) >= distance);
     if far {
@@ -141,6 +160,7 @@ mod tests {
         Frame {
             area: Rect { left: 0.0, top: 50.0, right: 100.0, bottom: 150.0 },
             band: true,
+            band_label: "∞",
             x: AxisMap { scale: Scale::Linear, low: 0.0, high: 10.0, start: 0.0, end: 100.0 },
             y: AxisMap { scale: Scale::Log10, low: 1.0, high: 100.0, start: 150.0, end: 50.0 },
         }
@@ -176,6 +196,24 @@ mod tests {
     fn a_finite_value_above_the_axis_is_cut_below_the_band() {
         let cut = lines(&[(0.0, 10.0), (2.0, 1.0e9)]);
         assert_eq!(cut[0].last().map(|point| point.1), Some(50.0));
+    }
+
+    #[test]
+    fn lost_runs_are_marked_in_the_band_side_by_side() {
+        let mut drawing = Drawing::new(100.0, 200.0);
+        let color = style_in_list(0).color;
+        let losses = [(5.0, 0.25), (5.0, 1.0)].map(|point| Losses { points: vec![point], color });
+        draw_losses(&mut drawing, &frame(), &losses);
+        let signs: Vec<(f64, bool)> = drawing
+            .shapes
+            .iter()
+            .filter_map(|shape| match shape {
+                Shape::Path { points, fill, closed: true, .. } => Some((points[0].0, *fill == Some(color))),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(signs.iter().map(|sign| sign.1).collect::<Vec<_>>(), [false, true]);
+        assert!((signs[1].0 - signs[0].0 - LOSS_DISTANCE).abs() < 1e-9);
     }
 
     #[test]

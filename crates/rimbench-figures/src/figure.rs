@@ -22,7 +22,7 @@ impl Figure {
         }
         let columns = self.columns.clamp(1, self.panels.len());
         let rows = self.panels.len().div_ceil(columns);
-        let infinite = self.panels.iter().any(|panel| Prepared::new(panel, self.height).band());
+        let infinite = self.panels.iter().any(|panel| Prepared::new(panel, self.height).infinite());
         let legend = Legend::of(&self.panels, infinite);
 
         let inner = self.width - 2.0 * MARGIN;

@@ -18,6 +18,7 @@ const BETWEEN: f64 = 24.0;
 enum Sample {
     Series { style: SeriesStyle, line: bool, sign: bool },
     Infinite,
+    Lost { all: bool },
 }
 
 /// The entries of a figure.
@@ -39,6 +40,12 @@ impl Legend {
         }
         if infinite && !entries.is_empty() {
             entries.push((Sample::Infinite, "infinite".to_owned()));
+        }
+        let shares = || panels.iter().flat_map(|panel| &panel.losses).flat_map(|losses| &losses.points).map(|p| p.1);
+        for (all, label) in [(false, "some runs lost"), (true, "all runs lost")] {
+            if shares().any(|share| (share >= 1.0) == all) {
+                entries.push((Sample::Lost { all }, label.to_owned()));
+            }
         }
         Legend { entries }
     }
@@ -97,7 +104,7 @@ impl Legend {
 fn width((sample, label): &(Sample, String)) -> f64 {
     let sign = match sample {
         Sample::Series { .. } => SAMPLE,
-        Sample::Infinite => 2.0 * MARKER,
+        Sample::Infinite | Sample::Lost { .. } => 2.0 * MARKER,
     };
     sign + GAP + font::width(label, SIZE, Weight::Regular)
 }
@@ -116,6 +123,10 @@ fn draw_entry(drawing: &mut Drawing, (sample, label): &(Sample, String), left: f
         }
         Sample::Infinite => {
             marker::draw_beyond(drawing, (left + MARKER, y + 0.5), MARKER + 0.6, Color::SOFT_INK);
+            left + 2.0 * MARKER
+        }
+        Sample::Lost { all } => {
+            marker::draw_lost(drawing, (left + MARKER, y + 0.5), MARKER, Color::SOFT_INK, *all);
             left + 2.0 * MARKER
         }
     };

@@ -33,6 +33,12 @@ pub fn draw_beyond(drawing: &mut Drawing, at: Point, size: f64, color: Color) {
     drawing.area(ring(at, 3, 1.25 * size, -90.0), Some(color), Some(Stroke::solid(Color::WHITE, 0.8)));
 }
 
+/// Draws the up-pointing triangle of runs without a value: full where all of them were lost, else open.
+pub fn draw_lost(drawing: &mut Drawing, at: Point, size: f64, color: Color, all: bool) {
+    let fill = if all { color } else { Color::WHITE };
+    drawing.area(ring(at, 3, size, -90.0), Some(fill), Some(Stroke::solid(color, 1.2)));
+}
+
 fn strokes(drawing: &mut Drawing, tips: &[Point], color: Color) {
     drawing.line(vec![tips[0], tips[2]], Stroke::solid(color, 1.6));
     drawing.line(vec![tips[1], tips[3]], Stroke::solid(color, 1.6));

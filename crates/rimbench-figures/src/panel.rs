@@ -30,22 +30,24 @@ pub struct Prepared<'a> {
     y: (f64, f64),
     y_ticks: Ticks,
     band: bool,
+    infinite: bool,
 }
 
 impl<'a> Prepared<'a> {
     /// Settles intervals and vertical ticks for a given height of the plotting area (band included).
     pub fn new(panel: &'a Panel, height: f64) -> Self {
         let (x, y) = intervals(panel);
-        let band = panel.series.iter().flat_map(|s| &s.points).any(|p| p.1 == f64::INFINITY && !p.0.is_nan());
+        let infinite = panel.series.iter().flat_map(|s| &s.points).any(|p| p.1 == f64::INFINITY && !p.0.is_nan());
+        let band = infinite || !panel.losses.is_empty();
         let height = height - if band { BAND } else { 0.0 };
         let map = AxisMap { scale: panel.y.scale, low: y.0, high: y.1, start: 0.0, end: 1.0 };
         let y_ticks = map.ticks((height / 38.0) as usize);
-        Prepared { panel, x, y, y_ticks, band }
+        Prepared { panel, x, y, y_ticks, band, infinite }
     }
 
     /// Whether infinite values are shown.
-    pub fn band(&self) -> bool {
-        self.band
+    pub fn infinite(&self) -> bool {
+        self.infinite
     }
 
     /// Room needed left of the plotting area for tick labels and the axis label, px.
@@ -62,6 +64,7 @@ impl<'a> Prepared<'a> {
         let frame = Frame {
             area,
             band: self.band,
+            band_label: if self.infinite { "∞" } else { "lost" },
             x: AxisMap { scale: panel.x.scale, low: self.x.0, high: self.x.1, start: area.left, end: area.right },
             y: AxisMap { scale: panel.y.scale, low: self.y.0, high: self.y.1, start: area.bottom, end: area.top },
         };
@@ -73,6 +76,7 @@ impl<'a> Prepared<'a> {
         for series in &panel.series {
             data::draw(drawing, &frame, series);
         }
+        data::draw_losses(drawing, &frame, &panel.losses);
         for guide in &panel.guides {
             guides::label(drawing, &frame, guide);
         }
@@ -107,7 +111,9 @@ fn intervals(panel: &Panel) -> ((f64, f64), (f64, f64)) {
         _ => None,
     });
     let extra: Vec<(f64, f64)> = slopes.flatten().collect();
-    let points = || panel.series.iter().flat_map(|series| &series.points).chain(&extra).copied();
+    let lost: Vec<(f64, f64)> =
+        panel.losses.iter().flat_map(|losses| &losses.points).map(|p| (p.0, f64::NAN)).collect();
+    let points = || panel.series.iter().flat_map(|series| &series.points).chain(&extra).chain(&lost).copied();
     let tight = panel.x.scale != Scale::Log10;
     let x = interval(&panel.x, points().map(|p| p.0), if tight { 0.0 } else { 0.05 });
     // What a fixed x interval hides does not widen y.
@@ -147,7 +153,11 @@ pub fn axes(drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks, y_ticks: &Tic
         let edge = Stroke { dash: &[1.5, 2.5], ..AXIS };
         drawing.line(vec![(area.left, area.top), (area.right, area.top)], edge);
         drawing.line(vec![(area.left - TICK, frame.beyond()), (area.left, frame.beyond())], AXIS);
-        drawing.text(Text { size: 14.0, ..label("∞", (area.left - TICK - 4.0, frame.beyond() + 0.6), Anchor::End) });
+        let size = if frame.band_label == "∞" { 14.0 } else { TICK_SIZE };
+        drawing.text(Text {
+            size,
+            ..label(frame.band_label, (area.left - TICK - 4.0, frame.beyond() + 0.6), Anchor::End)
+        });
     }
     drawing.line(vec![(whole.left, whole.top), (whole.left, whole.bottom), (whole.right, whole.bottom)], AXIS);
 }

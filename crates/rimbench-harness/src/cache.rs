@@ -1,24 +1,28 @@
 //! A folder of numbers keyed by content: what was computed once need not be computed again.
 
+use rimbench_core::error::{Error, Result};
+use rimbench_results::atomic_file::write_atomically;
 use sha2::{Digest, Sha256};
 use std::fs;
-use std::io::Write;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// Marks a file as ours, with the version of its layout.
-const MAGIC: &[u8; 8] = b"rimref01";
+const MAGIC: &[u8; 8] = b"rimref02";
 
-/// Files named by the hash of their key, with a checksum inside. A cache that cannot be read or written is no error:
-/// the numbers are computed again.
-#[derive(Debug, Clone)]
+/// Files named by the hash of their key, with a checksum of key and content inside. A cache that cannot be read or written is no
+/// error: the numbers are computed again, and [`complaint`](Self::complaint) says why.
+#[derive(Debug)]
 pub struct Cache {
     folder: PathBuf,
+    complaint: OnceLock<Error>,
 }
 
 impl Cache {
     /// The cache in `folder`.
     pub fn in_folder(folder: impl AsRef<Path>) -> Self {
-        Cache { folder: folder.as_ref().to_owned() }
+        Cache { folder: folder.as_ref().to_owned(), complaint: OnceLock::new() }
     }
 
     /// The user's cache: `$RIMBENCH_CACHE`, else `$XDG_CACHE_HOME/rimbench`, else `~/.cache/rimbench`, else a folder for
@@ -29,17 +33,33 @@ impl Cache {
             .or_else(|| variable("XDG_CACHE_HOME").map(|base| base.join("rimbench")))
             .or_else(|| variable("HOME").map(|home| home.join(".cache").join("rimbench")))
             .unwrap_or_else(|| std::env::temp_dir().join("rimbench-cache"));
-        Cache { folder }
+        Cache::in_folder(folder)
     }
 
-    /// Reads the numbers stored under `key`; nothing if there are none or the file is damaged.
+    /// What went wrong first, if anything did: without a cache references are computed again by every command.
+    pub fn complaint(&self) -> Option<&Error> {
+        self.complaint.get()
+    }
+
+    /// Reads the numbers stored under `key`; nothing if there are none or the file is damaged, or belongs to another key.
     pub fn read(&self, key: &str) -> Option<Vec<f64>> {
-        let bytes = fs::read(self.path(key)).ok()?;
-        let rest = bytes.strip_prefix(MAGIC)?;
-        let (checksum, payload) = rest.split_at_checked(32)?;
-        if Sha256::digest(payload).as_slice() != checksum {
+        let path = self.path(key);
+        let read = regular(&path).and_then(|there| if there { fs::read(&path).map(Some) } else { Ok(None) });
+        let bytes = match read {
+            Ok(bytes) => bytes?,
+            Err(error) => {
+                self.complain(&path, format!("cannot be read: {error}"));
+                return None;
+            }
+        };
+        let payload = bytes.strip_prefix(MAGIC).and_then(|rest| {
+            let (checksum, payload) = rest.split_at_checked(32)?;
+            (checksum_of(key, payload) == checksum).then_some(payload)
+        });
+        let Some(payload) = payload else {
+            self.complain(&path, "is damaged, or of another reference".to_owned());
             return None;
-        }
+        };
         let numbers = payload.chunks_exact(8).map(|chunk| f64::from_le_bytes(chunk.try_into().unwrap_or_default()));
         Some(numbers.collect())
     }
@@ -47,16 +67,25 @@ impl Cache {
     /// Stores numbers under `key`, whole or not at all.
     pub fn write(&self, key: &str, numbers: &[f64]) {
         let payload: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
-        let store = || -> std::io::Result<()> {
-            fs::create_dir_all(&self.folder)?;
-            let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
-            file.write_all(MAGIC)?;
-            file.write_all(&Sha256::digest(&payload))?;
-            file.write_all(&payload)?;
-            file.persist(self.path(key)).map(|_| ()).map_err(|error| error.error)
+        let path = self.path(key);
+        let store = || -> Result<()> {
+            let wrong = |error: std::io::Error| Error::file(&path, format!("cannot be written: {error}"));
+            fs::create_dir_all(&self.folder).map_err(wrong)?;
+            regular(&path).map_err(wrong)?;
+            write_atomically(&path, |file| {
+                file.write_all(MAGIC)?;
+                file.write_all(&checksum_of(key, &payload))?;
+                file.write_all(&payload)
+            })
         };
         // Losing the cache costs time, not results.
-        let _ = store();
+        if let Err(error) = store() {
+            let _ = self.complaint.set(error);
+        }
+    }
+
+    fn complain(&self, path: &Path, message: String) {
+        let _ = self.complaint.set(Error::file(path, message));
     }
 
     fn path(&self, key: &str) -> PathBuf {
@@ -64,14 +93,36 @@ impl Cache {
     }
 }
 
+/// Whether a regular file is there; a pipe, which would never answer, or a folder is an error.
+fn regular(path: &Path) -> std::io::Result<bool> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() => Ok(true),
+        Ok(_) => Err(std::io::Error::new(ErrorKind::InvalidInput, "it is no regular file")),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Holds a file to its key as well as to its content: a file that was given another's name is not believed.
+fn checksum_of(key: &str, payload: &[u8]) -> [u8; 32] {
+    let mut hash = Sha256::new();
+    hash.update(Sha256::digest(key));
+    hash.update(payload);
+    hash.finalize().into()
+}
+
 /// Lower-case hexadecimal text of a digest.
 pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    rimbench_results::checksums::hex(bytes)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn bits(numbers: impl AsRef<[f64]>) -> Vec<u64> {
+        numbers.as_ref().iter().map(|x| x.to_bits()).collect()
+    }
 
     #[test]
     fn numbers_come_back_to_the_bit_and_damage_is_noticed() {
@@ -80,23 +131,48 @@ mod tests {
         let numbers = [1.0, -0.0, f64::INFINITY, f64::MIN_POSITIVE, 0.1 + 0.2];
         assert_eq!(cache.read("key"), None);
         cache.write("key", &numbers);
-        let back = cache.read("key").unwrap();
-        assert_eq!(back.map_bits(), numbers.map_bits());
+        assert_eq!(bits(cache.read("key").unwrap()), bits(numbers));
         assert_eq!(cache.read("another key"), None);
+        assert!(cache.complaint().is_none());
         let path = cache.path("key");
         let mut bytes = fs::read(&path).unwrap();
         *bytes.last_mut().unwrap() ^= 1;
         fs::write(&path, bytes).unwrap();
         assert_eq!(cache.read("key"), None);
+        assert!(cache.complaint().unwrap().to_string().contains("damaged"));
     }
 
-    trait Bits {
-        fn map_bits(&self) -> Vec<u64>;
+    #[test]
+    fn a_file_that_was_given_the_name_of_another_key_is_not_believed() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::in_folder(folder.path());
+        cache.write("one case", &[1.0]);
+        fs::copy(cache.path("one case"), cache.path("another case")).unwrap();
+        assert_eq!(cache.read("another case"), None);
+        assert_eq!(cache.read("one case"), Some(vec![1.0]));
     }
 
-    impl<T: AsRef<[f64]>> Bits for T {
-        fn map_bits(&self) -> Vec<u64> {
-            self.as_ref().iter().map(|x| x.to_bits()).collect()
-        }
+    #[test]
+    fn a_cache_that_cannot_be_written_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "").unwrap();
+        let cache = Cache::in_folder(&file);
+        cache.write("key", &[1.0]);
+        assert!(cache.complaint().unwrap().to_string().contains("cannot be written"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_in_the_place_of_a_file_is_neither_waited_for_nor_replaced() {
+        use std::os::unix::fs::FileTypeExt;
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::in_folder(folder.path());
+        let path = cache.path("key");
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        assert_eq!(cache.read("key"), None);
+        cache.write("key", &[1.0]);
+        assert!(fs::metadata(&path).unwrap().file_type().is_fifo());
+        assert!(cache.complaint().unwrap().to_string().contains("no regular file"));
     }
 }

@@ -1,11 +1,14 @@
 //! Claims: what an experiment file says should come out, held against what did.
 
+use super::checked_results::checked_runs;
 use super::experiment::{Experiment, PlannedRun};
+use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::METRICS;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::ResultsTable;
 use rimbench_statistics::{median, order_of_convergence};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 
@@ -22,6 +25,10 @@ pub struct Claim {
     pub by: Claimant,
     /// The claim in words.
     pub text: String,
+    /// The case it is about, by name; `all` of several, which must be said.
+    case: Option<String>,
+    /// The set of parameters it is about, as in the column `set` of `runs.csv`; `all` of several, which must be said.
+    set: Option<String>,
     /// Label of the scheme row it is about.
     scheme: String,
     /// Label of another scheme row; the measured value is then the ratio of the two.
@@ -97,10 +104,12 @@ impl TryFrom<String> for Expectation {
 
     fn try_from(text: String) -> Result<Self, String> {
         let parsed = [(">=", true), ("<=", false)].into_iter().find_map(|(sign, at_least)| {
-            let bound = text.trim().strip_prefix(sign)?.trim().parse().ok()?;
-            Some(Expectation { at_least, bound })
+            let bound: f64 = text.trim().strip_prefix(sign)?.trim().parse().ok()?;
+            bound.is_finite().then_some(Expectation { at_least, bound })
         });
-        parsed.ok_or_else(|| format!("expect = \"{text}\" is no comparison; valid: \">= number\" or \"<= number\""))
+        parsed.ok_or_else(|| {
+            format!("expect = \"{text}\" is no comparison; valid: \">= number\" or \"<= number\", the number finite")
+        })
     }
 }
 
@@ -138,22 +147,32 @@ pub struct CheckedClaim {
 /// Quantities of a claim besides the metrics.
 const OUTCOMES: [&str; 2] = ["diverged", "diverged_at_s"];
 
-/// Checks all claims of an experiment against the `runs.csv` in its results folder. Claims about macro steps that are not
-/// there, as after a quick run, come back as not measured.
+/// What a claim says for its case or its set when it is about all of them.
+const ALL: &str = "all";
+
+/// Outcomes that say nothing about whether a run diverges.
+const NO_ANSWER: [&str; 3] = ["skipped", "timeout", "panicked"];
+
+/// Checks all claims of an experiment against the results in its folder, which must hold the runs of its plan, or of its quick
+/// plan; claims about macro steps that are not in that one come back as not measured.
 ///
 /// # Errors
-/// [`Error::File`] if there is no such file.
-pub fn check_claims(experiment: &Experiment, folder: &Path) -> Result<Vec<CheckedClaim>> {
-    let runs = ResultsTable::read(&folder.join("runs.csv"))?;
+/// [`Error::File`] for results that are not there, not whole, or not as they were written.
+pub fn check_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<Vec<CheckedClaim>> {
+    let runs = checked_runs(experiment, catalogue, folder)?;
     experiment.claims().iter().map(|claim| check(claim, &experiment.name(), &runs)).collect()
 }
 
-/// Checks that each claim is about runs of the plan.
+/// Checks that each claim is about runs of the plan, and about one case and one set of parameters unless it says otherwise.
 ///
 /// # Errors
-/// A claim about a scheme, metric or macro step that the plan does not have.
+/// A claim about a scheme, case, set, metric or macro step that the plan does not have, one that pools without saying so, one whose
+/// id is taken.
 pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]) -> Result<()> {
-    for claim in claims {
+    for (index, claim) in claims.iter().enumerate() {
+        if claims[..index].iter().any(|earlier| earlier.id == claim.id) {
+            return Err(Error::Incompatible(format!("two claims have the id `{}`", claim.id)));
+        }
         let names = || METRICS.iter().map(|metric| metric.name).chain(OUTCOMES);
         if !names().any(|name| name == claim.metric) {
             return Err(Error::unknown("metric of a claim", &claim.metric, names()));
@@ -165,6 +184,7 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
                 valid.dedup();
                 return Err(Error::unknown("scheme of a claim", label, valid));
             }
+            claim.check_problems(of_label())?;
             if !of_label().any(|run| claim.is_about(run.spec.macro_step)) {
                 let step = claim.macro_step_s.unwrap_or(f64::NAN);
                 let message =
@@ -177,19 +197,55 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
 }
 
 impl Claim {
+    /// Checks that the case and the set it names are there, and that it names them where there are several.
+    fn check_problems<'a>(&self, runs: impl Iterator<Item = &'a PlannedRun>) -> Result<()> {
+        let problems: BTreeSet<(String, String)> =
+            runs.map(|run| (run.spec.case.name.clone().into_owned(), run.spec.parameters.given())).collect();
+        let cases: BTreeSet<&str> = problems.iter().map(|(case, _)| case.as_str()).collect();
+        let named = self.case.as_deref().filter(|case| *case != ALL);
+        if let Some(case) = named.filter(|case| !cases.contains(case)) {
+            return Err(Error::unknown("case of a claim", case, cases));
+        }
+        if self.case.is_none() && cases.len() > 1 {
+            return Err(self.pools("case", cases));
+        }
+        let of_case = |case: &&(String, String)| named.is_none_or(|named| case.0 == named);
+        let sets: BTreeSet<&str> = problems.iter().filter(of_case).map(|(_, set)| set.as_str()).collect();
+        match self.set.as_deref() {
+            Some(ALL) => Ok(()),
+            Some(set) if !sets.contains(set) => Err(Error::unknown("set of a claim", set, sets)),
+            Some(_) => Ok(()),
+            // Over several cases it is enough that none of them has several sets.
+            None if problems.iter().filter(of_case).count() > cases.len().min(named.map_or(usize::MAX, |_| 1)) => {
+                Err(self.pools("set", sets))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn pools(&self, key: &str, values: BTreeSet<&str>) -> Error {
+        let values: Vec<String> = values.into_iter().map(|value| format!("\"{value}\"")).collect();
+        Error::Incompatible(format!(
+            "claim `{}` would pool several: say {key} = one of {}, or {key} = \"{ALL}\"",
+            self.id,
+            values.join(", ")
+        ))
+    }
+
     fn is_about(&self, macro_step: f64) -> bool {
         self.macro_step_s.is_none_or(|wanted| (macro_step / wanted - 1.0).abs() < SAME_STEP)
     }
 }
 
 fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<CheckedClaim> {
-    let mut ids = Vec::new();
-    let own = measure(claim, &claim.scheme, runs, &mut ids)?;
+    let mut basis = Basis::default();
+    let own = measure(claim, &claim.scheme, runs, &mut basis)?;
     let measured = match &claim.relative_to {
         None => own,
         Some(other) => {
-            let other = measure(claim, other, runs, &mut ids)?;
-            own.zip(other).map(|(own, other)| own / other)
+            let other = measure(claim, other, runs, &mut basis)?;
+            // Nothing over nothing is no measurement.
+            own.zip(other).map(|(own, other)| own / other).filter(|ratio| !ratio.is_nan())
         }
     };
     let verdict = match measured {
@@ -201,22 +257,54 @@ fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<Checked
     let statistic = format!("{:?}", claim.statistic).to_lowercase();
     let relative = claim.relative_to.as_ref().map(|other| format!(" relative to {other}")).unwrap_or_default();
     let step = claim.macro_step_s.map(|step| format!(" at H = {} ms", step * 1e3)).unwrap_or_default();
+    let problem = [("case", &claim.case), ("set", &claim.set)].map(|(key, value)| match value.as_deref() {
+        None => String::new(),
+        Some(ALL) => format!(", all {key}s"),
+        Some(value) => format!(", {key} {value}"),
+    });
+    let left_out = match basis.left_out {
+        0 => String::new(),
+        count => format!(" ({count} of {} runs left out: {})", basis.run_ids.len() + count, claim.why_left_out()),
+    };
     Ok(CheckedClaim {
         experiment: experiment.to_owned(),
         id: claim.id.clone(),
         by: claim.by,
         text: claim.text.clone(),
-        quantity: format!("{statistic} of {} of {}{relative}{step}", claim.metric, claim.scheme),
+        quantity: format!(
+            "{statistic} of {} of {}{relative}{step}{}{left_out}",
+            claim.metric,
+            claim.scheme,
+            problem.concat()
+        ),
         measured,
         expected: claim.expect.to_string(),
         verdict,
         finding: claim.finding,
-        run_ids: ids.join(" "),
+        run_ids: basis.run_ids.join(" "),
     })
 }
 
+impl CheckedClaim {
+    /// Whether the verdict is another than the recorded finding; one that was never recorded cannot differ.
+    pub fn differs(&self) -> bool {
+        self.finding != Verdict::NotMeasured && self.verdict != self.finding
+    }
+}
+
+/// What a measurement rests on.
+#[derive(Default)]
+struct Basis {
+    run_ids: Vec<String>,
+    left_out: usize,
+}
+
 /// The statistic of the claim's metric over the runs of one scheme row.
-fn measure(claim: &Claim, label: &str, runs: &ResultsTable, ids: &mut Vec<String>) -> Result<Option<f64>> {
+fn measure(claim: &Claim, label: &str, runs: &ResultsTable, basis: &mut Basis) -> Result<Option<f64>> {
+    let (case, set) = (runs.column("case")?, runs.column("set")?);
+    let is = |row: usize, column: usize, wanted: &Option<String>| {
+        wanted.as_deref().is_none_or(|wanted| wanted == ALL || runs.text(row, column) == wanted)
+    };
     let (id, step, outcome) = (runs.column("run_id")?, runs.column("macro_step_s")?, runs.column("outcome")?);
     let value = match claim.metric.as_str() {
         "diverged" => outcome,
@@ -225,19 +313,38 @@ fn measure(claim: &Claim, label: &str, runs: &ResultsTable, ids: &mut Vec<String
     };
     let mut pairs = Vec::new();
     for row in runs.rows_where(runs.column("label")?, label) {
-        if !claim.is_about(runs.number(row, step)) {
+        if !(claim.is_about(runs.number(row, step)) && is(row, case, &claim.case) && is(row, set, &claim.set)) {
             continue;
         }
-        ids.push(runs.text(row, id).to_owned());
+        let ended = runs.text(row, outcome);
         let number = match claim.metric.as_str() {
-            "diverged" => f64::from(runs.text(row, value) == "diverged"),
+            "diverged" if NO_ANSWER.contains(&ended) => f64::NAN,
+            "diverged" => f64::from(ended == "diverged"),
+            "diverged_at_s" if ended != "diverged" => f64::NAN,
+            // What a run that did not complete has is no point on the way to H = 0.
+            _ if claim.statistic == Statistic::Order && ended != "completed" => f64::NAN,
             _ => runs.number(row, value),
         };
-        if !number.is_nan() {
+        if number.is_nan() {
+            basis.left_out += 1;
+        } else {
+            basis.run_ids.push(runs.text(row, id).to_owned());
             pairs.push((runs.number(row, step), number));
         }
     }
     Ok(claim.statistic.of(pairs))
+}
+
+impl Claim {
+    /// Why a run can be left out.
+    fn why_left_out(&self) -> &'static str {
+        match self.metric.as_str() {
+            "diverged" => "skipped, timed out or failed by a defect",
+            "diverged_at_s" => "not diverged",
+            _ if self.statistic == Statistic::Order => "not completed, or without a value",
+            _ => "without a value",
+        }
+    }
 }
 
 impl Statistic {
@@ -252,6 +359,8 @@ impl Statistic {
             Statistic::Mean => Some(values.iter().sum::<f64>() / values.len() as f64),
             Statistic::Order => {
                 let mut steps: Vec<f64> = pairs.iter().map(|(step, _)| *step).collect();
+                // Rows of several cases or sets do not stand in the order of the steps.
+                steps.sort_by(f64::total_cmp);
                 steps.dedup();
                 let of_step = |step: f64| pairs.iter().filter(|pair| pair.0 == step).map(|pair| pair.1).collect();
                 let points: Vec<(f64, f64)> =
@@ -289,9 +398,64 @@ mod tests {
         assert_eq!(Statistic::Min.of(Vec::new()), None);
     }
 
+    /// A claim with these keys, checked against rows of a case, a set, a macro step, an outcome and an error, all of one label.
+    fn checked(keys: &str, rows: &[&str]) -> CheckedClaim {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.csv");
+        let row = |(id, row): (usize, &&str)| format!("{id},x,{row},\n");
+        let rows: String = rows.iter().enumerate().map(row).collect();
+        std::fs::write(&path, format!("run_id,label,case,set,macro_step_s,outcome,error,outcome_at_s\n{rows}"))
+            .unwrap();
+        let claim = format!(
+            "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nexpect = \">= 0\"\nfinding = \"reproduced\"\n{keys}"
+        );
+        check(&toml::from_str(&claim).unwrap(), "e", &ResultsTable::read(&path).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn an_order_is_that_of_the_runs_that_completed_and_says_how_many_did_not() {
+        let rows = [
+            "box,,0.001,completed,1.0",
+            "box,,0.002,completed,2.0",
+            "box,,0.004,completed,4.0",
+            "box,,0.004,diverged,1e9",
+            "box,,0.008,diverged,1e9",
+        ];
+        let claim = checked("metric = \"error\"\nstatistic = \"order\"", &rows);
+        approx::assert_relative_eq!(claim.measured.unwrap(), 1.0, epsilon = 1e-12);
+        assert!(claim.quantity.contains("(2 of 5 runs left out: not completed"), "{}", claim.quantity);
+        assert_eq!(claim.run_ids, "0 1 2");
+        assert_eq!(checked("metric = \"error\"\nstatistic = \"max\"", &rows).measured, Some(1e9));
+    }
+
+    #[test]
+    fn a_claim_selects_its_case_and_its_set() {
+        let rows = ["box,,0.001,completed,1.0", "box,m=2,0.001,completed,3.0", "ball,,0.001,completed,8.0"];
+        let measured = |keys: &str| checked(&format!("metric = \"error\"\n{keys}"), &rows).measured;
+        assert_eq!(measured("case = \"box\"\nset = \"m=2\""), Some(3.0));
+        assert_eq!(measured("case = \"box\"\nset = \"\""), Some(1.0));
+        assert_eq!(measured("case = \"ball\""), Some(8.0));
+        assert_eq!(measured("case = \"box\"\nset = \"all\""), Some(2.0));
+        assert_eq!(measured("case = \"all\"\nset = \"all\""), Some(3.0));
+        let claim = checked("metric = \"error\"\ncase = \"all\"\nset = \"m=2\"", &rows);
+        assert!(claim.quantity.ends_with(", all cases, set m=2"), "{}", claim.quantity);
+    }
+
+    #[test]
+    fn a_run_that_was_never_made_does_not_count_as_one_that_stays_stable() {
+        let rows = ["box,,0.001,skipped,", "box,,0.001,timeout,", "box,,0.001,diverged,"];
+        let mean = checked("metric = \"diverged\"\nstatistic = \"mean\"", &rows);
+        assert_eq!(mean.measured, Some(1.0));
+        assert!(mean.quantity.contains("2 of 3 runs left out"), "{}", mean.quantity);
+        let never = checked("metric = \"diverged\"\nstatistic = \"max\"", &rows[..2]);
+        assert_eq!((never.measured, never.verdict), (None, Verdict::NotMeasured));
+    }
+
     #[test]
     fn an_expectation_is_a_comparison_or_an_error() {
         assert_eq!(Expectation::try_from(">= 2".to_owned()), Ok(Expectation { at_least: true, bound: 2.0 }));
-        assert!(Expectation::try_from("about 2".to_owned()).unwrap_err().contains("valid"));
+        for text in ["about 2", ">= nan", "<= inf", ">= -inf", ">=", "> 2"] {
+            assert!(Expectation::try_from(text.to_owned()).unwrap_err().contains("valid"), "{text}");
+        }
     }
 }

@@ -20,6 +20,8 @@ const METRIC: &str = "force_error_rms_of_peak";
 pub struct ComparisonRow {
     /// Case by name.
     pub case: String,
+    /// Its parameters that the experiment sets, as in the column `set` of `runs.csv`.
+    pub set: String,
     /// Label of the scheme row.
     pub label: String,
     /// Runs planned, those skipped included.
@@ -33,7 +35,7 @@ pub struct ComparisonRow {
 /// The rows in the order of the plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// One per case and label.
+    /// One per case, set of parameters and label.
     pub rows: Vec<ComparisonRow>,
 }
 
@@ -59,15 +61,15 @@ pub fn compare(
 impl Comparison {
     fn read(runs: &Path) -> Result<Self> {
         let table = ResultsTable::read(runs)?;
-        let (case, label) = (table.column("case")?, table.column("label")?);
+        let (case, set, label) = (table.column("case")?, table.column("set")?, table.column("label")?);
         let (outcome, metric) = (table.column("outcome")?, table.column(METRIC)?);
         let mut groups: Vec<(ComparisonRow, Vec<f64>)> = Vec::new();
         for row in 0..table.len() {
-            let names = (table.text(row, case), table.text(row, label));
-            let known = groups.iter().position(|(group, _)| (group.case.as_str(), group.label.as_str()) == names);
+            let names = [case, set, label].map(|column| table.text(row, column));
+            let known = groups.iter().position(|(group, _)| [&group.case, &group.set, &group.label] == names);
             let index = known.unwrap_or_else(|| {
-                let (case, label) = (names.0.to_owned(), names.1.to_owned());
-                groups.push((ComparisonRow { case, label, runs: 0, completed: 0, force_error: None }, Vec::new()));
+                let [case, set, label] = names.map(str::to_owned);
+                groups.push((ComparisonRow { case, set, label, runs: 0, completed: 0, force_error: None }, Vec::new()));
                 groups.len() - 1
             });
             let (group, errors) = &mut groups[index];
@@ -88,7 +90,8 @@ impl fmt::Display for Comparison {
         for row in &self.rows {
             let completed = format!("{}/{}", row.completed, row.runs);
             let error = row.force_error.map_or("–".to_owned(), |error| format!("{error:.3e}"));
-            writeln!(f, "{:<20} {:<40} {completed:>9}  {error}", row.case, row.label)?;
+            let set = if row.set.is_empty() { String::new() } else { format!("  ({})", row.set) };
+            writeln!(f, "{:<20} {:<40} {completed:>9}  {error}{set}", row.case, row.label)?;
         }
         Ok(())
     }
@@ -102,12 +105,12 @@ mod tests {
     fn failures_count_as_runs_and_never_as_errors() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.csv");
-        let rows = "case,label,outcome,force_error_rms_of_peak\na,x,completed,0.1\na,x,diverged,1e9\na,x,completed,0.3\n\
-                    a,y,skipped,\nb,x,completed,\n";
+        let rows = "case,set,label,outcome,force_error_rms_of_peak\na,,x,completed,0.1\na,,x,diverged,1e9\n\
+                    a,,x,completed,0.3\na,,y,skipped,\nb,,x,completed,\na,m=2,x,completed,5.0\n";
         std::fs::write(&path, rows).unwrap();
         let found = Comparison::read(&path).unwrap().rows;
         let facts: Vec<_> =
             found.iter().map(|row| (row.label.as_str(), row.runs, row.completed, row.force_error)).collect();
-        assert_eq!(facts, [("x", 3, 2, Some(0.2)), ("y", 1, 0, None), ("x", 1, 1, None)]);
+        assert_eq!(facts, [("x", 3, 2, Some(0.2)), ("y", 1, 0, None), ("x", 1, 1, None), ("x", 1, 1, Some(5.0))]);
     }
 }

@@ -4,21 +4,23 @@ use super::build_info::BuildInfo;
 use super::cache::Cache;
 use super::clock::monotonic_clock;
 use super::experiment::{Experiment, PlannedRun};
+use super::exported::exported_records;
+use super::foreign::{note_origin, refuse_foreign};
 use super::provenance::Provenance;
 use super::references::obtain_reference;
-use super::results::{self, runs_header};
+use super::results;
+use super::stock::Stock;
 use super::store::Store;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec, evaluate, simulate};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
-use rimbench_results::atomic_file::sweep_temporary_files;
 use std::any::Any;
-use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 /// What to run, and where to.
 #[derive(Debug, Clone, Copy)]
@@ -48,6 +50,9 @@ pub struct Summary {
     pub planned: usize,
     /// Runs that were stored before.
     pub reused: usize,
+    /// Runs that were stored, but have to be computed again: they took too long and may take longer now, or the trace that is asked
+    /// for is not there, not as it was written, or of another step.
+    pub renewed: usize,
     /// Runs computed now.
     pub computed: usize,
     /// Runs computed now that did not complete; they are rows like others.
@@ -70,61 +75,92 @@ pub type Progress<'a> = &'a (dyn Fn(&Outcome) + Sync);
 pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Result<Summary> {
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
     if job.fresh {
+        refuse_foreign(&job, &planned)?;
         Store::clear(job.folder)?;
     }
-    let name = job.experiment.name();
-    let store = Store::open(job.folder, &name, &columns_of(job.experiment, &planned))?;
+    let mut stock = Stock::open(job.folder, job.experiment, &planned)?;
+    refuse_foreign(&job, &planned)?;
+    if stock.store.is_empty() && !job.fresh {
+        let exported = exported_records(job.folder, job.experiment, &planned)?;
+        exported.iter().try_for_each(|record| stock.store.append(record))?;
+        stock.store.sync()?;
+        stock = Stock::open(job.folder, job.experiment, &planned)?;
+    }
+    note_origin(&job)?;
     job.experiment.copy_to(job.folder)?;
-    sweep_temporary_files(job.folder);
-    sweep_temporary_files(&job.folder.join("traces"));
-    let in_shard = |index: usize| job.shard.is_none_or(|(part, parts)| index % parts == part - 1);
-    let todo: Vec<usize> =
-        (0..planned.len()).filter(|&index| in_shard(index) && !store.contains(&planned[index].id)).collect();
+    let in_shard = |index: &usize| job.shard.is_none_or(|(part, parts)| index % parts == part - 1);
+    let own: Vec<usize> = (0..planned.len()).filter(in_shard).collect();
+    let todo = stock.missing(&planned, own.iter().copied())?;
+    let store = &stock.store;
+    let renewed = todo.iter().filter(|&&index| store.allowed_s(&planned[index].id).is_some()).count();
+    let reused = stock.missing(&planned, 0..planned.len())?.len();
+    let reused = planned.len() - reused;
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect(job.build);
     let mut held = None;
     for group in groups_of_one_reference(&planned, &todo) {
-        let first = group[0];
+        let first = most_patient(&planned, &group);
         let spec = &planned[first].spec;
-        let reference = match obtain_reference(spec, job.cache, stop) {
-            Err(Error::Stopped) => break,
-            reference => reference?,
-        };
-        let bounds = reference.bounds(spec)?;
-        group.into_par_iter().try_for_each(|index| -> Result<()> {
+        let keep = |index: usize, run: &EvaluatedRun| -> Result<()> {
             let planned = &planned[index];
-            if stop.check().is_err() {
-                return Ok(());
-            }
-            let run = evaluated(&planned.spec, &bounds, &reference, stop)?;
-            // No result: the same command goes on from there.
-            if matches!(run.outcome, Outcome::Stopped { .. }) {
-                return Ok(());
-            }
             let trace = job.experiment.trace_of(&planned.label);
-            if let Some(every) = trace {
-                results::write_trace(job.folder, &format!("{}.csv", planned.id), &run.trajectory, every)?;
-            }
-            store.append(&results::record(planned, &run, &provenance, trace.is_some()))?;
+            let name = results::trace_name(&planned.id);
+            let mark =
+                trace.map(|every| results::write_trace(job.folder, &name, &run.trajectory, every)).transpose()?;
+            store.append(&results::record(planned, run, &provenance, mark))?;
             computed.fetch_add(1, Ordering::Relaxed);
             if run.outcome != Outcome::Completed {
                 not_completed.fetch_add(1, Ordering::Relaxed);
             }
             progress(&run.outcome);
             Ok(())
+        };
+        let reference = match obtain_reference(spec, job.cache, stop) {
+            Err(Error::Stopped) => break,
+            // Without a reference there is no run, and it took longer than any of them may take.
+            Err(Error::Overdue { .. }) => {
+                let overdue = EvaluatedRun::not_evaluated(Outcome::Timeout { at_s: 0.0 });
+                group.iter().try_for_each(|&index| keep(index, &overdue))?;
+                continue;
+            }
+            reference => reference?,
+        };
+        let bounds = reference.bounds(spec)?;
+        group.into_par_iter().try_for_each(|index| -> Result<()> {
+            if stop.check().is_err() {
+                return Ok(());
+            }
+            let run = evaluated(&planned[index].spec, &bounds, &reference, stop)?;
+            // No result: the same command goes on from there.
+            if matches!(run.outcome, Outcome::Stopped { .. }) { Ok(()) } else { keep(index, &run) }
         })?;
         held = Some((first, reference));
     }
     store.sync()?;
     let missing = export_if_complete(&job, &planned, held, stop)?;
+    let gone = missing.iter().filter(|&index| in_shard(index)).count();
+    if gone > 0 && stop.check().is_ok() {
+        let message = format!(
+            "lacks {gone} runs that had been stored: the folder was removed, or another process began anew with --fresh; \
+             run the experiment again"
+        );
+        return Err(Error::file(job.folder, message));
+    }
     Ok(Summary {
         planned: planned.len(),
-        reused: planned.iter().filter(|run| store.contains(&run.id)).count(),
+        reused,
+        renewed,
         computed: computed.into_inner(),
         not_completed: not_completed.into_inner(),
         damaged: store.damaged,
         missing: missing.len(),
     })
+}
+
+/// The run of a group that may take longest: the reference of all of them may take as long.
+fn most_patient(planned: &[PlannedRun], group: &[usize]) -> usize {
+    let patience = |index: &usize| planned[*index].spec.wall_limit.unwrap_or(Duration::MAX);
+    group.iter().copied().rev().max_by_key(patience).unwrap_or(group[0])
 }
 
 /// Copies the records of other folders into that of a job, writes the result files if all runs are there, and returns the
@@ -134,32 +170,35 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Resu
 /// Folders that belong to something else; a disk that is full.
 pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<PlannedRun>)> {
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
-    let (name, columns) = (job.experiment.name(), columns_of(job.experiment, &planned));
     job.experiment.copy_to(job.folder)?;
-    let own = Store::open(job.folder, &name, &columns)?;
-    let mut summary = Summary { planned: planned.len(), damaged: own.damaged, ..Summary::default() };
-    summary.reused = planned.iter().filter(|run| own.contains(&run.id)).count();
-    let mut taken: HashSet<&str> = HashSet::new();
+    let own = Stock::open(job.folder, job.experiment, &planned)?;
+    let mut wanted = own.missing(&planned, 0..planned.len())?;
+    let mut summary = Summary { planned: planned.len(), damaged: own.store.damaged, ..Summary::default() };
+    summary.reused = planned.len() - wanted.len();
     for folder in folders {
-        let other = Store::open(folder, &name, &columns)?;
-        summary.damaged += other.damaged;
-        for id in planned.iter().map(|run| run.id.as_str()).filter(|id| !own.contains(id)) {
-            if let Some(record) = other.read(id)?
-                && taken.insert(id)
-            {
-                results::copy_trace(folder, job.folder, id)?;
-                own.append(&record)?;
-                summary.computed += 1;
-            }
+        let other = Stock::open(folder, job.experiment, &planned)?;
+        summary.damaged += other.store.damaged;
+        let mut still_wanted = Vec::new();
+        for index in wanted {
+            let run = &planned[index];
+            let record = if other.has(run)? { other.store.read(&run.id)? } else { None };
+            let Some(record) = record else {
+                still_wanted.push(index);
+                continue;
+            };
+            results::copy_trace(folder, job.folder, &run.id)?;
+            own.store.append(&record)?;
+            summary.computed += 1;
         }
+        wanted = still_wanted;
     }
-    own.sync()?;
-    let missing: HashSet<String> = export_if_complete(&job, &planned, None, StopFlag::never())?.into_iter().collect();
+    own.store.sync()?;
+    let missing = export_if_complete(&job, &planned, None, StopFlag::never())?;
     summary.missing = missing.len();
-    Ok((summary, planned.into_iter().filter(|run| missing.contains(&run.id)).collect()))
+    Ok((summary, missing.into_iter().map(|index| planned[index].clone()).collect()))
 }
 
-/// Writes the result files of an experiment if all its runs are stored; else names those that are missing.
+/// Writes the result files of an experiment if all its runs are stored; else says which are missing, by their places in the plan.
 ///
 /// `held` is a reference that is at hand, with the index of a run that it belongs to.
 fn export_if_complete(
@@ -167,22 +206,26 @@ fn export_if_complete(
     planned: &[PlannedRun],
     mut held: Option<(usize, Reference)>,
     stop: StopFlag<'_>,
-) -> Result<Vec<String>> {
+) -> Result<Vec<usize>> {
     // Other processes may have stored their shards meanwhile.
-    let store = Store::open(job.folder, &job.experiment.name(), &columns_of(job.experiment, planned))?;
-    let missing: Vec<String> = planned.iter().map(|run| &run.id).filter(|id| !store.contains(id)).cloned().collect();
+    let stock = Stock::open(job.folder, job.experiment, planned)?;
+    let missing = stock.missing(planned, 0..planned.len())?;
     if missing.is_empty() {
-        results::write_tables(job.folder, planned, &store)?;
+        results::write_tables(job.folder, job.experiment, planned, &stock.store)?;
         let everything: Vec<usize> = (0..planned.len()).collect();
         let references = groups_of_one_reference(planned, &everything).into_iter().map(|group| {
-            let run = &planned[group[0]];
+            let run = &planned[most_patient(planned, &group)];
             let shared = |held: &mut (usize, Reference)| planned[held.0].spec.shares_reference_with(&run.spec);
             if let Some((_, reference)) = held.take_if(shared) {
-                return Ok((run, reference));
+                return Ok((run, Some(reference)));
             }
-            obtain_reference(&run.spec, job.cache, stop).map(|found| (run, found))
+            match obtain_reference(&run.spec, job.cache, stop) {
+                Err(Error::Overdue { .. }) => Ok((run, None)),
+                found => Ok((run, Some(found?))),
+            }
         });
-        results::write_references(job.folder, references, job.experiment.trace_every_s)?;
+        let traces = results::write_references(job.folder, references, job.experiment.trace_every_s)?;
+        results::write_checksums(job.folder, job.experiment, planned, &traces)?;
     }
     Ok(missing)
 }
@@ -213,9 +256,4 @@ fn panicked(panic: &(dyn Any + Send)) -> Outcome {
     let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
     // A record is one line.
     Outcome::Panicked { message: text.unwrap_or("no message").replace(char::is_control, " ") }
-}
-
-/// What records must have been written with to belong together.
-fn columns_of(experiment: &Experiment, planned: &[PlannedRun]) -> String {
-    format!("{}{}", runs_header(planned).join(","), experiment.reference_identity())
 }

@@ -7,6 +7,7 @@ pub use plan::PlannedRun;
 
 use super::claims::Claim;
 use super::grid::{MacroSteps, Phases, one_phase};
+use super::store::Store;
 use rimbench_cases::cases::Case;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
@@ -15,6 +16,9 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Name of the copy of the file in a results folder.
+pub(super) const COPY: &str = "experiment.toml";
 
 /// An experiment file as it is written. The format is explained in `experiments/README.md`.
 #[derive(Debug, Clone, Deserialize)]
@@ -80,12 +84,22 @@ impl Experiment {
         Self::parse(path, text)
     }
 
-    fn parse(path: &Path, text: String) -> Result<Self> {
+    /// Reads the text of an experiment file; `path` gives its name and group, and is what errors name.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read).
+    pub fn parse(path: &Path, text: String) -> Result<Self> {
         let mut experiment: Experiment =
             toml::from_str(&text).map_err(|error| Error::file(path, format!("is no experiment: {error}")))?;
         let rows = std::mem::take(&mut experiment.raw_schemes).into_iter().map(|row| SchemeRow::read(row, &text));
-        experiment.schemes = rows.collect::<Result<_>>().map_err(|error| Error::file(path, error))?;
+        let rows = rows.collect::<Result<Vec<_>>>().and_then(scheme_row::with_labels);
+        experiment.schemes = rows.map_err(|error| Error::file(path, error))?;
         experiment.path = path.to_owned();
+        let name = experiment.name();
+        if name.trim_matches('.').is_empty() || name.contains(char::is_control) {
+            let wanted = "is no name for an experiment: results go to a folder of that name";
+            return Err(Error::file(path, format!("`{name}` {wanted}")));
+        }
         experiment.source = text;
         Ok(experiment)
     }
@@ -106,14 +120,19 @@ impl Experiment {
         Self::parse(&self.path, format!("{}\n[[cases]]\nname = \"{name}\"\n", self.source))
     }
 
-    /// Reads the copy of an experiment file that lies in a results folder; the folder's name is the experiment's.
+    /// Reads the copy of an experiment file that lies in a results folder. Its name is that under which the records of the folder
+    /// were stored, else that of the folder.
     ///
     /// # Errors
     /// Those of [`read`](Self::read).
-    pub fn read_as(copy: &Path, folder: &Path) -> Result<Self> {
-        let name =
-            folder.canonicalize().ok().and_then(|folder| folder.file_name().map(PathBuf::from)).unwrap_or_default();
-        Ok(Experiment { path: name.with_extension("toml"), ..Self::read(copy)? })
+    pub fn read_from_results(folder: &Path) -> Result<Self> {
+        let copy = folder.join(COPY);
+        if !copy.is_file() {
+            return Err(Error::file(folder, format!("is no results folder: it holds no {COPY}")));
+        }
+        let of_folder = || Some(folder.canonicalize().ok()?.file_name()?.to_string_lossy().into_owned());
+        let name = Store::experiment_in(folder).or_else(of_folder).unwrap_or_default();
+        Ok(Experiment { path: PathBuf::from(format!("{name}.toml")), ..Self::read(&copy)? })
     }
 
     /// Name of the experiment: that of its file.
@@ -148,7 +167,7 @@ impl Experiment {
     /// [`Error::File`].
     pub(super) fn copy_to(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))?;
-        let path = folder.join("experiment.toml");
+        let path = folder.join(COPY);
         if std::fs::read_to_string(&path).is_ok_and(|text| text == self.source) {
             return Ok(());
         }
@@ -167,6 +186,16 @@ impl Experiment {
     pub(super) fn trace_of(&self, label: &str) -> Option<f64> {
         let wanted = self.traces.as_ref().is_none_or(|labels| labels.iter().any(|known| known == label));
         self.trace_every_s.filter(|_| wanted)
+    }
+
+    /// Text of the file.
+    pub(super) fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// Whether there is a plan of its own for a quick look.
+    pub(super) fn has_quick_plan(&self) -> bool {
+        self.quick.is_some()
     }
 
     /// What the rows depend on besides the run: part of the identity of the store.

@@ -6,17 +6,21 @@
 
 mod build_info;
 mod cache;
+mod checked_results;
 mod claims;
 mod clock;
 mod comparison;
 mod execution;
 mod experiment;
+mod exported;
+mod foreign;
 mod grid;
 mod provenance;
 mod references;
 mod results;
 mod spectral;
 mod stability;
+mod stock;
 mod store;
 
 pub use build_info::BuildInfo;
@@ -31,4 +35,4 @@ pub use provenance::Provenance;
 pub use references::obtain_reference;
 pub use spectral::spectral_radius;
 pub use stability::{StabilityLimit, StabilityPoint, logarithmic_grid, spectral_stability_limit, stability_limit};
-pub use store::{Record, Store};
+pub use store::{Record, Store, TraceMark};

@@ -4,13 +4,17 @@ use super::cache::Cache;
 use rayon::prelude::*;
 use rimbench_cases::runs::{Reference, RunSpec};
 use rimbench_core::cosim::{StopFlag, Trajectory};
-use rimbench_core::error::Result;
+use rimbench_core::error::{Error, Result};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
-/// Computes the reference of a run, or takes it from the cache.
+/// How often the wall limit of a reference is looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(10);
+
+/// Computes the reference of a run within the run's wall limit, or takes it from the cache.
 ///
 /// # Errors
-/// Bad parameters, or parameters for which the monolithic solution itself fails;
-/// [`Error::Stopped`](rimbench_core::error::Error::Stopped).
+/// Bad parameters, or parameters for which the monolithic solution itself fails; [`Error::Stopped`]; [`Error::Overdue`].
 pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Result<Reference> {
     if let Some(reference) = Reference::exact(spec)? {
         return Ok(reference);
@@ -21,18 +25,40 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     {
         return Ok(reference);
     }
-    // The finest takes longest, so it begins first.
-    let solutions: Result<Vec<Trajectory>> = Reference::REFINEMENTS
-        .par_iter()
-        .rev()
-        .map(|&refinement| Reference::solution(spec, refinement, stop))
-        .collect();
-    let Ok([fine, middle, coarse]) = <[Trajectory; 3]>::try_from(solutions?) else {
+    let Ok([fine, middle, coarse]) = <[Trajectory; 3]>::try_from(within_limit(spec, stop)?) else {
         unreachable!("three refinements give three solutions")
     };
     let reference = Reference::compared(spec, [coarse, middle, fine]);
     cache.write(&key, &reference.pack());
     Ok(reference)
+}
+
+/// The solutions, the finest first because it takes longest.
+fn solutions(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Vec<Trajectory>> {
+    Reference::REFINEMENTS.par_iter().rev().map(|&refinement| Reference::solution(spec, refinement, stop)).collect()
+}
+
+/// The same, ended by a watchman when the wall limit has passed.
+fn within_limit(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Vec<Trajectory>> {
+    let Some(limit) = spec.wall_limit else { return solutions(spec, stop) };
+    let (raised, done, began) = (AtomicBool::new(false), AtomicBool::new(false), Instant::now());
+    std::thread::scope(|scope| {
+        let watchman = scope.spawn(|| {
+            while !done.load(Ordering::Relaxed) {
+                if stop.check().is_err() || began.elapsed() > limit {
+                    raised.store(true, Ordering::Relaxed);
+                }
+                std::thread::park_timeout(LOOK_EVERY);
+            }
+        });
+        let found = solutions(spec, StopFlag::new(&raised));
+        done.store(true, Ordering::Relaxed);
+        watchman.thread().unpark();
+        match found {
+            Err(Error::Stopped) if stop.check().is_ok() => Err(Error::Overdue { limit_s: limit.as_secs_f64() }),
+            found => found,
+        }
+    })
 }
 
 /// Everything that determines a reference, as text; the code itself included.

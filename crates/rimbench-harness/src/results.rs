@@ -7,33 +7,52 @@
 //! parameters.csv  every parameter of every case, resolved
 //! reference.csv   uncertainty and observed order of the reference, per column
 //! traces/         one file per run, and the reference, where the experiment asks for them
+//! SHA256SUMS      checksums of all these, written last: what lacks one or differs from it is not drawn and not verified
 //! records/        the store (see [`Store`]); not a result
 //! ```
 
-use super::experiment::PlannedRun;
+use super::experiment::{Experiment, PlannedRun};
 use super::provenance::{self, Provenance};
-use super::store::{Record, Store};
+use super::store::{Record, Store, TraceMark};
 use rimbench_cases::runs::{EvaluatedRun, Fact, Reference};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
+use rimbench_results::checksums::{self, sha256_of_file};
 use std::io::Write;
 use std::path::Path;
 
-/// Columns of `runs.csv`: id and label, what determines a run, what was found.
-pub(super) fn runs_header(planned: &[PlannedRun]) -> Vec<&'static str> {
+/// Columns of `runs.csv` that the plan says: id and label, what determines a run.
+pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
     let facts = planned.first().map(|run| run.spec.facts()).unwrap_or_default();
-    let mut header = vec!["run_id", "label"];
-    header.extend(facts.iter().chain(&nothing_found().findings()).map(|fact| fact.name));
-    header.push("trace");
+    ["run_id", "label"].into_iter().chain(facts.iter().map(|fact| fact.name)).collect()
+}
+
+/// What a run's row of `runs.csv` says in these columns.
+pub(super) fn plan_cells(run: &PlannedRun) -> Vec<String> {
+    let facts = run.spec.facts();
+    [run.id.clone(), run.label.clone()].into_iter().chain(facts.iter().map(Fact::cell)).collect()
+}
+
+/// Columns of `runs.csv`: what the plan says, what was found, the wall limit of a run that took longer, the trace.
+pub(super) fn runs_header(planned: &[PlannedRun]) -> Vec<&'static str> {
+    let mut header = plan_header(planned);
+    header.extend(nothing_found().findings().iter().map(|fact| fact.name));
+    header.extend(["wall_limit_s", "trace"]);
     header
 }
 
+/// Columns of `cost.csv` that the plan says.
+pub(super) const COST_PLAN: [&str; 4] = ["run_id", "label", "macro_step_s", "phase"];
+
 /// Columns of `cost.csv`.
-fn cost_header() -> Vec<&'static str> {
-    let mut header = vec!["run_id", "label", "macro_step_s", "phase"];
-    header.extend(nothing_found().costs().iter().map(|fact| fact.name));
-    header
+pub(super) fn cost_header() -> Vec<&'static str> {
+    COST_PLAN.into_iter().chain(nothing_found().costs().iter().map(|fact| fact.name)).collect()
+}
+
+/// Name of the trace of a run.
+pub(super) fn trace_name(run_id: &str) -> String {
+    format!("{run_id}.csv")
 }
 
 /// A run of which nothing is known, for the names of what is found.
@@ -41,33 +60,48 @@ fn nothing_found() -> EvaluatedRun {
     EvaluatedRun::not_evaluated(Outcome::Completed)
 }
 
-/// The rows of one run.
-pub(super) fn record(planned: &PlannedRun, run: &EvaluatedRun, provenance: &Provenance, traced: bool) -> Record {
-    let (id, label, spec) = (&planned.id, &planned.label, &planned.spec);
-    let cells = |facts: Vec<Fact>| facts.into_iter().map(|fact| fact.cell());
-    let mut runs = vec![id.clone(), label.clone()];
-    runs.extend(cells(spec.facts()).chain(cells(run.findings())));
-    runs.push(if traced { format!("{id}.csv") } else { String::new() });
-    let mut cost = vec![id.clone(), label.clone(), number(spec.macro_step), number(spec.phase)];
-    cost.extend(cells(run.costs()));
-    Record { run: row(&runs), cost: row(&cost), provenance: row(&provenance.row(id)) }
+/// What is kept of one run.
+pub(super) fn record(
+    planned: &PlannedRun,
+    run: &EvaluatedRun,
+    provenance: &Provenance,
+    trace: Option<TraceMark>,
+) -> Record {
+    let cells = |facts: Vec<Fact>| row(&facts.iter().map(Fact::cell).collect::<Vec<_>>());
+    let timed_out = matches!(run.outcome, Outcome::Timeout { .. });
+    Record {
+        run_id: planned.id.clone(),
+        findings: cells(run.findings()),
+        costs: cells(run.costs()),
+        provenance: row(&provenance.row(&planned.id)),
+        trace,
+        wall_limit_s: planned.spec.wall_limit.filter(|_| timed_out).map(|limit| limit.as_secs_f64()),
+    }
 }
 
 /// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan, one row at a time.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.
-pub(super) fn write_tables(folder: &Path, planned: &[PlannedRun], store: &Store) -> Result<()> {
+pub(super) fn write_tables(
+    folder: &Path,
+    experiment: &Experiment,
+    planned: &[PlannedRun],
+    store: &Store,
+) -> Result<()> {
     // All three at once: reading and checking a record takes longer than writing its rows.
     let write = |runs: &mut dyn Write, cost: &mut dyn Write, provenance: &mut dyn Write| -> std::io::Result<()> {
         writeln!(runs, "{}", row(&runs_header(planned)))?;
         writeln!(cost, "{}", row(&cost_header()))?;
         writeln!(provenance, "{}", row(&provenance::HEADER))?;
-        for PlannedRun { id, .. } in planned {
-            let record = store.read(id).map_err(std::io::Error::other)?;
-            let record = record.ok_or_else(|| std::io::Error::other(format!("record {id} has gone")))?;
-            writeln!(runs, "{}", record.run)?;
-            writeln!(cost, "{}", record.cost)?;
+        for run in planned {
+            let record = store.read(&run.id).map_err(std::io::Error::other)?;
+            let record = record.ok_or_else(|| std::io::Error::other(format!("record {} has gone", run.id)))?;
+            let limit = record.wall_limit_s.map(number).unwrap_or_default();
+            let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
+            writeln!(runs, "{},{},{limit},{trace}", row(&plan_cells(run)), record.findings)?;
+            let (step, phase) = (number(run.spec.macro_step), number(run.spec.phase));
+            writeln!(cost, "{},{}", row(&[&run.id, &run.label, &step, &phase]), record.costs)?;
             writeln!(provenance, "{}", record.provenance)?;
         }
         Ok(())
@@ -81,24 +115,27 @@ pub(super) fn write_tables(folder: &Path, planned: &[PlannedRun], store: &Store)
     })
 }
 
-/// Writes `parameters.csv`, `reference.csv` and the traces of the references, one reference at a time.
+/// Writes `parameters.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of
+/// those traces. A reference that took longer than its runs may take has no rows.
 ///
 /// # Errors
 /// [`Error::File`] naming the file; whatever makes a reference fail.
 pub(super) fn write_references<'a>(
     folder: &Path,
-    references: impl Iterator<Item = Result<(&'a PlannedRun, Reference)>>,
+    references: impl Iterator<Item = Result<(&'a PlannedRun, Option<Reference>)>>,
     trace_every_s: Option<f64>,
-) -> Result<()> {
+) -> Result<Vec<String>> {
+    let mut traces = Vec::new();
     let mut parameters = vec![row(&["case", "set", "parameter", "value", "unit", "source"])];
     let mut columns = vec![row(&["case", "set", "column", "rms_uncertainty", "observed_order", "finest_step_s"])];
     for (index, found) in references.enumerate() {
         let (run, reference) = found?;
-        let (case, set) = (&*run.spec.case.name, run.spec.parameters.changed());
+        let (case, set) = (&*run.spec.case.name, run.spec.parameters.given());
         for (parameter, value) in run.spec.parameters.iter() {
             let value = value.to_string();
             parameters.push(row(&[case, &set, &parameter.name, &value, &parameter.unit, &parameter.source]));
         }
+        let Some(reference) = reference else { continue };
         for (column, name) in reference.trajectory.columns().iter().enumerate().skip(1) {
             let (uncertainty, order) = (number(reference.uncertainty[column]), number(reference.order[column]));
             columns.push(row(&[case, &set, name, &uncertainty, &order, &number(reference.step)]));
@@ -106,19 +143,37 @@ pub(super) fn write_references<'a>(
         if let Some(every) = trace_every_s {
             let name = if index == 0 { "reference.csv".to_owned() } else { format!("reference-{}.csv", index + 1) };
             write_trace(folder, &name, &reference.trajectory, every)?;
+            traces.push(name);
         }
     }
     for (name, rows) in [("parameters.csv", parameters), ("reference.csv", columns)] {
         write_atomically(&folder.join(name), |file| rows.iter().try_for_each(|row| writeln!(file, "{row}")))?;
     }
-    Ok(())
+    Ok(traces)
+}
+
+/// Seals the results: from now on a file that is changed or gone is noticed.
+///
+/// # Errors
+/// [`Error::File`] naming a file that has gone meanwhile.
+pub(super) fn write_checksums(
+    folder: &Path,
+    experiment: &Experiment,
+    planned: &[PlannedRun],
+    reference_traces: &[String],
+) -> Result<()> {
+    let tables = ["runs.csv", "cost.csv", "provenance.csv", "parameters.csv", "reference.csv", "experiment.toml"];
+    let traced = planned.iter().filter(|run| experiment.trace_of(&run.label).is_some());
+    let traces = traced.map(|run| trace_name(&run.id)).chain(reference_traces.iter().cloned());
+    let files = tables.into_iter().map(str::to_owned).chain(traces.map(|name| format!("traces/{name}")));
+    checksums::write(folder, files)
 }
 
 /// Writes a trajectory to the folder's traces, thinned to one row per `every` seconds; first and last rows always stand.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.
-pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, every: f64) -> Result<()> {
+pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, every: f64) -> Result<TraceMark> {
     let traces = folder.join("traces");
     std::fs::create_dir_all(&traces).map_err(|error| Error::file(&traces, format!("cannot be made: {error}")))?;
     write_atomically(&traces.join(name), |file| {
@@ -135,7 +190,10 @@ pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, ev
             table.write_record(row.iter().map(|value| number(*value)))?;
         }
         table.flush()
-    })
+    })?;
+    let path = traces.join(name);
+    let sha256 = sha256_of_file(&path).ok_or_else(|| Error::file(&path, "has gone as soon as it was written"))?;
+    Ok(TraceMark { every_s: every, sha256 })
 }
 
 /// Copies the trace of a run from the results folder of a shard, if it has one.
@@ -143,16 +201,17 @@ pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, ev
 /// # Errors
 /// [`Error::File`] naming the file.
 pub(super) fn copy_trace(from: &Path, to: &Path, id: &str) -> Result<()> {
-    let name = format!("{id}.csv");
+    let name = trace_name(id);
     let Ok(content) = std::fs::read(from.join("traces").join(&name)) else { return Ok(()) };
     let traces = to.join("traces");
     std::fs::create_dir_all(&traces).map_err(|error| Error::file(&traces, format!("cannot be made: {error}")))?;
     write_atomically(&traces.join(&name), |file| file.write_all(&content))
 }
 
-/// One CSV row without its line end.
-fn row<T: AsRef<[u8]>>(cells: &[T]) -> String {
+/// One CSV row without its line end. Control characters become spaces: a row is one line, and a record one of tabs.
+pub(super) fn row<T: AsRef<str>>(cells: &[T]) -> String {
     let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
+    let cells = cells.iter().map(|cell| cell.as_ref().replace(char::is_control, " "));
     // Writing to memory cannot fail.
     let bytes = writer.write_record(cells).ok().and_then(|()| writer.into_inner().ok()).unwrap_or_default();
     String::from_utf8_lossy(&bytes).trim_end_matches('\n').to_owned()

@@ -2,12 +2,14 @@
 //!
 //! ```text
 //! <folder>/records/<time>-<process>.log
-//!     rimbench-store 1 <experiment> <hash of the column names>
-//!     <checksum> <row of runs.csv> TAB <row of cost.csv> TAB <row of provenance.csv>
+//!     rimbench-store 2 <experiment> <hash of the column names>
+//!     <checksum> <run id> TAB <findings> TAB <costs> TAB <provenance> TAB <trace> TAB <wall limit>
 //!     …
 //! ```
 //! Each process appends to a file of its own, so that shards can be run at once; a record is one write and is known by its
-//! run id, so its order does not matter. A record that is cut short or damaged fails its checksum and is computed again.
+//! run id. A record that is cut short or damaged fails its checksum and is computed again. Of several records of one run the one
+//! that says most stands, whatever their order: a run that came to an end before one that took too long, of those the one that
+//! was given most time, and else the newest. What a plan says of a run (its label, its settings) is no part of a record.
 
 use super::cache::hex;
 use rimbench_core::error::{Error, Result};
@@ -17,24 +19,42 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// First word and version of the layout.
 const MAGIC: &str = "rimbench-store";
-const LAYOUT: u32 = 1;
+const LAYOUT: u32 = 2;
+
+/// No header is longer, bytes.
+const LONGEST_HEADER: u64 = 1 << 12;
 
 /// Data reach the disk at least this often, s; against a crash of the program a write is enough.
 const SYNC_EVERY_S: f64 = 2.0;
 
-/// One finished run: its rows of the three files, without line ends.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// One finished run: what was found, as cells of the three files, without line ends.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Record {
-    /// Row of `runs.csv`, beginning with the run id.
-    pub run: String,
-    /// Row of `cost.csv`.
-    pub cost: String,
+    /// [`RunSpec::id`](rimbench_cases::runs::RunSpec::id).
+    pub run_id: String,
+    /// Cells of `runs.csv` behind the settings.
+    pub findings: String,
+    /// Cells of `cost.csv` behind the settings.
+    pub costs: String,
     /// Row of `provenance.csv`.
     pub provenance: String,
+    /// The trace that was written with it.
+    pub trace: Option<TraceMark>,
+    /// Wall time that the run was given and that was not enough, s; none for a run that came to an end.
+    pub wall_limit_s: Option<f64>,
+}
+
+/// By what a trace is known again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TraceMark {
+    /// Distance of its rows, s.
+    pub every_s: f64,
+    /// SHA-256 of the file.
+    pub sha256: String,
 }
 
 /// Where a record lies.
@@ -43,6 +63,8 @@ struct Place {
     file: u32,
     length: u32,
     offset: u64,
+    /// Wall time after which the run was ended, s; infinite if it came to an end.
+    allowed_s: f64,
 }
 
 /// The records of one experiment.
@@ -86,12 +108,27 @@ impl Store {
         };
         let Ok(entries) = std::fs::read_dir(&records) else { return Ok(store) };
         let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-        files.retain(|path| path.extension().is_some_and(|extension| extension == "log"));
+        files.retain(|path| path.extension().is_some_and(|extension| extension == "log") && path.is_file());
         files.sort();
         for path in files {
             store.read_log(path)?;
         }
         Ok(store)
+    }
+
+    /// Name of the experiment whose records a results folder holds; none if it holds no record.
+    pub fn experiment_in(folder: &Path) -> Option<String> {
+        let entries = std::fs::read_dir(folder.join("records")).ok()?;
+        let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        files.retain(|path| path.extension().is_some_and(|extension| extension == "log") && path.is_file());
+        files.sort();
+        let name_in = |path: PathBuf| {
+            let mut line = String::new();
+            BufReader::new(File::open(path).ok()?).take(LONGEST_HEADER).read_line(&mut line).ok()?;
+            let mut words = line.strip_suffix('\n')?.split(' ');
+            (words.next()? == MAGIC).then(|| words.nth(1).map(str::to_owned)).flatten()
+        };
+        files.into_iter().find_map(name_in)
     }
 
     /// Removes all records of a results folder.
@@ -118,9 +155,15 @@ impl Store {
         self.index.is_empty()
     }
 
-    /// Whether a run is stored.
-    pub fn contains(&self, run_id: &str) -> bool {
-        self.index.contains_key(run_id)
+    /// Wall time that a stored run was given before it was ended, s; infinite if it came to an end, none if it is not stored.
+    pub fn allowed_s(&self, run_id: &str) -> Option<f64> {
+        self.index.get(run_id).map(|place| place.allowed_s)
+    }
+
+    /// Whether a run is stored that may take so long: one that took too long counts only if it had at least that time.
+    pub fn holds(&self, run_id: &str, wall_limit: Option<Duration>) -> bool {
+        let wanted_s = wall_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+        self.allowed_s(run_id).is_some_and(|allowed_s| allowed_s >= wanted_s)
     }
 
     /// Reads a record.
@@ -155,7 +198,7 @@ impl Store {
             Some(log) => log,
             empty => empty.insert(self.create_log()?),
         };
-        let payload = format!("{}\t{}\t{}", record.run, record.cost, record.provenance);
+        let payload = payload(record);
         let line = format!("{} {payload}\n", checksum(&payload));
         let mut write = || {
             log.file.write_all(line.as_bytes())?;
@@ -210,10 +253,14 @@ impl Store {
             if length == 0 {
                 break;
             }
-            match std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n')).and_then(run_id_of) {
-                Some(run_id) => {
-                    let place = Place { file, length: length as u32 - 1, offset };
-                    self.index.entry(run_id.to_owned()).or_insert(place);
+            match std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n')).and_then(parse) {
+                Some(record) => {
+                    let allowed_s = record.wall_limit_s.unwrap_or(f64::INFINITY);
+                    let place = Place { file, length: length as u32 - 1, offset, allowed_s };
+                    let known = self.index.entry(record.run_id).or_insert(place);
+                    if allowed_s >= known.allowed_s {
+                        *known = place;
+                    }
                 }
                 None => self.damaged += 1,
             }
@@ -249,18 +296,34 @@ fn checksum(payload: &str) -> String {
     hex(&Sha256::digest(payload))[..16].to_owned()
 }
 
-/// The run id of a line that is whole.
-fn run_id_of(line: &str) -> Option<&str> {
-    let (sum, payload) = line.split_once(' ')?;
-    (checksum(payload) == sum).then(|| payload.split(',').next()).flatten()
+/// A record as text, without its checksum.
+fn payload(record: &Record) -> String {
+    let Record { run_id, findings, costs, provenance, trace, wall_limit_s } = record;
+    let trace = trace.as_ref().map(|trace| format!("{:?} {}", trace.every_s, trace.sha256)).unwrap_or_default();
+    let limit = wall_limit_s.map(|limit| format!("{limit:?}")).unwrap_or_default();
+    [run_id, findings, costs, provenance, trace.as_str(), limit.as_str()].join("\t")
 }
 
+/// The record of a line that is whole.
 fn parse(line: &str) -> Option<Record> {
     let (sum, payload) = line.split_once(' ')?;
-    let mut parts = payload.split('\t');
-    let record =
-        Record { run: parts.next()?.to_owned(), cost: parts.next()?.to_owned(), provenance: parts.next()?.to_owned() };
-    (checksum(payload) == sum && parts.next().is_none()).then_some(record)
+    if checksum(payload) != sum {
+        return None;
+    }
+    let parts: Vec<&str> = payload.split('\t').collect();
+    let [run_id, findings, costs, provenance, trace, limit] = *parts.as_slice() else { return None };
+    let mark = |text: &str| {
+        let (every, sha256) = text.split_once(' ')?;
+        Some(TraceMark { every_s: every.parse().ok()?, sha256: sha256.to_owned() })
+    };
+    Some(Record {
+        run_id: run_id.to_owned(),
+        findings: findings.to_owned(),
+        costs: costs.to_owned(),
+        provenance: provenance.to_owned(),
+        trace: if trace.is_empty() { None } else { Some(mark(trace)?) },
+        wall_limit_s: if limit.is_empty() { None } else { Some(limit.parse().ok()?) },
+    })
 }
 
 #[cfg(test)]
@@ -268,7 +331,52 @@ mod tests {
     use super::*;
 
     fn record(id: &str) -> Record {
-        Record { run: format!("{id},wedge-box,1.5"), cost: format!("{id},0.01"), provenance: format!("{id},abc") }
+        Record {
+            run_id: id.to_owned(),
+            findings: "completed,1.5".to_owned(),
+            costs: "0.01".to_owned(),
+            provenance: format!("{id},abc"),
+            trace: Some(TraceMark { every_s: 1e-3, sha256: "ab".to_owned() }),
+            wall_limit_s: None,
+        }
+    }
+
+    fn too_long(id: &str, wall_limit_s: f64) -> Record {
+        Record { findings: "timeout,".to_owned(), trace: None, wall_limit_s: Some(wall_limit_s), ..record(id) }
+    }
+
+    #[test]
+    fn of_several_records_of_one_run_the_one_that_says_most_stands_in_every_order() {
+        let records = [record("aa"), too_long("aa", 1.0), too_long("aa", 60.0)];
+        for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            let folder = tempfile::tempdir().unwrap();
+            for (count, &index) in order.iter().enumerate() {
+                let store = Store::open(folder.path(), "test", "columns").unwrap();
+                store.append(&records[index]).unwrap();
+                drop(store);
+                let store = Store::open(folder.path(), "test", "columns").unwrap();
+                let best = order[..=count].iter().copied().min_by_key(|&k| [0, 2, 1][k]).unwrap();
+                assert_eq!(store.read("aa").unwrap().as_ref(), Some(&records[best]), "{order:?} {count}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_that_took_too_long_counts_only_for_those_who_give_it_no_more_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path(), "test", "columns").unwrap();
+        store.append(&too_long("aa", 2.0)).unwrap();
+        store.append(&record("bb")).unwrap();
+        let store = Store::open(folder.path(), "test", "columns").unwrap();
+        let limit = |seconds: u64| Some(Duration::from_secs(seconds));
+        assert_eq!(
+            [limit(1), limit(2), limit(3), None].map(|limit| store.holds("aa", limit)),
+            [true, true, false, false]
+        );
+        assert_eq!([limit(1), None].map(|limit| store.holds("bb", limit)), [true, true]);
+        assert!(!store.holds("cc", limit(1)));
+        assert_eq!(Store::experiment_in(folder.path()).as_deref(), Some("test"));
+        assert_eq!(Store::experiment_in(&folder.path().join("records")), None);
     }
 
     fn log_files(folder: &Path) -> Vec<PathBuf> {

@@ -201,7 +201,10 @@ mod tests {
         let full = |file: &mut dyn Write| file.write_all(b"half").and(Err(std::io::Error::other("disk full")));
         let message = write_atomically(&path, full).unwrap_err().to_string();
         assert!(message.contains("a.csv: cannot be written: disk full"), "{message}");
-        assert_eq!((std::fs::read_to_string(&path).unwrap(), names_in(folder.path())), ("before".into(), vec!["a.csv".into()]));
+        assert_eq!(
+            (std::fs::read_to_string(&path).unwrap(), names_in(folder.path())),
+            ("before".into(), vec!["a.csv".into()])
+        );
     }
 
     #[test]

@@ -191,7 +191,8 @@ impl RunSpec {
     fn check_reference(&self) -> Result<()> {
         let (step, sampling) = (self.case.defaults.reference_step_s, self.case.defaults.reference_sampling_s);
         if self.duration / sampling > MOST_STEPS {
-            let expected = format!("at most {:e} s, for which the reference has {MOST_STEPS:e} points", MOST_STEPS * sampling);
+            let expected =
+                format!("at most {:e} s, for which the reference has {MOST_STEPS:e} points", MOST_STEPS * sampling);
             return Err(Error::invalid("duration", self.duration, expected));
         }
         let least = self.duration / MOST_REFERENCE_STEPS;

@@ -1,7 +1,7 @@
 //! How long single macro steps take on this machine, against the time they stand for.
 
 use super::cost::Cost;
-use super::statistics::{OverPhases, Runs, groups, over};
+use super::statistics::{Only, OverPhases, Runs, groups, over};
 use super::sweep_figure::with_range;
 use crate::chart::{Axis, Figure, Panel, Series};
 use crate::drawing::Drawing;
@@ -26,6 +26,9 @@ pub struct LatencyFigure {
     range_us: [f64; 2],
     #[serde(default)]
     labels: Vec<String>,
+    /// The case shown, of an experiment with several.
+    #[serde(default)]
+    only: Only,
 }
 
 impl LatencyFigure {
@@ -35,7 +38,7 @@ impl LatencyFigure {
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) naming the column that `cost.csv` lacks.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let runs = Runs::read(folder)?;
+        let runs = Runs::read(folder)?.only(&self.only)?;
         let cost = Cost::read(folder, &runs)?;
         let mut figure = Figure::new(self.width, self.height).columns(PERCENTILES.len());
         for (column, title) in PERCENTILES {

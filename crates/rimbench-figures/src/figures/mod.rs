@@ -19,7 +19,9 @@ use super::drawing::Drawing;
 use super::render;
 use super::style::Styles;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::checksums;
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The file that lists all figures.
@@ -101,10 +103,14 @@ impl FigureList {
     /// Results that lack a file or a column (older than the figure, say) count as missing, with the reason.
     ///
     /// # Errors
-    /// [`Error::File`] if there is no such folder of results.
+    /// [`Error::File`] if there is no such folder of results; [`Error::UnknownName`] for a group without figures.
     pub fn make_all(&self, results: &Path, group: Option<&str>, styles: &Styles) -> Result<MadeFigures> {
         if !results.is_dir() {
             return Err(Error::file(results, "is no folder of results"));
+        }
+        if let Some(group) = group.filter(|group| self.of_group(Some(group)).is_empty()) {
+            let groups: BTreeSet<&str> = self.figures.iter().map(FigureEntry::group).collect();
+            return Err(Error::unknown("group of figures", group, groups));
         }
         let mut made = MadeFigures::default();
         for figure in self.of_group(group) {
@@ -135,6 +141,8 @@ impl FigureEntry {
     /// [`Error::File`] for results that are missing or do not hold what the figure shows.
     pub fn make(&self, results: &Path, styles: &Styles) -> Result<render::FigureFiles> {
         let folder = results.join(&self.experiment);
+        // Half a file, or one that was edited, is no source of a figure.
+        checksums::verify(&folder)?;
         let figures = folder.join("figures");
         std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
         render::write(&self.draw(&folder, styles)?, &figures, &self.id)

@@ -1,6 +1,6 @@
 //! A metric against a parameter of the case: median over phases, with the range from best to worst phase.
 
-use super::statistics::{FRACTION_STABLE, Part, Runs};
+use super::statistics::{FRACTION_STABLE, Only, Part, Runs, groups};
 use super::sweep_figure::with_range;
 use crate::chart::{Axis, Figure, Panel};
 use crate::drawing::Drawing;
@@ -34,7 +34,10 @@ struct ParameterPanel {
     part: Part,
     #[serde(default)]
     labels: Vec<String>,
-    /// Macro step of the runs shown, s; all if absent.
+    /// The case shown, of an experiment with several.
+    #[serde(default)]
+    only: Only,
+    /// Macro step of the runs shown, s; needed where there are several.
     macro_step_s: Option<f64>,
 }
 
@@ -44,16 +47,24 @@ impl ParameterFigure {
     /// # Errors
     /// [`Error::File`] for a column or parameter that is not there.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let runs = Runs::read(folder)?;
-        let values = self.values(&runs, folder)?;
+        let all = Runs::read(folder)?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
             let y = if spec.metric == FRACTION_STABLE { Axis::linear(&spec.label) } else { Axis::log10(&spec.label) };
             let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.range(spec.range[0], spec.range[1]));
+            let runs = all.chosen(&spec.only)?;
+            let values = self.values(&runs, folder)?;
+            let (case, set) = (runs.table.column("case")?, runs.table.column("set")?);
             for label in runs.labels(&spec.labels) {
                 let mut rows = runs.of_label(&label);
                 let wanted_ms = spec.macro_step_s.map(|step| step * 1e3);
                 rows.retain(|&row| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9));
+                runs.refuse_several(&rows, "macro_step_s", |row| format!("{} ms", runs.macro_step_ms(row)))?;
+                // One value of the parameter is one problem: no other case, and nothing else that differs.
+                for (_, rows) in groups(&rows, |row| values[row]) {
+                    let problem = |row: usize| format!("{} {}", runs.table.text(row, case), runs.table.text(row, set));
+                    runs.refuse_several(&rows, "case and set", problem)?;
+                }
                 let points = runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?;
                 panel = with_range(panel, &points, &styles.shown_name(&label), styles.of_label(&label));
             }

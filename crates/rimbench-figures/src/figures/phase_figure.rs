@@ -1,6 +1,6 @@
 //! Metrics over the phase ensemble: one mark per run, phase across, one panel per metric.
 
-use super::statistics::Runs;
+use super::statistics::{Only, Runs};
 use crate::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
@@ -13,6 +13,9 @@ use std::path::Path;
 pub struct PhaseFigure {
     width: f64,
     height: f64,
+    /// The case shown, of an experiment with several.
+    #[serde(default)]
+    only: Only,
     panels: Vec<PhasePanel>,
 }
 
@@ -31,7 +34,7 @@ impl PhaseFigure {
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let runs = Runs::read(folder)?;
+        let runs = Runs::read(folder)?.only(&self.only)?;
         let phase = runs.table.column("phase")?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
@@ -43,6 +46,7 @@ impl PhaseFigure {
             );
             for label in runs.labels(&[]) {
                 let rows = runs.of_label(&label);
+                runs.refuse_several(&rows, "macro_step_s", |row| format!("{} ms", runs.macro_step_ms(row)))?;
                 let mut points: Vec<(f64, f64)> =
                     rows.iter().map(|&row| (runs.table.number(row, phase), runs.table.number(row, metric))).collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));

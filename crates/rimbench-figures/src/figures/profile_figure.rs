@@ -6,6 +6,7 @@ use crate::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::checksums;
 use rimbench_statistics::{performance_profile, performance_ratios};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -64,6 +65,7 @@ impl ProfileFigure {
         let results = folder.parent().and_then(Path::parent).unwrap_or(folder);
         let mut folders = vec![folder.to_owned()];
         folders.extend(self.also.iter().map(|name| results.join(name)));
+        folders[1..].iter().try_for_each(|folder| checksums::verify(folder))?;
         let sources = folders.iter().map(|folder| Runs::read(folder)).collect::<Result<Vec<Runs>>>()?;
         let in_all = |label: &String| sources.iter().all(|runs| !runs.of_label(label).is_empty());
         let labels: Vec<String> = sources[0].labels(&self.labels).into_iter().filter(in_all).collect();

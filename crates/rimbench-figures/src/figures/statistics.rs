@@ -40,11 +40,14 @@ impl Part {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Only {
-    /// The case, by name; all if absent.
+    /// The case, by name; `all` pools over several, which must be said.
     pub case: Option<String>,
-    /// Its changed parameters as they stand in the column `set` of `runs.csv`, empty for the defaults; all if absent.
+    /// Its parameters as they stand in the column `set` of `runs.csv`, empty where none is set; `all` pools over several.
     pub set: Option<String>,
 }
+
+/// What is said where several cases, or sets of parameters, are pooled on purpose.
+const ALL: &str = "all";
 
 /// The rows of an experiment with the columns that every figure needs.
 pub struct Runs {
@@ -66,6 +69,8 @@ pub struct OverPhases {
     pub least: f64,
     /// Largest value.
     pub most: f64,
+    /// Share of the runs, skipped ones aside, that did not complete and are in none of the others.
+    pub lost: f64,
 }
 
 impl Runs {
@@ -76,14 +81,24 @@ impl Runs {
         Ok(Runs { label, macro_step, outcome: table.column("outcome")?, table })
     }
 
-    /// The rows of one case.
+    /// The rows of one case with one set of parameters, or of all where that is said.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming what there is, if there is no such row, or if several would be pooled without a word.
+    pub fn only(&self, only: &Only) -> Result<Self> {
+        let chosen = self.chosen(only)?;
+        chosen.refuse_pool(only)?;
+        Ok(chosen)
+    }
+
+    /// The rows of one case, of one set of parameters, or of all.
     ///
     /// # Errors
     /// [`Error::File`] naming what there is, if there is no such row.
-    pub fn only(&self, only: &Only) -> Result<Self> {
+    pub fn chosen(&self, only: &Only) -> Result<Self> {
         let mut rows: Vec<usize> = (0..self.table.len()).collect();
         for (name, wanted) in [("case", &only.case), ("set", &only.set)] {
-            let Some(wanted) = wanted else { continue };
+            let Some(wanted) = wanted.as_ref().filter(|wanted| *wanted != ALL) else { continue };
             let column = self.table.column(name)?;
             let there: BTreeSet<&str> = rows.iter().map(|&row| self.table.text(row, column)).collect();
             if !there.contains(wanted.as_str()) {
@@ -92,6 +107,46 @@ impl Runs {
             rows.retain(|&row| self.table.text(row, column) == wanted);
         }
         Ok(Runs { table: self.table.with_rows(&rows), ..*self })
+    }
+
+    /// Refuses rows of several cases, or of several sets of parameters of one case, unless that is asked for.
+    fn refuse_pool(&self, only: &Only) -> Result<()> {
+        let problems = self.problems()?;
+        let cases: BTreeSet<&str> = problems.iter().map(|(case, _)| *case).collect();
+        let sets: BTreeSet<&str> = problems.iter().map(|(_, set)| *set).collect();
+        let (key, values) = match (&only.case, &only.set) {
+            (None, _) if cases.len() > 1 => ("case", cases),
+            (_, None) if problems.len() > cases.len() => ("set", sets),
+            _ => return Ok(()),
+        };
+        let values: Vec<String> = values.into_iter().map(|value| format!("\"{value}\"")).collect();
+        let message = format!(
+            "has several that would be drawn as one: say only = {{ {key} = … }} with one of {}, or with \"{ALL}\"",
+            values.join(", ")
+        );
+        Err(Error::file(self.table.path(), message))
+    }
+
+    /// Cases with their sets of parameters.
+    pub fn problems(&self) -> Result<BTreeSet<(&str, &str)>> {
+        let (case, set) = (self.table.column("case")?, self.table.column("set")?);
+        Ok((0..self.table.len()).map(|row| (self.table.text(row, case), self.table.text(row, set))).collect())
+    }
+
+    /// Refuses rows of one label with several values of what a figure takes for one.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming the label and what it has several of.
+    pub fn refuse_several(&self, rows: &[usize], what: &str, value: impl Fn(usize) -> String) -> Result<()> {
+        let values: BTreeSet<String> = rows.iter().map(|&row| value(row)).collect();
+        if values.len() <= 1 {
+            return Ok(());
+        }
+        let label = rows.first().map_or("", |&row| self.table.text(row, self.label));
+        let values = values.into_iter().collect::<Vec<_>>().join(", ");
+        let message =
+            format!("has runs of `{label}` with several values of {what} that would be drawn as one: {values}");
+        Err(Error::file(self.table.path(), message))
     }
 
     /// Labels of the scheme rows, in the order of the experiment; only the wanted ones, if any are named.
@@ -135,7 +190,7 @@ impl Runs {
     }
 
     /// A metric, or [`FRACTION_STABLE`], over the rows with one abscissa, by ascending abscissa. Runs that did not
-    /// complete are left out of a metric; where none is left, the point is NaN and breaks the line.
+    /// complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
     pub fn over_phases(
         &self,
         rows: &[usize],
@@ -146,15 +201,18 @@ impl Runs {
         let groups = groups(rows, x);
         if metric == FRACTION_STABLE {
             let point = |(x, rows): (f64, Vec<usize>)| {
-                self.fraction_stable(&rows).map(|share| OverPhases { x, median: share, least: share, most: share })
+                let share = self.fraction_stable(&rows)?;
+                Some(OverPhases { x, median: share, least: share, most: share, lost: 0.0 })
             };
             return Ok(groups.into_iter().filter_map(point).collect());
         }
         let column = self.table.column(metric)?;
         let point = |(x, rows): (f64, Vec<usize>)| {
+            let lost = self.fraction_stable(&rows).map_or(0.0, |share| 1.0 - share);
             let completed = rows.into_iter().filter(|&row| self.completed(row));
             let values = completed.filter_map(|row| part.of(self.table.number(row, column))).collect();
-            over(x, values).unwrap_or(OverPhases { x, median: f64::NAN, least: f64::NAN, most: f64::NAN })
+            let nothing = OverPhases { x, median: f64::NAN, least: f64::NAN, most: f64::NAN, lost };
+            over(x, values).map_or(nothing, |point| OverPhases { lost, ..point })
         };
         Ok(groups.into_iter().map(point).collect())
     }
@@ -165,7 +223,7 @@ pub fn over(x: f64, mut values: Vec<f64>) -> Option<OverPhases> {
     values.retain(|value| value.is_finite());
     let least = values.iter().copied().reduce(f64::min)?;
     let most = values.iter().copied().reduce(f64::max)?;
-    Some(OverPhases { x, median: median(values)?, least, most })
+    Some(OverPhases { x, median: median(values)?, least, most, lost: 0.0 })
 }
 
 /// Rows with equal abscissas, by ascending abscissa; rows without one are left out.
@@ -194,7 +252,7 @@ mod tests {
         let x = [2.0, 1.0, 2.0, f64::NAN];
         assert_eq!(groups(&[0, 1, 2, 3], |row| x[row]), [(1.0, vec![1]), (2.0, vec![0, 2])]);
         let point = over(2.0, vec![5.0, f64::INFINITY, 1.0, 2.0, 4.0]).unwrap();
-        assert_eq!(point, OverPhases { x: 2.0, median: 3.0, least: 1.0, most: 5.0 });
+        assert_eq!(point, OverPhases { x: 2.0, median: 3.0, least: 1.0, most: 5.0, lost: 0.0 });
         assert_eq!(over(2.0, vec![f64::NAN]), None);
     }
 }

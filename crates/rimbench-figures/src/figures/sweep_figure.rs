@@ -1,7 +1,7 @@
 //! A metric against the macro step: median over phases, with the range from best to worst phase.
 
 use super::statistics::{Only, OverPhases, Part, Runs};
-use crate::chart::{Axis, Figure, Guide, Mode, Panel, Series};
+use crate::chart::{Axis, Figure, Guide, Losses, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::{SeriesStyle, Styles};
 use crate::ticks::signed;
@@ -45,7 +45,7 @@ struct SweepPanel {
 }
 
 impl SweepFigure {
-    /// Draws the figure from `runs.csv`. Runs that did not complete are left out of the medians. A figure of one panel
+    /// Draws the figure from `runs.csv`. Runs that did not complete are left out of the medians and marked above them. A figure of one panel
     /// has the observed orders in its legend.
     ///
     /// # Errors
@@ -65,11 +65,16 @@ impl SweepFigure {
                 let rows = runs.of_label(&label);
                 let points = runs.over_phases(&rows, |row| runs.macro_step_ms(row), &spec.metric, spec.part)?;
                 let order = spec.order(&points).filter(|_| self.panels.len() == 1);
+                let lost = spec.fitted(&points).any(|point| point.lost > 0.0);
                 let entry = match order {
                     _ if all.fraction_stable(&all.of_label(&label)) == Some(0.0) => {
                         format!("{}: never stable", styles.shown_name(&label))
                     }
-                    Some(order) => format!("{}, order {}", styles.shown_name(&label), signed(format!("{order:.2}"))),
+                    Some(order) => {
+                        let order = signed(format!("{order:.2}"));
+                        let lost = if lost { " where not lost" } else { "" };
+                        format!("{}, order {order}{lost}", styles.shown_name(&label))
+                    }
                     None => styles.shown_name(&label),
                 };
                 panel = with_range(panel, &points, &entry, styles.of_label(&label));
@@ -89,17 +94,26 @@ impl SweepFigure {
 
 impl SweepPanel {
     fn order(&self, points: &[OverPhases]) -> Option<f64> {
+        order_of_convergence(&self.fitted(points).map(|point| (point.x, point.median)).collect::<Vec<_>>())
+    }
+
+    /// The points over which the order is fitted.
+    fn fitted<'a>(&self, points: &'a [OverPhases]) -> impl Iterator<Item = &'a OverPhases> {
         let [low, high] = self.orders_over_ms.unwrap_or([0.0, f64::INFINITY]);
-        let fitted = points.iter().filter(|point| (low..=high).contains(&point.x));
-        order_of_convergence(&fitted.map(|point| (point.x, point.median)).collect::<Vec<_>>())
+        points.iter().filter(move |point| (low..=high).contains(&point.x))
     }
 }
 
-/// Adds the medians as a line with markers, and a thin bar from the least to the largest value at each.
+/// Adds the medians as a line with markers, a thin bar from the least to the largest value at each, and marks where runs were
+/// lost.
 pub(super) fn with_range(mut panel: Panel, points: &[OverPhases], entry: &str, style: SeriesStyle) -> Panel {
     let thin = SeriesStyle { width: 0.8, dash: &[], ..style };
     for point in points {
         panel = panel.series(Series::new("", vec![(point.x, point.least), (point.x, point.most)], thin));
+    }
+    let lost = points.iter().filter(|point| point.lost > 0.0).map(|point| (point.x, point.lost)).collect::<Vec<_>>();
+    if !lost.is_empty() {
+        panel.losses.push(Losses { points: lost, color: style.color });
     }
     let medians = points.iter().map(|point| (point.x, point.median)).collect();
     panel.series(Series::new(entry, medians, style).mode(Mode::LineMarkers))

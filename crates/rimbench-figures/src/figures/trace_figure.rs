@@ -1,5 +1,6 @@
 //! Columns of traces over time, one panel per column or zoom.
 
+use super::statistics::Runs;
 use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
@@ -94,15 +95,29 @@ impl TracePanel {
     }
 }
 
-/// The trace of the first run of a scheme row, or of the reference.
+/// The trace of the run of a scheme row, or of the reference.
+///
+/// # Errors
+/// [`Error::File`] if there is none, or if there are several: which of them is meant nobody can say.
 pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
-    let traces = folder.join("traces");
+    let (traces, path) = (folder.join("traces"), folder.join("runs.csv"));
+    let runs = Runs::read(folder)?;
+    let several = |count: usize, what: &str| {
+        Error::file(&path, format!("has {count} {what}; a figure of traces needs an experiment with one"))
+    };
     if label == "reference" {
-        return Ok(traces.join("reference.csv"));
+        return match runs.problems()?.len() {
+            0 | 1 => Ok(traces.join("reference.csv")),
+            count => Err(several(count, "references")),
+        };
     }
-    let path = folder.join("runs.csv");
-    let runs = ResultsTable::read(&path)?;
-    let rows = runs.rows_where(runs.column("label")?, label);
-    let row = rows.first().ok_or_else(|| Error::file(&path, format!("has no run labelled `{label}`")))?;
-    Ok(traces.join(runs.text(*row, runs.column("trace")?)))
+    let trace = match *runs.of_label(label) {
+        [] => return Err(Error::file(&path, format!("has no run labelled `{label}`"))),
+        [row] => runs.table.text(row, runs.table.column("trace")?),
+        ref rows => return Err(several(rows.len(), &format!("runs labelled `{label}`"))),
+    };
+    if trace.is_empty() {
+        return Err(Error::file(&path, format!("has no trace of `{label}`")));
+    }
+    Ok(traces.join(trace))
 }

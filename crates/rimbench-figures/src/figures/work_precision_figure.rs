@@ -63,9 +63,11 @@ impl WorkPrecisionFigure {
                     let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute)?;
                     points.extend(work.zip(error.first()).map(|(work, error)| (work.median, error.median)));
                 }
-                panel = panel.series(
-                    Series::new(styles.shown_name(&label), points, styles.of_label(&label)).mode(Mode::LineMarkers),
-                );
+                // What did not complete has no cost at which to mark it.
+                let lost = all.fraction_stable(&all.of_label(&label)).is_some_and(|share| share < 1.0);
+                let lost = if lost { ": some runs lost" } else { "" };
+                let entry = format!("{}{lost}", styles.shown_name(&label));
+                panel = panel.series(Series::new(entry, points, styles.of_label(&label)).mode(Mode::LineMarkers));
             }
             figure = figure.panel(panel);
         }

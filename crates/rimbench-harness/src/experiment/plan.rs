@@ -19,7 +19,7 @@ const MOST_RUNS: usize = 1_000_000;
 pub struct PlannedRun {
     /// What is run.
     pub spec: RunSpec,
-    /// Label of the scheme row; the scheme's name unless the file gives another.
+    /// Label of the scheme row: given in the file, or made of the scheme's name and what tells rows of one scheme apart.
     pub label: String,
     /// [`RunSpec::id`].
     pub id: String,
@@ -168,6 +168,25 @@ mod tests {
     }
 
     #[test]
+    fn rows_of_one_scheme_get_labels_of_what_differs() {
+        let labels = |schemes: &str| {
+            let planned = parsed(schemes).and_then(|experiment| experiment.plan(&Catalogue::standard(), false));
+            let mut labels: Vec<String> = planned.unwrap().into_iter().map(|run| run.label).collect();
+            labels.dedup();
+            labels
+        };
+        let two =
+            "scheme = \"nepce\"\ngain = 0.5\nsolver = \"lemke\"\n[[schemes]]\nsolver = \"lemke\"\nscheme = \"nepce\"\n";
+        assert_eq!(labels(two), ["nepce/gain=0.5", "nepce"]);
+        assert_eq!(labels(&format!("{two}gain = 1.5\n")), ["nepce/gain=0.5", "nepce/gain=1.5"]);
+        assert_eq!(labels("scheme = \"nepce\"\ngain = 0.5\nlabel = \"half\""), ["half"]);
+        // One scheme, one setting, other macro steps: one label.
+        let steps =
+            "scheme = \"nepce\"\nmacro_steps_s = [1e-3]\n[[schemes]]\nscheme = \"nepce\"\nmacro_steps_s = [2e-3]";
+        assert_eq!(labels(steps), ["nepce"]);
+    }
+
+    #[test]
     fn what_is_wrong_with_a_row_is_said_with_its_line() {
         let refused = |schemes: &str| {
             let planned = parsed(schemes).and_then(|experiment| experiment.plan(&Catalogue::standard(), false));
@@ -183,10 +202,39 @@ mod tests {
             ("scheme = \"nepcee\"", "unknown scheme `nepcee` (did you mean `nepce`?)"),
             ("label = \"mine\"", "scheme = nothing is not valid; valid: the name of a scheme"),
             ("scheme = \"nepce\"\nmacro_steps_s = 3", "macro_steps_s: "),
+            ("scheme = \"\"", "scheme = nothing"),
         ] {
             let message = refused(row);
             assert!(message.starts_with("usual.toml: [[schemes]] in line 5: "), "{message}");
             assert!(message.contains(wanted), "{message}");
+        }
+        let message = refused("scheme = \"nepce\"\n[[schemes]]\nscheme = \"nepce\"\nlabel = \"nepce\"\ngain = 0.5");
+        assert!(message.contains("line 7: label `nepce` is that of line 5"), "{message}");
+        let message = refused("scheme = \"nepce\"\nlabel = \"nepce\"\n[[schemes]]\nscheme = \"nepce\"\ngain = 0.5");
+        assert!(message.contains("could not be told apart"), "{message}");
+    }
+
+    #[test]
+    fn a_reference_step_that_is_no_step_is_refused_before_anything_runs() {
+        for (step, wanted) in
+            [("1.0", "reference_step_s = 1e0"), ("1e-300", "reference_step_s = 1e-300"), ("2.5e299", "5e-5 s")]
+        {
+            let text = format!(
+                "question = \"?\"\nmacro_steps_s = [1e-3]\nreference_step_s = {step}\n[[cases]]\nname = \"wedge-box\"\n\
+                 [[schemes]]\nscheme = \"nepce\"\n"
+            );
+            let planned = Experiment::parse(Path::new("usual.toml"), text).unwrap().plan(&Catalogue::standard(), false);
+            let message = planned.unwrap_err().to_string();
+            assert!(message.contains(wanted), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_file_whose_name_is_nothing_but_dots_names_no_experiment() {
+        let text = "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n";
+        for name in ["..toml", "...toml"] {
+            let message = Experiment::parse(Path::new(name), text.to_owned()).unwrap_err().to_string();
+            assert!(message.contains("is no name for an experiment"), "{message}");
         }
     }
 }

@@ -20,8 +20,10 @@ const SET_BY_GRID: [&str; 3] = ["case", "macro_step_s", "phase"];
 pub(super) struct SchemeRow {
     /// Line of the file in which it begins, from 1.
     line: usize,
-    /// The scheme's name unless the file gives another.
+    /// What the file gives, else the scheme's name, with what differs where several rows have that scheme; see [`with_labels`].
     pub(super) label: String,
+    /// Options as they stand in the file, the scheme aside.
+    given: BTreeMap<String, String>,
     /// Instead of those of the case or the experiment.
     pub(super) macro_steps_s: Option<MacroSteps>,
     /// Everything else.
@@ -39,7 +41,13 @@ impl SchemeRow {
     }
 
     fn read_keys(keys: BTreeMap<String, toml::Value>, line: usize) -> Result<Self> {
-        let mut row = SchemeRow { line, label: String::new(), macro_steps_s: None, request: RunRequest::default() };
+        let mut row = SchemeRow {
+            line,
+            label: String::new(),
+            given: BTreeMap::new(),
+            macro_steps_s: None,
+            request: RunRequest::default(),
+        };
         for (key, value) in keys {
             match key.as_str() {
                 "label" => row.label = scalar_text(&key, &value)?,
@@ -55,17 +63,18 @@ impl SchemeRow {
                             OWN_KEYS.into_iter().chain(options()),
                         ));
                     }
-                    row.request.put(option, &scalar_text(option, &value)?)?;
+                    let text = scalar_text(option, &value)?;
+                    row.request.put(option, &text)?;
+                    if option != "scheme" {
+                        row.given.insert(option.to_owned(), text);
+                    }
                 }
             }
         }
-        let Some(scheme) = &row.request.scheme else {
+        if row.request.scheme.as_ref().is_none_or(String::is_empty) {
             return Err(Error::invalid("scheme", "nothing", "the name of a scheme"));
-        };
-        if row.label.is_empty() {
-            row.label.clone_from(scheme);
         }
-        if row.label.is_empty() || row.label.contains(char::is_control) {
+        if row.label.contains(char::is_control) {
             return Err(Error::invalid("label", format!("{:?}", row.label), "text without tabs or line ends"));
         }
         Ok(row)
@@ -75,6 +84,39 @@ impl SchemeRow {
     pub(super) fn place(&self, error: &Error) -> Error {
         in_row(self.line, error)
     }
+}
+
+/// Gives the rows without a label one: the scheme's name, and behind a slash the options by which rows of one scheme without a
+/// label differ.
+///
+/// # Errors
+/// Two rows of one label that are not the same.
+pub(super) fn with_labels(mut rows: Vec<SchemeRow>) -> Result<Vec<SchemeRow>> {
+    let made: Vec<Option<String>> =
+        rows.iter().map(|row| row.label.is_empty().then(|| made_label(row, &rows))).collect();
+    for (row, made) in rows.iter_mut().zip(made) {
+        row.label = made.unwrap_or_else(|| std::mem::take(&mut row.label));
+    }
+    for (index, row) in rows.iter().enumerate() {
+        let same = |other: &&SchemeRow| other.label == row.label && other.request != row.request;
+        if let Some(earlier) = rows[..index].iter().find(same) {
+            return Err(row.place(&Error::Incompatible(format!(
+                "label `{}` is that of line {}, which has other settings: their runs could not be told apart",
+                row.label, earlier.line
+            ))));
+        }
+    }
+    Ok(rows)
+}
+
+fn made_label(row: &SchemeRow, rows: &[SchemeRow]) -> String {
+    let alike: Vec<&SchemeRow> =
+        rows.iter().filter(|other| other.label.is_empty() && other.request.scheme == row.request.scheme).collect();
+    let differs = |key: &str| alike.iter().any(|other| other.given.get(key) != row.given.get(key));
+    let options = row.given.iter().filter(|(key, _)| differs(key)).map(|(key, value)| format!("{key}={value}"));
+    let options: Vec<String> = options.collect();
+    let scheme = row.request.scheme.as_deref().unwrap_or_default();
+    if options.is_empty() { scheme.to_owned() } else { format!("{scheme}/{}", options.join(" ")) }
 }
 
 fn in_row(line: usize, error: &Error) -> Error {

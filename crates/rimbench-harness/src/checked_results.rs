@@ -1,0 +1,71 @@
+//! Results that an experiment may rest on: every planned run once, with its settings, and every file as it was written.
+
+use super::experiment::{Experiment, PlannedRun};
+use super::results::{plan_cells, plan_header};
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_core::error::{Error, Result};
+use rimbench_results::checksums;
+use rimbench_results::results_table::ResultsTable;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Reads the `runs.csv` of an experiment's results folder, which must hold the runs of its plan, or of its quick plan.
+///
+/// # Errors
+/// [`Error::File`] with the counts of what is missing, unplanned, there twice or different; with the files that are not as they
+/// were written; for results that were held against another reference.
+pub(super) fn checked_runs(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<ResultsTable> {
+    let runs = ResultsTable::read(&folder.join("runs.csv"))?;
+    let planned = experiment.plan(catalogue, false)?;
+    if let Err(incomplete) = check_rows(experiment, &planned, &runs) {
+        let quick = || check_rows(experiment, &experiment.plan(catalogue, true)?, &runs);
+        if !experiment.has_quick_plan() || quick().is_err() {
+            return Err(incomplete);
+        }
+    }
+    checksums::verify(folder)?;
+    let copy = Experiment::read_from_results(folder)?;
+    if copy.reference_identity() != experiment.reference_identity() {
+        let message = format!("was computed with another reference_step_s than {} has", experiment.path().display());
+        return Err(Error::file(folder, format!("{message}: run the experiment again")));
+    }
+    Ok(runs)
+}
+
+/// Holds the rows against the plan, whatever their order.
+fn check_rows(experiment: &Experiment, planned: &[PlannedRun], runs: &ResultsTable) -> Result<()> {
+    let columns: Vec<usize> = plan_header(planned).iter().map(|name| runs.column(name)).collect::<Result<_>>()?;
+    let mut rows: HashMap<&str, Vec<usize>> = HashMap::new();
+    for row in 0..runs.len() {
+        rows.entry(runs.text(row, columns[0])).or_default().push(row);
+    }
+    let (mut found, mut different) = (0, 0);
+    let mut twice = 0;
+    for run in planned {
+        let Some(own) = rows.remove(run.id.as_str()) else { continue };
+        found += 1;
+        twice += own.len() - 1;
+        let cells = plan_cells(run);
+        let same = |row: &usize| columns.iter().zip(&cells).all(|(&column, cell)| runs.text(*row, column) == cell);
+        different += usize::from(!own.iter().all(same));
+    }
+    let unplanned: usize = rows.values().map(Vec::len).sum();
+    let missing = planned.len() - found;
+    if missing + unplanned + twice + different == 0 {
+        return Ok(());
+    }
+    let counts = [
+        (missing, "missing"),
+        (unplanned, "not planned"),
+        (twice, "there twice"),
+        (different, "with another label or other settings"),
+    ];
+    let counts = counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}"));
+    let message = format!(
+        "does not hold the runs of {}: {} planned, {found} found; {}: run the experiment again",
+        experiment.path().display(),
+        planned.len(),
+        counts.collect::<Vec<_>>().join(", ")
+    );
+    Err(Error::file(runs.path(), message))
+}

@@ -1,0 +1,60 @@
+//! What of a plan is done: runs stored with the time they may take, and with the traces that are asked for.
+
+use super::experiment::{Experiment, PlannedRun};
+use super::results::{runs_header, trace_name};
+use super::store::{Record, Store, TraceMark};
+use rimbench_core::error::Result;
+use rimbench_results::checksums::sha256_of_file;
+use std::path::Path;
+
+/// The store of an experiment in a folder, with what else belongs to a finished run.
+#[derive(Debug)]
+pub(super) struct Stock<'a> {
+    /// The folder.
+    pub(super) folder: &'a Path,
+    /// The experiment.
+    pub(super) experiment: &'a Experiment,
+    /// Its records.
+    pub(super) store: Store,
+}
+
+impl<'a> Stock<'a> {
+    /// Opens the store in a folder.
+    ///
+    /// # Errors
+    /// Those of [`Store::open`].
+    pub(super) fn open(folder: &'a Path, experiment: &'a Experiment, planned: &[PlannedRun]) -> Result<Self> {
+        // What records must have been written with to belong together.
+        let columns = format!("{}{}", runs_header(planned).join(","), experiment.reference_identity());
+        Ok(Stock { folder, experiment, store: Store::open(folder, &experiment.name(), &columns)? })
+    }
+
+    /// Whether a run need not be computed: it is stored, was given as much time as it may take, and has the trace that is asked for.
+    ///
+    /// # Errors
+    /// Those of [`Store::read`].
+    pub(super) fn has(&self, run: &PlannedRun) -> Result<bool> {
+        if !self.store.holds(&run.id, run.spec.wall_limit) {
+            return Ok(false);
+        }
+        let Some(every_s) = self.experiment.trace_of(&run.label) else { return Ok(true) };
+        let path = self.folder.join("traces").join(trace_name(&run.id));
+        let found = || Some(TraceMark { every_s, sha256: sha256_of_file(&path)? });
+        let record: Option<Record> = self.store.read(&run.id)?;
+        Ok(record.and_then(|record| record.trace).is_some_and(|kept| found().as_ref() == Some(&kept)))
+    }
+
+    /// Positions of the runs that are still to be computed, among some.
+    ///
+    /// # Errors
+    /// Those of [`Store::read`].
+    pub(super) fn missing(&self, planned: &[PlannedRun], among: impl Iterator<Item = usize>) -> Result<Vec<usize>> {
+        let mut missing = Vec::new();
+        for index in among {
+            if !self.has(&planned[index])? {
+                missing.push(index);
+            }
+        }
+        Ok(missing)
+    }
+}
