@@ -368,7 +368,7 @@ fn a_figure_that_would_pool_cases_sets_or_macro_steps_without_a_word_is_refused(
     let folder = place.path().join("study/made-up");
     let rows = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
     let half =
-        |row: (usize, &str)| if row.0 % 2 == 0 && row.0 > 0 { row.1.replace(",box,", ",ball,") } else { row.1.into() };
+        |row: (usize, &str)| if row.0.is_multiple_of(2) && row.0 > 0 { row.1.replace(",box,", ",ball,") } else { row.1.into() };
     std::fs::write(folder.join("runs.csv"), rows.lines().enumerate().map(|row| half(row) + "\n").collect::<String>())
         .unwrap();
     let parameters = std::fs::read_to_string(folder.join("parameters.csv")).unwrap();
