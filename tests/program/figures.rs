@@ -367,8 +367,9 @@ fn a_figure_that_would_pool_cases_sets_or_macro_steps_without_a_word_is_refused(
     // A second case with the same margins.
     let folder = place.path().join("study/made-up");
     let rows = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
-    let half =
-        |row: (usize, &str)| if row.0.is_multiple_of(2) && row.0 > 0 { row.1.replace(",box,", ",ball,") } else { row.1.into() };
+    let half = |row: (usize, &str)| {
+        if row.0.is_multiple_of(2) && row.0 > 0 { row.1.replace(",box,", ",ball,") } else { row.1.into() }
+    };
     std::fs::write(folder.join("runs.csv"), rows.lines().enumerate().map(|row| half(row) + "\n").collect::<String>())
         .unwrap();
     let parameters = std::fs::read_to_string(folder.join("parameters.csv")).unwrap();
@@ -396,7 +397,8 @@ fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
     };
     let whole = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
     let rows: Vec<&str> = whole.lines().collect();
-    for other in [rows[..2].join("\n"), whole.replacen("diverged", "completed", 1), rows[..].join("\n") + "\n" + rows[1] + "\n"]
+    for other in
+        [rows[..2].join("\n"), whole.replacen("diverged", "completed", 1), rows[..].join("\n") + "\n" + rows[1] + "\n"]
     {
         std::fs::write(folder.join("runs.csv"), other).unwrap();
         let missing = reasons();

@@ -89,12 +89,11 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Resu
     note_origin(&job)?;
     job.experiment.copy_to(job.folder)?;
     let in_shard = |index: &usize| job.shard.is_none_or(|(part, parts)| index % parts == part - 1);
-    let own: Vec<usize> = (0..planned.len()).filter(in_shard).collect();
-    let todo = stock.missing(&planned, own.iter().copied())?;
+    let missing = stock.missing(&planned)?;
+    let reused = planned.len() - missing.len();
+    let todo: Vec<usize> = missing.into_iter().filter(in_shard).collect();
     let store = &stock.store;
     let renewed = todo.iter().filter(|&&index| store.allowed_s(&planned[index].id).is_some()).count();
-    let reused = stock.missing(&planned, 0..planned.len())?.len();
-    let reused = planned.len() - reused;
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect(job.build);
     let mut held = None;
@@ -170,9 +169,10 @@ fn most_patient(planned: &[PlannedRun], group: &[usize]) -> usize {
 /// Folders that belong to something else; a disk that is full.
 pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<PlannedRun>)> {
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
+    refuse_foreign(&job, &planned)?;
     job.experiment.copy_to(job.folder)?;
     let own = Stock::open(job.folder, job.experiment, &planned)?;
-    let mut wanted = own.missing(&planned, 0..planned.len())?;
+    let mut wanted = own.missing(&planned)?;
     let mut summary = Summary { planned: planned.len(), damaged: own.store.damaged, ..Summary::default() };
     summary.reused = planned.len() - wanted.len();
     for folder in folders {
@@ -209,7 +209,7 @@ fn export_if_complete(
 ) -> Result<Vec<usize>> {
     // Other processes may have stored their shards meanwhile.
     let stock = Stock::open(job.folder, job.experiment, planned)?;
-    let missing = stock.missing(planned, 0..planned.len())?;
+    let missing = stock.missing(planned)?;
     if missing.is_empty() {
         results::write_tables(job.folder, job.experiment, planned, &stock.store)?;
         let everything: Vec<usize> = (0..planned.len()).collect();

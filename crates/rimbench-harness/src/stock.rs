@@ -44,17 +44,12 @@ impl<'a> Stock<'a> {
         Ok(record.and_then(|record| record.trace).is_some_and(|kept| found().as_ref() == Some(&kept)))
     }
 
-    /// Positions of the runs that are still to be computed, among some.
+    /// Positions of the runs that are still to be computed.
     ///
     /// # Errors
     /// Those of [`Store::read`].
-    pub(super) fn missing(&self, planned: &[PlannedRun], among: impl Iterator<Item = usize>) -> Result<Vec<usize>> {
-        let mut missing = Vec::new();
-        for index in among {
-            if !self.has(&planned[index])? {
-                missing.push(index);
-            }
-        }
-        Ok(missing)
+    pub(super) fn missing(&self, planned: &[PlannedRun]) -> Result<Vec<usize>> {
+        let lacking = |(index, run)| self.has(run).map(|has| (!has).then_some(index)).transpose();
+        planned.iter().enumerate().filter_map(lacking).collect()
     }
 }
