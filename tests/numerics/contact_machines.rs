@@ -357,16 +357,21 @@ fn impossible_machines_are_refused_with_the_numbers() {
         ("gripper", "upper_pad_m", 0.5, "a pad at 0.5 m is beside the box"),
         ("gripper", "cylinder_length_m", 1.3, "cylinder_length_m = 1.3"),
         ("disc-row", "disc_gap_m", -0.01, "would start with a gap of -0.010000 m"),
-        ("disc-row", "discs", 2.5, "discs = 2.5 is not valid; valid: a whole number from 2 to 256"),
         ("disc-row", "wall_gap_m", 1.0, "must start within 0.13 m of each other"),
         ("disc-pile", "wall_gap_m", -0.01, "would start with a gap of -0.01"),
-        ("disc-pile", "layers", 40.0, "a whole number from 1 to 20"),
         ("disc-pile", "cylinder_length_m", 3.5, "the actuator starts 1.500000 m long"),
     ] {
         let spec = spec(case, "rim-nonsmooth", 5e-3, &[(key, value)]);
         let refused = simulate(&spec, Bounds::default(), None, StopFlag::never());
         let error = refused.map(|run| run.report.outcome).unwrap_err().to_string();
         assert!(error.contains(wanted), "{case} {key} = {value}: {error}");
+    }
+    for (case, key, value, wanted) in [
+        ("disc-row", "discs", "2.5", "discs = 2.5 is not valid; valid: a whole number from 2 to 256"),
+        ("disc-pile", "layers", "40", "layers = 40 is not valid; valid: a whole number from 1 to 20"),
+    ] {
+        let mut parameters = case_by_name(case).default_parameters();
+        assert_eq!(parameters.set(key, value).unwrap_err().to_string(), wanted);
     }
 }
 

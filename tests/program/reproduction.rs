@@ -28,7 +28,9 @@ fn deterministic_files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
-            } else if !["cost.csv", "provenance.csv"].contains(&path.file_name().unwrap().to_str().unwrap()) {
+            } else if !["cost.csv", "provenance.csv", "SHA256SUMS"]
+                .contains(&path.file_name().unwrap().to_str().unwrap())
+            {
                 let content = std::fs::read(&path).unwrap();
                 files.insert(path.strip_prefix(folder).unwrap().to_owned(), content);
             }

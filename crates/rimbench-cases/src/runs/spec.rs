@@ -138,6 +138,7 @@ impl RunRequest {
             wall_limit: wall_limit_s.map(wall_limit).transpose()?,
         };
         spec.check()?;
+        spec.check_reference()?;
         Ok(spec)
     }
 }
@@ -150,7 +151,6 @@ impl RunSpec {
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     pub fn check(&self) -> Result<()> {
         let macro_steps = self.grid()?.macro_steps();
-        self.check_reference()?;
         if macro_steps < self.scheme.samples {
             return Err(Error::invalid(
                 "macro-step",
@@ -187,8 +187,11 @@ impl RunSpec {
         Ok(())
     }
 
-    /// Checks the steps of the reference: a reference that would never end is found before it is begun.
-    fn check_reference(&self) -> Result<()> {
+    /// Checks the steps of the reference: one that would never end is found before it is begun.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] for a duration with too many points, or a step longer than their distance or shorter than any use.
+    pub fn check_reference(&self) -> Result<()> {
         let (step, sampling) = (self.case.defaults.reference_step_s, self.case.defaults.reference_sampling_s);
         if self.duration / sampling > MOST_STEPS {
             let expected =
