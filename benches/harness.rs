@@ -141,8 +141,11 @@ fn large_store(folder: &Path) {
     let store = Store::open(&records, "large", "columns").expect("an empty store");
     let append = seconds(|| {
         for index in 0..100_000_u64 {
-            let row = |width: usize| format!("{index:016x}{}", ",0.123456789012345".repeat(width));
-            store.append(&Record { run: row(40), cost: row(5), provenance: row(7) }).expect("a record is appended");
+            let run_id = format!("{index:016x}");
+            let row = |width: usize| format!("{run_id}{}", ",0.123456789012345".repeat(width));
+            let (findings, costs, provenance) = (row(40), row(5), row(7));
+            let record = Record { run_id, findings, costs, provenance, trace: None, wall_limit_s: None };
+            store.append(&record).expect("a record is appended");
         }
     });
     let open = seconds(|| {
