@@ -1,10 +1,12 @@
-//! Bakes in what the program is built from: source revision, compiler, target.
+//! Bakes in what the program is built from (source revision, compiler, target and its processor) and the list of the
+//! experiments that it carries.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the program is made of; whether anything else differs from the revision does not matter.
-const SOURCES: [&str; 5] = ["Cargo.toml", "Cargo.lock", "build.rs", "src", "crates"];
+const SOURCES: [&str; 8] =
+    ["Cargo.toml", "Cargo.lock", "build.rs", "src", "crates", "experiments", "paper", "data/contact-problems"];
 
 fn main() {
     let (revision, dirty) = packaged().or_else(checked_out).unwrap_or_else(|| ("unknown".into(), "unknown".into()));
@@ -14,6 +16,7 @@ fn main() {
         ("RIMBENCH_GIT_DIRTY", dirty),
         ("RIMBENCH_RUSTC", said_by(Command::new(rustc).arg("--version")).unwrap_or_else(|| "unknown".into())),
         ("RIMBENCH_TARGET", std::env::var("TARGET").unwrap_or_else(|_| "unknown".into())),
+        ("RIMBENCH_TARGET_CPU", target_cpu()),
     ];
     for (name, value) in facts {
         println!("cargo::rustc-env={name}={value}");
@@ -21,6 +24,42 @@ fn main() {
     for source in SOURCES {
         println!("cargo::rerun-if-changed={source}");
     }
+    list_experiments();
+}
+
+/// Writes the experiments as a list of path and text, `experiments.rs` in the folder for generated sources.
+fn list_experiments() {
+    let (Some(root), Some(out)) = (std::env::var_os("CARGO_MANIFEST_DIR"), std::env::var_os("OUT_DIR")) else { return };
+    let mut files = Vec::new();
+    list(Path::new("experiments"), &mut files);
+    files.retain(|file| file.extension().is_some_and(|extension| extension == "toml"));
+    files.sort();
+    let entry = |file: &PathBuf| {
+        // Forward slashes everywhere, as in the names of results.
+        let name = file.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/");
+        format!("    ({name:?}, include_str!({:?})),\n", Path::new(&root).join(file))
+    };
+    let text = format!("&[\n{}]\n", files.iter().map(entry).collect::<String>());
+    if let Err(error) = std::fs::write(Path::new(&out).join("experiments.rs"), text) {
+        println!("cargo::error=the list of experiments cannot be written: {error}");
+    }
+}
+
+fn list(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() { list(&path, files) } else { files.push(path) }
+    }
+}
+
+/// The processor that the compiler was told to build for (`-C target-cpu`), else `generic`.
+fn target_cpu() -> String {
+    println!("cargo::rerun-if-env-changed=CARGO_ENCODED_RUSTFLAGS");
+    let flags = std::env::var("CARGO_ENCODED_RUSTFLAGS").unwrap_or_default();
+    // The flags stand one by one, the value with its option or after it; the last one holds.
+    let mut cpus =
+        flags.split('\u{1f}').filter_map(|flag| flag.strip_prefix("-C").unwrap_or(flag).strip_prefix("target-cpu="));
+    cpus.next_back().unwrap_or("generic").to_owned()
 }
 
 /// Revision and state of a package from a registry, which says so in a file.

@@ -7,8 +7,8 @@
 //! against fine-step references.
 //!
 //! # Rooms
-//! This package is the program; its rooms live in packages of their own, shown here together. Each uses only those below it,
-//! and the compiler sees to that.
+//! This package is the program, with what it carries ([`shipped`]); its rooms live in packages of their own, shown here together.
+//! Each uses only those below it, and the compiler sees to that.
 //!
 //! | package | rooms | what they hold |
 //! |---|---|---|
@@ -33,6 +33,8 @@
 //! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is "the
 //! paper" throughout; what is marked *ours* is this project's own choice.
 
+pub mod shipped;
+
 pub use rimbench_cases::{cases, catalogue, metrics, models, runs};
 pub use rimbench_core::{
     ceilings, complementarity, cosim, error, interface_model, linear_algebra, mechanics, name, numerics_version,
@@ -52,6 +54,7 @@ pub const BUILD: harness::BuildInfo = harness::BuildInfo {
     version: env!("CARGO_PKG_VERSION"),
     rustc: env!("RIMBENCH_RUSTC"),
     target: env!("RIMBENCH_TARGET"),
+    target_cpu: env!("RIMBENCH_TARGET_CPU"),
 };
 
 /// Everything that this program can run by name: what is built in, and the panel of rival solvers.

@@ -4,13 +4,14 @@
 mod cli;
 
 use clap::Parser;
+use rimbench::error::with_short_numbers;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     match cli::Cli::parse().run() {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            eprintln!("error: {}", with_short_numbers(&format!("{error:#}")));
             ExitCode::from(2)
         }
     }

@@ -1,19 +1,18 @@
 //! `rimbench corpus`: harvest the contact problems of actual runs.
 
 use super::print;
+use super::progress::Every;
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, check_writable_folder};
 use rimbench::corpus::{Corpus, Harvest, harvest};
+use rimbench::shipped;
 use std::path::{Path, PathBuf};
-
-/// Where the corpus is kept.
-pub(super) const CORPUS: &str = "data/contact-problems/corpus.lcp";
 
 /// Arguments of `corpus`.
 #[derive(Debug, Args)]
 pub struct CorpusCommand {
     /// The file to write
-    #[arg(long, value_name = "FILE", default_value = CORPUS)]
+    #[arg(long, value_name = "FILE", default_value = shipped::CORPUS.0)]
     out: PathBuf,
 }
 
@@ -22,7 +21,14 @@ impl CorpusCommand {
         // A place that cannot be written is found before anything is computed.
         check_writable_folder(self.out.parent().unwrap_or(Path::new(".")))?;
         check_writable_file(&self.out)?;
-        let corpus = harvest(&Harvest::default(), &mut |source| eprintln!("{source}"))?;
+        let mut lines = Every::seconds(2.0);
+        let mut runs = 0;
+        let corpus = harvest(&Harvest::default(), &mut |source| {
+            runs += 1;
+            if lines.is_due() {
+                eprintln!("run {runs}: {source}");
+            }
+        })?;
         corpus.write(&self.out)?;
         print(&summary(&corpus, &self.out))
     }

@@ -1,12 +1,13 @@
 //! `rimbench figures`: all figures again, from stored results.
 
 use super::print;
-use super::reproduce::home;
+use super::project::Project;
 use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::figures::FigureList;
 use rimbench::figures::style::Styles;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 /// Arguments of `figures`.
 #[derive(Debug, Args)]
@@ -14,14 +15,18 @@ pub struct Figures {
     /// Where results are: <DIR>/<group>/<name>
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
+    /// List of figures (see `rimbench list figure-keys`) [default: that of the project's folder, or the one built in]
+    #[arg(long, value_name = "FILE")]
+    file: Option<PathBuf>,
     /// Only the figures of this group of experiments
     #[arg(long, value_name = "NAME")]
     group: Option<String>,
 }
 
 impl Figures {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        let figures = FigureList::read(&home()?.join("paper/figures.toml"))?;
+    /// Exit code 1 if a figure could not be drawn although its experiment has results: an older picture may be left of it.
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
+        let figures = self.file.as_deref().map_or_else(|| Project::find().figures(), FigureList::read)?;
         let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
         let made = figures.make_all(&self.results, self.group.as_deref(), &styles)?;
         for files in &made.files {
@@ -30,6 +35,11 @@ impl Figures {
         for (id, reason) in &made.missing {
             print(&format!("not drawn: {id}: {reason}"))?;
         }
-        print(&format!("{} figures drawn, {} not", made.files.len(), made.missing.len()))
+        for (id, reason) in &made.failed {
+            eprintln!("error: {id} cannot be drawn: {reason}");
+        }
+        let (drawn, not) = (made.files.len(), made.missing.len() + made.failed.len());
+        print(&format!("{drawn} figures drawn, {not} not"))?;
+        Ok(if made.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }

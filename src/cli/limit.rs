@@ -1,27 +1,39 @@
 //! `rimbench limit`: the largest stable macro step.
 
+use super::json::Object;
+use super::progress::{Heartbeat, plain_time};
 use super::run_options::{RunOptions, resolved};
-use super::{Format, complain, json_number, print, table};
+use super::{Format, complain, print, table};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
-use rimbench::error::Error;
+use rimbench::error::{Error, Result};
 use rimbench::harness::{
-    Cache, StabilityLimit, logarithmic_grid, phase_ensemble, spectral_stability_limit, stability_limit,
+    Cache, LimitSearch, StabilityLimit, StabilityPoint, logarithmic_grid, phase_ensemble, spectral_stability_limit,
+    stability_limit,
 };
 use rimbench::runs::RunRequest;
-use serde_json::{Map, Value, json};
+use serde_json::Value;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Ends of the scan where they fit, s.
+const FROM_S: f64 = 1e-4;
+const TO_S: f64 = 0.1;
 
 /// Arguments of `limit`.
 #[derive(Debug, Args)]
 pub struct Limit {
     #[command(flatten)]
     run: RunOptions<true>,
-    /// Smallest macro step of the scan, s
-    #[arg(long, value_name = "S", default_value_t = 1e-4, allow_negative_numbers = true)]
-    from: f64,
-    /// Largest macro step of the scan, s
-    #[arg(long, value_name = "S", default_value_t = 0.1, allow_negative_numbers = true)]
-    to: f64,
+    /// Smallest macro step of the scan, s [default: 1e-4, or a hundredth of the largest if that is less]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    from: Option<f64>,
+    /// Largest macro step of the scan, s [default: 0.1, or a tenth of the duration if that is less]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    to: Option<f64>,
+    /// Relative width to which the bracket around the limit is narrowed
+    #[arg(long, value_name = "X", default_value_t = 0.01, allow_negative_numbers = true)]
+    relative_tolerance: f64,
     /// Macro steps per decade of the scan
     #[arg(long, value_name = "N", default_value_t = 12)]
     per_decade: usize,
@@ -50,21 +62,36 @@ impl Limit {
         if !(1..=10_000).contains(&self.phases) {
             return Err(Error::invalid("phases", self.phases, "a whole number from 1 to 10000").into());
         }
-        let grid = logarithmic_grid(self.from, self.to, self.per_decade)?;
+        let request = self.run.request()?;
+        let to = self.to.map_or_else(|| longest(&request, catalogue), Ok)?;
+        let grid = logarithmic_grid(self.from.unwrap_or_else(|| FROM_S.min(to / 100.0)), to, self.per_decade)?;
         // The coarsest macro step must fit into the duration.
-        let request = RunRequest { macro_step_s: Some(self.to), ..self.run.request()? };
-        let coarsest = resolved(&request, catalogue)?;
-        let fixed_micro_step = request.micro_step_s.is_some();
+        let request = RunRequest { macro_step_s: Some(to), ..request };
+        let coarsest = resolved(&request, catalogue).map_err(said_of_the_scan)?;
+        let (done, scan) = (Arc::new(AtomicUsize::new(0)), grid.len());
+        let told = Arc::clone(&done);
+        let alive = Heartbeat::lines(move |elapsed| {
+            let count = told.load(Ordering::Relaxed);
+            format!("limit: {count} macro steps done, {scan} in the scan, {} elapsed", plain_time(elapsed))
+        });
+        let search = LimitSearch {
+            macro_steps: &grid,
+            relative_tolerance: self.relative_tolerance,
+            fixed_micro_step: request.micro_step_s.is_some(),
+            progress: &|_| {
+                done.fetch_add(1, Ordering::Relaxed);
+            },
+        };
         let found = match self.method {
             Method::Run => {
-                let phases = phase_ensemble(self.phases);
                 let cache = Cache::of_user();
-                let found = stability_limit(&coarsest, &grid, &phases, fixed_micro_step, &cache)?;
+                let found = stability_limit(&coarsest, search, &phase_ensemble(self.phases), &cache)?;
                 complain(&cache);
                 found
             }
-            Method::Spectral => spectral_stability_limit(&coarsest, &grid, fixed_micro_step)?,
+            Method::Spectral => spectral_stability_limit(&coarsest, search)?,
         };
+        drop(alive);
         match self.format {
             Format::Json => print(&serde_json::to_string_pretty(&facts(&found))?),
             Format::Table => print_table(&found),
@@ -72,22 +99,37 @@ impl Limit {
     }
 }
 
+/// The longest macro step that is scanned unless one is asked for: what goes on in less than ten of them tells nothing.
+fn longest(request: &RunRequest, catalogue: &Catalogue) -> Result<f64> {
+    // The duration, at whatever macro step the case has.
+    Ok(TO_S.min(resolved(request, catalogue)?.duration / 10.0))
+}
+
+/// An error about the macro step under the name of the option that set it.
+fn said_of_the_scan(error: Error) -> Error {
+    match error {
+        Error::InvalidValue { key, found, expected } if key == "macro-step" => {
+            Error::InvalidValue { key: "to".to_owned(), found, expected }
+        }
+        other => other,
+    }
+}
+
 fn facts(found: &StabilityLimit) -> Value {
-    let optional = |step: Option<f64>| step.map_or(Value::Null, json_number);
-    let fractions = found.points.iter().map(|point| {
-        json!({
-            "macro_step_s": point.macro_step,
-            "fraction_stable": point.fraction_stable,
-            "failure": point.failure,
-            "spectral_radius": point.spectral_radius,
-        })
-    });
-    let mut facts = Map::new();
-    facts.insert("stability_limit_s".into(), optional(found.last_stable.filter(|_| found.first_unstable.is_some())));
-    facts.insert("last_stable_s".into(), optional(found.last_stable));
-    facts.insert("first_unstable_s".into(), optional(found.first_unstable));
-    facts.insert("fraction_stable".into(), fractions.collect());
-    Value::Object(facts)
+    let point = |point: &StabilityPoint| {
+        let mut object = Object::default();
+        object.number("macro_step_s", point.macro_step);
+        object.number("fraction_stable", point.fraction_stable);
+        object.put("failure", point.failure.clone());
+        object.number("spectral_radius", point.spectral_radius);
+        Value::from(object)
+    };
+    let mut facts = Object::default();
+    facts.number("stability_limit_s", found.last_stable.filter(|_| found.first_unstable.is_some()));
+    facts.number("last_stable_s", found.last_stable);
+    facts.number("first_unstable_s", found.first_unstable);
+    facts.put("fraction_stable", found.points.iter().map(point).collect::<Value>());
+    facts.into()
 }
 
 fn print_table(found: &StabilityLimit) -> anyhow::Result<()> {

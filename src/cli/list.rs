@@ -1,11 +1,13 @@
-//! `rimbench list`: cases, schemes, solvers, metrics, parameters.
+//! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures.
 
+use super::json::Object;
 use super::{Format, print, table};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
+use rimbench::figures::{FigureKey, figure_keys};
 use rimbench::metrics::METRICS;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 /// Arguments of `list`.
 #[derive(Debug, Args)]
@@ -27,6 +29,8 @@ enum What {
     Solvers,
     Metrics,
     Parameters,
+    /// Keys of a list of figures, for `figures --file`
+    FigureKeys,
 }
 
 /// One entry: key and value pairs, in the order of the columns.
@@ -91,6 +95,7 @@ impl List {
                     entry
                 })
                 .collect(),
+            What::FigureKeys => figure_keys().into_iter().map(of_figures).collect(),
         };
         match self.format {
             Format::Json => print(&serde_json::to_string_pretty(&json(&entries))?),
@@ -105,19 +110,27 @@ impl List {
     }
 }
 
+fn of_figures(key: FigureKey) -> Entry {
+    let mut entry = named(key.name, key.about);
+    entry.extend([("place", key.place), ("takes", key.takes), ("absent", key.absent)]);
+    entry
+}
+
 fn named(name: &str, about: &str) -> Entry {
     vec![("name", name.to_owned()), ("about", about.to_owned())]
 }
 
-/// An array of objects; a default that is a number stands as a number.
+/// An array of objects; a default that is a number stands as a number, one that is a choice as a text.
 fn json(entries: &[Entry]) -> Value {
     let object = |entry: &Entry| {
-        let pairs = entry.iter().map(|(key, value)| {
-            let numeric = matches!(*key, "default" | "order").then(|| value.parse::<f64>().ok()).flatten();
-            let value = numeric.map_or_else(|| Value::from(value.as_str()), super::json_number);
-            ((*key).to_owned(), value)
-        });
-        Value::Object(pairs.collect::<Map<_, _>>())
+        let mut object = Object::default();
+        for (key, value) in entry {
+            match value.parse::<f64>() {
+                Ok(number) if matches!(*key, "default" | "order") => object.number(*key, number),
+                _ => object.put(*key, value.as_str()),
+            }
+        }
+        Value::from(object)
     };
     Value::Array(entries.iter().map(object).collect())
 }

@@ -3,23 +3,26 @@
 mod collect;
 mod corpus;
 mod figures;
+mod interruption;
+mod json;
 mod limit;
 mod list;
 mod perf;
 mod perf_compare;
 mod plan;
 mod progress;
+mod project;
 mod reproduce;
 mod run;
 mod run_options;
 mod simulate;
 mod solvers;
+mod summary;
 mod verify;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use rimbench::everything;
 use rimbench::harness::{Cache, CheckedClaim, Verdict};
-use rimbench::runs::FactValue;
 use std::process::ExitCode;
 
 /// Benchmark of non-iterative co-simulation of mechanical systems with contact.
@@ -58,15 +61,18 @@ enum Command {
     Solvers(solvers::Solvers),
 }
 
-/// Width of the printed table of claims, characters.
+/// Width of the printed table of claims where the width of the terminal is not known, characters.
 const TABLE_WIDTH: u16 = 120;
+
+/// Exit code after Ctrl-C, as shells have it.
+const INTERRUPTED: u8 = 130;
 
 /// How to print.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// For reading.
     Table,
-    /// For programs.
+    /// For programs: a number that is infinite or none is null, and `not_finite` beside it says which it was.
     Json,
 }
 
@@ -85,28 +91,13 @@ impl Cli {
             Command::Collect(command) => command.run(catalogue)?,
             Command::Verify(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,
-            Command::Figures(command) => command.run(catalogue)?,
+            Command::Figures(command) => return command.run(catalogue),
             Command::Perf(command) => return command.run(),
             Command::List(command) => command.run(catalogue)?,
             Command::Corpus(command) => command.run()?,
             Command::Solvers(command) => command.run(catalogue)?,
         }
         Ok(ExitCode::SUCCESS)
-    }
-}
-
-/// A number for JSON, which knows no infinities: those become the text `inf`, `-inf` or `nan`.
-fn json_number(value: f64) -> serde_json::Value {
-    serde_json::Number::from_f64(value).map_or_else(|| format!("{value}").to_lowercase().into(), Into::into)
-}
-
-/// What a fact says, for JSON.
-fn json_fact(value: Option<&FactValue>) -> serde_json::Value {
-    match value {
-        None => serde_json::Value::Null,
-        Some(FactValue::Text(text)) => text.as_str().into(),
-        Some(FactValue::Number(number)) => json_number(*number),
-        Some(FactValue::Count(count)) => (*count).into(),
     }
 }
 
@@ -126,7 +117,7 @@ fn complain(cache: &Cache) {
     }
 }
 
-/// An empty table in the style of all tables.
+/// An empty table in the style of all tables, as wide as the terminal where there is one.
 fn table(header: &[&str]) -> comfy_table::Table {
     let mut table = comfy_table::Table::new();
     table
@@ -134,7 +125,16 @@ fn table(header: &[&str]) -> comfy_table::Table {
         .remove_style(comfy_table::TableComponent::HorizontalLines)
         .remove_style(comfy_table::TableComponent::MiddleIntersections)
         .set_header(header.iter().copied());
+    if let Some(width) = width() {
+        table.set_content_arrangement(comfy_table::ContentArrangement::Dynamic).set_width(width);
+    }
     table
+}
+
+/// Characters in a line of the terminal: `$COLUMNS` if it is set, else what the terminal says; elsewhere nobody counts them.
+fn width() -> Option<u16> {
+    let set = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok()).filter(|width| *width > 0);
+    set.or_else(|| console::Term::stdout().size_checked().map(|(_, columns)| columns))
 }
 
 /// Claims with what was measured.
@@ -151,6 +151,8 @@ fn claims_table(claims: &[CheckedClaim]) -> String {
         let verdict = format!("{}{changed}", claim.verdict);
         table.add_row([format!("{}: {}", claim.text, claim.quantity), by, measured, claim.expected.clone(), verdict]);
     }
-    table.set_content_arrangement(comfy_table::ContentArrangement::Dynamic).set_width(TABLE_WIDTH);
+    table
+        .set_content_arrangement(comfy_table::ContentArrangement::Dynamic)
+        .set_width(width().unwrap_or(TABLE_WIDTH).min(TABLE_WIDTH));
     table.to_string()
 }

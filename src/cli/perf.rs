@@ -1,7 +1,6 @@
 //! `rimbench perf`: has the program become slower?
 
 use super::perf_compare::Compare;
-use super::reproduce::home;
 use super::{print, table};
 use anyhow::Context;
 use clap::{Args, Subcommand};
@@ -93,24 +92,22 @@ impl Measuring {
     }
 }
 
-/// The history file of a command, by default that of the package.
-pub(super) fn history_file(given: Option<PathBuf>) -> anyhow::Result<PathBuf> {
-    given.map_or_else(|| Ok(home()?.join("results/perf/history.csv")), Ok)
-}
+/// Where the history is kept, below the current folder.
+pub(super) const HISTORY: &str = "results/perf/history.csv";
 
 /// Arguments of `perf record`.
 #[derive(Debug, Args)]
 struct Record {
-    /// The history [default: results/perf/history.csv of the package]
-    #[arg(long, value_name = "FILE")]
-    history: Option<PathBuf>,
+    /// The history
+    #[arg(long, value_name = "FILE", default_value = HISTORY)]
+    history: PathBuf,
     #[command(flatten)]
     measuring: Measuring,
 }
 
 impl Record {
     fn run(self) -> anyhow::Result<()> {
-        let path = history_file(self.history)?;
+        let path = self.history;
         // A damaged history or a place that cannot be written is found before minutes of measuring.
         let mut history = History::read_or_begin(&path)?;
         check_writable_folder(path.parent().unwrap_or(Path::new(".")))?;
@@ -150,14 +147,14 @@ struct Show {
     /// latest, previous, or digits of a record or git revision
     #[arg(value_name = "RECORD", default_value = "latest")]
     record: String,
-    /// The history [default: results/perf/history.csv of the package]
-    #[arg(long, value_name = "FILE")]
-    history: Option<PathBuf>,
+    /// The history
+    #[arg(long, value_name = "FILE", default_value = HISTORY)]
+    history: PathBuf,
 }
 
 impl Show {
     fn run(self) -> anyhow::Result<()> {
-        let history = History::read(&history_file(self.history)?)?;
+        let history = History::read(&self.history)?;
         let rows = history.of_record(history.select(&self.record)?);
         let [first, ..] = rows.as_slice() else { unreachable!("a record has rows") };
         print(&format!(
@@ -198,15 +195,20 @@ fn steps_table(rows: &[&Row]) -> String {
 /// Arguments of `perf plot`.
 #[derive(Debug, Args)]
 struct Plot {
-    /// The history [default: results/perf/history.csv of the package]; the figure stands beside it
-    #[arg(long, value_name = "FILE")]
-    history: Option<PathBuf>,
+    /// The history; the figure stands beside it
+    #[arg(long, value_name = "FILE", default_value = HISTORY)]
+    history: PathBuf,
 }
 
 impl Plot {
     fn run(self) -> anyhow::Result<()> {
-        let path = history_file(self.history)?;
+        let path = self.history;
         let history = History::read(&path)?;
+        if history.rows.is_empty() {
+            return Err(
+                Error::file(path, "holds no record, so there is nothing to draw: `rimbench perf record`").into()
+            );
+        }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let files = render::write(&draw_history(&history), path.parent().unwrap_or(Path::new(".")), &name)?;
         print(&files.svg.display().to_string())

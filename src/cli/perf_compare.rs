@@ -1,6 +1,6 @@
 //! `rimbench perf compare`: records of a history, or git revisions built side by side.
 
-use super::perf::{Measuring, history_file};
+use super::perf::{HISTORY, Measuring};
 use super::print;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
@@ -26,9 +26,9 @@ pub struct Compare {
     /// A git revision to build and measure; given twice, first the base
     #[arg(long, value_name = "REV")]
     rev: Vec<String>,
-    /// The history [default: results/perf/history.csv of the package]
-    #[arg(long, value_name = "FILE")]
-    history: Option<PathBuf>,
+    /// The history
+    #[arg(long, value_name = "FILE", default_value = HISTORY)]
+    history: PathBuf,
     /// Where to build the revisions [default: a temporary folder]
     #[arg(long, value_name = "DIR", requires = "rev")]
     target_dir: Option<PathBuf>,
@@ -72,7 +72,7 @@ impl Compare {
         if file.ends_with(".csv") {
             return Ok((History::read(Path::new(file))?, selector));
         }
-        Ok((History::read(&history_file(self.history.clone())?)?, argument))
+        Ok((History::read(&self.history)?, argument))
     }
 
     /// Builds both revisions, measures them in turn, and measures again what looks slower.
@@ -84,7 +84,7 @@ impl Compare {
         let _ = ctrlc::set_handler(|| {});
         let repository = Repository::around(&std::env::current_dir()?)?;
         let (base, new) = (repository.resolve(base)?, repository.resolve(new)?);
-        let history = History::read_or_begin(&history_file(self.history.clone())?)?;
+        let history = History::read_or_begin(&self.history)?;
         let folder = tempfile::tempdir().context("no temporary folder")?;
         let target = self.target_dir.clone().map_or_else(|| Ok(folder.path().join("target")), std::path::absolute)?;
         let first = repository.check_out(&base, folder.path())?;

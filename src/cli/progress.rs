@@ -1,15 +1,208 @@
-//! The progress bar: rate, remaining time, failures so far.
+//! What a command says while it works: a bar on a terminal, a plain line now and then elsewhere, all on the standard error.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::time::Duration;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
-/// A bar on a terminal; nothing elsewhere.
-pub(super) fn progress_bar(total: usize) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr());
-    let style = "{bar:40} {pos}/{len} runs, {per_sec}, {elapsed} elapsed, {eta} left  {msg}";
-    if let Ok(style) = ProgressStyle::with_template(style) {
-        bar.set_style(style);
+/// Time between two plain lines, s: rare enough for a log, often enough to see that something happens.
+const BETWEEN_LINES_S: f64 = 10.0;
+
+/// How far a known number of runs has come: rate, remaining time, failures so far.
+pub(super) struct Progress {
+    state: Arc<Mutex<State>>,
+    /// Says it in lines, where there is no terminal for a bar.
+    lines: Mutex<Option<Heartbeat>>,
+}
+
+struct State {
+    command: &'static str,
+    total: usize,
+    bar: ProgressBar,
+    began: Instant,
+    done: usize,
+    failed: usize,
+    about: String,
+}
+
+impl Progress {
+    /// Begins with `total` runs to be done.
+    pub(super) fn begin(command: &'static str, total: usize) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr());
+        let style = "{bar:40} {pos}/{len} runs, {per_sec}, {elapsed} elapsed, {eta} left  {msg}";
+        if let Ok(style) = ProgressStyle::with_template(style) {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(100));
+        let plain = bar.is_hidden();
+        let state = State { command, total, bar, began: Instant::now(), done: 0, failed: 0, about: String::new() };
+        let state = Arc::new(Mutex::new(state));
+        let shared = Arc::clone(&state);
+        let lines = plain.then(|| {
+            Heartbeat::lines(move |elapsed| shared.lock().unwrap_or_else(PoisonError::into_inner).line(elapsed))
+        });
+        Progress { state, lines: Mutex::new(lines) }
     }
-    bar.enable_steady_tick(Duration::from_millis(100));
-    bar
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says what the runs that follow are about.
+    pub(super) fn about(&self, text: impl Into<String>) {
+        let mut state = self.state();
+        state.about = text.into();
+        state.bar.set_message(state.message());
+    }
+
+    /// One run is done.
+    pub(super) fn done(&self, completed: bool) {
+        let mut state = self.state();
+        state.done += 1;
+        state.bar.inc(1);
+        if !completed {
+            state.failed += 1;
+            state.bar.set_message(state.message());
+        }
+    }
+
+    /// Says that a group of runs is done, where there is no bar to show it.
+    pub(super) fn group_done(&self, text: &str) {
+        if self.state().bar.is_hidden() {
+            eprintln!("{text}");
+        }
+    }
+
+    /// Takes the bar away.
+    pub(super) fn end(&self) {
+        drop(self.lines.lock().unwrap_or_else(PoisonError::into_inner).take());
+        let state = self.state();
+        state.bar.finish_and_clear();
+        // Who saw lines go by sees where they ended.
+        if state.bar.is_hidden() && state.began.elapsed().as_secs_f64() > BETWEEN_LINES_S {
+            eprintln!("{}", state.line(state.began.elapsed().as_secs_f64()));
+        }
+    }
+}
+
+impl State {
+    fn message(&self) -> String {
+        let failed = if self.failed > 0 { format!("{} did not complete", self.failed) } else { String::new() };
+        [self.about.as_str(), &failed].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+    }
+
+    fn line(&self, elapsed: f64) -> String {
+        let left = elapsed / self.done as f64 * self.total.saturating_sub(self.done) as f64;
+        let left = if self.done == 0 { String::new() } else { format!(", about {} left", plain_time(left)) };
+        let message = self.message();
+        let message = if message.is_empty() { message } else { format!(" ({message})") };
+        let State { command, done, total, .. } = self;
+        format!("{command}: {done} of {total} runs{message}, {} elapsed{left}", plain_time(elapsed))
+    }
+}
+
+/// Says every few seconds that a command whose end nobody knows is still at work, until it is dropped.
+pub(super) struct Heartbeat {
+    end: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Heartbeat {
+    /// Begins to say that a command is at work.
+    pub(super) fn of(command: &'static str) -> Self {
+        Self::lines(move |elapsed| format!("{command}: at work for {}", plain_time(elapsed)))
+    }
+
+    /// Begins to say what `line` makes of the time since, s.
+    pub(super) fn lines(line: impl Fn(f64) -> String + Send + 'static) -> Self {
+        Self::every(Duration::from_secs_f64(BETWEEN_LINES_S), move |elapsed| eprintln!("{}", line(elapsed)))
+    }
+
+    fn every(period: Duration, say: impl Fn(f64) + Send + 'static) -> Self {
+        let (end, ended) = channel();
+        let began = Instant::now();
+        let thread = std::thread::spawn(move || {
+            while ended.recv_timeout(period) == Err(RecvTimeoutError::Timeout) {
+                say(began.elapsed().as_secs_f64());
+            }
+        });
+        Heartbeat { end: Some(end), thread: Some(thread) }
+    }
+}
+
+impl Drop for Heartbeat {
+    fn drop(&mut self) {
+        drop(self.end.take());
+        if let Some(thread) = self.thread.take() {
+            // It says nothing more once this returns.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Tells when something is due that must not happen too often.
+pub(super) struct Every {
+    period_s: f64,
+    last: Instant,
+}
+
+impl Every {
+    /// First due after so many seconds.
+    pub(super) fn seconds(period_s: f64) -> Self {
+        Every { period_s, last: Instant::now() }
+    }
+
+    /// Whether it is due now; then the next time begins.
+    pub(super) fn is_due(&mut self) -> bool {
+        let due = self.last.elapsed().as_secs_f64() >= self.period_s;
+        if due {
+            self.last = Instant::now();
+        }
+        due
+    }
+}
+
+/// A time for reading: `40 s`, `12 min`, `3.5 h`.
+pub(super) fn plain_time(seconds: f64) -> String {
+    match seconds {
+        _ if seconds < 100.0 => format!("{seconds:.0} s"),
+        _ if seconds < 6000.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_says_how_many_runs_are_done_how_many_failed_and_how_long_the_rest_will_take() {
+        let state = |done, failed| State {
+            command: "run",
+            total: 100,
+            bar: ProgressBar::hidden(),
+            began: Instant::now(),
+            done,
+            failed,
+            about: String::new(),
+        };
+        assert_eq!(state(0, 0).line(30.0), "run: 0 of 100 runs, 30 s elapsed");
+        assert_eq!(state(20, 3).line(10.0), "run: 20 of 100 runs (3 did not complete), 10 s elapsed, about 40 s left");
+    }
+
+    #[test]
+    fn times_are_said_in_the_unit_that_fits() {
+        assert_eq!([0.4, 99.0, 150.0, 5400.0, 9000.0].map(plain_time), ["0 s", "99 s", "2 min", "90 min", "2.5 h"]);
+    }
+
+    #[test]
+    fn a_heartbeat_is_heard_until_it_is_dropped() {
+        let (heard, hears) = channel();
+        let beat = Heartbeat::every(Duration::from_millis(1), move |elapsed| heard.send(elapsed).unwrap_or(()));
+        assert!(hears.recv_timeout(Duration::from_secs(60)).is_ok());
+        drop(beat);
+        // Ends, because nobody is left who could say more.
+        hears.iter().for_each(drop);
+    }
 }

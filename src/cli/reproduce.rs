@@ -1,18 +1,19 @@
 //! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing.
 
-use super::progress::progress_bar;
+use super::progress::Progress;
+use super::project::Project;
 use super::{claims_table, complain, print};
 use clap::Args;
 use rayon::prelude::*;
 use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::StopFlag;
-use rimbench::error::{Error, Result};
+use rimbench::cosim::{Outcome, StopFlag};
+use rimbench::error::Result;
 use rimbench::figures::style::Styles;
-use rimbench::figures::{FigureList, write_report};
-use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Store, check_claims, run_job, write_claims};
-use std::path::{Path, PathBuf};
+use rimbench::figures::write_report;
+use rimbench::harness::{Cache, CheckedClaim, Job, Store, check_claims, run_job, write_claims};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// The group of experiments that this command runs.
@@ -34,20 +35,20 @@ impl Reproduce {
         let started = Instant::now();
         let default = if self.quick { "results/quick" } else { "results" };
         let out = self.out.unwrap_or_else(|| PathBuf::from(default));
-        let home = home()?;
-        let experiments = experiments(&home.join("experiments").join(GROUP))?;
-        let figures = FigureList::read(&home.join("paper/figures.toml"))?;
+        let project = Project::find();
+        let (experiments, figures) = (project.experiments(GROUP)?, project.figures()?);
+        let (source, text) = project.report()?;
         let runs = experiments.iter().map(|experiment| Ok(experiment.plan(catalogue, self.quick)?.len()));
         let total: usize = runs.sum::<Result<usize>>()?;
         check_writable_folder(&out)?;
 
-        let bar = progress_bar(total);
+        let progress = Progress::begin("reproduce", total);
         let group = out.join(GROUP);
         let cache = Cache::of_user();
         let mut claims: Vec<CheckedClaim> = Vec::new();
         let mut not_completed = 0;
         for experiment in &experiments {
-            bar.set_message(experiment.name());
+            progress.about(experiment.name());
             let folder = group.join(experiment.name());
             let job = Job {
                 experiment,
@@ -59,21 +60,19 @@ impl Reproduce {
                 cache: &cache,
                 build: &BUILD,
             };
-            let summary = run_job(job, &|_| bar.inc(1), StopFlag::never())?;
+            let summary = run_job(job, &|outcome| progress.done(*outcome == Outcome::Completed), StopFlag::never())?;
             not_completed += summary.not_completed;
-            if bar.is_hidden() {
-                eprintln!("{}: {} runs", experiment.name(), summary.computed);
-            }
+            progress.group_done(&format!("{}: {} runs", experiment.name(), summary.computed));
             claims.extend(check_claims(experiment, catalogue, &folder)?);
             // All is exported; what is to be resumed is for `run`.
             Store::clear(&folder)?;
         }
-        bar.set_message("drawing figures");
+        progress.about("drawing figures");
         write_claims(&group.join("claims.csv"), &claims)?;
         let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
         figures.of_group(Some(GROUP)).par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
-        write_report(&home.join("paper/report.md"), &out, GROUP, &figures)?;
-        bar.finish_and_clear();
+        write_report((source, &text), &out, GROUP, &figures)?;
+        progress.end();
         complain(&cache);
 
         print(&claims_table(&claims))?;
@@ -83,22 +82,4 @@ impl Reproduce {
             group.join("report.html").display()
         ))
     }
-}
-
-/// The folder with `experiments` and `paper`: here, or where this program was built.
-pub(super) fn home() -> Result<PathBuf> {
-    let candidates = [PathBuf::from("."), PathBuf::from(env!("CARGO_MANIFEST_DIR"))];
-    let found = candidates.into_iter().find(|folder| folder.join("experiments").join(GROUP).is_dir());
-    found.ok_or_else(|| Error::file("experiments/paper", "not found: run this from the project's folder"))
-}
-
-fn experiments(folder: &Path) -> Result<Vec<Experiment>> {
-    let entries = std::fs::read_dir(folder).map_err(|error| Error::file(folder, format!("cannot be read: {error}")))?;
-    let mut files: Vec<PathBuf> = entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
-    files.sort();
-    if files.is_empty() {
-        return Err(Error::file(folder, "holds no experiment (*.toml)"));
-    }
-    files.iter().map(|path| Experiment::read(path)).collect()
 }

@@ -1,22 +1,19 @@
 //! `rimbench run`: what is missing of an experiment.
 
-use super::progress::progress_bar;
-use super::{claims_table, complain, print};
+use super::interruption::Interruption;
+use super::progress::Progress;
+use super::summary::remarks;
+use super::{INTERRUPTED, claims_table, complain, print};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Outcome, StopFlag};
+use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
-use rimbench::harness::{Cache, Experiment, Job, check_claims, run_job};
+use rimbench::harness::{Cache, Experiment, Job, check_claims, run_job_until};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-
-/// Exit code after Ctrl-C, as shells have it.
-const INTERRUPTED: u8 = 130;
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
@@ -50,12 +47,8 @@ impl Run {
         }
         let folder = self.out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         check_writable_folder(&folder)?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let asked = Arc::clone(&stop);
-        ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)).context("cannot listen for Ctrl-C")?;
-
-        let bar = progress_bar(total);
-        let failures = AtomicUsize::new(0);
+        let interruption = Interruption::listen()?;
+        let progress = Progress::begin("run", total);
         let cache = Cache::of_user();
         let job = Job {
             experiment: &experiment,
@@ -67,15 +60,15 @@ impl Run {
             cache: &cache,
             build: &BUILD,
         };
-        let progress = |outcome: &Outcome| {
-            bar.inc(1);
-            if *outcome != Outcome::Completed {
-                let count = failures.fetch_add(1, Ordering::Relaxed) + 1;
-                bar.set_message(format!("{count} did not complete"));
+        let told = |outcome: &Outcome| progress.done(*outcome == Outcome::Completed);
+        let summary = match run_job_until(job, &told, interruption.flags()) {
+            Err(Error::Stopped) => {
+                print("Stopped. All runs are stored; the same command writes the result files.")?;
+                return Ok(ExitCode::from(INTERRUPTED));
             }
+            summary => summary?,
         };
-        let summary = run_job(job, &progress, StopFlag::new(&stop))?;
-        bar.finish_and_clear();
+        progress.end();
         print(&format!(
             "{} of {} runs stored in {}: {} computed now ({} of them did not complete, as data), {} were there",
             summary.planned - summary.missing,
@@ -98,14 +91,21 @@ impl Run {
                 summary.damaged
             ))?;
         }
-        if stop.load(Ordering::Relaxed) {
+        if interruption.is_asked() && summary.missing > 0 {
             print("Stopped. What is stored is kept; the same command goes on from there.")?;
             return Ok(ExitCode::from(INTERRUPTED));
         }
         if summary.missing > 0 {
             print(&format!("{} runs are missing: run the other shards, then `rimbench collect`", summary.missing))?;
-        } else if !experiment.claims().is_empty() {
-            print(&claims_table(&check_claims(&experiment, catalogue, &folder)?))?;
+        } else {
+            for remark in remarks(&experiment, &folder)? {
+                print(&remark)?;
+            }
+            if experiment.claims().is_empty() {
+                print(&super::summary::summary(&folder)?)?;
+            } else {
+                print(&claims_table(&check_claims(&experiment, catalogue, &folder)?))?;
+            }
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -1,7 +1,9 @@
 //! `rimbench simulate`: one run.
 
+use super::json::Object;
+use super::progress::Heartbeat;
 use super::run_options::{RunOptions, resolved};
-use super::{Format, complain, json_fact, print, table};
+use super::{Format, complain, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::cases::Value as ParameterValue;
@@ -11,7 +13,7 @@ use rimbench::error::Result;
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate};
-use serde_json::{Map, Value};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `simulate`.
@@ -35,11 +37,13 @@ impl Simulate {
             check_writable_file(path)?;
         }
         let stop = StopFlag::never();
+        let alive = Heartbeat::of("simulate");
         let cache = Cache::of_user();
         let reference = obtain_reference(&spec, &cache, stop)?;
         complain(&cache);
         let result = simulate(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
         let run = evaluate(&spec, result, &reference)?;
+        drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, spec.case.trace_columns.len())?;
         }
@@ -64,25 +68,21 @@ fn write_trace(path: &Path, trajectory: &Trajectory, columns: usize) -> Result<(
 
 /// Everything that determines the run, everything that was found, everything it cost.
 fn json(spec: &RunSpec, run: &EvaluatedRun) -> Value {
-    let mut object = Map::new();
-    object.insert("run_id".to_owned(), spec.id().into());
-    for fact in spec.facts() {
-        object.insert(fact.name.to_owned(), json_fact(fact.value.as_ref()));
+    let mut object = Object::default();
+    object.put("run_id", spec.id());
+    spec.facts().iter().for_each(|fact| object.fact(fact));
+    let mut parameters = Object::default();
+    for (parameter, value) in spec.parameters.iter() {
+        match value {
+            ParameterValue::Number(number) => parameters.number(&*parameter.name, *number),
+            ParameterValue::Choice(choice) => parameters.put(&*parameter.name, choice.as_ref()),
+        }
     }
-    let parameters = spec.parameters.iter().map(|(parameter, value)| {
-        let value = match value {
-            ParameterValue::Number(number) => super::json_number(*number),
-            ParameterValue::Choice(choice) => choice.as_ref().into(),
-        };
-        (parameter.name.clone().into_owned(), value)
-    });
-    object.insert("parameters".to_owned(), Value::Object(parameters.collect()));
-    let diverged_at = run.outcome.at_s().filter(|_| matches!(run.outcome, Outcome::Diverged { .. }));
-    object.insert("diverged_at_s".to_owned(), diverged_at.map_or(Value::Null, super::json_number));
-    for fact in run.findings().into_iter().chain(run.costs()) {
-        object.insert(fact.name.to_owned(), json_fact(fact.value.as_ref()));
-    }
-    Value::Object(object)
+    object.put("parameters", parameters);
+    let diverged = matches!(run.outcome, Outcome::Diverged { .. });
+    object.number("diverged_at_s", run.outcome.at_s().filter(|_| diverged));
+    run.findings().iter().chain(&run.costs()).for_each(|fact| object.fact(fact));
+    object.into()
 }
 
 fn print_tables(spec: &RunSpec, run: &EvaluatedRun) -> anyhow::Result<()> {

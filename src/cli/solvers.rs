@@ -1,7 +1,9 @@
 //! `rimbench solvers`: give the corpus to every solver and compare.
 
-use super::corpus::CORPUS;
-use super::{Format, json_number, print, table};
+use super::json::Object;
+use super::progress::plain_time;
+use super::project::Project;
+use super::{Format, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
@@ -10,17 +12,19 @@ use rimbench::corpus::{Corpus, Replay, Solve, Start, draw_profile, replay};
 use rimbench::error::{Error, Result};
 use rimbench::figures::render;
 use rimbench::name::Name;
+use rimbench::runs::FactValue;
 use rimbench::statistics::{nearest_rank, performance_ratios, share_within};
-use serde_json::{Map, Value};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Arguments of `solvers`.
 #[derive(Debug, Args)]
 pub struct Solvers {
-    /// The corpus of contact problems (see `rimbench corpus`)
-    #[arg(long, value_name = "FILE", default_value = CORPUS)]
-    corpus: PathBuf,
+    /// The corpus of contact problems (see `rimbench corpus`) [default: that of the project's folder, or the one built in]
+    #[arg(long, value_name = "FILE")]
+    corpus: Option<PathBuf>,
     /// Only these solvers (see `rimbench list solvers`); may be repeated
     #[arg(long, value_name = "NAME")]
     solver: Vec<String>,
@@ -43,7 +47,7 @@ const FACTORS: [f64; 10] = [1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 30.0, 100.0, 1000.0, 
 const SIZES: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, usize::MAX];
 
 /// A row: key and value, in the order of the columns.
-type Row = Vec<(Name, Value)>;
+type Row = Vec<(Name, FactValue)>;
 
 impl Solvers {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
@@ -51,7 +55,7 @@ impl Solvers {
         if let Some(folder) = &self.out {
             check_writable_folder(folder)?;
         }
-        let mut corpus = Corpus::read(&self.corpus)?;
+        let mut corpus = self.corpus.as_deref().map_or_else(|| Project::find().corpus(), Corpus::read)?;
         if let Some(source) = &self.source {
             corpus = corpus.of_source(source);
             if corpus.is_empty() {
@@ -59,11 +63,7 @@ impl Solvers {
                 return Err(Error::invalid("--source", source, expected).into());
             }
         }
-        let mut replays = Vec::new();
-        for solver in chosen {
-            eprintln!("{}", solver.name);
-            replays.extend([Start::Warm, Start::Cold].map(|start| replay(&corpus, &solver, start)));
-        }
+        let replays = replays(&corpus, &chosen);
         let work: Vec<Row> =
             replays.iter().flat_map(|replay| grouped(replay).map(|(group, s)| work(group, &s))).collect();
         let time: Vec<Row> =
@@ -98,6 +98,23 @@ impl Solvers {
     }
 }
 
+/// Gives the corpus to each solver, and says how far it is: solvers differ too much for an estimate before the first is done.
+fn replays(corpus: &Corpus, chosen: &[Arc<SolverEntry>]) -> Vec<Replay> {
+    let began = Instant::now();
+    let mut replays = Vec::new();
+    for (done, solver) in chosen.iter().enumerate() {
+        let elapsed = began.elapsed().as_secs_f64();
+        let left = (done > 0).then(|| elapsed / done as f64 * (chosen.len() - done) as f64);
+        let left = left.map_or_else(String::new, |left| format!(", about {} left", plain_time(left)));
+        eprintln!("{} of {}: {}{left}", done + 1, chosen.len(), solver.name);
+        replays.extend([Start::Warm, Start::Cold].map(|start| replay(corpus, solver, start)));
+        if let Some(panic) = replays.iter().rev().take(2).find_map(|replay| replay.panic.as_ref()) {
+            eprintln!("note: {} panicked, which is a defect of it and counts as failures: {panic}", solver.name);
+        }
+    }
+    replays
+}
+
 /// A replay and an upper end of sizes; the first are the columns that say so.
 fn grouped(replay: &Replay) -> impl Iterator<Item = (Row, Vec<Solve>)> {
     let ends = SIZES.iter().scan(0, |from, &end| {
@@ -109,23 +126,31 @@ fn grouped(replay: &Replay) -> impl Iterator<Item = (Row, Vec<Solve>)> {
         let solves: Vec<Solve> = replay.solves.iter().filter(|s| (from..=end).contains(&s.n)).copied().collect();
         let largest = solves.iter().map(|solve| solve.n).max()?;
         let mut row = named(replay);
-        put(&mut row, [("n_from", from.into()), ("n_to", largest.into()), ("problems", solves.len().into())]);
+        put(&mut row, [("n_from", count(from)), ("n_to", count(largest)), ("problems", count(solves.len()))]);
         Some((row, solves))
     })
 }
 
 fn named(replay: &Replay) -> Row {
     let start = if replay.start == Start::Warm { "warm" } else { "cold" };
-    vec![("solver".into(), replay.solver.name.as_ref().into()), ("start".into(), start.into())]
+    vec![("solver".into(), text_of(&replay.solver.name)), ("start".into(), text_of(start))]
 }
 
-fn put<const N: usize>(row: &mut Row, columns: [(&'static str, Value); N]) {
+fn text_of(text: &str) -> FactValue {
+    FactValue::Text(text.to_owned())
+}
+
+fn count(count: usize) -> FactValue {
+    FactValue::Count(count as u64)
+}
+
+fn put<const N: usize>(row: &mut Row, columns: [(&'static str, FactValue); N]) {
     row.extend(columns.map(|(key, value)| (key.into(), value)));
 }
 
 /// What does not depend on the machine.
 fn work(mut row: Row, solves: &[Solve]) -> Row {
-    let total = |count: fn(&Solve) -> u32| solves.iter().map(|solve| u64::from(count(solve))).sum::<u64>();
+    let total = |of: fn(&Solve) -> u32| FactValue::Count(solves.iter().map(|solve| u64::from(of(solve))).sum());
     let most = solves.iter().map(|solve| solve.stats.pivots).max().unwrap_or(0);
     let solved = solves.iter().filter(|solve| solve.solved);
     let refused = solves.iter().filter(|solve| solve.refused).count();
@@ -133,12 +158,12 @@ fn work(mut row: Row, solves: &[Solve]) -> Row {
     put(
         &mut row,
         [
-            ("refused", refused.into()),
-            ("failures", (solves.len() - refused - solved.count()).into()),
-            ("pivots", total(|solve| solve.stats.pivots).into()),
-            ("most_pivots", most.into()),
-            ("factorisations", total(|solve| solve.stats.factorisations).into()),
-            ("worst_accepted_residual", json_number(worst)),
+            ("refused", count(refused)),
+            ("failures", count(solves.len() - refused - solved.count())),
+            ("pivots", total(|solve| solve.stats.pivots)),
+            ("most_pivots", FactValue::Count(most.into())),
+            ("factorisations", total(|solve| solve.stats.factorisations)),
+            ("worst_accepted_residual", FactValue::Number(worst)),
         ],
     );
     row
@@ -148,7 +173,7 @@ fn work(mut row: Row, solves: &[Solve]) -> Row {
 fn time(mut row: Row, solves: &[Solve]) -> Row {
     let mut times: Vec<f64> = solves.iter().filter(|solve| solve.solved).map(|solve| solve.time_ns).collect();
     for (name, percent) in [("median_ns", 50), ("p99_ns", 99), ("max_ns", 100)] {
-        row.push((name.into(), json_number(nearest_rank(&mut times, percent).unwrap_or(f64::NAN).round())));
+        row.push((name.into(), FactValue::Number(nearest_rank(&mut times, percent).unwrap_or(f64::NAN).round())));
     }
     row
 }
@@ -157,7 +182,7 @@ fn time(mut row: Row, solves: &[Solve]) -> Row {
 fn overall(replay: &Replay) -> Row {
     let with_work = work(named(replay), &replay.solves);
     let mut row = time(with_work, &replay.solves);
-    row.push(("mean_ns".into(), json_number((10.0 * replay.mean_ns).round() / 10.0)));
+    row.push(("mean_ns".into(), FactValue::Number((10.0 * replay.mean_ns).round() / 10.0)));
     row
 }
 
@@ -166,28 +191,45 @@ fn profile(replays: &[Replay]) -> Vec<Row> {
     let warm: Vec<&Replay> = replays.iter().filter(|replay| replay.start == Start::Warm).collect();
     let ratios = performance_ratios(&warm.iter().map(|replay| replay.costs()).collect::<Vec<_>>());
     let row = |factor: f64| {
-        let share = |ratios: &Vec<f64>| json_number((1e4 * share_within(ratios, factor)).round() / 1e4);
+        let share = |ratios: &Vec<f64>| FactValue::Number((1e4 * share_within(ratios, factor)).round() / 1e4);
         let columns = warm.iter().zip(&ratios).map(|(replay, ratios)| (replay.solver.name.clone(), share(ratios)));
-        std::iter::once(("factor".into(), json_number(factor))).chain(columns).collect()
+        std::iter::once(("factor".into(), FactValue::Number(factor))).chain(columns).collect()
     };
     FACTORS.into_iter().map(row).collect()
 }
 
 fn json(rows: &[Row]) -> Value {
-    let object =
-        |row: &Row| row.iter().map(|(key, value)| (key.clone().into_owned(), value.clone())).collect::<Map<_, _>>();
-    rows.iter().map(|row| Value::Object(object(row))).collect()
+    let object = |row: &Row| {
+        let mut object = Object::default();
+        row.iter().for_each(|(key, value)| object.value(&**key, Some(value)));
+        Value::from(object)
+    };
+    rows.iter().map(object).collect()
 }
 
-fn cell(value: &Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+/// As in all tables; what is not a number is `nan`, whatever the sign that the machine gave it.
+fn cell(value: &FactValue) -> String {
+    match value {
+        FactValue::Number(number) if number.is_nan() => "nan".to_owned(),
+        value => value.to_string(),
+    }
 }
 
+/// For reading: headings that can be broken, and no more digits than one looks at.
 fn text(rows: &[Row]) -> String {
-    let header: Vec<&str> = rows.first().map(|row| row.iter().map(|(key, _)| &**key).collect()).unwrap_or_default();
-    let mut table = table(&header);
-    table.add_rows(rows.iter().map(|row| row.iter().map(|(_, value)| cell(value))));
+    let header: Vec<String> =
+        rows.first().map(|row| row.iter().map(|(key, _)| key.replace('_', " ")).collect()).unwrap_or_default();
+    let mut table = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    table.add_rows(rows.iter().map(|row| row.iter().map(|(_, value)| short(value))));
     table.to_string()
+}
+
+fn short(value: &FactValue) -> String {
+    match value {
+        FactValue::Number(number) if *number != 0.0 && number.abs() < 1e-3 => format!("{number:.1e}"),
+        FactValue::Number(number) if number.abs() >= 100.0 => format!("{number:.0}"),
+        value => cell(value),
+    }
 }
 
 fn write_csv(path: &Path, rows: &[Row]) -> Result<()> {

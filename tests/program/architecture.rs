@@ -1,6 +1,7 @@
 //! Each room of the core opens only doors below it, and no files of the loop's room go in a circle; between packages the
 //! compiler sees to that.
 
+use crate::support::sources;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -41,21 +42,6 @@ fn fault(room: &str, line: &str) -> Option<String> {
 
 fn core() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/rimbench-core/src")
-}
-
-/// The files below a folder with their code, tests left out.
-fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files.extend(sources(&path));
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            let text = fs::read_to_string(&path).unwrap();
-            files.push((path, text.split("#[cfg(test)]").next().unwrap_or_default().to_owned()));
-        }
-    }
-    files
 }
 
 #[test]

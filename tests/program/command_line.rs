@@ -324,3 +324,171 @@ fn the_stability_limit_has_the_promised_keys_and_is_bracketed() {
         .code(2);
     assert!(String::from_utf8_lossy(&refusal.get_output().stderr).contains("not linear"));
 }
+
+/// Every place of a JSON document where there is an object, with the object.
+fn objects<'a>(value: &'a serde_json::Value, found: &mut Vec<&'a serde_json::Map<String, serde_json::Value>>) {
+    match value {
+        serde_json::Value::Object(object) => {
+            found.push(object);
+            object.iter().filter(|(key, _)| *key != "not_finite").for_each(|(_, value)| objects(value, found));
+        }
+        serde_json::Value::Array(values) => values.iter().for_each(|value| objects(value, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn what_is_not_finite_is_null_in_json_and_named_beside_it() {
+    // A locked interface has an infinite effective mass.
+    let diverged = json(simulate(&["--scheme", "rim-smooth", "--macro-step", "5e-3"]).args(["--format", "json"]));
+    let skipped = ["simulate", "--case", "linear-oscillator", "--scheme", "rim-nonsmooth-gap", "--format", "json"];
+    let documents = [
+        diverged,
+        json(rimbench().args(skipped)),
+        json(rimbench().args(["list", "parameters", "--format", "json"])),
+        json(rimbench().args([
+            "limit",
+            "--case",
+            "linear-oscillator",
+            "--scheme",
+            "zero-order-hold",
+            "--method",
+            "spectral",
+            "--set",
+            "variant=1",
+            "--set",
+            "coupling=displacement-displacement",
+            "--format",
+            "json",
+            "--from",
+            "1e-3",
+            "--to",
+            "1e-2",
+        ])),
+    ];
+    let mut named = 0;
+    for document in &documents {
+        let mut found = Vec::new();
+        objects(document, &mut found);
+        assert!(!found.is_empty());
+        for object in found {
+            for (key, value) in object {
+                let text = value.as_str().unwrap_or_default().to_lowercase();
+                assert!(!["inf", "-inf", "infinity", "nan"].contains(&text.as_str()), "{key}: {value}");
+            }
+            let not_finite = object.get("not_finite").and_then(|map| map.as_object());
+            for (key, text) in not_finite.into_iter().flatten() {
+                assert!(object[key].is_null(), "{key} has a value and none");
+                assert!(["inf", "-inf", "nan"].contains(&text.as_str().unwrap()), "{key}: {text}");
+                named += 1;
+            }
+        }
+    }
+    assert!(named > 0, "nothing infinite among them: the check sees nothing");
+}
+
+#[test]
+fn a_limit_is_found_by_the_default_scan_of_every_duration_and_as_closely_as_one_likes() {
+    // 1.2 ms long: macro steps up to 0.1 s would be none.
+    let bar = json(rimbench().args([
+        "limit",
+        "--case",
+        "elastic-bar",
+        "--scheme",
+        "zero-order-hold",
+        "--per-decade",
+        "2",
+        "--relative-tolerance",
+        "0.5",
+        "--format",
+        "json",
+    ]));
+    let steps: Vec<f64> =
+        bar["fraction_stable"].as_array().unwrap().iter().map(|at| at["macro_step_s"].as_f64().unwrap()).collect();
+    assert!(steps.len() >= 3 && steps.iter().all(|step| *step <= 1.2e-4), "{steps:?}");
+    let spectral = |tolerance: &str| {
+        rimbench()
+            .args(["limit", "--case", "linear-oscillator", "--scheme", "zero-order-hold", "--method", "spectral"])
+            .args([
+                "--set",
+                "variant=1",
+                "--set",
+                "coupling=displacement-displacement",
+                "--from",
+                "1e-3",
+                "--to",
+                "1e-1",
+            ])
+            .args(["--per-decade", "4", "--format", "json", "--relative-tolerance", tolerance])
+            .assert()
+    };
+    let width = |tolerance: &str| {
+        let output = spectral(tolerance).success().get_output().stdout.clone();
+        let found: serde_json::Value = serde_json::from_slice(&output).unwrap();
+        let (stable, unstable) = (found["last_stable_s"].as_f64(), found["first_unstable_s"].as_f64());
+        stable.zip(unstable).map(|(stable, unstable)| unstable / stable - 1.0)
+    };
+    if let (Some(wide), Some(narrow)) = (width("0.1"), width("1e-6")) {
+        assert!(wide <= 0.1 && wide > 1e-3 && narrow <= 1e-6, "{wide} {narrow}");
+    }
+    let too_long = ["limit", "--case", "elastic-bar", "--scheme", "zero-order-hold", "--to", "1"];
+    let message = refused(rimbench().args(too_long));
+    assert!(message.contains("to = 1 is not valid; valid: at most the duration, 0.0012 s"), "{message}");
+    for tolerance in ["0", "-1", "nan", "1e-300", "2"] {
+        let message = String::from_utf8(spectral(tolerance).code(2).get_output().stderr.clone()).unwrap();
+        assert!(message.contains("relative-tolerance = ") && message.len() < 200, "{message}");
+    }
+}
+
+#[test]
+fn tables_are_as_wide_as_the_terminal() {
+    let widths = |columns: Option<&str>, arguments: &[&str]| {
+        let mut command = rimbench();
+        command.args(arguments).env_remove("COLUMNS");
+        if let Some(columns) = columns {
+            command.env("COLUMNS", columns);
+        }
+        let output = command.assert().success().get_output().stdout.clone();
+        let text = String::from_utf8(output).unwrap();
+        text.lines().map(|line| line.chars().count()).max().unwrap()
+    };
+    for what in ["schemes", "solvers", "metrics", "parameters", "figure-keys"] {
+        assert!(widths(Some("80"), &["list", what]) <= 80, "{what}");
+        assert!(widths(None, &["list", what]) > 80, "{what}: nobody counts the columns of a file");
+    }
+}
+
+/// An experiment without claims: what came out is shown all the same.
+#[test]
+fn a_run_without_claims_shows_medians_and_failures_by_case_scheme_and_step_and_goes_on_in_plain_lines() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("plain.toml");
+    let text = "question = \"?\"\nmacro_steps_s = [1e-3, 5e-3]\nphases = 2\nduration_s = 0.5\n[[cases]]\nname = \"wedge-box\"\n\
+                [[schemes]]\nscheme = \"zero-order-hold\"\n[[schemes]]\nscheme = \"rim-nonsmooth\"\n";
+    std::fs::write(&file, text).unwrap();
+    let run = || {
+        let output = rimbench().arg("run").arg(&file).arg("--out").arg(folder.path().join("out")).assert().success();
+        String::from_utf8(output.get_output().stdout.clone()).unwrap()
+    };
+    // The second start computes nothing, and still tells of all that is stored.
+    for _ in 0..2 {
+        let printed = run();
+        let row = |label: &str, step: &str| {
+            let found = printed.lines().find(|line| line.contains(label) && line.contains(&format!(" {step} ")));
+            found.unwrap_or_else(|| panic!("no row of {label} at {step} ms: {printed}")).to_owned()
+        };
+        assert!(row("rim-nonsmooth", "5").contains("2/2"), "{printed}");
+        assert!(
+            row("zero-order-hold", "5").contains("0/2") && row("zero-order-hold", "5").contains("2 diverged"),
+            "{printed}"
+        );
+        assert!(printed.contains("Of all 8 runs of plain, 2 did not complete."), "{printed}");
+    }
+    let provenance = std::fs::read_to_string(folder.path().join("out/provenance.csv")).unwrap();
+    let header = provenance.lines().next().unwrap();
+    assert!(header.ends_with(",target,target_cpu,governor,other_load,machine_load"), "{header}");
+    for row in provenance.lines().skip(1) {
+        let verdict = row.rsplit(',').next().unwrap();
+        assert!(["quiet", "loaded", "unknown"].contains(&verdict), "{row}");
+    }
+}

@@ -1,11 +1,12 @@
 //! The corpus of contact problems: the committed file, the harvest, the replay, and the two commands.
 
-use crate::support::{case_by_name, cases, data_of_others, solver_by_name};
+use crate::support::{case_by_name, cases, data_of_others, solver_by_name, solvers};
 use assert_cmd::Command;
-use rimbench::complementarity::ComplementaritySolver;
-use rimbench::corpus::{ContactProblem, Corpus, Harvest, Start, VARIATIONS, harvest, replay};
+use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry, Unsolved};
+use rimbench::corpus::{ContactProblem, Corpus, Harvest, Start, Stretch, VARIATIONS, harvest, replay};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 const FILE: &str = "data/contact-problems/corpus.lcp";
 
@@ -133,8 +134,61 @@ fn the_comparison_is_written_with_work_apart_from_time() {
     assert_eq!(overall.len(), 4, "two solvers, warm and cold");
     assert!(overall.iter().all(|row| row["failures"] == 0 && row["median_ns"].is_number()));
     let profile = facts["profile"].as_array().unwrap();
-    assert_eq!(profile.last().unwrap()["factor"], "inf");
+    let last = profile.last().unwrap();
+    assert!(last["factor"].is_null() && last["not_finite"]["factor"] == "inf", "{last}");
     assert_eq!(profile.last().unwrap()["dantzig"], 1.0);
+}
+
+fn folder_of(file: &Path) -> &Path {
+    file.parent().unwrap()
+}
+
+/// One problem: two contacts, of which the first cannot be moved by any impulse.
+fn with_zero_diagonal() -> Corpus {
+    let problem = ContactProblem { m: vec![0.0, 0.0, 0.0, 2.0].into(), q: vec![0.5, -1.0] };
+    Corpus { stretches: vec![Stretch { source: "made up".to_owned(), first: 0, problems: vec![problem] }] }
+}
+
+#[test]
+fn a_zero_on_the_diagonal_ends_no_solver_of_the_panel() {
+    let corpus = with_zero_diagonal();
+    for solver in solvers() {
+        let replay = replay(&corpus, solver, Start::Warm);
+        assert_eq!(replay.panic, None, "{}", solver.name);
+    }
+    for name in ["active-set", "lemke", "enumeration"] {
+        assert!(replay(&corpus, solver_by_name(name), Start::Cold).solves[0].solved, "{name}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("zero.lcp");
+    corpus.write(&file).unwrap();
+    let output = rimbench().args(["solvers", "--format", "json", "--corpus"]).arg(&file).assert().success();
+    let facts: serde_json::Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
+    assert_eq!(facts["overall"].as_array().unwrap().len(), 2 * solvers().len());
+}
+
+#[derive(Debug, Clone)]
+struct Panicking;
+
+impl ComplementaritySolver for Panicking {
+    fn attempt(&mut self, _: Lcp<'_>, _: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        panic!("index out of bounds")
+    }
+
+    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
+}
+
+#[test]
+fn a_solver_that_panics_fails_at_all_problems_and_says_so() {
+    let corpus = with_zero_diagonal();
+    let build = Arc::new(|_: usize| Solver::other(Panicking));
+    let entry = Arc::new(SolverEntry { name: "panicking".into(), build, ..SolverEntry::active_set() });
+    let replay = replay(&corpus, &entry, Start::Warm);
+    assert_eq!(replay.panic.as_deref(), Some("index out of bounds"));
+    assert_eq!(replay.solves.len(), corpus.len());
+    assert!(replay.solves.iter().all(|solve| !solve.solved && !solve.refused) && replay.costs() == [f64::INFINITY]);
 }
 
 fn refused(arguments: &[&str]) -> String {
@@ -160,6 +214,8 @@ fn what_cannot_be_read_or_written_is_said_in_one_error() {
         (["solvers", "--solver", "dantzik"], "did you mean `dantzig`?"),
         (["solvers", "--source", "wedge-bx"], "--source = wedge-bx is not valid"),
         (["corpus", "--out", &path(&text.join("below-a-file.lcp"))], "no file can be written here"),
+        // Found before the harvest, which takes half a minute.
+        (["corpus", "--out", &path(folder_of(&text))], "is a folder; the name of a file is needed"),
     ] {
         let message = refused(&arguments);
         assert!(message.starts_with("error: ") && message.contains(expected), "{message}");

@@ -11,13 +11,13 @@ use rimbench::checksums;
 use rimbench::complementarity::{SolveStats, SolverEntry};
 use rimbench::corpus::{Replay, Solve, Start, draw_profile};
 use rimbench::error::Error;
-use rimbench::figures::FigureList;
 use rimbench::figures::chart::{Axis, Figure, Guide, Inset, LegendPlace, Mode, Panel, Series};
 use rimbench::figures::drawing::{Drawing, Shape};
 use rimbench::figures::heatmap::{Cell, Heatmap, Row};
 use rimbench::figures::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
 use rimbench::figures::render;
 use rimbench::figures::style::{SeriesStyle, Styles};
+use rimbench::figures::{FigureKey, FigureList, figure_keys};
 
 /// Every solver on 60 made-up problems, warm and cold: each slower than the one before, and the last three fail on some.
 fn replays() -> Vec<Replay> {
@@ -29,7 +29,7 @@ fn replays() -> Vec<Replay> {
             refused: false,
             time_ns: 50.0 * 1.7_f64.powi(index as i32) * (1.0 + ((7 * problem + 3 * index) % 11) as f64),
         };
-        Replay { solver: solver.clone(), start, solves: (0..60).map(solve).collect(), mean_ns: 100.0 }
+        Replay { solver: solver.clone(), start, solves: (0..60).map(solve).collect(), mean_ns: 100.0, panic: None }
     };
     solvers()
         .iter()
@@ -260,7 +260,7 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
     std::fs::write(&list, MADE_UP_FIGURES).unwrap();
     let figures = FigureList::read(&list).unwrap();
     let made = figures.make_all(place.path(), Some("study"), &Styles::standard()).unwrap();
-    assert_eq!(made.files.len(), 4, "{:?}", made.missing);
+    assert_eq!((made.files.len(), made.missing.len()), (4, 0), "{:?}", made.failed);
     let texts = |id: &str| {
         let svg = read(&place.path().join(format!("study/made-up/figures/{id}.svg")));
         texts_of(&String::from_utf8(svg).unwrap())
@@ -279,7 +279,7 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
         }
     }
     // The results are older than the columns that the figure needs; the reason names file and column.
-    let [(id, reason)] = &made.missing[..] else { panic!("{:?}", made.missing) };
+    let [(id, reason)] = &made.failed[..] else { panic!("{:?}", made.failed) };
     assert!(id == "latency" && reason.contains("cost.csv") && reason.contains("latency_p50_s"), "{reason}");
 
     // With the columns it is drawn, and without a group the experiment that was not run is named.
@@ -305,7 +305,7 @@ fn an_unknown_column_or_parameter_is_named() {
     let wrong = MADE_UP_FIGURES.replace("actuator_micro_steps +", "pivots +").replace("\"margin_m\"", "\"mass_kg\"");
     std::fs::write(&list, wrong).unwrap();
     let made = FigureList::read(&list).unwrap().make_all(place.path(), Some("study"), &Styles::standard()).unwrap();
-    let reason_of = |id: &str| &made.missing.iter().find(|(missing, _)| missing == id).expect("not drawn").1;
+    let reason_of = |id: &str| &made.failed.iter().find(|(failed, _)| failed == id).expect("not drawn").1;
     assert!(reason_of("work").contains("pivots"), "{}", reason_of("work"));
     assert!(reason_of("margin").contains("mass_kg"), "{}", reason_of("margin"));
     assert!(
@@ -342,7 +342,8 @@ fn a_figure_of_one_case_has_only_its_runs() {
 
     std::fs::write(&list, one("margin_m=0.2")).unwrap();
     let (made, _) = values(&list);
-    let reason = &made.missing.iter().find(|(missing, _)| missing == "map").expect("not drawn").1;
+    let reason = &made.failed.iter().find(|(failed, _)| failed == "map").expect("not drawn").1;
+    assert!(reason.contains("map.svg is older"), "a picture of other results is left: {reason}");
     assert!(reason.contains("margin_m=0.2") && reason.contains("margin_m=0.1"), "{reason}");
 }
 
@@ -410,6 +411,115 @@ fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
     let figures = FigureList::read(&list).unwrap();
     let message = figures.make_all(place.path(), Some("nope"), &Styles::standard()).unwrap_err().to_string();
     assert!(message.contains("unknown group of figures `nope`") && message.contains("study"), "{message}");
+}
+
+/// Reads a list with one figure of a kind, and returns what is wrong with it.
+fn refused(figure: &str) -> String {
+    FigureList::parse(Path::new("my.toml"), figure).unwrap_err().to_string()
+}
+
+const LEAST_SWEEP: &str = "[[figure]]\nid = \"mine\"\nkind = \"sweep\"\nexperiment = \"study/made-up\"\n";
+const LEAST_PANEL: &str = "[[figure.panels]]\nmetric = \"error\"\n";
+
+#[test]
+fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics() {
+    for (line, wanted) in [
+        ("width = 0", "width = 0 is not valid; valid: a number of px from 240 to 4000"),
+        ("width = 1", "width = 1 is"),
+        ("width = -1", "width = -1 is"),
+        ("width = 1e9", "width = 1000000000.0 is"),
+        ("width = nan", "width = NaN is"),
+        ("width = \"wide\"", "width = \"wide\" is"),
+        ("height = inf", "height = inf is"),
+        ("widht = 700", "unknown key `widht` (did you mean `width`?)"),
+        ("columns = 0", "columns = 0 is"),
+    ] {
+        let message = refused(&format!("{LEAST_SWEEP}{line}\n{LEAST_PANEL}"));
+        assert!(message.contains("my.toml: [[figure]] in line 1 (`mine`): ") && message.contains(wanted), "{message}");
+    }
+    for (line, wanted) in [
+        (
+            "range = [1.0, 1e-3]",
+            "panels 1: range = [1.0, 0.001] is not valid; valid: [low, high], finite, 0 < low < high",
+        ),
+        ("range = [0.0, 1.0]", "panels 1: range = "),
+        ("range = [1.0]", "panels 1: range = "),
+        ("part = \"upper\"", "panels 1: part = "),
+        ("slope = [1.0, [0.0, 1.0]]", "panels 1: slope = "),
+        ("only = { caze = \"box\" }", "panels 1: only: unknown key `caze` (did you mean `case`?)"),
+        ("labels = [1, 2]", "panels 1: labels = [1, 2] is"),
+    ] {
+        let message = refused(&format!("{LEAST_SWEEP}{LEAST_PANEL}{line}\n"));
+        assert!(message.contains(wanted), "{message}");
+    }
+    for id in ["../mine", "/mine", "a/b", "", ".", "..", ".hidden", "a b", "\u{e9}", &"x".repeat(400_000)] {
+        let message = refused(&format!("{}{LEAST_PANEL}", LEAST_SWEEP.replace("mine", id)));
+        assert!(message.contains("id = ") && message.contains("a file name of letters"), "{message}");
+        assert!(message.len() < 600, "{} characters", message.len());
+    }
+    for experiment in ["made-up", "../study/made-up", "/study/made-up", "study/..", "study/a/b"] {
+        let message = refused(&format!("{}{LEAST_PANEL}", LEAST_SWEEP.replace("study/made-up", experiment)));
+        assert!(message.contains("experiment = "), "{message}");
+    }
+    // All at once, and those of the second figure with its line.
+    let twice = format!("{LEAST_SWEEP}width = 0\nheight = 0\n[[figure.panels]]\n{LEAST_SWEEP}{LEAST_PANEL}");
+    let message = refused(&twice);
+    for wanted in
+        ["3 things are wrong", "width = 0", "height = 0", "panels 1: key `metric` is missing: a column of runs.csv"]
+    {
+        assert!(message.contains(wanted), "{wanted}: {message}");
+    }
+    let message = refused(&format!("{LEAST_SWEEP}{LEAST_PANEL}{LEAST_SWEEP}{LEAST_PANEL}"));
+    assert!(message.contains("[[figure]] in line 7 (`mine`): another figure has this id"), "{message}");
+    let message = refused("[[figure]]\n");
+    assert!(message.contains("key `id` is missing") && message.contains("key `kind` is missing: "), "{message}");
+    assert!(refused("[[figures]]\n").contains("line 1, column 3"), "{}", refused("[[figures]]\n"));
+}
+
+#[test]
+fn what_may_be_left_out_has_a_default_and_the_figure_is_drawn() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let figures = FigureList::parse(Path::new("my.toml"), &format!("{LEAST_SWEEP}{LEAST_PANEL}")).unwrap();
+    let made = figures.make_all(place.path(), None, &Styles::standard()).unwrap();
+    assert_eq!((made.files.len(), &made.failed[..]), (1, &[][..]));
+    let svg = String::from_utf8(read(&place.path().join("study/made-up/figures/mine.svg"))).unwrap();
+    assert!(svg.contains("width=\"980\" height=\"460\""), "{}", &svg[..200]);
+    assert!(texts_of(&svg).contains_key("error"), "the label is the metric");
+}
+
+#[test]
+fn a_label_that_no_run_has_and_panels_without_room_are_told() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let drawn = |text: &str| {
+        let figures = FigureList::parse(Path::new("my.toml"), text).unwrap();
+        figures.make_all(place.path(), None, &Styles::standard()).unwrap()
+    };
+    let made = drawn(&format!("{LEAST_SWEEP}{LEAST_PANEL}labels = [\"rim-smooth\", \"rim-smoth\"]\n"));
+    assert!(made.failed[0].1.contains("unknown label `rim-smoth` (did you mean `rim-smooth`?)"), "{:?}", made.failed);
+    let narrow = format!("{LEAST_SWEEP}width = 240\nheight = 240\n{}", LEAST_PANEL.repeat(12));
+    let made = drawn(&narrow);
+    assert!(made.failed[0].1.contains("width = 240 px leaves"), "{:?}", made.failed);
+    assert!(!place.path().join("study/made-up/figures").exists(), "nothing is made for a figure that cannot be drawn");
+}
+
+#[test]
+fn every_key_of_a_figure_is_in_the_documentation() {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("paper/README.md")).unwrap();
+    let row = |key: &FigureKey| {
+        let cells = [key.takes.as_str(), key.absent.as_str(), key.about].map(|cell| cell.replace('|', "\\|"));
+        format!("| {} | `{}` | {} |", key.place, key.name, cells.join(" | "))
+    };
+    let rows: Vec<String> = figure_keys().iter().map(row).collect();
+    let missing: Vec<&String> = rows.iter().filter(|row| !text.contains(row.as_str())).collect();
+    assert!(
+        missing.is_empty(),
+        "paper/README.md lacks:\n{}",
+        missing.iter().map(|row| format!("{row}\n")).collect::<String>()
+    );
+    let told = text.lines().filter(|line| line.starts_with("| ") && line.contains("| `")).count();
+    assert_eq!(told, rows.len(), "paper/README.md tells of keys that there are not");
 }
 
 /// Writes a drawing twice and checks: both files, equal bytes, each label once, nothing outside the page.

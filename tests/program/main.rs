@@ -4,12 +4,15 @@
 mod support;
 
 mod any_edit;
+mod anywhere;
 mod architecture;
 mod command_line;
 mod corpus;
 mod documents;
 mod examples;
 mod figures;
+mod interruption;
+mod outputs;
 mod perf;
 mod perf_command_line;
 mod reproduction;

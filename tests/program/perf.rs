@@ -284,6 +284,15 @@ fn the_answers_of_the_suite_tell_its_schemes_apart() {
     }
 }
 
+/// What has been committed has been looked at: the newest record must be none that raises an alarm against the one before.
+#[test]
+fn the_newest_committed_record_is_no_regression_of_the_one_before() {
+    let history = History::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("results/perf/history.csv")).unwrap();
+    let comparison = latest(&history);
+    assert!(comparison.findings.len() > 50, "{} findings: the check compares nothing", comparison.findings.len());
+    assert_eq!(comparison.regressions(), [""; 0]);
+}
+
 /// The work of the suite must be that of the newest committed record: who changes it records it anew.
 #[test]
 fn the_counters_of_the_suite_are_those_of_the_newest_committed_record() {

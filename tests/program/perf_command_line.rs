@@ -74,10 +74,18 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
     let damaged = folder.path().join("damaged.csv");
     fs::write(&damaged, "record,benchmark\n1,2\n").unwrap();
     let damaged = damaged.to_str().unwrap();
+    // A header without records, beside a figure of better times.
+    let (empty, figure) = (folder.path().join("empty.csv"), folder.path().join("empty.svg"));
+    record(&empty);
+    let header = fs::read_to_string(&empty).unwrap().lines().next().unwrap().to_owned() + "\n";
+    fs::write(&empty, header).unwrap();
+    fs::write(&figure, "of better times").unwrap();
+    let empty = empty.to_str().unwrap();
     for (arguments, says) in [
         (vec!["compare", damaged, "latest"], "missing field"),
         (vec!["record", "--history", damaged], "missing field"),
         (vec!["plot", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
+        (vec!["plot", "--history", empty], "holds no record, so there is nothing to draw"),
         (vec!["show", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
         (vec!["show", "nonsense"], "record = nonsense is not valid; valid: latest, previous"),
         (vec!["compare", "nonsense", "latest"], "record = nonsense is not valid; valid: latest, previous"),
@@ -92,6 +100,7 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
         assert!(output.stdout.is_empty() && message.contains(says), "{arguments:?}: {message}");
     }
     assert_eq!(fs::read_to_string(damaged).unwrap(), "record,benchmark\n1,2\n", "a damaged history is left alone");
+    assert_eq!(fs::read_to_string(figure).unwrap(), "of better times", "an empty history replaces no figure");
     perf(&["compare"]).assert().code(2);
     perf(&["compare", "latest"]).assert().code(2);
 }

@@ -4,10 +4,10 @@ use assert_cmd::Command;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-fn reproduce(out: &Path) -> String {
+fn reproduce(from: &Path, out: &Path) -> String {
     let output = Command::cargo_bin("rimbench")
         .unwrap()
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .current_dir(from)
         .env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"))
         .args(["reproduce", "--quick", "--out"])
         .arg(out)
@@ -42,7 +42,7 @@ fn deterministic_files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 #[test]
 fn the_quick_reproduction_is_complete_and_repeatable() {
     let (first, second) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let printed = reproduce(first.path());
+    let printed = reproduce(Path::new(env!("CARGO_MANIFEST_DIR")), first.path());
     let files = deterministic_files(first.path());
     for name in [
         "paper/claims.csv",
@@ -62,7 +62,10 @@ fn the_quick_reproduction_is_complete_and_repeatable() {
     ] {
         assert!(files.contains_key(Path::new(name)), "{name} is missing");
     }
-    reproduce(second.path());
+    // Once from the project's folder, once from an empty one, with what the program carries.
+    let empty = tempfile::tempdir().unwrap();
+    reproduce(empty.path(), second.path());
+    assert_eq!(std::fs::read_dir(empty.path()).unwrap().count(), 0, "it writes only where it is told to");
     let again = deterministic_files(second.path());
     assert_eq!(files.keys().collect::<Vec<_>>(), again.keys().collect::<Vec<_>>());
     for (name, content) in &files {

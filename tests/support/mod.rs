@@ -446,3 +446,18 @@ pub fn data_of_others(folder: &str) -> Option<PathBuf> {
     };
     Some(PathBuf::from(root).join(folder))
 }
+
+/// The files below a folder with their code, tests left out.
+pub fn sources(folder: &std::path::Path) -> Vec<(std::path::PathBuf, String)> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            files.push((path, text.split("#[cfg(test)]").next().unwrap_or_default().to_owned()));
+        }
+    }
+    files
+}

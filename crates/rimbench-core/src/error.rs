@@ -69,15 +69,16 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 impl Error {
-    /// Builds [`Error::UnknownName`] from any list of names.
+    /// Builds [`Error::UnknownName`] from any list of names. Of a long text only the beginning is repeated.
     pub fn unknown<'a>(kind: &'static str, found: &str, valid: impl IntoIterator<Item = &'a str>) -> Self {
         let valid = valid.into_iter().map(str::to_owned).collect();
-        Error::UnknownName { kind, found: found.to_owned(), valid }
+        Error::UnknownName { kind, found: shortened(found), valid }
     }
 
-    /// Builds [`Error::InvalidValue`].
+    /// Builds [`Error::InvalidValue`]. Of a long text only the beginning is repeated.
     pub fn invalid(key: impl Into<String>, found: impl fmt::Display, expected: impl Into<String>) -> Self {
-        Error::InvalidValue { key: key.into(), found: found.to_string(), expected: expected.into() }
+        let (key, found) = (shortened(&key.into()), shortened(&found.to_string()));
+        Error::InvalidValue { key, found, expected: with_short_numbers(&expected.into()) }
     }
 
     /// Builds [`Error::File`].
@@ -216,6 +217,66 @@ impl fmt::Display for Cause {
     }
 }
 
+/// Characters of a text from outside that an error repeats.
+const REPEATED: usize = 80;
+/// Digits that a number may have before it is written with an exponent.
+const DIGITS: usize = 20;
+
+/// The beginning of a text that came from outside, with its numbers short and its line ends visible, for an error in one line.
+pub fn shortened(text: &str) -> String {
+    let text = with_short_numbers(text);
+    let cut = match text.char_indices().nth(REPEATED) {
+        Some((end, _)) => format!("{}… ({} characters)", &text[..end], text.chars().count()),
+        None => text,
+    };
+    if cut.contains(char::is_control) { cut.escape_debug().to_string() } else { cut }
+}
+
+/// Writes numbers of more than twenty digits with an exponent: `1e300` and not three hundred zeros.
+pub fn with_short_numbers(text: &str) -> String {
+    let numeric = |c: char| c.is_ascii_digit() || c == '.';
+    let (mut short, mut rest) = (String::with_capacity(text.len().min(1000)), text);
+    while let Some(start) = rest.find(numeric) {
+        let length = rest[start..].find(|c| !numeric(c)).unwrap_or(rest.len() - start);
+        let (before, number) = (&rest[..start], &rest[start..start + length]);
+        short.push_str(before);
+        match number.parse::<f64>() {
+            Ok(value) if length > DIGITS && value.is_finite() => short.push_str(&format!("{value:e}")),
+            _ => short.push_str(number),
+        }
+        rest = &rest[start + length..];
+    }
+    short + rest
+}
+
+/// Line of a place in a text, from 1.
+pub fn line_of(text: &str, place: usize) -> usize {
+    1 + text.bytes().take(place).filter(|byte| *byte == b'\n').count()
+}
+
+/// What a reader of a text has to say about a place in it: line, column, the beginning of what stands there, and the message.
+pub fn said_at(text: &str, place: Option<std::ops::Range<usize>>, message: &str) -> String {
+    let message = message.trim_end().replace('\n', "; ");
+    let Some(place) = place.filter(|place| text.is_char_boundary(place.start)) else { return shortened_line(&message) };
+    let before = &text[..place.start];
+    let column = 1 + before.rsplit('\n').next().unwrap_or_default().chars().count();
+    // The whole line where it is short, else what stands at the place.
+    let start = before.rfind('\n').map_or(0, |end| end + 1);
+    let line = text[start..].lines().next().unwrap_or_default();
+    let here =
+        if line.chars().count() <= REPEATED { line } else { text[place.start..].lines().next().unwrap_or_default() };
+    let message = shortened_line(&message);
+    format!("line {}, column {column}: `{}`: {message}", line_of(text, place.start), shortened(here.trim()))
+}
+
+/// A message of others, which may repeat what it was given.
+fn shortened_line(message: &str) -> String {
+    match message.char_indices().nth(6 * REPEATED) {
+        Some((end, _)) => format!("{}…", &message[..end]),
+        None => message.to_owned(),
+    }
+}
+
 fn did_you_mean(found: &str, valid: &[String]) -> String {
     let nearest = valid.iter().map(|name| (strsim::damerau_levenshtein(found, name), name)).min();
     match nearest {
@@ -235,6 +296,31 @@ mod tests {
             message,
             "unknown scheme `rim-nonsmoth` (did you mean `rim-nonsmooth`?); valid: zero-order-hold, rim-nonsmooth"
         );
+    }
+
+    #[test]
+    fn what_is_repeated_is_bounded_and_in_one_line() {
+        for (error, wanted) in [
+            (Error::invalid("gain", 1e300, "0 to 1"), "gain = 1e300 is not valid; valid: 0 to 1"),
+            (Error::invalid("gain", -1e-300, "0 to 1"), "gain = -1e-300 is not valid"),
+            (Error::invalid("to", 5.0, format!("at least {} s", 1e200)), "valid: at least 1e200 s"),
+            (Error::invalid("gain", 0.1 + 0.2, "0 to 1"), "gain = 0.30000000000000004 is"),
+            (Error::invalid("label", "x\ny".repeat(100_000), "text"), "… (300000 characters)"),
+            (Error::unknown("scheme", &"é".repeat(400_000), ["rim-smooth"]), "… (400000 characters)"),
+        ] {
+            let message = error.to_string();
+            assert!(message.contains(wanted) && message.len() < 400 && message.lines().count() == 1, "{message}");
+        }
+    }
+
+    #[test]
+    fn a_place_in_a_text_is_told_by_line_and_column_and_what_stands_there() {
+        let text = "a = 1\nsteps = 5e-3\n";
+        assert_eq!(said_at(text, Some(14..18), "no list"), "line 2, column 9: `steps = 5e-3`: no list");
+        assert_eq!(said_at(text, None, "no list\n"), "no list");
+        let long = format!("a = 1\nb = \"{}\"\n", "x".repeat(400_000));
+        let said = said_at(&long, Some(10..14), &"y".repeat(400_000));
+        assert!(said.starts_with("line 2, column 5: `\"xxxx") && said.len() < 1000, "{said}");
     }
 
     #[test]

@@ -52,6 +52,11 @@ impl Axis {
         Axis { label: label.into(), scale: Scale::Log10, range: Range::Auto }
     }
 
+    /// Shows an interval only, if there is one.
+    pub fn within(self, interval: Option<[f64; 2]>) -> Self {
+        interval.map_or(self.clone(), |[low, high]| self.range(low, high))
+    }
+
     /// Shows `low` to `high` only.
     pub fn range(mut self, low: f64, high: f64) -> Self {
         self.range = Range::Fixed(low, high);

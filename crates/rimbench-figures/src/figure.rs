@@ -5,6 +5,7 @@ use super::clip::Rect;
 use super::drawing::Drawing;
 use super::legend::Legend;
 use super::panel::{self, BELOW, Prepared, TITLE_SIZE};
+use rimbench_core::error::{Error, Result};
 
 const MARGIN: f64 = 14.0;
 const RIGHT_OF_PANEL: f64 = 14.0;
@@ -12,13 +13,30 @@ const BETWEEN_COLUMNS: f64 = 16.0;
 const BETWEEN_ROWS: f64 = 12.0;
 const BEFORE_LEGEND: f64 = 6.0;
 
+/// Least width and height of a plotting area, px: below, there is no room for ticks and their labels.
+const LEAST: f64 = 40.0;
+
 impl Figure {
+    /// Draws the figure if its panels have room in it.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] with the size that it would need.
+    pub fn draw_if_it_fits(&self) -> Result<Drawing> {
+        let (drawing, [width, height]) = self.drawn();
+        fits(&[("width", self.width, width), ("height", self.height, height)]).map(|()| drawing)
+    }
+
     /// Draws the figure. Plotting areas of one column have equal edges, all areas equal sizes.
     pub fn draw(&self) -> Drawing {
+        self.drawn().0
+    }
+
+    /// The drawing, and width and height of a plotting area in it; without room nothing is drawn.
+    fn drawn(&self) -> (Drawing, [f64; 2]) {
         let mut drawing = Drawing::new(self.width, self.height);
         drawing.title = self.panels.iter().map(|panel| panel.title.as_str()).collect::<Vec<_>>().join("; ");
         if self.panels.is_empty() {
-            return drawing;
+            return (drawing, [self.width, self.height]);
         }
         let columns = self.columns.clamp(1, self.panels.len());
         let rows = self.panels.len().div_ceil(columns);
@@ -48,6 +66,9 @@ impl Figure {
             + (columns - 1) as f64 * BETWEEN_COLUMNS
             + legend_right;
         let width = (inner - beside) / columns as f64;
+        if width < 1.0 || height < 1.0 {
+            return (drawing, [width, height]);
+        }
 
         for (index, panel) in prepared.iter().enumerate() {
             let (row, column) = (index / columns, index % columns);
@@ -69,6 +90,15 @@ impl Figure {
             }
             LegendPlace::None => {}
         }
-        drawing
+        (drawing, [width, height])
     }
+}
+
+/// Refuses a picture in which a part has too little room; each entry is an edge, its length, and that of the part along it, px.
+pub(crate) fn fits(edges: &[(&str, f64, f64)]) -> Result<()> {
+    let narrow = edges.iter().find(|(_, _, part)| *part < LEAST);
+    narrow.map_or(Ok(()), |(edge, length, part)| {
+        let message = format!("{edge} = {length} px leaves {part:.0} px for each panel, and {LEAST} are needed");
+        Err(Error::Incompatible(message))
+    })
 }

@@ -8,10 +8,12 @@ use plotters::style::colors::colormaps::{ColorMap, DerivedColorMap};
 
 use super::clip::Rect;
 use super::drawing::{Anchor, Color, Drawing, Stroke, Text, Weight};
+use super::figure::fits;
 use super::font;
 use super::hatch::diagonals;
 use super::panel::{LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
 use super::ticks::signed;
+use rimbench_core::error::Result;
 
 const MARGIN: f64 = 14.0;
 const ROW_LABEL: f64 = 12.0;
@@ -83,19 +85,34 @@ pub fn color_of(share: f64) -> Color {
 }
 
 impl Heatmap {
-    /// Draws the map.
-    pub fn draw(&self) -> Drawing {
-        let mut drawing = Drawing::new(self.width, self.height);
-        drawing.title.clone_from(&self.title);
+    /// Draws the map if its cells have room in it.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`](rimbench_core::error::Error::Incompatible) if not.
+    pub fn draw_if_it_fits(&self) -> Result<Drawing> {
+        let area = self.area();
+        let (width, height) = (area.right - area.left, area.bottom - area.top);
+        fits(&[("width", self.width, width), ("height", self.height, height)]).map(|()| self.draw())
+    }
+
+    /// Where the cells stand.
+    fn area(&self) -> Rect {
         let widest =
             self.rows.iter().map(|row| font::width(&row.label, ROW_LABEL, Weight::Regular)).fold(0.0, f64::max);
         let keys = self.has_skipped() || self.has_hatched();
-        let area = Rect {
+        Rect {
             left: MARGIN + widest + SWATCH + 16.0,
             top: MARGIN + if self.title.is_empty() { 0.0 } else { TITLE_SIZE + 10.0 },
             right: self.width - MARGIN - BAR_WIDTH - 66.0,
             bottom: self.height - MARGIN - BELOW - if keys { KEY } else { 0.0 },
-        };
+        }
+    }
+
+    /// Draws the map.
+    pub fn draw(&self) -> Drawing {
+        let mut drawing = Drawing::new(self.width, self.height);
+        drawing.title.clone_from(&self.title);
+        let (area, keys) = (self.area(), self.has_skipped() || self.has_hatched());
         drawing.text(Text::new(&self.title, (area.left, area.top - 10.0), TITLE_SIZE).bold());
         for (index, row) in self.rows.iter().enumerate() {
             self.draw_row(&mut drawing, &area, index, row);

@@ -51,5 +51,5 @@ mod scale;
 mod wedge_box;
 
 pub use claims_table::claims_markdown;
-pub use figures::{FigureEntry, FigureKind, FigureList, MadeFigures};
+pub use figures::{FigureEntry, FigureKey, FigureKind, FigureList, MadeFigures, figure_keys};
 pub use page::write_report;

@@ -5,8 +5,10 @@
 
 use super::clip::Rect;
 use super::drawing::{Anchor, Color, Drawing, Stroke, Text};
+use super::figure::fits;
 use super::ticks::signed;
 use super::wedge_box::{self, View};
+use rimbench_core::error::Result;
 
 const MARGIN: f64 = 14.0;
 const HEADER: f64 = 24.0;
@@ -122,11 +124,28 @@ pub struct Manoeuvre {
 }
 
 impl Manoeuvre {
+    /// Draws the matrix if its cells have room in it.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`](rimbench_core::error::Error::Incompatible) if not.
+    pub fn draw_if_it_fits(&self) -> Result<Drawing> {
+        fits(&[("width", self.width, self.cell_width())]).map(|()| self.draw())
+    }
+
+    /// Instants, side by side.
+    fn columns(&self) -> usize {
+        self.rows.iter().map(|row| row.poses.len()).max().unwrap_or(0).max(1)
+    }
+
+    fn cell_width(&self) -> f64 {
+        let columns = self.columns();
+        let inner = self.width - 2.0 * MARGIN - BETWEEN * (columns - 1) as f64;
+        (inner / columns as f64).floor()
+    }
+
     /// Draws the matrix.
     pub fn draw(&self) -> Drawing {
-        let columns = self.rows.iter().map(|row| row.poses.len()).max().unwrap_or(0).max(1);
-        let inner = self.width - 2.0 * MARGIN - BETWEEN * (columns - 1) as f64;
-        let cell_width = (inner / columns as f64).floor();
+        let (columns, cell_width) = (self.columns(), self.cell_width());
         let cell_height = (cell_width * View::ASPECT).round();
         let row_height = ROW_LABEL + cell_height + BETWEEN;
         let height = 2.0 * MARGIN + HEADER + self.rows.len() as f64 * row_height + LEGEND - BETWEEN;

@@ -13,7 +13,7 @@ color:#22262b}table{border-collapse:collapse;font-size:14px;margin:1rem 0}td,th{
 padding:.35rem .6rem;text-align:left;vertical-align:top}figure{margin:2rem 0}figure svg{width:100%;height:auto}\
 figcaption{font-size:14px;color:#5b626a}code{font-size:90%}";
 
-/// Fills the Markdown source and writes `claims.md` and `report.html` below `results/<group>`.
+/// Fills the Markdown source, given as name and text, and writes `claims.md` and `report.html` below `results/<group>`.
 ///
 /// ```text
 /// {{claims}}        the table of claims
@@ -22,15 +22,14 @@ figcaption{font-size:14px;color:#5b626a}code{font-size:90%}";
 /// {{parameters}}    the parameters of the case
 /// ```
 /// # Errors
-/// [`Error::File`] for a source, figure or table that is not there, or a place with no such name.
-pub fn write_report(source: &Path, results: &Path, group: &str, figures: &FigureList) -> Result<()> {
+/// [`Error::File`] for a figure or table that is not there, or a place with no such name.
+pub fn write_report(source: (&Path, &str), results: &Path, group: &str, figures: &FigureList) -> Result<()> {
+    let (source, text) = source;
     let folder = results.join(group);
-    let text =
-        std::fs::read_to_string(source).map_err(|error| Error::file(source, format!("cannot be read: {error}")))?;
     let claims = claims_markdown(&folder.join("claims.csv"))?;
     write(&folder.join("claims.md"), &claims)?;
     let mut filled = String::new();
-    let mut rest = text.as_str();
+    let mut rest = text;
     while let Some((before, after)) = rest.split_once("{{") {
         let (place, tail) =
             after.split_once("}}").ok_or_else(|| Error::file(source, "has a place `{{` without an end `}}`"))?;

@@ -15,4 +15,6 @@ pub struct BuildInfo {
     pub rustc: &'static str,
     /// Target triple.
     pub target: &'static str,
+    /// Processor that the compiler was told to build for, or `generic`.
+    pub target_cpu: &'static str,
 }

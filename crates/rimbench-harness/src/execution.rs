@@ -66,6 +66,15 @@ pub struct Summary {
 /// Told the outcome of each run that is done; called from several threads.
 pub type Progress<'a> = &'a (dyn Fn(&Outcome) + Sync);
 
+/// What may end a job before all its runs are done; what is stored stays.
+#[derive(Debug, Clone, Copy)]
+pub struct StopFlags<'a> {
+    /// No run is begun any more, and a reference under way is given up; runs under way go on to their end.
+    pub soon: StopFlag<'a>,
+    /// Runs under way end as well, in their next step.
+    pub now: StopFlag<'a>,
+}
+
 /// Runs a job. When all runs of the experiment are stored, by this process or others, the result files are written.
 ///
 /// Raising `stop` ends the job, runs and references under way included; what is stored stays.
@@ -73,6 +82,14 @@ pub type Progress<'a> = &'a (dyn Fn(&Outcome) + Sync);
 /// # Errors
 /// Bad input; a folder that belongs to something else; a disk that is full. A run that fails is a record.
 pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Result<Summary> {
+    run_job_until(job, progress, StopFlags { soon: stop, now: stop })
+}
+
+/// Runs a job as [`run_job`] does, one that can be ended soon or at once.
+///
+/// # Errors
+/// Those of [`run_job`]; [`Error::Stopped`] if it was ended when all runs were done and the result files were not.
+pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
     if job.fresh {
         refuse_foreign(&job, &planned)?;
@@ -114,7 +131,7 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Resu
             progress(&run.outcome);
             Ok(())
         };
-        let reference = match obtain_reference(spec, job.cache, stop) {
+        let reference = match obtain_reference(spec, job.cache, stop.soon) {
             Err(Error::Stopped) => break,
             // Without a reference there is no run, and it took longer than any of them may take.
             Err(Error::Overdue { .. }) => {
@@ -126,19 +143,19 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Resu
         };
         let bounds = reference.bounds(spec)?;
         group.into_par_iter().try_for_each(|index| -> Result<()> {
-            if stop.check().is_err() {
+            if stop.soon.check().is_err() {
                 return Ok(());
             }
-            let run = evaluated(&planned[index].spec, &bounds, &reference, stop)?;
+            let run = evaluated(&planned[index].spec, &bounds, &reference, stop.now)?;
             // No result: the same command goes on from there.
             if matches!(run.outcome, Outcome::Stopped { .. }) { Ok(()) } else { keep(index, &run) }
         })?;
         held = Some((first, reference));
     }
     store.sync()?;
-    let missing = export_if_complete(&job, &planned, held, stop)?;
+    let missing = export_if_complete(&job, &planned, held, stop.soon)?;
     let gone = missing.iter().filter(|&index| in_shard(index)).count();
-    if gone > 0 && stop.check().is_ok() {
+    if gone > 0 && stop.soon.check().is_ok() {
         let message = format!(
             "lacks {gone} runs that had been stored: the folder was removed, or another process began anew with --fresh; \
              run the experiment again"
@@ -247,7 +264,12 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
 /// Simulates a run and holds it against its reference. A defect of ours is a record like others: no reason to lose the other runs.
 fn evaluated(spec: &RunSpec, bounds: &Bounds, reference: &Reference, stop: StopFlag<'_>) -> Result<EvaluatedRun> {
     let attempt = catch_unwind(AssertUnwindSafe(|| {
-        evaluate(spec, simulate(spec, bounds.clone(), Some(monotonic_clock), stop)?, reference)
+        let result = simulate(spec, bounds.clone(), Some(monotonic_clock), stop)?;
+        match result.report.outcome {
+            // No result, so nothing to be held against anything; of a long run that would take a while.
+            Outcome::Stopped { .. } => Ok(EvaluatedRun::not_evaluated(result.report.outcome)),
+            _ => evaluate(spec, result, reference),
+        }
     }));
     attempt.unwrap_or_else(|panic| Ok(EvaluatedRun::not_evaluated(panicked(&*panic))))
 }

@@ -9,13 +9,15 @@ use super::claims::Claim;
 use super::grid::{MacroSteps, Phases, one_phase};
 use super::store::Store;
 use rimbench_cases::cases::Case;
-use rimbench_core::error::{Error, Result};
+use rimbench_core::error::{Error, Result, line_of, said_at, shortened};
 use rimbench_results::atomic_file::write_atomically;
 use scheme_row::{RawRow, SchemeRow};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use toml::Spanned;
 
 /// Name of the copy of the file in a results folder.
 pub(super) const COPY: &str = "experiment.toml";
@@ -63,6 +65,22 @@ struct CaseEntry {
     macro_steps_s: Option<MacroSteps>,
     duration_s: Option<f64>,
     micro_step_s: Option<f64>,
+    /// Line of the file in which it begins, from 1.
+    #[serde(skip)]
+    line: usize,
+}
+
+impl CaseEntry {
+    /// An error about this case, with its place.
+    fn place(&self, error: &Error) -> Error {
+        Error::Incompatible(format!("[[cases]] in line {} (`{}`): {error}", self.line, shortened(&self.name)))
+    }
+}
+
+/// Where the tables of a file stand.
+#[derive(Deserialize)]
+struct Places {
+    cases: Vec<Spanned<IgnoredAny>>,
 }
 
 /// What `--quick` replaces.
@@ -89,8 +107,14 @@ impl Experiment {
     /// # Errors
     /// Those of [`read`](Self::read).
     pub fn parse(path: &Path, text: String) -> Result<Self> {
-        let mut experiment: Experiment =
-            toml::from_str(&text).map_err(|error| Error::file(path, format!("is no experiment: {error}")))?;
+        let wrong = |error: toml::de::Error| {
+            Error::file(path, format!("is no experiment: {}", said_at(&text, error.span(), error.message())))
+        };
+        let mut experiment: Experiment = toml::from_str(&text).map_err(wrong)?;
+        let places: Places = toml::from_str(&text).map_err(wrong)?;
+        for (case, place) in experiment.cases.iter_mut().zip(places.cases) {
+            case.line = line_of(&text, place.span().start);
+        }
         let rows = std::mem::take(&mut experiment.raw_schemes).into_iter().map(|row| SchemeRow::read(row, &text));
         let rows = rows.collect::<Result<Vec<_>>>().and_then(scheme_row::with_labels);
         experiment.schemes = rows.map_err(|error| Error::file(path, error))?;

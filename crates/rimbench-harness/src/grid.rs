@@ -3,12 +3,14 @@
 use super::stability::logarithmic_grid;
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_core::error::{Error, Result};
-use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// Macro steps one by one, or evenly spread in logarithms.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone)]
 pub(super) enum MacroSteps {
     List(Vec<f64>),
     Range(MacroStepRange),
@@ -22,6 +24,85 @@ pub(super) struct MacroStepRange {
     per_decade: usize,
 }
 
+/// What is valid, in words.
+const MACRO_STEPS: &str =
+    "a list of macro steps in s, [1e-3, 5e-3], or a range, { from = 1e-4, to = 1e-1, per_decade = 8 }";
+const PHASES: &str = "a number of phases, 16, or a list of phases in (0, 1], [1.0, 0.5]";
+
+/// Reads what stands in a file, so that a slip is told as what it is.
+struct MacroStepsVisitor;
+
+impl<'de> Visitor<'de> for MacroStepsVisitor {
+    type Value = MacroSteps;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(MACRO_STEPS)
+    }
+
+    /// Without repeating the text, which may be long.
+    fn visit_str<E: serde::de::Error>(self, _: &str) -> Result<MacroSteps, E> {
+        Err(E::custom(format!("a text, expected {MACRO_STEPS}")))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, steps: A) -> Result<MacroSteps, A::Error> {
+        Vec::deserialize(SeqAccessDeserializer::new(steps)).map(MacroSteps::List)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, range: A) -> Result<MacroSteps, A::Error> {
+        MacroStepRange::deserialize(MapAccessDeserializer::new(range)).map(MacroSteps::Range)
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, step: f64) -> Result<MacroSteps, E> {
+        Err(E::custom(format!("one macro step is a list of one: [{step:?}]")))
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, step: i64) -> Result<MacroSteps, E> {
+        self.visit_f64(step as f64)
+    }
+}
+
+impl<'de> Deserialize<'de> for MacroSteps {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(MacroStepsVisitor)
+    }
+}
+
+/// Reads what stands in a file, so that a slip is told as what it is.
+struct PhasesVisitor;
+
+impl<'de> Visitor<'de> for PhasesVisitor {
+    type Value = Phases;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(PHASES)
+    }
+
+    /// Without repeating the text, which may be long.
+    fn visit_str<E: serde::de::Error>(self, _: &str) -> Result<Phases, E> {
+        Err(E::custom(format!("a text, expected {PHASES}")))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, phases: A) -> Result<Phases, A::Error> {
+        Vec::deserialize(SeqAccessDeserializer::new(phases)).map(Phases::List)
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, count: i64) -> Result<Phases, E> {
+        let count =
+            usize::try_from(count).map_err(|_| E::custom(format!("a number of phases is not below 0: {count}")));
+        count.map(Phases::Count)
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, phase: f64) -> Result<Phases, E> {
+        Err(E::custom(format!("one phase is a list of one, [{phase:?}]; a number of phases is whole")))
+    }
+}
+
+impl<'de> Deserialize<'de> for Phases {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(PhasesVisitor)
+    }
+}
+
 impl MacroSteps {
     pub(super) fn list(&self) -> Result<Vec<f64>> {
         match self {
@@ -33,8 +114,7 @@ impl MacroSteps {
 }
 
 /// A number of phases, or the phases themselves.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone)]
 pub(super) enum Phases {
     Count(usize),
     List(Vec<f64>),

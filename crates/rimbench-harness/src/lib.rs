@@ -15,6 +15,7 @@ mod experiment;
 mod exported;
 mod foreign;
 mod grid;
+mod load;
 mod provenance;
 mod references;
 mod results;
@@ -28,11 +29,14 @@ pub use cache::Cache;
 pub use claims::{CheckedClaim, Claim, Verdict, check_claims, write_claims};
 pub use clock::monotonic_clock;
 pub use comparison::{Comparison, ComparisonRow, compare};
-pub use execution::{Job, Progress, Summary, collect_shards, run_job};
+pub use execution::{Job, Progress, StopFlags, Summary, collect_shards, run_job, run_job_until};
 pub use experiment::{Experiment, PlannedRun};
 pub use grid::phase_ensemble;
+pub use load::Load;
 pub use provenance::Provenance;
 pub use references::obtain_reference;
 pub use spectral::spectral_radius;
-pub use stability::{StabilityLimit, StabilityPoint, logarithmic_grid, spectral_stability_limit, stability_limit};
+pub use stability::{
+    LimitSearch, StabilityLimit, StabilityPoint, logarithmic_grid, spectral_stability_limit, stability_limit,
+};
 pub use store::{Record, Store, TraceMark};

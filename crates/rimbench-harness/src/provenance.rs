@@ -1,10 +1,11 @@
-//! Where a result comes from: source revision, dependencies, compiler, machine.
+//! Where a result comes from: source revision, dependencies, compiler, machine, and whether the machine had other things to do.
 
 use super::build_info::BuildInfo;
 use super::cache::hex;
+use super::load::{Load, Meter};
 use sha2::{Digest, Sha256};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Where a result comes from. Machine-dependent, therefore kept apart from the results.
 #[derive(Debug)]
@@ -15,19 +16,27 @@ pub struct Provenance {
     pub lock_hash: String,
     /// Processor.
     pub cpu: String,
-    load: Mutex<Load>,
-}
-
-/// Load of the machine over the last minute, as text, and when it was read.
-#[derive(Debug)]
-struct Load {
-    text: String,
-    read: Instant,
+    /// How its frequency is governed (`performance`, `powersave`, …); empty where the machine does not tell.
+    pub governor: String,
+    meter: Mutex<Meter>,
 }
 
 /// Columns of `provenance.csv`.
-pub(super) const HEADER: [&str; 8] =
-    ["run_id", "git_revision", "git_dirty", "lock_hash", "version", "rustc", "cpu", "load_1_min"];
+pub(super) const HEADER: [&str; 13] = [
+    "run_id",
+    "git_revision",
+    "git_dirty",
+    "lock_hash",
+    "version",
+    "rustc",
+    "cpu",
+    "load_1_min",
+    "target",
+    "target_cpu",
+    "governor",
+    "other_load",
+    "machine_load",
+];
 
 impl Provenance {
     /// Of a program built like this, here and now.
@@ -35,13 +44,16 @@ impl Provenance {
         Provenance {
             build: *build,
             lock_hash: hex(&Sha256::digest(build.lock_file))[..16].to_owned(),
-            load: Mutex::new(Load { text: load(), read: Instant::now() }),
+            // The machine says anew now and then what its load is; asking for each run would cost more than the answer is worth.
+            meter: Mutex::new(Meter::start(Duration::from_secs(1))),
             cpu: cpu_model().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+            governor: governor(),
         }
     }
 
-    /// The row of one run.
-    pub(super) fn row(&self, run_id: &str) -> [String; 8] {
+    /// The row of one run that has just ended.
+    pub(super) fn row(&self, run_id: &str) -> [String; 13] {
+        let load = self.load();
         [
             run_id.to_owned(),
             self.build.git_revision.to_owned(),
@@ -50,24 +62,24 @@ impl Provenance {
             self.build.version.to_owned(),
             self.build.rustc.to_owned(),
             self.cpu.clone(),
-            self.load(),
+            load.one_minute.clone(),
+            self.build.target.to_owned(),
+            self.build.target_cpu.to_owned(),
+            self.governor.clone(),
+            load.others.map_or_else(String::new, |others| format!("{others:.2}")),
+            load.verdict().to_owned(),
         ]
     }
 
-    /// The machine says anew every few seconds what its load is; asking for each run would cost more than the answer is worth.
-    fn load(&self) -> String {
-        let mut held = self.load.lock().unwrap_or_else(PoisonError::into_inner);
-        if held.read.elapsed() > Duration::from_secs(1) {
-            *held = Load { text: load(), read: Instant::now() };
-        }
-        held.text.clone()
+    /// The load of the machine by now.
+    pub fn load(&self) -> Load {
+        self.meter.lock().unwrap_or_else(PoisonError::into_inner).read()
     }
 }
 
-/// Load of the machine over the last minute, where it tells.
-fn load() -> String {
-    let text = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
-    text.split(' ').next().unwrap_or_default().to_owned()
+fn governor() -> String {
+    let path = "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor";
+    std::fs::read_to_string(path).unwrap_or_default().trim().to_owned()
 }
 
 fn cpu_model() -> Option<String> {

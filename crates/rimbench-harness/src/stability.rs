@@ -9,9 +9,6 @@ use rimbench_cases::runs::{RunSpec, simulate};
 use rimbench_core::cosim::{Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 
-/// Relative width to which the bracket between stable and unstable is narrowed.
-const BRACKET: f64 = 0.01;
-
 /// A spectral radius this close to one is one: the accuracy to which it is probed.
 const NEUTRAL: f64 = 1e-9;
 
@@ -39,24 +36,38 @@ pub struct StabilityLimit {
     pub first_unstable: Option<f64>,
 }
 
-/// Searches the stability limit of the scheme of `spec` over `macro_steps` (s, ascending) and `phases`.
+/// Where and how closely to search.
+#[derive(Clone, Copy)]
+pub struct LimitSearch<'a> {
+    /// The scan, s, ascending.
+    pub macro_steps: &'a [f64],
+    /// Relative width to which the bracket between stable and unstable is narrowed.
+    pub relative_tolerance: f64,
+    /// The micro step of the run holds at every macro step; else a macro step below it is its own micro step.
+    pub fixed_micro_step: bool,
+    /// Told of each macro step that is done; called from several threads.
+    pub progress: &'a (dyn Fn(&StabilityPoint) + Sync),
+}
+
+/// Narrower than round-off in H a bracket cannot get, and wider than this it says nothing.
+const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=0.5;
+
+/// Searches the stability limit of the scheme of `spec` over the macro steps of a search and `phases`.
 ///
 /// A macro step is stable if the run completes within bounds at every phase. The whole grid is scanned, because stability
-/// is not monotone in H; then the bracket around the *first* unstable macro step is halved until it is 1 % wide. Where
-/// `fixed_micro_step` is false a macro step below the micro step of `spec` is its own micro step.
+/// is not monotone in H; then the bracket around the *first* unstable macro step is halved until it is narrow enough.
 ///
 /// # Errors
 /// Bad input; a scheme that does not apply to the case.
 pub fn stability_limit(
     spec: &RunSpec,
-    macro_steps: &[f64],
+    search: LimitSearch<'_>,
     phases: &[f64],
-    fixed_micro_step: bool,
     cache: &Cache,
 ) -> Result<StabilityLimit> {
     let bounds = obtain_reference(spec, cache, StopFlag::never())?.bounds(spec)?;
-    search(macro_steps, |macro_step| {
-        let run = at_macro_step(spec, macro_step, fixed_micro_step);
+    search.run(|macro_step| {
+        let run = at_macro_step(spec, macro_step, search.fixed_micro_step);
         let outcomes: Result<Vec<Outcome>> = phases
             .par_iter()
             .map(|&phase| {
@@ -84,9 +95,9 @@ pub fn stability_limit(
 ///
 /// # Errors
 /// Bad input; a case that is not linear.
-pub fn spectral_stability_limit(spec: &RunSpec, macro_steps: &[f64], fixed_micro_step: bool) -> Result<StabilityLimit> {
-    search(macro_steps, |macro_step| {
-        let radius = spectral_radius(&at_macro_step(spec, macro_step, fixed_micro_step))?;
+pub fn spectral_stability_limit(spec: &RunSpec, search: LimitSearch<'_>) -> Result<StabilityLimit> {
+    search.run(|macro_step| {
+        let radius = spectral_radius(&at_macro_step(spec, macro_step, search.fixed_micro_step))?;
         let stable = radius <= 1.0 + NEUTRAL;
         let growth = radius.ln() / macro_step;
         Ok(StabilityPoint {
@@ -98,30 +109,41 @@ pub fn spectral_stability_limit(spec: &RunSpec, macro_steps: &[f64], fixed_micro
     })
 }
 
-/// Scans all macro steps, then halves the bracket around the first that is unstable.
-fn search(macro_steps: &[f64], probe: impl Fn(f64) -> Result<StabilityPoint> + Sync) -> Result<StabilityLimit> {
-    let points: Result<Vec<StabilityPoint>> = macro_steps.par_iter().map(|&macro_step| probe(macro_step)).collect();
-    let mut points = points?;
-    let first_bad = points.iter().position(|point| point.failure.is_some());
-    let Some(first_bad) = first_bad else {
-        let last_stable = points.last().map(|point| point.macro_step);
-        return Ok(StabilityLimit { points, last_stable, first_unstable: None });
-    };
-    let mut first_unstable = points[first_bad].macro_step;
-    let Some(mut last_stable) = first_bad.checked_sub(1).map(|index| points[index].macro_step) else {
-        return Ok(StabilityLimit { points, last_stable: None, first_unstable: Some(first_unstable) });
-    };
-    while first_unstable / last_stable > 1.0 + BRACKET {
-        let middle = probe((first_unstable * last_stable).sqrt())?;
-        if middle.failure.is_some() {
-            first_unstable = middle.macro_step;
-        } else {
-            last_stable = middle.macro_step;
+impl LimitSearch<'_> {
+    /// Scans all macro steps, then halves the bracket around the first that is unstable.
+    fn run(&self, probe: impl Fn(f64) -> Result<StabilityPoint> + Sync) -> Result<StabilityLimit> {
+        if !TOLERANCES.contains(&self.relative_tolerance) {
+            let expected = format!("a number from {:e} to {}", TOLERANCES.start(), TOLERANCES.end());
+            return Err(Error::invalid("relative-tolerance", self.relative_tolerance, expected));
         }
-        points.push(middle);
+        let probe = |macro_step: f64| {
+            let point = probe(macro_step)?;
+            (self.progress)(&point);
+            Ok(point)
+        };
+        let points: Result<Vec<StabilityPoint>> = self.macro_steps.par_iter().map(|&step| probe(step)).collect();
+        let mut points = points?;
+        let first_bad = points.iter().position(|point| point.failure.is_some());
+        let Some(first_bad) = first_bad else {
+            let last_stable = points.last().map(|point| point.macro_step);
+            return Ok(StabilityLimit { points, last_stable, first_unstable: None });
+        };
+        let mut first_unstable = points[first_bad].macro_step;
+        let Some(mut last_stable) = first_bad.checked_sub(1).map(|index| points[index].macro_step) else {
+            return Ok(StabilityLimit { points, last_stable: None, first_unstable: Some(first_unstable) });
+        };
+        while first_unstable / last_stable > 1.0 + self.relative_tolerance {
+            let middle = probe((first_unstable * last_stable).sqrt())?;
+            if middle.failure.is_some() {
+                first_unstable = middle.macro_step;
+            } else {
+                last_stable = middle.macro_step;
+            }
+            points.push(middle);
+        }
+        points.sort_by(|a, b| a.macro_step.total_cmp(&b.macro_step));
+        Ok(StabilityLimit { points, last_stable: Some(last_stable), first_unstable: Some(first_unstable) })
     }
-    points.sort_by(|a, b| a.macro_step.total_cmp(&b.macro_step));
-    Ok(StabilityLimit { points, last_stable: Some(last_stable), first_unstable: Some(first_unstable) })
 }
 
 /// The run of `spec` at another macro step; one below the micro step is its own micro step.

@@ -25,7 +25,8 @@ impl<'a> Stock<'a> {
     /// Those of [`Store::open`].
     pub(super) fn open(folder: &'a Path, experiment: &'a Experiment, planned: &[PlannedRun]) -> Result<Self> {
         // What records must have been written with to belong together.
-        let columns = format!("{}{}", runs_header(planned).join(","), experiment.reference_identity());
+        let provenance = super::provenance::HEADER.join(",");
+        let columns = format!("{}{provenance}{}", runs_header(planned).join(","), experiment.reference_identity());
         Ok(Stock { folder, experiment, store: Store::open(folder, &experiment.name(), &columns)? })
     }
 

@@ -19,6 +19,9 @@ use std::sync::{Mutex, PoisonError};
 
 const TEMPORARY: &str = ".rimbench-";
 
+/// What this process holds open, by number; shells name pipes so.
+const OPEN_FILES: &str = "/dev/fd";
+
 /// Links that are followed before they count as a circle, as the kernel does.
 const MOST_LINKS: usize = 40;
 
@@ -85,7 +88,9 @@ fn target(path: &Path) -> Result<Target> {
     let mut file = path.to_owned();
     for _ in 0..MOST_LINKS {
         match std::fs::symlink_metadata(&file) {
-            Ok(found) if found.is_symlink() && file.starts_with("/proc") => return Ok(of_process(&file)),
+            Ok(found) if found.is_symlink() && (file.starts_with("/proc") || file.starts_with(OPEN_FILES)) => {
+                return Ok(of_process(&file));
+            }
             Ok(found) if found.is_symlink() => match std::fs::read_link(&file) {
                 // Relative to the folder of the link; an absolute one replaces the whole.
                 Ok(next) => file = folder_of(&file).join(next),
@@ -102,11 +107,12 @@ fn target(path: &Path) -> Result<Target> {
     wrong("cannot be written: its links lead in a circle")
 }
 
-/// What an entry of a process under `/proc` stands for: such links lead to what the process holds open, not to a name.
+/// What an entry of a process stands for: such links lead to what the process holds open, not to a name.
 fn of_process(link: &Path) -> Target {
+    let own = link.starts_with("/proc/self") || link.starts_with(OPEN_FILES);
     match link.file_name().and_then(|name| name.to_str()) {
-        Some("1") if link.starts_with("/proc/self") => Target::StandardOutput,
-        Some("2") if link.starts_with("/proc/self") => Target::StandardError,
+        Some("1") if own => Target::StandardOutput,
+        Some("2") if own => Target::StandardError,
         _ => Target::Stream,
     }
 }

@@ -6,9 +6,9 @@ use super::reference::{Reference, gap_columns};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::ReferenceMethod;
-use crate::metrics::{Evidence, InterfaceRow, METRICS, contact_intervals};
+use crate::metrics::{Evidence, InterfaceRow, METRICS, Metric, contact_intervals};
 use rimbench_core::cosim::{Outcome, Trajectory, Work};
-use rimbench_core::error::Result;
+use rimbench_core::error::{Failure, Result};
 use std::time::Duration;
 
 /// What is kept of a run: its outcome, every metric, every counter.
@@ -98,7 +98,8 @@ impl EvaluatedRun {
         let missed = self.latency.map(|latency| latency.missed_deadlines);
         vec![
             Fact::number("wall_s", self.wall.as_secs_f64()),
-            Fact::number("real_time_factor", self.real_time_factor()),
+            // A run that was not begun took no time.
+            Fact::number("real_time_factor", Some(self.real_time_factor()).filter(|factor| factor.is_finite())),
             Fact::number("latency_p50_s", latency(|latency| latency.p50_s)),
             Fact::number("latency_p99_s", latency(|latency| latency.p99_s)),
             Fact::number("latency_max_s", latency(|latency| latency.max_s)),
@@ -138,7 +139,14 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         gaps: &gaps,
     };
     let skipped = matches!(result.report.outcome, Outcome::Skipped { .. });
-    let metrics = METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
+    let metrics: Vec<Option<f64>> =
+        METRICS.iter().map(|metric| if skipped { None } else { (metric.compute)(&evidence) }).collect();
+    let outcome = match (result.report.outcome, without_account(&metrics)) {
+        (Outcome::Completed, Some(quantity)) => {
+            Outcome::from_failure(Failure::non_finite(quantity), result.report.ended_at_s)
+        }
+        (outcome, _) => outcome,
+    };
     Ok(EvaluatedRun {
         metrics,
         reference_uncertainty: [
@@ -146,12 +154,20 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
             columns.iter().filter_map(|row| reference.uncertainty_of(&row.position)).reduce(f64::max),
         ],
         ended_at_s: result.report.ended_at_s,
-        outcome: result.report.outcome,
+        outcome,
         work: result.report.work,
         wall: result.wall,
         latency: Latency::of(result.report.latencies_s, spec.macro_step),
         trajectory: result.trajectory,
     })
+}
+
+/// The first energy or power that is no finite number: a run whose account of energy cannot be drawn up has not come to its end
+/// within bounds, whatever its interface quantities say.
+fn without_account(metrics: &[Option<f64>]) -> Option<&'static str> {
+    let account = METRICS.iter().zip(metrics).filter(|(metric, _)| ["J", "W"].contains(&metric.unit));
+    let lost = |(metric, value): (&Metric, &Option<f64>)| value.filter(|value| !value.is_finite()).map(|_| metric.name);
+    account.filter_map(lost).next()
 }
 
 /// The closed form at the communication points of a run, where the case has one: no error of interpolation.
@@ -160,4 +176,22 @@ fn exact_at(spec: &RunSpec, run: &Trajectory) -> Result<Option<Trajectory>> {
     let mut exact = Trajectory::with_capacity(run.columns().to_vec(), run.len());
     run.rows().for_each(|row| solution(row[0], exact.push_row()));
     Ok((!run.is_empty()).then_some(exact))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_without_an_account_of_energy_is_told_from_one_without_an_error() {
+        let position = |name: &str| METRICS.iter().position(|metric| metric.name == name).unwrap();
+        let mut metrics = vec![Some(1.0); METRICS.len()];
+        metrics[position("audit_closure_j")] = None;
+        metrics[position("force_peak_ratio")] = Some(f64::INFINITY);
+        assert_eq!(without_account(&metrics), None);
+        for value in [f64::NAN, f64::INFINITY] {
+            metrics[position("audit_closure_j")] = Some(value);
+            assert_eq!(without_account(&metrics), Some("audit_closure_j"));
+        }
+    }
 }

@@ -1,8 +1,9 @@
 //! Gives a corpus to a solver and measures what it does.
 
-use super::contact_problem::{Corpus, Stretch};
+use super::contact_problem::{ContactProblem, Corpus, Stretch};
 use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, SolverEntry, Unsolved};
 use std::hint::black_box;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -41,6 +42,8 @@ pub struct Replay {
     pub solves: Vec<Solve>,
     /// Mean wall time of a solve with its check where whole stretches are timed, ns: without the clock's resolution.
     pub mean_ns: f64,
+    /// What the solver said when it panicked, a defect; then none of the problems counts as solved.
+    pub panic: Option<String>,
 }
 
 impl Replay {
@@ -56,14 +59,26 @@ const REPETITIONS: usize = 31;
 
 /// Gives every problem to the bare solver, without the fallback, and judges each answer by the natural residual.
 ///
+/// A solver that panics fails at every problem, and the others are none the worse for it.
+///
 /// Everything but the times is the same at every call. A time is the median over repetitions of the whole stretch, so
 /// that a warm start always has the same past; the clock's own time, measured first, is subtracted.
 pub fn replay(corpus: &Corpus, solver: &Arc<SolverEntry>, start: Start) -> Replay {
+    catch_unwind(AssertUnwindSafe(|| replay_or_panic(corpus, solver, start))).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+        let failed = |problem: &ContactProblem| judge(problem.q.len(), Err(Unsolved::NonFinite), solver.tolerance);
+        let solves = corpus.problems().map(failed).collect();
+        let panic = Some(text.unwrap_or("no message").to_owned());
+        Replay { solver: solver.clone(), start, solves, mean_ns: f64::NAN, panic }
+    })
+}
+
+fn replay_or_panic(corpus: &Corpus, solver: &Arc<SolverEntry>, start: Start) -> Replay {
     let mut bare = (solver.build)(corpus.largest());
     let mut z = vec![0.0; corpus.largest()];
     let clock_ns = clock_ns();
     let solves = Vec::with_capacity(corpus.len());
-    let mut replay = Replay { solver: solver.clone(), start, solves, mean_ns: f64::NAN };
+    let mut replay = Replay { solver: solver.clone(), start, solves, mean_ns: f64::NAN, panic: None };
     let (mut total_ns, mut count) = (0.0, 0.0);
     for stretch in &corpus.stretches {
         let first = replay.solves.len();

@@ -31,6 +31,13 @@ impl Enumeration {
     }
 }
 
+/// Makes a diagonal entry 1. A contact that no impulse moves (zero; semidefinite, so is its whole row) has no scale, and one
+/// whose scale would not be finite, or of whose square the inverse, has none either.
+fn scale_of(diagonal: f64) -> f64 {
+    let scale = diagonal.sqrt().recip();
+    if scale.is_finite() && (scale * scale).is_finite() { scale } else { 1.0 }
+}
+
 impl ComplementaritySolver for Enumeration {
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
@@ -42,7 +49,7 @@ impl ComplementaritySolver for Enumeration {
         if n > ENUMERATION_LIMIT {
             return Err(Unsolved::TooLarge { size: n });
         }
-        let scale: Vec<f64> = (0..n).map(|i| lcp.m[i * n + i].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+        let scale: Vec<f64> = (0..n).map(|i| scale_of(lcp.m[i * n + i])).collect();
         let mut least = natural_residual(lcp, z);
         let mut proposal = vec![0.0; n];
         let mut stats = SolveStats { pivots: 1, ..SolveStats::default() };
@@ -54,6 +61,10 @@ impl ComplementaritySolver for Enumeration {
             let minus_q = DVector::from_fn(set.len(), |r, _| -scale[set[r]] * lcp.q[set[r]]);
             stats.pivots += 1;
             stats.factorisations += 1;
+            // An overflow of the scaling: nothing to be found here, and the decomposition might never end.
+            if !m_aa.iter().chain(minus_q.iter()).all(|entry| entry.is_finite()) {
+                continue;
+            }
             let Ok(z_a) = m_aa.svd(true, true).solve(&minus_q, RANK) else { continue };
             proposal.fill(0.0);
             for (&i, z_i) in set.iter().zip(&z_a) {

@@ -131,21 +131,23 @@ fn compare_counts(past: &[&Row], base: &[&Row], new: &[&Row]) -> Comparison {
         }
     }
     for (base, row) in common(base, new) {
+        let alike = (&base.target, &base.rustc) == (&row.target, &row.rustc);
+        let counted = if alike { instructions(past, base, row) } else { None };
         for (name, counter) in COUNTERS {
             let (before, after) = (counter(base), counter(row));
+            let priced = name != "lcp_fallbacks";
+            let verdict = decide_counter(before, after, priced, counted.as_ref().map(|finding| finding.verdict));
             comparison.findings.push(Finding {
                 benchmark: row.benchmark.clone(),
                 quantity: name.to_owned(),
                 base: Some(before as f64),
                 new: Some(after as f64),
                 interval: None,
-                verdict: decide_counter(before, after),
-                note: String::new(),
+                verdict,
+                note: if verdict == Verdict::Traded { "fewer instructions in all".to_owned() } else { String::new() },
             });
         }
-        if (&base.target, &base.rustc) == (&row.target, &row.rustc) {
-            comparison.findings.extend(instructions(past, base, row));
-        }
+        comparison.findings.extend(counted);
     }
     comparison
 }

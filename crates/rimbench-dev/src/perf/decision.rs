@@ -14,6 +14,8 @@ pub enum Verdict {
     Regressed,
     /// More than before in one measurement, not confirmed by a second: no alarm.
     Suspected,
+    /// More of one kind of work in exchange for fewer instructions in all: no alarm.
+    Traded,
     /// Not meaningful, for the reason in the note.
     NotCompared,
 }
@@ -25,6 +27,7 @@ impl fmt::Display for Verdict {
             Verdict::Improved => "improved",
             Verdict::Regressed => "regressed",
             Verdict::Suspected => "suspected",
+            Verdict::Traded => "traded",
             Verdict::NotCompared => "not-compared",
         })
     }
@@ -49,11 +52,13 @@ pub struct Finding {
     pub note: String,
 }
 
-/// Decides a counter: every change counts.
-pub fn decide_counter(base: u64, new: u64) -> Verdict {
+/// Decides a counter: every change counts, but more of a work that is a price (`priced`) is a bargain if the instructions of the
+/// same benchmark, in which all work is counted, have improved.
+pub fn decide_counter(base: u64, new: u64, priced: bool, instructions: Option<Verdict>) -> Verdict {
     match new.cmp(&base) {
         std::cmp::Ordering::Less => Verdict::Improved,
         std::cmp::Ordering::Equal => Verdict::Same,
+        std::cmp::Ordering::Greater if priced && instructions == Some(Verdict::Improved) => Verdict::Traded,
         std::cmp::Ordering::Greater => Verdict::Regressed,
     }
 }
@@ -97,9 +102,19 @@ mod tests {
     #[test]
     fn any_change_of_a_counter_counts() {
         assert_eq!(
-            [9, 10, 11].map(|new| decide_counter(10, new)),
+            [9, 10, 11].map(|new| decide_counter(10, new, true, None)),
             [Verdict::Improved, Verdict::Same, Verdict::Regressed]
         );
+    }
+
+    #[test]
+    fn more_of_one_work_is_no_regression_where_all_work_together_is_less() {
+        let more = |priced, instructions| decide_counter(10, 11, priced, Some(instructions));
+        assert_eq!(more(true, Verdict::Improved), Verdict::Traded);
+        for instructions in [Verdict::Same, Verdict::Regressed] {
+            assert_eq!(more(true, instructions), Verdict::Regressed);
+        }
+        assert_eq!(more(false, Verdict::Improved), Verdict::Regressed, "a fallback is no price but a failure");
     }
 
     #[test]

@@ -136,6 +136,11 @@ impl History {
             return Err(Error::file(path, "is no regular file, so no history"));
         }
         let mut reader = csv::Reader::from_path(path).map_err(|error| Error::file(path, error))?;
+        // Without rows nothing else would show that it is something else, and the next record would replace it.
+        let header = reader.headers().map_err(|error| Error::file(path, error))?;
+        if !header.is_empty() && !NAMES.iter().all(|name| header.iter().any(|column| column == *name)) {
+            return Err(Error::file(path, format!("is no history: it lacks a column {}", NAMES.join(" or "))));
+        }
         let mut rows: Vec<Row> = Vec::new();
         let mut seen = HashSet::new();
         for (index, row) in reader.deserialize().enumerate() {
@@ -228,6 +233,8 @@ impl History {
     }
 }
 
+/// Columns that every history has had.
+const NAMES: [&str; 2] = ["record", "benchmark"];
 /// Digits that name a record or revision.
 const LEAST_DIGITS: usize = 4;
 /// Records an error names.

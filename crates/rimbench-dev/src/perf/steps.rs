@@ -16,6 +16,8 @@ pub struct Step {
 
 /// Standard errors a difference of levels must have; among the ≤ 30² / 2 splits looked at, chance reaches it rarely.
 const SIGNIFICANT: f64 = 5.0;
+/// Differences whose median says something.
+const FEW: usize = 5;
 /// Standard deviation of a normal distribution over its median absolute deviation.
 const MAD: f64 = 1.4826;
 
@@ -23,12 +25,18 @@ const MAD: f64 = 1.4826;
 ///
 /// The best split is where `|mean₂ − mean₁| √(n₁ n₂ / n)` is largest; it is a step if that is above five standard deviations
 /// and the levels differ by more than `floor` (0.2 % for counts), and then both parts are searched. The standard
-/// deviation is taken from the differences of neighbours, which a few steps do not disturb.
+/// deviation is taken from the differences of neighbours, of which a few steps do not disturb the median; of fewer than five
+/// differences one step is already half, so the least of them is taken, and `floor` is what keeps noise apart.
 pub fn steps(values: &[f64], floor: f64) -> Vec<Step> {
     let logs: Vec<f64> = values.iter().map(|value| value.ln()).collect();
     let mut differences: Vec<f64> = logs.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     differences.retain(|difference| difference.is_finite());
-    let sigma = if differences.is_empty() { 0.0 } else { MAD * quantile(&differences, 0.5) / 2.0_f64.sqrt() };
+    let typical = match differences.len() {
+        0 => 0.0,
+        1..FEW => quantile(&differences, 0.0),
+        _ => quantile(&differences, 0.5),
+    };
+    let sigma = MAD * typical / 2.0_f64.sqrt();
     let mut cuts = Vec::new();
     split(&logs, 0, sigma, (1.0 + floor.max(FLOOR)).ln(), &mut cuts);
     cuts.sort_unstable();
@@ -97,6 +105,9 @@ mod tests {
         assert_eq!(steps(&[5.0, 5.0, 5.0, 5.1], FLOOR).len(), 1);
         assert_eq!(steps(&[5.0, 5.0, 5.0, 5.005], FLOOR), []);
         assert_eq!(steps(&[5.0], FLOOR), []);
+        // A short history with one step: the level is that of the last two, and not something wide between all three.
+        assert_eq!(start_of_last_level(&[99.8, 83.3479, 83.348]), 1);
+        assert_eq!(steps(&[99.8, 83.3], FLOOR), [], "two values may be noise as well as a step");
         assert_eq!(steps(&[], FLOOR), []);
     }
 }

@@ -23,7 +23,7 @@ pub struct LatencyFigure {
     width: f64,
     height: f64,
     /// Interval of the vertical axes, µs.
-    range_us: [f64; 2],
+    range_us: Option<[f64; 2]>,
     #[serde(default)]
     labels: Vec<String>,
     /// The case shown, of an experiment with several.
@@ -43,7 +43,7 @@ impl LatencyFigure {
         let mut figure = Figure::new(self.width, self.height).columns(PERCENTILES.len());
         for (column, title) in PERCENTILES {
             let latency = cost.column(column)?;
-            let y = Axis::log10("wall time per macro step (µs)").range(self.range_us[0], self.range_us[1]);
+            let y = Axis::log10("wall time per macro step (µs)").within(self.range_us);
             let mut panel = Panel::new(title, Axis::log10("macro step H (ms)"), y);
             let mut steps_ms: Vec<f64> = Vec::new();
             for label in runs.labels(&self.labels) {
@@ -62,6 +62,6 @@ impl LatencyFigure {
             figure =
                 figure.panel(panel.series(Series::new("deadline: real time", deadline, styles.of_label("reference"))));
         }
-        Ok(figure.draw())
+        figure.draw_if_it_fits()
     }
 }

@@ -40,7 +40,7 @@ impl ManoeuvreFigure {
             let color = styles.of_label(label).color;
             rows.push(ManoeuvreRow { scheme: label.clone(), color, poses: poses? });
         }
-        Ok(Manoeuvre { width: self.width, geometry, arrow_force_n: self.arrow_force_n, rows }.draw())
+        Manoeuvre { width: self.width, geometry, arrow_force_n: self.arrow_force_n, rows }.draw_if_it_fits()
     }
 }
 

@@ -1,9 +1,11 @@
 //! The figures of the report, from entries in `paper/figures.toml`: figure → experiment, files, columns, caption.
 //!
 //! To add one of a known kind: add an entry to the file. To add a kind: write a file with a function from its
-//! description and the experiment's folder to a [`Drawing`], and a variant of [`FigureKind`].
+//! description and the experiment's folder to a [`Drawing`], a variant of [`FigureKind`], and its keys in `keys`.
 
+mod check;
 mod cost;
+mod keys;
 mod latency_figure;
 mod manoeuvre_figure;
 mod parameter_figure;
@@ -18,19 +20,27 @@ mod work_precision_figure;
 use super::drawing::Drawing;
 use super::render;
 use super::style::Styles;
-use rimbench_core::error::{Error, Result};
+use rimbench_core::error::{Error, Result, line_of, said_at, shortened};
 use rimbench_results::checksums;
 use serde::Deserialize;
+use statistics::Runs;
 use std::collections::BTreeSet;
 use std::path::Path;
+use toml::{Spanned, Table};
 
 /// The file that lists all figures.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone)]
 pub struct FigureList {
     /// In the order of the report.
-    #[serde(rename = "figure")]
     pub figures: Vec<FigureEntry>,
+}
+
+/// The file before its figures are looked at one by one.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawList {
+    #[serde(rename = "figure")]
+    figures: Vec<Spanned<Table>>,
 }
 
 /// One figure: where its numbers come from and what it shows.
@@ -47,6 +57,9 @@ pub struct FigureEntry {
     /// What kind of figure it is, with its options.
     #[serde(flatten)]
     pub kind: FigureKind,
+    /// Labels of scheme rows that it asks for.
+    #[serde(skip)]
+    labels: Vec<String>,
 }
 
 /// The kinds of figures.
@@ -78,19 +91,82 @@ pub enum FigureKind {
 pub struct MadeFigures {
     /// Files written.
     pub files: Vec<render::FigureFiles>,
-    /// Figures that cannot be drawn from the results there are: id and reason.
+    /// Figures whose experiments have no results yet: id and reason.
     pub missing: Vec<(String, String)>,
+    /// Figures that cannot be drawn from the results there are: id and reason, with the older picture if there is one.
+    pub failed: Vec<(String, String)>,
+}
+
+/// A key of the list of figures, in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FigureKey {
+    /// Where it belongs: every figure, a kind, or a table within one.
+    pub place: String,
+    /// Its name.
+    pub name: &'static str,
+    /// What it takes.
+    pub takes: String,
+    /// What holds without it.
+    pub absent: String,
+    /// What it means.
+    pub about: &'static str,
+}
+
+/// Every key of the list of figures.
+pub fn figure_keys() -> Vec<FigureKey> {
+    let described = |(place, key): (String, &'static keys::Key)| FigureKey {
+        place,
+        name: key.name,
+        takes: key.takes.words(),
+        absent: key.absent.words(),
+        about: key.about,
+    };
+    keys::all_keys().into_iter().map(described).collect()
 }
 
 impl FigureList {
     /// Reads the list.
     ///
     /// # Errors
-    /// [`Error::File`] with the line that is wrong.
+    /// [`Error::File`] with all that is wrong, each with its line.
     pub fn read(path: &Path) -> Result<Self> {
         let text =
             std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
-        toml::from_str(&text).map_err(|error| Error::file(path, format!("is no list of figures: {error}")))
+        Self::parse(path, &text)
+    }
+
+    /// Reads the text of a list; `path` is what errors name.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read).
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
+        let RawList { figures: raw } = toml::from_str(text).map_err(|error| {
+            Error::file(path, format!("is no list of figures: {}", said_at(text, error.span(), error.message())))
+        })?;
+        let (mut figures, mut faults): (Vec<FigureEntry>, Vec<String>) = Default::default();
+        for entry in raw {
+            let line = line_of(text, entry.span().start);
+            let mut table = entry.into_inner();
+            let mut wrong = check::check(&mut table);
+            let name = table.get("id").and_then(toml::Value::as_str).unwrap_or_default().to_owned();
+            if figures.iter().any(|figure| figure.id == name) {
+                wrong.push("another figure has this id".to_owned());
+            }
+            let labels = check::labels(&table);
+            if wrong.is_empty() {
+                match FigureEntry::deserialize(toml::Value::Table(table)) {
+                    Ok(figure) => figures.push(FigureEntry { labels, ..figure }),
+                    Err(error) => wrong.push(error.message().to_owned()),
+                }
+            }
+            let place = if name.is_empty() { String::new() } else { format!(" (`{}`)", shortened(&name)) };
+            faults.extend(wrong.iter().map(|fault| format!("[[figure]] in line {line}{place}: {fault}")));
+        }
+        match faults.len() {
+            0 => Ok(FigureList { figures }),
+            1 => Err(Error::file(path, &faults[0])),
+            count => Err(Error::file(path, format!("{count} things are wrong:\n  {}", faults.join("\n  ")))),
+        }
     }
 
     /// The figures of one group of experiments, or of all.
@@ -100,7 +176,7 @@ impl FigureList {
 
     /// Draws the figures of one group of experiments, or of all, whose results are there; names the others.
     ///
-    /// Results that lack a file or a column (older than the figure, say) count as missing, with the reason.
+    /// Results that lack a file, a column or a label (older than the figure, say) are a failure, with the reason.
     ///
     /// # Errors
     /// [`Error::File`] if there is no such folder of results; [`Error::UnknownName`] for a group without figures.
@@ -122,7 +198,11 @@ impl FigureList {
             }
             match figure.make(results, styles) {
                 Ok(files) => made.files.push(files),
-                Err(error) => made.missing.push((figure.id.clone(), error.to_string())),
+                Err(error) => {
+                    let old = folder.join("figures").join(format!("{}.svg", figure.id));
+                    let stale = if old.exists() { format!("; {} is older", old.display()) } else { String::new() };
+                    made.failed.push((figure.id.clone(), format!("{error}{stale}")));
+                }
             }
         }
         Ok(made)
@@ -143,9 +223,24 @@ impl FigureEntry {
         let folder = results.join(&self.experiment);
         // Half a file, or one that was edited, is no source of a figure.
         checksums::verify(&folder)?;
+        self.check_labels(&folder)?;
+        let drawing = self.draw(&folder, styles)?;
         let figures = folder.join("figures");
         std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
-        render::write(&self.draw(&folder, styles)?, &figures, &self.id)
+        render::write(&drawing, &figures, &self.id)
+    }
+
+    /// A label that no run has would be left out without a word.
+    fn check_labels(&self, folder: &Path) -> Result<()> {
+        if self.labels.is_empty() {
+            return Ok(());
+        }
+        let runs = Runs::read(folder)?;
+        let known = runs.labels(&[]);
+        let unknown = self.labels.iter().find(|label| !known.contains(label));
+        unknown.map_or(Ok(()), |label| {
+            Err(Error::file(runs.table.path(), Error::unknown("label", label, known.iter().map(String::as_str))))
+        })
     }
 
     fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {

@@ -29,7 +29,7 @@ struct ParameterPanel {
     /// A metric, or `fraction_stable`.
     metric: String,
     label: String,
-    range: [f64; 2],
+    range: Option<[f64; 2]>,
     #[serde(default)]
     part: Part,
     #[serde(default)]
@@ -51,7 +51,7 @@ impl ParameterFigure {
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
             let y = if spec.metric == FRACTION_STABLE { Axis::linear(&spec.label) } else { Axis::log10(&spec.label) };
-            let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.range(spec.range[0], spec.range[1]));
+            let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.within(spec.range));
             let runs = all.chosen(&spec.only)?;
             let values = self.values(&runs, folder)?;
             let (case, set) = (runs.table.column("case")?, runs.table.column("set")?);
@@ -70,7 +70,7 @@ impl ParameterFigure {
             }
             figure = figure.panel(panel);
         }
-        Ok(figure.draw())
+        figure.draw_if_it_fits()
     }
 
     /// The parameter's value in each run: its row in `parameters.csv`, found by case and set of changed parameters.

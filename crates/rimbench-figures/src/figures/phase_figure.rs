@@ -25,7 +25,7 @@ struct PhasePanel {
     title: String,
     metric: String,
     label: String,
-    range: [f64; 2],
+    range: Option<[f64; 2]>,
 }
 
 impl PhaseFigure {
@@ -42,7 +42,7 @@ impl PhaseFigure {
             let mut panel = Panel::new(
                 &spec.title,
                 Axis::linear("phase φ of the communication points").range(0.0, 1.03),
-                Axis::log10(&spec.label).range(spec.range[0], spec.range[1]),
+                Axis::log10(&spec.label).within(spec.range),
             );
             for label in runs.labels(&[]) {
                 let rows = runs.of_label(&label);
@@ -55,6 +55,6 @@ impl PhaseFigure {
             }
             figure = figure.panel(panel);
         }
-        Ok(figure.draw())
+        figure.draw_if_it_fits()
     }
 }

@@ -89,7 +89,7 @@ impl ProfileFigure {
             }
             figure = figure.panel(panel);
         }
-        Ok(figure.draw())
+        figure.draw_if_it_fits()
     }
 }
 

@@ -61,6 +61,6 @@ impl StabilityFigure {
             let color = styles.of_label(&label).color;
             map.rows.push(Row { label: styles.shown_name(&label), color, cells });
         }
-        Ok(map.draw())
+        map.draw_if_it_fits()
     }
 }

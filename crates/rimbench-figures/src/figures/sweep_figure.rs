@@ -26,7 +26,7 @@ struct SweepPanel {
     title: String,
     metric: String,
     label: String,
-    range: [f64; 2],
+    range: Option<[f64; 2]>,
     /// The case shown, of an experiment with several.
     #[serde(default)]
     only: Only,
@@ -56,11 +56,8 @@ impl SweepFigure {
         let mut figure = Figure::new(self.width, self.height).columns(columns);
         for spec in &self.panels {
             let runs = all.only(&spec.only)?;
-            let mut panel = Panel::new(
-                &spec.title,
-                Axis::log10("macro step H (ms)"),
-                Axis::log10(&spec.label).range(spec.range[0], spec.range[1]),
-            );
+            let mut panel =
+                Panel::new(&spec.title, Axis::log10("macro step H (ms)"), Axis::log10(&spec.label).within(spec.range));
             for label in runs.labels(&spec.labels) {
                 let rows = runs.of_label(&label);
                 let points = runs.over_phases(&rows, |row| runs.macro_step_ms(row), &spec.metric, spec.part)?;
@@ -88,7 +85,7 @@ impl SweepFigure {
             }
             figure = figure.panel(panel);
         }
-        Ok(figure.draw())
+        figure.draw_if_it_fits()
     }
 }
 

@@ -28,9 +28,9 @@ struct TracePanel {
     #[serde(default)]
     log: bool,
     /// Interval of time, s.
-    time_s: [f64; 2],
+    time_s: Option<[f64; 2]>,
     /// Interval of the vertical axis.
-    range: [f64; 2],
+    range: Option<[f64; 2]>,
     /// Held between communication points instead of joined by lines.
     #[serde(default)]
     steps: bool,
@@ -58,8 +58,8 @@ impl TraceFigure {
             let scale = if spec.log { Scale::Log10 } else { Scale::Linear };
             let mut panel = Panel::new(
                 &spec.title,
-                Axis::linear("time t (s)").range(spec.time_s[0], spec.time_s[1]),
-                Axis { scale, ..Axis::linear(&spec.label).range(spec.range[0], spec.range[1]) },
+                Axis::linear("time t (s)").within(spec.time_s),
+                Axis { scale, ..Axis::linear(&spec.label).within(spec.range) },
             );
             for (label, trace) in &traces {
                 let points = trace.pairs("time_s", &spec.column)?;
@@ -79,18 +79,19 @@ impl TraceFigure {
             }
             figure = figure.panel(panel);
         }
-        Ok(figure.draw())
+        figure.draw_if_it_fits()
     }
 }
 
 impl TracePanel {
     /// Says how far a series goes beyond a linear axis.
     fn what_is_cut(&self, label: &str, trace: &ResultsTable) -> Result<Option<String>> {
-        let shown = |t: f64| (self.time_s[0]..=self.time_s[1]).contains(&t);
+        let Some([lowest, highest]) = self.range.filter(|_| !self.log) else { return Ok(None) };
+        let shown = |t: f64| self.time_s.is_none_or(|[from, to]| (from..=to).contains(&t));
         let points = trace.pairs("time_s", &self.column)?;
         let values = points.iter().filter(|(t, y)| shown(*t) && y.is_finite()).map(|(_, y)| *y);
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
-        let cut = !self.log && (low < self.range[0] || high > self.range[1]);
+        let cut = low < lowest || high > highest;
         Ok(cut.then(|| format!("{label} cut: {low:.0} … {high:.0}")))
     }
 }

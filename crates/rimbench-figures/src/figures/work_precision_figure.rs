@@ -18,7 +18,7 @@ pub struct WorkPrecisionFigure {
     metric: String,
     /// Heading of the vertical axis.
     label: String,
-    range: [f64; 2],
+    range: Option<[f64; 2]>,
     #[serde(default)]
     labels: Vec<String>,
     panels: Vec<WorkPanel>,
@@ -50,11 +50,8 @@ impl WorkPrecisionFigure {
         for spec in &self.panels {
             let runs = all.only(&spec.only)?;
             let work = Cost::read(folder, &runs)?.of_runs(&spec.cost, &runs)?;
-            let mut x = Axis::log10(&spec.label);
-            if let Some([low, high]) = spec.range {
-                x = x.range(low, high);
-            }
-            let mut panel = Panel::new(&spec.title, x, Axis::log10(&self.label).range(self.range[0], self.range[1]));
+            let (x, y) = (Axis::log10(&spec.label).within(spec.range), Axis::log10(&self.label).within(self.range));
+            let mut panel = Panel::new(&spec.title, x, y);
             for label in runs.labels(&self.labels) {
                 let mut points = Vec::new();
                 for (step, rows) in groups(&runs.of_label(&label), |row| runs.macro_step_ms(row)) {
@@ -71,6 +68,6 @@ impl WorkPrecisionFigure {
             }
             figure = figure.panel(panel);
         }
-        Ok(figure.draw())
+        figure.draw_if_it_fits()
     }
 }

@@ -83,8 +83,9 @@ impl Experiment {
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
         let mut runs = Vec::new();
         for entry in &self.cases {
-            let case = &self.with_own_reference(catalogue.case(&entry.name)?);
-            for parameters in &parameter_grid(case, &entry.set)? {
+            let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
+            let case = &self.with_own_reference(case);
+            for parameters in &parameter_grid(case, &entry.set).map_err(|error| entry.place(&error))? {
                 for row in &self.schemes {
                     let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
                     let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
@@ -92,7 +93,7 @@ impl Experiment {
                         for &phase in &phases {
                             let request = self.request(entry, row, macro_step, phase);
                             let planned = planned(catalogue, (case, parameters), &request, &row.label);
-                            runs.push(planned.map_err(|error| row.place(&error))?);
+                            runs.push(planned.map_err(|error| row.place(&error, &entry.name))?);
                         }
                     }
                 }
@@ -199,13 +200,17 @@ mod tests {
             ),
             ("scheme = \"nepce\"\nphase = 0.5", "unknown key of [[schemes]] `phase`"),
             ("scheme = \"nepce\"\ngain = \"high\"", "gain = high is not valid; valid: a number"),
-            ("scheme = \"nepcee\"", "unknown scheme `nepcee` (did you mean `nepce`?)"),
+            (
+                "scheme = \"nepcee\"",
+                "in line 5 (`nepcee` on case `wedge-box`): unknown scheme `nepcee` (did you mean `nepce`?)",
+            ),
             ("label = \"mine\"", "scheme = nothing is not valid; valid: the name of a scheme"),
-            ("scheme = \"nepce\"\nmacro_steps_s = 3", "macro_steps_s: "),
             ("scheme = \"\"", "scheme = nothing"),
+            ("scheme = \"nepce\"\nmacro_steps_s = 3", "macro_steps_s: one macro step is a list of one: [3.0]"),
+            ("scheme = \"nepce\"\ngain = 1e300", "(`nepce` on case `wedge-box`): gain = 1e300 is not valid"),
         ] {
             let message = refused(row);
-            assert!(message.starts_with("usual.toml: [[schemes]] in line 5: "), "{message}");
+            assert!(message.starts_with("usual.toml: [[schemes]] in line 5"), "{message}");
             assert!(message.contains(wanted), "{message}");
         }
         let message = refused("scheme = \"nepce\"\n[[schemes]]\nscheme = \"nepce\"\nlabel = \"nepce\"\ngain = 0.5");
@@ -235,6 +240,53 @@ mod tests {
         for name in ["..toml", "...toml"] {
             let message = Experiment::parse(Path::new(name), text.to_owned()).unwrap_err().to_string();
             assert!(message.contains("is no name for an experiment"), "{message}");
+        }
+    }
+
+    /// The newcomer's most likely slips, and input that is long: one line that says where and what, and how long it was.
+    #[test]
+    fn what_is_no_experiment_is_told_by_line_with_what_would_be_valid() {
+        let refused = |text: &str| {
+            let planned = Experiment::parse(Path::new("mine.toml"), text.to_owned())
+                .and_then(|experiment| experiment.plan(&Catalogue::standard(), false));
+            planned.unwrap_err().to_string()
+        };
+        let good = "question = \"?\"\nmacro_steps_s = [5e-3]\n[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n";
+        let long = format!("\"{}\"", "x".repeat(400_000));
+        for (from, to, wanted) in [
+            ("[5e-3]", "5e-3", "line 2, column 17: `macro_steps_s = 5e-3`: one macro step is a list of one: [0.005]"),
+            ("[5e-3]", "5", "one macro step is a list of one: [5.0]"),
+            ("[5e-3]", "\"5 ms\"", "expected a list of macro steps in s, [1e-3, 5e-3], or a range"),
+            ("[5e-3]", "{ from = 1e-3 }", "missing field `to`"),
+            ("[5e-3]", "[5e-3]\nphases = 0.5", "line 3, column 10: `phases = 0.5`: one phase is a list of one, [0.5]"),
+            ("[5e-3]", "[5e-3]\nphases = -1", "a number of phases is not below 0: -1"),
+            ("[5e-3]", "[5e-3]\nphasis = 1", "unknown field `phasis`"),
+            (
+                "wedge-box",
+                "wedge-bx",
+                "[[cases]] in line 3 (`wedge-bx`): unknown case `wedge-bx` (did you mean `wedge-box`?)",
+            ),
+            (
+                "\"wedge-box\"",
+                "\"wedge-box\"\nset = { box_mass_kg = -1e300 }",
+                "[[cases]] in line 3 (`wedge-box`): box_mass_kg = -1e300 is not valid",
+            ),
+            (
+                "[5e-3]",
+                "[1e300]",
+                "[[schemes]] in line 5 (`nepce` on case `wedge-box`): macro-step = 1e300 is not valid",
+            ),
+            ("\"?\"", &long, "unknown"),
+            ("[5e-3]", &long, "expected a list of macro steps"),
+            ("\"nepce\"", &long, "… (400000 characters)"),
+            ("\"wedge-box\"", &long, "… (400000 characters)"),
+        ] {
+            // A long question is no fault, one without an end is.
+            let text = good.replace(from, if wanted == "unknown" { &to[..to.len() - 1] } else { to });
+            let message = refused(&text);
+            assert!(message.starts_with("mine.toml: "), "{message}");
+            assert!(message.contains(wanted) || wanted == "unknown", "{wanted}: {message}");
+            assert!(message.len() < 2500 && message.lines().count() == 1, "{} characters: {message}", message.len());
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::grid::{MacroSteps, scalar_text};
 use rimbench_cases::runs::RunRequest;
-use rimbench_core::error::{Error, Result};
+use rimbench_core::error::{Error, Result, line_of, said_at, shortened};
 use std::collections::BTreeMap;
 use toml::Spanned;
 
@@ -36,7 +36,7 @@ impl SchemeRow {
     /// # Errors
     /// Unknown keys, and values that cannot be read.
     pub(super) fn read(row: RawRow, source: &str) -> Result<Self> {
-        let line = 1 + source[..row.span().start].matches('\n').count();
+        let line = line_of(source, row.span().start);
         Self::read_keys(row.into_inner(), line).map_err(|error| in_row(line, &error))
     }
 
@@ -52,7 +52,9 @@ impl SchemeRow {
             match key.as_str() {
                 "label" => row.label = scalar_text(&key, &value)?,
                 "macro_steps_s" => {
-                    let steps = value.try_into().map_err(|error| Error::Incompatible(format!("{key}: {error}")))?;
+                    let steps = value.try_into().map_err(|error: toml::de::Error| {
+                        Error::Incompatible(format!("{key}: {}", said_at("", None, error.message())))
+                    })?;
                     row.macro_steps_s = Some(steps);
                 }
                 option => {
@@ -80,9 +82,10 @@ impl SchemeRow {
         Ok(row)
     }
 
-    /// An error about this row, with its place.
-    pub(super) fn place(&self, error: &Error) -> Error {
-        in_row(self.line, error)
+    /// An error about this row in a case, with its place.
+    pub(super) fn place(&self, error: &Error, case: &str) -> Error {
+        let (line, label, case) = (self.line, shortened(&self.label), shortened(case));
+        Error::Incompatible(format!("[[schemes]] in line {line} (`{label}` on case `{case}`): {error}"))
     }
 }
 
@@ -100,10 +103,12 @@ pub(super) fn with_labels(mut rows: Vec<SchemeRow>) -> Result<Vec<SchemeRow>> {
     for (index, row) in rows.iter().enumerate() {
         let same = |other: &&SchemeRow| other.label == row.label && other.request != row.request;
         if let Some(earlier) = rows[..index].iter().find(same) {
-            return Err(row.place(&Error::Incompatible(format!(
-                "label `{}` is that of line {}, which has other settings: their runs could not be told apart",
-                row.label, earlier.line
-            ))));
+            return Err(Error::Incompatible(format!(
+                "[[schemes]] in line {}: label `{}` is that of line {}, which has other settings: their runs could not be told apart",
+                row.line,
+                shortened(&row.label),
+                earlier.line
+            )));
         }
     }
     Ok(rows)

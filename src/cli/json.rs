@@ -1,0 +1,86 @@
+//! How the program writes JSON.
+//!
+//! JSON knows no infinities and nothing that is not a number. Here a key whose value is a number is a number or `null`, never a
+//! text: where the value is infinite or not a number it is `null`, and the object has one more key, `not_finite`, that says so:
+//!
+//! ```text
+//! {"audit_worst_j": 0.25, "force_peak_ratio": null, "not_finite": {"force_peak_ratio": "inf"}}
+//! ```
+//! The texts are `inf`, `-inf` and `nan`. A `null` that `not_finite` does not name means that there is no value: the quantity
+//! does not apply. An object in which all is finite has no `not_finite`.
+
+use rimbench::runs::{Fact, FactValue};
+use serde_json::{Map, Value};
+
+/// The key that names what is `null` because it is not finite.
+pub(super) const NOT_FINITE: &str = "not_finite";
+
+/// An object under construction, its keys in the order in which they are put.
+#[derive(Debug, Default)]
+pub(super) struct Object {
+    entries: Map<String, Value>,
+    not_finite: Map<String, Value>,
+}
+
+impl Object {
+    /// Puts anything but a number with a fraction.
+    pub(super) fn put(&mut self, key: impl Into<String>, value: impl Into<Value>) {
+        self.entries.insert(key.into(), value.into());
+    }
+
+    /// Puts a number, if there is one.
+    pub(super) fn number(&mut self, key: impl Into<String>, value: impl Into<Option<f64>>) {
+        let key = key.into();
+        let value = value.into();
+        if let Some(value) = value.filter(|value| !value.is_finite()) {
+            self.not_finite.insert(key.clone(), format!("{value}").to_lowercase().into());
+        }
+        self.entries.insert(key, value.map_or(Value::Null, Value::from));
+    }
+
+    /// Puts what may be said of a run, under its name.
+    pub(super) fn fact(&mut self, fact: &Fact) {
+        self.value(fact.name, fact.value.as_ref());
+    }
+
+    /// Puts a text, a number or a count.
+    pub(super) fn value(&mut self, key: impl Into<String>, value: Option<&FactValue>) {
+        match value {
+            None => self.put(key, Value::Null),
+            Some(FactValue::Text(text)) => self.put(key, text.as_str()),
+            Some(FactValue::Number(number)) => self.number(key, *number),
+            Some(FactValue::Count(count)) => self.put(key, *count),
+        }
+    }
+}
+
+impl From<Object> for Value {
+    fn from(mut object: Object) -> Value {
+        if !object.not_finite.is_empty() {
+            object.entries.insert(NOT_FINITE.to_owned(), Value::Object(object.not_finite));
+        }
+        Value::Object(object.entries)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_finite_is_null_and_named() {
+        let mut object = Object::default();
+        for (key, value) in [("a", 0.5), ("b", f64::INFINITY), ("c", f64::NEG_INFINITY), ("d", f64::NAN)] {
+            object.number(key, value);
+        }
+        object.number("e", None);
+        let text = serde_json::to_string(&Value::from(object)).unwrap();
+        assert_eq!(
+            text,
+            r#"{"a":0.5,"b":null,"c":null,"d":null,"e":null,"not_finite":{"b":"inf","c":"-inf","d":"nan"}}"#
+        );
+        let mut finite = Object::default();
+        finite.number("a", 1.0);
+        assert_eq!(serde_json::to_string(&Value::from(finite)).unwrap(), r#"{"a":1.0}"#);
+    }
+}

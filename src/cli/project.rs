@@ -1,0 +1,90 @@
+//! The experiments, figures and texts that commands go by: those of the project's folder where the command is called from there,
+//! else those that the program carries. The folder that the program was built in is nowhere looked at.
+
+use rimbench::corpus::Corpus;
+use rimbench::error::{Error, Result};
+use rimbench::figures::FigureList;
+use rimbench::harness::Experiment;
+use rimbench::shipped;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+/// Where they are taken from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Project {
+    /// The current folder, which is the project's.
+    Here,
+    /// The program itself.
+    Carried,
+}
+
+impl Project {
+    /// The project's folder has `experiments` and `paper/figures.toml`; any other folder has not.
+    pub(super) fn find() -> Self {
+        let here = Path::new("experiments").is_dir() && Path::new(shipped::FIGURES.0).is_file();
+        if here { Project::Here } else { Project::Carried }
+    }
+
+    /// The experiments of one group, by name.
+    ///
+    /// # Errors
+    /// [`Error::File`] for files that cannot be read or hold no experiment, and for a group without any.
+    pub(super) fn experiments(self, group: &str) -> Result<Vec<Experiment>> {
+        let experiments: Vec<Experiment> = match self {
+            Project::Here => in_folder(&Path::new("experiments").join(group))?,
+            Project::Carried => shipped::experiments_of(group)
+                .map(|(path, text)| Experiment::parse(Path::new(path), text.to_owned()))
+                .collect::<Result<_>>()?,
+        };
+        if experiments.is_empty() {
+            return Err(Error::file(Path::new("experiments").join(group), "holds no experiment (*.toml)"));
+        }
+        Ok(experiments)
+    }
+
+    /// The list of figures.
+    ///
+    /// # Errors
+    /// Those of [`FigureList::read`].
+    pub(super) fn figures(self) -> Result<FigureList> {
+        let (path, text) = self.text(shipped::FIGURES)?;
+        FigureList::parse(path, &text)
+    }
+
+    /// The source of the report: its path and text.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be read.
+    pub(super) fn report(self) -> Result<(&'static Path, Cow<'static, str>)> {
+        self.text(shipped::REPORT)
+    }
+
+    /// The corpus of contact problems.
+    ///
+    /// # Errors
+    /// Those of [`Corpus::read`].
+    pub(super) fn corpus(self) -> Result<Corpus> {
+        let (path, carried) = shipped::CORPUS;
+        match self {
+            Project::Here => Corpus::read(Path::new(path)),
+            Project::Carried => Corpus::from_bytes(carried).map_err(|message| Error::file(path, message)),
+        }
+    }
+
+    fn text(self, (path, carried): (&'static str, &'static str)) -> Result<(&'static Path, Cow<'static, str>)> {
+        let path = Path::new(path);
+        let text = match self {
+            Project::Here => std::fs::read_to_string(path).map(Cow::Owned),
+            Project::Carried => Ok(Cow::Borrowed(carried)),
+        };
+        Ok((path, text.map_err(|error| Error::file(path, format!("cannot be read: {error}")))?))
+    }
+}
+
+fn in_folder(folder: &Path) -> Result<Vec<Experiment>> {
+    let entries = std::fs::read_dir(folder).map_err(|error| Error::file(folder, format!("cannot be read: {error}")))?;
+    let mut files: Vec<PathBuf> = entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    files.sort();
+    files.iter().map(|path| Experiment::read(path)).collect()
+}

@@ -1,0 +1,135 @@
+//! Every output goes through one function, which replaces regular files only.
+
+use crate::support::sources;
+use assert_cmd::Command;
+use std::path::Path;
+
+/// What makes, replaces or removes a file, with the files of the program that may: outputs are written in one place; the store
+/// appends to logs of its own names; what is copied beside a checkout of a revision lies in a temporary folder.
+const MAKERS: [(&str, &[&str]); 7] = [
+    ("fs::write(", &[]),
+    ("File::create", &[]),
+    ("fs::rename(", &[]),
+    (".persist(", &["rimbench-results/src/atomic_file.rs", "rimbench-harness/src/cache.rs"]),
+    ("OpenOptions::new(", &["rimbench-results/src/atomic_file.rs", "rimbench-harness/src/store.rs"]),
+    ("fs::copy(", &["rimbench-dev/src/perf/revision.rs"]),
+    ("csv::Writer::from_path", &[]),
+];
+
+#[test]
+fn no_file_is_written_but_by_the_function_that_spares_devices_pipes_and_links() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut seen = 0;
+    let mut faults = Vec::new();
+    for (path, text) in sources(&root.join("src")).into_iter().chain(sources(&root.join("crates"))) {
+        let path = path.to_string_lossy().replace('\\', "/");
+        if !path.contains("/src/") {
+            continue;
+        }
+        for (number, line) in text.lines().enumerate() {
+            let code = line.split("//").next().unwrap_or_default();
+            for (maker, allowed) in MAKERS.iter().filter(|(maker, _)| code.contains(maker)) {
+                seen += 1;
+                if !allowed.iter().any(|file| path.ends_with(file)) {
+                    faults.push(format!("{path}:{}: `{maker}`: write through atomic_file", number + 1));
+                }
+            }
+        }
+    }
+    assert!(seen >= 3, "only {seen} found: the check reads nothing");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The path of the folder that the program was built in is no part of what it does.
+#[test]
+fn no_file_of_the_program_looks_for_the_folder_it_was_built_in() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let all = sources(&root.join("src")).into_iter().chain(sources(&root.join("crates")));
+    let faults: Vec<_> = all
+        .filter(|(path, text)| !path.ends_with("build.rs") && text.contains("CARGO_MANIFEST_DIR"))
+        .map(|(path, _)| path)
+        .collect();
+    assert!(faults.is_empty(), "{faults:?}");
+}
+
+fn simulate(trace: &Path) -> Command {
+    let mut command = Command::cargo_bin("rimbench").unwrap();
+    command.env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"));
+    command.args(["simulate", "--case", "linear-oscillator", "--scheme", "zero-order-hold", "--duration", "0.1"]);
+    command.arg("--trace").arg(trace);
+    command
+}
+
+#[cfg(unix)]
+#[test]
+fn a_trace_goes_through_a_pipe_and_a_link_and_leaves_them_as_they_are() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    let folder = tempfile::tempdir().unwrap();
+    let [pipe, link, file] = ["pipe", "link", "trace.csv"].map(|name| folder.path().join(name));
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || std::fs::read_to_string(pipe).unwrap()
+    });
+    simulate(&pipe).assert().success();
+    assert!(std::fs::symlink_metadata(&pipe).unwrap().file_type().is_fifo(), "the pipe was replaced by a file");
+    let through = reader.join().unwrap();
+    assert!(through.starts_with("time_s,"), "{through}");
+    symlink(&file, &link).unwrap();
+    simulate(&link).assert().success();
+    assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink(), "the link was replaced by a file");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), through);
+    // The standard output by its name: first the trace, then what is printed.
+    for name in ["/dev/stdout", "/dev/fd/1"] {
+        let output = simulate(Path::new(name)).assert().success().get_output().stdout.clone();
+        let text = String::from_utf8(output).unwrap();
+        assert!(text.starts_with("time_s,") && text.contains("metric"), "{name}: {text}");
+    }
+}
+
+#[test]
+fn a_trace_that_cannot_be_written_is_found_before_anything_is_computed() {
+    let folder = tempfile::tempdir().unwrap();
+    for (path, wanted) in [
+        (folder.path().to_owned(), "is a folder; the name of a file is needed"),
+        (folder.path().join("no/such/trace.csv"), "there is no folder"),
+    ] {
+        let output = simulate(&path).assert().code(2).get_output().clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains(wanted) && output.stdout.is_empty(), "{message}");
+    }
+}
+
+/// Every option that names an output, given something of the wrong kind: a folder for a file, a file for a folder.
+#[test]
+fn an_output_of_the_wrong_kind_is_refused_at_once_and_left_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, inner) = (folder.path().join("file"), folder.path().join("folder"));
+    std::fs::write(&file, "precious").unwrap();
+    std::fs::create_dir(&inner).unwrap();
+    std::fs::write(inner.join("kept"), "precious").unwrap();
+    let experiment = folder.path().join("one.toml");
+    let text = "question = \"?\"\nmacro_steps_s = [5e-3]\n[[cases]]\nname = \"linear-oscillator\"\n[[schemes]]\n\
+                scheme = \"zero-order-hold\"\n";
+    std::fs::write(&experiment, text).unwrap();
+    let [file_name, folder_name, experiment] = [&file, &inner, &experiment].map(|path| path.to_str().unwrap());
+    for arguments in [
+        &["simulate", "--case", "wedge-box", "--scheme", "rim-smooth", "--trace", folder_name] as &[&str],
+        &["corpus", "--out", folder_name],
+        &["perf", "record", "--history", folder_name],
+        &["perf", "record", "--history", file_name],
+        &["run", experiment, "--out", file_name],
+        &["reproduce", "--quick", "--out", file_name],
+        &["solvers", "--out", file_name],
+    ] {
+        let output =
+            Command::cargo_bin("rimbench").unwrap().current_dir(folder.path()).args(arguments).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains("error: ") && message.lines().count() <= 2, "{arguments:?}: {message}");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "precious", "{arguments:?}");
+        let left: Vec<_> = std::fs::read_dir(&inner).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(left, ["kept"], "{arguments:?}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "{arguments:?}");
+    }
+}
