@@ -52,7 +52,7 @@ fn system() -> CoupledSystem {
 fn mechanics() -> NonSmoothMechanics<WedgeBox> {
     let parameters = wedge_box().default_parameters();
     let model = WedgeBox::new(wedge_box_geometry(&parameters)).unwrap();
-    let law = ContactLaw { stabilisation: 0.2, restitution: 0.0, contact_margin: 1e-3 };
+    let law = ContactLaw { stabilisation: 0.2, restitution: 0.0, spring: None };
     let ports = system().sides.mechanics.ports().clone();
     NonSmoothMechanics::new(model, law, ports, SolverEntry::active_set().checked(4))
 }

@@ -32,7 +32,11 @@ fn settled(entry: &SchemeEntry) -> Box<dyn CouplingScheme> {
     let options = ModelOptions::default();
     let construction = Construction {
         ports: PerSide { mechanics: &mechanics, actuator: &actuator },
-        model: entry.has_model().then_some(ModelConstruction { empty: &model, options: &options }),
+        model: entry.has_model().then_some(ModelConstruction {
+            empty: &model,
+            options: &options,
+            detection: entry.detection(None).unwrap(),
+        }),
         gain,
     };
     let mut scheme = (entry.build)(&construction).unwrap();

@@ -149,7 +149,14 @@ fn claims_table(claims: &[CheckedClaim]) -> String {
         };
         let by = format!("{:?}", claim.by).to_lowercase();
         let verdict = format!("{}{changed}", claim.verdict);
-        table.add_row([format!("{}: {}", claim.text, claim.quantity), by, measured, claim.expected.clone(), verdict]);
+        let superseded = if claim.superseded.is_empty() { "" } else { " (superseded)" };
+        table.add_row([
+            format!("{}: {}{superseded}", claim.text, claim.quantity),
+            by,
+            measured,
+            claim.expected.clone(),
+            verdict,
+        ]);
     }
     table
         .set_content_arrangement(comfy_table::ContentArrangement::Dynamic)

@@ -8,7 +8,7 @@ use rimbench::cosim::{
     CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsSteps, Outcome, Sequence, Setup, Side, Trajectory,
 };
 use rimbench::interface_model::Redundancy;
-use rimbench::schemes::{ContactChoice, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
+use rimbench::schemes::{ContactChoice, ContactDetection, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
 use std::sync::Arc;
 
 struct Variant {
@@ -84,8 +84,18 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                         _ => &[ContactChoice::All],
                     };
                     for &contacts in choices {
-                        let options = ModelOptions { redundancy, motion, contacts, solver: solver.clone() };
-                        variants.push(Variant { scheme, options, sequence, force_return, mechanics_steps, macro_step });
+                        for &detection in detections(scheme) {
+                            let solver = solver.clone();
+                            let options = ModelOptions { redundancy, motion, detection, contacts, solver };
+                            variants.push(Variant {
+                                scheme,
+                                options,
+                                sequence,
+                                force_return,
+                                mechanics_steps,
+                                macro_step,
+                            });
+                        }
                     }
                 }
             }
@@ -93,6 +103,17 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
     }
     variants
 }
+
+/// Every way in which a scheme detects contacts; nothing where it does not.
+fn detections(scheme: &SchemeEntry) -> &'static [Option<ContactDetection>] {
+    match scheme.contact_detection {
+        None => &[None],
+        Some(rule) if !rule.has_law => &[Some(ContactDetection::Active), MILLIMETRE],
+        Some(_) => &[Some(ContactDetection::Active), Some(ContactDetection::MechanicsLaw), MILLIMETRE],
+    }
+}
+
+const MILLIMETRE: Option<ContactDetection> = Some(ContactDetection::Margin { width: 1e-3 });
 
 /// The solver that is seen with all variants.
 const DEFAULT: &str = "active-set";

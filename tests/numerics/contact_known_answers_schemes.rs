@@ -5,7 +5,7 @@ use rimbench::cosim::Outcome;
 use rimbench::runs::RunSpec;
 use rimbench::schemes::Family;
 
-const CASES: [&str; 9] = [
+const CASES: [&str; 10] = [
     "bouncing-ball",
     "impact-oscillator",
     "slider-between-stops",
@@ -15,6 +15,7 @@ const CASES: [&str; 9] = [
     "beam-on-stops",
     "n-wedge-box",
     "wedge-box-two-ledges",
+    "wedge-box-reversal",
 ];
 
 fn spec(case: &str, scheme: &str, macro_steps: usize) -> RunSpec {

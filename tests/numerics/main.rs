@@ -13,6 +13,8 @@ mod ceilings;
 mod complementarity;
 mod complementarity_panel;
 mod conservation;
+mod contact_compliance;
+mod contact_detection;
 mod contact_known_answers;
 mod contact_known_answers_schemes;
 mod contact_machines;

@@ -116,7 +116,8 @@ fn constants_are_reproduced_from_the_first_sample_on() {
         let gain = scheme.gain_value(None).unwrap().unwrap_or(1.0);
         let empty = ReducedInterfaceModel::zeros(0, 1);
         let options = ModelOptions::default();
-        let model = scheme.has_model().then_some(ModelConstruction { empty: &empty, options: &options });
+        let detection = scheme.detection(None).unwrap();
+        let model = scheme.has_model().then_some(ModelConstruction { empty: &empty, options: &options, detection });
         let mut built = (scheme.build)(&Construction { ports, model, gain }).unwrap();
         // An interface at rest under load: position 0.7 m, force 300 N, spring of 4 N/m and damper of 2 N·s/m behind it.
         let (y, force) = ([0.7, 0.0], [300.0]);

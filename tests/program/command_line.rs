@@ -192,7 +192,6 @@ fn lists_have_the_promised_keys() {
         "viscous_friction_n_s_m",
         "valve_area_m2",
         "spool_final",
-        "contact_margin_m",
         "stabilisation",
     ] {
         assert!(names.contains(&key), "{key}");

@@ -22,7 +22,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 /// Plastic contacts without position stabilisation.
-pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 1e-3 };
+pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, spring: None };
 
 /// One step of the mechanics per macro step, and as many as the actuator takes.
 pub const ONE: MechanicsSteps = MechanicsSteps::ONE;

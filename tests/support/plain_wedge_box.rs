@@ -79,6 +79,9 @@ pub struct PlainWedgeBox {
     ground_pin: Vector2<f64>,
     start_length: f64,
     impulses: DVector<f64>,
+    /// Velocities of the contacts after the last step plus their gap terms, over the largest such number without impulses; none before
+    /// the first.
+    slack: Option<DVector<f64>>,
     effort: Effort,
 }
 
@@ -106,6 +109,7 @@ impl PlainWedgeBox {
             ground_pin,
             start_length: (attachment - ground_pin).norm(),
             impulses: DVector::zeros(4),
+            slack: None,
             effort,
         }
     }
@@ -199,7 +203,8 @@ impl PlainWedgeBox {
     fn observe(&self, t: f64, h: f64) -> Vec<f64> {
         let (contacts, interface) = (self.contacts(), self.interface());
         let [_, _, g] = Self::eliminate(&self.joints());
-        let closed: Vec<usize> = (0..4).filter(|&contact| contacts.position[contact] <= 1e-3).collect();
+        let distance = self.slack.as_ref().unwrap_or(&contacts.position);
+        let closed: Vec<usize> = (0..4).filter(|&contact| distance[contact] <= 1e-9).collect();
         let a_c = contacts.a.select_rows(&closed);
         let h_ii = (&interface.a * &g * interface.a.transpose())[0];
         let (mut condensed, mut rank) = (h_ii, 0);
@@ -233,6 +238,7 @@ impl PlainWedgeBox {
             *b += if *gap > 0.0 { gap / h } else { STABILISATION * gap / h };
         }
         self.impulses = try_active_sets(&h_uu, &b, self.effort);
+        self.slack = Some((&h_uu * &self.impulses + &b) / b.amax());
         self.v = with_interface + &g * contacts.a.transpose() * &self.impulses;
         self.q += &self.v * h;
     }

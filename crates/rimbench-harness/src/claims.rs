@@ -44,6 +44,9 @@ pub struct Claim {
     expect: Expectation,
     /// What was found when the experiment was last looked at.
     pub finding: Verdict,
+    /// Why the claim has been replaced by another, if it has: it is kept, and measured, all the same.
+    #[serde(default)]
+    superseded: String,
 }
 
 /// Who makes a claim.
@@ -140,6 +143,8 @@ pub struct CheckedClaim {
     pub verdict: Verdict,
     /// What was found when the experiment was last looked at.
     pub finding: Verdict,
+    /// Why it has been replaced by another; empty if it has not.
+    pub superseded: String,
     /// The runs it rests on.
     pub run_ids: String,
 }
@@ -281,7 +286,12 @@ fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<Checked
         expected: claim.expect.to_string(),
         verdict,
         finding: claim.finding,
+<<<<<<< HEAD
         run_ids: basis.run_ids.join(" "),
+=======
+        superseded: claim.superseded.clone(),
+        run_ids: ids.join(" "),
+>>>>>>> 5f33ad4 (Contact detection as an option of the interface models; compliant contacts; a case in which three contacts last)
     })
 }
 

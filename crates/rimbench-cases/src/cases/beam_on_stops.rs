@@ -96,7 +96,6 @@ fn parameters() -> Vec<Parameter> {
         carriage::base_phase(FRAC_PI_2),
         carriage::start_position(0.0),
         carriage::start_velocity(0.0),
-        contact_parameters::margin(1e-3),
         contact_parameters::stabilisation(),
         contact_parameters::restitution(0.0, "plastic"),
     ]
@@ -120,5 +119,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         stops: [stop("stop_1_position_m", "stop_1_clearance_m"), stop("stop_2_position_m", "stop_2_clearance_m")],
         actuator_position: get("actuator_position_m"),
     })?;
-    Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
+    contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver)
 }

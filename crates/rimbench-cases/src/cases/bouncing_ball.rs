@@ -86,7 +86,6 @@ fn parameters() -> Vec<Parameter> {
         carriage::start_position(1.0),
         carriage::start_velocity(0.0),
         contact_parameters::restitution(0.9, "textbook"),
-        contact_parameters::margin(1e-3),
         contact_parameters::stabilisation(),
     ]
 }
@@ -108,7 +107,7 @@ fn ball(parameters: &Parameters) -> DrivenMass {
 fn exact(parameters: &Parameters) -> Result<ExactSolution> {
     let ball = ball(parameters);
     driven_mass::check_start(&ball, "start_height_m")?;
-    Ok(driven_mass::solution(ball, parameters.number("contact_margin_m")))
+    Ok(driven_mass::solution(ball))
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {

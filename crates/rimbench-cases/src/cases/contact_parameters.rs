@@ -4,20 +4,11 @@ use super::case::CoupledSystem;
 use super::parameters::{Parameter, Parameters, Range, number};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::Subsystem;
+use rimbench_core::error::{Error, Result};
+use rimbench_core::interface_model::ContactSpring;
 use rimbench_core::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
 
 const OURS: &str = "ours";
-
-pub(super) fn margin(default: f64) -> Parameter {
-    number(
-        "contact_margin_m",
-        "m",
-        default,
-        Range::NotNegative,
-        "a contact with gap ≤ margin counts as closed at t_k",
-        OURS,
-    )
-}
 
 pub(super) fn stabilisation() -> Parameter {
     number("stabilisation", "-", 0.2, Range::Fraction, "fraction γ of a penetration removed per mechanics step", OURS)
@@ -27,27 +18,60 @@ pub(super) fn restitution(default: f64, source: &'static str) -> Parameter {
     number("restitution", "-", default, Range::Fraction, "restitution e of the mechanics' contacts", source)
 }
 
-/// All three, with these defaults; `source` is that of the restitution.
-pub(super) fn all(margin_m: f64, e: f64, source: &'static str) -> Vec<Parameter> {
-    vec![margin(margin_m), stabilisation(), restitution(e, source)]
+/// What makes contacts give way, for cases whose reference is not an exact solution with rigid ones.
+pub(super) fn compliance() -> [Parameter; 2] {
+    [
+        number(COMPLIANCE, "m/N", 0.0, Range::NotNegative, "compliance 1/k of each contact; 0: rigid", OURS),
+        number(DAMPING, "N·s/m", 0.0, Range::NotNegative, "damping c of each contact, where it is compliant", OURS),
+    ]
+}
+
+const COMPLIANCE: &str = "contact_compliance_m_n";
+const DAMPING: &str = "contact_damping_n_s_m";
+
+/// All of them, with this restitution and its source.
+pub(super) fn all(e: f64, source: &'static str) -> Vec<Parameter> {
+    [stabilisation(), restitution(e, source)].into_iter().chain(compliance()).collect()
 }
 
 /// A force-producing actuator and the mechanics that it drives, with contacts as the parameters say.
-pub(super) fn coupled<M, A>(model: M, actuator: A, parameters: &Parameters, solver: &SolverEntry) -> CoupledSystem
+///
+/// # Errors
+/// [`Error::Incompatible`] for a restitution or a damping that the law of the contacts does not have.
+pub(super) fn coupled<M, A>(
+    model: M,
+    actuator: A,
+    parameters: &Parameters,
+    solver: &SolverEntry,
+) -> Result<CoupledSystem>
 where
     M: MechanicalModel + Clone + 'static,
     A: Subsystem + 'static,
 {
     let checked = solver.checked(model.size().unilateral);
-    let mechanics = NonSmoothMechanics::new(model, law(parameters), actuator.ports().facing(), checked);
-    CoupledSystem::new(mechanics, actuator)
+    let mechanics = NonSmoothMechanics::new(model, law(parameters)?, actuator.ports().facing(), checked);
+    Ok(CoupledSystem::new(mechanics, actuator))
 }
 
 /// The contact law as the parameters say.
-fn law(parameters: &Parameters) -> ContactLaw {
-    ContactLaw {
-        stabilisation: parameters.number("stabilisation"),
-        restitution: parameters.number("restitution"),
-        contact_margin: parameters.number("contact_margin_m"),
+fn law(parameters: &Parameters) -> Result<ContactLaw> {
+    let restitution = parameters.number("restitution");
+    let has_compliance = parameters.iter().any(|(parameter, _)| parameter.name == COMPLIANCE);
+    let spring = if has_compliance { spring(parameters, restitution)? } else { None };
+    Ok(ContactLaw { stabilisation: parameters.number("stabilisation"), restitution, spring })
+}
+
+fn spring(parameters: &Parameters, restitution: f64) -> Result<Option<ContactSpring>> {
+    let (compliance, damping) = (parameters.number(COMPLIANCE), parameters.number(DAMPING));
+    match compliance > 0.0 {
+        true if restitution > 0.0 => Err(Error::Incompatible(format!(
+            "restitution = {restitution} does not go with {COMPLIANCE} = {compliance}: a compliant contact rebounds by its own spring; set \
+             one of them to 0"
+        ))),
+        false if damping > 0.0 => Err(Error::Incompatible(format!(
+            "{DAMPING} = {damping} needs a compliant contact: set {COMPLIANCE} above 0"
+        ))),
+        true => Ok(Some(ContactSpring { stiffness: 1.0 / compliance, damping })),
+        false => Ok(None),
     }
 }

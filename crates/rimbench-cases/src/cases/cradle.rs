@@ -93,7 +93,6 @@ fn parameters() -> Vec<Parameter> {
         carriage::start_position(0.0),
         carriage::start_velocity(0.0),
         contact_parameters::restitution(1.0, "Moreau 1988"),
-        contact_parameters::margin(1e-3),
         contact_parameters::stabilisation(),
     ]
 }
@@ -130,5 +129,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         gap_names: names(&["gap_1_2_m", "gap_2_3_m"]),
         contact_force_names: names(&["contact_force_1_2_n", "contact_force_2_3_n"]),
     })?;
-    Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
+    contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver)
 }

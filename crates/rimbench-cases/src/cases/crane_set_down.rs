@@ -106,7 +106,6 @@ fn parameters() -> Vec<Parameter> {
         fluid::parameters(),
         vec![
             p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", LIM),
-            contact_parameters::margin(1e-3),
             contact_parameters::stabilisation(),
             p("restitution", "-", 0.0, Fraction, "restitution e of load and rope", OURS),
             p("attachment_m", "m", 0.5, Positive, "distance of the actuator's other end from the joint O", LIM),
@@ -141,5 +140,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         (lift.0, lift.1 + ramp, centre - change),
     ])?;
     let cylinder = hydraulics::cylinder(parameters, model.taut().start_length(), pressures, spool)?;
-    Ok(contact_parameters::coupled(model, cylinder, parameters, solver))
+    contact_parameters::coupled(model, cylinder, parameters, solver)
 }

@@ -64,5 +64,5 @@ fn of(parameters: &Parameters, start_length: f64) -> Result<HydraulicCylinder> {
 /// A box with the cylinder at its attachment.
 pub(super) fn system(model: SupportedBox, parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let cylinder = of(parameters, model.start_length())?;
-    Ok(contact_parameters::coupled(model, cylinder, parameters, solver))
+    contact_parameters::coupled(model, cylinder, parameters, solver)
 }

@@ -9,6 +9,7 @@ use super::reference_method::ExactSolution;
 use crate::models::{LineContact, LineDescription, LineMass, LineMasses};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
+use rimbench_core::interface_model::TOUCHING;
 use rimbench_core::name::Name;
 use std::sync::{Mutex, PoisonError};
 
@@ -46,14 +47,14 @@ pub(super) fn system(
         gap_names: names.gaps.clone(),
         contact_force_names: names.forces.clone(),
     })?;
-    Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
+    contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver)
 }
 
 /// The solution: rows of time, interface position and velocity, force of the actuator, force received, carriage position and
 /// velocity, effective mass, gaps, number of closed contacts.
 ///
 /// What the mechanics received is the force itself, and the effective mass is infinite while a stop holds the mass.
-pub(super) fn solution(mass: DrivenMass, margin: f64) -> ExactSolution {
+pub(super) fn solution(mass: DrivenMass) -> ExactSolution {
     let solved = Mutex::new(EventDriven::new(mass.clone()));
     let stops = mass.stops.len();
     Box::new(move |t, row| {
@@ -65,7 +66,7 @@ pub(super) fn solution(mass: DrivenMass, margin: f64) -> ExactSolution {
         for (gap, stop) in gaps.iter_mut().zip(&mass.stops) {
             *gap = stop.gap(z[0]);
         }
-        closed[0] = gaps.iter().filter(|gap| **gap <= margin).count() as f64;
+        closed[0] = gaps.iter().filter(|gap| **gap <= TOUCHING).count() as f64;
     })
 }
 

@@ -95,7 +95,6 @@ fn parameters() -> Vec<Parameter> {
         carriage::start_position(1.00005),
         carriage::start_velocity(-0.1),
         contact_parameters::restitution(0.0, "plastic node"),
-        contact_parameters::margin(1e-7),
         contact_parameters::stabilisation(),
     ]
 }
@@ -131,5 +130,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         gap_names: names(&["gap_floor_m"]),
         contact_force_names: names(&["contact_force_floor_n"]),
     })?;
-    Ok(contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver))
+    contact_parameters::coupled(model, carriage::actuator(parameters)?, parameters, solver)
 }

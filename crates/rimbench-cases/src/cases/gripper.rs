@@ -136,7 +136,6 @@ fn parameters() -> Vec<Parameter> {
         fluid::parameters(),
         vec![
             p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-            contact_parameters::margin(1e-3),
             contact_parameters::stabilisation(),
             p("restitution", "-", 0.0, Fraction, "restitution e of pads and corners", OURS),
         ],
@@ -165,5 +164,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     ])?;
     let unit = || hydraulics::cylinder(parameters, length, [get("start_pressure_pa"); 2], spool.clone());
     let actuators = ActuatorPair::new([unit()?, unit()?], NAMES);
-    Ok(contact_parameters::coupled(model, actuators, parameters, solver))
+    contact_parameters::coupled(model, actuators, parameters, solver)
 }

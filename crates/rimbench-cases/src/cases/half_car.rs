@@ -107,7 +107,6 @@ fn parameters() -> Vec<Parameter> {
         p("road_start_m", "m", 1.0, Finite, "start of the washboard ahead of the front wheel at the start", OURS),
         p("start_height_m", "m", 0.0, Finite, "height of both wheels above the smooth road at the start", OURS),
         p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", "standard"),
-        contact_parameters::margin(1e-3),
         contact_parameters::stabilisation(),
         p("restitution", "-", 0.0, Fraction, "restitution e of the wheels", OURS),
     ]
@@ -138,5 +137,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         })
     });
     let struts = ActuatorPair::new([front?, rear?], NAMES);
-    Ok(contact_parameters::coupled(model, struts, parameters, solver))
+    contact_parameters::coupled(model, struts, parameters, solver)
 }

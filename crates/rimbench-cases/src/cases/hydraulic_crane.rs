@@ -180,7 +180,7 @@ fn own_reference(parameters: &Parameters) -> Result<ReferenceMethod> {
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let Parts { crane, cylinder, piston_area, viscous_friction, .. } = parts(parameters)?;
-    let law = ContactLaw { stabilisation: 0.0, restitution: 0.0, contact_margin: 0.0 };
+    let law = ContactLaw { stabilisation: 0.0, restitution: 0.0, spring: None };
     let mechanics = NonSmoothMechanics::new(crane, law, cylinder.ports().facing(), solver.checked(0));
     let published = parameters.choice("published_driver") == "true";
     let mut system = if parameters.choice("coupling") == "pressure-displacement" {

@@ -94,7 +94,6 @@ fn parameters() -> Vec<Parameter> {
         carriage::start_position(0.0),
         carriage::start_velocity(0.0),
         contact_parameters::restitution(0.8, OURS),
-        contact_parameters::margin(1e-3),
         contact_parameters::stabilisation(),
     ]
 }
@@ -116,7 +115,7 @@ fn mass(parameters: &Parameters) -> Result<DrivenMass> {
 }
 
 fn exact(parameters: &Parameters) -> Result<ExactSolution> {
-    Ok(driven_mass::solution(mass(parameters)?, parameters.number("contact_margin_m")))
+    Ok(driven_mass::solution(mass(parameters)?))
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {

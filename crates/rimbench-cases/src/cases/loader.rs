@@ -63,7 +63,6 @@ pub(super) fn parameters() -> Vec<Parameter> {
         fluid::parameters(),
         vec![
             p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-            contact_parameters::margin(1e-3),
             contact_parameters::stabilisation(),
             p("restitution", "-", 0.0, Fraction, "restitution e of all contacts", OURS),
             p("wall_gap_m", "m", 0.02, Finite, "distance of the wall from the discs at the start", OURS),
@@ -91,5 +90,5 @@ pub(super) fn build(parameters: &Parameters, solver: &SolverEntry, centres: Vec<
     let (start, ramp) = (get("push_start_s"), get("spool_ramp_s"));
     let spool = hydraulics::spool(&[("push_start_s", start, 0.5), ("spool_ramp_s", start + ramp, get("spool_push"))])?;
     let cylinder = hydraulics::cylinder(parameters, length, [get("start_pressure_pa"); 2], spool)?;
-    Ok(contact_parameters::coupled(model, cylinder, parameters, solver))
+    contact_parameters::coupled(model, cylinder, parameters, solver)
 }

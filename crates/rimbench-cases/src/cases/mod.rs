@@ -34,6 +34,7 @@ mod rocking_block;
 mod slider_between_stops;
 mod two_masses;
 mod wedge_box;
+mod wedge_box_reversal;
 mod wedge_box_two_ledges;
 
 pub use case::{
@@ -67,5 +68,6 @@ pub fn standard_cases() -> Vec<Case> {
         beam_on_stops::entry(),
         n_wedge_box::entry(),
         wedge_box_two_ledges::entry(),
+        wedge_box_reversal::entry(),
     ]
 }

@@ -94,7 +94,7 @@ impl Recorder {
     }
 
     /// Records as effective mass the one with the contacts that carried impulse in the mechanics' last step: what the
-    /// reference shows, which has no scheme and no contact margin.
+    /// reference shows, which has no scheme.
     pub fn with_active_effective_mass(mut self, system: &mut CoupledSystem) -> Self {
         let active = system
             .sides

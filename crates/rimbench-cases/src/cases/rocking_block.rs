@@ -74,7 +74,7 @@ pub(super) fn entry() -> Case {
 const OURS: &str = "ours";
 
 fn parameters() -> Vec<Parameter> {
-    [own(), cylinder::parameters(1.0, 2e3, 0.4), contact_parameters::all(1e-3, 0.0, "plastic")].concat()
+    [own(), cylinder::parameters(1.0, 2e3, 0.4), contact_parameters::all(0.0, "plastic")].concat()
 }
 
 fn own() -> Vec<Parameter> {

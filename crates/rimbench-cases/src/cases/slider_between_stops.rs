@@ -83,7 +83,6 @@ fn parameters() -> Vec<Parameter> {
         carriage::start_position(0.0),
         carriage::start_velocity(0.0),
         contact_parameters::restitution(0.5, OURS),
-        contact_parameters::margin(1e-3),
         contact_parameters::stabilisation(),
     ]
 }
@@ -106,7 +105,7 @@ fn slider(parameters: &Parameters) -> Result<DrivenMass> {
 }
 
 fn exact(parameters: &Parameters) -> Result<ExactSolution> {
-    Ok(driven_mass::solution(slider(parameters)?, parameters.number("contact_margin_m")))
+    Ok(driven_mass::solution(slider(parameters)?))
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {

@@ -36,8 +36,26 @@ use rimbench_core::error::Result;
 use rimbench_core::name::names;
 
 pub(super) fn entry() -> Case {
-    Case {
+    recorded(Case {
         parameters: parameters(),
+        ..Case::new(
+            "wedge-box",
+            "Box on two wedges with a disc on a ledge, pushed by a hydraulic cylinder (the source paper's example)",
+            CaseDefaults {
+                duration_s: 2.5,
+                macro_step_s: 5e-3,
+                micro_step_s: 5e-5,
+                reference_step_s: 2.5e-5,
+                reference_sampling_s: 5e-5,
+            },
+            build,
+        )
+    })
+}
+
+/// The case with what is recorded of this box.
+pub(super) fn recorded(case: Case) -> Case {
+    Case {
         trace_columns: names(&[
             "time_s",
             "box_x_m",
@@ -69,24 +87,13 @@ pub(super) fn entry() -> Case {
             "actuator_velocity_m_s",
             "actuator_force_n",
         )],
-        ..Case::new(
-            "wedge-box",
-            "Box on two wedges with a disc on a ledge, pushed by a hydraulic cylinder (the source paper's example)",
-            CaseDefaults {
-                duration_s: 2.5,
-                macro_step_s: 5e-3,
-                micro_step_s: 5e-5,
-                reference_step_s: 2.5e-5,
-                reference_sampling_s: 5e-5,
-            },
-            build,
-        )
+        ..case
     }
 }
 
 const OURS: &str = "ours";
 
-fn parameters() -> Vec<Parameter> {
+pub(super) fn parameters() -> Vec<Parameter> {
     use Range::{Finite, Fraction, NotNegative, Positive};
     [
         vec![
@@ -139,10 +146,10 @@ fn parameters() -> Vec<Parameter> {
         fluid::parameters(),
         vec![
             p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-            contact_parameters::margin(1e-3),
             contact_parameters::stabilisation(),
             contact_parameters::restitution(0.0, "plastic, as in the paper"),
         ],
+        contact_parameters::compliance().to_vec(),
     ]
     .concat()
 }
@@ -151,11 +158,16 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     let model = WedgeBox::new(wedge_box_geometry(parameters))?;
     let (spool, pressures) = (cylinder::ramp(parameters)?, [parameters.number("start_pressure_pa"); 2]);
     let cylinder = hydraulics::of_any_stroke(parameters, model.start_length(), pressures, spool);
-    Ok(contact_parameters::coupled(model, cylinder, parameters, solver))
+    contact_parameters::coupled(model, cylinder, parameters, solver)
 }
 
 /// The geometry of the wedge box as the parameters say, which must be those of the case `wedge-box`.
 pub fn wedge_box_geometry(parameters: &Parameters) -> WedgeBoxGeometry {
+    geometry(parameters, parameters.number("ledge_lead_m"))
+}
+
+/// The geometry as the parameters say, with the corner of the ledge so far ahead of the disc (m).
+pub(super) fn geometry(parameters: &Parameters, ledge_lead: f64) -> WedgeBoxGeometry {
     let get = |name: &str| parameters.number(name);
     WedgeBoxGeometry {
         box_mass: get("box_mass_kg"),
@@ -165,7 +177,7 @@ pub fn wedge_box_geometry(parameters: &Parameters) -> WedgeBoxGeometry {
         disc_radius: get("disc_radius_m"),
         disc_pin: [get("disc_pin_x_m"), get("disc_pin_y_m")],
         ledge_height: get("ledge_height_m"),
-        ledge_lead: get("ledge_lead_m"),
+        ledge_lead,
         ramp_slope: get("ramp_slope"),
         attachment: [get("attachment_x_m"), get("attachment_y_m")],
         ground_pin_x: get("ground_pin_x_m"),

@@ -74,8 +74,7 @@ const OURS: &str = "ours";
 const WEDGE_BOX: &str = "as in the wedge box";
 
 fn parameters() -> Vec<Parameter> {
-    [own(), cylinder::parameters(2.0, 1e4, 0.2), contact_parameters::all(1e-3, 0.0, "plastic, as in the paper")]
-        .concat()
+    [own(), cylinder::parameters(2.0, 1e4, 0.2), contact_parameters::all(0.0, "plastic, as in the paper")].concat()
 }
 
 fn own() -> Vec<Parameter> {

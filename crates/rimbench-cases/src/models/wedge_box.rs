@@ -81,10 +81,49 @@ impl WedgeBox {
         let wrap = |angle: f64| angle.sin().atan2(angle.cos());
         let (first, second) = (wrap(sum - offset), wrap(std::f64::consts::PI - sum - offset));
         let angle = if first.abs() < second.abs() { first } else { second };
+        let lead = g.ledge_lead;
+        Self::at_rest(geometry, angle, |disc, _| Ok(disc.x + lead))
+    }
+
+    /// Places the box at rest and level, both wedges on the floor and the disc against the ramp; the ledge is where it then must be,
+    /// whatever its lead says.
+    ///
+    /// ```text
+    /// (c_disc − corner)·n_ramp = R
+    /// ```
+    /// # Errors
+    /// [`Error::Incompatible`] if the disc would not touch the ramp between its corner and the floor; those of [`new`](Self::new).
+    pub fn against_ramp(geometry: WedgeBoxGeometry) -> Result<Self> {
+        let g = geometry;
+        Self::at_rest(geometry, 0.0, |disc, radius| {
+            let length = (1.0 + g.ramp_slope * g.ramp_slope).sqrt();
+            let corner_x = disc.x - (radius * length - (disc.y - g.ledge_height)) / g.ramp_slope;
+            // Down the ramp from its corner to the point below the disc, m.
+            let along = ((disc.x - corner_x) - g.ramp_slope * (disc.y - g.ledge_height)) / length;
+            if along > 0.0 {
+                return Ok(corner_x);
+            }
+            Err(Error::Incompatible(format!(
+                "impossible geometry: with both wedges on the floor the disc's centre is {:.4} m up, and so it cannot lean on a \
+                 ramp of slope {} that falls from {} m",
+                disc.y, g.ramp_slope, g.ledge_height
+            )))
+        })
+    }
+
+    /// Places the box at rest at `angle` with the right wedge on the floor; `corner_x` says where the ledge's corner is for a disc
+    /// with this centre and radius.
+    fn at_rest(
+        geometry: WedgeBoxGeometry,
+        angle: f64,
+        corner_x: impl FnOnce(Vector2<f64>, f64) -> Result<f64>,
+    ) -> Result<Self> {
+        let g = &geometry;
+        let (tip, pin) = (Vector2::from(g.wedge_tip), Vector2::from(g.disc_pin));
         let rotation = Rotation2::new(angle);
         let centre = Vector2::new(0.0, -(rotation * tip).y);
         let disc = centre + rotation * pin;
-        let corner_x = disc.x + g.ledge_lead;
+        let corner_x = corner_x(disc, g.disc_radius)?;
         let attachment = centre + rotation * Vector2::from(g.attachment);
         let [width, height] = g.box_size;
         let box_inertia = g.box_mass * (width * width + height * height) / 12.0;

@@ -91,6 +91,10 @@ impl RunSpec {
             Fact::text("mechanics_steps", mechanics_steps.to_string()),
             of_model("redundancy", model.as_ref().map(|model| model.redundancy.to_string())),
             of_model("model_motion", model.as_ref().map(|model| model.motion.to_string())),
+            of_model(
+                "contact_detection",
+                model.as_ref().and_then(|model| model.detection).map(|detection| detection.to_string()),
+            ),
             of_model("contacts", model.as_ref().map(|model| model.contacts.to_string())),
             Fact::text("solver", solver.name.clone()),
             Fact::number("gain", *gain),
@@ -130,7 +134,7 @@ mod tests {
     use std::collections::HashMap;
 
     /// A value of each option that differs from the usual one, and the scheme that takes it.
-    const CHANGES: [(&str, &str, &str); 17] = [
+    const CHANGES: [(&str, &str, &str); 18] = [
         ("case", "wedge-box-two-ledges", "rim-smooth"),
         ("scheme", "rim-nonsmooth", "rim-smooth"),
         ("sequence", "jacobi", "rim-smooth"),
@@ -138,6 +142,7 @@ mod tests {
         ("mechanics_steps", "all", "rim-smooth"),
         ("redundancy", "regularised:1e-6", "rim-smooth"),
         ("model_motion", "extrapolated", "rim-smooth"),
+        ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
         ("contacts", "near", "rim-nonsmooth"),
         ("solver", "lemke", "rim-smooth"),
         ("gain", "0.25", "nepce"),

@@ -4,7 +4,7 @@ use super::step_control::StepControlKind;
 use rimbench_core::cosim::{ForceReturn, MechanicsSteps, Sequence};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Redundancy;
-use rimbench_core::schemes::{ContactChoice, ModelMotion};
+use rimbench_core::schemes::{ContactChoice, ContactDetection, ModelMotion};
 
 /// An option of a run, for whoever offers it to a user.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,6 +64,8 @@ run_options! {
     redundancy: Redundancy, "TREATMENT";
     /// Interface model within a macro step: frozen, extrapolated
     model_motion: ModelMotion, "MOTION";
+    /// Contacts closed for an interface model: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
+    contact_detection: ContactDetection, "DETECTION";
     /// Contacts inside a non-smooth interface model: all, near, coupled:TOL (a tolerance)
     contacts: ContactChoice, "CHOICE";
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
@@ -123,7 +125,16 @@ macro_rules! read_by_name {
     };
 }
 
-read_by_name!(Sequence, ForceReturn, MechanicsSteps, Redundancy, ModelMotion, ContactChoice, StepControlKind);
+read_by_name!(
+    Sequence,
+    ForceReturn,
+    MechanicsSteps,
+    Redundancy,
+    ModelMotion,
+    ContactDetection,
+    ContactChoice,
+    StepControlKind
+);
 
 #[cfg(test)]
 mod tests {

@@ -77,6 +77,7 @@ impl RunRequest {
             mechanics_steps,
             redundancy,
             model_motion,
+            contact_detection,
             contacts,
             solver,
             gain,
@@ -107,6 +108,7 @@ impl RunRequest {
         let model = ModelOptions {
             redundancy: redundancy.unwrap_or_default(),
             motion: model_motion.unwrap_or_default(),
+            detection: scheme.detection(*contact_detection)?,
             contacts: contacts.unwrap_or_default(),
             solver: solver.clone(),
         };
@@ -177,6 +179,7 @@ impl RunSpec {
         self.force_return.check(self.sequence)?;
         if let Some(model) = &self.model {
             model.check()?;
+            self.scheme.detection(model.detection)?;
             if model.contacts != ContactChoice::All {
                 let mut system = (self.case.build)(&self.parameters, &self.solver)?;
                 if self.scheme.incompatibility(system.sides.lend()).is_none() {
@@ -290,9 +293,27 @@ mod tests {
     fn what_a_scheme_does_not_have_cannot_be_asked_of_it() {
         let message = refused(|request| request.gain = Some(0.5));
         assert!(message.contains("has no gain; schemes that have one: nepce, "), "{message}");
-        for (key, text) in [("redundancy", "drop"), ("model_motion", "frozen"), ("contacts", "near")] {
+        for (key, text) in
+            [("redundancy", "drop"), ("model_motion", "frozen"), ("contacts", "near"), ("contact_detection", "active")]
+        {
             let message = refused(|request| request.put(key, text).unwrap());
             assert_eq!(message, format!("{key} = {text}: scheme `zero-order-hold` has no reduced interface model"));
+        }
+    }
+
+    #[test]
+    fn a_contact_detection_that_a_scheme_does_not_have_is_refused_with_what_it_has() {
+        for (scheme, text, wanted) in [
+            ("rim-nonsmooth-gap", "active", "its contacts are all that there are"),
+            ("rim-fixed-mass", "margin:1e-3", "its contacts are all that there are"),
+            ("rim-smooth", "mechanics-law", "use `active` or `margin:<m>`"),
+        ] {
+            let message = refused(|request| {
+                request.scheme = Some(scheme.into());
+                request.put("contact_detection", text).unwrap();
+            });
+            assert!(message.starts_with(&format!("contact_detection = {text}: scheme `{scheme}`")), "{message}");
+            assert!(message.contains(wanted), "{message}");
         }
     }
 

@@ -22,7 +22,7 @@ pub fn gap_velocity(gap: f64, h_open: f64, h_closed: f64, stabilisation: f64) ->
 pub struct GapRates {
     /// `1/h_open`, 1/s.
     pub open: f64,
-    /// `γ/h_closed`, 1/s.
+    /// `γ/h_closed`, or what stands for it, 1/s.
     pub closed: f64,
 }
 

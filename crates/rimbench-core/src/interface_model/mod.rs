@@ -20,6 +20,7 @@
 
 mod condensation;
 mod contact_law;
+mod contact_spring;
 mod elimination;
 mod linearisation;
 mod reduced_interface_model;
@@ -27,7 +28,8 @@ mod redundancy;
 
 pub use condensation::{Condensation, condense};
 pub use contact_law::{GapRates, gap_velocity, impact_velocity};
+pub use contact_spring::ContactSpring;
 pub use elimination::Elimination;
 pub use linearisation::{Linearisation, MassMatrix, Rows};
-pub use reduced_interface_model::ReducedInterfaceModel;
+pub use reduced_interface_model::{ReducedInterfaceModel, TOUCHING};
 pub use redundancy::Redundancy;

@@ -1,5 +1,12 @@
 //! The reduced interface model of paper Eq. 4, as plain data.
 
+use super::contact_law::gap_velocity;
+use super::contact_spring::ContactSpring;
+
+/// A contact that starts with a gap up to this counts as closed before the first step: positions of a metre are rounded to
+/// 1e-16 m, and start poses are computed to a few of those. m.
+pub const TOUCHING: f64 = 1e-9;
+
 /// A mechanical system condensed to its contacts and its interface, frozen at one communication point.
 ///
 /// ```text
@@ -25,14 +32,17 @@ pub struct ReducedInterfaceModel {
     pub gap: Vec<f64>,
     /// Interface coordinates, for example the actuator's length.
     pub position: Vec<f64>,
-    /// A contact with `gap ≤ contact_margin` counts as closed at the communication point, m.
-    pub contact_margin: f64,
+    /// Contacts whose row was at its bound in the mechanics' last step, loaded or not; before the first step, those with
+    /// `gap ≤` [`TOUCHING`].
+    pub at_bound: Vec<bool>,
     /// Fraction γ of a penetration that the mechanics removes in one of its own steps.
     pub stabilisation: f64,
     /// Restitution e of contacts that close.
     pub restitution: f64,
     /// The mechanics' own step, s.
     pub mechanics_step: f64,
+    /// Spring and damper of contacts that give way; none where they are rigid.
+    pub spring: Option<ContactSpring>,
 }
 
 impl ReducedInterfaceModel {
@@ -47,10 +57,11 @@ impl ReducedInterfaceModel {
             w: vec![0.0; n],
             gap: vec![0.0; contacts],
             position: vec![0.0; interface],
-            contact_margin: 0.0,
+            at_bound: vec![false; contacts],
             stabilisation: 0.0,
             restitution: 0.0,
             mechanics_step: 0.0,
+            spring: None,
         }
     }
 
@@ -79,15 +90,31 @@ impl ReducedInterfaceModel {
         self.w.copy_from_slice(&other.w);
         self.gap.copy_from_slice(&other.gap);
         self.position.copy_from_slice(&other.position);
-        self.contact_margin = other.contact_margin;
+        self.at_bound.copy_from_slice(&other.at_bound);
         self.stabilisation = other.stabilisation;
         self.restitution = other.restitution;
         self.mechanics_step = other.mechanics_step;
+        self.spring = other.spring;
     }
 
-    /// Lists the contacts that are closed at the communication point, `g ≤ contact_margin`.
+    /// Lists the contacts that the mechanics' own last step found closed: the definition that no option changes.
     pub fn closed_contacts(&self, list: &mut Vec<usize>) {
         list.clear();
-        list.extend((0..self.contacts).filter(|&contact| self.gap[contact] <= self.contact_margin));
+        list.extend((0..self.contacts).filter(|&contact| self.at_bound[contact]));
+    }
+
+    /// The gap term of the mechanics' own next step for one contact, m/s; see [`gap_velocity`].
+    #[inline]
+    pub fn step_gap_velocity(&self, contact: usize) -> f64 {
+        match self.spring {
+            None => gap_velocity(self.gap[contact], self.mechanics_step, self.mechanics_step, self.stabilisation),
+            Some(spring) => spring.gap_rates(self.mechanics_step).velocity(self.gap[contact]),
+        }
+    }
+
+    /// Lists the contacts with `gap ≤ width` (m).
+    pub fn contacts_within(&self, width: f64, list: &mut Vec<usize>) {
+        list.clear();
+        list.extend((0..self.contacts).filter(|&contact| self.gap[contact] <= width));
     }
 }

@@ -3,11 +3,11 @@
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::ModelSize;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
-use crate::cosim::SubsystemCounters;
+use crate::cosim::{EnergyAccount, SubsystemCounters};
 use crate::error::Failure;
 use crate::interface_model::{
-    Condensation, Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows, condense,
-    gap_velocity, impact_velocity,
+    Condensation, ContactSpring, Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows,
+    TOUCHING, condense, gap_velocity, impact_velocity,
 };
 use crate::linear_algebra::body_dot;
 
@@ -18,8 +18,9 @@ pub struct ContactLaw {
     pub stabilisation: f64,
     /// Restitution e ∈ [0, 1] of a contact that closes within the step: `w⁺ + e w⁻ ≥ 0`.
     pub restitution: f64,
-    /// A contact with `g ≤ contact_margin` counts as closed at a communication point, m.
-    pub contact_margin: f64,
+    /// Spring and damper of contacts that give way; none for rigid ones. With a spring, γ acts on joints only, and nothing rebounds but
+    /// what the spring throws back.
+    pub spring: Option<ContactSpring>,
 }
 
 /// State, Eq. 3 and Eq. 4 of a mechanical system, and its contact solver.
@@ -40,6 +41,11 @@ pub(super) struct ContactStepper {
     solver: Checked,
     h_uu: Vec<f64>,
     b_u: Vec<f64>,
+    /// `w⁺` plus gap terms of the last step; whether `eq4.at_bound` has been found from it.
+    slack: Vec<f64>,
+    closed_known: bool,
+    /// Contacts that rebounded in the last step. Written only where contacts bounce.
+    rebounded: Vec<bool>,
     /// `[P_u; h λ_i]`.
     impulses: Vec<f64>,
     p_b: Vec<f64>,
@@ -48,6 +54,8 @@ pub(super) struct ContactStepper {
     closed: Vec<usize>,
     condensation: Condensation,
     pub(super) ledger: EnergyLedger,
+    /// What the dampers of compliant contacts have taken, J.
+    damper_loss: f64,
     counters: SubsystemCounters,
 }
 
@@ -68,8 +76,8 @@ impl ContactStepper {
             interface: Rows::zeros(size.interface, size.velocities),
         };
         let mut eq4 = ReducedInterfaceModel::zeros(size.unilateral, size.interface);
-        eq4.contact_margin = law.contact_margin;
         eq4.restitution = law.restitution;
+        eq4.spring = law.spring;
         ContactStepper {
             law,
             v_next: v.clone(),
@@ -81,12 +89,16 @@ impl ContactStepper {
             solver,
             h_uu: vec![0.0; size.unilateral * size.unilateral],
             b_u: vec![0.0; size.unilateral],
+            slack: vec![0.0; size.unilateral],
+            closed_known: false,
+            rebounded: vec![false; size.unilateral],
             impulses: vec![0.0; size.unilateral + size.interface],
             p_b: vec![0.0; size.bilateral],
             last_step: f64::INFINITY,
             closed: Vec::with_capacity(size.unilateral),
             condensation: Condensation::new(size.unilateral, size.interface),
             ledger: EnergyLedger::default(),
+            damper_loss: 0.0,
             counters: SubsystemCounters::default(),
             q,
             v,
@@ -97,8 +109,8 @@ impl ContactStepper {
     /// An interface model of this system's size and law, with nothing in it yet.
     pub(super) fn empty_model(&self) -> ReducedInterfaceModel {
         let mut model = ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface());
-        model.contact_margin = self.law.contact_margin;
         model.restitution = self.law.restitution;
+        model.spring = self.law.spring;
         model
     }
 
@@ -140,6 +152,57 @@ impl ContactStepper {
         Ok(())
     }
 
+    /// Writes the interface model at the present state for a step `h`.
+    pub(super) fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), Failure> {
+        self.reduce(h)?;
+        self.find_closed();
+        model.copy_from(&self.eq4);
+        Ok(())
+    }
+
+    /// Finds the contacts whose row was at its bound in the last step, loaded or not.
+    ///
+    /// ```text
+    /// H_α· P + b_α ≤ τ ‖b‖_∞        τ the tolerance of the solver
+    /// ```
+    /// `w⁺` is unique where impulses are not, so that it does not matter which of several redundant contacts the solver loads. A
+    /// contact that rebounded is on its way out. Before the first step: gaps up to [`TOUCHING`].
+    fn find_closed(&mut self) {
+        if std::mem::replace(&mut self.closed_known, true) {
+            return;
+        }
+        if self.last_step.is_infinite() {
+            for (closed, gap) in self.eq4.at_bound.iter_mut().zip(&self.eq3.unilateral.position) {
+                *closed = *gap <= TOUCHING;
+            }
+            return;
+        }
+        let n = self.b_u.len();
+        let mut scale = 0.0;
+        for (slack, &b) in self.slack.iter_mut().zip(&self.b_u) {
+            *slack = b;
+            scale = if b.abs() > scale { b.abs() } else { scale };
+        }
+        // Few contacts carry impulse, and the matrix is symmetric: its rows are its columns.
+        for (contact, &impulse) in self.impulses[..n].iter().enumerate() {
+            if impulse != 0.0 {
+                let column = &self.h_uu[contact * n..(contact + 1) * n];
+                for (slack, h) in self.slack.iter_mut().zip(column) {
+                    *slack += h * impulse;
+                }
+            }
+        }
+        let bound = self.solver.tolerance() * scale;
+        for (closed, slack) in self.eq4.at_bound.iter_mut().zip(&self.slack) {
+            *closed = *slack <= bound;
+        }
+        if self.law.restitution > 0.0 {
+            for (closed, rebounded) in self.eq4.at_bound.iter_mut().zip(&self.rebounded) {
+                *closed &= !rebounded;
+            }
+        }
+    }
+
     /// Advances velocities and positions by one step; Eq. 3 stays that of the state before.
     pub(super) fn advance(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
         self.reduce(h)?;
@@ -152,6 +215,7 @@ impl ContactStepper {
             *q += h * v;
         }
         self.last_step = h;
+        self.closed_known = false;
         self.counters.micro_steps += 1;
         // A velocity that is not finite has reached the position by now.
         if !self.q.iter().all(|x| x.is_finite()) {
@@ -163,6 +227,9 @@ impl ContactStepper {
     /// Solves the contacts of one step; `impulses` then holds `[P_u; h λ_i]`.
     fn solve_contacts(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
         let (n_u, n) = (self.eq4.contacts(), self.impulses.len());
+        if self.law.restitution > 0.0 && self.law.spring.is_none() {
+            self.note_rebounds(h);
+        }
         for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
             *impulse = h * force;
         }
@@ -174,9 +241,71 @@ impl ContactStepper {
                 *out = *h;
             }
         }
+        if let Some(spring) = self.law.spring {
+            return self.solve_compliant(spring, h);
+        }
         let lcp = Lcp::new(&self.h_uu, &self.b_u);
         self.solver.solve(lcp, &mut self.impulses[..n_u])?;
         Ok(())
+    }
+
+    /// The same with contacts that give way.
+    #[cold]
+    fn solve_compliant(&mut self, spring: ContactSpring, h: f64) -> Result<(), Failure> {
+        self.give_way(spring, h);
+        let lcp = Lcp::new(&self.h_uu, &self.b_u);
+        self.solver.solve(lcp, &mut self.impulses[..self.b_u.len()])?;
+        self.book_dampers(spring, h);
+        Ok(())
+    }
+
+    /// Puts the law of spring and damper in the place of the rigid one.
+    fn give_way(&mut self, spring: ContactSpring, h: f64) {
+        let (n, rates) = (self.b_u.len(), spring.gap_rates(h));
+        for contact in 0..n {
+            self.b_u[contact] += rates.velocity(self.eq4.gap[contact]) - self.contact_term(contact, h);
+            self.h_uu[contact * n + contact] += spring.diagonal(h, h);
+        }
+    }
+
+    /// Books what the dampers take in the step just solved.
+    fn book_dampers(&mut self, spring: ContactSpring, h: f64) {
+        let (n, rates) = (self.b_u.len(), spring.gap_rates(h));
+        for contact in 0..n {
+            let (gap, impulse) = (self.eq4.gap[contact], self.impulses[contact]);
+            let row = body_dot(&self.h_uu[contact * n..(contact + 1) * n], &self.impulses[..n]);
+            let w = self.b_u[contact] + row - rates.velocity(gap) - spring.diagonal(h, h) * impulse;
+            self.damper_loss += spring.loss(impulse, gap, w, h);
+        }
+    }
+
+    /// Energy in the springs of compliant contacts, J.
+    pub(super) fn spring_energy(&self) -> f64 {
+        let energy = |spring: ContactSpring| self.eq3.unilateral.position.iter().map(|gap| spring.energy(*gap)).sum();
+        self.law.spring.map_or(0.0, energy)
+    }
+
+    /// The energy account, from changes of kinetic, potential and spring energy since the start (J).
+    ///
+    /// Of compliant contacts the loss is that of the dampers, and the springs are part of what is stored; what the step itself makes of
+    /// both is the integration's.
+    pub(super) fn energy_account(&self, kinetic: f64, potential: f64, springs: f64) -> EnergyAccount {
+        let account = self.ledger.account(kinetic + potential, potential);
+        if self.law.spring.is_none() {
+            return account;
+        }
+        EnergyAccount {
+            stored: account.stored + springs,
+            contact: self.damper_loss,
+            integration: account.integration + springs + self.damper_loss - account.contact,
+            ..account
+        }
+    }
+
+    fn note_rebounds(&mut self, h: f64) {
+        for (rebounds, (gap, w)) in self.rebounded.iter_mut().zip(self.eq4.gap.iter().zip(&self.eq4.w)) {
+            *rebounds = impact_velocity(self.law.restitution, *gap, *w, h).is_some();
+        }
     }
 
     /// Gap law, or impact law for a bouncing contact that closes within the step.
@@ -221,6 +350,7 @@ impl ContactStepper {
         contact.fill(f64::NAN);
         contact[4] = self.impulses[..n_u].iter().sum::<f64>() / self.last_step;
         if self.reduce(h).is_ok() {
+            self.find_closed();
             self.eq4.closed_contacts(&mut self.closed);
             condense(&self.eq4, &self.closed, Redundancy::Drop, &mut self.condensation);
             contact[0] = self.closed.len() as f64;
@@ -243,7 +373,8 @@ impl ContactStepper {
 
 /// Observables that every model with contacts has.
 ///
-/// `effective_mass_kg` is that of the closed contacts; `active_effective_mass_kg` that of the contacts that carried impulse
+/// Closed are contacts whose row was at its bound in the last step, whatever a scheme counts as closed. `effective_mass_kg` is that of
+/// the closed contacts; `active_effective_mass_kg` that of the contacts that carried impulse
 /// in the last step. The sum of contact forces is also there for contacts that have no name of their own.
 pub(super) const CONTACT_OBSERVABLES: [&str; 5] =
     ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg", "contact_force_sum_n"];

@@ -26,8 +26,8 @@ pub struct NonSmoothMechanics<M> {
     observables: Vec<Name>,
     /// How many of them are the model's own, gaps, contact forces.
     parts: [usize; 3],
-    /// `T` and `V` at the start, J.
-    start_energy: [f64; 2],
+    /// `T`, `V` and that of contact springs at the start, J.
+    start_energy: [f64; 3],
 }
 
 impl<M: MechanicalModel> NonSmoothMechanics<M> {
@@ -44,12 +44,13 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             ports,
             parts: [parts[0].len(), parts[1].len(), parts[2].len()],
             observables: parts.into_iter().flatten().chain(CONTACT_OBSERVABLES.map(Name::from)).collect(),
-            start_energy: [0.0; 2],
+            start_energy: [0.0; 3],
             model,
         };
         mechanics.linearise();
         let potential = mechanics.model.potential_energy(mechanics.position());
-        mechanics.start_energy = [mechanics.stepper.kinetic_energy(), potential];
+        let springs = mechanics.stepper.spring_energy();
+        mechanics.start_energy = [mechanics.stepper.kinetic_energy(), potential, springs];
         mechanics
     }
 
@@ -132,8 +133,7 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        self.stepper.reduce(h)?;
-        model.copy_from(&self.stepper.eq4);
+        self.stepper.interface_model(h, model)?;
         Ok(true)
     }
 
@@ -162,9 +162,9 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
     }
 
     fn energy_account(&mut self) -> Option<EnergyAccount> {
-        let [kinetic, potential] = self.start_energy;
+        let [kinetic, potential, springs] = self.start_energy;
         let potential_change = self.model.potential_energy(&self.stepper.q) - potential;
-        let stored = self.stepper.kinetic_energy() - kinetic + potential_change;
-        Some(self.stepper.ledger.account(stored, potential_change))
+        let spring_change = self.stepper.spring_energy() - springs;
+        Some(self.stepper.energy_account(self.stepper.kinetic_energy() - kinetic, potential_change, spring_change))
     }
 }

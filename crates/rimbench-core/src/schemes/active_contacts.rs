@@ -10,6 +10,7 @@ use crate::interface_model::ReducedInterfaceModel;
 /// ```text
 /// w_c⁺ = w_c + h a_c + h H_ci λ + H_cc P_c      0 ≤ w_c⁺ ⟂ P_c ≥ 0      active = {α : P_α > 0}
 /// ```
+/// With the law of the mechanics' step, `w_c⁺ + max(g, 0)/h + γ min(g, 0)/h` stands for `w_c⁺`.
 #[derive(Clone)]
 pub(super) struct ActiveContacts {
     solver: Checked,
@@ -31,7 +32,8 @@ impl ActiveContacts {
         }
     }
 
-    /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N).
+    /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N), with the law of the mechanics' step or
+    /// without.
     ///
     /// # Errors
     /// Those of the complementarity solver.
@@ -40,6 +42,7 @@ impl ActiveContacts {
         closed: &mut Vec<usize>,
         model: &ReducedInterfaceModel,
         lambda: &[f64],
+        law: bool,
     ) -> Result<(), Failure> {
         let (n, rows) = (closed.len(), closed.len() + lambda.len());
         self.packed.pack(model, closed, model.mechanics_step);
@@ -48,6 +51,14 @@ impl ActiveContacts {
         }
         self.w[n..rows].copy_from_slice(&model.w[model.contacts()..]);
         self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
+        if law {
+            if let Some(spring) = model.spring {
+                self.packed.add_to_diagonal(spring.diagonal(model.mechanics_step, model.mechanics_step));
+            }
+            for (w, &contact) in self.w_free[..n].iter_mut().zip(&*closed) {
+                *w += model.step_gap_velocity(contact);
+            }
+        }
         let lcp = Lcp::new(self.packed.h_uu(), &self.w_free[..n]);
         self.solver.solve(lcp, &mut self.impulses[..n])?;
         let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
@@ -75,13 +86,29 @@ mod tests {
         let mut active = ActiveContacts::new(2, 1, &SolverEntry::active_set());
         for (force, left) in [(1.0, &[0][..]), (4.0, &[]), (-4.0, &[0])] {
             let mut closed = vec![0, 1];
-            active.keep(&mut closed, &model, &[force]).unwrap();
+            active.keep(&mut closed, &model, &[force], false).unwrap();
             assert_eq!(closed, left, "{force} N");
         }
         // What is not closed is not asked.
         let mut closed = vec![1];
-        active.keep(&mut closed, &model, &[0.0]).unwrap();
+        active.keep(&mut closed, &model, &[0.0], false).unwrap();
         assert!(closed.is_empty());
         assert_eq!(active.counters().solves, 4);
+    }
+
+    #[test]
+    fn with_the_law_of_the_step_an_open_contact_is_active_only_if_it_closes_in_that_step() {
+        // 2 kg that fall with 1 m/s² from rest: 10 mm/s and less after 10 ms and less, that is up to 100 µm.
+        let mut model = ReducedInterfaceModel::zeros(1, 1);
+        model.h.fill(0.5);
+        model.a.fill(-1.0);
+        model.mechanics_step = 0.01;
+        let mut active = ActiveContacts::new(1, 1, &SolverEntry::active_set());
+        for (gap, left) in [(9e-5, &[0][..]), (1.1e-4, &[])] {
+            model.gap[0] = gap;
+            let mut closed = vec![0];
+            active.keep(&mut closed, &model, &[0.0], true).unwrap();
+            assert_eq!(closed, left, "{gap} m");
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! What a scheme is built from: everything it will need, so that it makes its buffers once.
 
+use super::contact_detection::ContactDetection;
 use super::model_options::ModelOptions;
 use crate::cosim::{PerSide, Ports};
 use crate::error::{Cause, Error, Failure, Result};
@@ -23,6 +24,8 @@ pub struct ModelConstruction<'a> {
     pub empty: &'a ReducedInterfaceModel,
     /// What is to be made of it.
     pub options: &'a ModelOptions,
+    /// How contacts are detected: what was asked for, or the scheme's default; none where the scheme detects none.
+    pub detection: Option<ContactDetection>,
 }
 
 impl<'a> Construction<'a> {

@@ -6,7 +6,7 @@
 //! ```text
 //! 0 ≤ w_u + T (a_u + H_ui λ_k) + H_uu P + gap term ⟂ P ≥ 0
 //! ```
-//! **near** leaves out contacts that carry no impulse then and stay open: `P_j = 0` and `g_j > T (|w_j| + |w_j⁺|) + margin`. Without them
+//! **near** leaves out contacts that carry no impulse then and stay open: `P_j = 0` and `g_j > T (|w_j| + |w_j⁺|) + 1 mm`. Without them
 //! nothing changes unless one of them closes all the same; the mechanics, which keeps all, then does it one macro step later.
 //!
 //! **coupled** leaves out, besides, contacts S that press but hardly move the interface. Their predicted forces `P_j/T` stay as loads, so
@@ -25,6 +25,10 @@ use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters
 use crate::error::Failure;
 use crate::interface_model::{ReducedInterfaceModel, gap_velocity};
 use crate::linear_algebra::Cholesky;
+
+/// Room left to a contact that is to stay open in the prediction, which knows neither how normals turn nor how the force changes.
+/// Not a detection of contacts: a larger one costs time only. Ours, m.
+const CLEARANCE: f64 = 1e-3;
 
 /// The choice of contacts with its buffers.
 #[derive(Clone)]
@@ -102,7 +106,7 @@ impl ContactSelection {
             let term = if tracked { gap_term(model, contact, length) } else { 0.0 };
             let row = &self.matrix[own * n..(own + 1) * n];
             let w = self.q[own] - term + row.iter().zip(&impulses[..n]).map(|(h, p)| h * p).sum::<f64>();
-            model.gap[contact] <= length * (model.w[contact].abs() + w.abs()) + model.contact_margin
+            model.gap[contact] <= length * (model.w[contact].abs() + w.abs()) + CLEARANCE
         });
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! What a list of schemes holds about each one.
 
 use super::construction::{Construction, ModelConstruction};
+use super::contact_detection::{ContactDetection, DetectionRule};
 use super::coupling::Coupling;
 use super::line_style::LineStyle;
 use super::model_options::ModelOptions;
@@ -52,6 +53,8 @@ pub struct SchemeEntry {
     pub sequence: Sequence,
     /// What both sides must offer; a run between others is skipped with the reason. What is exchanged besides outputs follows.
     pub needs: Vec<Need>,
+    /// How contacts are detected, if that is left open.
+    pub contact_detection: Option<DetectionRule>,
     /// What can be tuned, if anything.
     pub gain: Option<Gain>,
     /// By what it is run. Only what the loop itself runs can run in real time.
@@ -86,6 +89,7 @@ impl SchemeEntry {
             samples: 1,
             sequence: Sequence::Jacobi,
             needs: Vec::new(),
+            contact_detection: None,
             gain: None,
             driver: Driver::Explicit,
             build: Arc::new(build),
@@ -104,8 +108,9 @@ impl SchemeEntry {
         check_coupling(ports)?;
         let usual = ModelOptions::default();
         let options = options.unwrap_or(&usual);
-        let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options });
-        if let Some(ModelConstruction { empty, options }) = model {
+        let detection = self.detection(options.detection)?;
+        let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
+        if let Some(ModelConstruction { empty, options, .. }) = model {
             options.check()?;
             options.check_model(empty)?;
         }
@@ -177,6 +182,30 @@ impl SchemeEntry {
             )));
         }
         Ok(())
+    }
+
+    /// The contact detection to use: the one asked for, else the default; none where the scheme detects no contacts.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] where one is asked for that the scheme does not have.
+    pub fn detection(&self, asked: Option<ContactDetection>) -> Result<Option<ContactDetection>> {
+        let refused = |asked: ContactDetection, reason: &str| {
+            Err(Error::Incompatible(format!("contact_detection = {asked}: scheme `{}` {reason}", self.name)))
+        };
+        match (self.contact_detection, asked) {
+            (None, None) => Ok(None),
+            (Some(rule), None) => Ok(Some(rule.default)),
+            (None, Some(asked)) if self.has_model() => refused(
+                asked,
+                "has no such choice: its contacts are all that there are, or those that the mechanics found closed",
+            ),
+            (None, Some(asked)) => refused(asked, "has no reduced interface model"),
+            (Some(rule), Some(ContactDetection::MechanicsLaw)) if !rule.has_law => refused(
+                ContactDetection::MechanicsLaw,
+                "makes every contact bilateral that it detects, and a law is of no use there: use `active` or `margin:<m>`",
+            ),
+            (Some(_), Some(asked)) => Ok(Some(asked)),
+        }
     }
 
     /// The value of the gain to use: the one asked for, else the default; none where the scheme has no gain.

@@ -8,7 +8,8 @@
 //! Δλ = H r + K_s Δs + K_v Δw            K = D + ½ H R
 //! ⇒ (I − (K_v + ½ H K_s) ½ H Ĥ) Δλ = H r + H K_s w_k + (K_v + ½ H K_s) H (â + Ĥ λ_k)
 //! ```
-//! `Ĥ, â` from the interface model with those contacts bilateral that carry impulse at `t_k`; `r, D, R` from the actuator
+//! `Ĥ, â` from the interface model with those contacts bilateral that the mechanics' last step found closed and that carry
+//! impulse at `t_k`; `r, D, R` from the actuator
 //! ([`OutputRates`]). The actuator then gets the velocity on a straight line over Δw and the length that belongs to it, the
 //! mechanics the mean force λ_k + ½ Δλ: both sides at once (Jacobi), no step is taken back.
 //! **Needs** an interface model of the mechanics, directional derivatives of the actuator, an interface of at most 8 rows.
@@ -65,7 +66,7 @@ struct InterfaceJacobian {
 
 impl InterfaceJacobian {
     fn new(construction: &Construction<'_>) -> Result<Self> {
-        let ModelConstruction { empty, options } = construction.model()?;
+        let ModelConstruction { empty, options, .. } = construction.model()?;
         let (contacts, rows) = (empty.contacts(), empty.interface());
         Ok(InterfaceJacobian {
             rows,
@@ -86,7 +87,7 @@ impl InterfaceJacobian {
     /// Solves the linearised coupling equations for the increments over the macro step.
     fn predict(&mut self, lambda: &[f64], rates: &OutputRates) -> Result<(), Failure> {
         self.received.closed_contacts(&mut self.closed);
-        self.active.keep(&mut self.closed, &self.received, lambda)?;
+        self.active.keep(&mut self.closed, &self.received, lambda, false)?;
         condense(&self.received, &self.closed, self.redundancy, &mut self.condensation);
         let (rows, h) = (self.rows, self.step.length);
         let square = |entry: &dyn Fn(usize, usize) -> f64| {
@@ -176,7 +177,7 @@ mod tests {
         let ports = Ports { inputs: Vec::new(), outputs: force, direct_feedthrough: false };
         let ports = PerSide { mechanics: &ports, actuator: &ports };
         let options = &ModelOptions::default();
-        let model_construction = ModelConstruction { empty: &model, options };
+        let model_construction = ModelConstruction { empty: &model, options, detection: None };
         let construction = Construction { ports, model: Some(model_construction), gain: 1.0 };
         let mut scheme = InterfaceJacobian::new(&construction).unwrap();
         (model.h[0], model.w[0], model.position[0], model.mechanics_step) = (1.0, w, s, h);

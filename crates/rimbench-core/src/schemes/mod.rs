@@ -8,6 +8,7 @@ mod active_contacts;
 mod c1_extrapolated_interpolation;
 mod construction;
 mod contact_choice;
+mod contact_detection;
 mod contact_selection;
 mod coupling;
 mod energy_leak_damper;
@@ -38,6 +39,7 @@ mod zero_order_hold;
 
 pub use construction::{Construction, ModelConstruction};
 pub use contact_choice::ContactChoice;
+pub use contact_detection::{ContactDetection, DetectionRule};
 pub use coupling::Coupling;
 pub use entry::{BuildScheme, Family, Gain, SchemeEntry};
 pub use line_style::{Dash, LineStyle, Marker};

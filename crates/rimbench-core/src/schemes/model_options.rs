@@ -1,6 +1,7 @@
 //! Options that only schemes with a reduced interface model have.
 
 use super::contact_choice::ContactChoice;
+use super::contact_detection::ContactDetection;
 use crate::complementarity::SolverEntry;
 use crate::error::{Error, Result};
 use crate::interface_model::{ReducedInterfaceModel, Redundancy};
@@ -45,6 +46,8 @@ pub struct ModelOptions {
     pub redundancy: Redundancy,
     /// Frozen or extrapolated model.
     pub motion: ModelMotion,
+    /// Which contacts count as closed at a communication point; the scheme's default if not said.
+    pub detection: Option<ContactDetection>,
     /// Contacts that take part within a macro step (non-smooth models only).
     pub contacts: ContactChoice,
     /// Solver of the complementarity problems inside the scheme.
@@ -56,6 +59,7 @@ impl Default for ModelOptions {
         ModelOptions {
             redundancy: Redundancy::default(),
             motion: ModelMotion::default(),
+            detection: None,
             contacts: ContactChoice::default(),
             solver: Arc::new(SolverEntry::active_set()),
         }
@@ -89,6 +93,13 @@ impl ModelOptions {
                 "contacts = {} does not go with restitution {}: contacts are chosen by a prediction that knows no rebounds; use \
                  contacts `all`, or a restitution of 0",
                 self.contacts, model.restitution
+            )));
+        }
+        if self.contacts != ContactChoice::All && model.spring.is_some() {
+            return Err(Error::Incompatible(format!(
+                "contacts = {} does not go with compliant contacts: contacts are chosen by a prediction with rigid ones; use contacts `all`, or \
+                 a contact_compliance_m_n of 0",
+                self.contacts
             )));
         }
         Ok(())

@@ -49,10 +49,7 @@ impl MovingModel {
 
     /// Differences of the last two models, and whether they can be gone on with: not if a contact has opened or closed.
     fn take_rates(&mut self, elapsed: f64, model: &ReducedInterfaceModel) -> bool {
-        let closed = |model: &ReducedInterfaceModel, contact: usize| model.gap[contact] <= model.contact_margin;
-        let same_closed =
-            (0..model.contacts()).all(|contact| closed(&self.received, contact) == closed(model, contact));
-        if !(elapsed > 0.0 && same_closed) {
+        if !(elapsed > 0.0 && self.received.at_bound == model.at_bound) {
             return false;
         }
         let rates = [(&mut self.h_rate, &model.h, &self.received.h), (&mut self.a_rate, &model.a, &self.received.a)];

@@ -78,6 +78,14 @@ impl PackedModel {
         }
     }
 
+    /// Adds to the diagonal of `H_uu` in the complementarity problem what contacts that give way have there (1/kg).
+    pub(super) fn add_to_diagonal(&mut self, addition: f64) {
+        let n = self.contacts;
+        for contact in 0..n {
+            self.h_uu[contact * n + contact] += addition;
+        }
+    }
+
     /// Packs a model whose contacts are closed for good.
     pub(super) fn pack_condensed(&mut self, model: &Condensation, length: f64) {
         (self.contacts, self.length) = (0, length);

@@ -6,11 +6,12 @@
 //! ```text
 //! w_u⁺ = w_u + δ a_u + H_uu P_u + δ H_ui λ        w_i⁺ = w_i + δ a_i + H_iu P_u + δ H_ii λ        s⁺ = s + δ w_i⁺
 //! ```
-//! The schemes differ in one decision only, [`Contacts`]: what `P_u` is.
+//! The schemes differ in one decision only, [`Contacts`]: what `P_u` is. Which contacts there are is [`ContactDetection`]'s.
 
 use super::active_contacts::ActiveContacts;
 use super::construction::{Construction, ModelConstruction, sent};
 use super::contact_choice::ContactChoice;
+use super::contact_detection::{ContactDetection, DetectionRule};
 use super::contact_selection::ContactSelection;
 use super::entry::{Family, SchemeEntry};
 use super::moving_model::MovingModel;
@@ -21,6 +22,10 @@ use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Sequence, Si
 use crate::error::{Failure, Result};
 use crate::interface_model::{Condensation, GapRates, ReducedInterfaceModel, Redundancy, condense, impact_velocity};
 
+/// Where no other is asked for, the smooth model counts a contact as closed up to this gap, m. Ours: the source paper does not say
+/// how its simulator detects contacts, and without a margin the model does not show what the paper shows.
+const SMOOTH_MARGIN: f64 = 1e-3;
+
 /// How contacts enter the model within the macro step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Contacts {
@@ -28,16 +33,29 @@ pub(super) enum Contacts {
     Bilateral,
     /// Those of them that carry impulse at `t_k` are bilateral, the others are left out.
     BilateralActive,
-    /// Contacts closed at `t_k` may open: `0 ≤ w_u⁺ ⟂ P_u ≥ 0`.
+    /// Contacts closed at `t_k` may open: `0 ≤ w_u⁺ ⟂ P_u ≥ 0`, or the law that comes with their detection.
     Unilateral,
     /// All contacts are there with their gaps: `0 ≤ w_u⁺ + g/δ ⟂ P_u ≥ 0`, `g⁺ = g + δ w_u⁺`.
     UnilateralWithGaps,
+}
+
+/// What the gaps do in the complementarity condition of a micro step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum GapTerm {
+    /// Nothing: `w_u⁺ ≥ 0`.
+    None,
+    /// They stand as at `t_k`, with the mechanics' own step.
+    Frozen,
+    /// They move with the model.
+    Tracked,
 }
 
 /// A coupling scheme made from a reduced interface model.
 #[derive(Clone)]
 pub(super) struct ReducedInterface {
     contacts: Contacts,
+    detection: Option<ContactDetection>,
+    gap_term: GapTerm,
     choice: ContactChoice,
     redundancy: Redundancy,
     model: MovingModel,
@@ -84,8 +102,14 @@ struct Diagnosis {
 impl ReducedInterface {
     /// Describes the scheme with contacts of this kind.
     pub(super) fn entry(name: &'static str, about: &'static str, contacts: Contacts) -> SchemeEntry {
+        let usual = |default| Some(DetectionRule { default, has_law: contacts != Contacts::Bilateral });
         SchemeEntry {
             family: Family::Model,
+            contact_detection: match contacts {
+                Contacts::Bilateral => usual(ContactDetection::Margin { width: SMOOTH_MARGIN }),
+                Contacts::BilateralActive | Contacts::Unilateral => usual(ContactDetection::Active),
+                Contacts::UnilateralWithGaps => None,
+            },
             order: 2,
             sequence: Sequence::GaussSeidel { first: Side::Actuator },
             needs: vec![Need::ForceDisplacement, Need::InterfaceModel],
@@ -94,10 +118,18 @@ impl ReducedInterface {
     }
 
     fn new(contacts: Contacts, construction: &Construction<'_>) -> Result<Self> {
-        let ModelConstruction { empty, options } = construction.model()?;
+        let ModelConstruction { empty, options, detection } = construction.model()?;
         let (n_u, n_i) = (empty.contacts(), empty.interface());
         Ok(ReducedInterface {
             contacts,
+            detection,
+            gap_term: match (contacts, detection) {
+                (Contacts::UnilateralWithGaps, _) => GapTerm::Tracked,
+                (_, Some(ContactDetection::MechanicsLaw)) => GapTerm::Frozen,
+                // A spring presses by its gap.
+                (Contacts::Unilateral, _) if empty.spring.is_some() => GapTerm::Tracked,
+                _ => GapTerm::None,
+            },
             choice: options.contacts,
             redundancy: options.redundancy,
             model: MovingModel::new(empty, options.motion),
@@ -130,14 +162,13 @@ impl ReducedInterface {
         // The last micro step of the macro step that ends here.
         self.note_loaded();
         std::mem::swap(&mut self.set, &mut self.previous_set);
-        match self.contacts {
-            Contacts::UnilateralWithGaps => {
+        match self.detection {
+            None | Some(ContactDetection::MechanicsLaw) => {
                 self.set.clear();
                 self.set.extend(0..model.contacts());
             }
-            Contacts::Bilateral | Contacts::BilateralActive | Contacts::Unilateral => {
-                model.closed_contacts(&mut self.set)
-            }
+            Some(ContactDetection::Active) => model.closed_contacts(&mut self.set),
+            Some(ContactDetection::Margin { width }) => model.contacts_within(width, &mut self.set),
         }
         self.model.receive(sample.time, model);
         self.micro_step = sample.actuator_micro_step;
@@ -170,7 +201,10 @@ impl ReducedInterface {
         }
         self.prepare();
         let model = &self.model.received;
-        self.gap_rates = GapRates::new(self.micro_step, model.mechanics_step, model.stabilisation);
+        self.gap_rates = match model.spring {
+            None => GapRates::new(self.opening_time(), model.mechanics_step, model.stabilisation),
+            Some(spring) => spring.gap_rates(self.opening_time()),
+        };
         let n = self.packed.contacts();
         for (slot, &contact) in self.set[..n].iter().enumerate() {
             self.w[slot] = model.w[contact];
@@ -185,6 +219,14 @@ impl ReducedInterface {
         self.diagnosis.bilateral_mass = self.condensation.effective_mass;
     }
 
+    /// Time within which an open contact may use up its gap, s.
+    fn opening_time(&self) -> f64 {
+        match self.gap_term {
+            GapTerm::Frozen => self.model.received.mechanics_step,
+            GapTerm::None | GapTerm::Tracked => self.micro_step,
+        }
+    }
+
     /// Derives from the model as it stands what a micro step needs.
     fn prepare(&mut self) {
         self.packed_anew = true;
@@ -195,6 +237,9 @@ impl ReducedInterface {
             }
             Contacts::Unilateral | Contacts::UnilateralWithGaps => {
                 self.packed.pack(&self.model.current, &self.set, self.micro_step);
+                if let Some(spring) = self.model.received.spring {
+                    self.packed.add_to_diagonal(spring.diagonal(self.micro_step, self.opening_time()));
+                }
             }
         }
     }
@@ -205,16 +250,18 @@ impl ReducedInterface {
         let n = self.packed.contacts();
         let rows = n + lambda.len();
         self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
-        match self.contacts {
-            Contacts::Bilateral | Contacts::BilateralActive => return Ok(()),
-            Contacts::Unilateral => self.b_u[..n].copy_from_slice(&self.w_free[..n]),
-            Contacts::UnilateralWithGaps => {
+        if matches!(self.contacts, Contacts::Bilateral | Contacts::BilateralActive) {
+            return Ok(());
+        }
+        match self.gap_term {
+            GapTerm::None => self.b_u[..n].copy_from_slice(&self.w_free[..n]),
+            GapTerm::Frozen | GapTerm::Tracked => {
                 for (b, (w, gap)) in self.b_u[..n].iter_mut().zip(self.w_free.iter().zip(&self.gap)) {
                     *b = w + self.gap_rates.velocity(*gap);
                 }
             }
         }
-        if self.model.received.restitution > 0.0 {
+        if self.model.received.restitution > 0.0 && self.model.received.spring.is_none() {
             self.bounce(n);
         }
         let lcp = Lcp::new(self.packed.h_uu(), &self.b_u[..n]);
@@ -226,11 +273,10 @@ impl ReducedInterface {
 
     /// Replaces the gap law by the impact law where a contact closes within the micro step.
     fn bounce(&mut self, n: usize) {
-        let tracked = self.contacts == Contacts::UnilateralWithGaps;
+        let (law, time) = (self.gap_term != GapTerm::None, self.opening_time());
         for slot in 0..n {
-            let gap = if tracked { self.gap[slot] } else { 0.0 };
-            if let Some(velocity) = impact_velocity(self.model.received.restitution, gap, self.w[slot], self.micro_step)
-            {
+            let gap = if law { self.gap[slot] } else { 0.0 };
+            if let Some(velocity) = impact_velocity(self.model.received.restitution, gap, self.w[slot], time) {
                 self.b_u[slot] = self.w_free[slot] + velocity;
             }
         }
@@ -239,11 +285,20 @@ impl ReducedInterface {
     /// Leaves out of `set` what does not take part in a macro step of `length` (s).
     fn choose_contacts(&mut self, length: f64) -> Result<(), Failure> {
         if self.contacts == Contacts::BilateralActive {
-            return self.active.keep(&mut self.set, &self.model.received, &self.force);
+            let law = self.gap_term == GapTerm::Frozen;
+            let MovingModel { received, current, .. } = &mut self.model;
+            self.active.keep(&mut self.set, received, &self.force, law)?;
+            if law {
+                // What is bilateral then moves as the law says: w_c⁺ = −gap term.
+                for &contact in &self.set {
+                    current.w[contact] += received.step_gap_velocity(contact);
+                }
+            }
+            return Ok(());
         }
-        let tracked = self.contacts == Contacts::UnilateralWithGaps;
+        let law = self.gap_term != GapTerm::None;
         let MovingModel { received, current, .. } = &mut self.model;
-        self.selection.select(&mut self.set, received, &self.force, length, tracked)?;
+        self.selection.select(&mut self.set, received, &self.force, length, law)?;
         current.a.copy_from_slice(&received.a);
         Ok(())
     }
@@ -283,8 +338,10 @@ impl CouplingScheme for ReducedInterface {
         let w = &mut self.w[..n + n_i];
         self.packed.add_impulses(&self.p_u[..n], w);
         let (w_u, w_i) = w.split_at(n);
-        for (gap, w) in self.gap.iter_mut().zip(w_u) {
-            *gap += at.length * w;
+        if self.gap_term == GapTerm::Tracked {
+            for (gap, w) in self.gap.iter_mut().zip(w_u) {
+                *gap += at.length * w;
+            }
         }
         let (u_position, u_velocity) = u.split_at_mut(n_i);
         for (i, w) in w_i.iter().enumerate() {

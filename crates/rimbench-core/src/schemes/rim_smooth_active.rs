@@ -3,7 +3,8 @@
 //! ```text
 //! 0 ≤ w_c⁺ ⟂ P_c ≥ 0 once at t_k      active = {α : P_α > 0}      m_eff = (H_ii − H_iA H_AA⁺ H_Ai)⁻¹
 //! ```
-//! One complementarity problem per macro step instead of one per micro step. Active contacts of a solution without
+//! c by contact detection, by default what the mechanics' last step found closed. One complementarity problem per macro step
+//! instead of one per micro step. Active contacts of a solution without
 //! redundancy cannot lock what moves, so the spike of `rim-smooth` goes.
 //! **Needs** an interface model of the mechanics. **Order** 2 in H while contacts stay as they are (see `rim-smooth`).
 //! **Known weakness**: the choice of `t_k` stands for the whole macro step: a contact that should open pulls, and one that

@@ -26,7 +26,6 @@ pub struct Variation {
 
 /// What is varied. Cases that are not listed here are harvested at their defaults.
 pub const VARIATIONS: &[Variation] = &[
-    Variation { case: "wedge-box", settings: &[("contact_margin_m", "1e-4")] },
     Variation { case: "wedge-box", settings: &[("restitution", "0.5")] },
     Variation { case: "wedge-box", settings: &[("ledge_height_m", "0.03"), ("disc_mass_kg", "150")] },
     Variation { case: "wedge-box-two-ledges", settings: &[("restitution", "0.3")] },

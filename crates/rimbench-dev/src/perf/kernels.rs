@@ -94,7 +94,7 @@ fn start_model(system: &mut CoupledSystem) -> Result<ReducedInterfaceModel> {
 /// Eq. 3 of the wedge box at its start.
 fn start_linearisation() -> Result<NonSmoothMechanics<WedgeBox>> {
     let model = WedgeBox::new(wedge_box_geometry(&wedge_box()?.default_parameters()))?;
-    let law = ContactLaw { stabilisation: 0.2, restitution: 0.0, contact_margin: 1e-3 };
+    let law = ContactLaw { stabilisation: 0.2, restitution: 0.0, spring: None };
     let ports = system()?.sides.mechanics.ports().clone();
     Ok(NonSmoothMechanics::new(model, law, ports, SolverEntry::active_set().checked(4)))
 }

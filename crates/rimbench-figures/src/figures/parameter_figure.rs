@@ -1,6 +1,11 @@
-//! A metric against a parameter of the case: median over phases, with the range from best to worst phase.
+//! A metric against a parameter of the case, or against the contact margin: median over phases, with the range from best to worst
+//! phase.
 
+<<<<<<< HEAD
 use super::statistics::{FRACTION_STABLE, Only, Part, Runs, groups};
+=======
+use super::statistics::{FRACTION_STABLE, OverPhases, Part, Runs};
+>>>>>>> 5f33ad4 (Contact detection as an option of the interface models; compliant contacts; a case in which three contacts last)
 use super::sweep_figure::with_range;
 use crate::chart::{Axis, Figure, Panel};
 use crate::drawing::Drawing;
@@ -15,11 +20,23 @@ use std::path::Path;
 pub struct ParameterFigure {
     width: f64,
     height: f64,
-    /// The parameter across, by name.
+    /// The parameter across, by name; `contact_detection` for the margin, whose last part of a label then is no part of the series,
+    /// and across which runs without a margin are drawn as level lines.
     parameter: String,
     /// Heading of the horizontal axis.
     x_label: String,
     panels: Vec<ParameterPanel>,
+}
+
+/// Column of `runs.csv` that says how contacts were detected.
+const MARGIN: &str = "contact_detection";
+
+/// The values that there are, ascending.
+fn abscissae(values: &[f64]) -> Vec<f64> {
+    let mut values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -51,6 +68,7 @@ impl ParameterFigure {
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
             let y = if spec.metric == FRACTION_STABLE { Axis::linear(&spec.label) } else { Axis::log10(&spec.label) };
+<<<<<<< HEAD
             let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.within(spec.range));
             let runs = all.chosen(&spec.only)?;
             let values = self.values(&runs, folder)?;
@@ -66,6 +84,21 @@ impl ParameterFigure {
                     runs.refuse_several(&rows, "case and set", problem)?;
                 }
                 let points = runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?;
+=======
+            let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.range(spec.range[0], spec.range[1]));
+            let wanted_ms = spec.macro_step_s.map(|step| step * 1e3);
+            let shown = |row: usize| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9);
+            for (label, rows) in self.series(&runs, &values, &spec.labels) {
+                let rows: Vec<usize> = rows.into_iter().filter(|&row| shown(row)).collect();
+                let points = match rows.iter().any(|&row| values[row].is_finite()) {
+                    true => runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?,
+                    false => {
+                        let level = runs.over_phases(&rows, |_| 0.0, &spec.metric, spec.part)?;
+                        let across = |x: f64| level.iter().map(move |point| OverPhases { x, ..*point });
+                        abscissae(&values).into_iter().flat_map(across).collect()
+                    }
+                };
+>>>>>>> 5f33ad4 (Contact detection as an option of the interface models; compliant contacts; a case in which three contacts last)
                 panel = with_range(panel, &points, &styles.shown_name(&label), styles.of_label(&label));
             }
             figure = figure.panel(panel);
@@ -73,8 +106,28 @@ impl ParameterFigure {
         figure.draw_if_it_fits()
     }
 
+    /// Labels with their rows; with the margin across, what differs in the margin only is one series.
+    fn series(&self, runs: &Runs, values: &[f64], wanted: &[String]) -> Vec<(String, Vec<usize>)> {
+        let mut series: Vec<(String, Vec<usize>)> = Vec::new();
+        for label in runs.labels(wanted) {
+            let rows = runs.of_label(&label);
+            let swept = self.parameter == MARGIN && rows.iter().all(|&row| values[row].is_finite());
+            let name = label.rsplit_once('/').filter(|_| swept).map_or(label.as_str(), |(name, _)| name);
+            match series.iter_mut().find(|(known, _)| known == name) {
+                Some((_, known)) => known.extend(rows),
+                None => series.push((name.to_owned(), rows)),
+            }
+        }
+        series
+    }
+
     /// The parameter's value in each run: its row in `parameters.csv`, found by case and set of changed parameters.
     fn values(&self, runs: &Runs, folder: &Path) -> Result<Vec<f64>> {
+        if self.parameter == MARGIN {
+            let column = runs.table.column(MARGIN)?;
+            let width = |run: usize| runs.table.text(run, column).strip_prefix("margin:")?.parse().ok();
+            return Ok((0..runs.table.len()).map(|run| width(run).unwrap_or(f64::NAN)).collect());
+        }
         let path = folder.join("parameters.csv");
         let parameters = ResultsTable::read(&path)?;
         let rows = parameters.rows_where(parameters.column("parameter")?, &self.parameter);
