@@ -286,12 +286,8 @@ fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<Checked
         expected: claim.expect.to_string(),
         verdict,
         finding: claim.finding,
-<<<<<<< HEAD
-        run_ids: basis.run_ids.join(" "),
-=======
         superseded: claim.superseded.clone(),
-        run_ids: ids.join(" "),
->>>>>>> 5f33ad4 (Contact detection as an option of the interface models; compliant contacts; a case in which three contacts last)
+        run_ids: basis.run_ids.join(" "),
     })
 }
 

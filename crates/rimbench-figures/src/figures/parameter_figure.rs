@@ -1,11 +1,7 @@
 //! A metric against a parameter of the case, or against the contact margin: median over phases, with the range from best to worst
 //! phase.
 
-<<<<<<< HEAD
-use super::statistics::{FRACTION_STABLE, Only, Part, Runs, groups};
-=======
-use super::statistics::{FRACTION_STABLE, OverPhases, Part, Runs};
->>>>>>> 5f33ad4 (Contact detection as an option of the interface models; compliant contacts; a case in which three contacts last)
+use super::statistics::{FRACTION_STABLE, Only, OverPhases, Part, Runs, groups};
 use super::sweep_figure::with_range;
 use crate::chart::{Axis, Figure, Panel};
 use crate::drawing::Drawing;
@@ -68,37 +64,32 @@ impl ParameterFigure {
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
             let y = if spec.metric == FRACTION_STABLE { Axis::linear(&spec.label) } else { Axis::log10(&spec.label) };
-<<<<<<< HEAD
             let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.within(spec.range));
             let runs = all.chosen(&spec.only)?;
             let values = self.values(&runs, folder)?;
             let (case, set) = (runs.table.column("case")?, runs.table.column("set")?);
-            for label in runs.labels(&spec.labels) {
-                let mut rows = runs.of_label(&label);
-                let wanted_ms = spec.macro_step_s.map(|step| step * 1e3);
-                rows.retain(|&row| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9));
-                runs.refuse_several(&rows, "macro_step_s", |row| format!("{} ms", runs.macro_step_ms(row)))?;
-                // One value of the parameter is one problem: no other case, and nothing else that differs.
-                for (_, rows) in groups(&rows, |row| values[row]) {
-                    let problem = |row: usize| format!("{} {}", runs.table.text(row, case), runs.table.text(row, set));
-                    runs.refuse_several(&rows, "case and set", problem)?;
-                }
-                let points = runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?;
-=======
-            let mut panel = Panel::new(&spec.title, Axis::log10(&self.x_label), y.range(spec.range[0], spec.range[1]));
             let wanted_ms = spec.macro_step_s.map(|step| step * 1e3);
             let shown = |row: usize| wanted_ms.is_none_or(|step| (runs.macro_step_ms(row) / step - 1.0).abs() < 1e-9);
             for (label, rows) in self.series(&runs, &values, &spec.labels) {
                 let rows: Vec<usize> = rows.into_iter().filter(|&row| shown(row)).collect();
+                runs.refuse_several(&rows, "macro_step_s", |row| format!("{} ms", runs.macro_step_ms(row)))?;
+                // One value of the parameter is one problem: no other case, and nothing else that differs.
+                let problem = |row: usize| format!("{} {}", runs.table.text(row, case), runs.table.text(row, set));
                 let points = match rows.iter().any(|&row| values[row].is_finite()) {
-                    true => runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?,
+                    true => {
+                        for (_, rows) in groups(&rows, |row| values[row]) {
+                            runs.refuse_several(&rows, "case and set", problem)?;
+                        }
+                        runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?
+                    }
+                    // What has no value of the parameter is a level across.
                     false => {
+                        runs.refuse_several(&rows, "case and set", problem)?;
                         let level = runs.over_phases(&rows, |_| 0.0, &spec.metric, spec.part)?;
                         let across = |x: f64| level.iter().map(move |point| OverPhases { x, ..*point });
                         abscissae(&values).into_iter().flat_map(across).collect()
                     }
                 };
->>>>>>> 5f33ad4 (Contact detection as an option of the interface models; compliant contacts; a case in which three contacts last)
                 panel = with_range(panel, &points, &styles.shown_name(&label), styles.of_label(&label));
             }
             figure = figure.panel(panel);
