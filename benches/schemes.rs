@@ -5,8 +5,7 @@
 //! of 100 calls to the actuator's side, or as many to the mechanics'; the time per element is that of one call.
 //!
 //! Measured side by side on a shared machine, ns per call beyond the 7.7 ns of the zero-order hold, to the actuator and to the
-//! mechanics: first-order hold 15 and 13, second-order hold 18 and 18, transmission line 12 and 1, predicted acceleration −1 and
-//! 14; all other signal-based schemes within 2. Model-based: interface Jacobian −2, fixed mass 7, smooth 9, non-smooth 22.
+//! mechanics: first-order hold 15 and 13, second-order hold 18 and 18, transmission line 12 and 1; all other signal-based schemes within 2. Model-based: interface Jacobian −2, fixed mass 7, smooth 9, non-smooth 22.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rimbench::cosim::{

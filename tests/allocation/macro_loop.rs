@@ -40,9 +40,14 @@ fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
         counts.push(asked());
     };
     let report = observed(&setup, sides, coupling, &mut observe);
-    // Once more after the loop: a failure that ends it must not allocate either.
+    // Once more after the loop. A failure that ends it is one block, and nothing else may be allocated with it.
     counts.push(asked());
-    (counts.windows(2).map(|pair| pair[1] - pair[0]).collect(), report.outcome)
+    let mut counts: Vec<u64> = counts.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let failed = !matches!(report.outcome, Outcome::Completed | Outcome::Diverged { .. });
+    if let Some(last) = counts.last_mut().filter(|_| failed) {
+        *last = last.saturating_sub(1);
+    }
+    (counts, report.outcome)
 }
 
 fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
@@ -56,8 +61,9 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
             (Sequence::GaussSeidel { first: Side::Actuator }, ForceReturn::End, MechanicsSteps::count(3).unwrap()),
             (Sequence::GaussSeidel { first: Side::Actuator }, ForceReturn::Profile, ALL),
         ];
-        if scheme.family == Family::Signal {
-            ways.push((Sequence::GaussSeidel { first: Side::Mechanics }, ForceReturn::Held, ONE));
+        let mechanics_first = Sequence::GaussSeidel { first: Side::Mechanics };
+        if scheme.check_sequence(mechanics_first).is_ok() {
+            ways.push((mechanics_first, ForceReturn::Held, ONE));
         }
         // The solver is the same object in all of them: the others need to be seen once per scheme.
         if solver.name != DEFAULT {

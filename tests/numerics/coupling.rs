@@ -3,15 +3,15 @@
 
 use crate::support::*;
 use rimbench::cosim::{
-    Abilities, CommunicationGrid, EnergyAccount, ForceReturn, MechanicsSteps, Outcome, OutputRates, PerSide, Ports,
-    Sequence, Setup, Side, StopFlag, Subsystem, SubsystemCounters,
+    Abilities, CommunicationGrid, EnergyAccount, ForceReturn, InputPolynomials, MechanicsSteps, Outcome, OutputRates,
+    PerSide, Ports, Sequence, Setup, Side, StopFlag, Subsystem, SubsystemCounters,
 };
 use rimbench::error::Failure;
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::mechanics::{ContactLaw, NonSmoothMechanics, monolithic};
 use rimbench::name::Name;
 use rimbench::runs::{RunResult, RunSpec};
-use rimbench::schemes::Family;
+use rimbench::schemes::Need;
 
 const ACTUATOR_FIRST: Sequence = Sequence::GaussSeidel { first: Side::Actuator };
 const RIM: [&str; 3] = ["rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"];
@@ -289,6 +289,9 @@ impl Abilities for Withdraws {
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         self.inner.abilities().output_rates(t, u, rates)
     }
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        self.inner.abilities().input_polynomials()
+    }
     fn observables(&mut self) -> &[Name] {
         self.inner.abilities().observables()
     }
@@ -435,6 +438,6 @@ fn a_force_return_that_the_sequence_cannot_deliver_must_be_refused() {
             }
         }
         let model_first = scheme.sequence_and_return(Some(mechanics_first), None);
-        assert_eq!(model_first.is_err(), scheme.family == Family::Model, "{}", scheme.name);
+        assert_eq!(model_first.is_err(), scheme.needs.contains(&Need::NotMechanicsFirst), "{}", scheme.name);
     }
 }

@@ -132,8 +132,11 @@ fn lines_are_short_and_so_is_the_contract() {
 }
 
 /// Schemes that are told of on the page of another.
-const SHARED_PAGES: [(&str, &str); 2] =
-    [("c1-extrapolated-interpolation-quadratic", "c1-extrapolated-interpolation"), ("nepce-feedthrough", "nepce")];
+const SHARED_PAGES: [(&str, &str); 3] = [
+    ("c1-extrapolated-interpolation-quadratic", "c1-extrapolated-interpolation"),
+    ("nepce-feedthrough", "nepce"),
+    ("true-acceleration-linear", "true-acceleration"),
+];
 
 #[test]
 fn every_case_and_scheme_has_a_page_and_a_line_in_the_readme() {

@@ -5,9 +5,9 @@ use rimbench::cases::{Case, CoupledSystem, ExactSolution, Parameters, Recorder, 
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::SolverEntry;
 use rimbench::cosim::{
-    Abilities, Bounds, CommunicationGrid, CommunicationPoint, EnergyAccount, ForceReturn, MechanicsSteps, OutputRates,
-    PerSide, Port, Ports, Quantity, Report, Sequence, Setup, Sides, StopFlag, Subsystem, SubsystemCounters,
-    Supervision, Trajectory,
+    Abilities, Bounds, CommunicationGrid, CommunicationPoint, EnergyAccount, ForceReturn, InputPolynomials,
+    MechanicsSteps, OutputRates, PerSide, Port, Ports, Quantity, Report, Sequence, Setup, Sides, StopFlag, Subsystem,
+    SubsystemCounters, Supervision, Trajectory,
 };
 use rimbench::error::{Failure, Result};
 use rimbench::harness::monotonic_clock;
@@ -383,6 +383,10 @@ impl Abilities for Springs {
         }
         Ok(true)
     }
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
+    }
+
     fn observables(&mut self) -> &[Name] {
         &[]
     }

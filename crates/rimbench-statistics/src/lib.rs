@@ -2,9 +2,11 @@
 //!
 //! Pure functions of slices; nothing is read, written or timed here.
 
+mod geometric_mean;
 mod intervals;
 mod performance_profile;
 
+pub use geometric_mean::{charged, shifted_geometric_mean};
 pub use intervals::{Fence, TimeSummary, fence, ratio_interval};
 pub use performance_profile::{performance_profile, performance_ratios, share_within};
 

@@ -51,6 +51,7 @@ pub(super) fn entry() -> Case {
             "actuator_force_n",
         )],
         reference: Arc::new(|parameters| exact(parameters).map(ReferenceMethod::Exact)),
+        constant_mechanics: true,
         ..Case::new(
             "bouncing-ball",
             "Ball that bounces under a carriage on springs (exact between impacts; published times without the springs)",

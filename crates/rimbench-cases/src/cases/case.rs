@@ -3,7 +3,7 @@
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::cosim::{PerSide, Subsystem};
+use rimbench_core::cosim::{MechanicsSteps, PerSide, Subsystem};
 use rimbench_core::error::Result;
 use rimbench_core::name::{Name, names};
 use std::fmt;
@@ -123,6 +123,9 @@ pub struct Case {
     /// All state variables, positions first, then their velocities in the same order, if the case is linear for at
     /// least some of its parameters; else none.
     pub linear_state: Vec<StateVariable>,
+    /// Whether mass matrix, applied forces and Jacobians of the mechanics are the same in all states, joints closed, no friction:
+    /// an interface model with all contacts then *is* the mechanics (see [`RunSpec::model_is_exact`](crate::runs::RunSpec)).
+    pub constant_mechanics: bool,
     /// What runs are held against.
     pub reference: ChooseReference,
     /// Builds both sides.
@@ -153,6 +156,7 @@ impl Case {
             drawing_columns: Vec::new(),
             interface_columns: Vec::new(),
             linear_state: Vec::new(),
+            constant_mechanics: false,
             reference: Arc::new(|_| Ok(ReferenceMethod::Refined)),
             build: Arc::new(build),
         }
@@ -161,6 +165,12 @@ impl Case {
     /// The parameters at their defaults.
     pub fn default_parameters(&self) -> Parameters {
         Parameters::defaults(self.name.clone(), &self.parameters)
+    }
+
+    /// The mechanics' own steps per macro step unless others are asked for: one; on a linear case as many as the actuator takes, so
+    /// that what is seen is the coupling.
+    pub fn usual_mechanics_steps(&self) -> MechanicsSteps {
+        if self.linear_state.is_empty() { MechanicsSteps::ONE } else { MechanicsSteps::AsActuator }
     }
 
     /// All columns that a run records: those of the trace, then those of drawings.

@@ -51,6 +51,7 @@ pub(super) fn entry() -> Case {
             "interface_velocity_m_s",
             "actuator_force_n",
         )],
+        constant_mechanics: true,
         ..Case::new(
             "cradle",
             "Three balls on pendulums under Moreau's impact law, the first held by a carriage on springs",

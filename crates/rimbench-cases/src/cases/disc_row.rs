@@ -29,6 +29,7 @@ pub(super) fn entry() -> Case {
         trace_columns: names(&loader::TRACE_COLUMNS),
         drawing_columns: names(&loader::DRAWING_COLUMNS),
         interface_columns: vec![loader::interface_columns()],
+        constant_mechanics: true,
         ..Case::new(
             "disc-row",
             "A loader's blade pushes a row of discs together and against a wall (a contact chain)",

@@ -77,6 +77,7 @@ pub(super) fn entry() -> Case {
             InterfaceColumns::new("left_length_m", "left_velocity_m_s", "left_force_n"),
             InterfaceColumns::new("right_length_m", "right_velocity_m_s", "right_force_n"),
         ],
+        constant_mechanics: true,
         ..Case::new(
             "gripper",
             "Two opposed cylinders squeeze a box (two interface rows, redundant contacts, over-constrained when closed)",

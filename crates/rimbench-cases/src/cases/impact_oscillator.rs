@@ -50,6 +50,7 @@ pub(super) fn entry() -> Case {
             "actuator_force_n",
         )],
         reference: Arc::new(|parameters| exact(parameters).map(ReferenceMethod::Exact)),
+        constant_mechanics: true,
         ..Case::new(
             "impact-oscillator",
             "Mass driven by a shaken spring against a stop (exact between impacts; closed form of period-n orbits)",

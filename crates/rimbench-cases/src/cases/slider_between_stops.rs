@@ -47,6 +47,7 @@ pub(super) fn entry() -> Case {
             "actuator_force_n",
         )],
         reference: Arc::new(|parameters| exact(parameters).map(ReferenceMethod::Exact)),
+        constant_mechanics: true,
         ..Case::new(
             "slider-between-stops",
             "Slider between two stops, driven by a carriage on springs (exact between impacts)",

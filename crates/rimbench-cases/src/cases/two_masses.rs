@@ -27,17 +27,19 @@ pub(super) fn state() -> Vec<StateVariable> {
 
 /// How each side integrates itself, one of `names`.
 pub(super) fn integrator(names: &[&'static str], source: &'static str) -> Parameter {
-    Parameter::choice("integrator", names.iter().copied(), "how each side integrates itself under held inputs", source)
+    let about = "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held";
+    Parameter::choice("integrator", names.iter().copied(), about, source)
 }
 
 /// The integrators of two of the cases.
-pub(super) const INTEGRATORS: [&str; 3] = ["exact", "semi-implicit-euler", "trapezoidal"];
+pub(super) const INTEGRATORS: [&str; 4] = ["exact", "semi-implicit-euler", "trapezoidal", "exact-sampled"];
 
 /// The one of [`INTEGRATORS`] that the parameters say.
 pub(super) fn integrator_of(parameters: &Parameters) -> OscillatorIntegrator {
     match parameters.choice("integrator") {
         "semi-implicit-euler" => OscillatorIntegrator::SemiImplicitEuler,
         "trapezoidal" => OscillatorIntegrator::Trapezoidal,
+        "exact-sampled" => OscillatorIntegrator::ExactSampled,
         _ => OscillatorIntegrator::Exact,
     }
 }

@@ -12,6 +12,20 @@ pub(super) const FORCE_ERROR_RMS: Metric = Metric {
     compute: |evidence| worst(evidence, |row| rms_error(evidence, row.force)),
 };
 
+pub(super) const FORCE_ERROR_L1: Metric = Metric {
+    name: "force_error_l1_n",
+    unit: "N",
+    about: "Mean over communication points of the magnitude of the actuator's own force minus the reference's: of an impact that \
+            comes late by Δt it counts Δt, where the rms counts its root",
+    compute: |evidence| {
+        worst(evidence, |row| {
+            let errors = evidence.pairs(row.force).map(|(own, reference)| (own - reference).abs());
+            let (sum, count) = errors.fold((0.0, 0_usize), |(sum, count), error| (sum + error, count + 1));
+            (count > 0).then(|| sum / count as f64)
+        })
+    },
+};
+
 pub(super) const FORCE_ERROR_MAX: Metric = Metric {
     name: "force_error_max_n",
     unit: "N",

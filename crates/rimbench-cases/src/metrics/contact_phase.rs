@@ -32,6 +32,13 @@ pub struct ContactInterval {
     open_row: f64,
 }
 
+impl ContactInterval {
+    /// Time of the row in which the contact closed, s; none where it was closed from the start.
+    pub(super) fn closed_during_run(&self) -> Option<f64> {
+        self.phase.closed_at.map(|_| self.closed_row)
+    }
+}
+
 /// The intervals during which the contact with the gap column `gap` is closed.
 ///
 /// A contact that the stepper catches in the step in which it closes arrives at its gap of zero only at the end of that

@@ -1,5 +1,6 @@
 //! What the coupling does to energy.
 
+use super::contact_phase::ContactInterval;
 use super::evidence::Metric;
 use rimbench_statistics::slope;
 
@@ -22,6 +23,22 @@ pub(super) const INTERFACE_RESIDUAL: Metric = Metric {
     unit: "J",
     about: "Work sent minus work received: what the coupling lost (above 0) or created (below 0)",
     compute: |evidence| evidence.report.audit.work.residual_j(),
+};
+
+pub(super) const RESIDUAL_IN_IMPACTS: Metric = Metric {
+    name: "interface_residual_in_impacts_j",
+    unit: "J",
+    about: "Part of the interface residual from the macro steps in which a contact closed: lost (above 0) or created; the rest is smooth",
+    compute: |evidence| {
+        let mut instants: Vec<f64> =
+            evidence.run_contacts.iter().flatten().filter_map(ContactInterval::closed_during_run).collect();
+        instants.sort_by(f64::total_cmp);
+        instants.dedup();
+        let steps = evidence.report.interface_residual.windows(2);
+        let in_impacts = steps.filter(|step| instants.binary_search_by(|t| t.total_cmp(&step[1][0])).is_ok());
+        (!evidence.report.interface_residual.is_empty() && !evidence.gaps.is_empty())
+            .then(|| in_impacts.map(|step| step[1][1] - step[0][1]).sum())
+    },
 };
 
 pub(super) const INTERFACE_DRIFT: Metric = Metric {

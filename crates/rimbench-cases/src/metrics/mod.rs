@@ -9,16 +9,20 @@ mod contact_phase;
 mod energy;
 mod event;
 mod evidence;
+mod impulse;
 mod pace;
 
 pub use contact_phase::{ContactInterval, contact_intervals};
 pub use evidence::{Evidence, InterfaceRow, Metric};
+pub(crate) use impulse::impulse_column;
 
 /// Every metric, in the order of the columns in data.
 pub const METRICS: &[Metric] = &[
     accuracy::FORCE_ERROR_RMS,
+    accuracy::FORCE_ERROR_L1,
     accuracy::FORCE_ERROR_MAX,
     accuracy::FORCE_ERROR_OF_PEAK,
+    impulse::IMPULSE_ERROR,
     accuracy::FORCE_PEAK,
     accuracy::FORCE_PEAK_RATIO,
     accuracy::VELOCITY_ERROR_RMS,
@@ -34,6 +38,7 @@ pub const METRICS: &[Metric] = &[
     energy::WORK_SENT,
     energy::WORK_RECEIVED,
     energy::INTERFACE_RESIDUAL,
+    energy::RESIDUAL_IN_IMPACTS,
     energy::INTERFACE_DRIFT,
     energy::STORED_CHANGE,
     energy::PUMP_WORK,

@@ -1,7 +1,7 @@
 //! Two actuators as one side of a co-simulation with an interface of two rows.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -112,6 +112,10 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
             }
         }
         Ok(true)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
     }
 
     fn observables(&mut self) -> &[Name] {

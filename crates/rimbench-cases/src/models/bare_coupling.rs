@@ -4,9 +4,9 @@
 //! extrapolated. As the masses do not feel each other otherwise, they are one subsystem here and the element the other.
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
-use super::two_masses::{CouplingElement, FORCE, WalledMass, ports};
+use super::two_masses::{CouplingElement, FORCE, WalledMass, polynomial_work, ports};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters, no_abilities,
+    Abilities, EnergyAccount, InputPolynomials, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -23,6 +23,7 @@ const ALL_STATES: [Name; 4] =
 pub struct FreeMasses {
     bodies: [WalledMass; 2],
     motions: [HeldOscillator; 2],
+    inputs: InputPolynomials,
     ports: Ports,
     work: f64,
     counters: SubsystemCounters,
@@ -37,6 +38,7 @@ impl FreeMasses {
         FreeMasses {
             motions: [motion(&bodies[0]), motion(&bodies[1])],
             bodies,
+            inputs: InputPolynomials::new(1),
             ports: Ports { inputs: ports(&[FORCE]), outputs: ports(&ELONGATION), direct_feedthrough: false },
             work: 0.0,
             counters: SubsystemCounters::default(),
@@ -60,11 +62,20 @@ impl Subsystem for FreeMasses {
     }
 
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        let [before, _] = self.elongation();
-        for ((motion, body), force) in self.motions.iter_mut().zip(&self.bodies).zip([-u[0], u[0]]) {
-            motion.advance((body.stiffness * body.wall + force) / body.mass, h);
+        let before = self.elongation();
+        let sides = self.motions.iter_mut().zip(&self.bodies).zip([-1.0, 1.0]);
+        if let Some(&[force]) = self.inputs.take() {
+            for ((motion, body), sign) in sides {
+                let [b0, b1, b2, b3] = force.map(|force| sign * force / body.mass);
+                motion.advance_polynomial([b0 + body.stiffness * body.wall / body.mass, b1, b2, b3], h);
+            }
+            self.work += polynomial_work(force, before, self.elongation(), h);
+        } else {
+            for ((motion, body), sign) in sides {
+                motion.advance((body.stiffness * body.wall + sign * u[0]) / body.mass, h);
+            }
+            self.work += u[0] * (self.elongation()[0] - before[0]);
         }
-        self.work += u[0] * (self.elongation()[0] - before);
         self.counters.micro_steps += 1;
         let finite = self.motions.iter().all(HeldOscillator::is_finite);
         if finite { Ok(()) } else { Err(Failure::non_finite(ELONGATION[0].0)) }
@@ -104,6 +115,10 @@ impl Abilities for FreeMasses {
 
     fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
         Ok(false)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        self.motions[0].takes_polynomials().then_some(&mut self.inputs)
     }
 
     fn observables(&mut self) -> &[Name] {
@@ -161,7 +176,7 @@ impl Subsystem for CouplingForce {
     }
 
     fn abilities(&mut self) -> &mut dyn Abilities {
-        no_abilities()
+        self
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
@@ -170,5 +185,44 @@ impl Subsystem for CouplingForce {
 
     fn counters(&self) -> SubsystemCounters {
         self.counters
+    }
+}
+
+impl Abilities for CouplingForce {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        None
+    }
+
+    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+        rates.rate.fill(0.0);
+        rates.feedthrough.copy_from_slice(&[-self.element.stiffness, -self.element.damper_slope(u[1])]);
+        rates.rate_gain.fill(0.0);
+        Ok(true)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
+    }
+
+    fn observables(&mut self) -> &[Name] {
+        &[]
+    }
+
+    fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
+
+    fn interface_work(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_identity_residual(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn energy_account(&mut self) -> Option<EnergyAccount> {
+        None
     }
 }

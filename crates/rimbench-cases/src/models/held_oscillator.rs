@@ -1,12 +1,15 @@
-//! One linear oscillator under a load that is held within each step, by several integrators.
+//! One linear oscillator under a load that is held within each step, or a polynomial of time, by several integrators.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Matrix6};
+use rimbench_core::cosim::Cubic;
 
 /// How a [`HeldOscillator`] is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OscillatorIntegrator {
-    /// Matrix exponential: no error but that of the held load.
+    /// Matrix exponential: no error at all, for a load that is a polynomial of time.
     Exact,
+    /// Matrix exponential for a load that is held: of a load that changes within the step, the mean.
+    ExactSampled,
     /// `v⁺ = v + h a(x, v)`, `x⁺ = x + h v⁺`.
     SemiImplicitEuler,
     /// Trapezoidal rule.
@@ -21,10 +24,12 @@ pub enum OscillatorIntegrator {
     },
 }
 
-/// `ẍ + C ẋ + K x = b`, with `b` held for one step at a time.
+/// `ẍ + C ẋ + K x = b`, with `b` held for one step at a time, or a polynomial `Σ b_p τ^p` of degree 3 in it.
 ///
 /// ```text
 /// exact               [x v]⁺ = Φ [x v] + γ b       [Φ γ; 0 1] = exp(h [[0 1 0], [−K −C 1], [0 0 0]])
+///                     [x v]⁺ = Φ [x v] + Σ_p p! b_p γ_p   [Φ γ_0 … γ_3; 0 N] = exp(h [[0 1 0 0 0 0], [−K −C 1 0 0 0], [0 0 0 1 0 0], …]):
+///                     a chain of integrators makes the derivatives of b
 /// trapezoidal         v⁺ (1 + hC/2 + h²K/4) = v (1 − hC/2 − h²K/4) + h (b − K x),   x⁺ = x + ½h (v + v⁺)
 /// generalised-α       (1 − α_m) a⁺ + α_m a + C v_f + K x_f = b,   (·)_f = (1 − α_f)(·)⁺ + α_f (·)
 /// ```
@@ -42,6 +47,9 @@ pub struct HeldOscillator {
     step: f64,
     /// First two rows of the exponential.
     exponential: [[f64; 3]; 2],
+    /// The step of the exponential with the chain of integrators, and its γ_p, p! multiplied in.
+    chain_step: f64,
+    chain: [[f64; 2]; 4],
 }
 
 impl HeldOscillator {
@@ -49,7 +57,23 @@ impl HeldOscillator {
     pub fn new(stiffness: f64, damping: f64, start: [f64; 2], integrator: OscillatorIntegrator) -> Self {
         let [x, v] = start;
         let exponential = [[0.0; 3]; 2];
-        HeldOscillator { stiffness, damping, x, v, a: f64::NAN, integrator, step: f64::NAN, exponential }
+        HeldOscillator {
+            stiffness,
+            damping,
+            x,
+            v,
+            a: f64::NAN,
+            integrator,
+            step: f64::NAN,
+            exponential,
+            chain_step: f64::NAN,
+            chain: [[0.0; 2]; 4],
+        }
+    }
+
+    /// True if a load that is a polynomial of time is integrated as such.
+    pub fn takes_polynomials(&self) -> bool {
+        self.integrator == OscillatorIntegrator::Exact
     }
 
     /// x, m.
@@ -81,7 +105,7 @@ impl HeldOscillator {
     pub fn advance(&mut self, load: f64, h: f64) {
         let (k, c, x, v) = (self.stiffness, self.damping, self.x, self.v);
         match self.integrator {
-            OscillatorIntegrator::Exact => {
+            OscillatorIntegrator::Exact | OscillatorIntegrator::ExactSampled => {
                 if self.step != h {
                     self.exponentiate(h);
                 }
@@ -101,6 +125,25 @@ impl HeldOscillator {
             OscillatorIntegrator::GeneralisedAlpha { alpha_m, alpha_f } => {
                 self.generalised_alpha(load, h, alpha_m, alpha_f);
             }
+        }
+    }
+
+    /// Advances by `h` (s) under the load `Σ b_p τ^p` (m/s²), exactly; only for [`OscillatorIntegrator::Exact`].
+    #[inline]
+    pub fn advance_polynomial(&mut self, load: Cubic, h: f64) {
+        debug_assert!(self.takes_polynomials());
+        if self.chain_step != h {
+            self.exponentiate_chain(h);
+        }
+        if self.step != h {
+            self.exponentiate(h);
+        }
+        let (x, v) = (self.x, self.v);
+        let [to_x, to_v] = &self.exponential;
+        (self.x, self.v) = (to_x[0] * x + to_x[1] * v, to_v[0] * x + to_v[1] * v);
+        for (b, [to_x, to_v]) in load.into_iter().zip(self.chain) {
+            self.x += to_x * b;
+            self.v += to_v * b;
         }
     }
 
@@ -131,6 +174,21 @@ impl HeldOscillator {
             *values = [exponential[(row, 0)], exponential[(row, 1)], exponential[(row, 2)]];
         }
         self.step = h;
+    }
+
+    fn exponentiate_chain(&mut self, h: f64) {
+        let mut generator = Matrix6::zeros();
+        (generator[(0, 1)], generator[(1, 0)], generator[(1, 1)]) = (1.0, -self.stiffness, -self.damping);
+        for row in 1..5 {
+            generator[(row, row + 1)] = 1.0;
+        }
+        let exponential = (generator * h).exp();
+        let mut factorial = 1.0;
+        for (power, gain) in self.chain.iter_mut().enumerate() {
+            factorial *= power.max(1) as f64;
+            *gain = [factorial * exponential[(0, 2 + power)], factorial * exponential[(1, 2 + power)]];
+        }
+        self.chain_step = h;
     }
 
     fn generalised_alpha(&mut self, load: f64, h: f64, alpha_m: f64, alpha_f: f64) {
@@ -175,6 +233,29 @@ mod tests {
     fn the_exponential_is_exact_for_any_step() {
         for steps in [1, 7, 1000] {
             assert_relative_eq!(after_one_second(OscillatorIntegrator::Exact, steps), closed_form(), epsilon = 1e-13);
+        }
+    }
+
+    /// `x = t³` from rest: `b = 6 t + C 3 t² + K t³`, in one step and in many.
+    #[test]
+    fn the_exponential_is_exact_for_cubic_loads() {
+        let (k, c) = (50.0, 0.4);
+        for steps in [1, 3, 100] {
+            let mut oscillator = HeldOscillator::new(k, c, [0.0, 0.0], OscillatorIntegrator::Exact);
+            let h = 1.0 / steps as f64;
+            for step in 0..steps {
+                let t = step as f64 * h;
+                // The load and its derivatives at the start of the step.
+                let load = [
+                    6.0 * t + 3.0 * c * t * t + k * t * t * t,
+                    6.0 + 6.0 * c * t + 3.0 * k * t * t,
+                    3.0 * c + 3.0 * k * t,
+                    k,
+                ];
+                oscillator.advance_polynomial(load, h);
+            }
+            assert_relative_eq!(oscillator.position(), 1.0, epsilon = 1e-12);
+            assert_relative_eq!(oscillator.velocity(), 3.0, epsilon = 1e-11);
         }
     }
 

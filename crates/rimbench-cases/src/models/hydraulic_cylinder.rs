@@ -3,7 +3,7 @@
 use super::fluid::Fluid;
 use super::hydraulic_energy::{EulerStep, HydraulicEnergy};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -287,6 +287,10 @@ impl Abilities for HydraulicCylinder {
         let by_velocity = -area * area * (self.stiffness(self.p[0], l1) + self.stiffness(self.p[1], l2));
         rates.rate_gain.copy_from_slice(&[by_length, by_velocity]);
         Ok(true)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
     }
 
     fn observables(&mut self) -> &[Name] {

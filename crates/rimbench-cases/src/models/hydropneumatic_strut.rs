@@ -1,7 +1,7 @@
 //! A hydropneumatic strut: a piston that pumps oil through an orifice into an accumulator with a gas cushion.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -155,6 +155,10 @@ impl Abilities for HydropneumaticStrut {
         rates.feedthrough.copy_from_slice(&[0.0, -self.parameters.damping]);
         rates.rate_gain.copy_from_slice(&[0.0, -stiffness]);
         Ok(true)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
     }
 
     fn observables(&mut self) -> &[Name] {

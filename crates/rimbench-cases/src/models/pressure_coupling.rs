@@ -4,7 +4,7 @@
 
 use super::hydraulic_cylinder::HydraulicCylinder;
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -68,6 +68,10 @@ impl Abilities for PressureOutput {
 
     fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
         Ok(false)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
     }
 
     fn observables(&mut self) -> &[Name] {
@@ -159,6 +163,10 @@ impl<M: Subsystem> Abilities for PressureDrivenMechanics<M> {
 
     fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
         Ok(false)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
     }
 
     fn observables(&mut self) -> &[Name] {

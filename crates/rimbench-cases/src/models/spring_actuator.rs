@@ -2,7 +2,7 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -58,7 +58,7 @@ pub struct SpringActuatorParameters {
 ///   x_b(t)           x_a        s                  m_a ẍ_a = k_b (x_b − x_a) + c_b (ẋ_b − ẋ_a) − F
 /// ```
 /// All springs are relaxed where the positions agree. `F > 0` pushes the interface along +s, and depends directly on `s`
-/// and `ṡ`. Each micro step is exact for the inputs held, with the base where it is in the middle of the step. A carriage
+/// and `ṡ`. Each micro step is exact for inputs that are polynomials of time, with the base where it is in the middle of the step. A carriage
 /// without mass moves with the base.
 #[derive(Debug, Clone)]
 pub struct SpringActuator {
@@ -66,6 +66,7 @@ pub struct SpringActuator {
     carriage: HeldOscillator,
     /// Time of the state, s.
     time: f64,
+    inputs: InputPolynomials,
     ports: Ports,
     counters: SubsystemCounters,
 }
@@ -101,7 +102,8 @@ impl SpringActuator {
             outputs: vec![Port::new("actuator_force_n", Quantity::Force)],
             direct_feedthrough: true,
         };
-        Ok(SpringActuator { parameters, carriage, time: 0.0, ports, counters: SubsystemCounters::default() })
+        let inputs = InputPolynomials::new(ports.inputs.len());
+        Ok(SpringActuator { parameters, carriage, time: 0.0, inputs, ports, counters: SubsystemCounters::default() })
     }
 
     /// Position and velocity of the carriage, m, m/s.
@@ -138,7 +140,16 @@ impl Subsystem for SpringActuator {
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         if self.parameters.carriage_mass > 0.0 {
-            self.carriage.advance(self.load(t + 0.5 * h, u), h);
+            let p = &self.parameters;
+            if let Some(course) = self.inputs.take() {
+                let [position, velocity, _] = p.base.at(t + 0.5 * h);
+                let base = p.base_stiffness * position + p.base_damping * velocity;
+                let pull = |power: usize| p.stiffness * course[0][power] + p.damping * course[1][power];
+                let load = [base + pull(0), pull(1), pull(2), pull(3)].map(|load| load / p.carriage_mass);
+                self.carriage.advance_polynomial(load, h);
+            } else {
+                self.carriage.advance(self.load(t + 0.5 * h, u), h);
+            }
         }
         self.time = t + h;
         self.counters.micro_steps += 1;
@@ -180,6 +191,10 @@ impl Abilities for SpringActuator {
         rates.feedthrough.copy_from_slice(&[-p.stiffness, -p.damping]);
         rates.rate_gain.copy_from_slice(&[p.damping * p.stiffness * per_mass, p.damping * p.damping * per_mass]);
         Ok(true)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        (self.parameters.carriage_mass > 0.0).then_some(&mut self.inputs)
     }
 
     fn observables(&mut self) -> &[Name] {

@@ -8,7 +8,7 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, Cubic, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -53,6 +53,16 @@ impl CouplingElement {
         let damper = if self.is_linear() { rate } else { rate.signum() * rate.abs().powf(self.exponent) };
         self.stiffness * elongation + self.damping * damper
     }
+
+    /// Derivative of the damper's force by its rate (N·s/m); a root at rest has none, and counts as straight.
+    #[inline]
+    pub fn damper_slope(&self, rate: f64) -> f64 {
+        if self.is_linear() || rate == 0.0 {
+            self.damping
+        } else {
+            self.damping * self.exponent * rate.abs().powf(self.exponent - 1.0)
+        }
+    }
 }
 
 /// What drives a [`MassSide`] and what it puts out.
@@ -79,6 +89,27 @@ pub(super) fn ports(list: &[(&'static str, Quantity)]) -> Vec<Port> {
     list.iter().map(|&(name, quantity)| Port::new(name, quantity)).collect()
 }
 
+/// Work (J) of the force `Σ c_p τ^p` (N) over a step `h` (s) between two states (m, m/s).
+///
+/// ```text
+/// W = ∫ F v dτ,   v the slope of the cubic through positions and velocities of both ends
+/// ```
+/// Exact for a force that is held; otherwise to order 4 in `h`.
+pub(super) fn polynomial_work(force: Cubic, before: [f64; 2], after: [f64; 2], h: f64) -> f64 {
+    let ([x0, v0], [x1, v1]) = (before, after);
+    let way = x1 - x0;
+    // v = v0 + b θ + c θ² with θ = τ/h, whose mean is way/h.
+    let b = 6.0 * way / h - 4.0 * v0 - 2.0 * v1;
+    let c = 3.0 * (v0 + v1) - 6.0 * way / h;
+    let rest: f64 = (1..4)
+        .map(|p| {
+            let n = p as f64;
+            force[p] * h.powi(p as i32 + 1) * (v0 / (n + 1.0) + b / (n + 2.0) + c / (n + 3.0))
+        })
+        .sum();
+    force[0] * way + rest
+}
+
 /// One of the two masses as a subsystem.
 #[derive(Debug, Clone)]
 pub struct MassSide {
@@ -86,6 +117,7 @@ pub struct MassSide {
     role: MassRole,
     index: usize,
     motion: HeldOscillator,
+    inputs: InputPolynomials,
     ports: Ports,
     work: f64,
     counters: SubsystemCounters,
@@ -112,7 +144,8 @@ impl MassSide {
             integrator,
         );
         let ports = Ports { inputs, outputs, direct_feedthrough };
-        MassSide { body, role, index, motion, ports, work: 0.0, counters: SubsystemCounters::default() }
+        let inputs = InputPolynomials::new(ports.inputs.len());
+        MassSide { body, role, index, motion, inputs, ports, work: 0.0, counters: SubsystemCounters::default() }
     }
 
     /// Force of the coupling element on the other mass.
@@ -139,14 +172,26 @@ impl Subsystem for MassSide {
     }
 
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        let (body, before) = (self.body, self.motion.position());
+        let (body, before) = (self.body, [self.motion.position(), self.motion.velocity()]);
         let from_wall = body.stiffness * body.wall;
-        match self.role {
-            MassRole::ForceDriven => {
-                self.motion.advance((from_wall + u[0]) / body.mass, h);
-                self.work += u[0] * (self.motion.position() - before);
+        let course = self.inputs.take();
+        match (self.role, course) {
+            (MassRole::ForceDriven, Some(course)) => {
+                let [b0, b1, b2, b3] = course[0].map(|force| force / body.mass);
+                self.motion.advance_polynomial([b0 + from_wall / body.mass, b1, b2, b3], h);
+                let after = [self.motion.position(), self.motion.velocity()];
+                self.work += polynomial_work(course[0], before, after, h);
             }
-            MassRole::Displacement(element) | MassRole::ForceGiving(element) => {
+            (MassRole::ForceDriven, None) => {
+                self.motion.advance((from_wall + u[0]) / body.mass, h);
+                self.work += u[0] * (self.motion.position() - before[0]);
+            }
+            (MassRole::Displacement(element) | MassRole::ForceGiving(element), Some(course)) => {
+                let pull = |p: usize| element.stiffness * course[0][p] + element.damping * course[1][p];
+                let load = [from_wall + pull(0), pull(1), pull(2), pull(3)].map(|load| load / body.mass);
+                self.motion.advance_polynomial(load, h);
+            }
+            (MassRole::Displacement(element) | MassRole::ForceGiving(element), None) => {
                 if element.is_linear() {
                     let pull = element.stiffness * u[0] + element.damping * u[1];
                     self.motion.advance((from_wall + pull) / body.mass, h);
@@ -198,12 +243,7 @@ impl Abilities for MassSide {
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let MassRole::ForceGiving(element) = self.role else { return Ok(false) };
         let (elongation, rate) = (self.motion.position() - u[0], self.motion.velocity() - u[1]);
-        // Derivative of the damper's force by its rate; a root at rest has none, and counts as straight.
-        let slope = if element.is_linear() || rate == 0.0 {
-            element.damping
-        } else {
-            element.damping * element.exponent * rate.abs().powf(element.exponent - 1.0)
-        };
+        let slope = element.damper_slope(rate);
         let (body, m) = (&self.body, self.body.mass);
         let own = body.stiffness * (body.wall - self.motion.position()) - body.damping * self.motion.velocity();
         let acceleration = (own - element.tension(elongation, rate)) / m;
@@ -212,6 +252,14 @@ impl Abilities for MassSide {
         // Of a nonlinear damper the change of the slope itself is left out.
         rates.rate_gain.copy_from_slice(&[slope * element.stiffness / m, slope * slope / m]);
         Ok(true)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        let linear = match self.role {
+            MassRole::ForceDriven => true,
+            MassRole::Displacement(element) | MassRole::ForceGiving(element) => element.is_linear(),
+        };
+        (linear && self.motion.takes_polynomials()).then_some(&mut self.inputs)
     }
 
     fn observables(&mut self) -> &[Name] {

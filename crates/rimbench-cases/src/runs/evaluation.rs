@@ -18,6 +18,8 @@ pub struct EvaluatedRun {
     pub outcome: Outcome,
     /// Time of the last communication point reached, s.
     pub ended_at_s: f64,
+    /// Whether the model was the mechanics itself, so that there was nothing to be wrong about.
+    pub model_exact: bool,
     /// One value per entry of [`METRICS`].
     pub metrics: Vec<Option<f64>>,
     /// Uncertainty of the reference's interface force, N, and position, m; of several rows the largest.
@@ -38,6 +40,7 @@ impl EvaluatedRun {
         EvaluatedRun {
             outcome,
             ended_at_s: 0.0,
+            model_exact: false,
             metrics: vec![None; METRICS.len()],
             reference_uncertainty: [None; 2],
             work: Work::default(),
@@ -59,6 +62,7 @@ impl EvaluatedRun {
             Fact::number("outcome_at_s", self.outcome.at_s()),
             Fact::text("reason", self.outcome.reason()),
             Fact::number("ended_at_s", self.ended_at_s),
+            Fact::text("model_exact", self.model_exact.to_string()),
         ];
         findings.extend(METRICS.iter().zip(&self.metrics).map(|(metric, value)| Fact::number(metric.name, *value)));
         let [force, position] = self.reference_uncertainty;
@@ -148,6 +152,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         (outcome, _) => outcome,
     };
     Ok(EvaluatedRun {
+        model_exact: spec.model_is_exact(),
         metrics,
         reference_uncertainty: [
             columns.iter().filter_map(|row| reference.uncertainty_of(&row.force)).reduce(f64::max),

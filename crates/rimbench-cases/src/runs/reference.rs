@@ -2,7 +2,7 @@
 
 use super::spec::RunSpec;
 use crate::cases::{Case, ExactSolution, Recorder, ReferenceMethod};
-use crate::metrics::{ContactInterval, contact_intervals};
+use crate::metrics::{ContactInterval, contact_intervals, impulse_column};
 use rimbench_core::cosim::{Bounds, PerSide, Side, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
@@ -115,7 +115,7 @@ impl Reference {
         let mut columns = vec![0];
         columns.extend(names.filter_map(|name| trajectory.index_of(name)));
         columns.extend(gap_columns(trajectory.columns()));
-        let judged = trajectory.selected(&columns);
+        let judged = with_impulses(case, trajectory.selected(&columns));
         let contacts = gap_columns(judged.columns()).map(|gap| contact_intervals(&judged, gap)).collect();
         Reference { largest: largest(&trajectory), judged, contacts, trajectory, uncertainty, order, step }
     }
@@ -197,6 +197,29 @@ fn reference_steps(spec: &RunSpec, refinement: u32) -> ReferenceSteps {
     let every = (asked * (1.0 - 1e-9)).ceil().max(1.0) as usize * refinement as usize;
     let steps = points(spec) * every;
     ReferenceSteps { h: spec.duration / steps as f64, steps, every }
+}
+
+/// Adds the running integral of each interface force, by the trapezoidal rule over the stored points.
+fn with_impulses(case: &Case, judged: Trajectory) -> Trajectory {
+    let forces: Vec<usize> = case.interface_columns.iter().filter_map(|row| judged.index_of(&row.force)).collect();
+    let mut columns = judged.columns().to_vec();
+    columns.extend(forces.iter().map(|&force| impulse_column(&judged.columns()[force])));
+    let mut extended = Trajectory::with_capacity(columns, judged.len());
+    let mut impulses = vec![0.0; forces.len()];
+    let width = judged.columns().len();
+    for k in 0..judged.len() {
+        let row = judged.row(k);
+        if k > 0 {
+            let before = judged.row(k - 1);
+            for (impulse, &force) in impulses.iter_mut().zip(&forces) {
+                *impulse += 0.5 * (row[0] - before[0]) * (row[force] + before[force]);
+            }
+        }
+        let out = extended.push_row();
+        out[..width].copy_from_slice(row);
+        out[width..].copy_from_slice(&impulses);
+    }
+    extended
 }
 
 /// Positions of the gap columns among the recorded ones.

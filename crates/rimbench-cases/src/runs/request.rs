@@ -58,7 +58,7 @@ run_options! {
     sequence: Sequence, "ORDER";
     /// What the mechanics receives: held, end, mean, profile
     force_return: ForceReturn, "RETURN";
-    /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; 1 if not given
+    /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear cases all
     mechanics_steps: MechanicsSteps, "N";
     /// Dependent contacts that become bilateral: drop, pseudo-inverse, regularised:EPS (a relative compliance)
     redundancy: Redundancy, "TREATMENT";
@@ -74,7 +74,7 @@ run_options! {
     gain: f64, "X";
     /// Macro step H, s
     macro_step_s: f64, "S";
-    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, step-doubling
+    /// How the macro step is controlled, H being the first and the longest: none, energy-residual, energy-residual-libcosim, step-doubling
     step_control: StepControlKind, "HOW";
     /// Error allowed per macro step where the step is controlled, a pure number
     step_tolerance: f64, "TOL";

@@ -7,7 +7,7 @@ use crate::catalogue::Catalogue;
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{Bounds, CommunicationGrid, ForceReturn, MechanicsSteps, Sequence, Setup};
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{ContactChoice, ModelOptions, SchemeEntry};
+use rimbench_core::schemes::{ContactChoice, ModelMotion, ModelOptions, SchemeEntry};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -130,7 +130,7 @@ impl RunRequest {
             solver: solver.clone(),
             sequence,
             force_return,
-            mechanics_steps: mechanics_steps.unwrap_or(MechanicsSteps::ONE),
+            mechanics_steps: mechanics_steps.unwrap_or(case.usual_mechanics_steps()),
             macro_step,
             step_control: StepControl::new(control, *step_tolerance, *min_macro_step_s, macro_step)?,
             phase: phase.unwrap_or(1.0),
@@ -210,6 +210,21 @@ impl RunSpec {
             return Err(Error::invalid("reference_step_s", format!("{step:e}"), expected));
         }
         Ok(())
+    }
+
+    /// Whether the model is exact: the co-simulation then takes the same steps as the monolithic stepper, for every H, and its error
+    /// says nothing about coupling.
+    ///
+    /// Mass, forces and Jacobians that do not change, all contacts in the frozen model under the mechanics' law, the actuator first
+    /// with its profile returned, and as many steps of the mechanics as micro steps: model and mechanics run the same recursion with
+    /// the same complementarity data.
+    pub fn model_is_exact(&self) -> bool {
+        let frozen = |model: &ModelOptions| model.motion == ModelMotion::Frozen && model.contacts == ContactChoice::All;
+        self.case.constant_mechanics
+            && self.scheme.has_mechanics_law
+            && self.model.as_ref().is_some_and(frozen)
+            && self.force_return == ForceReturn::Profile
+            && self.mechanics_steps == MechanicsSteps::AsActuator
     }
 
     /// The communication points.

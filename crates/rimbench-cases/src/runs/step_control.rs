@@ -1,7 +1,7 @@
 //! How the macro step follows what a run finds, as an option of a run with any scheme.
 
 use rimbench_core::ceilings::StepDoubling;
-use rimbench_core::cosim::StepRule;
+use rimbench_core::cosim::{EnergyController, StepRule};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::find_by_name;
 use std::fmt;
@@ -13,16 +13,19 @@ pub enum StepControlKind {
     /// The communication grid.
     #[default]
     None,
-    /// The power residual of the interface (ECCO).
+    /// The power residual of the interface (ECCO), as the energy audit counts it.
     EnergyResidual,
+    /// The same as libcosim has it.
+    EnergyResidualLibcosim,
     /// Comparing one step with two halves.
     StepDoubling,
 }
 
 impl StepControlKind {
-    const NAMES: [(&'static str, StepControlKind); 3] = [
+    const NAMES: [(&'static str, StepControlKind); 4] = [
         ("none", StepControlKind::None),
         ("energy-residual", StepControlKind::EnergyResidual),
+        ("energy-residual-libcosim", StepControlKind::EnergyResidualLibcosim),
         ("step-doubling", StepControlKind::StepDoubling),
     ];
 }
@@ -76,17 +79,21 @@ impl StepControl {
                 let idle = tolerance.map(|_| "step_tolerance").or(shortest.map(|_| "min_macro_step_s"));
                 return idle.map_or(Ok(StepControl::None), |key| {
                     Err(Error::Incompatible(format!(
-                        "{key} is given but nothing controls the step: add step_control = \"energy-residual\" or \
-                         \"step-doubling\""
+                        "{key} is given but nothing controls the step: add step_control = \"energy-residual\", \
+                         \"energy-residual-libcosim\" or \"step-doubling\""
                     )))
                 });
             }
-            StepControlKind::EnergyResidual => StepControl::EnergyResidual,
+            StepControlKind::EnergyResidual | StepControlKind::EnergyResidualLibcosim => StepControl::EnergyResidual,
             StepControlKind::StepDoubling => StepControl::StepDoubling,
         };
         let expected = "a finite number above 0: the error allowed per macro step";
         let tolerance = tolerance.ok_or_else(|| Error::invalid("step_tolerance", "nothing", expected))?;
-        let rule = StepRule { tolerance, shortest: shortest.unwrap_or(SHORTEST * macro_step) };
+        let controller = match kind {
+            StepControlKind::EnergyResidualLibcosim => EnergyController::Published,
+            _ => EnergyController::Audited,
+        };
+        let rule = StepRule { tolerance, shortest: shortest.unwrap_or(SHORTEST * macro_step), controller };
         rule.check(macro_step)?;
         Ok(build(rule))
     }
@@ -95,7 +102,10 @@ impl StepControl {
     pub fn kind(&self) -> StepControlKind {
         match self {
             StepControl::None => StepControlKind::None,
-            StepControl::EnergyResidual(_) => StepControlKind::EnergyResidual,
+            StepControl::EnergyResidual(rule) => match rule.controller {
+                EnergyController::Audited => StepControlKind::EnergyResidual,
+                EnergyController::Published => StepControlKind::EnergyResidualLibcosim,
+            },
             StepControl::StepDoubling(_) => StepControlKind::StepDoubling,
         }
     }
@@ -131,7 +141,7 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused_with_the_key_and_what_is_valid() {
-        use StepControlKind::{EnergyResidual, None as Grid, StepDoubling};
+        use StepControlKind::{EnergyResidual, EnergyResidualLibcosim, None as Grid, StepDoubling};
         let new = |kind, tolerance, shortest| StepControl::new(kind, tolerance, shortest, 1e-2);
         let refused = |control: Result<StepControl>| control.unwrap_err().to_string();
         for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -148,8 +158,8 @@ mod tests {
         assert!(message.contains("did you mean `step-doubling`"), "{message}");
         assert_eq!(new(Grid, None, None).unwrap(), StepControl::None);
         let rule = *new(StepDoubling, Some(1e-3), None).unwrap().rule().unwrap();
-        assert_eq!(rule, StepRule { tolerance: 1e-3, shortest: 1e-4 });
-        for kind in [Grid, EnergyResidual, StepDoubling] {
+        assert_eq!(rule, StepRule { tolerance: 1e-3, shortest: 1e-4, controller: EnergyController::Audited });
+        for kind in [Grid, EnergyResidual, EnergyResidualLibcosim, StepDoubling] {
             assert_eq!(kind.to_string().parse::<StepControlKind>().unwrap(), kind);
         }
     }

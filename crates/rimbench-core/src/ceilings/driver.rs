@@ -2,6 +2,7 @@
 
 use super::copied_pair::CopiedPair;
 use super::iteration::Iteration;
+use super::waveform::Waveform;
 use crate::cosim::{
     Attachments, CommunicationPoint, CoupledPair, CouplingScheme, End, Interval, Log, MechanicsSteps, Pace, PairState,
     Report, Setup, Sides, StepRule, Supervision, cosimulate, cover, finish,
@@ -16,6 +17,8 @@ pub enum Driver {
     Explicit,
     /// Each macro step again and again until what was guessed comes back.
     Iterated(Iteration),
+    /// Each macro step again and again until what was exchanged at every micro step stays.
+    Waveform(Waveform),
     /// Both sides together at the micro step, with no macro step between them.
     Monolithic,
 }
@@ -48,7 +51,9 @@ impl Driver {
     ) -> Report {
         // Together the mechanics takes every micro step.
         let setup = &match self {
-            Driver::Monolithic => Setup { mechanics_steps: MechanicsSteps::AsActuator, ..setup.clone() },
+            Driver::Monolithic | Driver::Waveform(_) => {
+                Setup { mechanics_steps: MechanicsSteps::AsActuator, ..setup.clone() }
+            }
             Driver::Explicit | Driver::Iterated(_) => setup.clone(),
         };
         match (self, doubling) {
@@ -66,14 +71,14 @@ impl Driver {
         self,
         doubling: Option<StepDoubling>,
         setup: &Setup,
-        sides: Sides<'_>,
+        mut sides: Sides<'_>,
         scheme: &mut dyn CouplingScheme,
         attachments: Attachments,
         supervision: Supervision<'_>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
         let mut log = Log::new(supervision.watch, setup.grid.macro_steps());
-        let state = &mut PairState::new(setup, sides.ports(), attachments);
+        let state = &mut PairState::new(setup, sides.lend(), attachments);
         let mut given = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
         let mut pair = match CopiedPair::of(&given) {
             Ok(pair) => pair,
@@ -112,7 +117,8 @@ impl Driver {
             log.stopwatch.end();
             let mut lent = pair.lend();
             effective_mass = lent.scheme.report().effective_mass;
-            match pace.after(next, lent.interface_work()) {
+            let powers = lent.bond_powers(pace.wants_powers())?;
+            match pace.after(next, lent.interface_work(), powers) {
                 Some(interval) => next = interval,
                 None => return finish(&mut lent, log, next.after(), effective_mass, observe),
             }
@@ -128,6 +134,7 @@ impl Driver {
                 pair.state.counters.macro_steps += 1;
                 Ok(())
             }
+            Driver::Waveform(waveform) => pair.relax_waveforms(waveform, interval),
             Driver::Monolithic => pair.lend().advance_together(interval),
         }
     }

@@ -8,7 +8,9 @@ mod driver;
 mod iteration;
 mod monolithic;
 mod step_doubling;
+mod waveform;
 
 pub use acceleration::Acceleration;
 pub use driver::{Driver, StepDoubling};
 pub use iteration::Iteration;
+pub use waveform::Waveform;

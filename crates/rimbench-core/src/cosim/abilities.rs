@@ -1,6 +1,7 @@
 //! What a subsystem can do besides stepping, all of it in one place.
 
 use super::energy_account::EnergyAccount;
+use super::input_polynomials::InputPolynomials;
 use super::output_rates::OutputRates;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
@@ -25,6 +26,9 @@ pub trait Abilities {
     /// # Errors
     /// A [`Failure`] that ends the run and becomes its outcome.
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure>;
+
+    /// Room for the course of the inputs within the next micro step; none: their mean is all that is used.
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials>;
 
     /// Names the quantities that can be observed at a communication point, with units.
     fn observables(&mut self) -> &[Name];
@@ -59,6 +63,9 @@ impl Abilities for NoAbilities {
     }
     fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
         Ok(false)
+    }
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
     }
     fn observables(&mut self) -> &[Name] {
         &[]

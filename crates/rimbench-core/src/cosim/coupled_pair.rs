@@ -8,7 +8,7 @@ use super::communication_point::CommunicationPoint;
 use super::coupling_scheme::{CouplingScheme, Sample};
 use super::interface_work::InterfaceWork;
 use super::outcome::Outcome;
-use super::pace::Interval;
+use super::pace::{BondPowers, Interval};
 use super::pair_state::PairState;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
@@ -143,5 +143,21 @@ impl CoupledPair<'_> {
     pub(crate) fn interface_work(&mut self) -> InterfaceWork {
         let received_j = self.sides.mechanics.abilities().interface_work();
         InterfaceWork { sent_j: self.state.work_sent.sent(), received_j }
+    }
+
+    /// What each side says crosses the interface at the end of a macro step: its outputs there, with the inputs that it had; nothing
+    /// is asked of the sides unless somebody wants to know.
+    #[inline]
+    pub(crate) fn bond_powers(&mut self, wanted: bool) -> Result<BondPowers, Failure> {
+        if !wanted {
+            return Ok(BondPowers::default());
+        }
+        let PairState { own, u, work_sent, .. } = &mut *self.state;
+        self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
+        self.sides.mechanics.outputs(&u.mechanics, &mut own.mechanics)?;
+        Ok(BondPowers {
+            actuator: work_sent.power(&own.actuator, &u.actuator),
+            mechanics: work_sent.power(&u.mechanics, &own.mechanics),
+        })
     }
 }

@@ -1,6 +1,7 @@
 //! The approximation of the coupling variables between communication points.
 
 use super::communication_grid::MacroStep;
+use super::input_polynomials::Cubic;
 use super::output_rates::OutputRates;
 use super::side::Side;
 use crate::complementarity::SolverCounters;
@@ -79,12 +80,20 @@ pub trait CouplingScheme: Send {
     /// A [`Failure`] that ends the run and becomes its outcome.
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure>;
 
-    /// Writes to `u` the input of side `to` for one micro step. `own` is what that side puts out at the start of the
+    /// Writes to `u` the input of side `to` for one micro step, its mean where it changes within the step. `own` is what that side puts out at the start of the
     /// micro step; `u` holds the input used last (at the first micro step, the fresh exchange value).
     ///
     /// # Errors
     /// A [`Failure`] that ends the run and becomes its outcome.
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure>;
+
+    /// Writes the course of the inputs within the micro step whose mean [`input`](Self::input) has just written, for a subsystem
+    /// that integrates polynomials (see [`InputPolynomials`](super::InputPolynomials)). False: what `input` wrote is held, in this
+    /// and all other micro steps of the macro step.
+    #[inline]
+    fn course(&self, _to: Side, _at: MicroStep, _course: &mut [Cubic]) -> bool {
+        false
+    }
 
     /// Reports on the scheme's own picture of the other side. Looks at what was solved; solves no contact problem.
     fn report(&mut self) -> SchemeReport;

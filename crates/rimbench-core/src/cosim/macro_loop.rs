@@ -37,13 +37,13 @@ pub(crate) type Advance = fn(&mut CoupledPair<'_>, Interval) -> Result<(), Failu
 pub(crate) fn cover(
     advance: Advance,
     setup: &Setup,
-    sides: Sides<'_>,
+    mut sides: Sides<'_>,
     scheme: &mut dyn CouplingScheme,
     attachments: Attachments,
     supervision: Supervision<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
-    let state = &mut PairState::new(setup, sides.ports(), attachments);
+    let state = &mut PairState::new(setup, sides.lend(), attachments);
     let mut log = Log::new(supervision.watch, setup.grid.macro_steps());
     let mut pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
     let ended = macro_steps(advance, &mut pair, &mut log, observe);
@@ -71,7 +71,8 @@ fn macro_steps(
         advance(pair, next)?;
         log.stopwatch.end();
         effective_mass = pair.scheme.report().effective_mass;
-        match pace.after(next, pair.interface_work()) {
+        let powers = pair.bond_powers(pace.wants_powers())?;
+        match pace.after(next, pair.interface_work(), powers) {
             Some(interval) => next = interval,
             None => return finish(pair, log, next.after(), effective_mass, observe),
         }

@@ -3,9 +3,9 @@
 use super::attachments::Attachments;
 use super::communication_grid::division;
 use super::outcome::Outcome;
-use super::ports::Ports;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
+use super::subsystem::Sides;
 use super::transmission::Transmission;
 use super::work::CosimCounters;
 use super::work_meter::WorkMeter;
@@ -15,6 +15,8 @@ use super::work_meter::WorkMeter;
 pub(crate) struct PairState {
     /// The side that does not depend on the other at the same instant.
     pub(crate) speaks_first: Side,
+    /// Whether a side integrates polynomials and is told the course of its inputs.
+    pub(crate) takes_course: PerSide<bool>,
     pub(crate) attachments: Attachments,
     pub(crate) y: PerSide<Vec<f64>>,
     pub(crate) u: PerSide<Vec<f64>>,
@@ -31,11 +33,17 @@ pub(crate) struct PairState {
 }
 
 impl PairState {
-    pub(crate) fn new(setup: &Setup, ports: PerSide<&Ports>, attachments: Attachments) -> Self {
+    pub(crate) fn new(setup: &Setup, sides: Sides<'_>, attachments: Attachments) -> Self {
+        let takes_course = PerSide {
+            mechanics: sides.mechanics.abilities().input_polynomials().is_some(),
+            actuator: sides.actuator.abilities().input_polynomials().is_some(),
+        };
+        let ports = sides.ports();
         let zeros = |side: Side| vec![0.0; ports[side].outputs.len()];
         let to_mechanics = ports.actuator.outputs.len();
         PairState {
             speaks_first: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
+            takes_course,
             attachments,
             y: PerSide::from_fn(zeros),
             u: PerSide::from_fn(|side| zeros(side.other())),

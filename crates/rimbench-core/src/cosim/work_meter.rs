@@ -29,8 +29,13 @@ impl WorkMeter {
     /// Adds `½ δ Σ F · w` over the interface rows.
     #[inline]
     pub(crate) fn add_half_step(&mut self, length: f64, outputs: &[f64], inputs: &[f64]) {
-        let power: f64 = self.ports.iter().map(|&(force, velocity)| outputs[force] * inputs[velocity]).sum();
-        self.sent += 0.5 * length * power;
+        self.sent += 0.5 * length * self.power(outputs, inputs);
+    }
+
+    /// `Σ F · w` over the interface rows, W.
+    #[inline]
+    pub(crate) fn power(&self, forces: &[f64], motion: &[f64]) -> f64 {
+        self.ports.iter().map(|&(force, velocity)| forces[force] * motion[velocity]).sum()
     }
 
     /// Work sent so far, J.

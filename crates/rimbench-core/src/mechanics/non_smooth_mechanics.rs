@@ -4,7 +4,7 @@ use super::contact_stepper::{CONTACT_OBSERVABLES, ContactLaw, ContactStepper};
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::MechanicalModel;
 use crate::complementarity::Checked;
-use crate::cosim::{Abilities, EnergyAccount, OutputRates, Ports, Subsystem, SubsystemCounters};
+use crate::cosim::{Abilities, EnergyAccount, InputPolynomials, OutputRates, Ports, Subsystem, SubsystemCounters};
 use crate::error::Failure;
 use crate::interface_model::{Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
@@ -139,6 +139,10 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
 
     fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
         Ok(false)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
     }
 
     fn observables(&mut self) -> &[Name] {

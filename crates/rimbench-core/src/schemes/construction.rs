@@ -2,7 +2,7 @@
 
 use super::contact_detection::ContactDetection;
 use super::model_options::ModelOptions;
-use crate::cosim::{PerSide, Ports};
+use crate::cosim::{OutputRates, PerSide, Ports};
 use crate::error::{Cause, Error, Failure, Result};
 use crate::interface_model::ReducedInterfaceModel;
 
@@ -47,4 +47,9 @@ impl<'a> Construction<'a> {
 /// The model of a sample, for a scheme that is sent one at every communication point.
 pub(super) fn sent(model: Option<&ReducedInterfaceModel>) -> Result<&ReducedInterfaceModel, Failure> {
     model.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no interface model was sent" }))
+}
+
+/// The directional derivatives of a sample, for a scheme that is sent them at every communication point.
+pub(super) fn sent_rates(rates: Option<&OutputRates>) -> Result<&OutputRates, Failure> {
+    rates.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no output rates were sent" }))
 }

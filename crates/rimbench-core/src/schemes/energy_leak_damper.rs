@@ -19,6 +19,7 @@
 //! **Source**: González et al. 2019 (energy-leak monitoring and correction), Rodríguez et al. 2022. The trapezoidal count, the
 //! bound relative to the coupling force and its default are ours.
 
+use super::energy_pool::EnergyPool;
 use super::entry::{Gain, SchemeEntry};
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
@@ -43,87 +44,43 @@ pub(super) fn entry() -> SchemeEntry {
     }
 }
 
-/// One row of the interface.
-#[derive(Debug, Clone, Copy, Default)]
-struct Row {
-    position: f64,
-    velocity: f64,
-    force: f64,
-    damper: f64,
-    /// Velocity of the mechanics at the start of its sub-step, whose work is still to be counted.
-    velocity_before: f64,
-}
-
 #[derive(Clone)]
 struct EnergyLeakDamper {
     bound: f64,
-    rows: Vec<Row>,
-    /// Length of the mechanics' sub-step whose work is still to be counted, s; 0 if there is none.
-    open: f64,
-    sent: f64,
-    received: f64,
-    dissipated: f64,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    pool: EnergyPool,
 }
 
 impl EnergyLeakDamper {
     fn new(rows: usize, bound: f64) -> Self {
-        EnergyLeakDamper {
-            bound,
-            rows: vec![Row::default(); rows],
-            open: 0.0,
-            sent: 0.0,
-            received: 0.0,
-            dissipated: 0.0,
-        }
-    }
-
-    /// Counts the work of the mechanics' last sub-step, now that it is known which velocity it ended with.
-    #[inline]
-    fn close_step(&mut self, velocities: &[f64]) {
-        if self.open > 0.0 {
-            for (row, velocity) in self.rows.iter().zip(velocities) {
-                let way = 0.5 * (row.velocity_before + velocity) * self.open;
-                self.received += (row.force + row.damper) * way;
-                self.dissipated -= row.damper * way;
-            }
-        }
-        self.open = 0.0;
-    }
-
-    fn pool(&self) -> f64 {
-        self.received - self.sent
+        EnergyLeakDamper { bound, position: vec![0.0; rows], velocity: vec![0.0; rows], pool: EnergyPool::new(rows) }
     }
 
     /// Sets the damper for the macro step of length `h`.
     fn set_damper(&mut self, h: f64) {
-        let pool = self.pool().max(0.0);
-        let squares: f64 = self.rows.iter().map(|row| row.velocity * row.velocity).sum();
-        for row in &mut self.rows {
-            let wanted = if squares > 0.0 { -pool * row.velocity / (h * squares) } else { 0.0 };
+        let pool = self.pool.energy().max(0.0);
+        let squares: f64 = self.velocity.iter().map(|velocity| velocity * velocity).sum();
+        for (row, velocity) in self.pool.rows.iter_mut().zip(&self.velocity) {
+            let wanted = if squares > 0.0 { -pool * velocity / (h * squares) } else { 0.0 };
             let most = self.bound * row.force.abs();
             // Over an interface that all but rests the quotient may be no number.
-            row.damper = if wanted.is_finite() { wanted.clamp(-most, most) } else { 0.0 };
+            row.correction = if wanted.is_finite() { wanted.clamp(-most, most) } else { 0.0 };
         }
     }
 }
 
 impl CouplingScheme for EnergyLeakDamper {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        let m = self.rows.len();
         match from {
             Side::Mechanics => {
-                self.close_step(&sample.y[m..]);
-                for (row, (position, velocity)) in self.rows.iter_mut().zip(sample.y.iter().zip(&sample.y[m..])) {
-                    (row.position, row.velocity) = (*position, *velocity);
-                }
+                let (positions, velocities) = sample.y.split_at(self.position.len());
+                self.pool.close_step(velocities);
+                self.position.copy_from_slice(positions);
+                self.velocity.copy_from_slice(velocities);
             }
             Side::Actuator => {
-                for (row, force) in self.rows.iter_mut().zip(sample.y) {
-                    row.force = *force;
-                }
-                if !self.rows.iter().all(|row| row.force.is_finite()) {
-                    return Err(Failure::non_finite("coupling force"));
-                }
+                self.pool.set_force(sample.y)?;
                 self.set_damper(sample.step.length);
             }
         }
@@ -132,25 +89,23 @@ impl CouplingScheme for EnergyLeakDamper {
 
     #[inline]
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        let m = self.rows.len();
+        let m = self.position.len();
         if to == Side::Mechanics {
-            self.close_step(&own[m..]);
-            for ((row, u), velocity) in self.rows.iter_mut().zip(u).zip(&own[m..]) {
-                *u = row.force + row.damper;
-                row.velocity_before = *velocity;
+            self.pool.close_step(&own[m..]);
+            for (row, u) in self.pool.rows.iter().zip(&mut *u) {
+                *u = row.force + row.correction;
             }
-            self.open = at.length;
+            self.pool.open_step(at.length, &own[m..]);
             return Ok(());
         }
-        for (i, row) in self.rows.iter().enumerate() {
-            self.sent += own[i] * 0.5 * (u[m + i] + row.velocity) * at.length;
-            (u[i], u[m + i]) = (row.position, row.velocity);
-        }
+        self.pool.send(at.length, own, &u[m..], &self.velocity);
+        u[..m].copy_from_slice(&self.position);
+        u[m..].copy_from_slice(&self.velocity);
         Ok(())
     }
 
     fn report(&mut self) -> SchemeReport {
-        SchemeReport { dissipated_j: Some(self.dissipated), ..SchemeReport::default() }
+        SchemeReport { dissipated_j: Some(self.pool.taken_out()), ..SchemeReport::default() }
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
@@ -162,9 +117,9 @@ impl CouplingScheme for EnergyLeakDamper {
 mod tests {
     use super::*;
     use crate::cosim::{
-        Abilities, Attachments, Bounds, CommunicationGrid, EnergyAccount, ForceReturn, MacroStep, MechanicsSteps,
-        OutputRates, PerSide, Port, Ports, Quantity, Sequence, Setup, Subsystem, SubsystemCounters, Supervision,
-        cosimulate,
+        Abilities, Attachments, Bounds, CommunicationGrid, EnergyAccount, ForceReturn, InputPolynomials, MacroStep,
+        MechanicsSteps, OutputRates, PerSide, Port, Ports, Quantity, Sequence, Setup, Subsystem, SubsystemCounters,
+        Supervision, cosimulate,
     };
     use crate::interface_model::ReducedInterfaceModel;
     use crate::name::Name;
@@ -264,6 +219,10 @@ mod tests {
         fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
             Ok(false)
         }
+        fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+            None
+        }
+
         fn observables(&mut self) -> &[Name] {
             &[]
         }
@@ -310,7 +269,11 @@ mod tests {
         // Both add up the same products, half steps apart: a rounding of the sum for each, some 5 per macro step on each side.
         let terms = 2.0 * 5.0 * report.work.cosim.macro_steps as f64;
         let round_off = terms * f64::EPSILON * 2.0 * mass.turnover;
-        assert!((scheme.pool() + residual).abs() <= round_off, "{} J in the pool, {residual} J", scheme.pool());
+        assert!(
+            (scheme.pool.energy() + residual).abs() <= round_off,
+            "{} J in the pool, {residual} J",
+            scheme.pool.energy()
+        );
     }
 
     #[test]

@@ -57,6 +57,9 @@ pub struct SchemeEntry {
     pub contact_detection: Option<DetectionRule>,
     /// What can be tuned, if anything.
     pub gain: Option<Gain>,
+    /// Whether its frozen model has all contacts under the mechanics' own contact law, so that it is the mechanics itself where that
+    /// does not change within a macro step.
+    pub has_mechanics_law: bool,
     /// By what it is run. Only what the loop itself runs can run in real time.
     pub driver: Driver,
     /// How it is drawn.
@@ -91,6 +94,7 @@ impl SchemeEntry {
             needs: Vec::new(),
             contact_detection: None,
             gain: None,
+            has_mechanics_law: false,
             driver: Driver::Explicit,
             build: Arc::new(build),
         }
@@ -101,7 +105,8 @@ impl SchemeEntry {
     /// # Errors
     /// [`Error::Incompatible`] for ports, needs or options that do not go together; [`Error::InvalidValue`] for a gain out of range.
     pub fn couple(&self, mut sides: Sides<'_>, options: Option<&ModelOptions>, gain: Option<f64>) -> Result<Coupling> {
-        let rates = self.needs.contains(&Need::OutputRates);
+        let rates = self.needs.contains(&Need::OutputRates)
+            || (self.needs.contains(&Need::OutputRatesIfFeedthrough) && sides.actuator.ports().direct_feedthrough);
         let attachments = Attachments::new(sides.lend(), self.has_model(), rates)
             .map_err(|failure| Error::Incompatible(failure.to_string()))?;
         let ports = sides.ports();
@@ -174,7 +179,9 @@ impl SchemeEntry {
     /// # Errors
     /// [`Error::Incompatible`] where a model-based scheme would have to let the mechanics go first.
     pub fn check_sequence(&self, sequence: Sequence) -> Result<()> {
-        if self.family == Family::Model && sequence == (Sequence::GaussSeidel { first: Side::Mechanics }) {
+        if self.needs.contains(&Need::NotMechanicsFirst)
+            && sequence == (Sequence::GaussSeidel { first: Side::Mechanics })
+        {
             return Err(Error::Incompatible(format!(
                 "scheme `{}` lets the actuator move together with a model of the mechanics, so the actuator goes \
                  first: use sequence `gauss-seidel` or `jacobi`",

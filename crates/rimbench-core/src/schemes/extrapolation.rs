@@ -1,7 +1,7 @@
-//! Polynomial extrapolation through the last communication points, shared by the holds of order 0, 1 and 2, and the force of
-//! `predicted-acceleration`.
+//! Polynomial extrapolation through the last communication points, shared by the holds of order 0, 1 and 2.
 
-use crate::cosim::{CouplingScheme, MicroStep, PerSide, Ports, Sample, SchemeReport, Side};
+use super::course::Course;
+use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Ports, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
 /// Extrapolates the inputs of both sides with a polynomial of fixed degree.
@@ -9,18 +9,23 @@ use crate::error::Failure;
 /// ```text
 /// u(t) = Σ_j y(t_{k−j}) L_j(t),   j = 0 … n,   L_j the Lagrange polynomials of t_k, …, t_{k−n}
 /// ```
-/// evaluated at the middle of each micro step, so that a held micro step carries the mean of a straight line. The
-/// points need not be equidistant (phase, last step). Until n+1 samples have arrived the degree is what they allow.
+/// A subsystem that integrates polynomials is given this one; others the mean over each micro step. With the mechanics first its
+/// sample at t_{k+1} is the newest node of its polynomial, which then interpolates. The points need not be equidistant (phase,
+/// last step). Until n+1 samples have arrived the degree is what they allow.
 #[derive(Clone)]
 pub(super) struct Extrapolation {
     degree: usize,
     /// What each side sends.
-    sent: PerSide<History>,
+    sent: PerSide<(History, Course)>,
 }
 
 impl Extrapolation {
     pub(super) fn new(degree: usize, ports: PerSide<&Ports>) -> Self {
-        Extrapolation { degree, sent: ports.map(|ports| History::new(ports.outputs.len(), degree + 1)) }
+        let sent = ports.map(|ports| {
+            let width = ports.outputs.len();
+            (History::new(width, degree + 1), Course::new(width, degree))
+        });
+        Extrapolation { degree, sent }
     }
 
     pub(super) fn boxed(degree: usize, ports: PerSide<&Ports>) -> Box<dyn CouplingScheme> {
@@ -30,14 +35,20 @@ impl Extrapolation {
 
 impl CouplingScheme for Extrapolation {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        self.sent[from].push(sample.time, sample.y);
+        let (history, course) = &mut self.sent[from];
+        history.push(sample.time, sample.y);
+        history.polynomials(self.degree, sample.step.start, &mut course.rows);
         Ok(())
     }
 
     #[inline]
     fn input(&mut self, to: Side, at: MicroStep, _own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        self.sent[to.other()].evaluate(self.degree, at.middle(), u);
+        self.sent[to.other()].1.mean(at, u);
         Ok(())
+    }
+
+    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
+        self.sent[to.other()].1.within(at, course)
     }
 
     fn report(&mut self) -> SchemeReport {
@@ -53,22 +64,25 @@ impl CouplingScheme for Extrapolation {
 #[derive(Clone)]
 pub(super) struct History {
     width: usize,
-    times: [f64; 3],
+    times: [f64; MOST],
     values: Vec<f64>,
     capacity: usize,
     count: usize,
 }
 
+/// Most samples that are kept.
+const MOST: usize = 4;
+
 impl History {
     pub(super) fn new(width: usize, capacity: usize) -> Self {
-        debug_assert!(capacity <= 3);
-        History { width, times: [0.0; 3], values: vec![0.0; width * capacity], capacity, count: 0 }
+        debug_assert!((1..=MOST).contains(&capacity));
+        History { width, times: [0.0; MOST], values: vec![0.0; width * capacity], capacity, count: 0 }
     }
 
     /// Takes a sample; one at the time of the newest replaces it.
     pub(super) fn push(&mut self, time: f64, y: &[f64]) {
         if self.count == 0 || time != self.times[0] {
-            self.times.copy_within(0..2, 1);
+            self.times.copy_within(0..MOST - 1, 1);
             self.values.copy_within(0..self.width * (self.capacity - 1), self.width);
             self.count = (self.count + 1).min(self.capacity);
         }
@@ -76,23 +90,49 @@ impl History {
         self.values[..self.width].copy_from_slice(y);
     }
 
-    #[inline]
-    pub(super) fn evaluate(&self, degree: usize, t: f64, u: &mut [f64]) {
-        let points = self.count.min(degree + 1);
-        let sample = |j: usize| &self.values[j * self.width..(j + 1) * self.width];
-        if points <= 1 {
-            u.copy_from_slice(sample(0));
-            return;
-        }
-        u.fill(0.0);
-        for j in 0..points {
-            let weight: f64 = (0..points)
-                .filter(|&i| i != j)
-                .map(|i| (t - self.times[i]) / (self.times[j] - self.times[i]))
-                .product();
-            for (u, y) in u.iter_mut().zip(sample(j)) {
-                *u += weight * y;
+    /// Forgets all but the newest sample.
+    pub(super) fn forget(&mut self) {
+        self.count = self.count.min(1);
+    }
+
+    /// Number of samples.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Time of sample `j`, s; 0 is the newest.
+    pub(super) fn time(&self, j: usize) -> f64 {
+        self.times[j]
+    }
+
+    /// Sample `j`; 0 is the newest.
+    pub(super) fn sample(&self, j: usize) -> &[f64] {
+        &self.values[j * self.width..(j + 1) * self.width]
+    }
+
+    /// Writes the polynomials of `degree` (0 to 2) through the newest samples, in the time since `origin` (s).
+    pub(super) fn polynomials(&self, degree: usize, origin: f64, rows: &mut [Cubic]) {
+        self.polynomials_before(0, degree, origin, rows);
+    }
+
+    /// The same without the newest `skip` samples.
+    ///
+    /// ```text
+    /// y₀ + d₁ (t − t₀) + d₂ (t − t₀)(t − t₁)        d: divided differences
+    /// ```
+    pub(super) fn polynomials_before(&self, skip: usize, degree: usize, origin: f64, rows: &mut [Cubic]) {
+        let points = (self.count - skip).min(degree + 1);
+        let sample = |j: usize| self.sample(skip + j);
+        let at = |j: usize| self.times[skip + j] - origin;
+        for (i, row) in rows.iter_mut().enumerate() {
+            *row = [sample(0)[i], 0.0, 0.0, 0.0];
+            if points < 2 {
+                continue;
             }
+            let slope = |j: usize| (sample(j)[i] - sample(j + 1)[i]) / (at(j) - at(j + 1));
+            let d1 = slope(0);
+            let d2 = if points > 2 { (d1 - slope(1)) / (at(0) - at(2)) } else { 0.0 };
+            *row = [row[0] - d1 * at(0) + d2 * at(0) * at(1), d1 - d2 * (at(0) + at(1)), d2, 0.0];
         }
     }
 }
@@ -100,6 +140,14 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn value(history: &History, degree: usize, t: f64) -> f64 {
+        let mut rows = [[0.0; 4]];
+        history.polynomials(degree, 0.25, &mut rows);
+        let [c0, c1, c2, _] = rows[0];
+        let tau = t - 0.25;
+        c0 + tau * (c1 + tau * c2)
+    }
 
     #[test]
     fn polynomials_up_to_the_degree_are_reproduced_on_uneven_points() {
@@ -109,22 +157,19 @@ mod tests {
             for t in [0.0, 0.3, 1.0, 1.1] {
                 history.push(t, &[f(t)]);
             }
-            let mut u = [0.0];
-            history.evaluate(degree as usize, 1.7, &mut u);
-            approx::assert_relative_eq!(u[0], f(1.7), epsilon = 1e-12);
+            approx::assert_relative_eq!(value(&history, degree as usize, 1.7), f(1.7), epsilon = 1e-12);
         }
     }
 
     #[test]
     fn start_up_uses_what_is_there_and_a_repeated_time_replaces() {
         let mut history = History::new(1, 3);
-        let mut u = [0.0];
         history.push(0.0, &[1.0]);
-        history.evaluate(2, 5.0, &mut u);
-        assert_eq!(u, [1.0]);
-        history.push(1.0, &[9.0]);
+        assert_eq!(value(&history, 2, 5.0), 1.0);
+        history.push(1.0, &[2.0]);
         history.push(1.0, &[3.0]);
-        history.evaluate(2, 2.0, &mut u);
-        assert_eq!(u, [5.0]);
+        assert_eq!(value(&history, 2, 2.0), 5.0);
+        history.forget();
+        assert_eq!(value(&history, 2, 2.0), 3.0);
     }
 }

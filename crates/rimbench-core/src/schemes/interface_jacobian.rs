@@ -19,11 +19,12 @@
 //! trapezoidal rule and the use of the interface model are ours.
 
 use super::active_contacts::ActiveContacts;
-use super::construction::{Construction, ModelConstruction, sent};
+use super::construction::{Construction, ModelConstruction, sent, sent_rates};
+use super::course::Course;
 use super::entry::{Family, SchemeEntry};
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::cosim::{CouplingScheme, MacroStep, MicroStep, OutputRates, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, Cubic, MacroStep, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::{Cause, Failure, Result};
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
 use nalgebra::{SMatrix, SVector};
@@ -32,7 +33,13 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         family: Family::Model,
         order: 2,
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::Rows(MOST_ROWS)],
+        needs: vec![
+            Need::ForceDisplacement,
+            Need::InterfaceModel,
+            Need::OutputRates,
+            Need::Rows(MOST_ROWS),
+            Need::NotMechanicsFirst,
+        ],
         line: LineStyle::new([0x7C, 0xA8, 0x1A], Dash::Long, Marker::Star),
         ..SchemeEntry::new(
             "interface-jacobian",
@@ -62,6 +69,7 @@ struct InterfaceJacobian {
     force: Column,
     velocity_change: Column,
     force_change: Column,
+    motion: Course,
 }
 
 impl InterfaceJacobian {
@@ -81,6 +89,7 @@ impl InterfaceJacobian {
             force: Column::zeros(),
             velocity_change: Column::zeros(),
             force_change: Column::zeros(),
+            motion: Course::new(2 * rows, 2),
         })
     }
 
@@ -107,6 +116,11 @@ impl InterfaceJacobian {
         self.force_change =
             left.lu().solve(&right).ok_or_else(|| Failure::from(Cause::Singular { matrix: "interface Jacobian" }))?;
         self.velocity_change = free + mobility * self.force_change * (0.5 * h);
+        for row in 0..rows {
+            let (w, slope) = (self.velocity[row], self.velocity_change[row] / h);
+            self.motion.rows[row] = [self.position[row], w, 0.5 * slope, 0.0];
+            self.motion.rows[rows + row] = [w, slope, 0.0, 0.0];
+        }
         Ok(())
     }
 }
@@ -121,9 +135,7 @@ impl CouplingScheme for InterfaceJacobian {
             }
             Side::Actuator => {
                 self.force.as_mut_slice()[..self.rows].copy_from_slice(sample.y);
-                let rates = sample
-                    .rates
-                    .ok_or_else(|| Failure::from(Cause::NotOffered { what: "no output rates were sent" }))?;
+                let rates = sent_rates(sample.rates)?;
                 self.predict(sample.y, rates)?;
             }
         }
@@ -140,15 +152,21 @@ impl CouplingScheme for InterfaceJacobian {
             }
             return Ok(());
         }
-        // The values at the middle of the micro step, as the extrapolations give them.
-        let since = at.since_exchange + 0.5 * at.length;
-        let share = since / self.step.length;
-        for row in 0..self.rows {
-            let (w, dw) = (self.velocity[row], self.velocity_change[row]);
-            u[row] = self.position[row] + since * (w + 0.5 * share * dw);
-            u[self.rows + row] = w + share * dw;
-        }
+        self.motion.mean(at, u);
         Ok(())
+    }
+
+    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
+        match to {
+            Side::Actuator => self.motion.within(at, course),
+            Side::Mechanics => {
+                for (row, course) in course.iter_mut().enumerate() {
+                    let slope = self.force_change[row] / self.step.length;
+                    *course = [self.force[row] + at.since_exchange * slope, slope, 0.0, 0.0];
+                }
+                true
+            }
+        }
     }
 
     fn report(&mut self) -> SchemeReport {

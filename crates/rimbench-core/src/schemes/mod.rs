@@ -5,29 +5,41 @@
 //! by name.
 
 mod active_contacts;
+mod adaptive_order_hold;
 mod c1_extrapolated_interpolation;
 mod construction;
 mod contact_choice;
 mod contact_detection;
 mod contact_selection;
 mod coupling;
+mod course;
+mod energy_input_correction;
 mod energy_leak_damper;
+mod energy_pool;
 mod entry;
 mod extrapolation;
 mod first_order_hold;
+mod interface_acceleration;
+mod interface_exponential;
 mod interface_jacobian;
+mod interface_mass;
 mod iterated;
 mod iterated_aitken;
 mod iterated_quasi_newton;
 mod line_style;
+mod linear_flow;
+mod model_corrected_outputs;
 mod model_options;
 mod monolithic;
 mod moving_model;
 mod need;
 mod nepce;
+mod output_integral;
 mod packed_model;
-mod predicted_acceleration;
+mod rated_force;
 mod reduced_interface;
+mod relaxed_hold;
+mod relaxed_prediction;
 mod rim_fixed_mass;
 mod rim_nonsmooth;
 mod rim_nonsmooth_gap;
@@ -35,6 +47,8 @@ mod rim_smooth;
 mod rim_smooth_active;
 mod second_order_hold;
 mod transmission_line;
+mod true_acceleration;
+mod waveform;
 mod zero_order_hold;
 
 pub use construction::{Construction, ModelConstruction};
@@ -54,12 +68,21 @@ pub fn standard_schemes() -> Vec<SchemeEntry> {
         second_order_hold::entry(),
         c1_extrapolated_interpolation::entry(),
         c1_extrapolated_interpolation::quadratic(),
-        predicted_acceleration::entry(),
+        relaxed_hold::entry(),
+        adaptive_order_hold::entry(),
+        true_acceleration::entry(),
+        true_acceleration::linear(),
+        relaxed_prediction::entry(),
         nepce::entry(),
         nepce::feedthrough(),
+        nepce::linear(),
         energy_leak_damper::entry(),
+        energy_input_correction::entry(),
         transmission_line::entry(),
         interface_jacobian::entry(),
+        interface_exponential::entry(),
+        model_corrected_outputs::entry(),
+        interface_mass::entry(),
         rim_fixed_mass::entry(),
         rim_smooth::entry(),
         rim_smooth_active::entry(),
@@ -67,6 +90,7 @@ pub fn standard_schemes() -> Vec<SchemeEntry> {
         rim_nonsmooth_gap::entry(),
         iterated_aitken::entry(),
         iterated_quasi_newton::entry(),
+        waveform::entry(),
         monolithic::entry(),
     ]
 }

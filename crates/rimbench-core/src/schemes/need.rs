@@ -13,8 +13,12 @@ pub enum Need {
     Rows(usize),
     /// Directional derivatives of the actuator's outputs.
     OutputRates,
+    /// The same of an actuator with direct feedthrough; one without has none to know.
+    OutputRatesIfFeedthrough,
     /// The force that the scheme hands to the mechanics must be used: force return `held`. Refused before any run.
     HeldReturn,
+    /// The actuator steps before the mechanics has, or beside it: sequence `gauss-seidel` or `jacobi`. Refused before any run.
+    NotMechanicsFirst,
     /// Both subsystems can be copied, so that a step can be taken again.
     Copies,
 }
@@ -33,8 +37,9 @@ impl Need {
             Need::Rows(most) if outputs > most => {
                 return Some(format!("the interface has more than {most} rows"));
             }
-            Need::Rows(_) | Need::HeldReturn => return None,
-            Need::OutputRates => {
+            Need::Rows(_) | Need::HeldReturn | Need::NotMechanicsFirst => return None,
+            Need::OutputRatesIfFeedthrough if !ports.direct_feedthrough => return None,
+            Need::OutputRates | Need::OutputRatesIfFeedthrough => {
                 let mut rates = OutputRates::zeros(outputs, inputs);
                 let offered = actuator.abilities().output_rates(0.0, &vec![0.0; inputs], &mut rates);
                 // One that fails offers them, and will fail in the run, with its reason.

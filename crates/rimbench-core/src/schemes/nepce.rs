@@ -1,28 +1,37 @@
-//! `nepce` and `nepce-feedthrough`: hold, and give back in this macro step what the hold got wrong in the last one.
+//! `nepce`, `nepce-feedthrough` and `integral-correction-linear`: extrapolate, and give back in this macro step what the
+//! extrapolation got wrong in the last one.
 //!
 //! The side that receives a held input misses part of the integral of what the other side really did; with force and
 //! velocity as coupling variables that integral is impulse and way, and its loss is energy. The next input carries the
 //! missing part as a constant: with α = 1 the integrals agree, one macro step late.
 //!
 //! ```text
-//! E_k = ∫ (y(t) − ỹ_{k−1}) dt over [t_{k−1}, t_k]        u(t) = ỹ_k + c_k,   c_k = α E_k / (t_k − t_{k−1}),   ỹ_k = y(t_k)
+//! E_k = ∫ (y(t) − b_{k−1}(t)) dt over [t_{k−1}, t_k]        u(t) = b_k(t) + c_k,   c_k = α E_k / H_k
+//! b_k   degree 0: ỹ_k = y(t_k);   degree 1 (`integral-correction-linear`): the line through y(t_k) and y(t_{k−1})
 //! ```
-//! The integral of `y` is taken by the trapezoidal rule over everything that the sending side put out: at its own micro
-//! steps and at the communication points.
+//! The error is that of the base without its correction, so that with α = 1 the integrals of the inputs add up to those of the
+//! outputs, one macro step late; it is given back over the length of the macro step to come.
+//!
+//! The integral of `y` is that of `output_integral`, over everything that the sending side put out.
 //!
 //! `nepce-feedthrough`: an actuator with direct feedthrough `D` answers to the correction `c` of its own input at once, by
 //! `D c`. The mechanics is told so at once, not a macro step later: `ỹ_k = y(t_k) + D c_k` for the actuator's outputs, and the
 //! error is measured against that.
-//! **Needs** two samples (nothing to correct before); `nepce-feedthrough` directional derivatives of the actuator. **Order** 2
-//! in H: the mean of the input over a macro step is right to second order, its values only to first. **Known weakness**: after
-//! an impact it gives back the error of a motion that is over; jumps at every communication point.
-//! **Source**: Benedikt et al. 2013 (NEPCE), Sadjina & Pedersen 2019 (α, direct feedthrough). Ours: `D` from directional
-//! derivatives, and that positions are corrected like forces and velocities.
+//! **Needs** two samples (nothing to correct before), three on the line; `nepce-feedthrough` directional derivatives of the actuator.
+//! **Order** 2 in H, 3 on the line, for α = 1, and one less otherwise: the mean of the input over a macro step is right to that
+//! order, its values are not. With the mechanics first its sample at t_{k+1} replaces the base, and only the force is corrected.
+//! **Known weakness**: after an impact it gives back the error of a motion that is over; jumps at every communication point; on the
+//! line the integral wants many micro steps, as its own error δ²H must stay below H³.
+//! **Source**: after Benedikt et al. 2013 (NEPCE), Sadjina & Pedersen 2019 (α, direct feedthrough); the formulas are second-hand,
+//! theirs were not read. Ours: `D` from directional derivatives, that positions are corrected like forces and velocities, and the
+//! linear base.
 
+use super::construction::Construction;
 use super::entry::{Gain, SchemeEntry};
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::cosim::{CouplingScheme, MicroStep, PerSide, Sample, SchemeReport, Side};
+use super::output_integral::OutputIntegral;
+use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
 /// α of the published method.
@@ -35,19 +44,38 @@ pub(super) fn entry() -> SchemeEntry {
         gain: Some(gain()),
         line: LineStyle::new([0x0E, 0x6E, 0x7C], Dash::Short, Marker::Triangle),
         ..SchemeEntry::new("nepce", "Hold, plus the mean error of the last macro step's hold", |construction| {
-            Ok(Box::new(Nepce::new(construction.ports.map(|ports| ports.outputs.len()), construction.gain)))
+            Ok(Nepce::boxed(construction, 0, false))
         })
     }
 }
 
 pub(super) fn feedthrough() -> SchemeEntry {
     SchemeEntry {
+        order: 2,
+        samples: 2,
         needs: vec![Need::OutputRates],
+        gain: Some(gain()),
         line: LineStyle::new([0x45, 0xB7, 0xC4], Dash::Dashed, Marker::Triangle),
-        name: "nepce-feedthrough".into(),
-        about: "Hold, plus the mean error of the last macro step's hold; the actuator's direct feedthrough at once"
-            .into(),
-        ..entry()
+        ..SchemeEntry::new(
+            "nepce-feedthrough",
+            "Hold, plus the mean error of the last macro step's hold; the actuator's direct feedthrough at once",
+            |construction| Ok(Nepce::boxed(construction, 0, true)),
+        )
+    }
+}
+
+pub(super) fn linear() -> SchemeEntry {
+    SchemeEntry {
+        order: 3,
+        samples: 3,
+        needs: vec![Need::OutputRatesIfFeedthrough],
+        gain: Some(gain()),
+        line: LineStyle::new([0x13, 0x4E, 0x9E], Dash::DashDot, Marker::Triangle),
+        ..SchemeEntry::new(
+            "integral-correction-linear",
+            "Linear extrapolation, plus the mean error of the last macro step's",
+            |construction| Ok(Nepce::boxed(construction, 1, false)),
+        )
     }
 }
 
@@ -55,23 +83,40 @@ fn gain() -> Gain {
     Gain { about: "α, the share of the error that is given back".into(), default: ALPHA, range: [0.0, 2.0] }
 }
 
-/// Both schemes: which of them follows from whether the actuator's sample says how its outputs move.
 #[derive(Clone)]
 struct Nepce {
+    /// Whether the actuator's answer to the correction of its own input is told at once.
+    answers: bool,
     /// What each side sends.
     sent: PerSide<Channel>,
+    /// Input that goes with a sample.
+    fresh: Vec<f64>,
 }
 
 impl Nepce {
-    fn new(outputs: PerSide<usize>, alpha: f64) -> Self {
-        Nepce { sent: outputs.map(|count| Channel::new(count, alpha)) }
+    fn new(outputs: PerSide<usize>, degree: usize, alpha: f64, answers: bool) -> Self {
+        let PerSide { mechanics, actuator } = outputs;
+        let sent = PerSide {
+            mechanics: Channel::new(mechanics, actuator, degree, alpha),
+            actuator: Channel::new(actuator, mechanics, degree, alpha),
+        };
+        Nepce { answers, sent, fresh: Vec::with_capacity(mechanics.max(actuator)) }
+    }
+
+    fn boxed(construction: &Construction<'_>, degree: usize, answers: bool) -> Box<dyn CouplingScheme> {
+        let outputs = construction.ports.map(|ports| ports.outputs.len());
+        Box::new(Nepce::new(outputs, degree, construction.gain, answers))
     }
 }
 
 impl CouplingScheme for Nepce {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        self.sent[from].receive(sample);
-        if let Some(rates) = sample.rates {
+        let (own, other) = self.sent.split_mut(from);
+        // The input that goes with the sample is the fresh one of the other side, if it has been seen yet.
+        self.fresh.clear();
+        self.fresh.extend(other.variables.iter().map(|variable| variable.sample));
+        own.receive(sample, &self.fresh);
+        if let Some(rates) = sample.rates.filter(|_| self.answers) {
             let (inputs, outputs) = (&self.sent.mechanics.variables, &mut self.sent.actuator.variables);
             for (output, row) in outputs.iter_mut().zip(rates.feedthrough.chunks(inputs.len())) {
                 let answer = row.iter().zip(inputs).map(|(d, input)| d * input.correction);
@@ -83,11 +128,21 @@ impl CouplingScheme for Nepce {
 
     #[inline]
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        self.sent[to].see(at.start, own);
+        self.sent[to].integral.see(at.start, own, u);
+        let middle = at.since_exchange + 0.5 * at.length;
         for (u, variable) in u.iter_mut().zip(&self.sent[to.other()].variables) {
-            *u = variable.held + variable.correction;
+            *u = variable.held + middle * variable.slope + variable.correction;
         }
+        self.sent[to].integral.give(at.length, u);
         Ok(())
+    }
+
+    fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
+        for (row, variable) in course.iter_mut().zip(&self.sent[to.other()].variables) {
+            let start = variable.held + at.since_exchange * variable.slope + variable.correction;
+            *row = [start, variable.slope, 0.0, 0.0];
+        }
+        true
     }
 
     fn report(&mut self) -> SchemeReport {
@@ -102,59 +157,58 @@ impl CouplingScheme for Nepce {
 /// One coupling variable.
 #[derive(Debug, Clone, Copy, Default)]
 struct Variable {
-    /// What the sender put out last, and the integral since the last communication point.
-    seen: f64,
-    integral: f64,
-    /// ỹ and c.
+    /// The sample of the last communication point.
+    sample: f64,
+    /// Base at t_k, its slope, and c.
     held: f64,
+    slope: f64,
     correction: f64,
 }
 
 /// The coupling variables that go one way.
 #[derive(Clone)]
 struct Channel {
+    degree: usize,
     alpha: f64,
-    /// Time of what was seen last, of the last communication point, and its index; NaN before the first.
-    seen_at: f64,
+    /// Of the last communication point, s; NaN before the first.
     exchanged_at: f64,
-    step: usize,
+    integral: OutputIntegral,
     variables: Vec<Variable>,
 }
 
 impl Channel {
-    fn new(width: usize, alpha: f64) -> Self {
-        let variables = vec![Variable::default(); width];
-        Channel { alpha, seen_at: f64::NAN, exchanged_at: f64::NAN, step: 0, variables }
+    fn new(outputs: usize, inputs: usize, degree: usize, alpha: f64) -> Self {
+        let variables = vec![Variable::default(); outputs];
+        Channel { degree, alpha, exchanged_at: f64::NAN, integral: OutputIntegral::new(outputs, inputs), variables }
     }
 
-    /// Goes on with the integral to `time`, where the sender puts out `y`.
-    #[inline]
-    fn see(&mut self, time: f64, y: &[f64]) {
-        let elapsed = time - self.seen_at;
-        for (variable, &y) in self.variables.iter_mut().zip(y) {
-            if elapsed > 0.0 {
-                variable.integral += 0.5 * elapsed * (variable.seen + y);
-            }
-            variable.seen = y;
+    /// Takes a sample; `u` is the fresh input that goes with it.
+    fn receive(&mut self, sample: &Sample<'_>, u: &[f64]) {
+        if sample.time > sample.step.start {
+            return self.receive_ahead(sample);
         }
-        self.seen_at = time;
+        let first = self.exchanged_at.is_nan();
+        let elapsed = sample.step.start - self.exchanged_at;
+        self.integral.see(sample.time, sample.y, u);
+        for ((variable, integral), &y) in self.variables.iter_mut().zip(&self.integral.value).zip(sample.y) {
+            if !first {
+                let base = elapsed * (variable.held + 0.5 * elapsed * variable.slope);
+                variable.correction = self.alpha * (integral - base) / sample.step.length;
+                variable.slope = if self.degree > 0 { (y - variable.sample) / elapsed } else { 0.0 };
+            }
+            (variable.sample, variable.held) = (y, y);
+        }
+        self.integral.restart(sample.time, sample.y, u, sample.rates);
+        self.exchanged_at = sample.step.start;
     }
 
-    fn receive(&mut self, sample: &Sample<'_>) {
-        self.see(sample.time, sample.y);
-        if sample.step.index != self.step {
-            let elapsed = sample.step.start - self.exchanged_at;
-            for variable in &mut self.variables {
-                variable.correction = self.alpha * (variable.integral / elapsed - variable.held);
-                variable.integral = 0.0;
-            }
-        }
-        if sample.step.index != self.step || self.exchanged_at.is_nan() {
-            self.step = sample.step.index;
-            self.exchanged_at = sample.step.start;
-        }
+    /// A sample of the end of the macro step makes an interpolation: nothing of it is an error.
+    fn receive_ahead(&mut self, sample: &Sample<'_>) {
+        let h = sample.step.length;
         for (variable, &y) in self.variables.iter_mut().zip(sample.y) {
-            variable.held = y;
+            variable.correction = 0.0;
+            (variable.held, variable.slope) =
+                if self.degree > 0 { (variable.sample, (y - variable.sample) / h) } else { (y, 0.0) };
         }
     }
 }
@@ -174,7 +228,7 @@ mod tests {
     }
 
     fn nepce() -> Nepce {
-        Nepce::new(PerSide { mechanics: 1, actuator: 1 }, 1.0)
+        Nepce::new(PerSide { mechanics: 1, actuator: 1 }, 0, 1.0, false)
     }
 
     fn input(scheme: &mut Nepce, to: Side, index: usize, own: f64) -> f64 {
@@ -215,7 +269,7 @@ mod tests {
     fn direct_feedthrough_is_answered_in_the_same_macro_step() {
         // The actuator is a damper of 3 N·s/m: F = −3 w, and w = 2 t. At t = 1 its input is corrected by 1.
         for (feedthrough, expected) in [(false, -6.0 - 3.0), (true, -6.0 - 3.0 - 3.0)] {
-            let mut scheme = nepce();
+            let mut scheme = Nepce::new(PerSide { mechanics: 1, actuator: 1 }, 0, 1.0, feedthrough);
             let rates = OutputRates { feedthrough: vec![-3.0], ..OutputRates::zeros(1, 1) };
             for k in 0..2 {
                 let w = 2.0 * k as f64;

@@ -112,7 +112,7 @@ impl ReducedInterface {
             },
             order: 2,
             sequence: Sequence::GaussSeidel { first: Side::Actuator },
-            needs: vec![Need::ForceDisplacement, Need::InterfaceModel],
+            needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
             ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))
         }
     }

@@ -22,7 +22,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         family: Family::Model,
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel],
+        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
         line: LineStyle::new([0x80, 0x80, 0x80], Dash::Dotted, Marker::Cross),
         ..SchemeEntry::new(
             "rim-fixed-mass",

@@ -16,6 +16,7 @@ use super::reduced_interface::{Contacts, ReducedInterface};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
+        has_mechanics_law: true,
         line: LineStyle::new([0x00, 0x9E, 0x73], Dash::DashDot, Marker::Square),
         ..ReducedInterface::entry(
             "rim-nonsmooth-gap",

@@ -5,7 +5,7 @@ use rimbench_cases::cases::Recorder;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, simulate};
 use rimbench_core::complementarity::{SolverCounters, SolverEntry};
-use rimbench_core::cosim::{Bounds, Outcome, StopFlag, Trajectory};
+use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
 use rimbench_core::name::find_by_name;
@@ -156,7 +156,12 @@ impl Size {
 
 /// A whole run with the defaults of its case and scheme, recorded at every communication point.
 fn run(case: &str, scheme: &str, macro_step: f64, size: Size, column: &'static str) -> Result<Repetition> {
-    let request = RunRequest { macro_step_s: Some(macro_step), ..RunRequest::of(case, scheme) };
+    // One step of the mechanics per macro step, also on linear cases, so that a record compares with older ones.
+    let request = RunRequest {
+        macro_step_s: Some(macro_step),
+        mechanics_steps: Some(MechanicsSteps::ONE),
+        ..RunRequest::of(case, scheme)
+    };
     let spec = request.resolve(&Catalogue::standard())?;
     Ok(Box::new(move || {
         let result = simulate(&spec, Bounds::default(), Some(monotonic_clock), StopFlag::never())?;

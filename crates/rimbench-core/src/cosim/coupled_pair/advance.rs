@@ -2,11 +2,12 @@
 
 use super::CoupledPair;
 use crate::cosim::communication_grid::MacroStep;
-use crate::cosim::coupling_scheme::MicroStep;
+use crate::cosim::coupling_scheme::{CouplingScheme, MicroStep};
 use crate::cosim::force_return::{ForceReturn, Sequence};
 use crate::cosim::pace::Interval;
 use crate::cosim::pair_state::PairState;
 use crate::cosim::side::Side;
+use crate::cosim::subsystem::Subsystem;
 use crate::error::Failure;
 
 impl CoupledPair<'_> {
@@ -41,6 +42,7 @@ impl CoupledPair<'_> {
         let count = self.setup.actuator_steps(step);
         let averaged = matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
+        let mut takes_course = self.state.takes_course.actuator;
         let PairState { own, u, transmission, work_sent, end, .. } = &mut *self.state;
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
         transmission.clear();
@@ -51,6 +53,9 @@ impl CoupledPair<'_> {
             work_sent.add_half_step(at.length, own, u);
             scheme.input(Side::Actuator, at, own, u)?;
             work_sent.add_half_step(at.length, own, u);
+            if takes_course {
+                takes_course = tell_course(scheme, Side::Actuator, at, actuator);
+            }
             actuator.step(at.start, u, at.length)?;
             if averaged {
                 transmission.push(own);
@@ -65,6 +70,7 @@ impl CoupledPair<'_> {
     pub(crate) fn advance_mechanics(&mut self, step: MacroStep) -> Result<(), Failure> {
         let count = self.setup.own_mechanics_steps(step);
         let (mechanics, scheme) = (&mut *self.sides.mechanics, &mut *self.scheme);
+        let mut takes_course = self.state.takes_course.mechanics;
         let PairState { own, u, transmission, end, received, .. } = &mut *self.state;
         let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
         received.fill(0.0);
@@ -75,6 +81,9 @@ impl CoupledPair<'_> {
                 ForceReturn::Held => {
                     mechanics.outputs(u, own)?;
                     scheme.input(Side::Mechanics, at, own, u)?;
+                    if takes_course {
+                        takes_course = tell_course(scheme, Side::Mechanics, at, mechanics);
+                    }
                 }
                 ForceReturn::End => u.copy_from_slice(end),
                 ForceReturn::Mean => transmission.mean_over(0, 1, u),
@@ -97,4 +106,10 @@ impl CoupledPair<'_> {
     pub(crate) fn actuator_micro_step(&self, step: MacroStep) -> f64 {
         step.length / self.setup.actuator_steps(step) as f64
     }
+}
+
+/// Hands the course of the inputs within a micro step to a subsystem that integrates it; says whether there is one. Inputs that are
+/// held in the first micro step of a macro step are held in all of it.
+fn tell_course(scheme: &dyn CouplingScheme, to: Side, at: MicroStep, subsystem: &mut dyn Subsystem) -> bool {
+    subsystem.abilities().input_polynomials().is_some_and(|inputs| inputs.give(|course| scheme.course(to, at, course)))
 }

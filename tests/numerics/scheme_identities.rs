@@ -1,0 +1,275 @@
+//! What schemes have in common and where they differ: identities that keep one scheme from going by two names, and the limits of
+//! each on the two-mass oscillator (force–displacement, damped, both sides exact) as an independent computation has them.
+
+use crate::support::{cases, run, run as simulated, usual_spec, wedge_box_spec};
+use rimbench::cosim::{MechanicsSteps, Outcome, StopFlag, Trajectory};
+use rimbench::harness::spectral_radius;
+use rimbench::metrics::METRICS;
+use rimbench::runs::{Reference, RunSpec, evaluate};
+use rimbench::statistics::median;
+use std::sync::OnceLock;
+
+/// The damped oscillator from its own start, 1 s, 20 micro steps on both sides.
+fn oscillator(scheme: &str, gain: Option<f64>, macro_step: f64) -> RunSpec {
+    let mut spec = usual_spec("linear-oscillator", scheme, macro_step);
+    spec.parameters.set("variant", "1").unwrap();
+    let gain = spec.scheme.gain_value(gain).unwrap();
+    RunSpec { gain, micro_step: macro_step / 20.0, duration: 1.0, ..spec }
+}
+
+fn with_sequence(spec: RunSpec, sequence: &str, force_return: &str) -> RunSpec {
+    RunSpec { sequence: sequence.parse().unwrap(), force_return: force_return.parse().unwrap(), ..spec }
+}
+
+fn completed(spec: &RunSpec) -> Trajectory {
+    let result = run(spec);
+    assert_eq!(result.report.outcome, Outcome::Completed, "{}", spec.scheme.name);
+    result.trajectory
+}
+
+/// Largest difference of two runs in any column, relative to the largest magnitude in it.
+fn difference(a: &Trajectory, b: &Trajectory) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let of_column = |column: usize| {
+        let size = a.column(column).fold(f64::MIN_POSITIVE, |size, value| size.max(value.abs()));
+        a.column(column).zip(b.column(column)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size
+    };
+    (0..a.columns().len()).map(of_column).fold(0.0, f64::max)
+}
+
+/// A thousand steps amplify a rounding by no more than this where the runs are stable.
+const ROUND_OFF: f64 = 1e-10;
+
+#[test]
+fn with_their_gain_at_zero_schemes_are_what_they_are_built_on() {
+    for (scheme, gain, base) in [
+        ("relaxed-hold", 0.0, "first-order-hold"),
+        ("relaxed-prediction", 0.0, "first-order-hold"),
+        ("nepce", 0.0, "zero-order-hold"),
+        ("integral-correction-linear", 0.0, "first-order-hold"),
+        ("energy-input-correction", 0.0, "zero-order-hold"),
+        ("energy-leak-damper", 0.0, "zero-order-hold"),
+    ] {
+        for sequence in ["jacobi", "gauss-seidel-mechanics-first"] {
+            let of = |scheme, gain| completed(&with_sequence(oscillator(scheme, gain, 2e-3), sequence, "held"));
+            let difference = difference(&of(scheme, Some(gain)), &of(base, None));
+            assert!(difference < ROUND_OFF, "{scheme} and {base}, {sequence}: {difference:e}");
+        }
+    }
+}
+
+/// Half-way between is the mean of the line, held: what a side that takes one sample per macro step makes of a line.
+#[test]
+fn a_hold_relaxed_by_half_is_the_line_sampled_once_per_macro_step() {
+    let relaxed = RunSpec { micro_step: 2e-3, ..oscillator("relaxed-hold", Some(0.5), 2e-3) };
+    let mut line = RunSpec { micro_step: 2e-3, ..oscillator("first-order-hold", None, 2e-3) };
+    line.parameters.set("integrator", "exact-sampled").unwrap();
+    let difference = difference(&completed(&relaxed), &completed(&line));
+    assert!(difference < ROUND_OFF, "{difference:e}");
+}
+
+/// κ = 0 leaves the acceleration held, but in the micro steps of an interface model: the same up to δ.
+#[test]
+fn an_infinite_interface_mass_is_the_true_acceleration() {
+    let off = |micro_steps: f64| {
+        let fine = |spec: RunSpec| {
+            let spec = RunSpec { micro_step: 2e-3 / micro_steps, ..spec };
+            completed(&with_sequence(spec, "gauss-seidel", "mean"))
+        };
+        let mass = fine(oscillator("interface-mass", Some(0.0), 2e-3));
+        difference(&mass, &fine(oscillator("true-acceleration", None, 2e-3)))
+    };
+    let (coarse, fine) = (off(20.0), off(40.0));
+    assert!((coarse / fine - 2.0).abs() < 0.1, "{coarse:e}, then {fine:e}");
+}
+
+#[test]
+fn the_true_interface_mass_without_contacts_is_a_reduced_interface_model() {
+    for force_return in ["mean", "profile"] {
+        let of = |scheme: &str, gain| {
+            completed(&with_sequence(oscillator(scheme, gain, 5e-3), "gauss-seidel", force_return))
+        };
+        let difference = difference(&of("interface-mass", Some(1.0)), &of("rim-nonsmooth", None));
+        assert!(difference < ROUND_OFF, "{force_return}: {difference:e}");
+    }
+}
+
+/// The old `predicted-acceleration` had the backward difference, and every digit of linear extrapolation in the velocity; the true
+/// one must differ from it, most of all after an impact.
+#[test]
+fn a_true_acceleration_is_not_linear_extrapolation() {
+    let far = difference(
+        &completed(&oscillator("true-acceleration", None, 2e-3)),
+        &completed(&oscillator("first-order-hold", None, 2e-3)),
+    );
+    assert!(far > 1e-5, "{far:e}");
+}
+
+#[test]
+fn on_a_smooth_signal_the_adaptive_order_is_the_second() {
+    let mut adaptive = completed(&oscillator("adaptive-order-hold", None, 1e-3));
+    let fixed = completed(&oscillator("second-order-hold", None, 1e-3));
+    // The start differs by one macro step.
+    let far = difference(&adaptive, &fixed);
+    assert!(far < 1e-3, "{far:e}");
+    adaptive.delay();
+    assert!(difference(&adaptive, &fixed) > 1e-2, "the runs must be worth comparing");
+}
+
+/// Waveforms that agree at every micro step are the monolithic stepper, whatever H and through impacts.
+#[test]
+fn converged_waveforms_are_the_monolithic_stepper_at_any_macro_step() {
+    for (case, duration, steps) in [("wedge-box", 0.4, [5e-5, 5e-4, 1e-2]), ("bouncing-ball", 1.2, [1e-3, 1e-2, 5e-2])]
+    {
+        for macro_step in steps {
+            let of = |scheme: &str| {
+                let spec = usual_spec(case, scheme, macro_step);
+                let micro_step = spec.micro_step.min(steps[0]);
+                completed(&RunSpec { duration, micro_step, ..spec })
+            };
+            let difference = difference(&of("waveform"), &of("monolithic"));
+            // Tolerance 1e-10 per macro step, amplified over the run.
+            assert!(difference < 1e-6, "{case} at {macro_step} s: {difference:e}");
+        }
+    }
+}
+
+/// Scheme, gain, sequence, limit in ms, relative width within which it must be met, micro steps per macro step.
+type Limit = (&'static str, Option<f64>, &'static str, f64, f64, f64);
+
+/// From the specification's independent computation (linear maps with exact subsystems).
+const LIMITS: &[Limit] = &[
+    ("relaxed-hold", Some(0.0), "jacobi", 8.000, 1e-3, 1.0),
+    ("relaxed-hold", Some(0.25), "jacobi", 8.367, 1e-3, 1.0),
+    ("relaxed-hold", Some(0.5), "jacobi", 8.811, 1e-3, 1.0),
+    ("relaxed-prediction", Some(0.25), "jacobi", 9.03, 2e-3, 1.0),
+    ("relaxed-prediction", Some(0.5), "jacobi", 10.95, 2e-3, 1.0),
+    ("relaxed-prediction", Some(0.75), "jacobi", 18.22, 2e-3, 1.0),
+    ("interface-exponential", None, "jacobi", 39.6, 1e-2, 8.0),
+    ("model-corrected-outputs", None, "jacobi", 40.7, 1e-2, 200.0),
+    ("interface-mass", Some(1.0), "jacobi", 37.8, 2e-2, 400.0),
+    ("nepce", None, "jacobi", 5.50, 1e-2, 400.0),
+    ("nepce", Some(0.5), "jacobi", 0.52, 2e-2, 400.0),
+    ("integral-correction-linear", None, "jacobi", 27.87, 1e-2, 200.0),
+    ("integral-correction-linear", Some(0.5), "jacobi", 12.34, 1e-2, 200.0),
+];
+
+/// Schemes that have no limit up to 45 ms.
+const STABLE: &[(&str, Option<f64>, &str)] = &[
+    ("true-acceleration", None, "jacobi"),
+    ("true-acceleration", None, "gauss-seidel"),
+    ("relaxed-prediction", Some(1.0), "jacobi"),
+    ("interface-mass", Some(0.5), "gauss-seidel"),
+];
+
+#[test]
+fn the_limits_of_the_schemes_are_those_of_the_independent_computation() {
+    let radius = |scheme: &str, gain, sequence: &str, h: f64, micro_steps: f64| {
+        let force_return = if sequence == "gauss-seidel" { "mean" } else { "held" };
+        let spec = RunSpec { micro_step: h / micro_steps, ..oscillator(scheme, gain, h) };
+        spectral_radius(&with_sequence(spec, sequence, force_return))
+    };
+    let mut faults = Vec::new();
+    for &(scheme, gain, sequence, limit, width, micro_steps) in LIMITS {
+        let at = |h: f64| radius(scheme, gain, sequence, 1e-3 * h, micro_steps);
+        match (at(limit * (1.0 - width)), at(limit * (1.0 + width))) {
+            (Ok(below), Ok(above)) if below < 1.0 && above > 1.0 => {}
+            found => faults.push(format!("{scheme} {gain:?} {sequence} at {limit} ms: {found:?}")),
+        }
+    }
+    for &(scheme, gain, sequence) in STABLE {
+        for step in 1..=9 {
+            let found = radius(scheme, gain, sequence, 5e-3 * f64::from(step), 40.0);
+            if !found.as_ref().is_ok_and(|radius| *radius < 1.0 + 1e-9) {
+                faults.push(format!("{scheme} {gain:?} {sequence} at {} ms: {found:?}", 5 * step));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// What is left in the pool after 10 s of the undamped oscillator, in parts of the energy it starts with.
+#[test]
+fn the_signed_correction_keeps_the_energy_that_the_hold_makes() {
+    for (macro_step, most) in [(2e-3, 1e-3), (5e-3, 1e-2), (1e-2, 0.1)] {
+        let left = |scheme: &str| {
+            let spec = usual_spec("linear-oscillator", scheme, macro_step);
+            let result = run(&RunSpec { micro_step: macro_step / 100.0, duration: 10.0, ..spec });
+            result.report.audit.work.residual_j().unwrap().abs() / 1e4
+        };
+        let (hold, corrected) = (left("zero-order-hold"), left("energy-input-correction"));
+        assert!(corrected < most && hold > 1.0, "{macro_step} s: {hold} with the hold, {corrected} corrected");
+    }
+}
+
+/// The exactness theorem: where nothing in the mechanics changes within a macro step, the model with all contacts is the mechanics,
+/// and the co-simulation the monolithic stepper. The cases that claim it must show it, and no other may.
+#[test]
+fn a_run_whose_model_is_exact_is_the_monolithic_stepper_and_others_are_not() {
+    let mut exact_cases = Vec::new();
+    for case in cases().iter().filter(|case| case.linear_state.is_empty()) {
+        let macro_step = case.defaults.macro_step_s;
+        let usual = usual_spec(&case.name, "rim-nonsmooth-gap", macro_step);
+        let profile =
+            RunSpec { mechanics_steps: MechanicsSteps::AsActuator, ..with_sequence(usual, "gauss-seidel", "profile") };
+        assert_eq!(profile.model_is_exact(), case.constant_mechanics, "{}", case.name);
+        if !case.constant_mechanics {
+            continue;
+        }
+        exact_cases.push(case.name.clone());
+        let together = completed(&usual_spec(&case.name, "monolithic", macro_step));
+        let own = completed(&profile);
+        let force = own.index_of(&case.interface_columns[0].force).unwrap();
+        let peak = together.column(force).fold(0.0, |peak: f64, value| peak.max(value.abs()));
+        let off = own.column(force).zip(together.column(force)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("{}: {off:e} of {peak:e} N", case.name);
+        // Round-off, amplified by impacts.
+        assert!(off < 1e-4 * peak, "{}: {off:e} of {peak:e} N", case.name);
+    }
+    assert_eq!(exact_cases.len(), 6, "{exact_cases:?}");
+    let mean = usual_spec("bouncing-ball", "rim-nonsmooth-gap", 1e-2);
+    assert!(!mean.model_is_exact());
+}
+
+/// With the actuator first only the motion is corrected; where the mechanics takes one step per macro step, the trapezoid over it is
+/// all there is of the integral, and the correction half the last change: one scheme under two names.
+#[test]
+fn with_the_actuator_first_and_one_step_of_the_mechanics_nepce_is_the_hold_relaxed_by_half() {
+    let of = |scheme: &str| {
+        let spec = with_sequence(usual_spec("wedge-box", scheme, 2e-3), "gauss-seidel", "mean");
+        completed(&RunSpec { duration: 0.5, ..spec })
+    };
+    let difference = difference(&of("nepce"), &of("relaxed-hold"));
+    assert!(difference < 1e-8, "{difference:e}");
+}
+
+/// Rms force errors of the independent implementation, wedge box, median over 4 phases, N; H in ms.
+#[test]
+fn the_hold_with_the_mechanics_first_has_the_errors_of_the_independent_implementation() {
+    let median_error = |sequence: &str, force_return: &str, macro_step: f64| {
+        let errors = [1.0, 0.381966, 0.763932, 0.145898].map(|phase| {
+            let spec = with_sequence(wedge_box_spec("zero-order-hold", macro_step), sequence, force_return);
+            let spec = RunSpec { phase, ..spec };
+            let reference = reference();
+            let run = evaluate(&spec, simulated(&spec), reference).unwrap();
+            let rms = METRICS.iter().position(|metric| metric.name == "force_error_rms_n").unwrap();
+            assert_eq!(run.outcome, Outcome::Completed);
+            run.metrics[rms].unwrap()
+        });
+        median(errors.to_vec()).unwrap()
+    };
+    let mechanics_first = "gauss-seidel-mechanics-first";
+    for (h, first, end) in [(1e-3, 3.0, 7.0), (2e-3, 5.9, 13.5), (3e-3, 10.8, 20.6), (5e-3, 31.8, 39.1)] {
+        for (found, published) in
+            [(median_error(mechanics_first, "held", h), first), (median_error("gauss-seidel", "end", h), end)]
+        {
+            assert!((found / published - 1.0).abs() < 0.02, "{h} s: {found} N, there {published} N");
+        }
+    }
+}
+
+/// The reference of the wedge box, computed once.
+fn reference() -> &'static Reference {
+    static REFERENCE: OnceLock<Reference> = OnceLock::new();
+    REFERENCE.get_or_init(|| Reference::compute(&wedge_box_spec("zero-order-hold", 1e-3), StopFlag::never()).unwrap())
+}
