@@ -82,16 +82,13 @@ impl Limit {
                 done.fetch_add(1, Ordering::Relaxed);
             },
         };
+        let cache = Cache::of_user();
         let found = match self.method {
-            Method::Run => {
-                let cache = Cache::of_user();
-                let found = stability_limit(&coarsest, search, &phase_ensemble(self.phases), &cache)?;
-                complain(&cache);
-                found
-            }
+            Method::Run => stability_limit(&coarsest, search, &phase_ensemble(self.phases), &cache)?,
             Method::Spectral => spectral_stability_limit(&coarsest, search)?,
         };
         drop(alive);
+        complain(&cache);
         match self.format {
             Format::Json => print(&serde_json::to_string_pretty(&facts(&found))?),
             Format::Table => print_table(&found),

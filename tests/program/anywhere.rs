@@ -73,6 +73,7 @@ fn a_list_of_figures_of_ones_own_is_drawn_and_a_picture_that_is_out_of_date_is_a
     let runs = "run_id,case,set,label,macro_step_s,phase,outcome,error\n1,box,,rim-smooth,0.001,1.0,completed,0.1\n\
                 2,box,,rim-smooth,0.002,1.0,completed,0.2\n";
     std::fs::write(results.join("runs.csv"), runs).unwrap();
+    rimbench::checksums::write(&results, ["runs.csv".to_owned()]).unwrap();
     let list = |metric: &str| {
         let text = format!(
             "[[figure]]\nid = \"errors\"\nkind = \"sweep\"\nexperiment = \"mine/sweep\"\n[[figure.panels]]\nmetric = \"{metric}\"\n"

@@ -347,72 +347,6 @@ fn a_figure_of_one_case_has_only_its_runs() {
     assert!(reason.contains("margin_m=0.2") && reason.contains("margin_m=0.1"), "{reason}");
 }
 
-#[test]
-fn a_figure_that_would_pool_cases_sets_or_macro_steps_without_a_word_is_refused() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    made_up_results(place.path());
-    let list = place.path().join("figures.toml");
-    let reason_of = |text: &str, id: &str| {
-        std::fs::write(&list, text).unwrap();
-        let figures = FigureList::read(&list).unwrap();
-        let made = figures.make_all(place.path(), Some("study"), &Styles::standard()).unwrap();
-        made.missing.into_iter().find(|(missing, _)| missing == id).expect("not drawn").1
-    };
-    let silent = MADE_UP_FIGURES.replace("only = { set = \"all\" }\n", "");
-    for id in ["map", "sweep", "work", "latency"] {
-        let reason = reason_of(&silent, id);
-        assert!(reason.contains("drawn as one") && reason.contains("\"margin_m=0.1\""), "{id}: {reason}");
-    }
-    let reason = reason_of(&MADE_UP_FIGURES.replace("macro_step_s = 5e-3\n", ""), "margin");
-    assert!(reason.contains("several values of macro_step_s"), "{reason}");
-    // A second case with the same margins.
-    let folder = place.path().join("study/made-up");
-    let rows = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
-    let half = |row: (usize, &str)| {
-        if row.0.is_multiple_of(2) && row.0 > 0 { row.1.replace(",box,", ",ball,") } else { row.1.into() }
-    };
-    std::fs::write(folder.join("runs.csv"), rows.lines().enumerate().map(|row| half(row) + "\n").collect::<String>())
-        .unwrap();
-    let parameters = std::fs::read_to_string(folder.join("parameters.csv")).unwrap();
-    std::fs::write(
-        folder.join("parameters.csv"),
-        format!("{parameters}ball,,margin_m,0.01\nball,margin_m=0.1,margin_m,0.1\n"),
-    )
-    .unwrap();
-    seal(&folder);
-    for (id, wanted) in [("map", "case = …"), ("margin", "case and set")] {
-        let reason = reason_of(MADE_UP_FIGURES, id);
-        assert!(reason.contains(wanted) && reason.contains("ball"), "{id}: {reason}");
-    }
-}
-
-#[test]
-fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    made_up_results(place.path());
-    let (list, folder) = (place.path().join("figures.toml"), place.path().join("study/made-up"));
-    std::fs::write(&list, MADE_UP_FIGURES).unwrap();
-    let reasons = || {
-        let figures = FigureList::read(&list).unwrap();
-        figures.make_all(place.path(), Some("study"), &Styles::standard()).unwrap().missing
-    };
-    let whole = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
-    let rows: Vec<&str> = whole.lines().collect();
-    for other in
-        [rows[..2].join("\n"), whole.replacen("diverged", "completed", 1), rows[..].join("\n") + "\n" + rows[1] + "\n"]
-    {
-        std::fs::write(folder.join("runs.csv"), other).unwrap();
-        let missing = reasons();
-        assert!(missing.len() == 5 && missing[0].1.contains("runs.csv has been changed"), "{missing:?}");
-    }
-    std::fs::write(folder.join("runs.csv"), whole).unwrap();
-    std::fs::remove_file(folder.join("SHA256SUMS")).unwrap();
-    assert!(reasons()[0].1.contains("run the experiment again"));
-    let figures = FigureList::read(&list).unwrap();
-    let message = figures.make_all(place.path(), Some("nope"), &Styles::standard()).unwrap_err().to_string();
-    assert!(message.contains("unknown group of figures `nope`") && message.contains("study"), "{message}");
-}
-
 /// Reads a list with one figure of a kind, and returns what is wrong with it.
 fn refused(figure: &str) -> String {
     FigureList::parse(Path::new("my.toml"), figure).unwrap_err().to_string()
@@ -420,6 +354,8 @@ fn refused(figure: &str) -> String {
 
 const LEAST_SWEEP: &str = "[[figure]]\nid = \"mine\"\nkind = \"sweep\"\nexperiment = \"study/made-up\"\n";
 const LEAST_PANEL: &str = "[[figure.panels]]\nmetric = \"error\"\n";
+/// The same of the made-up results, which have two sets of parameters.
+const POOLED_PANEL: &str = "[[figure.panels]]\nmetric = \"error\"\nonly = { set = \"all\" }\n";
 
 #[test]
 fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics() {
@@ -480,7 +416,7 @@ fn what_is_wrong_with_a_list_is_told_all_at_once_with_lines_and_nothing_panics()
 fn what_may_be_left_out_has_a_default_and_the_figure_is_drawn() {
     let place = tempfile::tempdir().expect("a temporary folder");
     made_up_results(place.path());
-    let figures = FigureList::parse(Path::new("my.toml"), &format!("{LEAST_SWEEP}{LEAST_PANEL}")).unwrap();
+    let figures = FigureList::parse(Path::new("my.toml"), &format!("{LEAST_SWEEP}{POOLED_PANEL}")).unwrap();
     let made = figures.make_all(place.path(), None, &Styles::standard()).unwrap();
     assert_eq!((made.files.len(), &made.failed[..]), (1, &[][..]));
     let svg = String::from_utf8(read(&place.path().join("study/made-up/figures/mine.svg"))).unwrap();
@@ -496,9 +432,9 @@ fn a_label_that_no_run_has_and_panels_without_room_are_told() {
         let figures = FigureList::parse(Path::new("my.toml"), text).unwrap();
         figures.make_all(place.path(), None, &Styles::standard()).unwrap()
     };
-    let made = drawn(&format!("{LEAST_SWEEP}{LEAST_PANEL}labels = [\"rim-smooth\", \"rim-smoth\"]\n"));
+    let made = drawn(&format!("{LEAST_SWEEP}{POOLED_PANEL}labels = [\"rim-smooth\", \"rim-smoth\"]\n"));
     assert!(made.failed[0].1.contains("unknown label `rim-smoth` (did you mean `rim-smooth`?)"), "{:?}", made.failed);
-    let narrow = format!("{LEAST_SWEEP}width = 240\nheight = 240\n{}", LEAST_PANEL.repeat(12));
+    let narrow = format!("{LEAST_SWEEP}width = 240\nheight = 240\n{}", POOLED_PANEL.repeat(12));
     let made = drawn(&narrow);
     assert!(made.failed[0].1.contains("width = 240 px leaves"), "{:?}", made.failed);
     assert!(!place.path().join("study/made-up/figures").exists(), "nothing is made for a figure that cannot be drawn");
@@ -520,6 +456,72 @@ fn every_key_of_a_figure_is_in_the_documentation() {
     );
     let told = text.lines().filter(|line| line.starts_with("| ") && line.contains("| `")).count();
     assert_eq!(told, rows.len(), "paper/README.md tells of keys that there are not");
+}
+
+#[test]
+fn a_figure_that_would_pool_cases_sets_or_macro_steps_without_a_word_is_refused() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let list = place.path().join("figures.toml");
+    let reason_of = |text: &str, id: &str| {
+        std::fs::write(&list, text).unwrap();
+        let figures = FigureList::read(&list).unwrap();
+        let made = figures.make_all(place.path(), Some("study"), &Styles::standard()).unwrap();
+        made.failed.into_iter().find(|(failed, _)| failed == id).expect("not drawn").1
+    };
+    let silent = MADE_UP_FIGURES.replace("only = { set = \"all\" }\n", "");
+    for id in ["map", "sweep", "work", "latency"] {
+        let reason = reason_of(&silent, id);
+        assert!(reason.contains("drawn as one") && reason.contains("\"margin_m=0.1\""), "{id}: {reason}");
+    }
+    let reason = reason_of(&MADE_UP_FIGURES.replace("macro_step_s = 5e-3\n", ""), "margin");
+    assert!(reason.contains("several values of macro_step_s"), "{reason}");
+    // A second case with the same margins.
+    let folder = place.path().join("study/made-up");
+    let rows = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
+    let half = |row: (usize, &str)| {
+        if row.0.is_multiple_of(2) && row.0 > 0 { row.1.replace(",box,", ",ball,") } else { row.1.into() }
+    };
+    std::fs::write(folder.join("runs.csv"), rows.lines().enumerate().map(|row| half(row) + "\n").collect::<String>())
+        .unwrap();
+    let parameters = std::fs::read_to_string(folder.join("parameters.csv")).unwrap();
+    std::fs::write(
+        folder.join("parameters.csv"),
+        format!("{parameters}ball,,margin_m,0.01\nball,margin_m=0.1,margin_m,0.1\n"),
+    )
+    .unwrap();
+    seal(&folder);
+    for (id, wanted) in [("map", "case = …"), ("margin", "case and set")] {
+        let reason = reason_of(MADE_UP_FIGURES, id);
+        assert!(reason.contains(wanted) && reason.contains("ball"), "{id}: {reason}");
+    }
+}
+
+#[test]
+fn half_a_file_or_an_edited_one_is_no_source_of_a_figure() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let (list, folder) = (place.path().join("figures.toml"), place.path().join("study/made-up"));
+    std::fs::write(&list, MADE_UP_FIGURES).unwrap();
+    let reasons = || {
+        let figures = FigureList::read(&list).unwrap();
+        figures.make_all(place.path(), Some("study"), &Styles::standard()).unwrap().failed
+    };
+    let whole = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
+    let rows: Vec<&str> = whole.lines().collect();
+    for other in
+        [rows[..2].join("\n"), whole.replacen("diverged", "completed", 1), rows[..].join("\n") + "\n" + rows[1] + "\n"]
+    {
+        std::fs::write(folder.join("runs.csv"), other).unwrap();
+        let missing = reasons();
+        assert!(missing.len() == 5 && missing[0].1.contains("runs.csv has been changed"), "{missing:?}");
+    }
+    std::fs::write(folder.join("runs.csv"), whole).unwrap();
+    std::fs::remove_file(folder.join("SHA256SUMS")).unwrap();
+    assert!(reasons()[0].1.contains("run the experiment again"));
+    let figures = FigureList::read(&list).unwrap();
+    let message = figures.make_all(place.path(), Some("nope"), &Styles::standard()).unwrap_err().to_string();
+    assert!(message.contains("unknown group of figures `nope`") && message.contains("study"), "{message}");
 }
 
 /// Writes a drawing twice and checks: both files, equal bytes, each label once, nothing outside the page.

@@ -2,7 +2,7 @@
 
 use super::chart::{Losses, Mode, Series};
 use super::clip::{self, Rect};
-use super::drawing::{Drawing, Point, Stroke};
+use super::drawing::{Color, Drawing, Point, Stroke};
 use super::marker;
 use super::scale::AxisMap;
 
@@ -104,17 +104,20 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series) {
     }
 }
 
-/// Marks in the band where runs were lost: an open triangle for some of them, a full one for all. Series stand side by side.
+/// Marks in the band where runs were lost: an open triangle for some of them, a full one for all. Series that lost runs at one
+/// abscissa stand side by side.
 pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, losses: &[Losses]) {
-    for (index, series) in losses.iter().enumerate() {
-        let beside = (index as f64 - 0.5 * (losses.len() - 1) as f64) * LOSS_DISTANCE;
-        for &(x, share) in &series.points {
-            let Some(across) = frame.x.position(x).filter(|at| (frame.area.left..=frame.area.right).contains(at))
-            else {
-                continue;
-            };
+    let of_series =
+        |series: &Losses| series.points.iter().map(|&(x, share)| (x, share, series.color)).collect::<Vec<_>>();
+    let mut marks: Vec<(f64, f64, Color)> = losses.iter().flat_map(of_series).collect();
+    marks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for group in marks.chunk_by(|a, b| a.0 == b.0) {
+        let inside = |at: &f64| (frame.area.left..=frame.area.right).contains(at);
+        let Some(across) = frame.x.position(group[0].0).filter(inside) else { continue };
+        for (index, &(_, share, color)) in group.iter().enumerate() {
+            let beside = (index as f64 - 0.5 * (group.len() - 1) as f64) * LOSS_DISTANCE;
             let at = ((across + beside).clamp(frame.area.left, frame.area.right), frame.beyond());
-            marker::draw_lost(drawing, at, MARKER, series.color, share >= 1.0);
+            marker::draw_lost(drawing, at, MARKER, color, share >= 1.0);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What of a plan is done: runs stored with the time they may take, and with the traces that are asked for.
 
 use super::experiment::{Experiment, PlannedRun};
+use super::provenance;
 use super::results::{runs_header, trace_name};
 use super::store::{Record, Store, TraceMark};
 use rimbench_core::error::Result;
@@ -25,7 +26,7 @@ impl<'a> Stock<'a> {
     /// Those of [`Store::open`].
     pub(super) fn open(folder: &'a Path, experiment: &'a Experiment, planned: &[PlannedRun]) -> Result<Self> {
         // What records must have been written with to belong together.
-        let provenance = super::provenance::HEADER.join(",");
+        let provenance = provenance::HEADER.join(",");
         let columns = format!("{}{provenance}{}", runs_header(planned).join(","), experiment.reference_identity());
         Ok(Stock { folder, experiment, store: Store::open(folder, &experiment.name(), &columns)? })
     }

@@ -153,6 +153,7 @@ impl RunSpec {
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     pub fn check(&self) -> Result<()> {
         let macro_steps = self.grid()?.macro_steps();
+        self.check_reference()?;
         if macro_steps < self.scheme.samples {
             return Err(Error::invalid(
                 "macro-step",

@@ -151,7 +151,7 @@ pub const COMMON: &[Key] = &[
 const HEIGHT: Key = key("height", Takes::Pixels, Default("460"), "height, px");
 const TITLE: Key = key("title", Takes::Text, Default("\"\""), "heading");
 const LABELS: Key = key("labels", Takes::Labels, ALL_LABELS, "scheme rows shown");
-const ONLY: Key = key("only", Takes::Table(ONLY_KEYS), Then("all"), "the part of the results shown");
+const ONLY: Key = key("only", Takes::Table(ONLY_KEYS), ONE_PROBLEM, "the part of the results shown");
 const PART: Key = key(
     "part",
     Takes::Choice(PARTS),
@@ -162,13 +162,16 @@ const METRIC: Key = key("metric", Takes::Text, Needed, "a column of runs.csv, or
 const METRIC_LABEL: Key = key("label", Takes::Text, Like("metric"), "heading of the vertical axis");
 const RANGE: Key = key("range", Takes::PositiveInterval, AUTOMATIC, "vertical axis, logarithmic");
 
+/// Several cases, or several sets of parameters, are not drawn as one unless that is said.
+const ONE_PROBLEM: Absent = Then("the only one there is");
+
 const ONLY_KEYS: &[Key] = &[
-    key("case", Takes::Text, Then("all"), "one case"),
+    key("case", Takes::Text, ONE_PROBLEM, "one case; \"all\" pools several"),
     key(
         "set",
         Takes::Text,
-        Then("all"),
-        "its changed parameters as in the column `set` of runs.csv; \"\" for the defaults",
+        ONE_PROBLEM,
+        "its parameters as in the column `set` of runs.csv; \"\" where none is set; \"all\" pools several",
     ),
 ];
 
@@ -198,7 +201,7 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
             key("panels", Takes::Tables(SWEEP_PANEL), Needed, "panels, from the left"),
         ],
     ),
-    ("phases", &[HEIGHT, key("panels", Takes::Tables(PHASE_PANEL), Needed, "panels, from the left")]),
+    ("phases", &[HEIGHT, ONLY, key("panels", Takes::Tables(PHASE_PANEL), Needed, "panels, from the left")]),
     (
         "stability-map",
         &[
@@ -247,7 +250,7 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
     ),
     (
         "latency",
-        &[HEIGHT, key("range_us", Takes::PositiveInterval, AUTOMATIC, "vertical axes, µs, logarithmic"), LABELS],
+        &[HEIGHT, key("range_us", Takes::PositiveInterval, AUTOMATIC, "vertical axes, µs, logarithmic"), ONLY, LABELS],
     ),
 ];
 
@@ -306,9 +309,10 @@ const PARAMETER_PANEL: &[Key] = &[
     METRIC,
     METRIC_LABEL,
     key("range", Takes::Interval, AUTOMATIC, "vertical axis; logarithmic, so above 0, but for `fraction_stable`"),
+    ONLY,
     PART,
     LABELS,
-    key("macro_step_s", Takes::Positive, Then("all"), "macro step of the runs shown, s"),
+    key("macro_step_s", Takes::Positive, Then("the only one there is"), "macro step of the runs shown, s"),
 ];
 
 const PROFILE_PANEL: &[Key] = &[

@@ -205,9 +205,9 @@ mod tests {
                 "in line 5 (`nepcee` on case `wedge-box`): unknown scheme `nepcee` (did you mean `nepce`?)",
             ),
             ("label = \"mine\"", "scheme = nothing is not valid; valid: the name of a scheme"),
-            ("scheme = \"\"", "scheme = nothing"),
             ("scheme = \"nepce\"\nmacro_steps_s = 3", "macro_steps_s: one macro step is a list of one: [3.0]"),
             ("scheme = \"nepce\"\ngain = 1e300", "(`nepce` on case `wedge-box`): gain = 1e300 is not valid"),
+            ("scheme = \"\"", "scheme = nothing"),
         ] {
             let message = refused(row);
             assert!(message.starts_with("usual.toml: [[schemes]] in line 5"), "{message}");

@@ -103,12 +103,13 @@ pub(super) fn with_labels(mut rows: Vec<SchemeRow>) -> Result<Vec<SchemeRow>> {
     for (index, row) in rows.iter().enumerate() {
         let same = |other: &&SchemeRow| other.label == row.label && other.request != row.request;
         if let Some(earlier) = rows[..index].iter().find(same) {
-            return Err(Error::Incompatible(format!(
-                "[[schemes]] in line {}: label `{}` is that of line {}, which has other settings: their runs could not be told apart",
+            return Err(in_row(
                 row.line,
-                shortened(&row.label),
-                earlier.line
-            )));
+                &Error::Incompatible(format!(
+                    "label `{}` is that of line {}, which has other settings: their runs could not be told apart",
+                    row.label, earlier.line
+                )),
+            ));
         }
     }
     Ok(rows)
