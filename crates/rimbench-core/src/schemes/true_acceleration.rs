@@ -45,7 +45,7 @@ pub(super) fn entry() -> SchemeEntry {
 pub(super) fn linear() -> SchemeEntry {
     SchemeEntry {
         samples: 2,
-        line: LineStyle::new([0xE0, 0x6A, 0x96], Dash::Dashed, Marker::Circle),
+        line: LineStyle::new([0xE0, 0x6A, 0x96], Dash::Dashed, Marker::OpenDiamond),
         ..SchemeEntry {
             needs: entry().needs,
             order: 2,
