@@ -17,7 +17,7 @@ pub struct Catalogue {
 }
 
 impl Catalogue {
-    /// Everything that is built in.
+    /// Makes a catalogue of everything that is built in.
     pub fn standard() -> Self {
         Catalogue {
             cases: standard_cases().into_iter().map(Arc::new).collect(),
@@ -26,17 +26,17 @@ impl Catalogue {
         }
     }
 
-    /// All cases, in the order in which they were added.
+    /// Returns all cases, in the order in which they were added.
     pub fn cases(&self) -> &[Arc<Case>] {
         &self.cases
     }
 
-    /// All schemes, likewise.
+    /// Returns all schemes, likewise.
     pub fn schemes(&self) -> &[Arc<SchemeEntry>] {
         &self.schemes
     }
 
-    /// All solvers, likewise.
+    /// Returns all solvers, likewise.
     pub fn solvers(&self) -> &[Arc<SolverEntry>] {
         &self.solvers
     }

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 /// A name in data. Built-in ones are literals; those of a case file, an FMU or a script are owned.
 pub type Name = Cow<'static, str>;
 
-/// A list of literal names.
+/// Makes a list of literal names.
 pub fn names(list: &[&'static str]) -> Vec<Name> {
     list.iter().copied().map(Name::from).collect()
 }

@@ -20,13 +20,13 @@ pub struct Cache {
 }
 
 impl Cache {
-    /// The cache in `folder`.
+    /// Makes the cache in `folder`.
     pub fn in_folder(folder: impl AsRef<Path>) -> Self {
         Cache { folder: folder.as_ref().to_owned(), complaint: OnceLock::new() }
     }
 
-    /// The user's cache: `$RIMBENCH_CACHE`, else `$XDG_CACHE_HOME/rimbench`, else `~/.cache/rimbench`, else a folder for
-    /// temporary files.
+    /// Makes the user's cache: `$RIMBENCH_CACHE`, else `$XDG_CACHE_HOME/rimbench`, else `~/.cache/rimbench`, else a
+    /// folder for temporary files.
     pub fn of_user() -> Self {
         let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
         let folder = variable("RIMBENCH_CACHE")

@@ -128,7 +128,7 @@ impl Experiment {
         Ok(experiment)
     }
 
-    /// The same experiment with one more scheme, as if its file had one more `[[schemes]]`.
+    /// Makes the same experiment with one more scheme, as if its file had one more `[[schemes]]`.
     ///
     /// # Errors
     /// [`Error::File`] for a name that is no TOML text.
@@ -136,7 +136,7 @@ impl Experiment {
         Self::parse(&self.path, format!("{}\n[[schemes]]\nscheme = \"{name}\"\n", self.source))
     }
 
-    /// The same experiment with one more case at its defaults, as if its file had one more `[[cases]]`.
+    /// Makes the same experiment with one more case at its defaults, as if its file had one more `[[cases]]`.
     ///
     /// # Errors
     /// [`Error::File`] for a name that is no TOML text.
@@ -159,28 +159,28 @@ impl Experiment {
         Ok(Experiment { path: PathBuf::from(format!("{name}.toml")), ..Self::read(&copy)? })
     }
 
-    /// Name of the experiment: that of its file.
+    /// Returns the name of the experiment: that of its file.
     pub fn name(&self) -> String {
         self.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
     }
 
-    /// Whether two files say the same to the letter.
+    /// Tells whether two files say the same to the letter.
     pub fn is_same_as(&self, other: &Self) -> bool {
         self.source == other.source
     }
 
-    /// Where its results go: `<results>/<group>/<name>`, the group being the folder that the file lies in.
+    /// Says where its results go: `<results>/<group>/<name>`, the group being the folder that the file lies in.
     pub fn results_folder(&self, results: &Path) -> PathBuf {
         let group = self.path.parent().and_then(Path::file_name).map(PathBuf::from).unwrap_or_default();
         results.join(group).join(self.name())
     }
 
-    /// What the experiment claims.
+    /// Says what the experiment claims.
     pub fn claims(&self) -> &[Claim] {
         &self.claims
     }
 
-    /// The file it was read from.
+    /// Returns the file it was read from.
     pub fn path(&self) -> &Path {
         &self.path
     }

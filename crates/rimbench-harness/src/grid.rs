@@ -140,7 +140,7 @@ pub(super) fn one_phase() -> Phases {
     Phases::Count(1)
 }
 
-/// The first `count` members of the phase ensemble, a low-discrepancy set in (0, 1].
+/// Returns the first `count` members of the phase ensemble, a low-discrepancy set in (0, 1].
 ///
 /// ```text
 /// φ_j = 1 − frac(j (√5 − 1)/2),   j = 0 … count − 1

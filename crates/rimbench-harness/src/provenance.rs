@@ -39,7 +39,7 @@ pub(super) const HEADER: [&str; 13] = [
 ];
 
 impl Provenance {
-    /// Of a program built like this, here and now.
+    /// Collects what is known of a program built like this, here and now.
     pub fn collect(build: &BuildInfo) -> Self {
         Provenance {
             build: *build,

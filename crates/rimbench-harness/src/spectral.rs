@@ -18,7 +18,7 @@ const ACCEPTED: f64 = 1e-9;
 /// Singular values below this fraction of the largest are round-off.
 const ROUND_OFF: f64 = 1e-13;
 
-/// Largest factor by which one macro step can grow the state of a linear case in the long run.
+/// Returns the largest factor by which one macro step can grow the state of a linear case in the long run.
 ///
 /// ```text
 /// z_{k+1} = A_0 z_k + A_1 z_{k−1} + … + A_n z_{k−n}         z: all state variables at communication point k

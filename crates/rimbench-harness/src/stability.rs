@@ -91,7 +91,8 @@ pub fn stability_limit(
     })
 }
 
-/// The same search by the spectral radius ρ of the macro-step map: stable where `ρ ≤ 1` up to round-off. For linear cases.
+/// Searches in the same way by the spectral radius ρ of the macro-step map: stable where `ρ ≤ 1` up to round-off. For
+/// linear cases.
 ///
 /// # Errors
 /// Bad input; a case that is not linear.
@@ -152,7 +153,7 @@ fn at_macro_step(spec: &RunSpec, macro_step: f64, fixed_micro_step: bool) -> Run
     RunSpec { macro_step, micro_step, ..spec.clone() }
 }
 
-/// Macro steps from `from` to `to` (s), `per_decade` to a decade, both ends included.
+/// Returns the macro steps from `from` to `to` (s), `per_decade` to a decade, both ends included.
 ///
 /// # Errors
 /// [`Error::InvalidValue`] for an interval or density that makes no grid.

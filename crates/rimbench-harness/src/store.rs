@@ -145,12 +145,12 @@ impl Store {
         }
     }
 
-    /// Number of runs stored.
+    /// Returns the number of runs stored.
     pub fn len(&self) -> usize {
         self.index.len()
     }
 
-    /// True if no run is stored.
+    /// Tells whether no run is stored.
     pub fn is_empty(&self) -> bool {
         self.index.is_empty()
     }

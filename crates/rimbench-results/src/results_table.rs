@@ -29,28 +29,28 @@ impl ResultsTable {
         Ok(ResultsTable { path: path.to_owned(), header, rows: rows.map_err(wrong)? })
     }
 
-    /// Where it was read from.
+    /// Says where it was read from.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Some of the rows, in the order asked for.
+    /// Takes some of the rows, in the order asked for.
     pub fn with_rows(&self, rows: &[usize]) -> Self {
         let rows = rows.iter().map(|&row| self.rows[row].clone()).collect();
         ResultsTable { path: self.path.clone(), header: self.header.clone(), rows }
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// True if there is no row.
+    /// Tells whether there is no row.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Position of a column.
+    /// Returns the position of a column.
     ///
     /// # Errors
     /// [`Error::File`] naming the file and its columns.
@@ -61,7 +61,8 @@ impl ResultsTable {
         })
     }
 
-    /// Position of the last column of a name: counters stand behind the settings and may share a name with one.
+    /// Returns the position of the last column of a name: counters stand behind the settings and may share a name with
+    /// one.
     ///
     /// # Errors
     /// [`Error::File`] naming the file and its columns.
@@ -69,17 +70,17 @@ impl ResultsTable {
         self.header.iter().rposition(|column| column == name).map_or_else(|| self.column(name), Ok)
     }
 
-    /// Text of one cell.
+    /// Returns the text of one cell.
     pub fn text(&self, row: usize, column: usize) -> &str {
         &self.rows[row][column]
     }
 
-    /// Number in one cell; NaN where there is none.
+    /// Returns the number in one cell; NaN where there is none.
     pub fn number(&self, row: usize, column: usize) -> f64 {
         self.rows[row][column].parse().unwrap_or(f64::NAN)
     }
 
-    /// Rows whose cell in `column` is `text`.
+    /// Returns the rows whose cell in `column` is `text`.
     pub fn rows_where(&self, column: usize, text: &str) -> Vec<usize> {
         (0..self.len()).filter(|&row| self.text(row, column) == text).collect()
     }

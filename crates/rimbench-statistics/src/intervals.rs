@@ -50,7 +50,7 @@ impl TimeSummary {
         Some(TimeSummary { ratio: mean.exp(), log_sd: variance.sqrt(), samples: n as u32 })
     }
 
-    /// The 95 % interval of the geometric mean (Student's t on the logarithms).
+    /// Returns the 95 % interval of the geometric mean (Student's t on the logarithms).
     pub fn interval(&self) -> [f64; 2] {
         let n = f64::from(self.samples);
         let reach = student(n - 1.0) * self.log_sd / n.sqrt();
@@ -58,7 +58,7 @@ impl TimeSummary {
     }
 }
 
-/// The 95 % interval of `new / base`, two geometric means of separate sessions (Welch's t on the logarithms).
+/// Returns the 95 % interval of `new / base`, two geometric means of separate sessions (Welch's t on the logarithms).
 pub fn ratio_interval(base: &TimeSummary, new: &TimeSummary) -> [f64; 2] {
     let part = |summary: &TimeSummary| summary.log_sd.powi(2) / f64::from(summary.samples);
     let (a, b) = (part(base), part(new));

@@ -20,12 +20,12 @@ pub struct CoupledSystem {
 }
 
 impl CoupledSystem {
-    /// Two subsystems that are recorded in the usual way.
+    /// Puts two subsystems together that are recorded in the usual way.
     pub fn new(mechanics: impl Subsystem + 'static, actuator: impl Subsystem + 'static) -> Self {
         Self::of(PerSide { mechanics: Box::new(mechanics), actuator: Box::new(actuator) })
     }
 
-    /// The same with boxes.
+    /// Does the same with boxes.
     pub fn of(sides: PerSide<Box<dyn Subsystem>>) -> Self {
         CoupledSystem { sides, late_rows: false, derived: Vec::new() }
     }
@@ -162,7 +162,7 @@ impl Case {
         }
     }
 
-    /// The parameters at their defaults.
+    /// Returns the parameters at their defaults.
     pub fn default_parameters(&self) -> Parameters {
         Parameters::defaults(self.name.clone(), &self.parameters)
     }
@@ -173,7 +173,7 @@ impl Case {
         if self.linear_state.is_empty() { MechanicsSteps::ONE } else { MechanicsSteps::AsActuator }
     }
 
-    /// All columns that a run records: those of the trace, then those of drawings.
+    /// Returns all columns that a run records: those of the trace, then those of drawings.
     pub fn recorded_columns(&self) -> Vec<String> {
         self.trace_columns.iter().chain(&self.drawing_columns).map(|name| name.clone().into_owned()).collect()
     }

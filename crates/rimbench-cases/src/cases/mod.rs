@@ -46,7 +46,7 @@ pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
 pub use wedge_box::wedge_box_geometry;
 
-/// Every built-in case.
+/// Describes every built-in case.
 pub fn standard_cases() -> Vec<Case> {
     vec![
         wedge_box::entry(),

@@ -111,7 +111,7 @@ pub(super) fn number(
 }
 
 impl Parameter {
-    /// A numeric parameter.
+    /// Declares a numeric parameter.
     pub fn number(
         name: impl Into<Name>,
         unit: impl Into<Name>,
@@ -124,7 +124,7 @@ impl Parameter {
         Parameter { name, unit, default: Value::Number(default), range, about, source }
     }
 
-    /// A parameter that is one of `names`; the first is the default.
+    /// Declares a parameter that is one of `names`; the first is the default.
     ///
     /// # Panics
     /// If there is no name.
@@ -165,7 +165,7 @@ impl PartialEq for Parameters {
 }
 
 impl Parameters {
-    /// All at their defaults.
+    /// Sets all to their defaults.
     pub fn defaults(case: Name, declared: &[Parameter]) -> Self {
         let values = Arc::new(declared.iter().map(|parameter| parameter.default.clone()).collect());
         Parameters { case, declared: declared.into(), values, given: Arc::new(vec![false; declared.len()]) }
@@ -188,7 +188,7 @@ impl Parameters {
         Ok(())
     }
 
-    /// A number by name. The name must be one the case declares: anything else is a defect of the case.
+    /// Returns a number by name. The name must be one the case declares: anything else is a defect of the case.
     pub fn number(&self, name: &str) -> f64 {
         match self.value(name) {
             Value::Number(number) => *number,
@@ -201,7 +201,7 @@ impl Parameters {
         self.number(name) as u32
     }
 
-    /// A choice by name. The name must be one the case declares: anything else is a defect of the case.
+    /// Returns a choice by name. The name must be one the case declares: anything else is a defect of the case.
     pub fn choice(&self, name: &str) -> &str {
         match self.value(name) {
             Value::Choice(choice) => choice,
@@ -209,7 +209,7 @@ impl Parameters {
         }
     }
 
-    /// All parameters with their values.
+    /// Returns all parameters with their values.
     pub fn iter(&self) -> impl Iterator<Item = (&Parameter, &Value)> + '_ {
         self.declared.iter().zip(self.values.iter())
     }
@@ -219,7 +219,7 @@ impl Parameters {
         written(self.iter().zip(self.given.iter()).filter(|(_, given)| **given).map(|(pair, _)| pair))
     }
 
-    /// Those that differ from their defaults, as `key=value` separated by spaces.
+    /// Returns those that differ from their defaults, as `key=value` separated by spaces.
     pub fn changed(&self) -> String {
         written(self.iter().filter(|(parameter, value)| **value != parameter.default))
     }

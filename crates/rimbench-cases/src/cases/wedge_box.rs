@@ -161,7 +161,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     contact_parameters::coupled(model, cylinder, parameters, solver)
 }
 
-/// The geometry of the wedge box as the parameters say, which must be those of the case `wedge-box`.
+/// Returns the geometry of the wedge box as the parameters say, which must be those of the case `wedge-box`.
 pub fn wedge_box_geometry(parameters: &Parameters) -> WedgeBoxGeometry {
     geometry(parameters, parameters.number("ledge_lead_m"))
 }

@@ -39,7 +39,7 @@ impl ContactInterval {
     }
 }
 
-/// The intervals during which the contact with the gap column `gap` is closed.
+/// Returns the intervals during which the contact with the gap column `gap` is closed.
 ///
 /// A contact that the stepper catches in the step in which it closes arrives at its gap of zero only at the end of that
 /// step. So the instant of closing is where the *approach* leads: the line through the last two open rows, held within the

@@ -65,14 +65,14 @@ impl Crane {
         Ok(crane)
     }
 
-    /// Actuator length at the start, m.
+    /// Returns the actuator length at the start, m.
     pub fn start_length(&self) -> f64 {
         let mut start = self.clone();
         start.prepare(&self.geometry.start_angles, &[0.0; 2]);
         start.actuator().0
     }
 
-    /// Actuator force that balances the weight along the actuator at the start, N.
+    /// Returns the actuator force that balances the weight along the actuator at the start, N.
     ///
     /// ```text
     /// F = −(J M⁻¹ Jᵀ)⁻¹ J M⁻¹ (f − c)
@@ -86,7 +86,7 @@ impl Crane {
         -free / per_newton
     }
 
-    /// Actuator length `s` (m), lever `J₁ = ∂s/∂θ₁` (m) and `∂J₁/∂θ₁` (m) at the prepared angles.
+    /// Returns the actuator length `s` (m), lever `J₁ = ∂s/∂θ₁` (m) and `∂J₁/∂θ₁` (m) at the prepared angles.
     #[inline]
     pub fn actuator(&self) -> (f64, f64, f64) {
         let (d, pin) = (self.geometry.attachment, self.geometry.pin_x);
@@ -122,7 +122,7 @@ impl Crane {
         ]
     }
 
-    /// `θ̈` (rad/s²) at the prepared angles, for velocities `v` (rad/s) and actuator force `F` (N).
+    /// Returns `θ̈` (rad/s²) at the prepared angles, for velocities `v` (rad/s) and actuator force `F` (N).
     #[inline]
     pub fn acceleration(&self, v: [f64; 2], force: f64) -> [f64; 2] {
         let [m11, m12, m22] = self.mass_entries();

@@ -54,7 +54,7 @@ impl CraneWithRope {
         Ok(model)
     }
 
-    /// The crane it is while the rope is taut and hangs straight down.
+    /// Returns the crane it is while the rope is taut and hangs straight down.
     pub fn taut(&self) -> &Crane {
         &self.crane
     }

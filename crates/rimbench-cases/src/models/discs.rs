@@ -105,12 +105,12 @@ impl Discs {
         Ok(Discs { geometry, contacts, reach })
     }
 
-    /// Number of possible contacts.
+    /// Returns the number of possible contacts.
     pub fn contacts(&self) -> usize {
         self.contacts.len()
     }
 
-    /// Displacement of discs and blade up to which the list of contacts is complete, m.
+    /// Returns the displacement of discs and blade up to which the list of contacts is complete, m.
     pub fn reach(&self) -> f64 {
         self.reach
     }

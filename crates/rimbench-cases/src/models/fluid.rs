@@ -32,14 +32,15 @@ impl Default for Fluid {
 }
 
 impl Fluid {
-    /// Bulk modulus, Pa: `β(p) = (1 + a p + b p²)/(a + 2 b p)`.
+    /// Returns the bulk modulus, Pa: `β(p) = (1 + a p + b p²)/(a + 2 b p)`.
     #[inline]
     pub fn bulk_modulus(&self, p: f64) -> f64 {
         let (a, b) = (self.compressibility_a, self.compressibility_b);
         (1.0 + a * p + b * p * p) / (a + 2.0 * b * p)
     }
 
-    /// Highest pressure for which the fluid law is used, Pa: half of where `a + 2 b p` vanishes and β blows up.
+    /// Returns the highest pressure for which the fluid law is used, Pa: half of where `a + 2 b p` vanishes and β blows
+    /// up.
     pub fn highest_pressure(&self) -> f64 {
         let (a, b) = (self.compressibility_a, self.compressibility_b);
         if b < 0.0 { -0.25 * a / b } else { f64::INFINITY }
@@ -50,13 +51,14 @@ impl Fluid {
         self.discharge_coefficient * (2.0 / self.density).sqrt()
     }
 
-    /// `φ(p) = ρ(p)/ρ₀ = 1 + a p + b p²`: the density that `β = ρ dp/dρ` implies, relative to that at zero pressure.
+    /// Returns `φ(p) = ρ(p)/ρ₀ = 1 + a p + b p²`: the density that `β = ρ dp/dρ` implies, relative to that at zero
+    /// pressure.
     #[inline]
     pub fn relative_density(&self, p: f64) -> f64 {
         1.0 + p * (self.compressibility_a + self.compressibility_b * p)
     }
 
-    /// Enthalpy of the fluid that fills 1 m³ at zero pressure, J/m³.
+    /// Returns the enthalpy of the fluid that fills 1 m³ at zero pressure, J/m³.
     ///
     /// ```text
     /// J(p) = ρ₀ (e + p/ρ) = ∫₀ᵖ dp'/φ(p') = 2 artanh(√D p/(2 + a p))/√D,    D = a² − 4b;    arctan for D < 0
@@ -78,7 +80,8 @@ impl Fluid {
         2.0 * angle / root
     }
 
-    /// Elastic energy of the fluid in 1 m³ of a chamber at pressure `p`, J/m³: `ε(p) = φ J − p ≈ ½ a p²`, `ε' = φ' J`.
+    /// Returns the elastic energy of the fluid in 1 m³ of a chamber at pressure `p`, J/m³: `ε(p) = φ J − p ≈ ½ a p²`,
+    /// `ε' = φ' J`.
     #[inline]
     pub fn elastic_energy(&self, p: f64) -> f64 {
         self.relative_density(p) * self.enthalpy(p) - p

@@ -71,7 +71,7 @@ impl HalfCar {
         Ok(model)
     }
 
-    /// Forces of the struts that carry the body at rest, front and rear, N.
+    /// Returns the forces of the struts that carry the body at rest, front and rear, N.
     pub fn equilibrium_forces(&self) -> [f64; 2] {
         let g = &self.geometry;
         let [front, rear] = g.axles;

@@ -76,25 +76,25 @@ impl HeldOscillator {
         self.integrator == OscillatorIntegrator::Exact
     }
 
-    /// x, m.
+    /// Returns x, m.
     #[inline]
     pub fn position(&self) -> f64 {
         self.x
     }
 
-    /// v, m/s.
+    /// Returns v, m/s.
     #[inline]
     pub fn velocity(&self) -> f64 {
         self.v
     }
 
-    /// `ẍ` under load `b`, m/s².
+    /// Returns `ẍ` under load `b`, m/s².
     #[inline]
     pub fn acceleration(&self, load: f64) -> f64 {
         load - self.stiffness * self.x - self.damping * self.v
     }
 
-    /// True if the state is a number.
+    /// Tells whether the state is a number.
     #[inline]
     pub fn is_finite(&self) -> bool {
         self.x.is_finite() && self.v.is_finite()

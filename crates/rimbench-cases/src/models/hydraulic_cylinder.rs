@@ -36,7 +36,7 @@ impl Spool {
         Spool { sine: Some(Sine { centre, frequency }), ..Spool::new(amplitude) }
     }
 
-    /// κ at time `t`.
+    /// Returns κ at time `t`.
     #[inline]
     pub fn at(&self, t: f64) -> f64 {
         match self.sine {
@@ -143,18 +143,18 @@ impl HydraulicCylinder {
         }
     }
 
-    /// `F` for a velocity `ṡ`, N.
+    /// Returns `F` for a velocity `ṡ`, N.
     #[inline]
     pub fn force(&self, velocity: f64) -> f64 {
         (self.p[1] - self.p[0]) * self.piston_area - self.friction * velocity
     }
 
-    /// `p₁, p₂`, Pa.
+    /// Returns `p₁, p₂`, Pa.
     pub fn pressures(&self) -> [f64; 2] {
         self.p
     }
 
-    /// `ṗ₁, ṗ₂` (Pa/s) at pressures `p`, length `s`, velocity `ṡ` and spool κ.
+    /// Returns `ṗ₁, ṗ₂` (Pa/s) at pressures `p`, length `s`, velocity `ṡ` and spool κ.
     #[inline]
     pub fn pressure_rates(&self, p: [f64; 2], s: f64, velocity: f64, spool: f64) -> [f64; 2] {
         let (inflow, outflow) = self.valve_flows(p, spool);

@@ -37,7 +37,7 @@ impl Ledge {
         Ledge { corner: Vector2::new(corner_x, height), down, ramp_normal: Vector2::new(-down.y, down.x) }
     }
 
-    /// Contact of a disc of radius `radius` around `centre`.
+    /// Returns the contact of a disc of radius `radius` around `centre`.
     ///
     /// ```text
     /// centre behind the corner:           plane of the ledge, normal (0, 1)

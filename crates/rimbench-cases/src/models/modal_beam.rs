@@ -16,7 +16,7 @@ pub enum BeamSupport {
 }
 
 impl BeamSupport {
-    /// `β_n L` of mode n (from 1): roots of `cos β cosh β = −1`, or `nπ`.
+    /// Returns `β_n L` of mode n (from 1): roots of `cos β cosh β = −1`, or `nπ`.
     pub fn wave_number(self, mode: usize) -> f64 {
         match self {
             BeamSupport::Pinned => mode as f64 * PI,
@@ -32,7 +32,7 @@ impl BeamSupport {
         }
     }
 
-    /// Mode shape at ξ = x/L, normalised to `∫ φ² dξ = 1`.
+    /// Returns the mode shape at ξ = x/L, normalised to `∫ φ² dξ = 1`.
     ///
     /// ```text
     /// clamped   φ = cosh βξ − cos βξ − σ (sinh βξ − sin βξ),   σ = (cosh β + cos β)/(sinh β + sin β)
@@ -134,12 +134,13 @@ impl ModalBeam {
         })
     }
 
-    /// ω_n, rad/s.
+    /// Returns ω_n, rad/s.
     pub fn frequencies(&self) -> &[f64] {
         &self.frequencies
     }
 
-    /// Deflection (m) at `x` (m) under a force (N) at `at` (m), of the modes at hand: `Σ φ_n(x) φ_n(at) F/(M ω_n²)`.
+    /// Returns the deflection (m) at `x` (m) under a force (N) at `at` (m), of the modes at hand: `Σ φ_n(x) φ_n(at)
+    /// F/(M ω_n²)`.
     pub fn static_deflection(&self, x: f64, at: f64, force: f64) -> f64 {
         let (support, length) = (self.geometry.support, self.geometry.length);
         let of_mode = |(index, omega): (usize, &f64)| {

@@ -22,7 +22,7 @@ pub struct BaseMotion {
 }
 
 impl BaseMotion {
-    /// Position, velocity and acceleration at `t`: m, m/s, m/s².
+    /// Returns position, velocity and acceleration at `t`: m, m/s, m/s².
     #[inline]
     pub fn at(&self, t: f64) -> [f64; 3] {
         let omega = self.angular_frequency;
@@ -106,7 +106,7 @@ impl SpringActuator {
         Ok(SpringActuator { parameters, carriage, time: 0.0, inputs, ports, counters: SubsystemCounters::default() })
     }
 
-    /// Position and velocity of the carriage, m, m/s.
+    /// Returns position and velocity of the carriage, m, m/s.
     #[inline]
     pub fn carriage(&self) -> [f64; 2] {
         if self.parameters.carriage_mass > 0.0 {

@@ -113,7 +113,7 @@ impl SupportedBox {
         Ok(model)
     }
 
-    /// Actuator length at the start, m.
+    /// Returns the actuator length at the start, m.
     pub fn start_length(&self) -> f64 {
         let centre = Vector2::new(self.start[0], self.start[1]);
         (centre + Rotation2::new(self.start[2]) * Vector2::from(self.geometry.attachment) - self.ground_pin).norm()

@@ -41,13 +41,13 @@ pub struct CouplingElement {
 }
 
 impl CouplingElement {
-    /// True if the force is linear in both arguments.
+    /// Tells whether the force is linear in both arguments.
     pub fn is_linear(&self) -> bool {
         self.exponent == 1.0 || self.damping == 0.0
     }
 
-    /// Force (N) that pulls the ends together when they are `elongation` (m) further apart than at rest and part with
-    /// `rate` (m/s).
+    /// Returns the force (N) that pulls the ends together when they are `elongation` (m) further apart than at rest and
+    /// part with `rate` (m/s).
     #[inline]
     pub fn tension(&self, elongation: f64, rate: f64) -> f64 {
         let damper = if self.is_linear() { rate } else { rate.signum() * rate.abs().powf(self.exponent) };

@@ -16,7 +16,7 @@ impl Washboard {
         Washboard { start, height, wave_number: TAU / length }
     }
 
-    /// Height (m), slope, and second derivative (1/m) at `x`.
+    /// Returns height (m), slope, and second derivative (1/m) at `x`.
     #[inline]
     pub fn at(&self, x: f64) -> [f64; 3] {
         if x <= self.start || self.height == 0.0 {

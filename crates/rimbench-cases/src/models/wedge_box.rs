@@ -141,7 +141,7 @@ impl WedgeBox {
         Ok(model)
     }
 
-    /// Actuator length at the start, m.
+    /// Returns the actuator length at the start, m.
     pub fn start_length(&self) -> f64 {
         (Vector2::new(self.start[0], self.start[1]) + self.arms[3] - self.ground_pin).norm()
     }

@@ -35,7 +35,7 @@ pub struct EvaluatedRun {
 }
 
 impl EvaluatedRun {
-    /// The record of a run of which nothing is known but how it ended.
+    /// Makes the record of a run of which nothing is known but how it ended.
     pub fn not_evaluated(outcome: Outcome) -> Self {
         EvaluatedRun {
             outcome,
@@ -50,12 +50,12 @@ impl EvaluatedRun {
         }
     }
 
-    /// Simulated time over wall time.
+    /// Computes simulated time over wall time.
     pub fn real_time_factor(&self) -> f64 {
         self.ended_at_s / self.wall.as_secs_f64()
     }
 
-    /// What was found, the same on every machine.
+    /// Says what was found, the same on every machine.
     pub fn findings(&self) -> Vec<Fact> {
         let mut findings = vec![
             Fact::text("outcome", self.outcome.name()),
@@ -72,7 +72,7 @@ impl EvaluatedRun {
         findings
     }
 
-    /// Exact counts of the work.
+    /// Lists exact counts of the work.
     pub fn counters(&self) -> Vec<Fact> {
         let Work { cosim, sides, scheme } = &self.work;
         let (mechanics, actuator) = (&sides.mechanics, &sides.actuator);
@@ -96,7 +96,7 @@ impl EvaluatedRun {
         .to_vec()
     }
 
-    /// What it cost on this machine.
+    /// Says what it cost on this machine.
     pub fn costs(&self) -> Vec<Fact> {
         let latency = |of: fn(&Latency) -> f64| self.latency.as_ref().map(of);
         let missed = self.latency.map(|latency| latency.missed_deadlines);

@@ -38,29 +38,29 @@ pub struct Fact {
 }
 
 impl Fact {
-    /// A name or a sentence.
+    /// States a name or a sentence.
     pub fn text(name: &'static str, text: impl Into<String>) -> Self {
         Fact { name, value: Some(FactValue::Text(text.into())) }
     }
 
-    /// A number, if it applies.
+    /// States a number, if it applies.
     pub fn number(name: &'static str, number: impl Into<Option<f64>>) -> Self {
         Fact { name, value: number.into().map(FactValue::Number) }
     }
 
-    /// A count.
+    /// States a count.
     pub fn count(name: &'static str, count: u64) -> Self {
         Fact { name, value: Some(FactValue::Count(count)) }
     }
 
-    /// As a cell of a table; empty where it does not apply.
+    /// Writes it as a cell of a table; empty where it does not apply.
     pub fn cell(&self) -> String {
         self.value.as_ref().map(FactValue::to_string).unwrap_or_default()
     }
 }
 
 impl RunSpec {
-    /// Everything that determines the run.
+    /// Lists everything that determines the run.
     pub fn facts(&self) -> Vec<Fact> {
         let RunSpec {
             case,

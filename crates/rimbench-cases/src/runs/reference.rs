@@ -131,7 +131,8 @@ impl Reference {
         Self::of(&spec.case, trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0)
     }
 
-    /// Bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling variable.
+    /// Returns the bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling
+    /// variable.
     ///
     /// # Errors
     /// Those of building the case.
@@ -149,13 +150,13 @@ impl Reference {
         Ok(PerSide::from_fn(largest))
     }
 
-    /// Uncertainty of a column by name.
+    /// Returns the uncertainty of a column by name.
     pub fn uncertainty_of(&self, column: &str) -> Option<f64> {
         self.trajectory.index_of(column).map(|index| self.uncertainty[index])
     }
 
-    /// All of it as numbers, to be kept: the rows, then what is known about the columns, then the step, because what is read back is
-    /// cut off from the end.
+    /// Returns all of it as numbers, to be kept: the rows, then what is known about the columns, then the step, because
+    /// what is read back is cut off from the end.
     pub fn pack(&self) -> Vec<f64> {
         [self.trajectory.data(), &self.uncertainty, &self.order, &[self.step]].concat()
     }
@@ -175,7 +176,7 @@ impl Reference {
 }
 
 impl RunSpec {
-    /// Whether two runs are held against the same reference.
+    /// Tells whether two runs are held against the same reference.
     pub fn shares_reference_with(&self, other: &RunSpec) -> bool {
         self.case.name == other.case.name
             && self.case.defaults == other.case.defaults

@@ -63,7 +63,7 @@ impl RunRequest {
         self.resolve_for(catalogue, case, &parameters)
     }
 
-    /// The same for a case and parameters that are at hand, whatever the request says of them.
+    /// Does the same for a case and parameters that are at hand, whatever the request says of them.
     ///
     /// # Errors
     /// As [`resolve`](Self::resolve).
@@ -227,7 +227,7 @@ impl RunSpec {
             && self.mechanics_steps == MechanicsSteps::AsActuator
     }
 
-    /// The communication points.
+    /// Returns the communication points.
     ///
     /// # Errors
     /// [`Error::InvalidValue`] for steps that are not positive, or a micro step above the macro step.
@@ -260,7 +260,7 @@ impl RunSpec {
         Ok(grid)
     }
 
-    /// What the macro loop of the run needs to know; `bounds` say beyond what it counts as diverged.
+    /// Says what the macro loop of the run needs to know; `bounds` say beyond what it counts as diverged.
     ///
     /// # Errors
     /// Those of [`RunSpec::grid`].

@@ -98,7 +98,7 @@ impl StepControl {
         Ok(build(rule))
     }
 
-    /// Which one it is.
+    /// Says which one it is.
     pub fn kind(&self) -> StepControlKind {
         match self {
             StepControl::None => StepControlKind::None,
@@ -110,7 +110,7 @@ impl StepControl {
         }
     }
 
-    /// What is to be kept to, if anything is controlled.
+    /// Says what is to be kept to, if anything is controlled.
     pub fn rule(&self) -> Option<&StepRule> {
         match self {
             StepControl::None => None,

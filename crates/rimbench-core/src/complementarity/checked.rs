@@ -32,7 +32,7 @@ impl SolverCounters {
         self.worst_residual = self.worst_residual.max(other.worst_residual);
     }
 
-    /// The counts on top of `earlier` ones of the same solver; the worst residual is that of all.
+    /// Returns the counts on top of `earlier` ones of the same solver; the worst residual is that of all.
     pub fn since(&self, earlier: &SolverCounters) -> Self {
         SolverCounters {
             solves: self.solves - earlier.solves,

@@ -38,7 +38,7 @@ impl SolverEntry {
         Checked::new((self.build)(capacity), fallback, self.tolerance)
     }
 
-    /// The default of simulations.
+    /// Describes the default of simulations.
     pub fn active_set() -> Self {
         SolverEntry {
             name: "active-set".into(),
@@ -50,7 +50,7 @@ impl SolverEntry {
         }
     }
 
-    /// The fallback of the others.
+    /// Describes the fallback of the others.
     pub fn lemke() -> Self {
         SolverEntry {
             name: "lemke".into(),
@@ -63,7 +63,7 @@ impl SolverEntry {
     }
 }
 
-/// The solvers that simulations need, the default first.
+/// Describes the solvers that simulations need, the default first.
 pub fn standard_solvers() -> Vec<SolverEntry> {
     vec![SolverEntry::active_set(), SolverEntry::lemke()]
 }

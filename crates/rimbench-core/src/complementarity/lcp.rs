@@ -23,7 +23,7 @@ pub struct Lcp<'a> {
 }
 
 impl<'a> Lcp<'a> {
-    /// A problem whose impulses are non-negative.
+    /// Poses a problem whose impulses are non-negative.
     #[inline(always)]
     pub const fn new(m: &'a [f64], q: &'a [f64]) -> Self {
         Lcp { m, q, set: ImpulseSet::NonNegative }

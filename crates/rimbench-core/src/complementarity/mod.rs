@@ -63,7 +63,7 @@ pub trait ComplementaritySolver: Send {
     /// [`attempt`](Self::attempt) of a problem whose `M` is to the last bit that of the call before; only `q` may differ.
     ///
     /// The problems of one macro step share their matrix, and with many contacts finding that out takes longer than the
-    /// solution.
+    /// solution (`benches/solvers.rs`, against size).
     ///
     /// # Errors
     /// As [`attempt`](Self::attempt).

@@ -46,7 +46,7 @@ pub trait Abilities {
     fn energy_account(&mut self) -> Option<EnergyAccount>;
 }
 
-/// The abilities of a subsystem that has none.
+/// Returns the abilities of a subsystem that has none.
 pub fn no_abilities() -> &'static mut dyn Abilities {
     // A box of nothing takes no memory, and leaks none.
     Box::leak(Box::new(NoAbilities))

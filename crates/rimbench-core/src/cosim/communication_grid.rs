@@ -56,22 +56,22 @@ impl CommunicationGrid {
         Ok(CommunicationGrid { macro_step, phase, duration, count })
     }
 
-    /// Number of macro steps K.
+    /// Returns the number of macro steps K.
     pub fn macro_steps(&self) -> usize {
         self.count
     }
 
-    /// `H`, s.
+    /// Returns `H`, s.
     pub fn macro_step(&self) -> f64 {
         self.macro_step
     }
 
-    /// `T`, s.
+    /// Returns `T`, s.
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// `t_k`, s.
+    /// Returns `t_k`, s.
     pub fn time(&self, index: usize) -> f64 {
         match index {
             0 => 0.0,
@@ -80,7 +80,7 @@ impl CommunicationGrid {
         }
     }
 
-    /// The macro step that starts at `t_k`.
+    /// Returns the macro step that starts at `t_k`.
     pub fn step(&self, index: usize) -> MacroStep {
         let start = self.time(index);
         // Full steps all get the same length to the bit; only the first and the last may be shorter.
@@ -90,7 +90,7 @@ impl CommunicationGrid {
     }
 }
 
-/// Number of steps, none longer than `longest`, that divide `length`.
+/// Returns the number of steps, none longer than `longest`, that divide `length`.
 ///
 /// ```text
 /// n = ⌈length / longest⌉      the step used is length / n

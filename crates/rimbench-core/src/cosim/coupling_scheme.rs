@@ -41,7 +41,7 @@ pub struct MicroStep {
 }
 
 impl MicroStep {
-    /// Micro step `index` of `count` in `step`.
+    /// Makes the micro step `index` of `count` in `step`.
     #[inline]
     pub fn new(step: MacroStep, index: usize, count: usize) -> Self {
         let length = step.length / count as f64;
@@ -49,7 +49,7 @@ impl MicroStep {
         MicroStep { index, count, length, start: step.start + since_exchange, since_exchange }
     }
 
-    /// Absolute time at its middle, s.
+    /// Returns the absolute time at its middle, s.
     #[inline]
     pub fn middle(&self) -> f64 {
         self.start + 0.5 * self.length

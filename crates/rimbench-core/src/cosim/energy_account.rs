@@ -33,7 +33,7 @@ pub struct EnergyAccount {
 }
 
 impl EnergyAccount {
-    /// What the account does not explain, J: round-off.
+    /// Says what the account does not explain, J: round-off.
     pub fn closure(&self) -> f64 {
         let explained = self.interface - self.contact - self.viscous + self.pump - self.valve - self.tank;
         self.stored - explained - self.integration
@@ -58,23 +58,23 @@ pub struct EnergyAudit {
 }
 
 impl EnergyAudit {
-    /// `sent − received`, J: what the coupling lost (> 0) or created (< 0).
+    /// Returns `sent − received`, J: what the coupling lost (> 0) or created (< 0).
     pub fn interface_residual(&self) -> Option<f64> {
         self.work.residual_j()
     }
 
-    /// A bucket of both sides together, J.
+    /// Returns a bucket of both sides together, J.
     pub fn total(&self, bucket: fn(&EnergyAccount) -> f64) -> Option<f64> {
         Some(bucket(&self.accounts.mechanics?) + bucket(&self.accounts.actuator?))
     }
 
-    /// What the solvers of both sides created (above 0) or lost (below 0), J.
+    /// Says what the solvers of both sides created (above 0) or lost (below 0), J.
     pub fn integration(&self) -> Option<f64> {
         let quadrature = self.work.sent_j? + self.accounts.actuator?.interface;
         Some(self.total(|account| account.integration)? + quadrature)
     }
 
-    /// What the audit does not explain, J: round-off.
+    /// Says what the audit does not explain, J: round-off.
     pub fn closure(&self) -> Option<f64> {
         let losses = self.total(|account| account.contact + account.viscous + account.valve + account.tank)?;
         let created = self.integration()? - self.interface_residual()?;

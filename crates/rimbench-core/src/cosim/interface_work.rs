@@ -16,7 +16,7 @@ pub struct InterfaceWork {
 }
 
 impl InterfaceWork {
-    /// `sent − received`, J.
+    /// Returns `sent − received`, J.
     pub fn residual_j(&self) -> Option<f64> {
         Some(self.sent_j? - self.received_j?)
     }

@@ -21,7 +21,7 @@ impl MechanicsSteps {
     /// One.
     pub const ONE: MechanicsSteps = MechanicsSteps::Count(NonZeroU32::MIN);
 
-    /// A count by number; none for zero.
+    /// Returns a count by number; none for zero.
     pub fn count(number: u32) -> Option<Self> {
         NonZeroU32::new(number).map(MechanicsSteps::Count)
     }

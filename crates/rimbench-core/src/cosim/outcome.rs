@@ -64,7 +64,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// The outcome of a run that `failure` ended at `at_s`.
+    /// Makes the outcome of a run that `failure` ended at `at_s`.
     pub fn from_failure(failure: Failure, at_s: f64) -> Self {
         match failure.into_cause() {
             Cause::OutOfRange { quantity, value } => Outcome::OutOfRange { at_s, quantity, value },
@@ -80,7 +80,7 @@ impl Outcome {
         }
     }
 
-    /// The kebab-case name in data.
+    /// Returns the kebab-case name in data.
     pub fn name(&self) -> &'static str {
         match self {
             Outcome::Completed => "completed",
@@ -95,7 +95,7 @@ impl Outcome {
         }
     }
 
-    /// When the run left the path of [`Outcome::Completed`], s.
+    /// Says when the run left the path of [`Outcome::Completed`], s.
     pub fn at_s(&self) -> Option<f64> {
         match self {
             Outcome::Completed | Outcome::Skipped { .. } | Outcome::Panicked { .. } => None,
@@ -108,7 +108,7 @@ impl Outcome {
         }
     }
 
-    /// The reason in words; empty for a completed run.
+    /// Returns the reason in words; empty for a completed run.
     pub fn reason(&self) -> String {
         match self {
             Outcome::Completed => String::new(),

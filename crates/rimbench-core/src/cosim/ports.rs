@@ -18,8 +18,8 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Magnitude below which a coupling variable counts as zero, so that the round-off of a system at rest is nothing: m,
-    /// m/s, N, Pa. Ours.
+    /// Returns the magnitude below which a coupling variable counts as zero, so that the round-off of a system at rest
+    /// is nothing: m, m/s, N, Pa. Ours.
     pub fn negligible(self) -> f64 {
         match self {
             Quantity::Position | Quantity::Velocity => 1e-6,

@@ -27,7 +27,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// The report of a run that was not begun.
+    /// Makes the report of a run that was not begun.
     pub fn not_run(outcome: Outcome) -> Self {
         Report {
             outcome,

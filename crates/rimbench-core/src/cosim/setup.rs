@@ -30,12 +30,12 @@ pub struct Setup {
 pub type Bounds = PerSide<Vec<f64>>;
 
 impl Setup {
-    /// Micro steps of the actuator side in a macro step.
+    /// Counts the micro steps of the actuator side in a macro step.
     pub fn actuator_steps(&self, step: MacroStep) -> usize {
         division(step.length, self.micro_step)
     }
 
-    /// The mechanics' own steps in a macro step.
+    /// Counts the mechanics' own steps in a macro step.
     pub fn own_mechanics_steps(&self, step: MacroStep) -> usize {
         match self.mechanics_steps {
             MechanicsSteps::Count(count) => count.get() as usize,

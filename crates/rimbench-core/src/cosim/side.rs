@@ -16,7 +16,7 @@ impl Side {
     /// Both, the mechanics first.
     pub const BOTH: [Side; 2] = [Side::Mechanics, Side::Actuator];
 
-    /// The other side.
+    /// Returns the other side.
     #[inline]
     pub fn other(self) -> Side {
         match self {
@@ -51,17 +51,17 @@ impl<T> PerSide<T> {
         PerSide { mechanics: (self.mechanics, other.mechanics), actuator: (self.actuator, other.actuator) }
     }
 
-    /// References to both.
+    /// Returns references to both.
     pub fn as_ref(&self) -> PerSide<&T> {
         PerSide { mechanics: &self.mechanics, actuator: &self.actuator }
     }
 
-    /// References to both, to be changed.
+    /// Returns references to both, to be changed.
     pub fn as_mut(&mut self) -> PerSide<&mut T> {
         PerSide { mechanics: &mut self.mechanics, actuator: &mut self.actuator }
     }
 
-    /// That of `side` and that of the other, to be changed.
+    /// Returns that of `side` and that of the other, to be changed.
     pub fn split_mut(&mut self, side: Side) -> (&mut T, &mut T) {
         match side {
             Side::Mechanics => (&mut self.mechanics, &mut self.actuator),
@@ -69,7 +69,7 @@ impl<T> PerSide<T> {
         }
     }
 
-    /// Both, the mechanics first.
+    /// Iterates over both, the mechanics first.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
         [&self.mechanics, &self.actuator].into_iter()
     }

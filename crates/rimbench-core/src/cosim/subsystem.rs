@@ -25,7 +25,7 @@ impl SubsystemCounters {
         self.solver.add(&other.solver);
     }
 
-    /// The counts on top of `earlier` ones of the same subsystem.
+    /// Returns the counts on top of `earlier` ones of the same subsystem.
     pub fn since(&self, earlier: &SubsystemCounters) -> Self {
         SubsystemCounters {
             micro_steps: self.micro_steps - earlier.micro_steps,
@@ -77,7 +77,7 @@ impl Sides<'_> {
         PerSide { mechanics: &mut *self.mechanics, actuator: &mut *self.actuator }
     }
 
-    /// Their coupling variables.
+    /// Returns their coupling variables.
     pub fn ports(&self) -> PerSide<&Ports> {
         PerSide { mechanics: self.mechanics.ports(), actuator: self.actuator.ports() }
     }

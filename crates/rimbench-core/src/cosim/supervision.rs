@@ -10,12 +10,12 @@ use std::time::Duration;
 pub struct StopFlag<'a>(&'a AtomicBool);
 
 impl<'a> StopFlag<'a> {
-    /// A flag that somebody else may raise.
+    /// Makes a flag that somebody else may raise.
     pub fn new(flag: &'a AtomicBool) -> Self {
         StopFlag(flag)
     }
 
-    /// A flag that nobody raises.
+    /// Makes a flag that nobody raises.
     pub fn never() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
         StopFlag(&NEVER)

@@ -8,7 +8,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// An empty trajectory with room for `rows` rows.
+    /// Makes an empty trajectory with room for `rows` rows.
     pub fn with_capacity(columns: Vec<String>, rows: usize) -> Self {
         let data = Vec::with_capacity(columns.len() * rows);
         Trajectory { columns, data }
@@ -20,43 +20,43 @@ impl Trajectory {
         Trajectory { columns, data }
     }
 
-    /// Names of the columns.
+    /// Returns the names of the columns.
     pub fn columns(&self) -> &[String] {
         &self.columns
     }
 
-    /// Row-major data.
+    /// Returns the row-major data.
     pub fn data(&self) -> &[f64] {
         &self.data
     }
 
-    /// Position of a column by name.
+    /// Returns the position of a column by name.
     pub fn index_of(&self, column: &str) -> Option<usize> {
         self.columns.iter().position(|name| name == column)
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.data.len() / self.columns.len().max(1)
     }
 
-    /// True if there is no row.
+    /// Tells whether there is no row.
     pub fn is_empty(&self) -> bool {
         self.data.is_empty()
     }
 
-    /// One row.
+    /// Returns one row.
     pub fn row(&self, index: usize) -> &[f64] {
         let width = self.columns.len();
         &self.data[index * width..(index + 1) * width]
     }
 
-    /// All rows.
+    /// Returns all rows.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> + DoubleEndedIterator {
         self.data.chunks_exact(self.columns.len().max(1))
     }
 
-    /// One column by position.
+    /// Returns one column by position.
     pub fn column(&self, index: usize) -> impl ExactSizeIterator<Item = f64> + '_ {
         self.rows().map(move |row| row[index])
     }
@@ -69,7 +69,7 @@ impl Trajectory {
         &mut self.data[at..]
     }
 
-    /// The last row, to be changed.
+    /// Returns the last row, to be changed.
     #[inline]
     pub fn last_row_mut(&mut self) -> Option<&mut [f64]> {
         let start = self.data.len().checked_sub(self.columns.len())?;
@@ -84,19 +84,19 @@ impl Trajectory {
         }
     }
 
-    /// Time of the last row, s.
+    /// Returns the time of the last row, s.
     pub fn end_time(&self) -> Option<f64> {
         self.rows().next_back().map(|row| row[0])
     }
 
-    /// Some of the columns, by position.
+    /// Returns some of the columns, by position.
     pub fn selected(&self, columns: &[usize]) -> Trajectory {
         let names = columns.iter().map(|&column| self.columns[column].clone()).collect();
         let data = self.rows().flat_map(|row| columns.iter().map(|&column| row[column])).collect();
         Trajectory { columns: names, data }
     }
 
-    /// All columns at other times, linear between rows, held outside.
+    /// Returns all columns at other times, linear between rows, held outside.
     pub fn resampled(&self, times: impl ExactSizeIterator<Item = f64>) -> Trajectory {
         let mut resampled = Trajectory::with_capacity(self.columns.clone(), times.len());
         let rows = self.len();

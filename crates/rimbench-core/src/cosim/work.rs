@@ -37,7 +37,7 @@ impl Work {
         self.scheme.add(&other.scheme);
     }
 
-    /// What came on top of `earlier`, the work of the same lineage of copies.
+    /// Says what came on top of `earlier`, the work of the same lineage of copies.
     pub fn since(&self, earlier: &Work) -> Work {
         Work {
             cosim: CosimCounters {
@@ -50,7 +50,7 @@ impl Work {
         }
     }
 
-    /// The same work as that of macro steps which led nowhere.
+    /// Counts the same work as that of macro steps which led nowhere.
     pub fn discarded(mut self) -> Work {
         self.cosim.repeated_macro_steps += self.cosim.macro_steps;
         self.cosim.macro_steps = 0;

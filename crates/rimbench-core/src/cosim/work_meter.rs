@@ -3,7 +3,7 @@
 use super::ports::{Port, Ports, Quantity};
 use super::subsystem::Sides;
 
-/// Whether both sides count the work across their interface, so that there is a residual.
+/// Tells whether both sides count the work across their interface, so that there is a residual.
 pub fn counts_interface_work(sides: Sides<'_>) -> bool {
     WorkMeter::new(sides.actuator.ports()).sent().is_some() && sides.mechanics.abilities().interface_work().is_some()
 }

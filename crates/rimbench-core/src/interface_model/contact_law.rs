@@ -1,6 +1,6 @@
 //! How contacts behave in one step: the gap law and the impact law, used alike by the mechanics and by the models made from it.
 
-/// Velocity by which a contact must at least open, or may at most close, in one step.
+/// Returns the velocity by which a contact must at least open, or may at most close, in one step.
 ///
 /// ```text
 /// 0 ≤ w⁺ + max(g, 0)/h_open + γ·min(g, 0)/h_closed ⟂ P ≥ 0
@@ -32,14 +32,15 @@ impl GapRates {
         GapRates { open: 1.0 / h_open, closed: stabilisation / h_closed }
     }
 
-    /// The same as [`gap_velocity`] to round-off, m/s.
+    /// Returns the same as [`gap_velocity`] to round-off, m/s.
     #[inline]
     pub fn velocity(&self, gap: f64) -> f64 {
         gap * if gap > 0.0 { self.open } else { self.closed }
     }
 }
 
-/// Velocity term of a bouncing contact that closes within the step, instead of the gap law's; none where that holds.
+/// Returns the velocity term of a bouncing contact that closes within the step, instead of the gap law's; none where
+/// that holds.
 ///
 /// ```text
 /// 0 ≤ w⁺ + e w⁻ ⟂ P ≥ 0        where w⁻ < 0 and g + h w⁻ ≤ 0

@@ -19,8 +19,9 @@ use std::ops::Range;
 /// With `Y` no row needs a solve of its own: two products with `n_b` rows replace forward and backward substitution.
 ///
 /// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row knows few of
-/// the bodies, so blocks outside its support are skipped; one or two bodies are a single block, unrolled, three times as
-/// fast as loops of unknown length; any other system has blocks of 1. The text is the same for all.
+/// the bodies, so blocks outside its support are skipped; one or two bodies are a single block, unrolled, three times
+/// as fast as loops of unknown length (`benches/kernels.rs`); any other system has blocks of 1. The text is the same
+/// for all.
 /// # Shapes and units
 /// `M` n×n (kg); `A_x` n_x×n; `H_xy` n_x×n_y (1/kg); `w_x` (m/s); `a_x` (m/s²).
 /// # Errors

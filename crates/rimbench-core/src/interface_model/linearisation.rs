@@ -28,23 +28,23 @@ impl Rows {
         }
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// True if there is no row.
+    /// Tells whether there is no row.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// One row of `A`.
+    /// Returns one row of `A`.
     #[inline]
     pub fn row(&self, index: usize) -> &[f64] {
         &self.jacobian[index * self.columns..(index + 1) * self.columns]
     }
 
-    /// Velocity of one row, `(A v)_index`, m/s.
+    /// Returns the velocity of one row, `(A v)_index`, m/s.
     #[inline]
     pub fn velocity(&self, index: usize, v: &[f64]) -> f64 {
         body_dot(self.row(index), v)
@@ -76,7 +76,7 @@ pub enum MassMatrix {
 }
 
 impl MassMatrix {
-    /// `aᵀ M b`.
+    /// Returns `aᵀ M b`.
     #[inline]
     pub fn product(&self, a: &[f64], b: &[f64]) -> f64 {
         match self {
@@ -104,7 +104,7 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    /// Number of velocities n.
+    /// Returns the number of velocities n.
     pub fn velocities(&self) -> usize {
         self.force.len()
     }

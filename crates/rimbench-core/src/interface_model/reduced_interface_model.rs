@@ -65,19 +65,19 @@ impl ReducedInterfaceModel {
         }
     }
 
-    /// Number of contacts n_u.
+    /// Returns the number of contacts n_u.
     #[inline]
     pub fn contacts(&self) -> usize {
         self.contacts
     }
 
-    /// Dimension of the interface n_i (m in the literature).
+    /// Returns the dimension of the interface n_i (m in the literature).
     #[inline]
     pub fn interface(&self) -> usize {
         self.interface
     }
 
-    /// One entry of the stacked `H`; contacts come first, interface row `j` is `contacts() + j`.
+    /// Returns one entry of the stacked `H`; contacts come first, interface row `j` is `contacts() + j`.
     #[inline]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
         self.h[row * (self.contacts + self.interface) + column]

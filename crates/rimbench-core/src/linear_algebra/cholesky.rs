@@ -6,8 +6,9 @@ use faer::linalg::cholesky::llt::factor::{LltParams, LltRegularization, cholesky
 use faer::{MatMut, Par, Spec};
 use std::fmt;
 
-/// Size from which faer's blocked factorisation beats the plain loops, transposed twice as it is: from about 12 on, three times
-/// as fast at 32, five times at 96. (On rows instead of columns faer would be no faster than the loops up to 64.)
+/// Size from which faer's blocked factorisation beats the plain loops, transposed twice as it is: from about 12 on,
+/// three times as fast at 32, five times at 96. (On rows instead of columns faer would be no faster than the loops up
+/// to 64; `benches/solvers.rs`.)
 const FAER_FROM: usize = 16;
 /// A pivot below this part of its own diagonal is round-off: a dependent row.
 const DEPENDENT: f64 = 1e-13;

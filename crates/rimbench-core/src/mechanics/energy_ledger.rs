@@ -44,7 +44,7 @@ impl EnergyLedger {
         self.identity_residual = self.identity_residual.max(residual.abs());
     }
 
-    /// The account of the mechanics, from this ledger and two functions of state.
+    /// Returns the account of the mechanics, from this ledger and two functions of state.
     ///
     /// ```text
     /// stored      = Δ(T + V)

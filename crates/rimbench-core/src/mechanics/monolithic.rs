@@ -15,7 +15,7 @@ pub struct ReferenceSteps {
 }
 
 impl ReferenceSteps {
-    /// Whether a row is due after so many steps.
+    /// Tells whether a row is due after so many steps.
     pub fn shows(&self, step: usize) -> bool {
         step.is_multiple_of(self.every) || step == self.steps
     }

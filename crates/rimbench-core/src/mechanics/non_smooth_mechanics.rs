@@ -54,32 +54,32 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         mechanics
     }
 
-    /// Positions.
+    /// Returns the positions.
     pub fn position(&self) -> &[f64] {
         &self.stepper.q
     }
 
-    /// Velocities.
+    /// Returns the velocities.
     pub fn velocity(&self) -> &[f64] {
         &self.stepper.v
     }
 
-    /// Eq. 3 at the present state.
+    /// Returns Eq. 3 at the present state.
     pub fn linearisation(&self) -> &Linearisation {
         &self.stepper.eq3
     }
 
-    /// The energy account.
+    /// Returns the energy account.
     pub fn ledger(&self) -> &EnergyLedger {
         &self.stepper.ledger
     }
 
-    /// Kinetic plus potential energy, J.
+    /// Returns kinetic plus potential energy, J.
     pub fn energy(&self) -> f64 {
         self.stepper.kinetic_energy() + self.model.potential_energy(self.position())
     }
 
-    /// Contact impulses of the last step, N·s. Not unique where contacts are redundant.
+    /// Returns the contact impulses of the last step, N·s. Not unique where contacts are redundant.
     pub fn contact_impulses(&self) -> &[f64] {
         self.stepper.contact_impulses()
     }

@@ -29,12 +29,12 @@ pub struct ModelConstruction<'a> {
 }
 
 impl<'a> Construction<'a> {
-    /// Dimension of a force–displacement interface: forces that the actuator puts out.
+    /// Returns the dimension of a force–displacement interface: forces that the actuator puts out.
     pub fn interface(&self) -> usize {
         self.ports.actuator.outputs.len()
     }
 
-    /// The interface model to come, for a scheme whose entry asks for one.
+    /// Returns the interface model to come, for a scheme whose entry asks for one.
     ///
     /// # Errors
     /// [`Error::Incompatible`] where its entry does not.

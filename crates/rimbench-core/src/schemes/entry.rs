@@ -125,12 +125,12 @@ impl SchemeEntry {
         Ok(Coupling { scheme, attachments, driver: self.driver })
     }
 
-    /// Whether the scheme is made from a reduced interface model, and so has the options of one.
+    /// Tells whether the scheme is made from a reduced interface model, and so has the options of one.
     pub fn has_model(&self) -> bool {
         self.needs.contains(&Need::InterfaceModel)
     }
 
-    /// The sequence and force return to use, given what the user asked for.
+    /// Returns the sequence and the force return to use, given what the user asked for.
     ///
     /// Where only one is given the other follows: a force return other than `held` needs the actuator first; a
     /// Gauss–Seidel sequence with the actuator first returns the mean.
@@ -215,7 +215,7 @@ impl SchemeEntry {
         }
     }
 
-    /// The value of the gain to use: the one asked for, else the default; none where the scheme has no gain.
+    /// Returns the value of the gain to use: the one asked for, else the default; none where the scheme has no gain.
     ///
     /// # Errors
     /// [`Error::Incompatible`] where a gain is asked for that the scheme does not have; [`Error::InvalidValue`] for one
@@ -238,12 +238,12 @@ impl SchemeEntry {
         }
     }
 
-    /// Whether no step is ever taken again, so that the scheme can run in real time.
+    /// Tells whether no step is ever taken again, so that the scheme can run in real time.
     pub fn real_time(&self) -> bool {
         self.driver == Driver::Explicit
     }
 
-    /// Why this scheme cannot couple these subsystems, if it cannot.
+    /// Says why this scheme cannot couple these subsystems, if it cannot.
     pub fn incompatibility(&self, mut sides: Sides<'_>) -> Option<String> {
         self.needs.iter().find_map(|need| need.unmet(sides.lend()))
     }

@@ -78,13 +78,13 @@ impl LineStyle {
         LineStyle { color, dash, marker }
     }
 
-    /// A style computed from the letters of a name, the same today and tomorrow, on every machine.
+    /// Makes a style computed from the letters of a name, the same today and tomorrow, on every machine.
     pub fn of_name(name: &str) -> Self {
         let code = code_of(name);
         LineStyle::new(pick(&SPARE_COLORS, code), pick(&SPARE_DASHES, code / 64), pick(&SPARE_MARKERS, code / 4096))
     }
 
-    /// The same colour with dash and marker computed from the letters of a variant's name.
+    /// Makes the same colour with dash and marker computed from the letters of a variant's name.
     pub fn of_variant(self, name: &str) -> Self {
         let code = code_of(name);
         LineStyle { dash: pick(&SPARE_DASHES, code), marker: pick(&SPARE_MARKERS, code / 64), ..self }

@@ -60,7 +60,7 @@ pub use line_style::{Dash, LineStyle, Marker};
 pub use model_options::{ModelMotion, ModelOptions};
 pub use need::Need;
 
-/// Every built-in coupling scheme.
+/// Describes every built-in coupling scheme.
 pub fn standard_schemes() -> Vec<SchemeEntry> {
     vec![
         zero_order_hold::entry(),

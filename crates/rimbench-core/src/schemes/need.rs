@@ -24,7 +24,7 @@ pub enum Need {
 }
 
 impl Need {
-    /// Why two subsystems do not offer this, if they do not.
+    /// Says why two subsystems do not offer this, if they do not.
     pub fn unmet(self, Sides { mechanics, actuator }: Sides<'_>) -> Option<String> {
         let ports = actuator.ports();
         let (inputs, outputs) = (ports.inputs.len(), ports.outputs.len());
