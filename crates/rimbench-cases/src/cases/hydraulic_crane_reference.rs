@@ -30,7 +30,7 @@ const MOST: usize = 60;
 /// redundant coordinates with the constraints on level of position; Newton with a Jacobian kept as long as it serves.
 ///
 /// # Errors
-/// [`Cause::NonFinite`] where the iteration does not converge; [`Cause::Stopped`].
+/// [`Cause::NonFinite`](rimbench_core::error::Cause::NonFinite) where the iteration does not converge; [`Cause::Stopped`].
 pub(super) fn solve(
     parts: &Parts,
     steps: ReferenceSteps,

@@ -72,7 +72,7 @@ impl Spool {
 /// ```
 /// `F > 0` extends. `F` depends directly on `ṡ` through `c`. Explicit Euler at the micro step.
 /// # Outcomes
-/// [`Cause::OutOfRange`] when the piston reaches an end of its stroke, or a pressure leaves `[0, p_max]` (a negative
+/// [`Cause::OutOfRange`](rimbench_core::error::Cause::OutOfRange) when the piston reaches an end of its stroke, or a pressure leaves `[0, p_max]` (a negative
 /// absolute pressure would be cavitation; above `p_max` the fluid law loses its meaning).
 /// # Source
 /// Naya, Cuadrado, Dopico, Lugris 2011; Cardona and Geradin 1990.
