@@ -260,3 +260,33 @@ fn the_published_experiments_run_and_their_findings_stand() {
     }
     assert!(count >= 4);
 }
+
+/// The two units of the OSP quarter truck, driven by a parallel hold: 4 s, every 10 ms a row.
+#[test]
+fn the_quarter_truck_of_the_open_simulation_platform_comes_out_to_its_digits() {
+    let Some(folder) = data_of_others("osp-quarter-truck") else { return };
+    for (file, macro_step) in [("quarter_truck_h01ms.csv", 1e-3), ("quarter_truck_h10ms.csv", 1e-2)] {
+        let mut reader = csv::Reader::from_path(folder.join(file)).unwrap();
+        let rows: Vec<Vec<f64>> =
+            reader.records().map(|row| row.unwrap().iter().map(|cell| cell.parse().unwrap()).collect()).collect();
+        assert_eq!(rows.len(), 401);
+        let off = |coupling: &str| {
+            let mut spec = usual_spec("quarter-car", "zero-order-hold", macro_step);
+            spec.parameters.set("coupling", coupling).unwrap();
+            spec.mechanics_steps = ONE;
+            let trajectory = run(&spec).trajectory;
+            let [x1, x2] = ["x1_m", "x2_m"].map(|name| trajectory.index_of(name).unwrap());
+            rows.iter()
+                .map(|row| {
+                    let ours = row_at(&trajectory, row[0]);
+                    (ours[x1] - row[1]).abs().max((ours[x2] - row[2]).abs())
+                })
+                .fold(0.0, f64::max)
+        };
+        // Their integrator keeps to 1e-10 a step; that is what is left.
+        let worst = off("published-units");
+        assert!(worst < 5e-11, "H = {macro_step}: {worst:e} m");
+        // With the suspension on the other side and fresh feedthrough it is another map.
+        assert!(off("force-displacement") > 1e-4);
+    }
+}

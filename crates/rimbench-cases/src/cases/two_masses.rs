@@ -3,7 +3,10 @@
 use super::case::{CoupledSystem, DerivedColumn, StateVariable};
 use super::parameters::{Parameter, Parameters, Range, number};
 use super::reference_method::ExactSolution;
-use crate::models::{CouplingElement, CouplingForce, FreeMasses, MassRole, MassSide, OscillatorIntegrator, WalledMass};
+use crate::models::{
+    CouplingElement, CouplingForce, FreeMasses, MassRole, MassSide, OscillatorIntegrator, OwnPosition,
+    StaleFeedthrough, WalledMass,
+};
 use nalgebra::{Matrix5, Vector4, Vector5};
 use rimbench_core::cosim::{StopFlag, Trajectory};
 use rimbench_core::error::{Error, Failure, Result};
@@ -16,6 +19,9 @@ pub(super) const FURTHER_COLUMNS: [&str; 1] = ["coupling_force_n"];
 
 /// The ways to split two masses.
 pub(super) const COUPLINGS: [&str; 3] = ["force-displacement", "displacement-displacement", "force-force"];
+
+/// That of the OSP quarter truck, with what its wheel does differently: stale feedthrough, and a position of its own.
+pub(super) const PUBLISHED_UNITS: &str = "published-units";
 
 /// Columns of the state, and the parameters that hold its start.
 const STATE: [[&str; 2]; 4] = [["x1_m", "x1_0_m"], ["x2_m", "x2_0_m"], ["v1_m_s", "v1_0_m_s"], ["v2_m_s", "v2_0_m_s"]];
@@ -77,6 +83,7 @@ impl TwoMasses {
     /// force-displacement          mass 1 with the coupling element (actuator): (x₂, v₂) → F;  mass 2 (mechanics): F → (x₂, v₂)
     /// displacement-displacement   each mass with a copy of the element: the other's (x, v) → its own
     /// force-force                 both masses (mechanics): F → elongation;  the bare element (actuator): elongation → F
+    /// published-units             mass 1 (mechanics): F → (x₁, v₁);  mass 2 with the element, as the published units have it
     /// ```
     /// In the literature's force–force coupling a manager evaluates the force from what both masses sent, and both
     /// receive it, held or extrapolated. As the masses do not feel each other otherwise, that is the third line.
@@ -91,6 +98,10 @@ impl TwoMasses {
                 side(0, first, MassRole::Displacement(element)),
             ),
             "force-force" => CoupledSystem::new(FreeMasses::new(self.bodies, integrator), CouplingForce::new(element)),
+            PUBLISHED_UNITS => CoupledSystem::new(
+                side(0, first, MassRole::ForceDriven),
+                StaleFeedthrough::new(OwnPosition::new(side(1, second, MassRole::ForceGiving(element)))),
+            ),
             _ => CoupledSystem::new(
                 side(1, second, MassRole::ForceDriven),
                 side(0, first, MassRole::ForceGiving(element)),

@@ -38,7 +38,7 @@ pub use ledge::{Ledge, SurfaceContact};
 pub use line_masses::{LineContact, LineDescription, LineMass, LineMasses, LineSpring};
 pub use modal_beam::{BeamGeometry, BeamStop, BeamSupport, MOST_MODES, ModalBeam};
 pub use pressure_coupling::{PressureDrivenMechanics, PressureOutput};
-pub use published_driver::{PublishedClock, StaleFeedthrough};
+pub use published_driver::{OwnPosition, PublishedClock, StaleFeedthrough};
 pub use spring_actuator::{BaseMotion, SpringActuator, SpringActuatorParameters};
 pub use supported_box::{LedgeDisc, SupportedBox, SupportedBoxGeometry};
 pub use two_masses::{CouplingElement, MassRole, MassSide, WalledMass};

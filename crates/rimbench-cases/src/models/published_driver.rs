@@ -1,4 +1,4 @@
-//! Quirks of a published co-simulation driver, to reproduce its digits.
+//! Quirks of published co-simulation drivers and units, to reproduce their digits.
 
 use rimbench_core::cosim::{Abilities, Ports, Subsystem, SubsystemCounters};
 use rimbench_core::error::Failure;
@@ -52,8 +52,9 @@ impl<S: Subsystem + Clone + 'static> Subsystem for PublishedClock<S> {
 
 /// Lets a subsystem with direct feedthrough answer with the input of its last step instead of the one it is asked with.
 ///
-/// The published driver makes the force at a communication point with the velocity that the hydraulics was given for the step
-/// before. Before the first step there is none: then the answer is the usual one.
+/// Two independent public codes do so: the driver of the LIM crane makes the force at a communication point with the velocity that
+/// the hydraulics was given for the step before, and so does the wheel of the OSP quarter truck. Before the first step there is none:
+/// then the answer is the usual one.
 #[derive(Debug, Clone)]
 pub struct StaleFeedthrough<S> {
     inner: S,
@@ -83,6 +84,58 @@ impl<S: Subsystem + Clone + 'static> Subsystem for StaleFeedthrough<S> {
         self.last.copy_from_slice(u);
         self.stepped = true;
         self.inner.step(t, u, h)
+    }
+
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self.inner.abilities()
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.inner.counters()
+    }
+}
+
+/// Lets a subsystem that is driven by position and velocity of the other side keep a position of its own, the integral of the
+/// velocities it was given, which it never compares with the one it is sent. The wheel of the OSP quarter truck does so.
+#[derive(Debug, Clone)]
+pub struct OwnPosition<S> {
+    inner: S,
+    /// Once it was sent one.
+    position: Option<f64>,
+}
+
+impl<S: Subsystem> OwnPosition<S> {
+    /// Wraps a subsystem with the inputs position (m) and velocity (m/s).
+    pub fn new(inner: S) -> Self {
+        debug_assert_eq!(inner.ports().inputs.len(), 2);
+        OwnPosition { inner, position: None }
+    }
+}
+
+impl<S: Subsystem + Clone + 'static> Subsystem for OwnPosition<S> {
+    fn ports(&self) -> &Ports {
+        self.inner.ports()
+    }
+
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        self.inner.outputs(&[self.position.unwrap_or(u[0]), u[1]], y)
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        let (position, velocity) = (self.position.unwrap_or(u[0]), u[1]);
+        if let Some(inputs) = self.inner.abilities().input_polynomials() {
+            inputs.give(|course| {
+                course[0] = [position, velocity, 0.0, 0.0];
+                course[1] = [velocity, 0.0, 0.0, 0.0];
+                true
+            });
+        }
+        self.position = Some(position + h * velocity);
+        self.inner.step(t, &[position + 0.5 * h * velocity, velocity], h)
     }
 
     fn abilities(&mut self) -> &mut dyn Abilities {
