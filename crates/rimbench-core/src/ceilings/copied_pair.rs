@@ -22,7 +22,6 @@ impl<'a> CopiedPair<'a> {
     /// # Errors
     /// [`Cause::NotCopied`] if a side or the scheme has no copy to give.
     pub(super) fn of(pair: &CoupledPair<'a>) -> Result<Self, Failure> {
-        let copy = |side: &dyn Subsystem| side.try_clone().ok_or_else(|| Failure::from(Cause::NotCopied));
         let least = |side: Side| {
             let outputs = &pair.sides[side].ports().outputs;
             outputs.iter().map(|port| port.quantity.negligible()).collect()
@@ -30,8 +29,11 @@ impl<'a> CopiedPair<'a> {
         Ok(CopiedPair {
             setup: pair.setup,
             sizes: PerSide::from_fn(least),
-            sides: PerSide { mechanics: copy(&*pair.sides.mechanics)?, actuator: copy(&*pair.sides.actuator)? },
-            scheme: pair.scheme.try_clone().ok_or_else(|| Failure::from(Cause::NotCopied))?,
+            sides: PerSide {
+                mechanics: copied(pair.sides.mechanics.try_clone())?,
+                actuator: copied(pair.sides.actuator.try_clone())?,
+            },
+            scheme: copied(pair.scheme.try_clone())?,
             state: pair.state.clone(),
             stop: pair.stop,
             discarded: Work::default(),
@@ -43,11 +45,13 @@ impl<'a> CopiedPair<'a> {
     /// # Errors
     /// [`Cause::NotCopied`].
     pub(super) fn try_clone(&self) -> Result<Self, Failure> {
-        let copy = |side: &dyn Subsystem| side.try_clone().ok_or_else(|| Failure::from(Cause::NotCopied));
         Ok(CopiedPair {
             setup: self.setup,
-            sides: PerSide { mechanics: copy(&*self.sides.mechanics)?, actuator: copy(&*self.sides.actuator)? },
-            scheme: self.scheme.try_clone().ok_or_else(|| Failure::from(Cause::NotCopied))?,
+            sides: PerSide {
+                mechanics: copied(self.sides.mechanics.try_clone())?,
+                actuator: copied(self.sides.actuator.try_clone())?,
+            },
+            scheme: copied(self.scheme.try_clone())?,
             state: self.state.clone(),
             stop: self.stop,
             sizes: self.sizes.clone(),
@@ -85,4 +89,8 @@ impl<'a> CopiedPair<'a> {
             self.sizes[side].iter_mut().zip(outputs).for_each(|(size, y)| *size = size.max(y.abs()));
         }
     }
+}
+
+fn copied<T>(copy: Option<T>) -> Result<T, Failure> {
+    copy.ok_or_else(|| Cause::NotCopied.into())
 }

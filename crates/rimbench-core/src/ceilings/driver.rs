@@ -4,8 +4,8 @@ use super::copied_pair::CopiedPair;
 use super::iteration::Iteration;
 use super::waveform::Waveform;
 use crate::cosim::{
-    Attachments, CommunicationPoint, CoupledPair, CouplingScheme, End, Interval, Log, MechanicsSteps, Pace, PairState,
-    Report, Setup, Sides, StepRule, Supervision, cosimulate, cover, finish,
+    Attachments, CommunicationPoint, CoupledPair, CouplingScheme, Interval, Log, MechanicsSteps, PairState, Report,
+    Setup, Sides, StepRule, Supervision, cosimulate, cover, macro_steps,
 };
 use crate::error::Failure;
 
@@ -89,40 +89,13 @@ impl Driver {
         };
         let ended = match doubling {
             Some(doubling) => self.doubled_steps(doubling, &mut pair, &mut log, observe),
-            None => self.macro_steps(&mut pair, &mut log, observe),
+            None => {
+                let advance = |pair: &mut CopiedPair<'_>, interval| self.cover(pair, interval);
+                macro_steps(&mut pair, CopiedPair::lend, advance, &mut log, observe)
+            }
         };
         let work = pair.work();
         log.report(&mut pair.lend(), work, ended)
-    }
-
-    /// The algorithm of the loop, with each macro step covered in this driver's way.
-    fn macro_steps(
-        self,
-        pair: &mut CopiedPair<'_>,
-        log: &mut Log,
-        observe: &mut dyn FnMut(CommunicationPoint<'_>),
-    ) -> Result<End, Failure> {
-        let mut pace = Pace::new(pair.setup.grid, pair.setup.energy_rule);
-        let mut next = pace.first();
-        let mut effective_mass = None;
-        loop {
-            if log.stopwatch.expired() {
-                return Ok(End::Overdue);
-            }
-            log.stopwatch.begin();
-            let mut lent = pair.lend();
-            lent.exchange(next.step)?;
-            log.note(&mut lent, next.step, effective_mass, observe);
-            self.cover(pair, next)?;
-            log.stopwatch.end();
-            let mut lent = pair.lend();
-            effective_mass = lent.scheme.report().effective_mass;
-            let powers = lent.bond_powers(pace.wants_powers())?;
-            match pace.after(next, lent.interface_work(), powers) {
-                Some(interval) => next = interval,
-                None => return finish(&mut lent, log, next.after(), effective_mass, observe),
-            }
-        }
     }
 
     /// Lets both sides cover a macro step after its exchange.

@@ -27,6 +27,17 @@ pub(crate) struct CoupledPair<'a> {
 }
 
 impl CoupledPair<'_> {
+    /// The same, lent.
+    pub(crate) fn lend(&mut self) -> CoupledPair<'_> {
+        CoupledPair {
+            setup: self.setup,
+            sides: self.sides.lend(),
+            scheme: &mut *self.scheme,
+            state: &mut *self.state,
+            stop: self.stop,
+        }
+    }
+
     /// A communication point: outputs of both sides, then each sample to the scheme.
     pub(crate) fn exchange(&mut self, step: MacroStep) -> Result<(), Failure> {
         self.state.time = step.start;

@@ -30,12 +30,9 @@ pub fn cosimulate(
     cover(|pair, interval| pair.advance(interval), setup, sides, scheme, attachments, supervision, observe)
 }
 
-/// How both sides cover a macro step after its exchange.
-pub(crate) type Advance = fn(&mut CoupledPair<'_>, Interval) -> Result<(), Failure>;
-
 /// Runs two subsystems with every macro step covered by `advance`.
 pub(crate) fn cover(
-    advance: Advance,
+    advance: impl Fn(&mut CoupledPair<'_>, Interval) -> Result<(), Failure>,
     setup: &Setup,
     mut sides: Sides<'_>,
     scheme: &mut dyn CouplingScheme,
@@ -46,19 +43,23 @@ pub(crate) fn cover(
     let state = &mut PairState::new(setup, sides.lend(), attachments);
     let mut log = Log::new(supervision.watch, setup.grid.macro_steps());
     let mut pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
-    let ended = macro_steps(advance, &mut pair, &mut log, observe);
+    let ended = macro_steps(&mut pair, CoupledPair::lend, advance, &mut log, observe);
     let work = pair.work();
     log.report(&mut pair, work, ended)
 }
 
-/// The algorithm: exchange, then let both sides cover the macro step.
-fn macro_steps(
-    advance: Advance,
-    pair: &mut CoupledPair<'_>,
+/// The algorithm: exchange, then let both sides cover the macro step in the way that `advance` says.
+///
+/// `pair` is the run, or what stands for it where steps are taken again; `lend` gives it as the exchange knows it.
+pub(crate) fn macro_steps<P>(
+    pair: &mut P,
+    lend: impl Fn(&mut P) -> CoupledPair<'_>,
+    advance: impl Fn(&mut P, Interval) -> Result<(), Failure>,
     log: &mut Log,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<End, Failure> {
-    let mut pace = Pace::new(pair.setup.grid, pair.setup.energy_rule);
+    let setup = lend(pair).setup;
+    let mut pace = Pace::new(setup.grid, setup.energy_rule);
     let mut next = pace.first();
     let mut effective_mass = None;
     loop {
@@ -66,15 +67,17 @@ fn macro_steps(
             return Ok(End::Overdue);
         }
         log.stopwatch.begin();
-        pair.exchange(next.step)?;
-        log.note(pair, next.step, effective_mass, observe);
+        let mut before = lend(pair);
+        before.exchange(next.step)?;
+        log.note(&mut before, next.step, effective_mass, observe);
         advance(pair, next)?;
         log.stopwatch.end();
-        effective_mass = pair.scheme.report().effective_mass;
-        let powers = pair.bond_powers(pace.wants_powers())?;
-        match pace.after(next, pair.interface_work(), powers) {
+        let mut after = lend(pair);
+        effective_mass = after.scheme.report().effective_mass;
+        let powers = after.bond_powers(pace.wants_powers())?;
+        match pace.after(next, after.interface_work(), powers) {
             Some(interval) => next = interval,
-            None => return finish(pair, log, next.after(), effective_mass, observe),
+            None => return finish(&mut after, log, next.after(), effective_mass, observe),
         }
     }
 }

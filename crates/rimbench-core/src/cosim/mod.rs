@@ -70,6 +70,6 @@ pub use work_meter::counts_interface_work;
 pub(crate) use attachments::{NO_INTERFACE_MODEL, NO_OUTPUT_RATES};
 pub(crate) use coupled_pair::CoupledPair;
 pub(crate) use log::{End, Log};
-pub(crate) use macro_loop::{cover, finish};
-pub(crate) use pace::{Interval, Pace, following};
+pub(crate) use macro_loop::{cover, finish, macro_steps};
+pub(crate) use pace::{Interval, following};
 pub(crate) use pair_state::PairState;

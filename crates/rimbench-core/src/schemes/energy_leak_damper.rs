@@ -19,12 +19,10 @@
 //! **Source**: González et al. 2019 (energy-leak monitoring and correction), Rodríguez et al. 2022. The trapezoidal count, the
 //! bound relative to the coupling force and its default are ours.
 
-use super::energy_pool::EnergyPool;
+use super::energy_correcting_hold::{Correction, EnergyCorrectingHold};
 use super::entry::{Gain, SchemeEntry};
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Side};
-use crate::error::Failure;
 
 /// Default of γ (ours).
 const BOUND: f64 = 0.1;
@@ -39,93 +37,29 @@ pub(super) fn entry() -> SchemeEntry {
         ..SchemeEntry::new(
             "energy-leak-damper",
             "Hold; energy created at the interface is counted and dissipated in a bounded virtual damper",
-            |construction| Ok(Box::new(EnergyLeakDamper::new(construction.interface(), construction.gain))),
+            |construction| Ok(Box::new(damper(construction.interface(), construction.gain))),
         )
     }
 }
 
-#[derive(Clone)]
-struct EnergyLeakDamper {
-    bound: f64,
-    position: Vec<f64>,
-    velocity: Vec<f64>,
-    pool: EnergyPool,
-}
-
-impl EnergyLeakDamper {
-    fn new(rows: usize, bound: f64) -> Self {
-        EnergyLeakDamper { bound, position: vec![0.0; rows], velocity: vec![0.0; rows], pool: EnergyPool::new(rows) }
-    }
-
-    /// Sets the damper for the macro step of length `h`.
-    fn set_damper(&mut self, h: f64) {
-        let pool = self.pool.energy().max(0.0);
-        let squares: f64 = self.velocity.iter().map(|velocity| velocity * velocity).sum();
-        for (row, velocity) in self.pool.rows.iter_mut().zip(&self.velocity) {
-            let wanted = if squares > 0.0 { -pool * velocity / (h * squares) } else { 0.0 };
-            let most = self.bound * row.force.abs();
-            // Over an interface that all but rests the quotient may be no number.
-            row.correction = if wanted.is_finite() { wanted.clamp(-most, most) } else { 0.0 };
-        }
-    }
-}
-
-impl CouplingScheme for EnergyLeakDamper {
-    fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        match from {
-            Side::Mechanics => {
-                let (positions, velocities) = sample.y.split_at(self.position.len());
-                self.pool.close_step(velocities);
-                self.position.copy_from_slice(positions);
-                self.velocity.copy_from_slice(velocities);
-            }
-            Side::Actuator => {
-                self.pool.set_force(sample.y)?;
-                self.set_damper(sample.step.length);
-            }
-        }
-        Ok(())
-    }
-
-    #[inline]
-    fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        let m = self.position.len();
-        if to == Side::Mechanics {
-            self.pool.close_step(&own[m..]);
-            for (row, u) in self.pool.rows.iter().zip(&mut *u) {
-                *u = row.force + row.correction;
-            }
-            self.pool.open_step(at.length, &own[m..]);
-            return Ok(());
-        }
-        self.pool.send(at.length, own, &u[m..], &self.velocity);
-        u[..m].copy_from_slice(&self.position);
-        u[m..].copy_from_slice(&self.velocity);
-        Ok(())
-    }
-
-    fn report(&mut self) -> SchemeReport {
-        SchemeReport { dissipated_j: Some(self.pool.taken_out()), ..SchemeReport::default() }
-    }
-
-    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
-        Some(Box::new(self.clone()))
-    }
+fn damper(rows: usize, bound: f64) -> EnergyCorrectingHold {
+    EnergyCorrectingHold::new(rows, Correction { share: 1.0, bound, gives_back: false })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::cosim::{
-        Abilities, Attachments, Bounds, CommunicationGrid, EnergyAccount, ForceReturn, InputPolynomials, MacroStep,
-        MechanicsSteps, OutputRates, PerSide, Port, Ports, Quantity, Sequence, Setup, Subsystem, SubsystemCounters,
-        Supervision, cosimulate,
+        Abilities, Attachments, Bounds, CommunicationGrid, CouplingScheme, EnergyAccount, ForceReturn,
+        InputPolynomials, MacroStep, MechanicsSteps, MicroStep, OutputRates, PerSide, Port, Ports, Quantity, Sample,
+        Sequence, Setup, Side, Subsystem, SubsystemCounters, Supervision, cosimulate,
     };
+    use crate::error::Failure;
     use crate::interface_model::ReducedInterfaceModel;
     use crate::name::Name;
 
     /// One exchange and one step of each side, H = 1; returns the force on the mechanics.
-    fn macro_step(scheme: &mut EnergyLeakDamper, index: usize, w: f64, force: f64) -> f64 {
+    fn macro_step(scheme: &mut EnergyCorrectingHold, index: usize, w: f64, force: f64) -> f64 {
         let step = MacroStep { index, start: index as f64, length: 1.0 };
         let y = [0.0, w];
         let sample = Sample { time: step.start, y: &y, model: None, rates: None, step, actuator_micro_step: 1.0 };
@@ -142,7 +76,7 @@ mod tests {
 
     #[test]
     fn a_joule_created_is_a_joule_taken_out_worked_by_hand() {
-        let mut scheme = EnergyLeakDamper::new(1, 0.5);
+        let mut scheme = damper(1, 0.5);
         // Held force 4 N, velocity 1 → 1.5 m/s: received 4 · 1.25, sent 4 · 1: one joule from nowhere.
         assert_eq!(macro_step(&mut scheme, 0, 1.0, 4.0), 4.0);
         // 1 J over 1.5 m of way wants 2/3 N, less than half of 4 N.
@@ -249,7 +183,7 @@ mod tests {
             turnover: 0.0,
         };
         let (mut mass, mut spring) = (half(&force, &motion, [0.1, 0.3]), half(&motion, &force, [0.1, 0.0]));
-        let mut scheme = EnergyLeakDamper::new(1, 0.3);
+        let mut scheme = damper(1, 0.3);
         // A phase, several steps of the mechanics and a last step that is shorter: all have to be counted.
         let setup = Setup {
             grid: CommunicationGrid::new(1e-2, 0.4, 3.003).unwrap(),
@@ -278,16 +212,16 @@ mod tests {
 
     #[test]
     fn the_damper_never_pushes_harder_than_its_share_of_the_coupling_force() {
-        let mut scheme = EnergyLeakDamper::new(1, 0.5);
+        let mut scheme = damper(1, 0.5);
         macro_step(&mut scheme, 0, 1.0, 4.0);
         // 4 · (11 − 2)/2 = 18 J in the pool want 18/10 N; the coupling force has dropped to 2 N.
         assert_eq!(macro_step(&mut scheme, 1, 10.0, 2.0), 1.0);
-        assert_eq!(macro_step(&mut EnergyLeakDamper::new(1, 0.0), 0, 10.0, 2.0), 2.0);
+        assert_eq!(macro_step(&mut damper(1, 0.0), 0, 10.0, 2.0), 2.0);
     }
 
     #[test]
     fn energy_lost_is_not_given_back() {
-        let mut scheme = EnergyLeakDamper::new(1, 0.5);
+        let mut scheme = damper(1, 0.5);
         macro_step(&mut scheme, 0, 1.0, -4.0);
         assert_eq!(macro_step(&mut scheme, 1, 1.5, -4.0), -4.0);
         // One joule lost in the first macro step; gained in the second, which pays for it: the pool is empty again.

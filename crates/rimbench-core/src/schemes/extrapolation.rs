@@ -28,6 +28,11 @@ impl Extrapolation {
         Extrapolation { degree, sent }
     }
 
+    /// The polynomials that one side sends, in the time since the communication point.
+    pub(super) fn sent_by(&mut self, side: Side) -> &mut [Cubic] {
+        &mut self.sent[side].1.rows
+    }
+
     pub(super) fn boxed(degree: usize, ports: PerSide<&Ports>) -> Box<dyn CouplingScheme> {
         Box::new(Self::new(degree, ports))
     }

@@ -2,7 +2,8 @@
 
 use super::construction::ModelConstruction;
 use super::packed_model::PackedModel;
-use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters};
+use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
+use crate::cosim::SchemeReport;
 use crate::error::Failure;
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
 
@@ -115,13 +116,13 @@ impl InterfaceAcceleration {
         self.loaded != self.loaded_before
     }
 
-    /// kg; `+inf` where the interface is locked.
-    pub(super) fn effective_mass(&self) -> f64 {
-        self.condensation.effective_mass
-    }
-
-    pub(super) fn counters(&self) -> SolverCounters {
-        self.solver.counters()
+    /// What a scheme that is made from it reports; the effective mass (kg) is `+inf` where the interface is locked.
+    pub(super) fn report(&self) -> SchemeReport {
+        SchemeReport {
+            effective_mass: Some(self.condensation.effective_mass),
+            dissipated_j: None,
+            counters: self.solver.counters(),
+        }
     }
 }
 
@@ -148,7 +149,7 @@ mod tests {
             InterfaceAcceleration::new(ModelConstruction { empty: &empty, options: &options, detection: None });
         found.receive(model);
         found.find(&[force]).unwrap();
-        (found.acceleration[0], found.effective_mass())
+        (found.acceleration[0], found.report().effective_mass.unwrap())
     }
 
     #[test]

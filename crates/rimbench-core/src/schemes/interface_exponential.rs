@@ -201,11 +201,7 @@ impl CouplingScheme for InterfaceExponential {
     }
 
     fn report(&mut self) -> SchemeReport {
-        SchemeReport {
-            effective_mass: Some(self.mechanics.effective_mass()),
-            dissipated_j: None,
-            counters: self.mechanics.counters(),
-        }
+        self.mechanics.report()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

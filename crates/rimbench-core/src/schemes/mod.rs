@@ -13,6 +13,7 @@ mod contact_detection;
 mod contact_selection;
 mod coupling;
 mod course;
+mod energy_correcting_hold;
 mod energy_input_correction;
 mod energy_leak_damper;
 mod energy_pool;

@@ -9,11 +9,10 @@
 //! **Source**: after the idea of Li, Yuan, Lu, Meyer, Schweizer, Arch. Appl. Mech. 2020 (extrapolation relaxed with the current and
 //! the previous coupling variables). Formula not read, derived here; nothing is said about the authors' method.
 
-use super::course::Course;
 use super::entry::{Gain, SchemeEntry};
-use super::extrapolation::History;
+use super::extrapolation::Extrapolation;
 use super::line_style::{Dash, LineStyle, Marker};
-use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, Cubic, MicroStep, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
 pub(super) fn entry() -> SchemeEntry {
@@ -27,11 +26,7 @@ pub(super) fn entry() -> SchemeEntry {
         }),
         line: LineStyle::new([0x3F, 0x7F, 0x5F], Dash::DashDotDot, Marker::Square),
         ..SchemeEntry::new("relaxed-hold", "Between the line through two samples and its mean, held", |construction| {
-            let sent = construction.ports.map(|ports| {
-                let width = ports.outputs.len();
-                (History::new(width, 2), Course::new(width, 1))
-            });
-            Ok(Box::new(RelaxedHold { a: construction.gain, sent }))
+            Ok(Box::new(RelaxedHold { a: construction.gain, line: Extrapolation::new(1, construction.ports) }))
         })
     }
 }
@@ -39,17 +34,15 @@ pub(super) fn entry() -> SchemeEntry {
 #[derive(Clone)]
 struct RelaxedHold {
     a: f64,
-    /// What each side sends.
-    sent: PerSide<(History, Course)>,
+    line: Extrapolation,
 }
 
 impl CouplingScheme for RelaxedHold {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
-        let (a, (history, course)) = (self.a, &mut self.sent[from]);
-        history.push(sample.time, sample.y);
         // Where the newest sample lies ahead the line already has its two ends: same rule, from the older one on.
-        history.polynomials(1, sample.step.start, &mut course.rows);
-        for [c0, c1, ..] in &mut course.rows {
+        self.line.receive(from, sample)?;
+        let a = self.a;
+        for [c0, c1, ..] in self.line.sent_by(from) {
             let rise = *c1 * sample.step.length;
             (*c0, *c1) = (*c0 + a * rise, (1.0 - 2.0 * a) * *c1);
         }
@@ -57,13 +50,12 @@ impl CouplingScheme for RelaxedHold {
     }
 
     #[inline]
-    fn input(&mut self, to: Side, at: MicroStep, _own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
-        self.sent[to.other()].1.mean(at, u);
-        Ok(())
+    fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
+        self.line.input(to, at, own, u)
     }
 
     fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
-        self.sent[to.other()].1.within(at, course)
+        self.line.course(to, at, course)
     }
 
     fn report(&mut self) -> SchemeReport {

@@ -2,6 +2,7 @@
 
 use super::contact_problem::{ContactProblem, Corpus, Stretch};
 use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, SolverEntry, Unsolved};
+use rimbench_statistics::median;
 use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -98,9 +99,9 @@ fn replay_or_panic(corpus: &Corpus, solver: &Arc<SolverEntry>, start: Start) -> 
             whole.push(untimed_pass_ns(stretch, &mut bare, start, &mut z));
         }
         for (solve, times) in replay.solves[first..].iter_mut().zip(&mut times) {
-            solve.time_ns = median(times).max(0.0);
+            solve.time_ns = median_of(std::mem::take(times)).max(0.0);
         }
-        total_ns += median(&mut whole);
+        total_ns += median_of(whole);
         count += stretch.problems.len() as f64;
     }
     replay.mean_ns = total_ns / count;
@@ -150,17 +151,16 @@ fn judge(n: usize, result: Result<SolveStats, Unsolved>, tolerance: f64) -> Solv
 
 /// What reading the clock twice takes.
 fn clock_ns() -> f64 {
-    let mut readings: Vec<f64> = (0..1001)
+    let readings: Vec<f64> = (0..1001)
         .map(|_| {
             let began = Instant::now();
             black_box(());
             began.elapsed().as_nanos() as f64
         })
         .collect();
-    median(&mut readings)
+    median_of(readings)
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+fn median_of(times: Vec<f64>) -> f64 {
+    median(times).unwrap_or(f64::NAN)
 }
