@@ -5,7 +5,8 @@ use crate::support::*;
 use rimbench::cases::Recorder;
 use rimbench::complementarity::{ComplementaritySolver, SolverEntry};
 use rimbench::cosim::{
-    CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsSteps, Outcome, Sequence, Setup, Side, Trajectory,
+    ActuatorIntegrator, CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsSteps, Outcome, Sequence, Setup,
+    Side, Trajectory,
 };
 use rimbench::interface_model::Redundancy;
 use rimbench::schemes::{ContactChoice, ContactDetection, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
@@ -33,6 +34,7 @@ fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
     let mut counts = Vec::with_capacity(points + 1);
     let setup = Setup {
         mechanics_steps: variant.mechanics_steps,
+        actuator_integrator: ActuatorIntegrator::Euler,
         ..setup(grid, case.defaults.micro_step_s, variant.sequence, variant.force_return)
     };
     let mut observe = |point: CommunicationPoint<'_>| {

@@ -3,8 +3,9 @@
 
 use crate::support::*;
 use rimbench::cosim::{
-    Abilities, CommunicationGrid, EnergyAccount, ForceReturn, InputPolynomials, MechanicsSteps, Outcome, OutputRates,
-    PerSide, Ports, Sequence, Setup, Side, StopFlag, Subsystem, SubsystemCounters,
+    Abilities, CommunicationGrid, EnergyAccount, FIRST_ORDER_ONLY, ForceReturn, InputPolynomials, JointSteps,
+    MechanicsSteps, Outcome, OutputRates, PerSide, Ports, SecondOrder, Sequence, Setup, Side, StopFlag, Subsystem,
+    SubsystemCounters,
 };
 use rimbench::error::Failure;
 use rimbench::interface_model::ReducedInterfaceModel;
@@ -291,6 +292,14 @@ impl Abilities for Withdraws {
     }
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
         self.inner.abilities().input_polynomials()
+    }
+
+    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
+        Err(FIRST_ORDER_ONLY)
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
     }
     fn observables(&mut self) -> &[Name] {
         self.inner.abilities().observables()

@@ -5,9 +5,9 @@ use rimbench::cases::{Case, CoupledSystem, ExactSolution, Parameters, Recorder, 
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::SolverEntry;
 use rimbench::cosim::{
-    Abilities, Bounds, CommunicationGrid, CommunicationPoint, EnergyAccount, ForceReturn, InputPolynomials,
-    MechanicsSteps, OutputRates, PerSide, Port, Ports, Quantity, Report, Sequence, Setup, Sides, StopFlag, Subsystem,
-    SubsystemCounters, Supervision, Trajectory,
+    Abilities, ActuatorIntegrator, Bounds, CommunicationGrid, CommunicationPoint, EnergyAccount, FIRST_ORDER_ONLY,
+    ForceReturn, InputPolynomials, JointSteps, MechanicsSteps, OutputRates, PerSide, Port, Ports, Quantity, Report,
+    SecondOrder, Sequence, Setup, Sides, StopFlag, Subsystem, SubsystemCounters, Supervision, Trajectory,
 };
 use rimbench::error::{Failure, Result};
 use rimbench::harness::monotonic_clock;
@@ -97,7 +97,9 @@ pub fn run_within(spec: &RunSpec, bounds: Bounds) -> RunResult {
 pub fn exact_solution(case: &Case, parameters: &Parameters) -> ExactSolution {
     match (case.reference)(parameters).unwrap() {
         ReferenceMethod::Exact(solution) => solution,
-        ReferenceMethod::Refined | ReferenceMethod::Own(_) => panic!("{} has no closed form", case.name),
+        ReferenceMethod::Refined | ReferenceMethod::EventDriven | ReferenceMethod::Own(_) => {
+            panic!("{} has no closed form", case.name)
+        }
     }
 }
 
@@ -387,6 +389,14 @@ impl Abilities for Springs {
         None
     }
 
+    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
+        Err(FIRST_ORDER_ONLY)
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
     fn observables(&mut self) -> &[Name] {
         &[]
     }
@@ -409,6 +419,7 @@ pub fn setup(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force
         energy_rule: None,
         micro_step,
         mechanics_steps: MechanicsSteps::ONE,
+        actuator_integrator: ActuatorIntegrator::Euler,
         sequence,
         force_return,
         bounds: Bounds::default(),

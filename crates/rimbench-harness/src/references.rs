@@ -28,7 +28,7 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     let Ok([fine, middle, coarse]) = <[Trajectory; 3]>::try_from(within_limit(spec, stop)?) else {
         unreachable!("three refinements give three solutions")
     };
-    let reference = Reference::compared(spec, [coarse, middle, fine]);
+    let reference = Reference::compared(spec, [coarse, middle, fine])?;
     cache.write(&key, &reference.pack());
     Ok(reference)
 }

@@ -1,12 +1,14 @@
 //! The contact law as parameters, and the two sides made with it; shared by the contact cases.
 
-use super::case::CoupledSystem;
+use super::case::{ChooseReference, CoupledSystem};
 use super::parameters::{Parameter, Parameters, Range, number};
+use super::reference_method::ReferenceMethod;
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::ContactSpring;
 use rimbench_core::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
+use std::sync::Arc;
 
 const OURS: &str = "ours";
 
@@ -32,6 +34,15 @@ const DAMPING: &str = "contact_damping_n_s_m";
 /// All of them, with this restitution and its source.
 pub(super) fn all(e: f64, source: &'static str) -> Vec<Parameter> {
     [stabilisation(), restitution(e, source)].into_iter().chain(compliance()).collect()
+}
+
+/// Event-driven where contacts are rigid, else refined.
+pub(super) fn reference() -> ChooseReference {
+    Arc::new(|parameters| {
+        let compliant =
+            parameters.iter().any(|(parameter, _)| parameter.name == COMPLIANCE) && parameters.number(COMPLIANCE) > 0.0;
+        Ok(if compliant { ReferenceMethod::Refined } else { ReferenceMethod::EventDriven })
+    })
 }
 
 /// A force-producing actuator and the mechanics that it drives, with contacts as the parameters say.

@@ -16,6 +16,9 @@ pub enum ReferenceMethod {
     /// Both sides in one loop by semi-implicit Euler (see [`monolithic`](rimbench_core::mechanics::monolithic)) with steps h,
     /// h/2, h/4; its error is estimated by Richardson extrapolation.
     Refined,
+    /// Both sides piece by piece, by rules of the second order, cut where gaps close and geometry switches (see
+    /// [`JointSteps`](rimbench_core::cosim::JointSteps)), with steps h, h/2, h/4 likewise.
+    EventDriven,
     /// An integrator of the case's own for the whole system, with steps h, h/2, h/4 likewise.
     Own(OwnIntegrator),
     /// A closed form. Runs are compared with it at their own communication points, so it has no error of sampling.

@@ -38,6 +38,7 @@ use rimbench_core::name::names;
 pub(super) fn entry() -> Case {
     recorded(Case {
         parameters: parameters(),
+        reference: contact_parameters::reference(),
         ..Case::new(
             "wedge-box",
             "Box on two wedges with a disc on a ledge, pushed by a hydraulic cylinder (the source paper's example)",

@@ -1,7 +1,8 @@
 //! Two actuators as one side of a co-simulation with an interface of two rows.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
+    SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -115,6 +116,14 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
     }
 
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
+    }
+
+    fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
+        self.units.iter_mut().try_for_each(|unit| unit.abilities().use_second_order(rule))
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         None
     }
 

@@ -6,7 +6,8 @@
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use super::two_masses::{CouplingElement, FORCE, WalledMass, polynomial_work, ports};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OutputRates, Ports, Quantity,
+    SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -121,6 +122,14 @@ impl Abilities for FreeMasses {
         self.motions[0].takes_polynomials().then_some(&mut self.inputs)
     }
 
+    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
+        Err(FIRST_ORDER_ONLY)
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
     fn observables(&mut self) -> &[Name] {
         &ALL_STATES
     }
@@ -205,6 +214,14 @@ impl Abilities for CouplingForce {
     }
 
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
+    }
+
+    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
+        Err(FIRST_ORDER_ONLY)
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         None
     }
 

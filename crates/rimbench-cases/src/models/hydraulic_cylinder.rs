@@ -1,9 +1,10 @@
 //! A double-acting hydraulic cylinder fed through a proportional valve from a constant-pressure pump.
 
 use super::fluid::Fluid;
-use super::hydraulic_energy::{EulerStep, HydraulicEnergy};
+use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OutputRates, Port, Ports, Quantity,
+    SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -70,7 +71,8 @@ impl Spool {
 /// ṗ₂ = β₂/(A l₂) [ −A ṡ + a_out c_d √(2(p_P − p₂)/ρ)₊ − a_in  c_d √(2(p₂ − p_T)/ρ)₊ ]
 /// a_in = a_v κ,  a_out = a_v (1 − κ)
 /// ```
-/// `F > 0` extends. `F` depends directly on `ṡ` through `c`. Explicit Euler at the micro step.
+/// `F > 0` extends. `F` depends directly on `ṡ` through `c`. Explicit Euler at the micro step, or the explicit midpoint rule with the
+/// inputs of the middle.
 /// # Outcomes
 /// [`Cause::OutOfRange`](rimbench_core::error::Cause::OutOfRange) when the piston reaches an end of its stroke, or a pressure leaves `[0, p_max]` (a negative
 /// absolute pressure would be cavitation; above `p_max` the fluid law loses its meaning).
@@ -87,6 +89,8 @@ pub struct HydraulicCylinder {
     valve_coefficient: f64,
     spool: Spool,
     highest_pressure: f64,
+    /// Whether pressures move by their rates in the middle of a micro step.
+    midpoint: bool,
     p: [f64; 2],
     /// Time of the state, s.
     time: f64,
@@ -128,6 +132,7 @@ impl HydraulicCylinder {
             length: parameters.cylinder_length,
             start_length: parameters.start_length,
             friction: parameters.viscous_friction,
+            midpoint: false,
             p: parameters.start_pressures,
             time: 0.0,
             spool,
@@ -234,14 +239,22 @@ impl Subsystem for HydraulicCylinder {
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.check_range(u[0])?;
         let before = self.p;
-        let (inflow, outflow) = self.valve_flows(before, self.spool.at(t));
         let chambers = self.chambers(u[0]);
-        let rates = self.rates(before, chambers, u[1], inflow, outflow);
+        let (at, spool) = if self.midpoint {
+            let spool = self.spool.at(t + 0.5 * h);
+            let rates = self.pressure_rates(before, u[0], u[1], spool);
+            ([before[0] + 0.5 * h * rates[0], before[1] + 0.5 * h * rates[1]], spool)
+        } else {
+            (before, self.spool.at(t))
+        };
+        let (inflow, outflow) = self.valve_flows(at, spool);
+        let rates = self.rates(at, chambers, u[1], inflow, outflow);
         self.p[0] += h * rates[0];
         self.p[1] += h * rates[1];
-        let step = EulerStep {
+        let step = PressureStep {
             h,
             p: [before, self.p],
+            middle: self.midpoint.then_some(at),
             volumes: chambers.map(|length| self.piston_area * length),
             area: self.piston_area,
             velocity: u[1],
@@ -290,6 +303,15 @@ impl Abilities for HydraulicCylinder {
     }
 
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
+    }
+
+    fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
+        self.midpoint = rule == SecondOrder::Midpoint;
+        if self.midpoint { Ok(()) } else { Err(NO_CONTACTS) }
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         None
     }
 

@@ -3,13 +3,15 @@
 use super::fluid::Fluid;
 use rimbench_core::cosim::EnergyAccount;
 
-/// One explicit Euler step, as the cylinder took it.
+/// One micro step, as the cylinder took it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct EulerStep {
+pub(super) struct PressureStep {
     /// Micro step, s.
     pub h: f64,
     /// Pressures before and after, Pa.
     pub p: [[f64; 2]; 2],
+    /// Pressures at which forces and flows were taken, where these are not those before, Pa.
+    pub middle: Option<[f64; 2]>,
     /// Chamber volumes at the length the step was taken with, m³.
     pub volumes: [f64; 2],
     /// Piston area, m².
@@ -36,11 +38,12 @@ pub(super) struct EulerStep {
 /// tank      = φ J(p_T) Q_out
 /// interface = −h (F(p_j, w) w),  viscous = h c w²                       w: the velocity given for the step
 /// ```
-/// Powers are taken at the start of each step, as explicit Euler does. What that leaves is booked where it arises:
+/// Powers are taken at the pressure `p` at which the step takes its rates: that of its start `p_j` for explicit Euler, that of its middle
+/// for the midpoint rule. What that leaves is booked where it arises:
 ///
 /// ```text
-/// curvature   V (ε(p_{j+1}) − ε(p_j) − ε'(p_j)(p_{j+1} − p_j))          Euler's straight line through a curved energy
-/// volume      ε(p_j) (V_j − V_{j−1} − h V̇)                              lengths given that do not follow velocities given
+/// curvature   V (ε(p_{j+1}) − ε(p_j) − ε'(p)(p_{j+1} − p_j))            a straight line through a curved energy
+/// volume      ε(p_j) (V_j − V_{j−1}) − ε(p) h V̇                         lengths given that do not follow velocities given
 /// ```
 /// The length given at the first step is where the account starts from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,7 +73,7 @@ impl HydraulicEnergy {
     }
 
     #[inline]
-    pub(super) fn book(&mut self, fluid: &Fluid, step: &EulerStep) {
+    pub(super) fn book(&mut self, fluid: &Fluid, step: &PressureStep) {
         let [before, after] = step.p;
         let [supply, tank] = self.supply_and_tank;
         let first = !self.started;
@@ -82,27 +85,30 @@ impl HydraulicEnergy {
         let swept = step.h * step.velocity;
         let friction = step.friction * step.velocity * swept;
         account.viscous += friction;
-        account.interface += friction - (before[1] - before[0]) * step.area * swept;
+        let acting = step.middle.unwrap_or(before);
+        account.interface += friction - (acting[1] - acting[0]) * step.area * swept;
         let mut stored = 0.0;
         for i in 0..2 {
-            let density = fluid.relative_density(before[i]);
-            let own = self.enthalpy[i];
+            let energy = fluid.relative_density(before[i]) * self.enthalpy[i] - before[i];
+            let density = fluid.relative_density(acting[i]);
+            let own = if step.middle.is_some() { fluid.enthalpy(acting[i]) } else { self.enthalpy[i] };
+            let energy_acting = density * own - acting[i];
             let (inflow, outflow) = (step.h * density * step.inflow[i], step.h * density * step.outflow[i]);
             account.pump += supply * inflow;
             account.valve += (supply - own) * inflow + (own - tank) * outflow;
             account.tank += tank * outflow;
 
-            let energy = density * own - before[i];
             if first {
                 self.energy[0] += step.volumes[i] * energy;
             }
             self.enthalpy[i] = fluid.enthalpy(after[i]);
             let energy_after = fluid.relative_density(after[i]) * self.enthalpy[i] - after[i];
-            let slope = (fluid.compressibility_a + 2.0 * fluid.compressibility_b * before[i]) * own;
+            let slope = (fluid.compressibility_a + 2.0 * fluid.compressibility_b * acting[i]) * own;
             let curvature = step.volumes[i] * (energy_after - energy - slope * (after[i] - before[i]));
             // Chamber 1 shrinks as the piston moves out.
             let rate = if i == 0 { -step.area * swept } else { step.area * swept };
-            account.integration += curvature + energy * (step.volumes[i] - self.volumes[i] - rate);
+            let volume = energy * (step.volumes[i] - self.volumes[i]) - energy_acting * rate;
+            account.integration += curvature + volume;
             stored += step.volumes[i] * energy_after;
         }
         self.volumes = step.volumes;

@@ -1,7 +1,8 @@
 //! A hydropneumatic strut: a piston that pumps oil through an orifice into an accumulator with a gas cushion.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OutputRates, Port, Ports, Quantity,
+    SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -158,6 +159,15 @@ impl Abilities for HydropneumaticStrut {
     }
 
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
+    }
+
+    /// The volume follows the mean velocity exactly as it is.
+    fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
+        if rule == SecondOrder::Midpoint { Ok(()) } else { Err(NO_CONTACTS) }
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         None
     }
 

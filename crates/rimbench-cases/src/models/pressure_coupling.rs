@@ -4,7 +4,8 @@
 
 use super::hydraulic_cylinder::HydraulicCylinder;
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OutputRates, Port, Ports, Quantity,
+    SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -71,6 +72,14 @@ impl Abilities for PressureOutput {
     }
 
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
+    }
+
+    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
+        Err(FIRST_ORDER_ONLY)
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         None
     }
 
@@ -166,6 +175,14 @@ impl<M: Subsystem> Abilities for PressureDrivenMechanics<M> {
     }
 
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
+    }
+
+    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
+        Err(FIRST_ORDER_ONLY)
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         None
     }
 

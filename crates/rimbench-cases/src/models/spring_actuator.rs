@@ -2,7 +2,8 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OutputRates, Port, Ports, Quantity,
+    SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -195,6 +196,15 @@ impl Abilities for SpringActuator {
 
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
         (self.parameters.carriage_mass > 0.0).then_some(&mut self.inputs)
+    }
+
+    /// Micro steps are exact for the mean input as they are.
+    fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
+        if rule == SecondOrder::Midpoint { Ok(()) } else { Err(NO_CONTACTS) }
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
     }
 
     fn observables(&mut self) -> &[Name] {

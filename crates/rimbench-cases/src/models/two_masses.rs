@@ -8,7 +8,8 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, Cubic, EnergyAccount, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
+    Abilities, Cubic, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OutputRates, Port, Ports,
+    Quantity, SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -260,6 +261,14 @@ impl Abilities for MassSide {
             MassRole::Displacement(element) | MassRole::ForceGiving(element) => element.is_linear(),
         };
         (linear && self.motion.takes_polynomials()).then_some(&mut self.inputs)
+    }
+
+    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
+        Err(FIRST_ORDER_ONLY)
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
     }
 
     fn observables(&mut self) -> &[Name] {

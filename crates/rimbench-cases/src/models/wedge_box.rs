@@ -240,6 +240,14 @@ impl MechanicalModel for WedgeBox {
         rows.convective[0] = across * across / length - v[2] * v[2] * direction.dot(&arm);
     }
 
+    fn switches(&self) -> usize {
+        2
+    }
+
+    fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
+        switches.copy_from_slice(&self.ledge.borders(Vector2::new(q[3], q[4]), Vector2::new(v[3], v[4])));
+    }
+
     fn potential_energy(&self, q: &[f64]) -> f64 {
         self.geometry.gravity * (self.geometry.box_mass * q[1] + self.geometry.disc_mass * q[4])
     }

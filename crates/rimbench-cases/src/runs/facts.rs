@@ -72,6 +72,8 @@ impl RunSpec {
             sequence,
             force_return,
             mechanics_steps,
+            mechanics_integrator,
+            actuator_integrator,
             macro_step,
             step_control,
             phase,
@@ -89,6 +91,8 @@ impl RunSpec {
             Fact::text("sequence", sequence.to_string()),
             Fact::text("force_return", force_return.to_string()),
             Fact::text("mechanics_steps", mechanics_steps.to_string()),
+            Fact::text("mechanics_integrator", mechanics_integrator.to_string()),
+            Fact::text("actuator_integrator", actuator_integrator.to_string()),
             of_model("redundancy", model.as_ref().map(|model| model.redundancy.to_string())),
             of_model("model_motion", model.as_ref().map(|model| model.motion.to_string())),
             of_model(
@@ -134,12 +138,14 @@ mod tests {
     use std::collections::HashMap;
 
     /// A value of each option that differs from the usual one, and the scheme that takes it.
-    const CHANGES: [(&str, &str, &str); 18] = [
+    const CHANGES: [(&str, &str, &str); 20] = [
         ("case", "wedge-box-two-ledges", "rim-smooth"),
         ("scheme", "rim-nonsmooth", "rim-smooth"),
         ("sequence", "jacobi", "rim-smooth"),
         ("force_return", "end", "rim-smooth"),
         ("mechanics_steps", "all", "rim-smooth"),
+        ("mechanics_integrator", "midpoint", "rim-smooth"),
+        ("actuator_integrator", "midpoint", "rim-smooth"),
         ("redundancy", "regularised:1e-6", "rim-smooth"),
         ("model_motion", "extrapolated", "rim-smooth"),
         ("contact_detection", "margin:1e-3", "rim-nonsmooth"),

@@ -1,9 +1,10 @@
 //! What a run is held against, with its uncertainty.
 
 use super::spec::RunSpec;
+use super::spec::use_integrators;
 use crate::cases::{Case, ExactSolution, Recorder, ReferenceMethod};
 use crate::metrics::{ContactInterval, contact_intervals, impulse_column};
-use rimbench_core::cosim::{Bounds, PerSide, Side, StopFlag, Trajectory};
+use rimbench_core::cosim::{ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Side, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
 
@@ -14,7 +15,8 @@ pub const DIVERGENCE_FACTOR: f64 = 3.0;
 ///
 /// ```text
 /// p = log₂(‖u_h − u_{h/2}‖ / ‖u_{h/2} − u_{h/4}‖)             observed order
-/// uncertainty = max(‖u_{h/2} − u_{h/4}‖, ½‖u_h − u_{h/2}‖) / (2^p − 1)     Richardson, with p held within [0.5, 1]
+/// uncertainty = max(‖u_{h/2} − u_{h/4}‖, ½‖u_h − u_{h/2}‖) / (2^p − 1)     Richardson, with p held within [0.5, 1],
+///                                                             or [0.5, 2] where the solution is of the second order
 /// ```
 /// The coarser pair has a say because jumps of the force move with the grid: two solutions can agree by chance there.
 /// Norms are root mean squares over the stored points, column by column.
@@ -50,7 +52,7 @@ impl Reference {
             return Ok(reference);
         }
         let [coarse, middle, fine] = Self::REFINEMENTS.map(|refinement| Self::solution(spec, refinement, stop));
-        Ok(Self::compared(spec, [coarse?, middle?, fine?]))
+        Self::compared(spec, [coarse?, middle?, fine?])
     }
 
     /// Samples the closed form of the run's case, which has no uncertainty; none if there is no closed form.
@@ -74,7 +76,13 @@ impl Reference {
         let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points(spec) + 1);
         let solved = match (case.reference)(&spec.parameters)? {
             ReferenceMethod::Own(integrate) => integrate(steps, stop, &mut trajectory),
-            ReferenceMethod::Refined | ReferenceMethod::Exact(_) => {
+            method @ (ReferenceMethod::Refined | ReferenceMethod::EventDriven | ReferenceMethod::Exact(_)) => {
+                if matches!(method, ReferenceMethod::EventDriven) {
+                    let integrators = (MechanicsIntegrator::EventSplit, ActuatorIntegrator::Midpoint);
+                    if let Some(reason) = use_integrators(integrators, system.sides.lend()) {
+                        return Err(Error::Incompatible(format!("the reference of case {}: {reason}", case.name)));
+                    }
+                }
                 monolithic(system.sides.lend(), steps, stop, &mut |point| recorder.record(point, &mut trajectory))
             }
         };
@@ -90,7 +98,14 @@ impl Reference {
     }
 
     /// Compares the solutions of [`REFINEMENTS`](Self::REFINEMENTS), the coarsest first.
-    pub fn compared(spec: &RunSpec, [coarse, middle, fine]: [Trajectory; 3]) -> Self {
+    ///
+    /// # Errors
+    /// Bad parameters.
+    pub fn compared(spec: &RunSpec, [coarse, middle, fine]: [Trajectory; 3]) -> Result<Self> {
+        let best = match (spec.case.reference)(&spec.parameters)? {
+            ReferenceMethod::EventDriven => 2.0,
+            _ => 1.0,
+        };
         let columns = fine.columns().len();
         let distance = |a: &Trajectory, b: &Trajectory, column: usize| {
             let squares: f64 =
@@ -101,12 +116,12 @@ impl Reference {
         for column in 0..columns {
             let (first, second) = (distance(&coarse, &middle, column), distance(&middle, &fine, column));
             let observed = (first / second).log2();
-            let trusted = if observed.is_finite() { observed.clamp(0.5, 1.0) } else { 1.0 };
+            let trusted = if observed.is_finite() { observed.clamp(0.5, best) } else { best };
             uncertainty.push(second.max(0.5 * first) / (2.0_f64.powf(trusted) - 1.0));
             order.push(if second > 0.0 { observed } else { f64::NAN });
         }
         let finest = Self::REFINEMENTS[Self::REFINEMENTS.len() - 1];
-        Self::of(&spec.case, fine, uncertainty, order, reference_steps(spec, finest).h)
+        Ok(Self::of(&spec.case, fine, uncertainty, order, reference_steps(spec, finest).h))
     }
 
     /// Derives once what every run is held against.

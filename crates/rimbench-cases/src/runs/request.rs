@@ -1,7 +1,7 @@
 //! What a file or the command line asks of one run, in their own words.
 
 use super::step_control::StepControlKind;
-use rimbench_core::cosim::{ForceReturn, MechanicsSteps, Sequence};
+use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Redundancy;
 use rimbench_core::schemes::{ContactChoice, ContactDetection, ModelMotion};
@@ -60,6 +60,10 @@ run_options! {
     force_return: ForceReturn, "RETURN";
     /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear cases all
     mechanics_steps: MechanicsSteps, "N";
+    /// How the mechanics steps: semi-implicit, midpoint, event-split; semi-implicit if not given
+    mechanics_integrator: MechanicsIntegrator, "RULE";
+    /// How the actuator steps: euler (its own, of the first order), midpoint; euler if not given
+    actuator_integrator: ActuatorIntegrator, "RULE";
     /// Dependent contacts that become bilateral: drop, pseudo-inverse, regularised:EPS (a relative compliance)
     redundancy: Redundancy, "TREATMENT";
     /// Interface model within a macro step: frozen, extrapolated
@@ -129,6 +133,8 @@ read_by_name!(
     Sequence,
     ForceReturn,
     MechanicsSteps,
+    MechanicsIntegrator,
+    ActuatorIntegrator,
     Redundancy,
     ModelMotion,
     ContactDetection,

@@ -40,7 +40,11 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: Stop
     let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut sides = system.sides.lend();
     let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
-    let skip = spec.scheme.incompatibility(sides.lend()).or_else(|| uncontrollable(spec.step_control, sides.lend()));
+    let skip = spec
+        .scheme
+        .incompatibility(sides.lend())
+        .or_else(|| uncontrollable(spec.step_control, sides.lend()))
+        .or_else(|| spec.use_integrators(sides.lend()));
     let (report, wall) = match skip {
         Some(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
         None => {

@@ -5,7 +5,10 @@ use super::step_control::StepControl;
 use crate::cases::{Case, Parameters};
 use crate::catalogue::Catalogue;
 use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::cosim::{Bounds, CommunicationGrid, ForceReturn, MechanicsSteps, Sequence, Setup};
+use rimbench_core::cosim::{
+    ActuatorIntegrator, Bounds, CommunicationGrid, ForceReturn, MechanicsIntegrator, MechanicsSteps, SecondOrder,
+    Sequence, Setup, Sides,
+};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{ContactChoice, ModelMotion, ModelOptions, SchemeEntry};
 use std::sync::Arc;
@@ -32,6 +35,10 @@ pub struct RunSpec {
     pub force_return: ForceReturn,
     /// The mechanics' own steps per macro step.
     pub mechanics_steps: MechanicsSteps,
+    /// How the mechanics steps.
+    pub mechanics_integrator: MechanicsIntegrator,
+    /// How the actuator steps.
+    pub actuator_integrator: ActuatorIntegrator,
     /// Macro step H, s.
     pub macro_step: f64,
     /// How the macro step is controlled; H is then the first and the longest.
@@ -75,6 +82,8 @@ impl RunRequest {
             sequence,
             force_return,
             mechanics_steps,
+            mechanics_integrator,
+            actuator_integrator,
             redundancy,
             model_motion,
             contact_detection,
@@ -131,6 +140,8 @@ impl RunRequest {
             sequence,
             force_return,
             mechanics_steps: mechanics_steps.unwrap_or(case.usual_mechanics_steps()),
+            mechanics_integrator: mechanics_integrator.unwrap_or_default(),
+            actuator_integrator: actuator_integrator.unwrap_or_default(),
             macro_step,
             step_control: StepControl::new(control, *step_tolerance, *min_macro_step_s, macro_step)?,
             phase: phase.unwrap_or(1.0),
@@ -227,6 +238,11 @@ impl RunSpec {
             && self.mechanics_steps == MechanicsSteps::AsActuator
     }
 
+    /// Lets both sides step as the run asks; says why they cannot, if they cannot.
+    pub(super) fn use_integrators(&self, sides: Sides<'_>) -> Option<String> {
+        use_integrators((self.mechanics_integrator, self.actuator_integrator), sides)
+    }
+
     /// Returns the communication points.
     ///
     /// # Errors
@@ -270,11 +286,30 @@ impl RunSpec {
             energy_rule: self.step_control.energy_rule(),
             micro_step: self.micro_step,
             mechanics_steps: self.mechanics_steps,
+            actuator_integrator: self.actuator_integrator,
             sequence: self.sequence,
             force_return: self.force_return,
             bounds,
         })
     }
+}
+
+/// Lets both sides step by these rules; says why they cannot, if they cannot.
+pub(super) fn use_integrators(
+    (mechanics, actuator): (MechanicsIntegrator, ActuatorIntegrator),
+    sides: Sides<'_>,
+) -> Option<String> {
+    if let Some(rule) = mechanics.second_order()
+        && let Err(reason) = sides.mechanics.abilities().use_second_order(rule)
+    {
+        return Some(format!("mechanics_integrator = {mechanics}: {reason}"));
+    }
+    if actuator == ActuatorIntegrator::Midpoint
+        && let Err(reason) = sides.actuator.abilities().use_second_order(SecondOrder::Midpoint)
+    {
+        return Some(format!("actuator_integrator = {actuator}: {reason}"));
+    }
+    None
 }
 
 /// A name that must be given.

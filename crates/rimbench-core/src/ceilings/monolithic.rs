@@ -1,11 +1,12 @@
 //! No coupling at all: both sides in one loop.
 
-use crate::cosim::{CoupledPair, Interval, MicroStep, PairState};
+use crate::cosim::{CoupledPair, Interval, LentActuator, MicroStep, PairState};
 use crate::error::Failure;
 
 impl CoupledPair<'_> {
     /// Lets both sides cover a macro step in one loop at the micro step, as [`monolithic`](crate::mechanics::monolithic) does it:
-    /// the mechanics with the force of the state before, the actuator with the motion after.
+    /// the mechanics with the force of the state before, the actuator with the motion after; or piece by piece where the mechanics is of
+    /// the second order.
     pub(super) fn advance_together(&mut self, Interval { step, .. }: Interval) -> Result<(), Failure> {
         let count = self.setup.actuator_steps(step);
         let PairState { received, work_sent, y, u, .. } = &mut *self.state;
@@ -13,6 +14,21 @@ impl CoupledPair<'_> {
         for j in 0..count {
             self.stop.check()?;
             let at = MicroStep::new(step, j, count);
+            if let Some(joint) = self.sides.mechanics.abilities().joint_steps() {
+                joint.step_together(
+                    &mut LentActuator(self.sides.actuator),
+                    at.start,
+                    at.length,
+                    &mut |length, force, motion| {
+                        work_sent.add_step(length, force, motion);
+                        let share = length / step.length;
+                        received.iter_mut().zip(force).for_each(|(received, force)| *received += share * force);
+                    },
+                )?;
+                self.sides.mechanics.outputs(&y.actuator, &mut y.mechanics)?;
+                self.sides.actuator.outputs(&y.mechanics, &mut y.actuator)?;
+                continue;
+            }
             for (received, y) in received.iter_mut().zip(&y.actuator) {
                 *received += y / count as f64;
             }

@@ -2,6 +2,8 @@
 
 use super::energy_account::EnergyAccount;
 use super::input_polynomials::InputPolynomials;
+use super::integrators::SecondOrder;
+use super::joint_steps::JointSteps;
 use super::output_rates::OutputRates;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
@@ -30,6 +32,15 @@ pub trait Abilities {
     /// Room for the course of the inputs within the next micro step; none: their mean is all that is used.
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials>;
 
+    /// Lets the subsystem step by a rule of the second order from now on.
+    ///
+    /// # Errors
+    /// Why it cannot.
+    fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str>;
+
+    /// Takes steps together with the actuator, where it steps by a rule of the second order; none: it takes them alone.
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps>;
+
     /// Names the quantities that can be observed at a communication point, with units.
     fn observables(&mut self) -> &[Name];
 
@@ -45,6 +56,12 @@ pub trait Abilities {
     /// Energy account since the start.
     fn energy_account(&mut self) -> Option<EnergyAccount>;
 }
+
+/// Why a subsystem with one integrator cannot use another.
+pub const FIRST_ORDER_ONLY: &str = "it has one integrator, its own";
+
+/// Why a subsystem without contacts cannot step from event to event.
+pub const NO_CONTACTS: &str = "it has no contacts, and so no events to split at";
 
 /// Returns the abilities of a subsystem that has none.
 pub fn no_abilities() -> &'static mut dyn Abilities {
@@ -65,6 +82,12 @@ impl Abilities for NoAbilities {
         Ok(false)
     }
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        None
+    }
+    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
+        Err(FIRST_ORDER_ONLY)
+    }
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         None
     }
     fn observables(&mut self) -> &[Name] {

@@ -87,6 +87,25 @@ pub trait CouplingScheme: Send {
     /// A [`Failure`] that ends the run and becomes its outcome.
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure>;
 
+    /// Says how the outputs of the actuator follow its inputs directly, before an [`input`](Self::input) whose `own` is what the
+    /// actuator puts out in the middle of the micro step with the inputs `u` of its start (see
+    /// [`ActuatorIntegrator::Midpoint`](super::ActuatorIntegrator::Midpoint)).
+    ///
+    /// ```text
+    /// y = own + D (ū − u)        ū the mean input over the micro step, which `input` then writes
+    /// ```
+    /// A scheme that solves for the motion of the other side solves for `y` with it; the others need not listen.
+    /// # Errors
+    /// A [`Failure`] that ends the run and becomes its outcome.
+    #[inline]
+    fn follow(&mut self, _feedthrough: &[f64]) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// Writes the input at the end of the micro step whose mean [`input`](Self::input) has just written, for a scheme that knows both.
+    #[inline]
+    fn input_at_end(&self, _to: Side, _u: &mut [f64]) {}
+
     /// Writes the course of the inputs within the micro step whose mean [`input`](Self::input) has just written, for a subsystem
     /// that integrates polynomials (see [`InputPolynomials`](super::InputPolynomials)). False: what `input` wrote is held, in this
     /// and all other micro steps of the macro step.

@@ -2,7 +2,9 @@
 
 use super::attachments::Attachments;
 use super::communication_grid::division;
+use super::integrators::ActuatorIntegrator;
 use super::outcome::Outcome;
+use super::output_rates::OutputRates;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
 use super::subsystem::Sides;
@@ -20,6 +22,8 @@ pub(crate) struct PairState {
     pub(crate) attachments: Attachments,
     pub(crate) y: PerSide<Vec<f64>>,
     pub(crate) u: PerSide<Vec<f64>>,
+    /// How the actuator's outputs move, where its micro steps are of the second order.
+    pub(crate) rates: Option<OutputRates>,
     /// Outputs at the start of a micro step.
     pub(crate) own: PerSide<Vec<f64>>,
     /// The actuator's outputs at the end of the macro step, for the force return `end`.
@@ -41,10 +45,12 @@ impl PairState {
         let ports = sides.ports();
         let zeros = |side: Side| vec![0.0; ports[side].outputs.len()];
         let to_mechanics = ports.actuator.outputs.len();
+        let midpoint = setup.actuator_integrator == ActuatorIntegrator::Midpoint;
         PairState {
             speaks_first: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
             takes_course,
             attachments,
+            rates: midpoint.then(|| OutputRates::zeros(to_mechanics, ports.actuator.inputs.len())),
             y: PerSide::from_fn(zeros),
             u: PerSide::from_fn(|side| zeros(side.other())),
             own: PerSide::from_fn(zeros),

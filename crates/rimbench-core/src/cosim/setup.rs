@@ -2,6 +2,7 @@
 
 use super::communication_grid::{CommunicationGrid, MacroStep, division};
 use super::force_return::{ForceReturn, Sequence};
+use super::integrators::ActuatorIntegrator;
 use super::mechanics_steps::MechanicsSteps;
 use super::pace::StepRule;
 use super::side::PerSide;
@@ -18,6 +19,9 @@ pub struct Setup {
     pub micro_step: f64,
     /// The mechanics' own steps per macro step.
     pub mechanics_steps: MechanicsSteps,
+    /// How the actuator steps; the subsystem must have been told as well (see
+    /// [`Abilities::use_second_order`](super::Abilities::use_second_order)).
+    pub actuator_integrator: ActuatorIntegrator,
     /// Who goes first.
     pub sequence: Sequence,
     /// What the mechanics receives.

@@ -13,6 +13,10 @@ pub struct SubsystemCounters {
     pub micro_steps: u64,
     /// Eliminations Eq. 3 → Eq. 4.
     pub eliminations: u64,
+    /// Steps of the mechanics cut short at an event; the trial that went beyond it is among the micro steps.
+    pub splits: u64,
+    /// Steps with so many events that their rest was taken with the gap law.
+    pub split_fallbacks: u64,
     /// Complementarity solves.
     pub solver: SolverCounters,
 }
@@ -22,6 +26,8 @@ impl SubsystemCounters {
     pub fn add(&mut self, other: &SubsystemCounters) {
         self.micro_steps += other.micro_steps;
         self.eliminations += other.eliminations;
+        self.splits += other.splits;
+        self.split_fallbacks += other.split_fallbacks;
         self.solver.add(&other.solver);
     }
 
@@ -30,6 +36,8 @@ impl SubsystemCounters {
         SubsystemCounters {
             micro_steps: self.micro_steps - earlier.micro_steps,
             eliminations: self.eliminations - earlier.eliminations,
+            splits: self.splits - earlier.splits,
+            split_fallbacks: self.split_fallbacks - earlier.split_fallbacks,
             solver: self.solver.since(&earlier.solver),
         }
     }

@@ -26,6 +26,12 @@ impl WorkMeter {
         WorkMeter { ports: if fit { forces.into_iter().zip(velocities).collect() } else { Vec::new() }, sent: 0.0 }
     }
 
+    /// Adds `δ Σ F · w` over the interface rows.
+    #[inline]
+    pub(crate) fn add_step(&mut self, length: f64, outputs: &[f64], inputs: &[f64]) {
+        self.sent += length * self.power(outputs, inputs);
+    }
+
     /// Adds `½ δ Σ F · w` over the interface rows.
     #[inline]
     pub(crate) fn add_half_step(&mut self, length: f64, outputs: &[f64], inputs: &[f64]) {

@@ -1,5 +1,9 @@
 //! One step of Eq. 1–3 through the reduced model of Eq. 4, once Eq. 3 is at hand: what does not depend on the mechanical model.
 
+mod middle_step;
+
+pub(super) use middle_step::ContactSet;
+
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::ModelSize;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
@@ -134,6 +138,38 @@ impl ContactStepper {
         for (index, velocity) in y[n_i..].iter_mut().enumerate() {
             *velocity = self.eq3.interface.velocity(index, &self.v);
         }
+    }
+
+    /// Fraction γ of a penetration or joint error removed per step.
+    pub(super) fn stabilisation(&self) -> f64 {
+        self.law.stabilisation
+    }
+
+    /// Whether contacts give way.
+    pub(super) fn is_compliant(&self) -> bool {
+        self.law.spring.is_some()
+    }
+
+    /// Acceleration of a contact without contact forces, as of the last reduction, m/s².
+    pub(super) fn free_acceleration(&self, contact: usize, lambda: &[f64]) -> f64 {
+        let (n_u, n) = (self.eq4.contacts(), self.impulses.len());
+        self.eq4.a[contact] + body_dot(&self.eq4.h[contact * n + n_u..(contact + 1) * n], lambda)
+    }
+
+    /// Says which contacts were at their bound in the last step, where the step itself has found out.
+    pub(super) fn set_closed(&mut self, closed: &[bool]) {
+        self.eq4.at_bound.copy_from_slice(closed);
+        self.closed_known = true;
+    }
+
+    /// Counts a step that was split at an event.
+    pub(super) fn note_split(&mut self) {
+        self.counters.splits += 1;
+    }
+
+    /// Counts a step with so many events that its rest is taken with the gap law.
+    pub(super) fn note_split_fallback(&mut self) {
+        self.counters.split_fallbacks += 1;
     }
 
     /// Says that Eq. 3 is that of a new state.

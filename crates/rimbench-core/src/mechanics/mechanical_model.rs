@@ -50,6 +50,15 @@ pub trait MechanicalModel: Send {
     /// `A_i`, `Ȧ_i v` and interface coordinates.
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows);
 
+    /// Number of switches: quantities at whose change of sign geometry or forces have a kink, such as the place where a corner turns
+    /// into a ramp. None unless the model has some.
+    fn switches(&self) -> usize {
+        0
+    }
+
+    /// Writes value and rate of each switch.
+    fn switch_values(&self, _q: &[f64], _v: &[f64], _switches: &mut [[f64; 2]]) {}
+
     /// Potential energy, J.
     fn potential_energy(&self, q: &[f64]) -> f64;
 

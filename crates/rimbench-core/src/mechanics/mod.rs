@@ -4,10 +4,12 @@
 //! co-simulation; [`monolithic`] integrates a whole coupled system in one loop, as the reference.
 
 mod contact_stepper;
+mod cubic;
 mod energy_ledger;
 mod mechanical_model;
 mod monolithic;
 mod non_smooth_mechanics;
+mod second_order;
 
 pub use contact_stepper::ContactLaw;
 pub use energy_ledger::EnergyLedger;

@@ -1,6 +1,6 @@
 //! The reference: both sides in one loop, with one small step and no communication points.
 
-use crate::cosim::{CommunicationPoint, PerSide, Sides, StopFlag};
+use crate::cosim::{CommunicationPoint, LentActuator, PerSide, Sides, StopFlag};
 use crate::error::Failure;
 
 /// The steps of a reference, and which of them are shown.
@@ -28,7 +28,8 @@ impl ReferenceSteps {
 ///                                   actuator:  x_k → x_{k+1} with (s, w)_{k+1}
 /// ```
 /// This is the semi-implicit Euler rule for the whole system: first order, and free of numerical damping of the
-/// oscillation between fluid and mass. Richardson extrapolation over h, h/2, h/4 measures its error.
+/// oscillation between fluid and mass. Richardson extrapolation over h, h/2, h/4 measures its error. Where the mechanics steps by a rule
+/// of the second order, both sides take each piece of a step together ([`JointSteps`](crate::cosim::JointSteps)), cut at its events.
 ///
 /// # Errors
 /// The first [`Failure`] of either side; [`Cause::Stopped`](crate::error::Cause::Stopped).
@@ -41,10 +42,12 @@ pub fn monolithic(
     let h = steps.h;
     let mut motion = vec![0.0; sides.mechanics.ports().outputs.len()];
     let mut force = vec![0.0; sides.actuator.ports().outputs.len()];
+    let together = sides.mechanics.abilities().joint_steps().is_some();
+    let mut mean = vec![0.0; force.len()];
     for step in 0..=steps.steps {
         stop.check()?;
         sides.mechanics.outputs(&force, &mut motion)?;
-        if step > 0 {
+        if step > 0 && !together {
             sides.actuator.step((step - 1) as f64 * h, &motion, h)?;
         }
         sides.actuator.outputs(&motion, &mut force)?;
@@ -52,13 +55,25 @@ pub fn monolithic(
             observe(CommunicationPoint {
                 time: step as f64 * h,
                 y: PerSide { mechanics: &motion, actuator: &force },
-                received: &force,
+                received: if together && step > 0 { &mean } else { &force },
                 effective_mass: None,
                 mechanics_step: h,
                 sides: sides.lend(),
             });
         }
-        if step < steps.steps {
+        if step < steps.steps && together {
+            if let Some(joint) = sides.mechanics.abilities().joint_steps() {
+                mean.fill(0.0);
+                joint.step_together(
+                    &mut LentActuator(sides.actuator),
+                    step as f64 * h,
+                    h,
+                    &mut |length, sent, _| {
+                        mean.iter_mut().zip(sent).for_each(|(mean, sent)| *mean += length / h * sent);
+                    },
+                )?;
+            }
+        } else if step < steps.steps {
             sides.mechanics.step(step as f64 * h, &force, h)?;
         }
     }

@@ -3,8 +3,12 @@
 use super::contact_stepper::{CONTACT_OBSERVABLES, ContactLaw, ContactStepper};
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::MechanicalModel;
+use super::second_order::{Drive, SecondOrderSteps};
 use crate::complementarity::Checked;
-use crate::cosim::{Abilities, EnergyAccount, InputPolynomials, OutputRates, Ports, Subsystem, SubsystemCounters};
+use crate::cosim::{
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, OutputRates, Ports, SecondOrder, Subsystem,
+    SubsystemCounters,
+};
 use crate::error::Failure;
 use crate::interface_model::{Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
@@ -20,8 +24,10 @@ use crate::name::Name;
 /// Raoofian, Kövecses, Teichmann, Eqs. 1–4, with `M̂ = M`, `ĉ = c` (semi-implicit); gap law ours.
 #[derive(Clone)]
 pub struct NonSmoothMechanics<M> {
-    model: M,
-    stepper: ContactStepper,
+    pub(super) model: M,
+    pub(super) stepper: ContactStepper,
+    /// Where steps are of the second order.
+    second_order: Option<Box<SecondOrderSteps>>,
     ports: Ports,
     observables: Vec<Name>,
     /// How many of them are the model's own, gaps, contact forces.
@@ -41,6 +47,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         let parts = [model.observables(), model.gap_names(), model.contact_force_names()];
         let mut mechanics = NonSmoothMechanics {
             stepper: ContactStepper::new(size, model.empty_mass_matrix(), start, law, solver),
+            second_order: None,
             ports,
             parts: [parts[0].len(), parts[1].len(), parts[2].len()],
             observables: parts.into_iter().flatten().chain(CONTACT_OBSERVABLES.map(Name::from)).collect(),
@@ -84,16 +91,39 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         self.stepper.contact_impulses()
     }
 
-    fn linearise(&mut self) {
+    /// Does something with what steps of the second order remember; nothing where they are of the first.
+    pub(super) fn with_second_order<T>(
+        &mut self,
+        act: impl FnOnce(&mut Self, &mut SecondOrderSteps) -> T,
+    ) -> Option<T> {
+        let mut steps = self.second_order.take()?;
+        let result = act(self, &mut steps);
+        self.second_order = Some(steps);
+        Some(result)
+    }
+
+    /// Makes Eq. 3 that of the present state.
+    pub(super) fn linearise(&mut self) {
         let ContactStepper { q, v, eq3, .. } = &mut self.stepper;
-        self.model.prepare(q, v);
-        self.model.mass_matrix(q, &mut eq3.mass);
-        self.model.forces(q, v, &mut eq3.force);
-        self.model.bilateral(q, v, &mut eq3.bilateral);
-        self.model.unilateral(q, v, &mut eq3.unilateral);
-        self.model.interface(q, v, &mut eq3.interface);
+        fill(&mut self.model, q, v, eq3);
         self.stepper.forget_reduction();
     }
+
+    /// Makes Eq. 3 that of another state.
+    pub(super) fn linearise_at(&mut self, q: &[f64], v: &[f64]) {
+        fill(&mut self.model, q, v, &mut self.stepper.eq3);
+        self.stepper.forget_reduction();
+    }
+}
+
+/// Fills Eq. 3 at one state.
+fn fill<M: MechanicalModel>(model: &mut M, q: &[f64], v: &[f64], eq3: &mut Linearisation) {
+    model.prepare(q, v);
+    model.mass_matrix(q, &mut eq3.mass);
+    model.forces(q, v, &mut eq3.force);
+    model.bilateral(q, v, &mut eq3.bilateral);
+    model.unilateral(q, v, &mut eq3.unilateral);
+    model.interface(q, v, &mut eq3.interface);
 }
 
 impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
@@ -107,6 +137,11 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
     }
 
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        if let Some(stepped) =
+            self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, Drive::Force(u), h))
+        {
+            return stepped;
+        }
         self.stepper.advance(u, h)?;
         let kinetic = self.stepper.kinetic_energy();
         self.linearise();
@@ -143,6 +178,18 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
 
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
         None
+    }
+
+    fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
+        if self.stepper.is_compliant() {
+            return Err("contacts that give way are stepped by the semi-implicit rule");
+        }
+        self.second_order = Some(Box::new(SecondOrderSteps::new(rule, &self.model)));
+        Ok(())
+    }
+
+    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        self.second_order.is_some().then_some(self as &mut dyn JointSteps)
     }
 
     fn observables(&mut self) -> &[Name] {

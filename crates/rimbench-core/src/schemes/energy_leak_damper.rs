@@ -157,6 +157,14 @@ mod tests {
             None
         }
 
+        fn use_second_order(&mut self, _rule: crate::cosim::SecondOrder) -> Result<(), &'static str> {
+            Err(crate::cosim::FIRST_ORDER_ONLY)
+        }
+
+        fn joint_steps(&mut self) -> Option<&mut dyn crate::cosim::JointSteps> {
+            None
+        }
+
         fn observables(&mut self) -> &[Name] {
             &[]
         }
@@ -190,6 +198,7 @@ mod tests {
             energy_rule: None,
             micro_step: 2e-3,
             mechanics_steps: MechanicsSteps::count(2).unwrap(),
+            actuator_integrator: Default::default(),
             sequence: Sequence::Jacobi,
             force_return: ForceReturn::Held,
             bounds: Bounds::default(),

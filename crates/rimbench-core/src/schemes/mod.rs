@@ -20,6 +20,7 @@ mod energy_pool;
 mod entry;
 mod extrapolation;
 mod first_order_hold;
+mod force_following;
 mod interface_acceleration;
 mod interface_exponential;
 mod interface_jacobian;

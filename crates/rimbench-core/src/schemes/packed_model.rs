@@ -1,5 +1,7 @@
 //! The reduced interface model over micro steps of one length, packed for the contacts that take part.
 
+use super::force_following::ForceFollowing;
+use crate::error::Failure;
 use crate::interface_model::{Condensation, ReducedInterfaceModel};
 
 /// What a micro step of length δ needs of the model, one column after the other, contacts of the set first:
@@ -84,6 +86,41 @@ impl PackedModel {
         for contact in 0..n {
             self.h_uu[contact * n + contact] += addition;
         }
+    }
+
+    /// Lets the force follow the velocity within the micro step.
+    ///
+    /// ```text
+    /// λ = λ₀ + E (w_i⁺ − w_i)        K = E (1 − δ H_ii E)⁻¹
+    /// δ a += δ H_·i K δ a_i          δ H_·i += δ H_·i K δ H_ii          H_·u += δ H_·i K H_iu
+    /// ```
+    /// Afterwards the model takes `λ₀` as its force.
+    /// # Errors
+    /// [`Cause::Singular`](crate::error::Cause::Singular) if force and velocity do not determine each other.
+    pub(super) fn follow(&mut self, following: &mut ForceFollowing) -> Result<(), Failure> {
+        let (n, n_i) = (self.contacts, following.interface());
+        let rows = n + n_i;
+        let PackedModel { drift, force_columns, impulse_columns, h_uu, .. } = self;
+        let force_columns = &mut force_columns[..rows * n_i];
+        following.eliminate(|row, column| force_columns[column * rows + n + row])?;
+        let respond = |target: &mut [f64], room: &mut [f64], following: &ForceFollowing| {
+            room.copy_from_slice(&target[n..]);
+            for (force, column) in force_columns.chunks_exact(rows).enumerate() {
+                add_multiple(target, following.response(force, room), column);
+            }
+        };
+        let mut room = std::mem::take(&mut following.room);
+        respond(&mut drift[..rows], &mut room, following);
+        for (slot, column) in impulse_columns.chunks_exact_mut(rows.max(1)).take(n).enumerate() {
+            respond(column, &mut room, following);
+            for row in 0..n {
+                h_uu[row * n + slot] = column[row];
+            }
+        }
+        // Rows of δ H_·i, all columns at once: each column is needed as it was.
+        following.mix(rows, force_columns);
+        following.room = room;
+        Ok(())
     }
 
     /// Packs a model whose contacts are closed for good.

@@ -14,6 +14,7 @@ use super::contact_choice::ContactChoice;
 use super::contact_detection::{ContactDetection, DetectionRule};
 use super::contact_selection::ContactSelection;
 use super::entry::{Family, SchemeEntry};
+use super::force_following::ForceFollowing;
 use super::moving_model::MovingModel;
 use super::need::Need;
 use super::packed_model::PackedModel;
@@ -70,6 +71,9 @@ pub(super) struct ReducedInterface {
     packed: PackedModel,
     /// True until the matrix of `packed` has been given to the solver.
     packed_anew: bool,
+    /// Where micro steps are of the second order, how the force follows the motion; whether they are.
+    following: ForceFollowing,
+    follows: bool,
     gap_rates: GapRates,
     /// Right-hand side and impulses of the complementarity problem.
     b_u: Vec<f64>,
@@ -83,6 +87,8 @@ pub(super) struct ReducedInterface {
     position: Vec<f64>,
     /// The actuator's force at the last communication point.
     force: Vec<f64>,
+    /// The force with which a micro step of the second order starts.
+    start_force: Vec<f64>,
     micro_step: f64,
     diagnosis: Diagnosis,
 }
@@ -141,6 +147,8 @@ impl ReducedInterface {
             selection: ContactSelection::new(n_u, n_i, options.contacts, &options.solver),
             packed: PackedModel::new(n_u, n_i),
             packed_anew: true,
+            following: ForceFollowing::new(n_i),
+            follows: false,
             gap_rates: GapRates::default(),
             b_u: vec![0.0; n_u],
             p_u: vec![0.0; n_u],
@@ -149,6 +157,7 @@ impl ReducedInterface {
             gap: vec![0.0; n_u],
             position: vec![0.0; n_i],
             force: vec![0.0; n_i],
+            start_force: vec![0.0; n_i],
             micro_step: f64::NAN,
             diagnosis: Diagnosis {
                 loaded: Vec::with_capacity(n_u),
@@ -158,7 +167,7 @@ impl ReducedInterface {
         })
     }
 
-    fn receive_model(&mut self, sample: &Sample<'_>, model: &ReducedInterfaceModel) {
+    fn receive_model(&mut self, sample: &Sample<'_>, model: &ReducedInterfaceModel) -> Result<(), Failure> {
         // The last micro step of the macro step that ends here.
         self.note_loaded();
         std::mem::swap(&mut self.set, &mut self.previous_set);
@@ -173,9 +182,7 @@ impl ReducedInterface {
         self.model.receive(sample.time, model);
         self.micro_step = sample.actuator_micro_step;
         // Which contacts carry impulse depends on the force, which arrives next.
-        if !self.waits_for_force() {
-            self.begin();
-        }
+        if self.waits_for_force() { Ok(()) } else { self.begin() }
     }
 
     /// Notes which contacts carry impulse in the micro step just solved.
@@ -195,11 +202,11 @@ impl ReducedInterface {
     }
 
     /// Sets the model to its start at the communication point, once the set of contacts is known.
-    fn begin(&mut self) {
+    fn begin(&mut self) -> Result<(), Failure> {
         if self.set != self.previous_set {
             self.model.freeze();
         }
-        self.prepare();
+        self.prepare()?;
         let model = &self.model.received;
         self.gap_rates = match model.spring {
             None => GapRates::new(self.opening_time(), model.mechanics_step, model.stabilisation),
@@ -217,6 +224,7 @@ impl ReducedInterface {
         self.w[n..n + w_i.len()].copy_from_slice(w_i);
         self.position.copy_from_slice(&model.position);
         self.diagnosis.bilateral_mass = self.condensation.effective_mass;
+        Ok(())
     }
 
     /// Time within which an open contact may use up its gap, s.
@@ -228,20 +236,27 @@ impl ReducedInterface {
     }
 
     /// Derives from the model as it stands what a micro step needs.
-    fn prepare(&mut self) {
+    fn prepare(&mut self) -> Result<(), Failure> {
         self.packed_anew = true;
         match self.contacts {
             Contacts::Bilateral | Contacts::BilateralActive => {
                 condense(&self.model.current, &self.set, self.redundancy, &mut self.condensation);
                 self.packed.pack_condensed(&self.condensation, self.micro_step);
+                if self.follows {
+                    self.packed.follow(&mut self.following)?;
+                }
             }
             Contacts::Unilateral | Contacts::UnilateralWithGaps => {
                 self.packed.pack(&self.model.current, &self.set, self.micro_step);
+                if self.follows {
+                    self.packed.follow(&mut self.following)?;
+                }
                 if let Some(spring) = self.model.received.spring {
                     self.packed.add_to_diagonal(spring.diagonal(self.micro_step, self.opening_time()));
                 }
             }
         }
+        Ok(())
     }
 
     /// Fills `w_free` with the velocities without contact impulses, and solves for `p_u`.
@@ -307,12 +322,12 @@ impl ReducedInterface {
 impl CouplingScheme for ReducedInterface {
     fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
         match from {
-            Side::Mechanics => self.receive_model(sample, sent(sample.model)?),
+            Side::Mechanics => self.receive_model(sample, sent(sample.model)?)?,
             Side::Actuator => {
                 self.force.copy_from_slice(sample.y);
                 if self.waits_for_force() {
                     self.choose_contacts(sample.step.length)?;
-                    self.begin();
+                    self.begin()?;
                 }
             }
         }
@@ -327,9 +342,19 @@ impl CouplingScheme for ReducedInterface {
         }
         debug_assert_eq!(at.length, self.packed.length());
         if self.model.move_to(at.since_exchange + 0.5 * at.length) {
-            self.prepare();
+            self.prepare()?;
         }
-        self.solve_contacts(own)?;
+        if self.follows {
+            let w_i = &self.w[self.packed.contacts()..][..own.len()];
+            self.start_force.copy_from_slice(own);
+            self.following.force_at_start(u, &self.position, w_i, &mut self.start_force);
+            let force = std::mem::take(&mut self.start_force);
+            let solved = self.solve_contacts(&force);
+            self.start_force = force;
+            solved?;
+        } else {
+            self.solve_contacts(own)?;
+        }
         if at.index == 0 {
             self.note_loaded();
         }
@@ -344,12 +369,35 @@ impl CouplingScheme for ReducedInterface {
             }
         }
         let (u_position, u_velocity) = u.split_at_mut(n_i);
+        if self.follows {
+            for (i, (w, before)) in w_i.iter().zip(&self.w_free[n..]).enumerate() {
+                let mean = 0.5 * (w + before);
+                u_position[i] = self.position[i] + 0.5 * at.length * mean;
+                u_velocity[i] = mean;
+                self.position[i] += at.length * mean;
+            }
+            return Ok(());
+        }
         for (i, w) in w_i.iter().enumerate() {
             self.position[i] += at.length * w;
             u_position[i] = self.position[i];
             u_velocity[i] = *w;
         }
         Ok(())
+    }
+
+    fn follow(&mut self, feedthrough: &[f64]) -> Result<(), Failure> {
+        let anew = self.following.set(feedthrough, self.micro_step);
+        let first = !std::mem::replace(&mut self.follows, true);
+        if anew || first { self.prepare() } else { Ok(()) }
+    }
+
+    fn input_at_end(&self, to: Side, u: &mut [f64]) {
+        if to == Side::Actuator && self.follows {
+            let (position, velocity) = u.split_at_mut(self.position.len());
+            position.copy_from_slice(&self.position);
+            velocity.copy_from_slice(&self.w[self.packed.contacts()..][..self.position.len()]);
+        }
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

@@ -1,6 +1,7 @@
 //! How both sides cover a macro step, and with how many steps of their own.
 
 use super::CoupledPair;
+use crate::cosim::attachments::NO_OUTPUT_RATES;
 use crate::cosim::communication_grid::MacroStep;
 use crate::cosim::coupling_scheme::{CouplingScheme, MicroStep};
 use crate::cosim::force_return::{ForceReturn, Sequence};
@@ -8,7 +9,7 @@ use crate::cosim::pace::Interval;
 use crate::cosim::pair_state::PairState;
 use crate::cosim::side::Side;
 use crate::cosim::subsystem::Subsystem;
-use crate::error::Failure;
+use crate::error::{Cause, Failure};
 
 impl CoupledPair<'_> {
     /// Lets both sides cover a macro step in their sequence.
@@ -39,6 +40,9 @@ impl CoupledPair<'_> {
     }
 
     pub(crate) fn advance_actuator(&mut self, step: MacroStep) -> Result<(), Failure> {
+        if self.state.rates.is_some() {
+            return self.advance_actuator_by_midpoints(step);
+        }
         let count = self.setup.actuator_steps(step);
         let averaged = matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
@@ -60,6 +64,52 @@ impl CoupledPair<'_> {
             if averaged {
                 transmission.push(own);
             }
+        }
+        if self.setup.force_return == ForceReturn::End {
+            actuator.outputs(u, end)?;
+        }
+        Ok(())
+    }
+
+    /// The same with micro steps of the second order.
+    ///
+    /// ```text
+    /// y_m = y(x, u) + ½δ r        outputs in the middle with the inputs of the start; r their rate with inputs held
+    /// ū   = the scheme's, given y_m and D = ∂y/∂u
+    /// ȳ   = y_m + D (ū − u)       what acts during the micro step, and is handed to the mechanics
+    /// x⁺  = the subsystem's own midpoint rule with ū
+    /// ```
+    fn advance_actuator_by_midpoints(&mut self, step: MacroStep) -> Result<(), Failure> {
+        let count = self.setup.actuator_steps(step);
+        let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
+        let mut takes_course = self.state.takes_course.actuator;
+        let PairState { own, u, transmission, work_sent, end, rates, .. } = &mut *self.state;
+        let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
+        let Some(rates) = rates else { return Ok(()) };
+        transmission.clear();
+        for j in 0..count {
+            self.stop.check()?;
+            let at = MicroStep::new(step, j, count);
+            actuator.outputs(u, own)?;
+            if !actuator.abilities().output_rates(at.start, u, rates)? {
+                return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
+            }
+            for (own, rate) in own.iter_mut().zip(&rates.rate) {
+                *own += 0.5 * at.length * rate;
+            }
+            scheme.follow(&rates.feedthrough)?;
+            scheme.input(Side::Actuator, at, own, u)?;
+            if takes_course {
+                takes_course = tell_course(scheme, Side::Actuator, at, actuator);
+            }
+            actuator.outputs(u, own)?;
+            for (own, rate) in own.iter_mut().zip(&rates.rate) {
+                *own += 0.5 * at.length * rate;
+            }
+            work_sent.add_step(at.length, own, u);
+            transmission.push(own);
+            actuator.step(at.start, u, at.length)?;
+            scheme.input_at_end(Side::Actuator, u);
         }
         if self.setup.force_return == ForceReturn::End {
             actuator.outputs(u, end)?;

@@ -1,0 +1,116 @@
+//! By which rule each side advances its own state.
+
+use crate::error::{Error, Result};
+use std::fmt;
+use std::str::FromStr;
+
+/// The rule by which the mechanics takes a step of its own.
+///
+/// ```text
+/// semi-implicit  v⁺ from M, f, A at q;  q⁺ = q + h v⁺;  gap law                                  order 1
+/// midpoint       v⁺ from M, f, A at q + ½hv;  q⁺ = q + ½h (v + v⁺);  gap law                     order 2 between impacts
+/// event-split    the same with resting contacts at velocity level, split where a gap closes      order 2 through impacts
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum MechanicsIntegrator {
+    /// The rule of the source paper, and of most engines.
+    #[default]
+    SemiImplicit,
+    /// The explicit midpoint rule with the gap law of the whole step.
+    Midpoint,
+    /// The explicit midpoint rule from event to event.
+    EventSplit,
+}
+
+/// The rule by which the actuator takes a micro step.
+///
+/// ```text
+/// euler     the state moves by its rate at the start of the micro step; the force of the start acts          order 1
+/// midpoint  the state moves by its rate in the middle; the force acts as it is in the middle, and what
+///           follows the velocity directly (viscous friction) by the trapezoidal rule                         order 2
+/// ```
+/// A subsystem that integrates its own state exactly does so under both; what differs then is the force that acts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ActuatorIntegrator {
+    /// The explicit rule.
+    #[default]
+    Euler,
+    /// The second-order rule.
+    Midpoint,
+}
+
+/// A rule of the second order, asked of a subsystem (see [`Abilities::use_second_order`](super::Abilities::use_second_order)).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SecondOrder {
+    /// A midpoint rule.
+    Midpoint,
+    /// The same from event to event.
+    EventSplit,
+}
+
+impl MechanicsIntegrator {
+    /// What this asks of the mechanics; nothing where it steps as it always did.
+    pub fn second_order(self) -> Option<SecondOrder> {
+        match self {
+            MechanicsIntegrator::SemiImplicit => None,
+            MechanicsIntegrator::Midpoint => Some(SecondOrder::Midpoint),
+            MechanicsIntegrator::EventSplit => Some(SecondOrder::EventSplit),
+        }
+    }
+
+    /// All of them, by name.
+    pub const ALL: [(&'static str, MechanicsIntegrator); 3] = [
+        ("semi-implicit", MechanicsIntegrator::SemiImplicit),
+        ("midpoint", MechanicsIntegrator::Midpoint),
+        ("event-split", MechanicsIntegrator::EventSplit),
+    ];
+}
+
+impl ActuatorIntegrator {
+    /// All of them, by name.
+    pub const ALL: [(&'static str, ActuatorIntegrator); 2] =
+        [("euler", ActuatorIntegrator::Euler), ("midpoint", ActuatorIntegrator::Midpoint)];
+}
+
+/// Writes and reads an integrator by its name in `ALL`.
+macro_rules! by_name {
+    ($kind:ty, $key:literal) => {
+        impl fmt::Display for $kind {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                let name = Self::ALL.iter().find(|(_, known)| known == self).map_or("", |(name, _)| *name);
+                f.write_str(name)
+            }
+        }
+
+        impl FromStr for $kind {
+            type Err = Error;
+
+            fn from_str(text: &str) -> Result<Self> {
+                let found = Self::ALL.iter().find(|(name, _)| *name == text);
+                found
+                    .map(|(_, kind)| *kind)
+                    .ok_or_else(|| Error::unknown($key, text, Self::ALL.iter().map(|(name, _)| *name)))
+            }
+        }
+    };
+}
+
+by_name!(MechanicsIntegrator, "mechanics_integrator");
+by_name!(ActuatorIntegrator, "actuator_integrator");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integrators_are_read_as_they_are_written_and_nonsense_is_refused() {
+        for (name, integrator) in MechanicsIntegrator::ALL {
+            assert_eq!((integrator.to_string().as_str(), name.parse().ok()), (name, Some(integrator)));
+        }
+        for (name, integrator) in ActuatorIntegrator::ALL {
+            assert_eq!((integrator.to_string().as_str(), name.parse().ok()), (name, Some(integrator)));
+        }
+        let message = "event".parse::<MechanicsIntegrator>().unwrap_err().to_string();
+        assert!(message.contains("mechanics_integrator") && message.contains("event-split"), "{message}");
+    }
+}

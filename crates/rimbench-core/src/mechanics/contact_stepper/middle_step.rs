@@ -1,0 +1,144 @@
+//! One step by the midpoint rule, and one impact, once Eq. 3 is at hand.
+
+use super::ContactStepper;
+use crate::complementarity::{ComplementaritySolver, Lcp};
+use crate::error::Failure;
+use crate::interface_model::impact_velocity;
+use crate::linear_algebra::body_dot;
+
+/// The contacts that take part in a step, and what comes of them.
+#[derive(Debug, Clone)]
+pub(in crate::mechanics) struct ContactSet {
+    /// Which they are.
+    pub(in crate::mechanics) contacts: Vec<usize>,
+    /// Velocity that each may not fall below, minus that without its own impulse, m/s: the last part of the right-hand side.
+    pub(in crate::mechanics) terms: Vec<f64>,
+    /// Whether its row was at its bound in the step, loaded or not.
+    pub(in crate::mechanics) at_bound: Vec<bool>,
+    h: Vec<f64>,
+    b: Vec<f64>,
+    impulses: Vec<f64>,
+}
+
+impl ContactSet {
+    /// Makes room for up to `contacts` of them.
+    pub(in crate::mechanics) fn new(contacts: usize) -> Self {
+        ContactSet {
+            contacts: Vec::with_capacity(contacts),
+            terms: Vec::with_capacity(contacts),
+            at_bound: Vec::with_capacity(contacts),
+            h: vec![0.0; contacts * contacts],
+            b: vec![0.0; contacts],
+            impulses: vec![0.0; contacts],
+        }
+    }
+
+    /// Takes nobody.
+    pub(in crate::mechanics) fn clear(&mut self) {
+        self.contacts.clear();
+        self.terms.clear();
+    }
+
+    /// Takes one contact with its term.
+    pub(in crate::mechanics) fn push(&mut self, contact: usize, term: f64) {
+        self.contacts.push(contact);
+        self.terms.push(term);
+    }
+}
+
+impl ContactStepper {
+    /// Advances by `h` (s) under the interface forces `lambda` (N).
+    ///
+    /// ```text
+    /// v⁺ = v̂ + h α + G (A_uᵀ P_u + A_iᵀ h λ)      M, f, A at the middle       q⁺ = q + ½h (v + v⁺)
+    /// 0 ≤ A_u v⁺ + ½h Ȧ_u v + term ⟂ P_u ≥ 0      for the contacts of `set`
+    /// A_b v⁺ + ½h Ȧ_b v + drift g_b = 0
+    /// ```
+    /// Eq. 3 must be that of the middle, its convective terms halved, with the joint errors of the start. `drift` is the rate (1/s) at which joint errors
+    /// decay.
+    pub(in crate::mechanics) fn advance_from_middle(
+        &mut self,
+        lambda: &[f64],
+        h: f64,
+        drift: f64,
+        set: &mut ContactSet,
+    ) -> Result<(), Failure> {
+        self.elimination.reduce(&self.eq3, &self.v, h, drift * h, &mut self.eq4)?;
+        self.counters.eliminations += 1;
+        let n_u = self.eq4.contacts();
+        for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
+            *impulse = h * force;
+        }
+        self.solve_set(h, set)?;
+        self.elimination.velocity_after(h, &self.impulses, &mut self.v_next);
+        self.elimination.bilateral_impulses(h, &self.impulses, &mut self.p_b);
+        self.book_energy(h);
+        for (q, (v, v_next)) in self.q.iter_mut().zip(self.v.iter().zip(&self.v_next)) {
+            *q += 0.5 * h * (v + v_next);
+        }
+        std::mem::swap(&mut self.v, &mut self.v_next);
+        self.last_step = h;
+        self.reduced_for = None;
+        self.counters.micro_steps += 1;
+        if !self.q.iter().all(|x| x.is_finite()) {
+            return Err(Failure::non_finite("mechanical state"));
+        }
+        Ok(())
+    }
+
+    /// Lets the contacts of `set` collide where the system stands; their terms are made here.
+    ///
+    /// ```text
+    /// v⁺ = v̂ + G A_uᵀ P_u        0 ≤ w⁺ + e w⁻ ⟂ P ≥ 0
+    /// ```
+    /// Free accelerations `a` of Eq. 4 are those of this state afterwards. Eq. 3 must be that of this state.
+    pub(in crate::mechanics) fn collide(&mut self, set: &mut ContactSet) -> Result<(), Failure> {
+        // No time passes: a step of any length does, and joints are not pulled together.
+        self.elimination.reduce(&self.eq3, &self.v, 1.0, 0.0, &mut self.eq4)?;
+        self.counters.eliminations += 1;
+        let n_u = self.eq4.contacts();
+        self.impulses[n_u..].fill(0.0);
+        set.terms.clear();
+        for &contact in &set.contacts {
+            let rebound = impact_velocity(self.law.restitution, 0.0, self.eq4.w[contact], 1.0);
+            set.terms.push(rebound.unwrap_or(0.0));
+        }
+        self.solve_set(0.0, set)?;
+        self.elimination.velocity_after(0.0, &self.impulses, &mut self.v_next);
+        self.elimination.bilateral_impulses(0.0, &self.impulses, &mut self.p_b);
+        self.book_energy(0.0);
+        std::mem::swap(&mut self.v, &mut self.v_next);
+        self.reduced_for = None;
+        self.counters.micro_steps += 1;
+        Ok(())
+    }
+
+    /// Solves the contacts of `set` over a step of `h` (s; 0 for an impact), and puts their impulses among all.
+    fn solve_set(&mut self, h: f64, set: &mut ContactSet) -> Result<(), Failure> {
+        let (n_u, n, m) = (self.eq4.contacts(), self.impulses.len(), set.contacts.len());
+        self.impulses[..n_u].fill(0.0);
+        set.at_bound.clear();
+        if m == 0 {
+            return Ok(());
+        }
+        let ContactSet { contacts, terms, at_bound, h: h_set, b, impulses } = set;
+        let mut scale = 0.0_f64;
+        for (slot, (&contact, term)) in contacts.iter().zip(&*terms).enumerate() {
+            let row = &self.eq4.h[contact * n..(contact + 1) * n];
+            let free = self.eq4.w[contact] + h * self.eq4.a[contact];
+            b[slot] = free + body_dot(&row[n_u..], &self.impulses[n_u..]) + term;
+            scale = scale.max(b[slot].abs());
+            for (out, &other) in h_set[slot * m..(slot + 1) * m].iter_mut().zip(&*contacts) {
+                *out = row[other];
+            }
+        }
+        self.solver.solve(Lcp::new(&h_set[..m * m], &b[..m]), &mut impulses[..m])?;
+        let bound = self.solver.tolerance() * scale;
+        for (slot, &contact) in contacts.iter().enumerate() {
+            let slack = b[slot] + body_dot(&h_set[slot * m..(slot + 1) * m], &impulses[..m]);
+            at_bound.push(slack <= bound);
+            self.impulses[contact] = impulses[slot];
+        }
+        Ok(())
+    }
+}
