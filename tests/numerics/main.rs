@@ -24,6 +24,7 @@ mod energy_audit;
 mod golden;
 mod impact;
 mod oscillator_theory;
+mod parametric_step;
 mod plain_implementation;
 mod polynomial_inputs;
 mod published_crane;

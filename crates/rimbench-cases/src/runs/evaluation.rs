@@ -91,6 +91,7 @@ impl EvaluatedRun {
             ("scheme_lcp_pivots", scheme.pivots),
             ("scheme_lcp_factorisations", scheme.factorisations),
             ("scheme_lcp_fallbacks", scheme.fallbacks),
+            ("scheme_parametric_steps", scheme.parametric),
         ]
         .map(|(name, count)| Fact::count(name, count))
         .to_vec()

@@ -15,6 +15,8 @@ pub struct SolverCounters {
     pub factorisations: u64,
     /// Problems given to the fallback.
     pub fallbacks: u64,
+    /// Problems answered by the affine form of an active set instead, and not among those given: micro steps of a scheme.
+    pub parametric: u64,
     /// Problems that stayed unsolved.
     pub failures: u64,
     /// Largest accepted natural residual.
@@ -28,6 +30,7 @@ impl SolverCounters {
         self.pivots += other.pivots;
         self.factorisations += other.factorisations;
         self.fallbacks += other.fallbacks;
+        self.parametric += other.parametric;
         self.failures += other.failures;
         self.worst_residual = self.worst_residual.max(other.worst_residual);
     }
@@ -39,6 +42,7 @@ impl SolverCounters {
             pivots: self.pivots - earlier.pivots,
             factorisations: self.factorisations - earlier.factorisations,
             fallbacks: self.fallbacks - earlier.fallbacks,
+            parametric: self.parametric - earlier.parametric,
             failures: self.failures - earlier.failures,
             worst_residual: self.worst_residual,
         }
@@ -73,6 +77,11 @@ impl Checked {
     /// Returns the natural residual up to which an answer is accepted.
     pub fn tolerance(&self) -> f64 {
         self.tolerance
+    }
+
+    /// Tells whether the solver goes from one active set to the next: then a problem that has the set of the last one needs no solver.
+    pub fn goes_by_active_sets(&self) -> bool {
+        matches!(self.primary, Solver::ActiveSet(_))
     }
 
     /// Returns the counts since construction.

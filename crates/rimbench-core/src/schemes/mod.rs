@@ -38,6 +38,7 @@ mod need;
 mod nepce;
 mod output_integral;
 mod packed_model;
+mod parametric_step;
 mod rated_force;
 mod reduced_interface;
 mod relaxed_hold;

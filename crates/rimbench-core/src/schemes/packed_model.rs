@@ -59,6 +59,18 @@ impl PackedModel {
         &self.h_uu[..self.contacts * self.contacts]
     }
 
+    /// `δ a` of `rows` rows.
+    #[inline]
+    pub(super) fn drift(&self, rows: usize) -> &[f64] {
+        &self.drift[..rows]
+    }
+
+    /// Column `j` of `δ H_·i`, of `rows` rows.
+    #[inline]
+    pub(super) fn force_column(&self, j: usize, rows: usize) -> &[f64] {
+        &self.force_columns[j * rows..(j + 1) * rows]
+    }
+
     /// Packs `model` with the contacts of `set`.
     pub(super) fn pack(&mut self, model: &ReducedInterfaceModel, set: &[usize], length: f64) {
         let (n, n_u, n_i) = (set.len(), model.contacts(), model.interface());
@@ -150,18 +162,24 @@ impl PackedModel {
     /// Adds `H_·u P` to `w`.
     #[inline]
     pub(super) fn add_impulses(&self, impulses: &[f64], w: &mut [f64]) {
-        let rows = w.len();
-        for (slot, &impulse) in impulses.iter().enumerate() {
+        for (contact, &impulse) in impulses.iter().enumerate() {
             if impulse != 0.0 {
-                add_multiple(w, impulse, &self.impulse_columns[slot * rows..(slot + 1) * rows]);
+                self.add_impulse(contact, impulse, w);
             }
         }
+    }
+
+    /// Adds `H_·α P_α` of one contact of the set to `w`.
+    #[inline]
+    pub(super) fn add_impulse(&self, contact: usize, impulse: f64, w: &mut [f64]) {
+        let rows = w.len();
+        add_multiple(w, impulse, &self.impulse_columns[contact * rows..(contact + 1) * rows]);
     }
 }
 
 /// `target += factor · x`.
 #[inline]
-fn add_multiple(target: &mut [f64], factor: f64, x: &[f64]) {
+pub(super) fn add_multiple(target: &mut [f64], factor: f64, x: &[f64]) {
     for (target, x) in target.iter_mut().zip(x) {
         *target += factor * x;
     }

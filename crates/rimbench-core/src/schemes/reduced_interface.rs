@@ -15,9 +15,11 @@ use super::contact_detection::{ContactDetection, DetectionRule};
 use super::contact_selection::ContactSelection;
 use super::entry::{Family, SchemeEntry};
 use super::force_following::ForceFollowing;
+use super::model_options::ModelMotion;
 use super::moving_model::MovingModel;
 use super::need::Need;
 use super::packed_model::PackedModel;
+use super::parametric_step::{GapMotion, MicroState, ParametricStep};
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
 use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Failure, Result};
@@ -74,7 +76,9 @@ pub(super) struct ReducedInterface {
     /// Where micro steps are of the second order, how the force follows the motion; whether they are.
     following: ForceFollowing,
     follows: bool,
-    gap_rates: GapRates,
+    /// The micro step while the active set stays the same; none where it is not affine.
+    parametric: Option<ParametricStep>,
+    gap_motion: GapMotion,
     /// Right-hand side and impulses of the complementarity problem.
     b_u: Vec<f64>,
     p_u: Vec<f64>,
@@ -126,6 +130,10 @@ impl ReducedInterface {
     fn new(contacts: Contacts, construction: &Construction<'_>) -> Result<Self> {
         let ModelConstruction { empty, options, detection } = construction.model()?;
         let (n_u, n_i) = (empty.contacts(), empty.interface());
+        let solver = options.solver.checked(n_u);
+        // A solver that was asked for by name is given every problem.
+        let affine = options.motion == ModelMotion::Frozen && empty.spring.is_none() && solver.goes_by_active_sets();
+        let affine = affine && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
         Ok(ReducedInterface {
             contacts,
             detection,
@@ -142,14 +150,15 @@ impl ReducedInterface {
             set: Vec::with_capacity(n_u),
             previous_set: Vec::with_capacity(n_u),
             condensation: Condensation::new(n_u, n_i),
-            solver: options.solver.checked(n_u),
+            solver,
             active: ActiveContacts::new(n_u, n_i, &options.solver),
             selection: ContactSelection::new(n_u, n_i, options.contacts, &options.solver),
             packed: PackedModel::new(n_u, n_i),
             packed_anew: true,
             following: ForceFollowing::new(n_i),
             follows: false,
-            gap_rates: GapRates::default(),
+            parametric: affine.then(|| ParametricStep::new(n_u, n_i)),
+            gap_motion: GapMotion::default(),
             b_u: vec![0.0; n_u],
             p_u: vec![0.0; n_u],
             w: vec![0.0; n_u + n_i],
@@ -207,15 +216,21 @@ impl ReducedInterface {
             self.model.freeze();
         }
         self.prepare()?;
-        let model = &self.model.received;
-        self.gap_rates = match model.spring {
-            None => GapRates::new(self.opening_time(), model.mechanics_step, model.stabilisation),
-            Some(spring) => spring.gap_rates(self.opening_time()),
+        let (model, time) = (&self.model.received, self.opening_time());
+        self.gap_motion = GapMotion {
+            rates: match (self.gap_term, model.spring) {
+                (GapTerm::None, _) => GapRates::default(),
+                (_, None) => GapRates::new(time, model.mechanics_step, model.stabilisation),
+                (_, Some(spring)) => spring.gap_rates(time),
+            },
+            advance: if self.gap_term == GapTerm::Tracked { self.micro_step } else { 0.0 },
+            restitution: if model.spring.is_none() { model.restitution } else { 0.0 },
+            closing_time: time,
         };
         let n = self.packed.contacts();
         for (slot, &contact) in self.set[..n].iter().enumerate() {
             self.w[slot] = model.w[contact];
-            self.gap[slot] = model.gap[contact];
+            self.gap[slot] = if self.gap_term == GapTerm::None { 0.0 } else { model.gap[contact] };
         }
         let w_i = match self.contacts {
             Contacts::Bilateral | Contacts::BilateralActive => &self.condensation.w[..],
@@ -238,6 +253,9 @@ impl ReducedInterface {
     /// Derives from the model as it stands what a micro step needs.
     fn prepare(&mut self) -> Result<(), Failure> {
         self.packed_anew = true;
+        if let Some(parametric) = &mut self.parametric {
+            parametric.forget();
+        }
         match self.contacts {
             Contacts::Bilateral | Contacts::BilateralActive => {
                 condense(&self.model.current, &self.set, self.redundancy, &mut self.condensation);
@@ -265,18 +283,15 @@ impl ReducedInterface {
         let n = self.packed.contacts();
         let rows = n + lambda.len();
         self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
-        if matches!(self.contacts, Contacts::Bilateral | Contacts::BilateralActive) {
-            return Ok(());
-        }
         match self.gap_term {
             GapTerm::None => self.b_u[..n].copy_from_slice(&self.w_free[..n]),
             GapTerm::Frozen | GapTerm::Tracked => {
                 for (b, (w, gap)) in self.b_u[..n].iter_mut().zip(self.w_free.iter().zip(&self.gap)) {
-                    *b = w + self.gap_rates.velocity(*gap);
+                    *b = w + self.gap_motion.rates.velocity(*gap);
                 }
             }
         }
-        if self.model.received.restitution > 0.0 && self.model.received.spring.is_none() {
+        if self.gap_motion.restitution > 0.0 {
             self.bounce(n);
         }
         let lcp = Lcp::new(self.packed.h_uu(), &self.b_u[..n]);
@@ -286,12 +301,65 @@ impl ReducedInterface {
         Ok(())
     }
 
+    /// Takes a micro step under the force `lambda` (N); the velocities are then in `w_free`.
+    #[inline]
+    fn step(&mut self, lambda: &[f64], at: MicroStep) -> Result<(), Failure> {
+        match self.contacts {
+            Contacts::Bilateral | Contacts::BilateralActive => {
+                let n_i = lambda.len();
+                self.packed.free_velocity(&self.w[..n_i], lambda, &mut self.w_free[..n_i]);
+            }
+            Contacts::Unilateral | Contacts::UnilateralWithGaps => {
+                if !self.step_with_last_set(lambda) {
+                    self.step_by_solving(lambda)?;
+                }
+                if at.index == 0 {
+                    self.note_loaded();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the micro step with the active set of the last one, if that is its set too; the velocities are then in `w_free`.
+    #[inline]
+    fn step_with_last_set(&mut self, lambda: &[f64]) -> bool {
+        let Some(parametric) = &mut self.parametric else { return false };
+        if !parametric.is_known() {
+            // Impulses of another model say nothing.
+            if self.packed_anew {
+                return false;
+            }
+            parametric.find(&self.packed, &self.gap_motion, &self.p_u[..self.packed.contacts()]);
+        }
+        let state = MicroState { w: &self.w, next: &mut self.w_free, gap: &mut self.gap, impulses: &mut self.p_u };
+        if parametric.is_known() && parametric.step(&self.packed, &self.gap_motion, lambda, state) {
+            return true;
+        }
+        parametric.forget();
+        false
+    }
+
+    /// Takes the micro step by solving its contact problem; the velocities are then in `w_free`.
+    #[inline(never)]
+    fn step_by_solving(&mut self, lambda: &[f64]) -> Result<(), Failure> {
+        self.solve_contacts(lambda)?;
+        let n = self.packed.contacts();
+        let w = &mut self.w_free[..n + lambda.len()];
+        self.packed.add_impulses(&self.p_u[..n], w);
+        if self.gap_term == GapTerm::Tracked {
+            for (gap, w) in self.gap.iter_mut().zip(&w[..n]) {
+                *gap += self.packed.length() * w;
+            }
+        }
+        Ok(())
+    }
+
     /// Replaces the gap law by the impact law where a contact closes within the micro step.
     fn bounce(&mut self, n: usize) {
-        let (law, time) = (self.gap_term != GapTerm::None, self.opening_time());
+        let GapMotion { restitution, closing_time, .. } = self.gap_motion;
         for slot in 0..n {
-            let gap = if law { self.gap[slot] } else { 0.0 };
-            if let Some(velocity) = impact_velocity(self.model.received.restitution, gap, self.w[slot], time) {
+            if let Some(velocity) = impact_velocity(restitution, self.gap[slot], self.w[slot], closing_time) {
                 self.b_u[slot] = self.w_free[slot] + velocity;
             }
         }
@@ -344,30 +412,19 @@ impl CouplingScheme for ReducedInterface {
         if self.model.move_to(at.since_exchange + 0.5 * at.length) {
             self.prepare()?;
         }
-        if self.follows {
-            let w_i = &self.w[self.packed.contacts()..][..own.len()];
-            self.start_force.copy_from_slice(own);
-            self.following.force_at_start(u, &self.position, w_i, &mut self.start_force);
-            let force = std::mem::take(&mut self.start_force);
-            let solved = self.solve_contacts(&force);
-            self.start_force = force;
-            solved?;
-        } else {
-            self.solve_contacts(own)?;
-        }
-        if at.index == 0 {
-            self.note_loaded();
-        }
         let (n, n_i) = (self.packed.contacts(), own.len());
-        std::mem::swap(&mut self.w, &mut self.w_free);
-        let w = &mut self.w[..n + n_i];
-        self.packed.add_impulses(&self.p_u[..n], w);
-        let (w_u, w_i) = w.split_at(n);
-        if self.gap_term == GapTerm::Tracked {
-            for (gap, w) in self.gap.iter_mut().zip(w_u) {
-                *gap += at.length * w;
-            }
+        if self.follows {
+            let mut force = std::mem::take(&mut self.start_force);
+            force.copy_from_slice(own);
+            self.following.force_at_start(u, &self.position, &self.w[n..n + n_i], &mut force);
+            let stepped = self.step(&force, at);
+            self.start_force = force;
+            stepped?;
+        } else {
+            self.step(own, at)?;
         }
+        std::mem::swap(&mut self.w, &mut self.w_free);
+        let w_i = &self.w[n..n + n_i];
         let (u_position, u_velocity) = u.split_at_mut(n_i);
         if self.follows {
             for (i, (w, before)) in w_i.iter().zip(&self.w_free[n..]).enumerate() {
@@ -416,6 +473,7 @@ impl CouplingScheme for ReducedInterface {
         let mut counters = self.solver.counters();
         counters.add(&self.active.counters());
         counters.add(&self.selection.counters());
+        counters.parametric += self.parametric.as_ref().map_or(0, ParametricStep::steps);
         SchemeReport { effective_mass: Some(effective_mass), dissipated_j: None, counters }
     }
 }

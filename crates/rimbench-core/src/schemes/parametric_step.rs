@@ -1,0 +1,367 @@
+//! The micro step as a parametric problem: while the active set of the contacts stays the same, nothing is to be solved.
+//!
+//! Within a macro step `H` and `a` are frozen. With `A` the contacts that push, `t` the gap terms and `r = w_A + t_A`, the answer of
+//! the contacts is affine in the state and in the force λ of the actuator:
+//!
+//! ```text
+//! P_A  = −H_AA⁻¹ [ r + δ (a_A + H_Ai λ) ]                         must be ≥ 0
+//! w_x⁺ = w_x + δ (â_x + Ĥ_xi λ) − H_xA H_AA⁻¹ r                   w_x⁺ + t_x must be ≥ 0       x: open contacts, interface
+//! w_A⁺ = −t_A
+//! â_x  = a_x − H_xA H_AA⁻¹ a_A        Ĥ_xi = H_xi − H_xA H_AA⁻¹ H_Ai
+//! ```
+//! So `1 + n_i` solves per active set are enough for as many micro steps as it lasts; where a condition fails, the contact problem is
+//! solved, and what it finds is the next set. `r` is
+//!
+//! - zero for a contact that rests;
+//! - the old gap's `−g/δ` in the micro step after one that closed, zero from then on;
+//! - `−δ (γ/h)² g` for one that is penetrated: from one micro step to the next it shrinks by `ρ = 1 − γδ/h`, for all of them alike.
+//!
+//! One solve more therefore serves for as long as `r` keeps its direction. `A` are the contacts with `P > 0` of the last problem.
+
+use super::packed_model::{PackedModel, add_multiple};
+use crate::interface_model::GapRates;
+use crate::linear_algebra::Factor;
+
+/// A member whose pivot is below this part of its diagonal depends on the others; as in the active set.
+const DEPENDENT: f64 = 1e-11;
+/// Below this part of the velocity that acceleration and force give in a micro step, a violation, or `r`, is rounding.
+const NEGLIGIBLE: f64 = 1e-12;
+/// What is left of less than this part is rounding: a contact that depends on those that push does not move.
+const CANCELLED: f64 = 1e-12;
+/// A response that misses its equations by more than this part is none; as the answer of a solver.
+const INEXACT: f64 = 1e-9;
+
+/// What gaps do in the micro steps of a macro step.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct GapMotion {
+    /// The gap terms.
+    pub(super) rates: GapRates,
+    /// By how much a velocity changes a gap, s: δ, or 0 where gaps stand.
+    pub(super) advance: f64,
+    /// Restitution of contacts that close within `closing_time` (s).
+    pub(super) restitution: f64,
+    pub(super) closing_time: f64,
+}
+
+/// The state that a micro step changes.
+pub(super) struct MicroState<'a> {
+    /// `[w_u; w_i]` at its start, and room for those at its end.
+    pub(super) w: &'a [f64],
+    pub(super) next: &'a mut [f64],
+    pub(super) gap: &'a mut [f64],
+    /// Contact impulses; those of other contacts than the members are zero already.
+    pub(super) impulses: &'a mut [f64],
+}
+
+/// The response of the contacts for one active set: what `[1; σ; λ]` is multiplied by.
+///
+/// One column is that of an `r` that was solved for; `σ r` is the one of the present micro step.
+#[derive(Clone)]
+pub(super) struct ParametricStep {
+    known: bool,
+    /// Micro steps taken.
+    steps: u64,
+    contacts: usize,
+    interface: usize,
+    /// `A`.
+    set: Vec<usize>,
+    factor: Factor,
+    /// Columns `δ â`, `−H_·A H_AA⁻¹ r`, `δ Ĥ_·i`: what velocities change by. At members the second is `−r`, the others are zero.
+    velocities: Vec<f64>,
+    /// Columns `−δ H_AA⁻¹ a_A`, `−H_AA⁻¹ r`, `−δ H_AA⁻¹ H_Ai`: impulses of the members.
+    impulses: Vec<f64>,
+    /// Largest `δ |a_u|`, of `r`, and of each column of `δ H_ui`: how large velocities are.
+    scales: Vec<f64>,
+    /// σ, and what becomes of it from one micro step to the next, ρ.
+    factor_of_r: f64,
+    decay: f64,
+    /// `r` of this micro step.
+    r: Vec<f64>,
+}
+
+impl ParametricStep {
+    /// Makes room for `contacts` contacts and `interface` interface rows.
+    pub(super) fn new(contacts: usize, interface: usize) -> Self {
+        let columns = interface + 2;
+        ParametricStep {
+            known: false,
+            steps: 0,
+            contacts: 0,
+            interface,
+            set: Vec::with_capacity(contacts),
+            factor: Factor::new(contacts),
+            velocities: vec![0.0; (contacts + interface) * columns],
+            impulses: vec![0.0; contacts * columns],
+            scales: vec![0.0; columns],
+            factor_of_r: 0.0,
+            decay: 1.0,
+            r: vec![0.0; contacts],
+        }
+    }
+
+    /// Says that model or active set are no longer those of the response.
+    #[inline]
+    pub(super) fn forget(&mut self) {
+        self.known = false;
+    }
+
+    /// Tells whether there is a response.
+    #[inline]
+    pub(super) fn is_known(&self) -> bool {
+        self.known
+    }
+
+    /// Micro steps taken so far.
+    pub(super) fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Finds the response for the contacts that carry one of these impulses. There is none if they depend on each other.
+    pub(super) fn find(&mut self, model: &PackedModel, motion: &GapMotion, impulses: &[f64]) {
+        let n = model.contacts();
+        self.contacts = n;
+        self.set.clear();
+        self.factor.clear(n);
+        for (contact, &impulse) in impulses.iter().enumerate() {
+            if impulse > 0.0 {
+                let d = self.factor.border(model.h_uu(), &self.set, contact);
+                if d.is_nan() || d <= DEPENDENT * model.h_uu()[contact * n + contact] {
+                    return;
+                }
+                self.factor.push(d);
+                self.set.push(contact);
+            }
+        }
+        let (rows, k) = (n + self.interface, self.set.len());
+        self.known = true;
+        for j in 0..=self.interface {
+            // The column of r stands between that of a and those of the forces.
+            let (column, at) = if j == 0 { (model.drift(rows), 0) } else { (model.force_column(j - 1, rows), j + 1) };
+            let (velocities, impulses) = (&mut self.velocities[at * rows..][..rows], &mut self.impulses[at * n..][..k]);
+            self.scales[at] = largest(&column[..n]);
+            self.known &= respond(model, &self.set, &self.factor, column, velocities, impulses);
+        }
+        self.decay = 1.0 - motion.rates.closed * motion.advance;
+        self.set_r_aside();
+    }
+
+    /// From here on `r = 0`.
+    fn set_r_aside(&mut self) {
+        let (n, rows) = (self.contacts, self.contacts + self.interface);
+        (self.factor_of_r, self.scales[1]) = (0.0, 0.0);
+        self.velocities[rows..2 * rows].fill(0.0);
+        self.impulses[n..2 * n].fill(0.0);
+    }
+
+    /// Takes a micro step under the force `lambda` if the active set stays the same: `next`, gaps and impulses are then those at its end.
+    /// If not, only `next` and the impulses have lost their meaning.
+    ///
+    /// The same text for all sizes; one force and a few contacts are a size that the compiler knows, for half of the instructions.
+    #[inline]
+    pub(super) fn step(
+        &mut self,
+        model: &PackedModel,
+        motion: &GapMotion,
+        lambda: &[f64],
+        state: MicroState<'_>,
+    ) -> bool {
+        let Ok(&force) = <&[f64; 1]>::try_from(lambda) else {
+            return self.step_of_size(self.contacts, model, motion, lambda, state);
+        };
+        match self.contacts {
+            0 => self.step_of_few::<0>(model, motion, force, state),
+            1 => self.step_of_few::<1>(model, motion, force, state),
+            2 => self.step_of_few::<2>(model, motion, force, state),
+            3 => self.step_of_few::<3>(model, motion, force, state),
+            4 => self.step_of_few::<4>(model, motion, force, state),
+            n => self.step_of_size(n, model, motion, &force, state),
+        }
+    }
+
+    #[inline(never)]
+    fn step_of_few<const N: usize>(
+        &mut self,
+        model: &PackedModel,
+        motion: &GapMotion,
+        force: [f64; 1],
+        state: MicroState<'_>,
+    ) -> bool {
+        self.step_of_size(N, model, motion, &force, state)
+    }
+
+    #[inline(always)]
+    fn step_of_size(
+        &mut self,
+        n: usize,
+        model: &PackedModel,
+        motion: &GapMotion,
+        lambda: &[f64],
+        state: MicroState<'_>,
+    ) -> bool {
+        let rows = n + lambda.len();
+        let MicroState { w, next, gap, impulses } = state;
+        let (w, next, gap, impulses) = (&w[..rows], &mut next[..rows], &mut gap[..n], &mut impulses[..n]);
+        self.factor_of_r *= self.decay;
+        let mut tolerance = self.tolerance(lambda);
+        // A force that is not finite is for the solver to complain about.
+        if !tolerance.is_finite() || motion.restitution > 0.0 && closes(motion, w, gap, tolerance) {
+            return false;
+        }
+        self.velocities_after(w, lambda, next);
+        if violates(motion.rates, next, gap, tolerance) || !self.rests(motion.rates, next, gap, tolerance) {
+            // Either r is not as foreseen, or another contact closes.
+            if !self.foresee_anew(model, motion.rates, w, gap, tolerance) {
+                return false;
+            }
+            tolerance = self.tolerance(lambda);
+            self.velocities_after(w, lambda, next);
+            if violates(motion.rates, next, gap, tolerance) {
+                return false;
+            }
+        }
+        if !self.impulses_after(lambda, impulses) {
+            return false;
+        }
+        for (gap, w) in gap.iter_mut().zip(&*next) {
+            *gap += motion.advance * w;
+        }
+        self.steps += 1;
+        true
+    }
+
+    /// What is rounding beside the velocities that a micro step gives, m/s.
+    #[inline(always)]
+    fn tolerance(&self, lambda: &[f64]) -> f64 {
+        let (free, scales) = self.scales[..lambda.len() + 2].split_at(2);
+        let mut sum = free[0] + (self.factor_of_r * free[1]).abs();
+        for (force, scale) in lambda.iter().zip(scales) {
+            sum += (force * scale).abs();
+        }
+        NEGLIGIBLE * sum
+    }
+
+    /// Writes `w⁺`.
+    #[inline(always)]
+    fn velocities_after(&self, w: &[f64], lambda: &[f64], next: &mut [f64]) {
+        let rows = w.len();
+        let (drift, columns) = self.velocities[..rows * (lambda.len() + 2)].split_at(rows);
+        let (of_r, forces) = columns.split_at(rows);
+        let sigma = self.factor_of_r;
+        for (next, ((w, drift), of_r)) in next.iter_mut().zip(w.iter().zip(drift).zip(of_r)) {
+            *next = w + drift + sigma * of_r;
+        }
+        for (&force, column) in lambda.iter().zip(forces.chunks_exact(rows)) {
+            add_multiple(next, force, column);
+        }
+    }
+
+    /// Writes the members' impulses, as long as none pulls; says whether none does.
+    #[inline(always)]
+    fn impulses_after(&self, lambda: &[f64], impulses: &mut [f64]) -> bool {
+        let n = impulses.len();
+        let (drift, columns) = self.impulses[..n * (lambda.len() + 2)].split_at(n);
+        let (of_r, forces) = columns.split_at(n);
+        for (slot, ((&contact, drift), of_r)) in self.set.iter().zip(drift).zip(of_r).enumerate() {
+            let mut impulse = drift + self.factor_of_r * of_r;
+            for (force, column) in lambda.iter().zip(forces.chunks_exact(n)) {
+                impulse += force * column[slot];
+            }
+            if impulse < 0.0 {
+                return false;
+            }
+            impulses[contact] = impulse;
+        }
+        true
+    }
+
+    /// Whether `w_A⁺ = −t_A`, that is, `r` is what the present multiple of its column says.
+    #[inline(always)]
+    fn rests(&self, rates: GapRates, next: &[f64], gap: &[f64], tolerance: f64) -> bool {
+        self.set.iter().all(|&contact| (next[contact] + rates.velocity(gap[contact])).abs() <= tolerance)
+    }
+
+    /// Looks at `r` as it is, and solves for it unless it is zero; false if it was as foreseen.
+    #[cold]
+    fn foresee_anew(&mut self, model: &PackedModel, rates: GapRates, w: &[f64], gap: &[f64], tolerance: f64) -> bool {
+        let (n, rows, k) = (self.contacts, w.len(), self.set.len());
+        let (of_r, impulses) = (&mut self.velocities[rows..2 * rows], &mut self.impulses[n..n + k]);
+        let mut as_foreseen = true;
+        for (r, &contact) in self.r[..k].iter_mut().zip(&self.set) {
+            *r = w[contact] + rates.velocity(gap[contact]);
+            as_foreseen &= (*r + self.factor_of_r * of_r[contact]).abs() <= tolerance;
+        }
+        if as_foreseen {
+            return false;
+        }
+        let r = &self.r[..k];
+        let scale = largest(r);
+        if scale <= tolerance {
+            self.set_r_aside();
+            return true;
+        }
+        impulses.copy_from_slice(r);
+        self.factor.solve(impulses);
+        of_r.fill(0.0);
+        for (&contact, impulse) in self.set.iter().zip(impulses) {
+            *impulse = -*impulse;
+            model.add_impulse(contact, *impulse, of_r);
+        }
+        // To the digit, so that no rounding is left for the next micro step.
+        for (&contact, r) in self.set.iter().zip(r) {
+            of_r[contact] = -r;
+        }
+        (self.factor_of_r, self.scales[1]) = (1.0, scale);
+        true
+    }
+}
+
+/// Writes `−H_AA⁻¹ c_A` and what is left of the column c, `c_x − H_xA H_AA⁻¹ c_A`; says whether it is as exact as a solved problem must
+/// be. At members nothing is left.
+fn respond(
+    model: &PackedModel,
+    set: &[usize],
+    factor: &Factor,
+    column: &[f64],
+    left: &mut [f64],
+    answer: &mut [f64],
+) -> bool {
+    for (answer, &contact) in answer.iter_mut().zip(set) {
+        *answer = column[contact];
+    }
+    factor.solve(answer);
+    left.copy_from_slice(column);
+    for (answer, &contact) in answer.iter_mut().zip(set) {
+        *answer = -*answer;
+        model.add_impulse(contact, *answer, left);
+    }
+    let error = set.iter().fold(0.0, |worst: f64, &contact| worst.max(left[contact].abs()));
+    let exact = error <= INEXACT * set.iter().fold(0.0, |most: f64, &contact| most.max(column[contact].abs()));
+    for &contact in set {
+        left[contact] = 0.0;
+    }
+    for (left, column) in left.iter_mut().zip(column) {
+        if left.abs() <= CANCELLED * column.abs() {
+            *left = 0.0;
+        }
+    }
+    exact
+}
+
+/// Whether a contact goes further than its gap term allows.
+#[inline]
+fn violates(rates: GapRates, w: &[f64], gap: &[f64], tolerance: f64) -> bool {
+    let mut violated = false;
+    for (w, gap) in w.iter().zip(gap) {
+        violated |= w + rates.velocity(*gap) < -tolerance;
+    }
+    violated
+}
+
+/// Whether a contact that bounces closes within the micro step.
+fn closes(motion: &GapMotion, w: &[f64], gap: &[f64], rounding: f64) -> bool {
+    w.iter().zip(gap).any(|(&w, &gap)| w < -rounding && gap + motion.closing_time * w <= 0.0)
+}
+
+fn largest(entries: &[f64]) -> f64 {
+    entries.iter().fold(0.0, |largest, entry| if entry.abs() > largest { entry.abs() } else { largest })
+}
