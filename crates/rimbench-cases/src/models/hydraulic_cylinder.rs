@@ -199,6 +199,41 @@ impl HydraulicCylinder {
         [0.5 * self.length + self.start_length - s, 0.5 * self.length + s - self.start_length]
     }
 
+    /// Moves the pressures over `h` (s) by their rates at pressures `at`.
+    #[inline(always)]
+    fn advance(&mut self, at: [f64; 2], spool: f64, u: &[f64], h: f64) -> PressureStep {
+        let before = self.p;
+        let (inflow, outflow) = self.valve_flows(at, spool);
+        let chambers = self.chambers(u[0]);
+        let rates = self.rates(at, chambers, u[1], inflow, outflow);
+        self.p[0] += h * rates[0];
+        self.p[1] += h * rates[1];
+        PressureStep {
+            h,
+            p: [before, self.p],
+            volumes: chambers.map(|length| self.piston_area * length),
+            area: self.piston_area,
+            velocity: u[1],
+            friction: self.friction,
+            inflow,
+            outflow,
+        }
+    }
+
+    /// A micro step with the inputs, the spool and the pressures of its middle.
+    #[inline(never)]
+    fn step_by_midpoint(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.check_range(u[0])?;
+        let spool = self.spool.at(t + 0.5 * h);
+        let rates = self.pressure_rates(self.p, u[0], u[1], spool);
+        let middle = [self.p[0] + 0.5 * h * rates[0], self.p[1] + 0.5 * h * rates[1]];
+        let step = self.advance(middle, spool, u, h);
+        self.energy.book_midpoint(&self.fluid, &step, middle);
+        self.time = t + h;
+        self.counters.micro_steps += 1;
+        self.check_range(u[0])
+    }
+
     #[inline]
     fn check_range(&self, s: f64) -> Result<(), Failure> {
         let [l1, l2] = self.chambers(s);
@@ -237,31 +272,11 @@ impl Subsystem for HydraulicCylinder {
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        if self.midpoint {
+            return self.step_by_midpoint(t, u, h);
+        }
         self.check_range(u[0])?;
-        let before = self.p;
-        let chambers = self.chambers(u[0]);
-        let (at, spool) = if self.midpoint {
-            let spool = self.spool.at(t + 0.5 * h);
-            let rates = self.pressure_rates(before, u[0], u[1], spool);
-            ([before[0] + 0.5 * h * rates[0], before[1] + 0.5 * h * rates[1]], spool)
-        } else {
-            (before, self.spool.at(t))
-        };
-        let (inflow, outflow) = self.valve_flows(at, spool);
-        let rates = self.rates(at, chambers, u[1], inflow, outflow);
-        self.p[0] += h * rates[0];
-        self.p[1] += h * rates[1];
-        let step = PressureStep {
-            h,
-            p: [before, self.p],
-            middle: self.midpoint.then_some(at),
-            volumes: chambers.map(|length| self.piston_area * length),
-            area: self.piston_area,
-            velocity: u[1],
-            friction: self.friction,
-            inflow,
-            outflow,
-        };
+        let step = self.advance(self.p, self.spool.at(t), u, h);
         self.energy.book(&self.fluid, &step);
         self.time = t + h;
         self.counters.micro_steps += 1;

@@ -10,8 +10,6 @@ pub(super) struct PressureStep {
     pub h: f64,
     /// Pressures before and after, Pa.
     pub p: [[f64; 2]; 2],
-    /// Pressures at which forces and flows were taken, where these are not those before, Pa.
-    pub middle: Option<[f64; 2]>,
     /// Chamber volumes at the length the step was taken with, m³.
     pub volumes: [f64; 2],
     /// Piston area, m².
@@ -74,6 +72,17 @@ impl HydraulicEnergy {
 
     #[inline]
     pub(super) fn book(&mut self, fluid: &Fluid, step: &PressureStep) {
+        self.book_at(fluid, step, None);
+    }
+
+    /// Does the same for a step whose forces and flows were taken at the pressures `middle`, Pa.
+    #[inline(never)]
+    pub(super) fn book_midpoint(&mut self, fluid: &Fluid, step: &PressureStep, middle: [f64; 2]) {
+        self.book_at(fluid, step, Some(middle));
+    }
+
+    #[inline(always)]
+    fn book_at(&mut self, fluid: &Fluid, step: &PressureStep, middle: Option<[f64; 2]>) {
         let [before, after] = step.p;
         let [supply, tank] = self.supply_and_tank;
         let first = !self.started;
@@ -85,13 +94,13 @@ impl HydraulicEnergy {
         let swept = step.h * step.velocity;
         let friction = step.friction * step.velocity * swept;
         account.viscous += friction;
-        let acting = step.middle.unwrap_or(before);
+        let acting = middle.unwrap_or(before);
         account.interface += friction - (acting[1] - acting[0]) * step.area * swept;
         let mut stored = 0.0;
         for i in 0..2 {
             let energy = fluid.relative_density(before[i]) * self.enthalpy[i] - before[i];
             let density = fluid.relative_density(acting[i]);
-            let own = if step.middle.is_some() { fluid.enthalpy(acting[i]) } else { self.enthalpy[i] };
+            let own = if middle.is_some() { fluid.enthalpy(acting[i]) } else { self.enthalpy[i] };
             let energy_acting = density * own - acting[i];
             let (inflow, outflow) = (step.h * density * step.inflow[i], step.h * density * step.outflow[i]);
             account.pump += supply * inflow;
@@ -107,7 +116,11 @@ impl HydraulicEnergy {
             let curvature = step.volumes[i] * (energy_after - energy - slope * (after[i] - before[i]));
             // Chamber 1 shrinks as the piston moves out.
             let rate = if i == 0 { -step.area * swept } else { step.area * swept };
-            let volume = energy * (step.volumes[i] - self.volumes[i]) - energy_acting * rate;
+            let change = step.volumes[i] - self.volumes[i];
+            let volume = match middle {
+                None => energy * (change - rate),
+                Some(_) => energy * change - energy_acting * rate,
+            };
             account.integration += curvature + volume;
             stored += step.volumes[i] * energy_after;
         }

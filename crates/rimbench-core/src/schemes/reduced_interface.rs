@@ -301,8 +301,8 @@ impl ReducedInterface {
         Ok(())
     }
 
-    /// Takes a micro step under the force `lambda` (N); the velocities are then in `w_free`.
-    #[inline]
+    /// Takes a micro step under the force `lambda` (N); the velocities are then in `w`, those before in `w_free`.
+    #[inline(always)]
     fn step(&mut self, lambda: &[f64], at: MicroStep) -> Result<(), Failure> {
         match self.contacts {
             Contacts::Bilateral | Contacts::BilateralActive => {
@@ -317,6 +317,27 @@ impl ReducedInterface {
                     self.note_loaded();
                 }
             }
+        }
+        std::mem::swap(&mut self.w, &mut self.w_free);
+        Ok(())
+    }
+
+    /// The input of a micro step of the second order: the mean motion, from a force that follows it.
+    #[inline(never)]
+    fn input_following(&mut self, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
+        let (n, n_i) = (self.packed.contacts(), own.len());
+        let mut force = std::mem::take(&mut self.start_force);
+        force.copy_from_slice(own);
+        self.following.force_at_start(u, &self.position, &self.w[n..n + n_i], &mut force);
+        let stepped = self.step(&force, at);
+        self.start_force = force;
+        stepped?;
+        let (u_position, u_velocity) = u.split_at_mut(n_i);
+        for (i, (w, before)) in self.w[n..n + n_i].iter().zip(&self.w_free[n..]).enumerate() {
+            let mean = 0.5 * (w + before);
+            u_position[i] = self.position[i] + 0.5 * at.length * mean;
+            u_velocity[i] = mean;
+            self.position[i] += at.length * mean;
         }
         Ok(())
     }
@@ -412,29 +433,13 @@ impl CouplingScheme for ReducedInterface {
         if self.model.move_to(at.since_exchange + 0.5 * at.length) {
             self.prepare()?;
         }
-        let (n, n_i) = (self.packed.contacts(), own.len());
         if self.follows {
-            let mut force = std::mem::take(&mut self.start_force);
-            force.copy_from_slice(own);
-            self.following.force_at_start(u, &self.position, &self.w[n..n + n_i], &mut force);
-            let stepped = self.step(&force, at);
-            self.start_force = force;
-            stepped?;
-        } else {
-            self.step(own, at)?;
+            return self.input_following(at, own, u);
         }
-        std::mem::swap(&mut self.w, &mut self.w_free);
+        self.step(own, at)?;
+        let (n, n_i) = (self.packed.contacts(), own.len());
         let w_i = &self.w[n..n + n_i];
         let (u_position, u_velocity) = u.split_at_mut(n_i);
-        if self.follows {
-            for (i, (w, before)) in w_i.iter().zip(&self.w_free[n..]).enumerate() {
-                let mean = 0.5 * (w + before);
-                u_position[i] = self.position[i] + 0.5 * at.length * mean;
-                u_velocity[i] = mean;
-                self.position[i] += at.length * mean;
-            }
-            return Ok(());
-        }
         for (i, w) in w_i.iter().enumerate() {
             self.position[i] += at.length * w;
             u_position[i] = self.position[i];
