@@ -24,8 +24,11 @@ use crate::linear_algebra::Factor;
 
 /// A member whose pivot is below this part of its diagonal depends on the others; as in the active set.
 const DEPENDENT: f64 = 1e-11;
-/// Below this part of the velocity that acceleration and force give in a micro step, a violation, or `r`, is rounding.
+/// Below this part of the velocity that acceleration and force give in a micro step, `r` is rounding.
 const NEGLIGIBLE: f64 = 1e-12;
+/// Up to this part of it a contact may go too far: as the natural residual that is accepted of a solver. Contacts that depend on
+/// those that push go along with them only to rounding, times the condition of the set: in a heap 1e-10 and more.
+const ACCEPTED: f64 = 1e-9;
 /// What is left of less than this part is rounding: a contact that depends on those that push does not move.
 const CANCELLED: f64 = 1e-12;
 /// A response that misses its equations by more than this part is none; as the answer of a solver.
@@ -208,14 +211,16 @@ impl ParametricStep {
             return false;
         }
         self.velocities_after(w, lambda, next);
-        if violates(motion.rates, next, gap, tolerance) || !self.rests(motion.rates, next, gap, tolerance) {
+        if violates(motion.rates, next, gap, ACCEPTED / NEGLIGIBLE * tolerance)
+            || !self.rests(motion.rates, next, gap, tolerance)
+        {
             // Either r is not as foreseen, or another contact closes.
             if !self.foresee_anew(model, motion.rates, w, gap, tolerance) {
                 return false;
             }
             tolerance = self.tolerance(lambda);
             self.velocities_after(w, lambda, next);
-            if violates(motion.rates, next, gap, tolerance) {
+            if violates(motion.rates, next, gap, ACCEPTED / NEGLIGIBLE * tolerance) {
                 return false;
             }
         }
