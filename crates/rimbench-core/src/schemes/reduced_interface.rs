@@ -343,7 +343,7 @@ impl ReducedInterface {
     }
 
     /// Takes the micro step with the active set of the last one, if that is its set too; the velocities are then in `w_free`.
-    #[inline]
+    #[inline(always)]
     fn step_with_last_set(&mut self, lambda: &[f64]) -> bool {
         let Some(parametric) = &mut self.parametric else { return false };
         if !parametric.is_known() {
