@@ -52,6 +52,7 @@ pub(super) fn entry() -> Case {
             "interface_velocity_m_s",
             "actuator_force_n",
         )],
+        reference: contact_parameters::reference(),
         ..Case::new(
             "beam-on-stops",
             "Bending beam in N modes, pressed against two stops by a carriage on springs",

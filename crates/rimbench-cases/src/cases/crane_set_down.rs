@@ -56,6 +56,7 @@ pub(super) fn entry() -> Case {
             "actuator_velocity_m_s",
             "actuator_force_n",
         )],
+        reference: contact_parameters::reference(),
         ..Case::new(
             "crane-set-down",
             "Hydraulic crane that sets a load on a rope on the ground, drags it and lifts it off",

@@ -17,6 +17,7 @@
 //! **Source**: *ours*; the fluid is that of Naya et al. 2011.
 
 use super::case::{Case, CaseDefaults, CoupledSystem};
+use super::contact_parameters;
 use super::loader;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use rimbench_core::complementarity::SolverEntry;
@@ -30,6 +31,7 @@ pub(super) fn entry() -> Case {
         drawing_columns: names(&loader::DRAWING_COLUMNS),
         interface_columns: vec![loader::interface_columns()],
         constant_mechanics: true,
+        reference: contact_parameters::reference(),
         ..Case::new(
             "disc-row",
             "A loader's blade pushes a row of discs together and against a wall (a contact chain)",

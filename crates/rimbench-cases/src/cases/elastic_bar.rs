@@ -55,6 +55,7 @@ pub(super) fn entry() -> Case {
             "interface_velocity_m_s",
             "actuator_force_n",
         )],
+        reference: contact_parameters::reference(),
         ..Case::new(
             "elastic-bar",
             "Elastic bar of N elements that falls on a rigid floor under a carriage on springs (wave theory)",

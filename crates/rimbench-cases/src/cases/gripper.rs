@@ -78,6 +78,7 @@ pub(super) fn entry() -> Case {
             InterfaceColumns::new("right_length_m", "right_velocity_m_s", "right_force_n"),
         ],
         constant_mechanics: true,
+        reference: contact_parameters::reference(),
         ..Case::new(
             "gripper",
             "Two opposed cylinders squeeze a box (two interface rows, redundant contacts, over-constrained when closed)",

@@ -56,6 +56,7 @@ pub(super) fn entry() -> Case {
             InterfaceColumns::new("front_length_m", "front_velocity_m_s", "front_force_n"),
             InterfaceColumns::new("rear_length_m", "rear_velocity_m_s", "rear_force_n"),
         ],
+        reference: contact_parameters::reference(),
         ..Case::new(
             "half-car",
             "Half car on two hydropneumatic struts over a washboard, wheels lift off (two interface rows)",

@@ -59,6 +59,7 @@ pub(super) fn entry() -> Case {
             "actuator_velocity_m_s",
             "actuator_force_n",
         )],
+        reference: contact_parameters::reference(),
         ..Case::new(
             "n-wedge-box",
             "Wedge box on n coplanar or uneven wedges, on a flat or a wavy floor (redundant contacts)",

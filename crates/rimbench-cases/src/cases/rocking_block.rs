@@ -56,6 +56,7 @@ pub(super) fn entry() -> Case {
             "actuator_velocity_m_s",
             "actuator_force_n",
         )],
+        reference: contact_parameters::reference(),
         ..Case::new(
             "rocking-block",
             "Block that rocks on two corners without friction, held by a hydraulic cylinder (closed-form impact law)",

@@ -36,6 +36,7 @@ use rimbench_core::error::Result;
 pub(super) fn entry() -> Case {
     wedge_box::recorded(Case {
         parameters: parameters(),
+        reference: contact_parameters::reference(),
         ..Case::new(
             "wedge-box-reversal",
             "Wedge box held against its ramp on three contacts, until the spool is reversed and one opens",

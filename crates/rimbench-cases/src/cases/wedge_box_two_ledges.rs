@@ -55,6 +55,7 @@ pub(super) fn entry() -> Case {
             "actuator_velocity_m_s",
             "actuator_force_n",
         )],
+        reference: contact_parameters::reference(),
         ..Case::new(
             "wedge-box-two-ledges",
             "Wedge box with a disc on a ledge at either side (two descents, repeated over-constraint)",

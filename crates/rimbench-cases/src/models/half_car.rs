@@ -147,6 +147,17 @@ impl MechanicalModel for HalfCar {
         }
     }
 
+    /// Where the road begins to rise its curvature jumps.
+    fn switches(&self) -> usize {
+        2
+    }
+
+    fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
+        for (axle, switch) in switches.iter_mut().enumerate() {
+            *switch = [self.axle_x(q[0], axle) - self.geometry.road_start, v[0]];
+        }
+    }
+
     fn potential_energy(&self, q: &[f64]) -> f64 {
         self.geometry.gravity * (self.mass[1] * q[1] + self.mass[3] * q[3] + self.mass[4] * q[4])
     }

@@ -283,6 +283,18 @@ impl MechanicalModel for SupportedBox {
         rows.convective[0] = across * across / length - v[2] * v[2] * direction.dot(&arm);
     }
 
+    fn switches(&self) -> usize {
+        2 * self.ledges.len()
+    }
+
+    fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
+        for (index, (ledge, switches)) in self.ledges.iter().zip(switches.chunks_exact_mut(2)).enumerate() {
+            let first = 3 + 3 * index;
+            let of_disc = |x: &[f64]| Vector2::new(x[first], x[first + 1]);
+            switches.copy_from_slice(&ledge.borders(of_disc(q), of_disc(v)));
+        }
+    }
+
     fn potential_energy(&self, q: &[f64]) -> f64 {
         let of_discs = self.geometry.discs.iter().zip(q[3..].chunks_exact(3)).map(|(disc, q)| disc.mass * q[1]);
         self.geometry.gravity * (self.geometry.box_mass * q[1] + of_discs.sum::<f64>())
