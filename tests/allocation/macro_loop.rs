@@ -5,8 +5,8 @@ use crate::support::*;
 use rimbench::cases::Recorder;
 use rimbench::complementarity::{ComplementaritySolver, SolverEntry};
 use rimbench::cosim::{
-    ActuatorIntegrator, CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsSteps, Outcome, Sequence, Setup,
-    Side, Trajectory,
+    ActuatorIntegrator, CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsIntegrator, MechanicsSteps,
+    Outcome, SecondOrder, Sequence, Setup, Side, Trajectory,
 };
 use rimbench::interface_model::Redundancy;
 use rimbench::schemes::{ContactChoice, ContactDetection, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
@@ -19,7 +19,12 @@ struct Variant {
     force_return: ForceReturn,
     mechanics_steps: MechanicsSteps,
     macro_step: f64,
+    integrators: (MechanicsIntegrator, ActuatorIntegrator),
 }
+
+/// Both sides as they always stepped.
+const FIRST_ORDER: (MechanicsIntegrator, ActuatorIntegrator) =
+    (MechanicsIntegrator::SemiImplicit, ActuatorIntegrator::Euler);
 
 /// Allocations between the communication points, the recording of a full row included; and how the run ended.
 fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
@@ -28,13 +33,20 @@ fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
     let grid = CommunicationGrid::new(variant.macro_step, 0.6, case.defaults.duration_s).unwrap();
     let points = grid.macro_steps() + 1;
     let mut recorder = Recorder::new(case, &mut system).unwrap();
+    let (mechanics_rule, actuator_integrator) = variant.integrators;
+    if let Some(rule) = mechanics_rule.second_order() {
+        system.sides.mechanics.abilities().use_second_order(rule).unwrap();
+    }
+    if actuator_integrator == ActuatorIntegrator::Midpoint {
+        system.sides.actuator.abilities().use_second_order(SecondOrder::Midpoint).unwrap();
+    }
     let mut sides = system.sides.lend();
     let coupling = variant.scheme.couple(sides.lend(), Some(&variant.options), None).unwrap();
     let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points);
     let mut counts = Vec::with_capacity(points + 1);
     let setup = Setup {
         mechanics_steps: variant.mechanics_steps,
-        actuator_integrator: ActuatorIntegrator::Euler,
+        actuator_integrator,
         ..setup(grid, case.defaults.micro_step_s, variant.sequence, variant.force_return)
     };
     let mut observe = |point: CommunicationPoint<'_>| {
@@ -102,6 +114,7 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                                 force_return,
                                 mechanics_steps,
                                 macro_step,
+                                integrators: FIRST_ORDER,
                             });
                         }
                     }
@@ -126,11 +139,21 @@ const MILLIMETRE: Option<ContactDetection> = Some(ContactDetection::Margin { wid
 /// The solver that is seen with all variants.
 const DEFAULT: &str = "active-set";
 
+/// The same run of a variant with both sides of the second order.
+fn of_second_order(variant: Variant) -> [Variant; 2] {
+    let with = |rule| Variant {
+        integrators: (rule, ActuatorIntegrator::Midpoint),
+        options: variant.options.clone(),
+        ..variant
+    };
+    [with(MechanicsIntegrator::Midpoint), with(MechanicsIntegrator::EventSplit)]
+}
+
 /// Runs all variants with some of the solvers; says how many there were, and how many came to the end.
-fn nothing_is_allocated(with: impl Fn(&SolverEntry) -> bool) {
+fn nothing_is_allocated(with: impl Fn(&SolverEntry) -> bool, of: impl Fn(&Arc<SolverEntry>) -> Vec<Variant>) {
     let (mut runs, mut completed) = (0, 0);
     for solver in solvers().iter().filter(|solver| (solver.build)(4).capacity() >= 4 && with(solver)) {
-        for variant in variants(solver) {
+        for variant in of(solver) {
             let (counts, outcome) = allocations(&variant);
             let name = format!(
                 "{} with {}, {} {} n_m={} H={} {} {} ({outcome})",
@@ -157,12 +180,22 @@ fn nothing_is_allocated(with: impl Fn(&SolverEntry) -> bool) {
 
 #[test]
 fn the_macro_loop_must_allocate_nothing_once_the_first_macro_step_has_begun() {
-    nothing_is_allocated(|solver| solver.name == DEFAULT);
+    nothing_is_allocated(|solver| solver.name == DEFAULT, variants);
+}
+
+#[test]
+fn the_macro_loop_must_allocate_nothing_with_both_sides_of_the_second_order() {
+    let once_per_scheme = |solver: &Arc<SolverEntry>| {
+        let mut variants = variants(solver);
+        variants.dedup_by(|next, before| next.scheme.name == before.scheme.name);
+        variants.into_iter().flat_map(of_second_order).collect()
+    };
+    nothing_is_allocated(|solver| solver.name == DEFAULT, once_per_scheme);
 }
 
 #[test]
 fn the_macro_loop_must_allocate_nothing_with_any_solver_that_states_a_capacity() {
-    nothing_is_allocated(|solver| solver.name != DEFAULT);
+    nothing_is_allocated(|solver| solver.name != DEFAULT, variants);
 }
 
 #[test]
@@ -172,7 +205,15 @@ fn the_count_must_see_a_solver_that_allocates() {
     let scheme = scheme_by_name("rim-nonsmooth");
     let (sequence, force_return) = scheme.sequence_and_return(None, None).unwrap();
     let options = ModelOptions { solver: clarabel.clone(), ..ModelOptions::default() };
-    let variant = Variant { scheme, options, sequence, force_return, mechanics_steps: ONE, macro_step: 2e-2 };
+    let variant = Variant {
+        scheme,
+        options,
+        sequence,
+        force_return,
+        mechanics_steps: ONE,
+        macro_step: 2e-2,
+        integrators: FIRST_ORDER,
+    };
     let (counts, _) = allocations(&variant);
     assert!(counts[5] > 0, "a solver that allocates goes unseen");
 }

@@ -33,5 +33,6 @@ mod reduction;
 mod reference;
 mod scheme_identities;
 mod schemes;
+mod second_order;
 mod step_control;
 mod wedge_box;

@@ -1,0 +1,217 @@
+//! Mechanics and actuators of the second order: closed forms, orders, books, and what refuses them.
+
+use crate::support::*;
+use rimbench::cosim::{ActuatorIntegrator, MechanicsIntegrator, Outcome, SecondOrder, StopFlag, Subsystem};
+use rimbench::mechanics::MechanicalModel;
+use rimbench::models::WedgeBox;
+use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec, evaluate};
+use rimbench_statistics::median;
+use std::sync::OnceLock;
+
+const EVENT_SPLIT: MechanicsIntegrator = MechanicsIntegrator::EventSplit;
+
+/// A run of the second order on both sides.
+fn second_order(case: &str, scheme: &str, macro_step: f64) -> RunSpec {
+    RunSpec {
+        mechanics_integrator: EVENT_SPLIT,
+        actuator_integrator: ActuatorIntegrator::Midpoint,
+        ..usual_spec(case, scheme, macro_step)
+    }
+}
+
+/// The reference of the wedge box, computed once.
+fn wedge_box_reference() -> &'static Reference {
+    static REFERENCE: OnceLock<Reference> = OnceLock::new();
+    REFERENCE.get_or_init(|| Reference::compute(&wedge_box_spec("zero-order-hold", 1e-3), StopFlag::never()).unwrap())
+}
+
+fn rms(errors: impl IntoIterator<Item = f64>) -> f64 {
+    let squares: Vec<f64> = errors.into_iter().map(|error| error * error).collect();
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+/// A metric of a run against its reference.
+fn metric(spec: &RunSpec, run: RunResult, reference: &Reference, name: &str) -> f64 {
+    let evaluated = evaluate(spec, run, reference).unwrap();
+    let fact = evaluated.findings().into_iter().find(|fact| fact.name == name).unwrap();
+    fact.cell().parse().unwrap()
+}
+
+/// Slope of `log error` over `log H`, least squares.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let logs: Vec<(f64, f64)> = points.iter().map(|(h, error)| (h.ln(), error.ln())).collect();
+    let (mx, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
+    let covariance: f64 = logs.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
+    covariance / logs.iter().map(|(x, _)| (x - mx).powi(2)).sum::<f64>()
+}
+
+#[test]
+fn the_wedge_box_at_5_ms_is_within_2_newtons_at_every_phase_with_one_mechanics_solve_per_macro_step() {
+    let (spec, reference) = (second_order("wedge-box", "rim-nonsmooth-gap", 5e-3), wedge_box_reference());
+    for phase in 1..=16 {
+        let spec = RunSpec { phase: f64::from(phase) / 16.0, ..spec.clone() };
+        let run = run(&spec);
+        assert_eq!(run.report.outcome, Outcome::Completed, "phase {phase}/16");
+        let work = run.report.work;
+        let force = metric(&spec, run, reference, "force_error_rms_n");
+        assert!(force <= 2.0, "phase {phase}/16: {force} N");
+        let solves = work.sides.mechanics.micro_steps as f64 / work.cosim.macro_steps as f64;
+        assert!(solves <= 1.2, "phase {phase}/16: {solves} mechanics solves per macro step");
+        assert_eq!((work.cosim.repeated_macro_steps, work.sides.mechanics.split_fallbacks), (0, 0));
+        assert!(work.sides.mechanics.splits > 0);
+    }
+}
+
+#[test]
+fn the_position_converges_at_second_order_through_the_impacts_of_the_wedge_box() {
+    let (spec, reference) = (second_order("wedge-box", "rim-nonsmooth-gap", 1e-3), wedge_box_reference());
+    let uncertainty = reference.uncertainty_of("actuator_length_m").unwrap();
+    let points: Vec<(f64, f64)> = [1e-3, 2e-3, 3e-3, 5e-3, 7e-3, 10e-3, 20e-3]
+        .into_iter()
+        .map(|macro_step| {
+            let errors = (1..=4).map(|phase| {
+                let spec = RunSpec { macro_step, micro_step: 2.5e-5, phase: f64::from(phase) / 4.0, ..spec.clone() };
+                metric(&spec, run(&spec), reference, "position_error_rms_m")
+            });
+            (macro_step, median(errors.collect()).unwrap())
+        })
+        .filter(|(_, error)| *error > 10.0 * uncertainty)
+        .collect();
+    assert_eq!(points.len(), 7, "uncertainty {uncertainty} m");
+    let slope = slope(&points);
+    assert!(slope >= 1.9, "slope {slope} through {points:?}");
+}
+
+#[test]
+fn the_event_driven_reference_has_order_two_and_lies_where_the_first_order_solution_tends_to() {
+    for case in ["wedge-box", "half-car", "crane-set-down"] {
+        let spec = usual_spec(case, "zero-order-hold", 1e-3);
+        let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
+        let row = &spec.case.interface_columns[0];
+        let column = reference.trajectory.index_of(&row.position).unwrap();
+        let order = reference.order[column];
+        // On the half car events of one solution fall into pieces of another: 1.37 there.
+        assert!(order > 1.3 && order < 2.3, "{case}: order {order}");
+        // The semi-implicit rule with both sides in one loop, at h and h/2: its error halves.
+        let distance = |refinement: usize| {
+            let mut system = usual_system(&spec.case);
+            let mut recorder = rimbench::cases::Recorder::new(&spec.case, &mut system).unwrap();
+            let mut trajectory =
+                rimbench::cosim::Trajectory::with_capacity(spec.case.recorded_columns(), reference.trajectory.len());
+            let every = refinement * reference_every(&spec);
+            let points = reference.trajectory.len() - 1;
+            let steps = reference_steps(spec.duration / (points * every) as f64, points * every, every);
+            rimbench::mechanics::monolithic(system.sides.lend(), steps, StopFlag::never(), &mut |point| {
+                recorder.record(point, &mut trajectory);
+            })
+            .unwrap();
+            rms(trajectory.column(column).zip(reference.trajectory.column(column)).map(|(x, y)| x - y))
+        };
+        let (coarse, fine) = (distance(2), distance(4));
+        let ratio = coarse / fine;
+        assert!((1.7..2.3).contains(&ratio), "{case}: {coarse:e} and {fine:e}");
+    }
+}
+
+fn reference_every(spec: &RunSpec) -> usize {
+    let defaults = spec.case.defaults;
+    (defaults.reference_sampling_s / defaults.reference_step_s).round() as usize
+}
+
+/// State of a mechanics alone after `duration` under a constant force, in so many steps.
+fn alone(case: &str, rule: SecondOrder, force: f64, duration: f64, steps: u32) -> Vec<f64> {
+    let mut system = usual_system(case_by_name(case));
+    let mechanics = &mut system.sides.mechanics;
+    mechanics.abilities().use_second_order(rule).unwrap();
+    let outputs = mechanics.ports().outputs.len();
+    let h = duration / f64::from(steps);
+    let forces = vec![force; outputs / 2];
+    for step in 0..steps {
+        mechanics.step(f64::from(step) * h, &forces, h).unwrap();
+    }
+    let mut y = vec![0.0; outputs];
+    mechanics.outputs(&forces, &mut y).unwrap();
+    y
+}
+
+#[test]
+fn forces_that_depend_on_the_velocity_keep_order_two() {
+    // Coriolis terms of the crane with its dense mass matrix, and modal damping of the beam, both before any contact closes.
+    for (case, force, duration, steps) in [("hydraulic-crane", 2.0e4, 0.4, 200), ("beam-on-stops", 1.0, 0.02, 1000)] {
+        for rule in [SecondOrder::Midpoint, SecondOrder::EventSplit] {
+            let at = |steps| alone(case, rule, force, duration, steps);
+            let (coarse, middle, fine) = (at(steps), at(2 * steps), at(4 * steps));
+            for row in 0..coarse.len() {
+                let ratio = (coarse[row] - middle[row]) / (middle[row] - fine[row]);
+                assert!((3.5..4.5).contains(&ratio), "{case}, {rule:?}, output {row}: ratio {ratio}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ball_bounces_to_its_rest_through_an_infinity_of_impacts() {
+    // e = 0.8 from 1 m: nothing left after t = √(2h/g) (1 + e)/(1 − e); a Zeno sequence must end in rest, not in a loop.
+    let spec = second_order("bouncing-ball", "rim-nonsmooth-gap", 5e-3);
+    let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
+    let run = run(&spec);
+    assert_eq!(run.report.outcome, Outcome::Completed);
+    assert_eq!(run.report.work.sides.mechanics.split_fallbacks, 0);
+    let error = metric(&spec, run, &reference, "position_error_rms_m");
+    assert!(error < 5e-5, "{error} m");
+}
+
+#[test]
+fn the_books_close_to_round_off_whatever_the_integrators() {
+    let cases = ["wedge-box", "crane-set-down", "half-car", "gripper", "rocking-block", "wedge-box-two-ledges"];
+    for case in cases {
+        for (_, mechanics_integrator) in MechanicsIntegrator::ALL {
+            for (_, actuator_integrator) in ActuatorIntegrator::ALL {
+                let usual = usual_spec(case, "rim-nonsmooth-gap", case_by_name(case).defaults.macro_step_s);
+                let run = run(&RunSpec { mechanics_integrator, actuator_integrator, ..usual });
+                let name = format!("{case}, {mechanics_integrator}, {actuator_integrator}");
+                assert_eq!(run.report.outcome, Outcome::Completed, "{name}");
+                let residual = run.report.energy_identity_residual_j.unwrap();
+                // Energies of up to 1e4 J in steps, rounded some ten times each.
+                assert!(residual < 1e-10, "{name}: identity {residual} J");
+                let closure = run.report.audit.closure().unwrap();
+                assert!(closure.abs() < 1e-6, "{name}: closure {closure} J");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cannot_step_at_second_order_says_why() {
+    let skipped = |request: RunRequest| {
+        let spec = request.resolve(catalogue()).unwrap();
+        match run(&spec).report.outcome {
+            Outcome::Skipped { reason } => reason,
+            other => panic!("{other:?}"),
+        }
+    };
+    let event_split =
+        |case: &str| RunRequest { mechanics_integrator: Some(EVENT_SPLIT), ..RunRequest::of(case, "zero-order-hold") };
+    let compliant =
+        RunRequest { set: vec![("contact_compliance_m_n".into(), "1e-6".into())], ..event_split("wedge-box") };
+    assert!(skipped(compliant).contains("contacts that give way"), "compliant contacts");
+    assert!(skipped(event_split("linear-oscillator")).contains("one integrator"), "two masses");
+    let midpoint = RunRequest {
+        actuator_integrator: Some(ActuatorIntegrator::Midpoint),
+        ..RunRequest::of("precice-oscillator", "zero-order-hold")
+    };
+    assert!(skipped(midpoint).starts_with("actuator_integrator = midpoint"), "two masses");
+}
+
+#[test]
+fn switches_say_how_far_the_disc_is_from_the_borders_of_its_corner() {
+    let model = WedgeBox::new(wedge_box_geometry()).unwrap();
+    let mut switches = vec![[0.0; 2]; model.switches()];
+    let (q, v) = model.initial_state();
+    model.switch_values(&q, &v, &mut switches);
+    // The disc starts on the ledge, 0.1 m behind the corner, at rest.
+    assert_eq!(switches.len(), 2);
+    approx::assert_relative_eq!(switches[0][0], -0.1, epsilon = 1e-12);
+    assert_eq!([switches[0][1], switches[1][1]], [0.0; 2]);
+}
