@@ -4,6 +4,7 @@
 use crate::support::*;
 use rimbench::cosim::{PerSide, StopFlag, Subsystem};
 use rimbench::mechanics::monolithic;
+use rimbench::runs::Reference;
 
 /// The wedge box again, from scratch: minimal coordinates, contacts bilateral while a phase lasts, events located, plastic
 /// impacts by projection. Nothing here comes from the crate; the numbers are those of the case's table.
@@ -556,6 +557,25 @@ fn the_monolithic_reference_must_agree_with_the_independent_route() {
     assert!((found - peak).abs() < 0.05, "peak {found} is not {peak}");
     // The dip follows a jump within a fraction of a millisecond; sampled every 50 µs, it moves by up to 1.5 h of 1e6 N/s.
     assert!((lowest - dip).abs() < 1.5 * c.h * 1e6, "dip {lowest} is not {dip}");
+}
+
+#[test]
+fn the_event_driven_reference_must_be_the_independent_route_to_its_own_uncertainty() {
+    let exact = independent();
+    let reference = Reference::compute(&wedge_box_spec("zero-order-hold", 5e-3), StopFlag::never()).unwrap();
+    for (column, theirs) in [
+        ("actuator_length_m", pick(exact, |s| s.length)),
+        ("actuator_force_n", pick(exact, |s| s.force)),
+        ("box_angle_rad", pick(exact, |s| s.pose[2])),
+    ] {
+        let index = reference.trajectory.index_of(column).unwrap();
+        let ours: Vec<f64> = reference.trajectory.column(index).collect();
+        let (off, uncertainty) = (rms_difference(&ours, &theirs), reference.uncertainty[index]);
+        println!("{column}: off by {off:.2e} rms, uncertainty {uncertainty:.2e}, order {:.3}", reference.order[index]);
+        // The independent route is itself certain to 1e-11 m and 1e-5 N rms.
+        let own = if column == "actuator_force_n" { 1e-5 } else { 1e-11 };
+        assert!(off <= 1.5 * uncertainty + own, "{column}: off by {off}, uncertainty {uncertainty}");
+    }
 }
 
 #[test]
