@@ -5,8 +5,8 @@ use crate::support::*;
 use rimbench::cases::Recorder;
 use rimbench::complementarity::{ComplementaritySolver, SolverEntry};
 use rimbench::cosim::{
-    ActuatorIntegrator, CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsIntegrator, MechanicsSteps,
-    Outcome, SecondOrder, Sequence, Setup, Side, Trajectory,
+    ActuatorIntegrator, CommunicationGrid, CommunicationPoint, EnergyReturn, ForceReturn, MechanicsIntegrator,
+    MechanicsSteps, Outcome, SecondOrder, Sequence, Setup, Side, Trajectory,
 };
 use rimbench::interface_model::Redundancy;
 use rimbench::schemes::{ContactChoice, ContactDetection, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
@@ -106,7 +106,11 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                     for &contacts in choices {
                         for &detection in detections(scheme) {
                             let solver = solver.clone();
-                            let options = ModelOptions { redundancy, motion, detection, contacts, solver };
+                            // With the pool in every second one.
+                            let energy_return =
+                                if variants.len() % 2 == 0 { EnergyReturn::Pool } else { EnergyReturn::None };
+                            let options =
+                                ModelOptions { redundancy, motion, detection, contacts, solver, energy_return };
                             variants.push(Variant {
                                 scheme,
                                 options,

@@ -312,6 +312,9 @@ impl Abilities for Withdraws {
     fn interface_work(&mut self) -> Option<f64> {
         self.inner.abilities().interface_work()
     }
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        self.inner.abilities().interface_displacement()
+    }
     fn energy_identity_residual(&mut self) -> Option<f64> {
         self.inner.abilities().energy_identity_residual()
     }

@@ -21,6 +21,7 @@ mod contact_machines;
 mod coupling;
 mod elimination;
 mod energy_audit;
+mod energy_return;
 mod golden;
 mod impact;
 mod oscillator_theory;

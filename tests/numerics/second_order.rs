@@ -1,7 +1,7 @@
 //! Mechanics and actuators of the second order: closed forms, orders, books, and what refuses them.
 
 use crate::support::*;
-use rimbench::cosim::{ActuatorIntegrator, MechanicsIntegrator, Outcome, SecondOrder, StopFlag, Subsystem};
+use rimbench::cosim::{ActuatorIntegrator, MechanicsIntegrator, Outcome, SecondOrder, StopFlag};
 use rimbench::mechanics::MechanicalModel;
 use rimbench::models::WedgeBox;
 use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec, evaluate};

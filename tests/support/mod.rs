@@ -404,6 +404,9 @@ impl Abilities for Springs {
     fn interface_work(&mut self) -> Option<f64> {
         None
     }
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        None
+    }
     fn energy_identity_residual(&mut self) -> Option<f64> {
         None
     }

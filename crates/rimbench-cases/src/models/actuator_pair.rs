@@ -145,6 +145,10 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
         None
     }
 
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        None
+    }
+
     fn energy_identity_residual(&mut self) -> Option<f64> {
         None
     }

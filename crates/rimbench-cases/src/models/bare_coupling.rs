@@ -143,6 +143,10 @@ impl Abilities for FreeMasses {
         Some(self.work)
     }
 
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        None
+    }
+
     fn energy_identity_residual(&mut self) -> Option<f64> {
         None
     }
@@ -232,6 +236,10 @@ impl Abilities for CouplingForce {
     fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
 
     fn interface_work(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
         None
     }
 

@@ -342,6 +342,10 @@ impl Abilities for HydraulicCylinder {
         None
     }
 
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        None
+    }
+
     fn energy_identity_residual(&mut self) -> Option<f64> {
         None
     }

@@ -183,6 +183,10 @@ impl Abilities for HydropneumaticStrut {
         None
     }
 
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        None
+    }
+
     fn energy_identity_residual(&mut self) -> Option<f64> {
         None
     }

@@ -95,6 +95,10 @@ impl Abilities for PressureOutput {
         None
     }
 
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        None
+    }
+
     fn energy_identity_residual(&mut self) -> Option<f64> {
         None
     }
@@ -196,6 +200,10 @@ impl<M: Subsystem> Abilities for PressureDrivenMechanics<M> {
 
     fn interface_work(&mut self) -> Option<f64> {
         self.mechanics.abilities().interface_work()
+    }
+
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        None
     }
 
     fn energy_identity_residual(&mut self) -> Option<f64> {

@@ -219,6 +219,10 @@ impl Abilities for SpringActuator {
         None
     }
 
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        None
+    }
+
     fn energy_identity_residual(&mut self) -> Option<f64> {
         None
     }

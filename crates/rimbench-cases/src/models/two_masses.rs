@@ -121,6 +121,7 @@ pub struct MassSide {
     inputs: InputPolynomials,
     ports: Ports,
     work: f64,
+    displacement: [f64; 1],
     counters: SubsystemCounters,
 }
 
@@ -146,7 +147,8 @@ impl MassSide {
         );
         let ports = Ports { inputs, outputs, direct_feedthrough };
         let inputs = InputPolynomials::new(ports.inputs.len());
-        MassSide { body, role, index, motion, inputs, ports, work: 0.0, counters: SubsystemCounters::default() }
+        let (work, displacement, counters) = (0.0, [0.0], SubsystemCounters::default());
+        MassSide { body, role, index, motion, inputs, ports, work, displacement, counters }
     }
 
     /// Force of the coupling element on the other mass.
@@ -202,6 +204,7 @@ impl Subsystem for MassSide {
                 }
             }
         }
+        self.displacement[0] += self.motion.position() - before[0];
         self.counters.micro_steps += 1;
         if self.motion.is_finite() {
             Ok(())
@@ -281,6 +284,10 @@ impl Abilities for MassSide {
 
     fn interface_work(&mut self) -> Option<f64> {
         (self.role == MassRole::ForceDriven).then_some(self.work)
+    }
+
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
+        (self.role == MassRole::ForceDriven).then_some(&self.displacement[..])
     }
 
     fn energy_identity_residual(&mut self) -> Option<f64> {

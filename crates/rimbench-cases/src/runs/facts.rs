@@ -100,6 +100,7 @@ impl RunSpec {
                 model.as_ref().and_then(|model| model.detection).map(|detection| detection.to_string()),
             ),
             of_model("contacts", model.as_ref().map(|model| model.contacts.to_string())),
+            of_model("energy_return", model.as_ref().map(|model| model.energy_return.to_string())),
             Fact::text("solver", solver.name.clone()),
             Fact::number("gain", *gain),
             Fact::number("macro_step_s", *macro_step),
@@ -138,7 +139,7 @@ mod tests {
     use std::collections::HashMap;
 
     /// A value of each option that differs from the usual one, and the scheme that takes it.
-    const CHANGES: [(&str, &str, &str); 20] = [
+    const CHANGES: [(&str, &str, &str); 21] = [
         ("case", "wedge-box-two-ledges", "rim-smooth"),
         ("scheme", "rim-nonsmooth", "rim-smooth"),
         ("sequence", "jacobi", "rim-smooth"),
@@ -150,6 +151,7 @@ mod tests {
         ("model_motion", "extrapolated", "rim-smooth"),
         ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
         ("contacts", "near", "rim-nonsmooth"),
+        ("energy_return", "pool", "rim-smooth"),
         ("solver", "lemke", "rim-smooth"),
         ("gain", "0.25", "nepce"),
         ("macro_step_s", "1e-3", "rim-smooth"),

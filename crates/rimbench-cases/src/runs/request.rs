@@ -1,7 +1,9 @@
 //! What a file or the command line asks of one run, in their own words.
 
 use super::step_control::StepControlKind;
-use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence};
+use rimbench_core::cosim::{
+    ActuatorIntegrator, EnergyReturn, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence,
+};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Redundancy;
 use rimbench_core::schemes::{ContactChoice, ContactDetection, ModelMotion};
@@ -70,6 +72,8 @@ run_options! {
     model_motion: ModelMotion, "MOTION";
     /// Contacts closed for an interface model: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
     contact_detection: ContactDetection, "DETECTION";
+    /// What becomes of energy that the coupling creates, for schemes with an interface model: none, pool (an impulse takes it out), balance (so, after losses)
+    energy_return: EnergyReturn, "RETURN";
     /// Contacts inside a non-smooth interface model: all, near, coupled:TOL (a tolerance)
     contacts: ContactChoice, "CHOICE";
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
@@ -137,6 +141,7 @@ read_by_name!(
     ActuatorIntegrator,
     Redundancy,
     ModelMotion,
+    EnergyReturn,
     ContactDetection,
     ContactChoice,
     StepControlKind

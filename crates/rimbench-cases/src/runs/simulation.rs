@@ -4,7 +4,8 @@ use super::spec::RunSpec;
 use super::step_control::StepControl;
 use crate::cases::Recorder;
 use rimbench_core::cosim::{
-    Bounds, Outcome, Report, Sides, StopFlag, Supervision, Trajectory, Watch, check_coupling, counts_interface_work,
+    Bounds, EnergyReturn, Outcome, Report, Sides, StopFlag, Supervision, Trajectory, Watch, check_coupling,
+    counts_interface_way, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::Need;
@@ -44,6 +45,7 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: Stop
         .scheme
         .incompatibility(sides.lend())
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
+        .or_else(|| unreturnable(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
     let (report, wall) = match skip {
         Some(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
@@ -73,4 +75,14 @@ fn uncontrollable(control: StepControl, sides: Sides<'_>) -> Option<String> {
             Need::Copies.unmet(sides).map(|reason| format!("step control step-doubling takes steps back: {reason}"))
         }
     }
+}
+
+/// Why energy cannot be returned to these subsystems, if it cannot.
+fn unreturnable(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+    let kind = spec.model.as_ref().map_or(EnergyReturn::None, |model| model.energy_return);
+    (kind != EnergyReturn::None && !counts_interface_way(sides)).then(|| {
+        format!(
+            "energy_return = {kind} needs an interface whose work both sides count, and a mechanics that counts its way"
+        )
+    })
 }

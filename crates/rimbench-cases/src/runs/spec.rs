@@ -87,6 +87,7 @@ impl RunRequest {
             redundancy,
             model_motion,
             contact_detection,
+            energy_return,
             contacts,
             solver,
             gain,
@@ -105,6 +106,7 @@ impl RunRequest {
         let asked = [
             ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
             ("model_motion", model_motion.map(|motion| motion.to_string())),
+            ("energy_return", energy_return.map(|kind| kind.to_string())),
             ("contacts", contacts.map(|contacts| contacts.to_string())),
         ];
         let in_vain = asked.into_iter().find_map(|(key, value)| Some((key, value?)));
@@ -120,6 +122,7 @@ impl RunRequest {
             detection: scheme.detection(*contact_detection)?,
             contacts: contacts.unwrap_or_default(),
             solver: solver.clone(),
+            energy_return: energy_return.unwrap_or_default(),
         };
         if let (None, Some(value)) = (&scheme.gain, gain) {
             return Err(Error::Incompatible(format!(
@@ -343,9 +346,13 @@ mod tests {
     fn what_a_scheme_does_not_have_cannot_be_asked_of_it() {
         let message = refused(|request| request.gain = Some(0.5));
         assert!(message.contains("has no gain; schemes that have one: relaxed-hold, "), "{message}");
-        for (key, text) in
-            [("redundancy", "drop"), ("model_motion", "frozen"), ("contacts", "near"), ("contact_detection", "active")]
-        {
+        for (key, text) in [
+            ("redundancy", "drop"),
+            ("model_motion", "frozen"),
+            ("contacts", "near"),
+            ("contact_detection", "active"),
+            ("energy_return", "pool"),
+        ] {
             let message = refused(|request| request.put(key, text).unwrap());
             assert_eq!(message, format!("{key} = {text}: scheme `zero-order-hold` has no reduced interface model"));
         }

@@ -50,6 +50,10 @@ pub trait Abilities {
     /// Work received through the interface since the start, J, as the subsystem's own discretisation counts it.
     fn interface_work(&mut self) -> Option<f64>;
 
+    /// How far each interface row has gone since the start, m, as [`interface_work`](Self::interface_work) counts the way:
+    /// `Σ h ½ (w⁺ + w⁻)`.
+    fn interface_displacement(&mut self) -> Option<&[f64]>;
+
     /// Largest violation of the subsystem's own discrete energy identity in one step, J.
     fn energy_identity_residual(&mut self) -> Option<f64>;
 
@@ -95,6 +99,9 @@ impl Abilities for NoAbilities {
     }
     fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
     fn interface_work(&mut self) -> Option<f64> {
+        None
+    }
+    fn interface_displacement(&mut self) -> Option<&[f64]> {
         None
     }
     fn energy_identity_residual(&mut self) -> Option<f64> {

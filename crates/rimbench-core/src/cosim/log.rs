@@ -65,7 +65,8 @@ impl Log {
                 accounts: PerSide::from_fn(|side: Side| pair.sides[side].abilities().energy_account()),
                 work: pair.interface_work(),
             },
-            scheme: pair.scheme.report(),
+            scheme: pair.scheme_report(),
+            energy_return: pair.state.attachments.energy_pool.as_ref().map(|pool| pool.books()),
             interface_residual: self.interface_residual,
             latencies_s: self.stopwatch.latencies,
         }

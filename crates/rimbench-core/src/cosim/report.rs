@@ -2,6 +2,7 @@
 
 use super::coupling_scheme::SchemeReport;
 use super::energy_account::EnergyAudit;
+use super::energy_return::EnergyBooks;
 use super::outcome::Outcome;
 use super::work::Work;
 
@@ -20,6 +21,8 @@ pub struct Report {
     pub audit: EnergyAudit,
     /// The scheme's own picture at the end.
     pub scheme: SchemeReport,
+    /// What the coupling created and what was taken out again, where energy is returned.
+    pub energy_return: Option<EnergyBooks>,
     /// Cumulative interface residual, one pair (t_k in s, J) per communication point; empty where it is not counted.
     pub interface_residual: Vec<[f64; 2]>,
     /// Wall time of each macro step, s; empty unless asked for. Depends on machine and load.
@@ -36,6 +39,7 @@ impl Report {
             energy_identity_residual_j: None,
             audit: EnergyAudit::default(),
             scheme: SchemeReport::default(),
+            energy_return: None,
             interface_residual: Vec::new(),
             latencies_s: Vec::new(),
         }

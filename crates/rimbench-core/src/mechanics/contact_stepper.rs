@@ -58,6 +58,8 @@ pub(super) struct ContactStepper {
     closed: Vec<usize>,
     condensation: Condensation,
     pub(super) ledger: EnergyLedger,
+    /// `Σ h ½ (w⁺ + w⁻)` of each interface row, m.
+    displacement: Vec<f64>,
     /// What the dampers of compliant contacts have taken, J.
     damper_loss: f64,
     counters: SubsystemCounters,
@@ -102,6 +104,7 @@ impl ContactStepper {
             closed: Vec::with_capacity(size.unilateral),
             condensation: Condensation::new(size.unilateral, size.interface),
             ledger: EnergyLedger::default(),
+            displacement: vec![0.0; size.interface],
             damper_loss: 0.0,
             counters: SubsystemCounters::default(),
             q,
@@ -125,6 +128,16 @@ impl ContactStepper {
     /// Contact impulses of the last step, N·s. Not unique where contacts are redundant.
     pub(super) fn contact_impulses(&self) -> &[f64] {
         &self.impulses[..self.eq3.unilateral.len()]
+    }
+
+    /// How far each interface row has gone, as its work is booked, m.
+    pub(super) fn interface_displacement(&self) -> &[f64] {
+        &self.displacement
+    }
+
+    /// Takes it back to what it was.
+    pub(super) fn set_interface_displacement(&mut self, displacement: &[f64]) {
+        self.displacement.copy_from_slice(displacement);
     }
 
     pub(super) fn counters(&self) -> SubsystemCounters {
@@ -364,12 +377,18 @@ impl ContactStepper {
             let acting = impulses.iter().enumerate().filter(|(_, impulse)| **impulse != 0.0);
             acting.map(|(index, impulse)| rows.velocity(index, &self.v_mean) * impulse).sum()
         };
-        let (contact, interface) = self.impulses.split_at(self.eq4.contacts());
+        let (contact, impulses) = self.impulses.split_at(self.eq4.contacts());
+        let mut interface = 0.0;
+        for (row, (way, impulse)) in self.displacement.iter_mut().zip(impulses).enumerate() {
+            let w = self.eq3.interface.velocity(row, &self.v_mean);
+            *way += h * w;
+            interface += w * impulse;
+        }
         self.ledger.book(EnergyLedger {
             applied: h * body_dot(&self.eq3.force, &self.v_mean),
             bilateral: work(&self.eq3.bilateral, &self.p_b),
             contact: work(&self.eq3.unilateral, contact),
-            interface: work(&self.eq3.interface, interface),
+            interface,
             kinetic: self.eq3.mass.product(&self.v_mean, &self.v_change),
             ..EnergyLedger::default()
         });

@@ -76,6 +76,7 @@ struct PieceStart {
     joint_error: Vec<f64>,
     switches: Vec<[f64; 2]>,
     ledger: EnergyLedger,
+    displacement: Vec<f64>,
 }
 
 /// What ends a piece before the step does.
@@ -128,6 +129,7 @@ impl SecondOrderSteps {
                 joint_error: zeros(n_b),
                 switches: switches.clone(),
                 ledger: EnergyLedger::default(),
+                displacement: zeros(n_i),
             },
             row_velocity: zeros(n_u),
             gap_error: zeros(n_u),
@@ -243,7 +245,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 
     /// Notes state, rows and ledger as they stand.
     fn note_start(&mut self, steps: &mut SecondOrderSteps) {
-        let PieceStart { q, v, gap, w, joint_error, switches, ledger } = &mut steps.start;
+        let PieceStart { q, v, gap, w, joint_error, switches, ledger, displacement } = &mut steps.start;
         let eq3 = &self.stepper.eq3;
         q.copy_from_slice(&self.stepper.q);
         v.copy_from_slice(&self.stepper.v);
@@ -254,6 +256,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         joint_error.copy_from_slice(&eq3.bilateral.position);
         self.model.switch_values(q, v, switches);
         *ledger = self.stepper.ledger;
+        displacement.copy_from_slice(self.stepper.interface_displacement());
     }
 
     /// Takes back the piece since [`note_start`](Self::note_start).
@@ -261,6 +264,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         self.stepper.q.copy_from_slice(&steps.start.q);
         self.stepper.v.copy_from_slice(&steps.start.v);
         self.stepper.ledger = steps.start.ledger;
+        self.stepper.set_interface_displacement(&steps.start.displacement);
         self.linearise();
     }
 

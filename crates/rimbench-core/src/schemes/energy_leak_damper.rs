@@ -172,6 +172,9 @@ mod tests {
         fn interface_work(&mut self) -> Option<f64> {
             Some(self.work)
         }
+        fn interface_displacement(&mut self) -> Option<&[f64]> {
+            None
+        }
         fn energy_identity_residual(&mut self) -> Option<f64> {
             None
         }

@@ -7,7 +7,7 @@ use super::line_style::LineStyle;
 use super::model_options::ModelOptions;
 use super::need::Need;
 use crate::ceilings::Driver;
-use crate::cosim::{Attachments, CouplingScheme, ForceReturn, Sequence, Side, Sides, check_coupling};
+use crate::cosim::{Attachments, CouplingScheme, EnergyPool, ForceReturn, Sequence, Side, Sides, check_coupling};
 use crate::error::{Error, Result};
 use crate::name::Name;
 use std::fmt;
@@ -107,7 +107,7 @@ impl SchemeEntry {
     pub fn couple(&self, mut sides: Sides<'_>, options: Option<&ModelOptions>, gain: Option<f64>) -> Result<Coupling> {
         let rates = self.needs.contains(&Need::OutputRates)
             || (self.needs.contains(&Need::OutputRatesIfFeedthrough) && sides.actuator.ports().direct_feedthrough);
-        let attachments = Attachments::new(sides.lend(), self.has_model(), rates)
+        let mut attachments = Attachments::new(sides.lend(), self.has_model(), rates)
             .map_err(|failure| Error::Incompatible(failure.to_string()))?;
         let ports = sides.ports();
         check_coupling(ports)?;
@@ -122,6 +122,9 @@ impl SchemeEntry {
         let gain = self.gain_value(gain)?.unwrap_or(1.0);
         let construction = Construction { ports, model, gain };
         let scheme = (self.build)(&construction)?;
+        attachments.energy_pool = model.and_then(|ModelConstruction { empty, options, .. }| {
+            EnergyPool::new(options.energy_return, empty, &options.solver)
+        });
         Ok(Coupling { scheme, attachments, driver: self.driver })
     }
 

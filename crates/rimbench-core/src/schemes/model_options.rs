@@ -3,6 +3,7 @@
 use super::contact_choice::ContactChoice;
 use super::contact_detection::ContactDetection;
 use crate::complementarity::SolverEntry;
+use crate::cosim::EnergyReturn;
 use crate::error::{Error, Result};
 use crate::interface_model::{ReducedInterfaceModel, Redundancy};
 use crate::name::find_by_name;
@@ -52,6 +53,8 @@ pub struct ModelOptions {
     pub contacts: ContactChoice,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: Arc<SolverEntry>,
+    /// What becomes of energy that the coupling creates.
+    pub energy_return: EnergyReturn,
 }
 
 impl Default for ModelOptions {
@@ -62,6 +65,7 @@ impl Default for ModelOptions {
             detection: None,
             contacts: ContactChoice::default(),
             solver: Arc::new(SolverEntry::active_set()),
+            energy_return: EnergyReturn::default(),
         }
     }
 }

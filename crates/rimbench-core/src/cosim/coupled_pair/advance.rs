@@ -120,8 +120,9 @@ impl CoupledPair<'_> {
     pub(crate) fn advance_mechanics(&mut self, step: MacroStep) -> Result<(), Failure> {
         let count = self.setup.own_mechanics_steps(step);
         let (mechanics, scheme) = (&mut *self.sides.mechanics, &mut *self.scheme);
-        let mut takes_course = self.state.takes_course.mechanics;
-        let PairState { own, u, transmission, end, received, .. } = &mut *self.state;
+        // An impulse that is added to the inputs would be lost on who has their course.
+        let mut takes_course = self.state.takes_course.mechanics && self.state.attachments.energy_pool.is_none();
+        let PairState { own, u, transmission, end, received, attachments, .. } = &mut *self.state;
         let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
         received.fill(0.0);
         for i in 0..count {
@@ -139,9 +140,16 @@ impl CoupledPair<'_> {
                 ForceReturn::Mean => transmission.mean_over(0, 1, u),
                 ForceReturn::Profile => transmission.mean_over(i, count, u),
             }
+            let gives = i == 0 && attachments.energy_pool.is_some();
+            if gives {
+                attachments.give_impulse(mechanics, u)?;
+            }
             mechanics.step(at.start, u, at.length)?;
             for (received, u) in received.iter_mut().zip(&*u) {
                 *received += u / count as f64;
+            }
+            if gives {
+                attachments.take_impulse_back(mechanics, at.length, u);
             }
         }
         Ok(())

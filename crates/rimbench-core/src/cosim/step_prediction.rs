@@ -1,0 +1,92 @@
+//! One step of the mechanics, foretold from its reduced interface model.
+
+use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters};
+use crate::error::Failure;
+use crate::interface_model::{ReducedInterfaceModel, impact_velocity};
+use crate::linear_algebra::body_dot;
+
+/// Solves the contact problem that the mechanics will solve in its own next step, under interface impulses `h λ + p`.
+///
+/// ```text
+/// b_u = w_u + h a_u + H_ui (h λ + p) + gap term        0 ≤ H_uu P + b_u ⟂ P ≥ 0
+/// w⁺  = w_i + h a_i + H_ii (h λ + p) + H_iu P
+/// ```
+/// This is the semi-implicit step itself, to round-off. Of a step of the second order it is a prediction: that one has `H` and `a` of
+/// its middle.
+#[derive(Clone)]
+pub(super) struct StepPrediction {
+    solver: Checked,
+    h_uu: Vec<f64>,
+    /// `b_u` without interface impulses, and with them.
+    term: Vec<f64>,
+    b_u: Vec<f64>,
+    /// Contact impulses of the step solved last, N·s.
+    pub(super) impulses: Vec<f64>,
+    /// `h λ + p`, N·s.
+    interface: Vec<f64>,
+}
+
+impl StepPrediction {
+    /// Makes room for models of the size of `empty`.
+    pub(super) fn new(empty: &ReducedInterfaceModel, solver: Checked) -> Self {
+        let (n_u, n_i) = (empty.contacts(), empty.interface());
+        StepPrediction {
+            solver,
+            h_uu: vec![0.0; n_u * n_u],
+            term: vec![0.0; n_u],
+            b_u: vec![0.0; n_u],
+            impulses: vec![0.0; n_u],
+            interface: vec![0.0; n_i],
+        }
+    }
+
+    /// Takes a model of a communication point.
+    pub(super) fn set_model(&mut self, model: &ReducedInterfaceModel) {
+        let (n_u, h) = (model.contacts(), model.mechanics_step);
+        let n = n_u + model.interface();
+        for contact in 0..n_u {
+            self.h_uu[contact * n_u..(contact + 1) * n_u].copy_from_slice(&model.h[contact * n..contact * n + n_u]);
+            let (gap, w) = (model.gap[contact], model.w[contact]);
+            let rebound = impact_velocity(model.restitution, gap, w, h).filter(|_| model.spring.is_none());
+            let law = rebound.unwrap_or_else(|| model.step_gap_velocity(contact));
+            self.term[contact] = w + h * model.a[contact] + law;
+            if let Some(spring) = model.spring {
+                self.h_uu[contact * n_u + contact] += spring.diagonal(h, h);
+            }
+        }
+    }
+
+    /// Writes the interface velocity (m/s) after a step under the forces `lambda` (N) and the impulses `p` (N·s).
+    ///
+    /// # Errors
+    /// Those of the complementarity solver.
+    pub(super) fn velocity_after(
+        &mut self,
+        model: &ReducedInterfaceModel,
+        lambda: &[f64],
+        p: &[f64],
+        w: &mut [f64],
+    ) -> Result<(), Failure> {
+        let (n_u, h) = (model.contacts(), model.mechanics_step);
+        let n = n_u + model.interface();
+        for (impulse, (force, p)) in self.interface.iter_mut().zip(lambda.iter().zip(p)) {
+            *impulse = h * force + p;
+        }
+        for (contact, (b, term)) in self.b_u.iter_mut().zip(&self.term).enumerate() {
+            *b = term + body_dot(&model.h[contact * n + n_u..(contact + 1) * n], &self.interface);
+        }
+        self.solver.solve(Lcp::new(&self.h_uu, &self.b_u), &mut self.impulses)?;
+        for (i, w) in w.iter_mut().enumerate() {
+            let row = n_u + i;
+            let (h_iu, h_ii) = model.h[row * n..(row + 1) * n].split_at(n_u);
+            let contacts = body_dot(h_iu, &self.impulses);
+            *w = model.w[row] + h * model.a[row] + body_dot(h_ii, &self.interface) + contacts;
+        }
+        Ok(())
+    }
+
+    /// Work so far.
+    pub(super) fn counters(&self) -> SolverCounters {
+        self.solver.counters()
+    }
+}
