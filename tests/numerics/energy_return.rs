@@ -3,7 +3,9 @@
 use crate::support::*;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use rimbench::cosim::{Abilities, EnergyPool, EnergyReturn, InterfaceWork, MechanicsIntegrator, Outcome, Subsystem};
+use rimbench::cosim::{
+    Abilities, EnergyPool, EnergyReturn, InterfaceWork, MechanicsIntegrator, Outcome, Subsystem, counts_interface_way,
+};
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::mechanics::NonSmoothMechanics;
 use rimbench::runs::RunSpec;
@@ -318,16 +320,25 @@ fn the_audit_must_close_and_the_interface_must_create_no_more_than_the_pool_for_
 }
 
 #[test]
-fn a_mechanics_that_does_not_count_its_way_is_skipped_with_the_reason() {
-    let mut skipped = 0;
+fn energy_can_be_returned_on_every_case_on_which_a_scheme_with_a_model_runs() {
+    let mut ran = 0;
     for case in cases() {
-        let usual = usual_spec(&case.name, "rim-smooth", case.defaults.macro_step_s);
+        let duration = 4.0 * case.defaults.macro_step_s;
+        let usual = RunSpec { duration, ..usual_spec(&case.name, "rim-smooth", case.defaults.macro_step_s) };
         let model = usual.model.clone().map(|model| ModelOptions { energy_return: EnergyReturn::Pool, ..model });
-        let result = run(&RunSpec { model, duration: 4.0 * case.defaults.macro_step_s, ..usual });
-        if let Outcome::Skipped { reason } = &result.report.outcome {
-            println!("{}: {reason}", case.name);
-            skipped += usize::from(reason.contains("energy_return = pool needs"));
-        }
+        let skips = |spec: &RunSpec| matches!(run(spec).report.outcome, Outcome::Skipped { .. });
+        let without = skips(&usual);
+        assert_eq!(skips(&RunSpec { model, ..usual }), without, "{}", case.name);
+        ran += usize::from(!without);
     }
-    println!("{skipped} skipped for it");
+    assert!(ran > 12, "only {ran} cases");
+}
+
+#[test]
+fn who_does_not_count_its_way_has_no_energy_returned() {
+    let (mut mechanics, mut springs) = (stepper(point(1.0, 1.0, None), PLASTIC), Springs::new(&[1.0], &[0.0]));
+    assert!(counts_interface_way(sides(&mut mechanics, &mut springs)));
+    // A spring has no way of its own to count.
+    let mut other = springs.clone();
+    assert!(!counts_interface_way(sides(&mut springs, &mut other)));
 }

@@ -93,7 +93,7 @@ pub(super) const CONTACT_DISSIPATION: Metric = Metric {
 pub(super) const SCHEME_DISSIPATION: Metric = Metric {
     name: "scheme_dissipated_j",
     unit: "J",
-    about: "Energy that the scheme itself took out, where it has a damper; part of the work received, not beside it",
+    about: "Energy that the scheme itself took out, where it has a damper or returns energy; part of the work received, not beside it",
     compute: |evidence| evidence.report.scheme.dissipated_j,
 };
 

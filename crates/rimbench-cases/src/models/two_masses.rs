@@ -121,6 +121,8 @@ pub struct MassSide {
     inputs: InputPolynomials,
     ports: Ports,
     work: f64,
+    /// Where it stood at the start, and how far it is from there, m.
+    start: f64,
     displacement: [f64; 1],
     counters: SubsystemCounters,
 }
@@ -147,8 +149,8 @@ impl MassSide {
         );
         let ports = Ports { inputs, outputs, direct_feedthrough };
         let inputs = InputPolynomials::new(ports.inputs.len());
-        let (work, displacement, counters) = (0.0, [0.0], SubsystemCounters::default());
-        MassSide { body, role, index, motion, inputs, ports, work, displacement, counters }
+        let (start, counters) = (motion.position(), SubsystemCounters::default());
+        MassSide { body, role, index, motion, inputs, ports, work: 0.0, start, displacement: [0.0], counters }
     }
 
     /// Force of the coupling element on the other mass.
@@ -204,7 +206,6 @@ impl Subsystem for MassSide {
                 }
             }
         }
-        self.displacement[0] += self.motion.position() - before[0];
         self.counters.micro_steps += 1;
         if self.motion.is_finite() {
             Ok(())
@@ -287,6 +288,7 @@ impl Abilities for MassSide {
     }
 
     fn interface_displacement(&mut self) -> Option<&[f64]> {
+        self.displacement[0] = self.motion.position() - self.start;
         (self.role == MassRole::ForceDriven).then_some(&self.displacement[..])
     }
 

@@ -121,7 +121,8 @@ impl CoupledPair<'_> {
         let count = self.setup.own_mechanics_steps(step);
         let (mechanics, scheme) = (&mut *self.sides.mechanics, &mut *self.scheme);
         // An impulse that is added to the inputs would be lost on who has their course.
-        let mut takes_course = self.state.takes_course.mechanics && self.state.attachments.energy_pool.is_none();
+        let returns = self.state.attachments.energy_pool.is_some();
+        let mut takes_course = self.state.takes_course.mechanics && !returns;
         let PairState { own, u, transmission, end, received, attachments, .. } = &mut *self.state;
         let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
         received.fill(0.0);
@@ -140,15 +141,14 @@ impl CoupledPair<'_> {
                 ForceReturn::Mean => transmission.mean_over(0, 1, u),
                 ForceReturn::Profile => transmission.mean_over(i, count, u),
             }
-            let gives = i == 0 && attachments.energy_pool.is_some();
-            if gives {
+            if returns && i == 0 {
                 attachments.give_impulse(mechanics, u)?;
             }
             mechanics.step(at.start, u, at.length)?;
             for (received, u) in received.iter_mut().zip(&*u) {
                 *received += u / count as f64;
             }
-            if gives {
+            if returns && i == 0 {
                 attachments.take_impulse_back(mechanics, at.length, u);
             }
         }
