@@ -24,6 +24,7 @@ mod energy_audit;
 mod energy_return;
 mod golden;
 mod impact;
+mod many_contacts;
 mod oscillator_theory;
 mod parametric_step;
 mod plain_implementation;

@@ -1,4 +1,4 @@
-//! `disc-pile`: a loader pushes a heap of discs against a wall: up to some 200 contacts, of which the interface touches a few.
+//! `disc-pile`: a loader pushes a heap of discs against a wall: many contacts, of which the interface touches a few.
 //!
 //! ```text
 //!  ╠════[▒▒]════┤( )( )( )( )  │
@@ -8,7 +8,7 @@
 //! ```
 //! 1 + 2n velocities (blade; x and y of n discs: without friction they do not spin). Layers are hexagonal, with one disc less in each
 //! second one; some 3n contacts: many more than a frictionless heap can carry (2n), so its forces are not unique. The number of
-//! contacts follows from `columns` and `layers`: 6 × 4 has 62, 10 × 8 has 220.
+//! contacts follows from `columns` and `layers`: 6 × 4 has 62, 10 × 8 has 220, 46 × 38 5 000.
 //!
 //! **Manoeuvre.** The heap is stacked against the blade, with some room before the wall. Let go, it settles: the upper discs push the
 //! lower ones apart until the wall holds them; then the blade pushes all of it.
@@ -35,7 +35,7 @@ pub(super) fn entry() -> Case {
         interface_columns: vec![loader::interface_columns()],
         ..Case::new(
             "disc-pile",
-            "A loader's blade pushes a heap of discs against a wall (62 contacts; up to some 200 by its parameters)",
+            "A loader's blade pushes a heap of discs against a wall (62 contacts; thousands by its parameters)",
             CaseDefaults {
                 duration_s: 0.5,
                 macro_step_s: 5e-3,
@@ -51,8 +51,8 @@ pub(super) fn entry() -> Case {
 fn parameters() -> Vec<Parameter> {
     [
         vec![
-            p("columns", "-", 6.0, Range::Whole(2, 20), "discs in the lowest layer", "ours"),
-            p("layers", "-", 4.0, Range::Whole(1, 20), "layers", "ours"),
+            p("columns", "-", 6.0, Range::Whole(2, 60), "discs in the lowest layer", "ours"),
+            p("layers", "-", 4.0, Range::Whole(1, 60), "layers", "ours"),
         ],
         loader::parameters(),
     ]

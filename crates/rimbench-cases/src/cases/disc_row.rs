@@ -50,7 +50,7 @@ pub(super) fn entry() -> Case {
 fn parameters() -> Vec<Parameter> {
     [
         vec![
-            p("discs", "-", 10.0, Range::Whole(2, 256), "number of discs", "ours"),
+            p("discs", "-", 10.0, Range::Whole(2, 2500), "number of discs", "ours"),
             p("disc_gap_m", "m", 5e-3, Range::Finite, "gap between blade, discs and next discs at the start", "ours"),
         ],
         loader::parameters(),

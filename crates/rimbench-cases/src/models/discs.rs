@@ -127,6 +127,18 @@ impl Discs {
         Vector2::new(q[1 + 2 * disc], q[2 + 2 * disc])
     }
 
+    /// The velocities that a contact knows; a pair four, the blade two, wall and floor one.
+    #[inline]
+    fn columns(&self, contact: Contact) -> [usize; 4] {
+        let (x, y) = (|disc: usize| 1 + 2 * disc, |disc: usize| 2 + 2 * disc);
+        match contact {
+            Contact::Blade(disc) => [0, x(disc), 0, 0],
+            Contact::Wall(disc) => [x(disc), 0, 0, 0],
+            Contact::Floor(disc) => [y(disc), 0, 0, 0],
+            Contact::Pair(i, j) => [x(i), y(i), x(j), y(j)],
+        }
+    }
+
     #[inline]
     fn gap_of(geometry: &DiscsGeometry, contact: Contact, q: &[f64]) -> f64 {
         let radius = geometry.radius;
@@ -173,22 +185,22 @@ impl MechanicalModel for Discs {
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        let n = q.len();
         for (index, &contact) in self.contacts.iter().enumerate() {
-            let row = &mut rows.jacobian[index * n..(index + 1) * n];
+            let known = self.columns(contact);
+            let mut set = |slot: usize, value: f64| rows.set(index, slot, known[slot], value);
             match contact {
-                Contact::Blade(disc) => {
-                    row[0] = -1.0;
-                    row[1 + 2 * disc] = 1.0;
+                Contact::Blade(_) => {
+                    set(0, -1.0);
+                    set(1, 1.0);
                 }
-                Contact::Wall(disc) => row[1 + 2 * disc] = -1.0,
-                Contact::Floor(disc) => row[2 + 2 * disc] = 1.0,
+                Contact::Wall(_) => set(0, -1.0),
+                Contact::Floor(_) => set(0, 1.0),
                 Contact::Pair(i, j) => {
                     let apart = Self::centre(q, j) - Self::centre(q, i);
                     let distance = apart.norm();
                     let normal = apart / distance;
-                    row[1 + 2 * i..3 + 2 * i].copy_from_slice(&[-normal.x, -normal.y]);
-                    row[1 + 2 * j..3 + 2 * j].copy_from_slice(&[normal.x, normal.y]);
+                    let entries = [-normal.x, -normal.y, normal.x, normal.y];
+                    entries.into_iter().enumerate().for_each(|(slot, entry)| set(slot, entry));
                     let across = normal.perp(&(Self::centre(v, j) - Self::centre(v, i)));
                     rows.convective[index] = across * across / distance;
                     rows.position[index] = distance - 2.0 * self.geometry.radius;
@@ -197,6 +209,15 @@ impl MechanicalModel for Discs {
             }
             rows.position[index] = Self::gap_of(&self.geometry, contact, q);
         }
+    }
+
+    fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
+        let known = |&contact: &Contact| match contact {
+            Contact::Blade(_) => self.columns(contact)[..2].to_vec(),
+            Contact::Wall(_) | Contact::Floor(_) => self.columns(contact)[..1].to_vec(),
+            Contact::Pair(..) => self.columns(contact).to_vec(),
+        };
+        Some(self.contacts.iter().map(known).collect())
     }
 
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {

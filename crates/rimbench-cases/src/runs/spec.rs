@@ -242,8 +242,17 @@ impl RunSpec {
     }
 
     /// Lets both sides step as the run asks; says why they cannot, if they cannot.
-    pub(super) fn use_integrators(&self, sides: Sides<'_>) -> Option<String> {
-        use_integrators((self.mechanics_integrator, self.actuator_integrator), sides)
+    pub(super) fn use_integrators(&self, mut sides: Sides<'_>) -> Option<String> {
+        let refused = use_integrators((self.mechanics_integrator, self.actuator_integrator), sides.lend());
+        let follows = self.model.is_some() && self.actuator_integrator == ActuatorIntegrator::Midpoint;
+        refused.or_else(|| {
+            let model = sides.mechanics.abilities().empty_interface_model().filter(|_| follows)?;
+            model.contact_rows().map(|_| {
+                let why =
+                    "a model with contacts by the dozen, of which few meet, has micro steps of the first order only";
+                format!("actuator_integrator = {}: {why}", self.actuator_integrator)
+            })
+        })
     }
 
     /// Returns the communication points.

@@ -74,6 +74,16 @@ impl Checked {
         Checked { primary, fallback, tolerance, counters: SolverCounters::default(), rows, rows_read: false }
     }
 
+    /// Gives the workspace back; the next problem allocates it again.
+    pub fn without_room(self) -> Self {
+        let primary = match self.primary {
+            Solver::ActiveSet(_) => Solver::ActiveSet(Box::new(super::ActiveSet::new(0))),
+            other => other,
+        };
+        let fallback = self.fallback.map(|_| Lemke::new(0));
+        Checked { counters: self.counters, ..Checked::new(primary, fallback, self.tolerance) }
+    }
+
     /// Returns the natural residual up to which an answer is accepted.
     pub fn tolerance(&self) -> f64 {
         self.tolerance

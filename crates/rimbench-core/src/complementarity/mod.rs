@@ -23,6 +23,7 @@ mod lcp;
 mod lemke;
 mod natural_residual;
 mod solver;
+mod sparse_active_set;
 mod unsolved;
 
 pub use active_set::ActiveSet;
@@ -32,6 +33,7 @@ pub use lcp::{ImpulseSet, Lcp};
 pub use lemke::Lemke;
 pub use natural_residual::natural_residual;
 pub use solver::Solver;
+pub use sparse_active_set::SparseActiveSet;
 pub use unsolved::Unsolved;
 
 /// What a solver did.

@@ -2,7 +2,9 @@
 
 use super::reduced_interface_model::ReducedInterfaceModel;
 use super::redundancy::Redundancy;
+use crate::linear_algebra::{EliminationOrder, SparseFactor};
 use nalgebra::{SMatrix, SymmetricEigen};
+use std::sync::Arc;
 
 /// Below this fraction of the largest diagonal entry a pivot or eigenvalue of `H_cc` counts as zero.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -24,7 +26,7 @@ const EIGENVALUE_LIMIT: usize = 8;
 /// ```
 /// # Shapes and units
 /// `h` n_i×n_i (1/kg), `a` n_i (m/s²), `w` n_i (m/s), `effective_mass` kg.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Condensation {
     /// `Ĥ_ii`, row-major. Set to exactly zero where it is round-off of `H_ii`.
     pub h: Vec<f64>,
@@ -39,7 +41,7 @@ pub struct Condensation {
     work: Work,
 }
 
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 struct Work {
     /// `[H a w]` over the closed contacts, then the interface; what is left of it while contacts are eliminated.
     tableau: Vec<f64>,
@@ -47,6 +49,10 @@ struct Work {
     eliminated: Vec<bool>,
     /// `H_cc⁺`.
     pseudo_inverse: Vec<f64>,
+    /// In place of the tableau, where few of many contacts meet; a column over the contacts, and which of them are closed.
+    factor: Option<SparseFactor>,
+    column: Vec<f64>,
+    closed: Vec<bool>,
 }
 
 impl Condensation {
@@ -64,8 +70,20 @@ impl Condensation {
                 pivot_row: vec![0.0; columns],
                 eliminated: vec![false; contacts],
                 pseudo_inverse: vec![0.0; contacts * contacts],
+                ..Work::default()
             },
         }
+    }
+
+    /// Makes the workspace for models like this one.
+    pub fn of(model: &ReducedInterfaceModel) -> Self {
+        let Some(meeting) = model.meeting() else { return Self::new(model.contacts(), model.interface()) };
+        let mut condensation = Self::new(PSEUDO_INVERSE_LIMIT, model.interface());
+        let work = &mut condensation.work;
+        work.factor = Some(SparseFactor::new(Arc::new(EliminationOrder::new(meeting))));
+        work.column = vec![0.0; model.contacts()];
+        work.closed = vec![false; model.contacts()];
+        condensation
     }
 }
 
@@ -76,6 +94,16 @@ impl Condensation {
 pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Redundancy, out: &mut Condensation) {
     let (n_u, n_i, n_c) = (model.contacts(), model.interface(), closed.len());
     match redundancy {
+        Redundancy::Drop if out.work.factor.is_some() && n_c > 2 => condense_meeting(model, closed, 0.0, out),
+        Redundancy::Regularised { epsilon } if out.work.factor.is_some() => {
+            condense_meeting(model, closed, 0.0, out);
+            let (rank, trace) = (out.rank, closed.iter().map(|&contact| model.entry(contact, contact)).sum::<f64>());
+            condense_meeting(model, closed, epsilon * trace / n_c.max(1) as f64, out);
+            out.rank = rank;
+        }
+        Redundancy::PseudoInverse if out.work.factor.is_some() && n_c > PSEUDO_INVERSE_LIMIT => {
+            condense_meeting(model, closed, 0.0, out)
+        }
         Redundancy::Drop if n_i == 1 && n_c <= 2 => project_scalar(model, closed, out),
         Redundancy::PseudoInverse if (1..=PSEUDO_INVERSE_LIMIT).contains(&n_c) => {
             subtract_projection(model, closed, out)
@@ -103,6 +131,28 @@ pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Red
         }
     }
     out.effective_mass = effective_mass(&out.h, n_i);
+}
+
+/// The same where few of many contacts meet. Contacts are left out that depend on those before them in the factor's order.
+fn condense_meeting(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, out: &mut Condensation) {
+    let (n_u, n_i) = (model.contacts(), model.interface());
+    let Work { factor: Some(factor), column, closed: marks, .. } = &mut out.work else { return };
+    let Some(rows) = model.contact_rows() else { return };
+    marks.fill(false);
+    closed.iter().for_each(|&contact| marks[contact] = true);
+    out.rank = factor.factorise(rows, shift, RANK_TOLERANCE, |contact| marks[contact]);
+    for i in 0..n_i {
+        // H_cc⁻¹ H_ci, then its products with what the interface feels.
+        let of_interface = |i: usize| model.interface_column(i).map_or(&[][..], |column| &column[..n_u]);
+        column.copy_from_slice(of_interface(i));
+        factor.solve(column);
+        let product = |x: &[f64]| column.iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
+        for j in 0..n_i {
+            out.h[j * n_i + i] = model.entry(n_u + i, n_u + j) - product(of_interface(j));
+        }
+        out.a[i] = model.a[n_u + i] - product(&model.a[..n_u]);
+        out.w[i] = model.w[n_u + i] - product(&model.w[..n_u]);
+    }
 }
 
 /// The same as [`eliminate`] for one interface row and at most two closed contacts, on registers: this is what is
@@ -148,12 +198,11 @@ fn load(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, work: &mut 
     let columns = n_c + model.interface() + 2;
     let sources = closed.iter().copied().chain(n_u..n);
     for ((position, source), row) in sources.enumerate().zip(work.tableau.chunks_mut(columns)) {
-        let h = &model.h[source * n..(source + 1) * n];
         for (entry, &contact) in row.iter_mut().zip(closed) {
-            *entry = h[contact];
+            *entry = model.entry(source, contact);
         }
-        for (entry, h) in row[n_c..].iter_mut().zip(&h[n_u..]) {
-            *entry = *h;
+        for (entry, interface) in row[n_c..].iter_mut().zip(n_u..n) {
+            *entry = model.entry(source, interface);
         }
         row[columns - 2] = model.a[source];
         row[columns - 1] = model.w[source];

@@ -1,10 +1,12 @@
 //! From Eq. 3 to Eq. 4: velocities and bilateral impulses are eliminated once, and can be recovered afterwards.
 
 use super::linearisation::{Linearisation, MassMatrix};
+use super::local_elimination::LocalElimination;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::error::{Cause, Failure};
-use crate::linear_algebra::Cholesky;
+use crate::linear_algebra::{Cholesky, SymmetricPattern};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Eliminates velocities and bilateral impulses, leaving the model at the interface; then maps impulses back.
 ///
@@ -39,6 +41,8 @@ pub struct Elimination {
     schur: Cholesky,
     /// `Y`, n_b×n.
     y: Vec<f64>,
+    /// In place of all that follows, where few of many contacts meet.
+    local: Option<LocalElimination>,
     /// `G A_xᵀ`, transposed; (n_u+n_i)×n.
     g_rows: Vec<f64>,
     /// `C_xᵀ`, n_b×(n_u+n_i).
@@ -60,7 +64,10 @@ impl Elimination {
         let n = linearisation.velocities();
         let n_b = linearisation.bilateral.len();
         let rows = linearisation.unilateral.len() + linearisation.interface.len();
+        let local = Self::meeting(linearisation).and_then(|meeting| LocalElimination::new(linearisation, &meeting));
+        let rows = if local.is_some() { 0 } else { rows };
         Elimination {
+            local,
             velocities: n,
             bilateral: n_b,
             rows,
@@ -78,8 +85,36 @@ impl Elimination {
         }
     }
 
+    /// Returns which contacts meet, if the unilateral rows of Eq. 3 keep only what they can know; the system must then be without joints
+    /// and have a diagonal mass, and the model that is filled must be one of that meeting.
+    pub fn meeting(linearisation: &Linearisation) -> Option<Arc<SymmetricPattern>> {
+        LocalElimination::meeting(&linearisation.unilateral, linearisation.velocities()).map(Arc::new)
+    }
+
     /// Fills `model` from Eq. 3 at velocity `v`, for a mechanics step `h` with joint stabilisation `γ`.
     pub fn reduce(
+        &mut self,
+        eq3: &Linearisation,
+        v: &[f64],
+        h: f64,
+        stabilisation: f64,
+        model: &mut ReducedInterfaceModel,
+    ) -> Result<(), Failure> {
+        if let Some(local) = &mut self.local {
+            self.start_velocity.copy_from_slice(v);
+            local.reduce(eq3, v, &mut self.free_acceleration, model);
+        } else {
+            self.reduce_all(eq3, v, h, stabilisation, model)?;
+        }
+        model.gap.copy_from_slice(&eq3.unilateral.position);
+        model.position.copy_from_slice(&eq3.interface.position);
+        model.stabilisation = stabilisation;
+        model.mechanics_step = h;
+        Ok(())
+    }
+
+    #[inline]
+    fn reduce_all(
         &mut self,
         eq3: &Linearisation,
         v: &[f64],
@@ -94,15 +129,17 @@ impl Elimination {
             n if n % 3 == 0 => self.reduce_in_blocks::<3>(n / 3, eq3, v, h, stabilisation, model)?,
             n => self.reduce_in_blocks::<1>(n, eq3, v, h, stabilisation, model)?,
         }
-        model.gap.copy_from_slice(&eq3.unilateral.position);
-        model.position.copy_from_slice(&eq3.interface.position);
-        model.stabilisation = stabilisation;
-        model.mechanics_step = h;
         Ok(())
     }
 
     /// Recovers `v⁺` after a step `h` from the stacked impulses `[P_u; h λ_i]` (N·s).
     pub fn velocity_after(&self, h: f64, impulses: &[f64], v: &mut [f64]) {
+        if let Some(local) = &self.local {
+            for (v, (start, free)) in v.iter_mut().zip(self.start_velocity.iter().zip(&self.free_acceleration)) {
+                *v = start + h * free;
+            }
+            return local.add_impulses(impulses, v);
+        }
         match self.velocities {
             3 => self.velocity_in_blocks::<3>(1, h, impulses, v),
             6 => self.velocity_in_blocks::<6>(1, h, impulses, v),

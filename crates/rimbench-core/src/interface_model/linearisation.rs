@@ -8,7 +8,9 @@ use nalgebra::Vector2;
 pub struct Rows {
     count: usize,
     columns: usize,
-    /// `A`, row-major, `count × columns`.
+    /// Where only few entries of a row are not zero for good: where each row starts in `jacobian`, and the columns of its entries.
+    known: Option<(Vec<usize>, Vec<u32>)>,
+    /// `A`, row-major, `count × columns`; with known columns only what stands in those.
     pub jacobian: Vec<f64>,
     /// `Ȧ v`, m/s².
     pub convective: Vec<f64>,
@@ -22,10 +24,39 @@ impl Rows {
         Rows {
             count,
             columns,
+            known: None,
             jacobian: vec![0.0; count * columns],
             convective: vec![0.0; count],
             position: vec![0.0; count],
         }
+    }
+
+    /// Makes zero rows over `columns` velocities that keep only the entries in these columns, row by row.
+    pub fn in_columns(columns: usize, of_rows: &[Vec<usize>]) -> Self {
+        let starts: Vec<usize> = std::iter::once(0)
+            .chain(of_rows.iter().scan(0, |end, row| {
+                *end += row.len();
+                Some(*end)
+            }))
+            .collect();
+        let known: Vec<u32> = of_rows.iter().flatten().map(|&column| column as u32).collect();
+        let zeros = Rows::zeros(of_rows.len(), 0);
+        Rows { columns, jacobian: vec![0.0; known.len()], known: Some((starts, known)), ..zeros }
+    }
+
+    /// Returns where the entries of the rows start, and their columns, if only those are kept.
+    pub(crate) fn known_columns(&self) -> Option<(&[usize], &[u32])> {
+        self.known.as_ref().map(|(starts, columns)| (&starts[..], &columns[..]))
+    }
+
+    /// Writes one entry: that in `column`, which is the `slot`-th of the columns that the row can know.
+    #[inline]
+    pub fn set(&mut self, index: usize, slot: usize, column: usize, value: f64) {
+        let at = match &self.known {
+            None => index * self.columns + column,
+            Some((starts, _)) => starts[index] + slot,
+        };
+        self.jacobian[at] = value;
     }
 
     /// Returns the number of rows.
@@ -38,7 +69,7 @@ impl Rows {
         self.count == 0
     }
 
-    /// Returns one row of `A`.
+    /// Returns one row of `A`, which must keep all its entries.
     #[inline]
     pub fn row(&self, index: usize) -> &[f64] {
         &self.jacobian[index * self.columns..(index + 1) * self.columns]
@@ -47,7 +78,14 @@ impl Rows {
     /// Returns the velocity of one row, `(A v)_index`, m/s.
     #[inline]
     pub fn velocity(&self, index: usize, v: &[f64]) -> f64 {
-        body_dot(self.row(index), v)
+        match &self.known {
+            None => body_dot(self.row(index), v),
+            Some((starts, columns)) => {
+                let entries = starts[index]..starts[index + 1];
+                let columns = &columns[entries.clone()];
+                self.jacobian[entries].iter().zip(columns).map(|(a, &column)| a * v[column as usize]).sum()
+            }
+        }
     }
 
     /// Writes the part of a row that belongs to one planar body with velocities `(ẋ, ẏ, ω)` from `first` on: the

@@ -23,6 +23,7 @@ mod contact_law;
 mod contact_spring;
 mod elimination;
 mod linearisation;
+mod local_elimination;
 mod reduced_interface_model;
 mod redundancy;
 

@@ -2,6 +2,8 @@
 
 use super::contact_law::gap_velocity;
 use super::contact_spring::ContactSpring;
+use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
+use std::sync::Arc;
 
 /// A contact that starts with a gap up to this counts as closed before the first step: positions of a metre are rounded to
 /// 1e-16 m, and start poses are computed to a few of those. m.
@@ -22,7 +24,10 @@ pub const TOUCHING: f64 = 1e-9;
 pub struct ReducedInterfaceModel {
     contacts: usize,
     interface: usize,
-    /// `H = [H_uu H_ui; H_iu H_ii]`, row-major.
+    /// Which contacts meet, where the model has many that do not.
+    meeting: Option<Arc<SymmetricPattern>>,
+    /// `H = [H_uu H_ui; H_iu H_ii]`, row-major. Where few of many contacts meet, the entries of `H_uu` that are not zero for good, then
+    /// `H_ui` column by column, then `H_ii`: [`entry`](Self::entry) knows.
     pub h: Vec<f64>,
     /// Free accelerations `[a_u; a_i]`.
     pub a: Vec<f64>,
@@ -52,6 +57,7 @@ impl ReducedInterfaceModel {
         ReducedInterfaceModel {
             contacts,
             interface,
+            meeting: None,
             h: vec![0.0; n * n],
             a: vec![0.0; n],
             w: vec![0.0; n],
@@ -63,6 +69,40 @@ impl ReducedInterfaceModel {
             mechanics_step: 0.0,
             spring: None,
         }
+    }
+
+    /// Makes a zero model of contacts that meet as `meeting` says.
+    pub fn zeros_of(meeting: Arc<SymmetricPattern>, interface: usize) -> Self {
+        let contacts = meeting.size();
+        let entries = meeting.entries() + (contacts + interface) * interface;
+        let zeros = ReducedInterfaceModel {
+            a: vec![0.0; contacts + interface],
+            w: vec![0.0; contacts + interface],
+            gap: vec![0.0; contacts],
+            at_bound: vec![false; contacts],
+            contacts,
+            ..ReducedInterfaceModel::zeros(0, interface)
+        };
+        ReducedInterfaceModel { h: vec![0.0; entries], meeting: Some(meeting), ..zeros }
+    }
+
+    /// Returns which contacts meet, where the model keeps nothing else.
+    #[inline]
+    pub fn meeting(&self) -> Option<&Arc<SymmetricPattern>> {
+        self.meeting.as_ref()
+    }
+
+    /// Returns `H_uu`, where few of many contacts meet.
+    #[inline]
+    pub fn contact_rows(&self) -> Option<SymmetricRows<'_>> {
+        self.meeting.as_deref().map(|pattern| SymmetricRows { pattern, entries: &self.h[..pattern.entries()] })
+    }
+
+    /// Returns column `i` of `[H_ui; H_ii]`, where few of many contacts meet.
+    #[inline]
+    pub fn interface_column(&self, i: usize) -> Option<&[f64]> {
+        let (first, rows) = (self.meeting.as_ref()?.entries(), self.contacts + self.interface);
+        Some(&self.h[first + i * rows..first + (i + 1) * rows])
     }
 
     /// Returns the number of contacts n_u.
@@ -80,7 +120,12 @@ impl ReducedInterfaceModel {
     /// Returns one entry of the stacked `H`; contacts come first, interface row `j` is `contacts() + j`.
     #[inline]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
-        self.h[row * (self.contacts + self.interface) + column]
+        let Some(meeting) = &self.meeting else { return self.h[row * (self.contacts + self.interface) + column] };
+        let (n, row, column) = (self.contacts, row.min(column), row.max(column));
+        if column < n {
+            return meeting.position(row, column).map_or(0.0, |at| self.h[at]);
+        }
+        self.h[meeting.entries() + (column - n) * (n + self.interface) + row]
     }
 
     /// Copies another model of the same size without allocating.

@@ -1,5 +1,5 @@
-//! Dense linear algebra for tiny to moderate sizes: no allocation after construction, plain loops where matrices are small,
-//! faer above.
+//! Linear algebra of contacts: no allocation after construction, plain loops where matrices are small, faer above, and where most
+//! contacts do not know each other only what is not zero.
 //!
 //! | type | what it does |
 //! |---|---|
@@ -7,6 +7,8 @@
 //! | [`Factor`] | `M_AA = L D Lᵀ` for a set of indices that grows and shrinks by one |
 //! | [`Lu`] | one dense system with row pivoting |
 //! | [`SparseRows`] | the entries of a matrix that are not zero, for many products |
+//! | [`SymmetricRows`] | a symmetric matrix whose zeros are known beforehand |
+//! | [`SparseFactor`] | `M_AA = L D Lᵀ` of such a matrix, for a set of rows that enter and leave |
 //! | [`Buffer`] | storage inside its owner while it is short |
 //! | [`dot`], [`body_dot`] | inner products of long rows, and of the few numbers of two bodies |
 
@@ -15,11 +17,15 @@ mod cholesky;
 mod dot;
 mod factor;
 mod lu;
+mod sparse_factor;
 mod sparse_rows;
+mod symmetric_rows;
 
 pub use buffer::Buffer;
 pub use cholesky::{Cholesky, Singular};
 pub use dot::{body_dot, dot};
 pub use factor::Factor;
 pub use lu::Lu;
+pub use sparse_factor::{EliminationOrder, SparseFactor};
 pub use sparse_rows::SparseRows;
+pub use symmetric_rows::{SymmetricPattern, SymmetricRows};

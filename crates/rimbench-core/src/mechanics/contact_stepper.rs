@@ -6,7 +6,7 @@ pub(super) use middle_step::ContactSet;
 
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::ModelSize;
-use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
+use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSet};
 use crate::cosim::{EnergyAccount, SubsystemCounters};
 use crate::error::Failure;
 use crate::interface_model::{
@@ -27,6 +27,9 @@ pub struct ContactLaw {
     pub spring: Option<ContactSpring>,
 }
 
+/// Contacts from which on only what is not zero is kept, where few of them meet (`benches/scaling.rs`).
+const MANY: usize = 48;
+
 /// State, Eq. 3 and Eq. 4 of a mechanical system, and its contact solver.
 #[derive(Clone)]
 pub(super) struct ContactStepper {
@@ -43,6 +46,8 @@ pub(super) struct ContactStepper {
     /// Step for which `eq4` belongs to the present state, if it does.
     reduced_for: Option<f64>,
     solver: Checked,
+    /// In its place, where few of many contacts meet.
+    sparse: Option<SparseActiveSet>,
     h_uu: Vec<f64>,
     b_u: Vec<f64>,
     /// `w⁺` plus gap terms of the last step; whether `eq4.at_bound` has been found from it.
@@ -69,31 +74,49 @@ impl ContactStepper {
     /// Makes room for a system of this size at its start state.
     pub(super) fn new(
         size: ModelSize,
+        columns: Option<Vec<Vec<usize>>>,
         mass: MassMatrix,
         (q, v): (Vec<f64>, Vec<f64>),
         law: ContactLaw,
         solver: Checked,
     ) -> Self {
+        let local = size.unilateral >= MANY
+            && size.bilateral == 0
+            && matches!(mass, MassMatrix::Diagonal(_))
+            && law.spring.is_none()
+            && solver.goes_by_active_sets();
         let eq3 = Linearisation {
             mass,
             force: vec![0.0; size.velocities],
             bilateral: Rows::zeros(size.bilateral, size.velocities),
-            unilateral: Rows::zeros(size.unilateral, size.velocities),
+            unilateral: match columns.filter(|_| local) {
+                Some(columns) => Rows::in_columns(size.velocities, &columns),
+                None => Rows::zeros(size.unilateral, size.velocities),
+            },
             interface: Rows::zeros(size.interface, size.velocities),
         };
-        let mut eq4 = ReducedInterfaceModel::zeros(size.unilateral, size.interface);
+        let meeting = Elimination::meeting(&eq3);
+        let sparse = meeting.as_deref().map(|meeting| SparseActiveSet::new(meeting, solver.tolerance()));
+        let mut eq4 = match meeting {
+            Some(meeting) => ReducedInterfaceModel::zeros_of(meeting, size.interface),
+            None => ReducedInterfaceModel::zeros(size.unilateral, size.interface),
+        };
         eq4.restitution = law.restitution;
         eq4.spring = law.spring;
+        let dense = if sparse.is_some() { 0 } else { size.unilateral };
         ContactStepper {
             law,
             v_next: v.clone(),
             v_mean: v.clone(),
             v_change: vec![0.0; size.velocities],
             elimination: Elimination::new(&eq3),
+            condensation: Condensation::of(&eq4),
             eq4,
             reduced_for: None,
-            solver,
-            h_uu: vec![0.0; size.unilateral * size.unilateral],
+            // A solver that is not asked keeps no room.
+            solver: if sparse.is_some() { solver.without_room() } else { solver },
+            sparse,
+            h_uu: vec![0.0; dense * dense],
             b_u: vec![0.0; size.unilateral],
             slack: vec![0.0; size.unilateral],
             closed_known: false,
@@ -102,7 +125,6 @@ impl ContactStepper {
             p_b: vec![0.0; size.bilateral],
             last_step: f64::INFINITY,
             closed: Vec::with_capacity(size.unilateral),
-            condensation: Condensation::new(size.unilateral, size.interface),
             ledger: EnergyLedger::default(),
             displacement: vec![0.0; size.interface],
             damper_loss: 0.0,
@@ -115,7 +137,10 @@ impl ContactStepper {
 
     /// An interface model of this system's size and law, with nothing in it yet.
     pub(super) fn empty_model(&self) -> ReducedInterfaceModel {
-        let mut model = ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface());
+        let mut model = match self.eq4.meeting() {
+            Some(meeting) => ReducedInterfaceModel::zeros_of(meeting.clone(), self.eq4.interface()),
+            None => ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface()),
+        };
         model.restitution = self.law.restitution;
         model.spring = self.law.spring;
         model
@@ -141,7 +166,8 @@ impl ContactStepper {
     }
 
     pub(super) fn counters(&self) -> SubsystemCounters {
-        SubsystemCounters { solver: self.solver.counters(), ..self.counters }
+        let solver = self.sparse.as_ref().map_or_else(|| self.solver.counters(), SparseActiveSet::counters);
+        SubsystemCounters { solver, ..self.counters }
     }
 
     /// Position and velocity of the interface rows.
@@ -161,6 +187,11 @@ impl ContactStepper {
     /// Whether contacts give way.
     pub(super) fn is_compliant(&self) -> bool {
         self.law.spring.is_some()
+    }
+
+    /// Whether only what is not zero is kept of the contacts.
+    pub(super) fn is_sparse(&self) -> bool {
+        self.sparse.is_some()
     }
 
     /// Acceleration of a contact without contact forces, as of the last reduction, m/s².
@@ -232,9 +263,12 @@ impl ContactStepper {
             *slack = b;
             scale = if b.abs() > scale { b.abs() } else { scale };
         }
+        if let Some(solver) = &self.sparse {
+            self.slack.copy_from_slice(solver.velocities());
+        }
         // Few contacts carry impulse, and the matrix is symmetric: its rows are its columns.
         for (contact, &impulse) in self.impulses[..n].iter().enumerate() {
-            if impulse != 0.0 {
+            if impulse != 0.0 && self.sparse.is_none() {
                 let column = &self.h_uu[contact * n..(contact + 1) * n];
                 for (slack, h) in self.slack.iter_mut().zip(column) {
                     *slack += h * impulse;
@@ -282,6 +316,9 @@ impl ContactStepper {
         for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
             *impulse = h * force;
         }
+        if self.sparse.is_some() {
+            return self.solve_sparse(h);
+        }
         for contact in 0..n_u {
             let (h_uu, h_ui) = self.eq4.h[contact * n..(contact + 1) * n].split_at(n_u);
             let free = self.eq4.w[contact] + h * self.eq4.a[contact];
@@ -295,6 +332,25 @@ impl ContactStepper {
         }
         let lcp = Lcp::new(&self.h_uu, &self.b_u);
         self.solver.solve(lcp, &mut self.impulses[..n_u])?;
+        Ok(())
+    }
+
+    /// The same where few of many contacts meet.
+    fn solve_sparse(&mut self, h: f64) -> Result<(), Failure> {
+        let n_u = self.eq4.contacts();
+        for contact in 0..n_u {
+            self.b_u[contact] = self.eq4.w[contact] + h * self.eq4.a[contact] + self.contact_term(contact, h);
+        }
+        let (impulses, forces) = self.impulses.split_at_mut(n_u);
+        for (i, &force) in forces.iter().enumerate() {
+            if let Some(column) = self.eq4.interface_column(i) {
+                self.b_u.iter_mut().zip(column).for_each(|(b, h)| *b += h * force);
+            }
+        }
+        if let (Some(solver), Some(rows)) = (&mut self.sparse, self.eq4.contact_rows()) {
+            solver.forget_matrix();
+            solver.solve(rows, &self.b_u, impulses)?;
+        }
         Ok(())
     }
 

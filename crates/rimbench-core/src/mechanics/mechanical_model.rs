@@ -47,6 +47,13 @@ pub trait MechanicalModel: Send {
     /// `A_u`, `Ȧ_u v` and gaps.
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows);
 
+    /// Columns of the velocities that each unilateral row can know, in the order of the slots that [`Rows::set`] is given, where a row
+    /// knows few of many; none where all rows may know all. With many contacts, no joints and a diagonal mass
+    /// only those entries are then kept: [`unilateral`](Self::unilateral) must write by [`Rows::set`].
+    fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
+        None
+    }
+
     /// `A_i`, `Ȧ_i v` and interface coordinates.
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows);
 

@@ -46,7 +46,14 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         model.prepare(&start.0, &start.1);
         let parts = [model.observables(), model.gap_names(), model.contact_force_names()];
         let mut mechanics = NonSmoothMechanics {
-            stepper: ContactStepper::new(size, model.empty_mass_matrix(), start, law, solver),
+            stepper: ContactStepper::new(
+                size,
+                model.unilateral_columns(),
+                model.empty_mass_matrix(),
+                start,
+                law,
+                solver,
+            ),
             second_order: None,
             ports,
             parts: [parts[0].len(), parts[1].len(), parts[2].len()],
@@ -183,6 +190,9 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
         if self.stepper.is_compliant() {
             return Err("contacts that give way are stepped by the semi-implicit rule");
+        }
+        if self.stepper.is_sparse() {
+            return Err("contacts by the dozen, of which few meet, are stepped by the semi-implicit rule");
         }
         self.second_order = Some(Box::new(SecondOrderSteps::new(rule, &self.model)));
         Ok(())

@@ -3,6 +3,8 @@
 use super::force_following::ForceFollowing;
 use crate::error::Failure;
 use crate::interface_model::{Condensation, ReducedInterfaceModel};
+use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
+use std::sync::Arc;
 
 /// What a micro step of length δ needs of the model, one column after the other, contacts of the set first:
 ///
@@ -23,8 +25,9 @@ pub(super) struct PackedModel {
     force_columns: Vec<f64>,
     /// Columns of `H_·u`.
     impulse_columns: Vec<f64>,
-    /// `H_uu`, row-major, for the complementarity problem.
+    /// `H_uu`, row-major, for the complementarity problem; where few of many contacts meet, what `meeting` says.
     h_uu: Vec<f64>,
+    meeting: Option<Arc<SymmetricPattern>>,
 }
 
 impl PackedModel {
@@ -38,7 +41,28 @@ impl PackedModel {
             force_columns: vec![0.0; rows * interface],
             impulse_columns: vec![0.0; rows * contacts],
             h_uu: vec![0.0; contacts * contacts],
+            meeting: None,
         }
+    }
+
+    /// Makes room for models like this one with all their contacts, of which few meet if the model says so.
+    pub(super) fn of_all(model: &ReducedInterfaceModel) -> Self {
+        let Some(meeting) = model.meeting() else { return Self::new(model.contacts(), model.interface()) };
+        let (rows, n_i) = (model.contacts() + model.interface(), model.interface());
+        PackedModel {
+            drift: vec![0.0; rows],
+            force_columns: vec![0.0; rows * n_i],
+            impulse_columns: vec![0.0; rows * n_i],
+            h_uu: vec![0.0; meeting.entries()],
+            meeting: Some(meeting.clone()),
+            ..Self::new(0, 0)
+        }
+    }
+
+    /// `H_uu`, where few of many contacts meet.
+    #[inline]
+    pub(super) fn contact_rows(&self) -> Option<SymmetricRows<'_>> {
+        self.meeting.as_deref().map(|pattern| SymmetricRows { pattern, entries: &self.h_uu })
     }
 
     /// Number of contacts in the set; none where they are closed for good.
@@ -76,6 +100,9 @@ impl PackedModel {
         let (n, n_u, n_i) = (set.len(), model.contacts(), model.interface());
         let rows = n + n_i;
         (self.contacts, self.length) = (n, length);
+        if self.meeting.is_some() {
+            return self.pack_meeting(model);
+        }
         let sources = || set.iter().copied().chain(n_u..n_u + n_i).enumerate();
         for (row, source) in sources() {
             self.drift[row] = length * model.a[source];
@@ -89,6 +116,19 @@ impl PackedModel {
                     self.h_uu[row * n + slot] = entry;
                 }
             }
+        }
+    }
+
+    /// The same with all contacts, where few meet; `impulse_columns` then are those of the interface.
+    fn pack_meeting(&mut self, model: &ReducedInterfaceModel) {
+        let (h_uu, of_interface) = model.h.split_at(self.h_uu.len());
+        self.h_uu.copy_from_slice(h_uu);
+        self.impulse_columns.copy_from_slice(of_interface);
+        for (drift, a) in self.drift.iter_mut().zip(&model.a) {
+            *drift = self.length * a;
+        }
+        for (force, h) in self.force_columns.iter_mut().zip(&self.impulse_columns) {
+            *force = self.length * h;
         }
     }
 
@@ -173,6 +213,12 @@ impl PackedModel {
     #[inline]
     pub(super) fn add_impulse(&self, contact: usize, impulse: f64, w: &mut [f64]) {
         let rows = w.len();
+        if let Some(h_uu) = self.contact_rows() {
+            h_uu.add_row(contact, impulse, w);
+            let columns = self.impulse_columns.chunks_exact(rows);
+            w[self.contacts..].iter_mut().zip(columns).for_each(|(w, column)| *w += impulse * column[contact]);
+            return;
+        }
         add_multiple(w, impulse, &self.impulse_columns[contact * rows..(contact + 1) * rows]);
     }
 }

@@ -20,7 +20,7 @@
 
 use super::packed_model::{PackedModel, add_multiple};
 use crate::interface_model::GapRates;
-use crate::linear_algebra::Factor;
+use crate::linear_algebra::{Factor, SparseFactor};
 
 /// A member whose pivot is below this part of its diagonal depends on the others; as in the active set.
 const DEPENDENT: f64 = 1e-11;
@@ -56,6 +56,28 @@ pub(super) struct MicroState<'a> {
     pub(super) impulses: &'a mut [f64],
 }
 
+/// `H_AA`, factorised.
+#[derive(Clone)]
+enum SetFactor {
+    Dense(Factor),
+    /// Where few of many contacts meet: the factor, and a column over all contacts.
+    Sparse(SparseFactor, Vec<f64>),
+}
+
+impl SetFactor {
+    /// Replaces `x`, by members, by `H_AA⁻¹ x`.
+    fn solve(&mut self, set: &[usize], x: &mut [f64]) {
+        match self {
+            SetFactor::Dense(factor) => factor.solve(x),
+            SetFactor::Sparse(factor, column) => {
+                set.iter().zip(&*x).for_each(|(&contact, x)| column[contact] = *x);
+                factor.solve(column);
+                set.iter().zip(x).for_each(|(&contact, x)| *x = column[contact]);
+            }
+        }
+    }
+}
+
 /// The response of the contacts for one active set: what `[1; σ; λ]` is multiplied by.
 ///
 /// One column is that of an `r` that was solved for; `σ r` is the one of the present micro step.
@@ -68,7 +90,7 @@ pub(super) struct ParametricStep {
     interface: usize,
     /// `A`.
     set: Vec<usize>,
-    factor: Factor,
+    factor: SetFactor,
     /// Columns `δ â`, `−H_·A H_AA⁻¹ r`, `δ Ĥ_·i`: what velocities change by. At members the second is `−r`, the others are zero.
     velocities: Vec<f64>,
     /// Columns `−δ H_AA⁻¹ a_A`, `−H_AA⁻¹ r`, `−δ H_AA⁻¹ H_Ai`: impulses of the members.
@@ -85,6 +107,15 @@ pub(super) struct ParametricStep {
 impl ParametricStep {
     /// Makes room for `contacts` contacts and `interface` interface rows.
     pub(super) fn new(contacts: usize, interface: usize) -> Self {
+        Self::with_factor(contacts, interface, SetFactor::Dense(Factor::new(contacts)))
+    }
+
+    /// The same with the order and pattern of this factor, where few of many contacts meet.
+    pub(super) fn sparse(contacts: usize, interface: usize, factor: &SparseFactor) -> Self {
+        Self::with_factor(contacts, interface, SetFactor::Sparse(factor.clone(), vec![0.0; contacts]))
+    }
+
+    fn with_factor(contacts: usize, interface: usize, factor: SetFactor) -> Self {
         let columns = interface + 2;
         ParametricStep {
             known: false,
@@ -92,7 +123,7 @@ impl ParametricStep {
             contacts: 0,
             interface,
             set: Vec::with_capacity(contacts),
-            factor: Factor::new(contacts),
+            factor,
             velocities: vec![0.0; (contacts + interface) * columns],
             impulses: vec![0.0; contacts * columns],
             scales: vec![0.0; columns],
@@ -119,20 +150,41 @@ impl ParametricStep {
         self.steps
     }
 
-    /// Finds the response for the contacts that carry one of these impulses. There is none if they depend on each other.
-    pub(super) fn find(&mut self, model: &PackedModel, motion: &GapMotion, impulses: &[f64]) {
+    /// Finds the response for the contacts that carry one of these impulses. There is none if they depend on each other. `solved` is the
+    /// factor of the set that was found with them, where few of many contacts meet.
+    pub(super) fn find(
+        &mut self,
+        model: &PackedModel,
+        motion: &GapMotion,
+        impulses: &[f64],
+        solved: Option<&SparseFactor>,
+    ) {
         let n = model.contacts();
         self.contacts = n;
         self.set.clear();
-        self.factor.clear(n);
-        for (contact, &impulse) in impulses.iter().enumerate() {
-            if impulse > 0.0 {
-                let d = self.factor.border(model.h_uu(), &self.set, contact);
-                if d.is_nan() || d <= DEPENDENT * model.h_uu()[contact * n + contact] {
-                    return;
+        match (&mut self.factor, solved) {
+            (SetFactor::Sparse(factor, column), Some(solved)) => {
+                column.fill(0.0);
+                // Where nothing pushes no set was looked at.
+                if impulses.iter().any(|impulse| *impulse > 0.0) {
+                    // Members that carry nothing at the moment stay.
+                    factor.copy_from(solved);
+                    self.set.extend((0..n).filter(|&contact| solved.contains(contact)));
                 }
-                self.factor.push(d);
-                self.set.push(contact);
+            }
+            (SetFactor::Sparse(..), None) => return,
+            (SetFactor::Dense(factor), _) => {
+                factor.clear(n);
+                for (contact, &impulse) in impulses.iter().enumerate() {
+                    if impulse > 0.0 {
+                        let d = factor.border(model.h_uu(), &self.set, contact);
+                        if d.is_nan() || d <= DEPENDENT * model.h_uu()[contact * n + contact] {
+                            return;
+                        }
+                        factor.push(d);
+                        self.set.push(contact);
+                    }
+                }
             }
         }
         let (rows, k) = (n + self.interface, self.set.len());
@@ -142,7 +194,7 @@ impl ParametricStep {
             let (column, at) = if j == 0 { (model.drift(rows), 0) } else { (model.force_column(j - 1, rows), j + 1) };
             let (velocities, impulses) = (&mut self.velocities[at * rows..][..rows], &mut self.impulses[at * n..][..k]);
             self.scales[at] = largest(&column[..n]);
-            self.known &= respond(model, &self.set, &self.factor, column, velocities, impulses);
+            self.known &= respond(model, &self.set, &mut self.factor, column, velocities, impulses);
         }
         self.decay = 1.0 - motion.rates.closed * motion.advance;
         self.set_r_aside();
@@ -305,7 +357,7 @@ impl ParametricStep {
             return true;
         }
         impulses.copy_from_slice(r);
-        self.factor.solve(impulses);
+        self.factor.solve(&self.set, impulses);
         of_r.fill(0.0);
         for (&contact, impulse) in self.set.iter().zip(impulses) {
             *impulse = -*impulse;
@@ -325,7 +377,7 @@ impl ParametricStep {
 fn respond(
     model: &PackedModel,
     set: &[usize],
-    factor: &Factor,
+    factor: &mut SetFactor,
     column: &[f64],
     left: &mut [f64],
     answer: &mut [f64],
@@ -333,7 +385,7 @@ fn respond(
     for (answer, &contact) in answer.iter_mut().zip(set) {
         *answer = column[contact];
     }
-    factor.solve(answer);
+    factor.solve(set, answer);
     left.copy_from_slice(column);
     for (answer, &contact) in answer.iter_mut().zip(set) {
         *answer = -*answer;

@@ -20,7 +20,7 @@ use super::moving_model::MovingModel;
 use super::need::Need;
 use super::packed_model::PackedModel;
 use super::parametric_step::{GapMotion, MicroState, ParametricStep};
-use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
+use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSet};
 use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Failure, Result};
 use crate::interface_model::{Condensation, GapRates, ReducedInterfaceModel, Redundancy, condense, impact_velocity};
@@ -67,6 +67,8 @@ pub(super) struct ReducedInterface {
     previous_set: Vec<usize>,
     condensation: Condensation,
     solver: Checked,
+    /// In its place, where few of many contacts meet and all are in the set.
+    sparse: Option<SparseActiveSet>,
     active: ActiveContacts,
     selection: ContactSelection,
     /// The model as a micro step uses it.
@@ -134,6 +136,12 @@ impl ReducedInterface {
         // A solver that was asked for by name is given every problem.
         let affine = options.motion == ModelMotion::Frozen && empty.spring.is_none() && solver.goes_by_active_sets();
         let affine = affine && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
+        // The set is all contacts, and the model has no more of them than it says.
+        let all =
+            options.contacts == ContactChoice::All && matches!(detection, None | Some(ContactDetection::MechanicsLaw));
+        let sparse =
+            empty.meeting().filter(|_| affine && all).map(|meeting| SparseActiveSet::new(meeting, solver.tolerance()));
+        let dense = if sparse.is_some() { 0 } else { n_u };
         Ok(ReducedInterface {
             contacts,
             detection,
@@ -149,15 +157,24 @@ impl ReducedInterface {
             model: MovingModel::new(empty, options.motion),
             set: Vec::with_capacity(n_u),
             previous_set: Vec::with_capacity(n_u),
-            condensation: Condensation::new(n_u, n_i),
-            solver,
-            active: ActiveContacts::new(n_u, n_i, &options.solver),
+            condensation: Condensation::of(empty),
+            active: ActiveContacts::new(
+                if contacts == Contacts::BilateralActive { n_u } else { 0 },
+                n_i,
+                &options.solver,
+            ),
             selection: ContactSelection::new(n_u, n_i, options.contacts, &options.solver),
-            packed: PackedModel::new(n_u, n_i),
+            packed: if sparse.is_some() { PackedModel::of_all(empty) } else { PackedModel::new(n_u, n_i) },
             packed_anew: true,
             following: ForceFollowing::new(n_i),
             follows: false,
-            parametric: affine.then(|| ParametricStep::new(n_u, n_i)),
+            parametric: affine.then(|| match &sparse {
+                Some(sparse) => ParametricStep::sparse(n_u, n_i, sparse.factor()),
+                None => ParametricStep::new(n_u, n_i),
+            }),
+            // A solver that is not asked keeps no room.
+            solver: if dense == 0 { solver.without_room() } else { solver },
+            sparse,
             gap_motion: GapMotion::default(),
             b_u: vec![0.0; n_u],
             p_u: vec![0.0; n_u],
@@ -170,7 +187,7 @@ impl ReducedInterface {
             micro_step: f64::NAN,
             diagnosis: Diagnosis {
                 loaded: Vec::with_capacity(n_u),
-                condensation: Condensation::new(n_u, n_i),
+                condensation: Condensation::of(empty),
                 bilateral_mass: f64::NAN,
             },
         })
@@ -294,9 +311,16 @@ impl ReducedInterface {
         if self.gap_motion.restitution > 0.0 {
             self.bounce(n);
         }
-        let lcp = Lcp::new(self.packed.h_uu(), &self.b_u[..n]);
         let anew = std::mem::replace(&mut self.packed_anew, false);
         let p_u = &mut self.p_u[..n];
+        if let (Some(solver), Some(rows)) = (&mut self.sparse, self.packed.contact_rows()) {
+            if anew {
+                solver.forget_matrix();
+            }
+            solver.solve(rows, &self.b_u[..n], p_u)?;
+            return Ok(());
+        }
+        let lcp = Lcp::new(self.packed.h_uu(), &self.b_u[..n]);
         if anew { self.solver.solve(lcp, p_u) } else { self.solver.attempt_again(lcp, p_u) }?;
         Ok(())
     }
@@ -351,7 +375,8 @@ impl ReducedInterface {
             if self.packed_anew {
                 return false;
             }
-            parametric.find(&self.packed, &self.gap_motion, &self.p_u[..self.packed.contacts()]);
+            let solved = self.sparse.as_ref().map(SparseActiveSet::factor);
+            parametric.find(&self.packed, &self.gap_motion, &self.p_u[..self.packed.contacts()], solved);
         }
         let state = MicroState { w: &self.w, next: &mut self.w_free, gap: &mut self.gap, impulses: &mut self.p_u };
         if parametric.is_known() && parametric.step(&self.packed, &self.gap_motion, lambda, state) {
@@ -475,7 +500,7 @@ impl CouplingScheme for ReducedInterface {
                 condensation.effective_mass
             }
         };
-        let mut counters = self.solver.counters();
+        let mut counters = self.sparse.as_ref().map_or_else(|| self.solver.counters(), SparseActiveSet::counters);
         counters.add(&self.active.counters());
         counters.add(&self.selection.counters());
         counters.parametric += self.parametric.as_ref().map_or(0, ParametricStep::steps);

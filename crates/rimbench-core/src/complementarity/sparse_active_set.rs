@@ -1,0 +1,369 @@
+//! Keller's pivots for many contacts of which few meet: the method of [`ActiveSet`](super::ActiveSet) on a sparse factor.
+//!
+//! What differs from the dense one: the factor keeps one order for all sets, so that a contact enters or leaves by a change along its
+//! path in the elimination tree; whatever would push with the wrong sign after a change of the matrix leaves at once, as long as it is
+//! not by far less than the worst; and every answer is measured here by the natural residual, as [`Checked`](super::Checked) does with
+//! others. An answer that is not good enough is looked for once more from the empty set.
+
+use super::{SolveStats, SolverCounters, Unsolved};
+use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricPattern, SymmetricRows};
+use std::sync::Arc;
+
+/// As in the dense active set: dependent rows, violations of no account, directions that do not block, noise on a ray.
+const DEPENDENT: f64 = 1e-11;
+const NEGLIGIBLE: f64 = 1e-13;
+const NO_MOTION: f64 = 1e-24;
+const RAY_NOISE: f64 = 1e-10;
+/// Changes of one factor before it is computed anew although the matrix is the same.
+const REFRESH: u32 = 64;
+/// Members that pull by at least this part of the worst (squared) leave together.
+const TOGETHER: f64 = 0.1;
+
+/// Solves contact problems whose matrix has a fixed pattern, from the set of the last one.
+#[derive(Debug, Clone)]
+pub struct SparseActiveSet {
+    tolerance: f64,
+    factor: SparseFactor,
+    /// Changes since the factor was computed; `None` if it is not that of the last matrix.
+    age: Option<u32>,
+    set: Vec<usize>,
+    /// `q + M z`, and the direction of a drive; by contacts.
+    w: Vec<f64>,
+    p: Vec<f64>,
+    counters: SolverCounters,
+}
+
+impl SparseActiveSet {
+    /// Makes room for problems with matrices of this pattern; answers are accepted up to this natural residual.
+    pub fn new(pattern: &SymmetricPattern, tolerance: f64) -> Self {
+        let n = pattern.size();
+        SparseActiveSet {
+            tolerance,
+            factor: SparseFactor::new(Arc::new(EliminationOrder::new(pattern))),
+            age: None,
+            set: Vec::with_capacity(n),
+            w: vec![0.0; n],
+            p: vec![0.0; n],
+            counters: SolverCounters::default(),
+        }
+    }
+
+    /// Returns the counts since construction.
+    pub fn counters(&self) -> SolverCounters {
+        self.counters
+    }
+
+    /// Returns the factor of the last set.
+    pub fn factor(&self) -> &SparseFactor {
+        &self.factor
+    }
+
+    /// Returns `w = M z + q` of the last problem.
+    pub fn velocities(&self) -> &[f64] {
+        &self.w
+    }
+
+    /// Says that the next matrix may be another.
+    pub fn forget_matrix(&mut self) {
+        self.age = None;
+    }
+
+    /// Writes a solution of `w = M z + q`, `0 ≤ w ⟂ z ≥ 0` to `z`.
+    ///
+    /// # Errors
+    /// If none was found whose natural residual is within the tolerance, or `q` is not finite.
+    pub fn solve(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        self.counters.solves += 1;
+        let mut stats = SolveStats::default();
+        let (mut nonnegative, mut finite) = (true, 0.0);
+        for q in q {
+            nonnegative &= *q >= 0.0;
+            finite += q * 0.0;
+        }
+        if finite != 0.0 {
+            return self.failed(Unsolved::NonFinite);
+        }
+        if nonnegative {
+            z.fill(0.0);
+            self.w.copy_from_slice(q);
+            return Ok(stats);
+        }
+        let mut ended = self.pivot(m, q, z, &mut stats);
+        stats.residual = self.residual(m, q, z);
+        if ended.is_err() || stats.residual > self.tolerance {
+            self.counters.fallbacks += 1;
+            stats.fallback = true;
+            self.set.clear();
+            self.age = None;
+            ended = self.pivot(m, q, z, &mut stats);
+            stats.residual = self.residual(m, q, z);
+        }
+        self.counters.pivots += u64::from(stats.pivots);
+        self.counters.factorisations += u64::from(stats.factorisations);
+        if ended.is_err() || stats.residual.is_nan() || stats.residual > self.tolerance {
+            return self.failed(Unsolved::NotFound { residual: stats.residual });
+        }
+        self.counters.worst_residual = self.counters.worst_residual.max(stats.residual);
+        Ok(stats)
+    }
+
+    #[cold]
+    fn failed(&mut self, reason: Unsolved) -> Result<SolveStats, Unsolved> {
+        self.counters.failures += 1;
+        self.set.clear();
+        self.age = None;
+        Err(reason)
+    }
+
+    /// The natural residual, with `w` computed anew from problem and answer.
+    fn residual(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &[f64]) -> f64 {
+        self.compute_velocities(m, q, z);
+        let (mut worst, mut scale, mut not_finite) = (0.0, f64::MIN_POSITIVE, 0.0);
+        for (i, (&w, (&z, &q))) in self.w.iter().zip(z.iter().zip(q)).enumerate() {
+            not_finite += w * 0.0;
+            let m_ii = m.diagonal(i);
+            let effect = if m_ii > 0.0 { m_ii * z } else { z };
+            let violation = if effect < w { effect } else { w }.abs();
+            worst = if violation > worst { violation } else { worst };
+            scale = if q.abs() > scale { q.abs() } else { scale };
+        }
+        if not_finite == 0.0 { worst / scale } else { f64::INFINITY }
+    }
+
+    fn compute_velocities(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &[f64]) {
+        self.w.copy_from_slice(q);
+        for (i, &z) in z.iter().enumerate() {
+            if z != 0.0 {
+                m.add_row(i, z, &mut self.w);
+            }
+        }
+    }
+
+    /// Brings the factor to matrix and set; members that depend on others are left out.
+    fn factorise(&mut self, m: SymmetricRows<'_>, stats: &mut SolveStats) {
+        if self.age.is_some_and(|age| age < REFRESH) {
+            return;
+        }
+        let Self { factor, set, p, .. } = self;
+        p.fill(0.0);
+        set.iter().for_each(|&i| p[i] = 1.0);
+        factor.factorise(m, 0.0, DEPENDENT, |i| p[i] != 0.0);
+        set.retain(|&i| factor.contains(i));
+        self.age = Some(0);
+        stats.factorisations += 1;
+    }
+
+    fn changed(&mut self) {
+        self.age = self.age.map(|age| age + 1);
+    }
+
+    /// Writes `z_A = −M_AA⁻¹ q_A` of a set without pulling members: those at hand but for what has to leave.
+    fn make_feasible(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64], stats: &mut SolveStats) {
+        loop {
+            for (z, q) in z.iter_mut().zip(q) {
+                *z = -q;
+            }
+            self.factor.solve(z);
+            let pull = |i: usize| if z[i] < 0.0 { z[i] * z[i] * m.diagonal(i) } else { 0.0 };
+            let worst = self.set.iter().fold(0.0, |worst: f64, &i| worst.max(pull(i)));
+            if worst == 0.0 {
+                return;
+            }
+            let Self { factor, set, .. } = self;
+            let before = set.len();
+            set.retain(|&i| {
+                let leaves = pull(i) >= TOGETHER * worst;
+                if leaves {
+                    factor.leave(i);
+                }
+                !leaves
+            });
+            let left = (before - self.set.len()) as u32;
+            stats.pivots += left;
+            self.age = self.age.map(|age| age + left);
+        }
+    }
+
+    fn pivot(
+        &mut self,
+        m: SymmetricRows<'_>,
+        q: &[f64],
+        z: &mut [f64],
+        stats: &mut SolveStats,
+    ) -> Result<(), Unsolved> {
+        let n = q.len();
+        let q_max = q.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
+        let (bland_after, bound) = (stats.pivots + 10 + 5 * n as u32, stats.pivots + 50 * n as u32);
+        loop {
+            self.factorise(m, stats);
+            self.make_feasible(m, q, z, stats);
+            self.compute_velocities(m, q, z);
+            let Some(j) = self.most_violated(m, z, NEGLIGIBLE * q_max, stats.pivots > bland_after) else {
+                return Ok(());
+            };
+            let w_j = self.w[j];
+            if !self.drive(m, z, j, stats, bound)? {
+                return if w_j >= -RAY_NOISE * q_max {
+                    Ok(())
+                } else {
+                    Err(Unsolved::NotFound { residual: f64::INFINITY })
+                };
+            }
+        }
+    }
+
+    /// The contact that promises the largest decrease of the objective, or with `bland` the first; violations within the rounding of
+    /// `w` do not count.
+    fn most_violated(&self, m: SymmetricRows<'_>, z: &[f64], negligible: f64, bland: bool) -> Option<usize> {
+        let (mut best, mut promise) = (None, 0.0);
+        for (j, &w) in self.w.iter().enumerate() {
+            if w >= -negligible || self.factor.contains(j) {
+                continue;
+            }
+            let m_jj = m.diagonal(j);
+            if w * w <= promise * m_jj {
+                continue;
+            }
+            let summed: f64 = m.row(j).map(|(i, m)| m.abs() * z[i]).sum();
+            if w >= -negligible - 16.0 * f64::EPSILON * summed {
+                continue;
+            }
+            (best, promise) = (Some(j), w * w / m_jj);
+            if bland {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Raises `z_j` until `w_j = 0`, removing the members that reach zero on the way; false if nothing stops it.
+    fn drive(
+        &mut self,
+        m: SymmetricRows<'_>,
+        z: &mut [f64],
+        j: usize,
+        stats: &mut SolveStats,
+        bound: u32,
+    ) -> Result<bool, Unsolved> {
+        let (m_jj, mut w_j) = (m.diagonal(j), self.w[j]);
+        loop {
+            self.p.fill(0.0);
+            for (i, entry) in m.row(j) {
+                self.p[i] = entry;
+            }
+            self.factor.solve(&mut self.p);
+            let d = m_jj - m.row(j).map(|(i, entry)| entry * self.p[i]).sum::<f64>();
+            let independent = d > DEPENDENT * m_jj;
+            let mut t = if independent { -w_j / d } else { f64::INFINITY };
+            let mut blocking = None;
+            for (slot, &i) in self.set.iter().enumerate() {
+                let p = self.p[i];
+                if p > 0.0 && p * p * m.diagonal(i) > NO_MOTION * m_jj && z[i] < t * p {
+                    (t, blocking) = (z[i] / p, Some(slot));
+                }
+            }
+            if blocking.is_none() && !independent {
+                return Ok(false);
+            }
+            if stats.pivots >= bound {
+                return Err(Unsolved::NotFound { residual: f64::INFINITY });
+            }
+            stats.pivots += 1;
+            for &i in &self.set {
+                z[i] = (z[i] - t * self.p[i]).max(0.0);
+            }
+            z[j] += t;
+            self.changed();
+            match blocking {
+                Some(slot) => {
+                    w_j += t * d.max(0.0);
+                    let left = self.set.swap_remove(slot);
+                    self.factor.leave(left);
+                    z[left] = 0.0;
+                }
+                None => {
+                    self.factor.enter(m, j);
+                    self.set.push(j);
+                    return Ok(true);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::complementarity::{ActiveSet, ComplementaritySolver, Lcp, natural_residual};
+    use rand::{RngExt, SeedableRng};
+
+    /// Rows of a heap: each contact knows two bodies of two coordinates, and there are more contacts than coordinates.
+    #[test]
+    fn the_answer_is_that_of_the_dense_active_set_through_changes_of_problem_and_matrix() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(20);
+        for (bodies, n) in [(3, 9), (8, 30), (20, 70)] {
+            let pairs: Vec<[usize; 2]> = (0..n).map(|i| [i % bodies, (i + 1 + i / bodies) % bodies]).collect();
+            let meet = |i: usize, j: usize| pairs[i].iter().any(|body| pairs[j].contains(body));
+            let neighbours: Vec<Vec<usize>> = (0..n).map(|i| (0..n).filter(|&j| meet(i, j)).collect()).collect();
+            let pattern = SymmetricPattern::new(&neighbours);
+            let mut sparse = SparseActiveSet::new(&pattern, 1e-9);
+            let mut dense = ActiveSet::new(n);
+            let (mut q, mut pivots) = (vec![0.0; n], 0);
+            for turn in 0..120 {
+                // The same matrix for some turns, as within a macro step.
+                let mut shape = rand_pcg::Pcg64::seed_from_u64(turn / 6);
+                let rows: Vec<Vec<f64>> = pairs
+                    .iter()
+                    .map(|pair| {
+                        let mut row = vec![0.0; 2 * bodies];
+                        for body in pair {
+                            row[2 * body] = shape.random_range(-1.0..1.0);
+                            // One direction opens all contacts: no problem is without a solution.
+                            row[2 * body + 1] = shape.random_range(0.3..1.0);
+                        }
+                        row
+                    })
+                    .collect();
+                let m: Vec<f64> = (0..n * n)
+                    .map(|at| rows[at / n].iter().zip(&rows[at % n]).map(|(a, b)| a * b).sum::<f64>())
+                    .collect();
+                let entries: Vec<f64> = (0..n)
+                    .flat_map(|i| pattern.columns(i).iter().map(move |&j| i * n + j as usize))
+                    .map(|at| m[at])
+                    .collect();
+                for q in &mut q {
+                    *q = 0.7 * *q + rng.random_range(-1.0..0.9);
+                }
+                if turn % 6 == 0 {
+                    sparse.forget_matrix();
+                }
+                let rows = SymmetricRows { pattern: &pattern, entries: &entries };
+                let (mut z, mut z_dense) = (vec![0.0; n], vec![0.0; n]);
+                let stats = sparse.solve(rows, &q, &mut z).unwrap();
+                dense.attempt(Lcp::new(&m, &q), &mut z_dense).unwrap();
+                let lcp = Lcp::new(&m, &q);
+                let residual = natural_residual(lcp, &z);
+                assert!(residual < 1e-9 && (residual - stats.residual).abs() < 1e-12, "{n} {turn}: {residual:e}");
+                // w is unique where z is not.
+                for i in 0..n {
+                    let w = |z: &[f64]| q[i] + (0..n).map(|k| m[i * n + k] * z[k]).sum::<f64>();
+                    approx::assert_abs_diff_eq!(w(&z), w(&z_dense), epsilon = 1e-6);
+                }
+                pivots += stats.pivots;
+            }
+            assert!(pivots > 120, "sets change");
+            assert_eq!((sparse.counters().solves, sparse.counters().failures), (120, 0));
+        }
+    }
+
+    #[test]
+    fn a_force_that_is_not_finite_is_an_error() {
+        let pattern = SymmetricPattern::new(&[vec![]]);
+        let rows = SymmetricRows { pattern: &pattern, entries: &[2.0] };
+        let mut solver = SparseActiveSet::new(&pattern, 1e-9);
+        assert_eq!(solver.solve(rows, &[f64::NAN], &mut [0.0]), Err(Unsolved::NonFinite));
+        let mut z = [0.0];
+        solver.solve(rows, &[-4.0], &mut z).unwrap();
+        assert_eq!(z, [2.0]);
+    }
+}

@@ -1,0 +1,375 @@
+//! Factorisation of a principal submatrix of a sparse matrix, in one order and one pattern for all of them.
+
+use super::symmetric_rows::{SymmetricPattern, SymmetricRows};
+use std::sync::Arc;
+
+/// Order of elimination of a [`SymmetricPattern`], and where the entries of its factor stand.
+///
+/// Minimum degree: the row that knows fewest others goes next, and those that it knows then know each other. Found once per
+/// pattern; a set of rows only ever leaves entries of the whole matrix's factor out.
+/// # Source
+/// Tinney, Walker 1967; George, Liu, *The evolution of the minimum degree ordering algorithm*, SIAM Review 31 (1989).
+#[derive(Debug)]
+pub struct EliminationOrder {
+    /// Row of the matrix at each place of the order, and place of each row.
+    row_at: Vec<u32>,
+    place_of: Vec<u32>,
+    /// Columns of L, places below the diagonal in order.
+    starts: Vec<usize>,
+    places: Vec<u32>,
+    /// Rows of L: columns in order, and where in the columns their entries stand.
+    row_starts: Vec<usize>,
+    row_columns: Vec<u32>,
+    row_entries: Vec<u32>,
+}
+
+impl EliminationOrder {
+    /// Finds the order for a pattern.
+    pub fn new(pattern: &SymmetricPattern) -> Self {
+        let n = pattern.size();
+        let others = |i: usize| pattern.columns(i).iter().copied().filter(move |&j| j as usize != i);
+        let mut known: Vec<Vec<u32>> = (0..n).map(|i| others(i).collect()).collect();
+        let mut place_of = vec![u32::MAX; n];
+        let (mut row_at, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for place in 0..n {
+            let left = (0..n).filter(|&i| place_of[i] == u32::MAX);
+            let Some(next) = left.min_by_key(|&i| known[i].len()) else { break };
+            place_of[next] = place as u32;
+            row_at.push(next as u32);
+            let column = std::mem::take(&mut known[next]);
+            for &i in &column {
+                known[i as usize] = merged(&known[i as usize], &column, [i, next as u32]);
+            }
+            columns.push(column);
+        }
+        let (mut starts, mut places) = (vec![0], Vec::new());
+        let mut rows: Vec<Vec<(u32, u32)>> = vec![Vec::new(); n];
+        for (k, column) in columns.into_iter().enumerate() {
+            let mut column: Vec<u32> = column.into_iter().map(|i| place_of[i as usize]).collect();
+            column.sort_unstable();
+            for &place in &column {
+                rows[place as usize].push((k as u32, places.len() as u32));
+                places.push(place);
+            }
+            starts.push(places.len());
+        }
+        let mut row_starts = vec![0];
+        let (mut row_columns, mut row_entries) = (Vec::new(), Vec::new());
+        for row in rows {
+            for (column, entry) in row {
+                row_columns.push(column);
+                row_entries.push(entry);
+            }
+            row_starts.push(row_columns.len());
+        }
+        EliminationOrder { row_at, place_of, starts, places, row_starts, row_columns, row_entries }
+    }
+
+    /// Returns the number of entries of L below the diagonal.
+    pub fn entries(&self) -> usize {
+        self.places.len()
+    }
+}
+
+/// Both sorted lists in one, without two of their members.
+fn merged(a: &[u32], b: &[u32], without: [u32; 2]) -> Vec<u32> {
+    let (mut a, mut b) = (a.iter().copied().peekable(), b.iter().copied().peekable());
+    let mut all = Vec::with_capacity(a.len() + b.len());
+    while let Some(next) = match (a.peek(), b.peek()) {
+        (Some(&x), Some(&y)) => Some(x.min(y)),
+        (x, y) => x.or(y).copied(),
+    } {
+        a.next_if_eq(&next);
+        b.next_if_eq(&next);
+        if !without.contains(&next) {
+            all.push(next);
+        }
+    }
+    all
+}
+
+/// `M_AA = L D Lᵀ` for a set A that rows enter and leave, with the entries of L where they are for all rows.
+///
+/// ```text
+/// k enters:  l_k, d_k and the column below by one pass over row k;   L₃₃ D₃₃ L₃₃ᵀ − d_k c cᵀ
+/// k leaves:  L₃₃ D₃₃ L₃₃ᵀ + d_k c cᵀ                                 c: column k of L, below k
+/// ```
+/// Rows that are not in A are unit rows of L. Nothing is allocated after construction.
+/// # Source
+/// Davis, Hager, *Row modifications of a sparse Cholesky factorization*, SIAM J. Matrix Anal. Appl. 26 (2005); the change of rank one
+/// is method C1 of Gill, Golub, Murray, Saunders 1974.
+#[derive(Debug, Clone)]
+pub struct SparseFactor {
+    order: Arc<EliminationOrder>,
+    l: Vec<f64>,
+    d: Vec<f64>,
+    inside: Vec<bool>,
+    /// By places; zero between calls.
+    x: Vec<f64>,
+}
+
+impl SparseFactor {
+    /// Makes the factor of no row.
+    pub fn new(order: Arc<EliminationOrder>) -> Self {
+        let n = order.row_at.len();
+        SparseFactor {
+            l: vec![0.0; order.places.len()],
+            d: vec![1.0; n],
+            inside: vec![false; n],
+            x: vec![0.0; n],
+            order,
+        }
+    }
+
+    /// Tells whether a row of the matrix is in A.
+    #[inline]
+    pub fn contains(&self, row: usize) -> bool {
+        self.inside[self.order.place_of[row] as usize]
+    }
+
+    /// Copies another factor of the same order.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.l.copy_from_slice(&other.l);
+        self.d.copy_from_slice(&other.d);
+        self.inside.copy_from_slice(&other.inside);
+    }
+
+    /// Factorises `m` plus `shift` on its diagonal anew for the rows of which `wanted` says so, leaving out those whose pivot is at most
+    /// `dependent` times their diagonal; returns how many are in.
+    pub fn factorise(
+        &mut self,
+        m: SymmetricRows<'_>,
+        shift: f64,
+        dependent: f64,
+        wanted: impl Fn(usize) -> bool,
+    ) -> usize {
+        for (inside, &row) in self.inside.iter_mut().zip(&self.order.row_at) {
+            *inside = wanted(row as usize);
+        }
+        let EliminationOrder { row_at, place_of, starts, places, row_starts, row_columns, row_entries } = &*self.order;
+        let mut count = 0;
+        for k in 0..self.d.len() {
+            let (row, column) = (row_at[k] as usize, starts[k]..starts[k + 1]);
+            if !self.inside[k] {
+                self.l[column].fill(0.0);
+                self.d[k] = 1.0;
+                continue;
+            }
+            for (other, entry) in m.row(row) {
+                let place = place_of[other] as usize;
+                if place >= k {
+                    self.x[place] = entry;
+                }
+            }
+            let known = row_columns[row_starts[k]..row_starts[k + 1]].iter().zip(&row_entries[row_starts[k]..]);
+            for (&j, &entry) in known.clone() {
+                let (j, entry) = (j as usize, entry as usize);
+                let y = self.l[entry] * self.d[j];
+                if y != 0.0 {
+                    let end = starts[j + 1];
+                    for (place, l) in places[entry..end].iter().zip(&self.l[entry..end]) {
+                        self.x[*place as usize] -= l * y;
+                    }
+                }
+            }
+            let d = std::mem::take(&mut self.x[k]) + shift;
+            self.inside[k] = d > dependent * (m.diagonal(row) + shift);
+            let inverse = if self.inside[k] { 1.0 / d } else { 0.0 };
+            self.d[k] = if self.inside[k] { d } else { 1.0 };
+            for (l, &place) in self.l[column.clone()].iter_mut().zip(&places[column]) {
+                let place = place as usize;
+                *l = if self.inside[place] { self.x[place] * inverse } else { 0.0 };
+                self.x[place] = 0.0;
+            }
+            if self.inside[k] {
+                count += 1;
+            } else {
+                known.for_each(|(_, &entry)| self.l[entry as usize] = 0.0);
+            }
+        }
+        count
+    }
+
+    /// Takes up a row that is not in A and does not depend on it.
+    pub fn enter(&mut self, m: SymmetricRows<'_>, row: usize) {
+        let EliminationOrder { place_of, starts, places, row_starts, row_columns, row_entries, .. } = &*self.order;
+        let k = place_of[row] as usize;
+        for (other, entry) in m.row(row) {
+            self.x[place_of[other] as usize] = entry;
+        }
+        for at in row_starts[k]..row_starts[k + 1] {
+            let (j, entry) = (row_columns[at] as usize, row_entries[at] as usize);
+            let y = std::mem::take(&mut self.x[j]);
+            if y != 0.0 && self.inside[j] {
+                let column = starts[j]..starts[j + 1];
+                for (place, l) in places[column.clone()].iter().zip(&self.l[column]) {
+                    self.x[*place as usize] -= l * y;
+                }
+                self.l[entry] = y / self.d[j];
+                self.x[k] -= y * self.l[entry];
+            }
+        }
+        self.d[k] = std::mem::take(&mut self.x[k]);
+        self.inside[k] = true;
+        for at in starts[k]..starts[k + 1] {
+            let place = places[at] as usize;
+            let x = std::mem::take(&mut self.x[place]);
+            self.l[at] = if self.inside[place] { x / self.d[k] } else { 0.0 };
+        }
+        self.change_by_column(k, -self.d[k]);
+    }
+
+    /// Removes a row from A.
+    pub fn leave(&mut self, row: usize) {
+        let k = self.order.place_of[row] as usize;
+        self.change_by_column(k, self.d[k]);
+        let EliminationOrder { starts, row_starts, row_entries, .. } = &*self.order;
+        for &entry in &row_entries[row_starts[k]..row_starts[k + 1]] {
+            self.l[entry as usize] = 0.0;
+        }
+        self.l[starts[k]..starts[k + 1]].fill(0.0);
+        self.d[k] = 1.0;
+        self.inside[k] = false;
+    }
+
+    /// Adds `α c cᵀ` to what follows column k of L, where c is that column.
+    fn change_by_column(&mut self, k: usize, mut alpha: f64) {
+        let EliminationOrder { starts, places, .. } = &*self.order;
+        let column = starts[k]..starts[k + 1];
+        for (&place, l) in places[column.clone()].iter().zip(&self.l[column]) {
+            self.x[place as usize] = *l;
+        }
+        let mut j = k;
+        // The rows of a column are all on the way from the first of them to the last of all.
+        while let Some(&next) = places[starts[j]..starts[j + 1]].first() {
+            j = next as usize;
+            let v = std::mem::take(&mut self.x[j]);
+            if v == 0.0 || !self.inside[j] {
+                continue;
+            }
+            let d = self.d[j] + alpha * v * v;
+            let beta = alpha * v / d;
+            alpha *= self.d[j] / d;
+            self.d[j] = d;
+            let column = starts[j]..starts[j + 1];
+            for (&place, l) in places[column.clone()].iter().zip(&mut self.l[column]) {
+                let x = &mut self.x[place as usize];
+                *x -= v * *l;
+                *l += beta * *x;
+            }
+        }
+    }
+
+    /// Replaces `b` by `M_AA⁻¹ b_A`, zero elsewhere; `b` has an entry for each row of the matrix.
+    pub fn solve(&mut self, b: &mut [f64]) {
+        let EliminationOrder { row_at, starts, places, .. } = &*self.order;
+        let (x, n) = (&mut self.x[..], self.d.len());
+        for (k, &row) in row_at.iter().enumerate() {
+            x[k] = if self.inside[k] { b[row as usize] } else { 0.0 };
+        }
+        for k in 0..n {
+            let x_k = x[k];
+            if x_k != 0.0 {
+                let column = starts[k]..starts[k + 1];
+                for (&place, l) in places[column.clone()].iter().zip(&self.l[column]) {
+                    x[place as usize] -= l * x_k;
+                }
+            }
+        }
+        for k in (0..n).rev() {
+            let mut x_k = x[k] / self.d[k];
+            if self.inside[k] {
+                let column = starts[k]..starts[k + 1];
+                for (&place, l) in places[column.clone()].iter().zip(&self.l[column]) {
+                    x_k -= l * x[place as usize];
+                }
+            }
+            x[k] = x_k;
+        }
+        for (x, &row) in x.iter_mut().zip(row_at) {
+            b[row as usize] = std::mem::take(x);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+    use rand::{RngExt, SeedableRng};
+
+    /// Contacts on a grid of bodies: `A M⁻¹ Aᵀ` with two bodies in each row.
+    fn grid(width: usize, rng: &mut impl RngExt) -> (SymmetricPattern, Vec<f64>) {
+        let mut pairs = Vec::new();
+        for body in 0..width * width {
+            pairs.push((body, None));
+            if body % width + 1 < width {
+                pairs.push((body, Some(body + 1)));
+            }
+            if body + width < width * width {
+                pairs.push((body, Some(body + width)));
+            }
+        }
+        let bodies = |i: usize| -> Vec<usize> { [Some(pairs[i].0), pairs[i].1].into_iter().flatten().collect() };
+        let meet = |i: usize, j: usize| bodies(i).iter().any(|body| bodies(j).contains(body));
+        let n = pairs.len();
+        let neighbours: Vec<Vec<usize>> = (0..n).map(|i| (0..n).filter(|&j| meet(i, j)).collect()).collect();
+        let a = DMatrix::from_fn(n, 2 * width * width, |i, c| {
+            if bodies(i).contains(&(c / 2)) { rng.random_range(-1.0..1.0) } else { 0.0 }
+        });
+        let m = &a * a.transpose();
+        let pattern = SymmetricPattern::new(&neighbours);
+        let entries = (0..n).flat_map(|i| pattern.columns(i).iter().map(move |&j| (i, j as usize)));
+        let entries = entries.map(|at| m[at]).collect();
+        (pattern, entries)
+    }
+
+    fn check(m: SymmetricRows<'_>, factor: &mut SparseFactor) {
+        let set: Vec<usize> = (0..m.size()).filter(|&i| factor.contains(i)).collect();
+        let mut x: Vec<f64> = (0..m.size()).map(|i| (i as f64).sin()).collect();
+        let b = DVector::from_fn(set.len(), |i, _| x[set[i]]);
+        factor.solve(&mut x);
+        let dense = DMatrix::from_fn(set.len(), set.len(), |i, j| m.entry(set[i], set[j]));
+        let found = DVector::from_fn(set.len(), |i, _| x[set[i]]);
+        let (error, scale) = ((dense * &found - b).amax(), 1.0 + found.amax());
+        assert!(error < 1e-9 * scale, "{error:e} of {scale}: {set:?}");
+        assert!((0..m.size()).all(|i| set.contains(&i) || x[i] == 0.0));
+        assert!(factor.x.iter().all(|x| *x == 0.0));
+    }
+
+    #[test]
+    fn rows_enter_and_leave_in_any_order_and_the_factor_is_that_of_the_set() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(7);
+        for width in [2, 5, 7] {
+            let (pattern, entries) = grid(width, &mut rng);
+            let m = SymmetricRows { pattern: &pattern, entries: &entries };
+            let order = Arc::new(EliminationOrder::new(&pattern));
+            let mut factor = SparseFactor::new(order);
+            // More rows than the bodies can tell apart: some are left out.
+            let kept = factor.factorise(m, 0.0, 1e-9, |_| true);
+            assert!(kept > width * width && (width == 2 || kept < m.size()), "{kept} of {}", m.size());
+            check(m, &mut factor);
+            factor.factorise(m, 0.0, 1e-9, |i| i % 2 == 0);
+            for _ in 0..200 {
+                let row = rng.random_range(0..m.size());
+                if factor.contains(row) {
+                    factor.leave(row);
+                } else {
+                    let mut p: Vec<f64> = (0..m.size()).map(|i| m.entry(i, row)).collect();
+                    factor.solve(&mut p);
+                    let d = m.diagonal(row) - m.row(row).map(|(i, entry)| entry * p[i]).sum::<f64>();
+                    if d > 1e-2 * m.diagonal(row) {
+                        factor.enter(m, row);
+                    }
+                }
+                check(m, &mut factor);
+            }
+        }
+    }
+
+    #[test]
+    fn a_chain_has_no_fill() {
+        let neighbours: Vec<Vec<usize>> = (0..50).map(|i: usize| vec![i.saturating_sub(1), (i + 1).min(49)]).collect();
+        assert_eq!(EliminationOrder::new(&SymmetricPattern::new(&neighbours)).entries(), 49);
+    }
+}

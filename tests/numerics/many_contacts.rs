@@ -1,0 +1,125 @@
+//! Heaps and rows of which few contacts meet, against the same with every entry kept.
+//!
+//! A solver behind a trait object is given dense problems: with it mechanics and schemes keep everything.
+
+use crate::support::{column, largest, run, usual_spec};
+use rimbench::catalogue::Catalogue;
+use rimbench::complementarity::{ActiveSet, Solver, SolverEntry};
+use rimbench::cosim::Subsystem;
+use rimbench::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
+use rimbench::runs::{RunRequest, RunSpec};
+use rimbench::schemes::ModelOptions;
+use std::sync::Arc;
+
+fn dense() -> Arc<SolverEntry> {
+    let build = Arc::new(|capacity| Solver::other(ActiveSet::new(capacity)));
+    Arc::new(SolverEntry { name: "active-set-dense".into(), build, ..SolverEntry::active_set() })
+}
+
+fn spec(case: &str, set: &[(&str, &str)], duration: f64, macro_step: f64) -> RunSpec {
+    let request = RunRequest {
+        set: set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect(),
+        macro_step_s: Some(macro_step),
+        duration_s: Some(duration),
+        ..RunRequest::of(case, "rim-nonsmooth-gap")
+    };
+    request.resolve(&Catalogue::standard()).unwrap()
+}
+
+fn of_everything(spec: &RunSpec) -> RunSpec {
+    let model = spec.model.clone().map(|model| ModelOptions { solver: dense(), ..model });
+    RunSpec { model, solver: dense(), ..spec.clone() }
+}
+
+const H: f64 = 1e-3;
+
+fn mechanics(spec: &RunSpec) -> (Box<dyn Subsystem>, ReducedInterfaceModel) {
+    let mut mechanics = (spec.case.build)(&spec.parameters, &spec.solver).unwrap().sides.mechanics;
+    let mut model = mechanics.abilities().empty_interface_model().unwrap();
+    // A few steps under a push, so that discs move and meet.
+    for _ in 0..30 {
+        mechanics.step(0.0, &[2e4], H).unwrap();
+    }
+    assert!(mechanics.abilities().interface_model(H, &mut model).unwrap());
+    (mechanics, model)
+}
+
+#[test]
+fn the_model_of_a_heap_keeps_what_meets_and_says_what_the_whole_one_says() {
+    for (case, set) in
+        [("disc-pile", [("columns", "7"), ("layers", "5")]), ("disc-row", [("discs", "40"), ("disc_gap_m", "1e-3")])]
+    {
+        let spec = spec(case, &set, 0.1, 5e-3);
+        let ((mut few, sparse), (mut all, whole)) = (mechanics(&spec), mechanics(&of_everything(&spec)));
+        assert!(sparse.meeting().is_some() && whole.meeting().is_none());
+        let rows = sparse.contacts() + sparse.interface();
+        assert!(sparse.h.len() < rows * rows / 3, "{} of {}", sparse.h.len(), rows * rows);
+        let near = |a: f64, b: f64, scale: f64, what: &str| {
+            assert!((a - b).abs() <= 1e-9 * scale, "{case}: {what} {a:e} instead of {b:e}");
+        };
+        let size = largest(whole.h.iter().map(|h| h.abs()));
+        for row in 0..rows {
+            for column in 0..rows {
+                near(sparse.entry(row, column), whole.entry(row, column), size, "H");
+            }
+            near(sparse.w[row], whole.w[row], 1.0, "w");
+            near(sparse.a[row], whole.a[row], 10.0, "a");
+        }
+        let counts =
+            [few.counters(), all.counters()].map(|counters| (counters.solver.solves, counters.solver.failures));
+        assert_eq!(counts[0], counts[1]);
+        // Some contacts closed for good: those of every third.
+        let closed: Vec<usize> = (0..sparse.contacts()).step_by(3).collect();
+        let mut condensed = [Condensation::of(&sparse), Condensation::of(&whole)];
+        for redundancy in [Redundancy::Drop, Redundancy::Regularised { epsilon: 1e-6 }] {
+            condense(&sparse, &closed, redundancy, &mut condensed[0]);
+            condense(&whole, &closed, redundancy, &mut condensed[1]);
+            let [few, all] = &condensed;
+            assert_eq!(few.rank, all.rank);
+            near(few.effective_mass, all.effective_mass, all.effective_mass, "effective mass");
+            near(few.a[0], all.a[0], 10.0, "a of the interface");
+            near(few.w[0], all.w[0], 1.0, "w of the interface");
+        }
+        let motion = |mechanics: &mut Box<dyn Subsystem>| {
+            let mut motion = [0.0; 2];
+            mechanics.outputs(&[0.0], &mut motion).unwrap();
+            motion
+        };
+        let [few, all] = [motion(&mut few), motion(&mut all)];
+        near(few[0], all[0], 1.0, "length");
+        near(few[1], all[1], 1.0, "velocity");
+    }
+}
+
+#[test]
+fn whole_runs_of_rows_and_heaps_are_those_with_every_entry_kept() {
+    let runs = [
+        (spec("disc-row", &[("discs", "40"), ("disc_gap_m", "0")], 0.3, 5e-3), 1e-8),
+        // Impacts of a heap amplify round-off: over its first motion it has not come far.
+        (spec("disc-pile", &[("columns", "7"), ("layers", "5")], 0.05, 5e-3), 1e-6),
+    ];
+    for (spec, tolerance) in runs {
+        let (few, all) = (run(&spec), run(&of_everything(&spec)));
+        assert_eq!(few.report.outcome, all.report.outcome);
+        let case = &spec.case.name;
+        for name in ["blade_x_m", "actuator_force_n", "effective_mass_kg"] {
+            let (found, expected) = (column(&few.trajectory, name), column(&all.trajectory, name));
+            let size = largest(expected.iter().filter(|x| x.is_finite()).map(|x| x.abs()));
+            let apart = |(a, b): (&f64, &f64)| if a == b { 0.0 } else { (a - b).abs() };
+            let off = largest(found.iter().zip(&expected).map(apart)) / size;
+            println!("{case}: {name} off by {off:.1e} of its largest");
+            assert!(off <= tolerance, "{case}: {name} off by {off:e}");
+        }
+        let work = few.report.work;
+        println!("{case}: {:?}", work.scheme);
+        assert_eq!((work.scheme.failures, work.sides.mechanics.solver.failures), (0, 0));
+    }
+}
+
+#[test]
+fn few_contacts_keep_every_entry() {
+    let spec = usual_spec("disc-row", "rim-nonsmooth-gap", 5e-3);
+    let mut system = (spec.case.build)(&spec.parameters, &spec.solver).unwrap();
+    let model = system.sides.mechanics.abilities().empty_interface_model().unwrap();
+    assert!(model.meeting().is_none() && model.contacts() < 48);
+}
