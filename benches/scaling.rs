@@ -64,12 +64,17 @@ fn families(whole: bool) -> [Family; 3] {
         let force = move |push: f64| 20.0 * GRAVITY * count + push * (count + 1.0);
         Size { set: vec![("discs", discs)], bodies: discs + 1, contact_force: Some(Box::new(force)) }
     };
-    let pile_of = |columns: usize, layers: usize| Size {
-        set: vec![("columns", columns), ("layers", layers)],
-        bodies: 1 + columns * layers - layers / 2,
-        contact_force: None,
+    let pile_of = |columns: usize, layers: usize| {
+        let discs = columns * layers - layers / 2;
+        // Lighter ones where there are many, or the cylinder cannot hold them.
+        let mass = (4000 / discs).min(20);
+        Size {
+            set: vec![("columns", columns), ("layers", layers), ("disc_mass_kg", mass)],
+            bodies: 1 + discs,
+            contact_force: None,
+        }
     };
-    let piles = [(2, 2), (4, 3), (6, 4), (8, 6), (10, 8), (15, 12), (22, 18), (32, 26)];
+    let piles = [(2, 2), (4, 3), (6, 4), (8, 6), (10, 8), (15, 12), (22, 18), (32, 26), (46, 38)];
     [
         Family {
             case: "n-wedge-box",
@@ -274,7 +279,8 @@ fn main() {
         }
         if whole {
             print!("  exponent in contacts, from {LARGE} on");
-            let exponents = points.iter().map(|points| order_of_convergence(points).unwrap());
+            // One system alone has no exponent.
+            let exponents = points.iter().map(|points| order_of_convergence(points).unwrap_or(f64::NAN));
             exponents.for_each(|exponent| print!(" {exponent:9.2} "));
             println!();
         }

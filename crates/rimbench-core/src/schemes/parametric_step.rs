@@ -29,6 +29,9 @@ const NEGLIGIBLE: f64 = 1e-12;
 /// Up to this part of it a contact may go too far: as the natural residual that is accepted of a solver. Contacts that depend on
 /// those that push go along with them only to rounding, times the condition of the set: in a heap 1e-10 and more.
 const ACCEPTED: f64 = 1e-9;
+/// And by so many times what the solver itself had to leave: dependent contacts that are penetrated by different amounts cannot all have
+/// their way, and to solve again would change nothing.
+const AS_LEFT: f64 = 2.0;
 /// What is left of less than this part is rounding: a contact that depends on those that push does not move.
 const CANCELLED: f64 = 1e-12;
 /// A response that misses its equations by more than this part is none; as the answer of a solver.
@@ -97,6 +100,8 @@ pub(super) struct ParametricStep {
     impulses: Vec<f64>,
     /// Largest `δ |a_u|`, of `r`, and of each column of `δ H_ui`: how large velocities are.
     scales: Vec<f64>,
+    /// By how much contacts went too far in the micro step that was solved, m/s.
+    left: f64,
     /// σ, and what becomes of it from one micro step to the next, ρ.
     factor_of_r: f64,
     decay: f64,
@@ -127,6 +132,7 @@ impl ParametricStep {
             velocities: vec![0.0; (contacts + interface) * columns],
             impulses: vec![0.0; contacts * columns],
             scales: vec![0.0; columns],
+            left: 0.0,
             factor_of_r: 0.0,
             decay: 1.0,
             r: vec![0.0; contacts],
@@ -150,17 +156,19 @@ impl ParametricStep {
         self.steps
     }
 
-    /// Finds the response for the contacts that carry one of these impulses. There is none if they depend on each other. `solved` is the
-    /// factor of the set that was found with them, where few of many contacts meet.
+    /// Finds the response for the contacts that carry one of these impulses. There is none if they depend on each other. `left` is by how
+    /// much contacts went too far in the micro step that was solved (m/s); `solved` the factor of the set that was found with them, where
+    /// few of many contacts meet.
     pub(super) fn find(
         &mut self,
         model: &PackedModel,
         motion: &GapMotion,
         impulses: &[f64],
+        left: f64,
         solved: Option<&SparseFactor>,
     ) {
         let n = model.contacts();
-        self.contacts = n;
+        (self.contacts, self.left) = (n, left);
         self.set.clear();
         match (&mut self.factor, solved) {
             (SetFactor::Sparse(factor, column), Some(solved)) => {
@@ -263,7 +271,7 @@ impl ParametricStep {
             return false;
         }
         self.velocities_after(w, lambda, next);
-        if violates(motion.rates, next, gap, ACCEPTED / NEGLIGIBLE * tolerance)
+        if violates(motion.rates, next, gap, self.accepted(tolerance))
             || !self.rests(motion.rates, next, gap, tolerance)
         {
             // Either r is not as foreseen, or another contact closes.
@@ -272,7 +280,7 @@ impl ParametricStep {
             }
             tolerance = self.tolerance(lambda);
             self.velocities_after(w, lambda, next);
-            if violates(motion.rates, next, gap, ACCEPTED / NEGLIGIBLE * tolerance) {
+            if violates(motion.rates, next, gap, self.accepted(tolerance)) {
                 return false;
             }
         }
@@ -295,6 +303,12 @@ impl ParametricStep {
             sum += (force * scale).abs();
         }
         NEGLIGIBLE * sum
+    }
+
+    /// By how much a contact may go too far, m/s.
+    #[inline(always)]
+    fn accepted(&self, tolerance: f64) -> f64 {
+        ACCEPTED / NEGLIGIBLE * tolerance + AS_LEFT * self.left
     }
 
     /// Writes `w⁺`.

@@ -81,6 +81,8 @@ pub(super) struct ReducedInterface {
     /// The micro step while the active set stays the same; none where it is not affine.
     parametric: Option<ParametricStep>,
     gap_motion: GapMotion,
+    /// By how much contacts went too far in the micro step last solved, m/s.
+    left: f64,
     /// Right-hand side and impulses of the complementarity problem.
     b_u: Vec<f64>,
     p_u: Vec<f64>,
@@ -176,6 +178,7 @@ impl ReducedInterface {
             solver: if dense == 0 { solver.without_room() } else { solver },
             sparse,
             gap_motion: GapMotion::default(),
+            left: 0.0,
             b_u: vec![0.0; n_u],
             p_u: vec![0.0; n_u],
             w: vec![0.0; n_u + n_i],
@@ -376,7 +379,7 @@ impl ReducedInterface {
                 return false;
             }
             let solved = self.sparse.as_ref().map(SparseActiveSet::factor);
-            parametric.find(&self.packed, &self.gap_motion, &self.p_u[..self.packed.contacts()], solved);
+            parametric.find(&self.packed, &self.gap_motion, &self.p_u[..self.packed.contacts()], self.left, solved);
         }
         let state = MicroState { w: &self.w, next: &mut self.w_free, gap: &mut self.gap, impulses: &mut self.p_u };
         if parametric.is_known() && parametric.step(&self.packed, &self.gap_motion, lambda, state) {
@@ -393,6 +396,12 @@ impl ReducedInterface {
         let n = self.packed.contacts();
         let w = &mut self.w_free[..n + lambda.len()];
         self.packed.add_impulses(&self.p_u[..n], w);
+        // A contact that bounces does not follow its gap term.
+        self.left = 0.0;
+        if self.parametric.is_some() && self.gap_motion.restitution == 0.0 {
+            let slack = |(w, gap): (&f64, &f64)| w + self.gap_motion.rates.velocity(*gap);
+            self.left = -w[..n].iter().zip(&self.gap).map(slack).fold(0.0, f64::min);
+        }
         if self.gap_term == GapTerm::Tracked {
             for (gap, w) in self.gap.iter_mut().zip(&w[..n]) {
                 *gap += self.packed.length() * w;
