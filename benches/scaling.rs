@@ -143,6 +143,7 @@ impl Stopped {
             y: &self.motion,
             model: Some(&self.model),
             rates: None,
+            line_forces: None,
             step: self.step,
             actuator_micro_step: H / count as f64,
         };

@@ -4,8 +4,8 @@
 use crate::support::*;
 use rimbench::cosim::{
     Abilities, CommunicationGrid, EnergyAccount, FIRST_ORDER_ONLY, ForceReturn, InputPolynomials, JointSteps,
-    MechanicsSteps, Outcome, OutputRates, PerSide, Ports, SecondOrder, Sequence, Setup, Side, StopFlag, Subsystem,
-    SubsystemCounters,
+    MechanicsSteps, OilLines, Outcome, OutputRates, PerSide, Ports, SecondOrder, Sequence, Setup, Side, StopFlag,
+    Subsystem, SubsystemCounters,
 };
 use rimbench::error::Failure;
 use rimbench::interface_model::ReducedInterfaceModel;
@@ -303,6 +303,11 @@ impl Abilities for Withdraws {
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         None
     }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
+        None
+    }
+
     fn observables(&mut self) -> &[Name] {
         self.inner.abilities().observables()
     }

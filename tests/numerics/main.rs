@@ -23,6 +23,7 @@ mod elimination;
 mod energy_audit;
 mod energy_return;
 mod golden;
+mod hydraulic_line;
 mod impact;
 mod many_contacts;
 mod oscillator_theory;

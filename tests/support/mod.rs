@@ -6,8 +6,8 @@ use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::SolverEntry;
 use rimbench::cosim::{
     Abilities, ActuatorIntegrator, Bounds, CommunicationGrid, CommunicationPoint, EnergyAccount, FIRST_ORDER_ONLY,
-    ForceReturn, InputPolynomials, JointSteps, MechanicsSteps, OutputRates, PerSide, Port, Ports, Quantity, Report,
-    SecondOrder, Sequence, Setup, Sides, StopFlag, Subsystem, SubsystemCounters, Supervision, Trajectory,
+    ForceReturn, InputPolynomials, JointSteps, MechanicsSteps, OilLines, OutputRates, PerSide, Port, Ports, Quantity,
+    Report, SecondOrder, Sequence, Setup, Sides, StopFlag, Subsystem, SubsystemCounters, Supervision, Trajectory,
 };
 use rimbench::error::{Failure, Result};
 use rimbench::harness::monotonic_clock;
@@ -394,6 +394,10 @@ impl Abilities for Springs {
     }
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
         None
     }
 

@@ -1,8 +1,8 @@
 //! Two actuators as one side of a co-simulation with an interface of two rows.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters,
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, LineForces, MacroStep, OilLines, OutputRates, Port, Ports,
+    Quantity, SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -33,6 +33,8 @@ pub struct ActuatorPair<A> {
     observables: Vec<Name>,
     /// Of one of them.
     own_rates: OutputRates,
+    /// Of each of them.
+    own_lines: [LineForces; 2],
 }
 
 impl<A: Subsystem> ActuatorPair<A> {
@@ -50,6 +52,7 @@ impl<A: Subsystem> ActuatorPair<A> {
             ports: Ports { inputs, outputs, direct_feedthrough },
             observables: names.iter().flat_map(|own| own.observables).copied().map(Name::from).collect(),
             own_rates: OutputRates::zeros(1, 2),
+            own_lines: [LineForces::new(1, 0, 0.0), LineForces::new(1, 0, 0.0)],
             units,
         }
     }
@@ -127,6 +130,11 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
         None
     }
 
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
+        let both = self.units.iter_mut().all(|unit| unit.abilities().oil_lines().is_some());
+        if both { Some(self) } else { None }
+    }
+
     fn observables(&mut self) -> &[Name] {
         &self.observables
     }
@@ -166,5 +174,25 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
             tank: a.tank + b.tank,
             integration: a.integration + b.integration,
         })
+    }
+}
+
+/// Where both have volumes of oil.
+impl<A: Subsystem> OilLines for ActuatorPair<A> {
+    fn lay(&mut self, micro_steps: usize, smoothing: f64) {
+        self.own_lines = [(); 2].map(|()| LineForces::new(1, micro_steps, smoothing));
+        let lines = self.units.iter_mut().filter_map(|unit| unit.abilities().oil_lines());
+        lines.for_each(|lines| lines.lay(micro_steps, smoothing));
+    }
+
+    fn exchange(&mut self, step: MacroStep, micro_steps: usize, u: &[f64], forces: &mut LineForces) {
+        for (i, (unit, own)) in self.units.iter_mut().zip(&mut self.own_lines).enumerate() {
+            if let Some(lines) = unit.abilities().oil_lines() {
+                lines.exchange(step, micro_steps, &[u[i], u[2 + i]], own);
+            }
+        }
+        let [first, second] = &self.own_lines;
+        forces.begin(&[first.impedance()[0], second.impedance()[0]]);
+        (0..micro_steps).for_each(|j| forces.push(&[first.at(j)[0], second.at(j)[0]]));
     }
 }

@@ -6,7 +6,7 @@
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use super::two_masses::{CouplingElement, FORCE, WalledMass, polynomial_work, ports};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OutputRates, Ports, Quantity,
+    Abilities, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OilLines, OutputRates, Ports, Quantity,
     SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
@@ -130,6 +130,10 @@ impl Abilities for FreeMasses {
         None
     }
 
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
+        None
+    }
+
     fn observables(&mut self) -> &[Name] {
         &ALL_STATES
     }
@@ -226,6 +230,10 @@ impl Abilities for CouplingForce {
     }
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
         None
     }
 

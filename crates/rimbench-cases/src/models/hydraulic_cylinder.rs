@@ -1,9 +1,12 @@
 //! A double-acting hydraulic cylinder fed through a proportional valve from a constant-pressure pump.
 
+mod lines;
+
+use self::lines::Lines;
 use super::fluid::Fluid;
 use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OutputRates, Port, Ports, Quantity,
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity,
     SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
@@ -97,6 +100,8 @@ pub struct HydraulicCylinder {
     ports: Ports,
     counters: SubsystemCounters,
     energy: HydraulicEnergy,
+    /// In the place of the chambers, where a scheme wants lines.
+    lines: Option<Box<Lines>>,
 }
 
 /// Geometry and start of a [`HydraulicCylinder`].
@@ -145,13 +150,15 @@ impl HydraulicCylinder {
                 direct_feedthrough: true,
             },
             counters: SubsystemCounters::default(),
+            lines: None,
         }
     }
 
     /// Returns `F` for a velocity `ṡ`, N.
     #[inline]
     pub fn force(&self, velocity: f64) -> f64 {
-        (self.p[1] - self.p[0]) * self.piston_area - self.friction * velocity
+        let p = self.line_pressures(velocity).unwrap_or(self.p);
+        (p[1] - p[0]) * self.piston_area - self.friction * velocity
     }
 
     /// Returns `p₁, p₂`, Pa.
@@ -176,6 +183,19 @@ impl HydraulicCylinder {
             [k_in * root(supply - p[0]), k_out * root(supply - p[1])],
             [k_out * root(p[0] - tank), k_in * root(p[1] - tank)],
         )
+    }
+
+    /// Conductances from the pump into a chamber, and from it to the tank, as in [`valve_flows`](Self::valve_flows).
+    fn openings(&self, chamber: usize, spool: f64) -> [f64; 2] {
+        let (k_in, k_out) = (self.valve_coefficient * spool, self.valve_coefficient * (1.0 - spool));
+        if chamber == 0 { [k_in, k_out] } else { [k_out, k_in] }
+    }
+
+    /// Flows from the pump into a chamber, and from it to the tank, m³/s.
+    fn chamber_flows(&self, chamber: usize, p: f64, spool: f64) -> [f64; 2] {
+        let [k_in, k_out] = self.openings(chamber, spool);
+        let (supply, tank) = (self.fluid.supply_pressure, self.fluid.tank_pressure);
+        [k_in * (supply - p).max(0.0).sqrt(), k_out * (p - tank).max(0.0).sqrt()]
     }
 
     #[inline]
@@ -272,6 +292,14 @@ impl Subsystem for HydraulicCylinder {
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        if self.lines.is_some() {
+            self.check_range(u[0])?;
+            if self.step_lines(self.spool.at(t), u[1], h) {
+                self.time = t + h;
+                self.counters.micro_steps += 1;
+                return self.check_range(u[0]);
+            }
+        }
         if self.midpoint {
             return self.step_by_midpoint(t, u, h);
         }
@@ -330,6 +358,10 @@ impl Abilities for HydraulicCylinder {
         None
     }
 
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
+        Some(self)
+    }
+
     fn observables(&mut self) -> &[Name] {
         &Self::OBSERVABLES
     }
@@ -351,7 +383,7 @@ impl Abilities for HydraulicCylinder {
     }
 
     fn energy_account(&mut self) -> Option<EnergyAccount> {
-        Some(self.energy.account())
+        Some(self.lines.as_ref().map_or_else(|| self.energy.account(), |lines| lines.account()))
     }
 }
 

@@ -1,7 +1,7 @@
 //! A hydropneumatic strut: a piston that pumps oil through an orifice into an accumulator with a gas cushion.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OutputRates, Port, Ports, Quantity,
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity,
     SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Error, Failure, Result};
@@ -168,6 +168,10 @@ impl Abilities for HydropneumaticStrut {
     }
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
         None
     }
 

@@ -4,8 +4,8 @@
 
 use super::hydraulic_cylinder::HydraulicCylinder;
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OutputRates, Port, Ports, Quantity,
-    SecondOrder, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OilLines, OutputRates, Port, Ports,
+    Quantity, SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -80,6 +80,10 @@ impl Abilities for PressureOutput {
     }
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
         None
     }
 
@@ -187,6 +191,10 @@ impl<M: Subsystem> Abilities for PressureDrivenMechanics<M> {
     }
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
         None
     }
 

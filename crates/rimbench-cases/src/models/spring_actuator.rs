@@ -2,7 +2,7 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OutputRates, Port, Ports, Quantity,
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity,
     SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Error, Failure, Result};
@@ -204,6 +204,10 @@ impl Abilities for SpringActuator {
     }
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
         None
     }
 

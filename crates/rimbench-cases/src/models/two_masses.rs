@@ -8,8 +8,8 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, Cubic, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OutputRates, Port, Ports,
-    Quantity, SecondOrder, Subsystem, SubsystemCounters,
+    Abilities, Cubic, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OilLines, OutputRates, Port,
+    Ports, Quantity, SecondOrder, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -272,6 +272,10 @@ impl Abilities for MassSide {
     }
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
         None
     }
 

@@ -4,6 +4,7 @@ use super::energy_account::EnergyAccount;
 use super::input_polynomials::InputPolynomials;
 use super::integrators::SecondOrder;
 use super::joint_steps::JointSteps;
+use super::oil_lines::OilLines;
 use super::output_rates::OutputRates;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
@@ -40,6 +41,9 @@ pub trait Abilities {
 
     /// Takes steps together with the actuator, where it steps by a rule of the second order; none: it takes them alone.
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps>;
+
+    /// Volumes of oil that can be replaced by lines; none: it has none.
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines>;
 
     /// Names the quantities that can be observed at a communication point, with units.
     fn observables(&mut self) -> &[Name];
@@ -92,6 +96,10 @@ impl Abilities for NoAbilities {
         Err(FIRST_ORDER_ONLY)
     }
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
+        None
+    }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
         None
     }
     fn observables(&mut self) -> &[Name] {

@@ -1,6 +1,7 @@
 //! What goes with the samples of a communication point besides outputs, for schemes that need it.
 
 use super::energy_return::EnergyPool;
+use super::oil_lines::LineForces;
 use super::output_rates::OutputRates;
 use super::ports::Ports;
 use super::subsystem::{Sides, Subsystem};
@@ -16,12 +17,16 @@ pub struct Attachments {
     pub output_rates: Option<OutputRates>,
     /// What the coupling has created, where it is to be taken out again.
     pub energy_pool: Option<EnergyPool>,
+    /// What lines in the place of the actuator's oil do to the mechanics.
+    pub line_forces: Option<LineForces>,
 }
 
 /// Why a scheme with an interface model cannot be run, or cannot go on.
 pub(crate) const NO_INTERFACE_MODEL: &str = "the mechanics offers no reduced interface model";
 /// Likewise.
 pub(crate) const NO_OUTPUT_RATES: &str = "the actuator offers no directional derivatives of its outputs";
+/// Likewise.
+pub(crate) const NO_OIL_LINES: &str = "the actuator has no volumes of oil that lines could replace";
 
 /// Likewise.
 pub(crate) const NO_INTERFACE_DISPLACEMENT: &str = "the mechanics does not count the way and the work of its interface";
@@ -39,7 +44,12 @@ impl Attachments {
             Some(model) => model,
             None => None,
         };
-        Ok(Attachments { interface_model: model, output_rates: output_rates.then_some(rates), energy_pool: None })
+        Ok(Attachments {
+            interface_model: model,
+            output_rates: output_rates.then_some(rates),
+            energy_pool: None,
+            line_forces: None,
+        })
     }
 
     /// Adds the impulse that takes out what the coupling has created to the forces `u` (N) of the mechanics' next step.

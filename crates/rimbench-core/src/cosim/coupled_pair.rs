@@ -2,7 +2,7 @@
 
 mod advance;
 
-use super::attachments::{NO_INTERFACE_MODEL, NO_OUTPUT_RATES};
+use super::attachments::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
 use super::coupling_scheme::{CouplingScheme, Sample, SchemeReport};
@@ -53,12 +53,14 @@ impl CoupledPair<'_> {
             y: &y.mechanics,
             model: attachments.interface_model.as_ref(),
             rates: None,
+            line_forces: None,
             step,
             actuator_micro_step: self.actuator_micro_step(step),
         };
         self.scheme.receive(Side::Mechanics, &sample)?;
         let rates = attachments.output_rates.as_ref();
-        self.scheme.receive(Side::Actuator, &Sample { y: &y.actuator, model: None, rates, ..sample })?;
+        let line_forces = attachments.line_forces.as_ref();
+        self.scheme.receive(Side::Actuator, &Sample { y: &y.actuator, model: None, rates, line_forces, ..sample })?;
         self.state.counters.exchanges += 1;
         Ok(())
     }
@@ -91,6 +93,11 @@ impl CoupledPair<'_> {
             && !self.sides.actuator.abilities().output_rates(step.start, &u.actuator, rates)?
         {
             return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
+        }
+        if let Some(forces) = &mut attachments.line_forces {
+            let lines = self.sides.actuator.abilities().oil_lines();
+            let lines = lines.ok_or(Cause::NotOffered { what: NO_OIL_LINES })?;
+            lines.exchange(step, self.setup.actuator_steps(step), &u.actuator, forces);
         }
         Ok(())
     }
@@ -130,6 +137,7 @@ impl CoupledPair<'_> {
             y: &self.state.y[from],
             model: None,
             rates: None,
+            line_forces: None,
             step,
             actuator_micro_step: self.actuator_micro_step(step),
         };

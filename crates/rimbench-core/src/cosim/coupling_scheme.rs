@@ -2,6 +2,7 @@
 
 use super::communication_grid::MacroStep;
 use super::input_polynomials::Cubic;
+use super::oil_lines::LineForces;
 use super::output_rates::OutputRates;
 use super::side::Side;
 use crate::complementarity::SolverCounters;
@@ -19,6 +20,9 @@ pub struct Sample<'a> {
     pub model: Option<&'a ReducedInterfaceModel>,
     /// How the actuator's outputs move, if the scheme needs it and this is the actuator's sample of the communication point.
     pub rates: Option<&'a OutputRates>,
+    /// What lines in the place of the actuator's oil do to the mechanics over the macro step that starts here, if the scheme needs
+    /// it and this is the actuator's sample of the communication point.
+    pub line_forces: Option<&'a LineForces>,
     /// The macro step that starts here.
     pub step: MacroStep,
     /// Micro step of the actuator side in that macro step, s.

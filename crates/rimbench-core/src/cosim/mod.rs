@@ -31,6 +31,7 @@ mod lent_actuator;
 mod log;
 mod macro_loop;
 mod mechanics_steps;
+mod oil_lines;
 mod outcome;
 mod output_rates;
 mod pace;
@@ -61,6 +62,7 @@ pub use interface_work::InterfaceWork;
 pub use joint_steps::{JointActuator, JointSteps, Sent};
 pub use macro_loop::cosimulate;
 pub use mechanics_steps::MechanicsSteps;
+pub use oil_lines::{LineForces, OilLines};
 pub use outcome::Outcome;
 pub use output_rates::OutputRates;
 pub use pace::{EnergyController, StepRule};
@@ -75,7 +77,7 @@ pub use work::{CosimCounters, Work};
 pub use work_meter::{counts_interface_way, counts_interface_work};
 
 // For the ceilings, which stand on the same exchange and the same steps.
-pub(crate) use attachments::{NO_INTERFACE_MODEL, NO_OUTPUT_RATES};
+pub(crate) use attachments::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
 pub(crate) use coupled_pair::CoupledPair;
 pub(crate) use lent_actuator::LentActuator;
 pub(crate) use log::{End, Log};

@@ -37,7 +37,12 @@ pub(crate) struct PairState {
 }
 
 impl PairState {
-    pub(crate) fn new(setup: &Setup, sides: Sides<'_>, attachments: Attachments) -> Self {
+    pub(crate) fn new(setup: &Setup, sides: Sides<'_>, mut attachments: Attachments) -> Self {
+        let micro_steps = division(setup.grid.macro_step(), setup.micro_step);
+        if let (Some(forces), Some(lines)) = (&mut attachments.line_forces, sides.actuator.abilities().oil_lines()) {
+            forces.make_room(micro_steps);
+            lines.lay(micro_steps, forces.smoothing());
+        }
         let takes_course = PerSide {
             mechanics: sides.mechanics.abilities().input_polynomials().is_some(),
             actuator: sides.actuator.abilities().input_polynomials().is_some(),
@@ -56,7 +61,7 @@ impl PairState {
             own: PerSide::from_fn(zeros),
             end: vec![0.0; to_mechanics],
             received: vec![0.0; to_mechanics],
-            transmission: Transmission::new(to_mechanics, division(setup.grid.macro_step(), setup.micro_step)),
+            transmission: Transmission::new(to_mechanics, micro_steps),
             work_sent: WorkMeter::new(ports.actuator),
             time: 0.0,
             counters: CosimCounters::default(),

@@ -3,7 +3,6 @@
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters};
 use crate::error::Failure;
 use crate::interface_model::{ReducedInterfaceModel, impact_velocity};
-use crate::linear_algebra::body_dot;
 
 /// Solves the contact problem that the mechanics will solve in its own next step, under interface impulses `h λ + p`.
 ///
@@ -43,9 +42,10 @@ impl StepPrediction {
     /// Takes a model of a communication point.
     pub(super) fn set_model(&mut self, model: &ReducedInterfaceModel) {
         let (n_u, h) = (model.contacts(), model.mechanics_step);
-        let n = n_u + model.interface();
         for contact in 0..n_u {
-            self.h_uu[contact * n_u..(contact + 1) * n_u].copy_from_slice(&model.h[contact * n..contact * n + n_u]);
+            for (other, h) in self.h_uu[contact * n_u..(contact + 1) * n_u].iter_mut().enumerate() {
+                *h = model.entry(contact, other);
+            }
             let (gap, w) = (model.gap[contact], model.w[contact]);
             let rebound = impact_velocity(model.restitution, gap, w, h).filter(|_| model.spring.is_none());
             let law = rebound.unwrap_or_else(|| model.step_gap_velocity(contact));
@@ -68,19 +68,20 @@ impl StepPrediction {
         w: &mut [f64],
     ) -> Result<(), Failure> {
         let (n_u, h) = (model.contacts(), model.mechanics_step);
-        let n = n_u + model.interface();
+        let along = |row: usize, first: usize, impulses: &[f64]| -> f64 {
+            impulses.iter().enumerate().map(|(j, impulse)| model.entry(row, first + j) * impulse).sum()
+        };
         for (impulse, (force, p)) in self.interface.iter_mut().zip(lambda.iter().zip(p)) {
             *impulse = h * force + p;
         }
         for (contact, (b, term)) in self.b_u.iter_mut().zip(&self.term).enumerate() {
-            *b = term + body_dot(&model.h[contact * n + n_u..(contact + 1) * n], &self.interface);
+            *b = term + along(contact, n_u, &self.interface);
         }
         self.solver.solve(Lcp::new(&self.h_uu, &self.b_u), &mut self.impulses)?;
         for (i, w) in w.iter_mut().enumerate() {
             let row = n_u + i;
-            let (h_iu, h_ii) = model.h[row * n..(row + 1) * n].split_at(n_u);
-            let contacts = body_dot(h_iu, &self.impulses);
-            *w = model.w[row] + h * model.a[row] + body_dot(h_ii, &self.interface) + contacts;
+            let contacts = along(row, 0, &self.impulses);
+            *w = model.w[row] + h * model.a[row] + along(row, n_u, &self.interface) + contacts;
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The actuator's outputs over a macro step, as the mechanics receives them.
 
 /// The actuator's outputs over one macro step, handed to the mechanics as the force return says.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Transmission {
     width: usize,
     count: usize,
@@ -18,11 +18,22 @@ impl Transmission {
         self.count = 0;
     }
 
+    /// Takes over another's outputs in the room there is.
+    pub(crate) fn copy_from(&mut self, other: &Transmission) {
+        (self.width, self.count) = (other.width, other.count);
+        self.outputs.clone_from(&other.outputs);
+    }
+
     #[inline]
     pub(crate) fn push(&mut self, output: &[f64]) {
         let at = self.count * self.width;
         self.outputs[at..at + self.width].copy_from_slice(output);
         self.count += 1;
+    }
+
+    /// Output in one micro step.
+    pub(crate) fn at(&self, micro_step: usize) -> &[f64] {
+        &self.outputs[micro_step * self.width..(micro_step + 1) * self.width]
     }
 
     /// Mean output over part `index` of `parts` equal parts of the macro step; micro steps that straddle a border

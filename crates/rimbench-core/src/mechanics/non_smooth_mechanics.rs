@@ -6,7 +6,7 @@ use super::mechanical_model::MechanicalModel;
 use super::second_order::{Drive, SecondOrderSteps};
 use crate::complementarity::Checked;
 use crate::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, OutputRates, Ports, SecondOrder, Subsystem,
+    Abilities, EnergyAccount, InputPolynomials, JointSteps, OilLines, OutputRates, Ports, SecondOrder, Subsystem,
     SubsystemCounters,
 };
 use crate::error::Failure;
@@ -200,6 +200,10 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         self.second_order.is_some().then_some(self as &mut dyn JointSteps)
+    }
+
+    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
+        None
     }
 
     fn observables(&mut self) -> &[Name] {

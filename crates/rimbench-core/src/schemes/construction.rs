@@ -2,7 +2,7 @@
 
 use super::contact_detection::ContactDetection;
 use super::model_options::ModelOptions;
-use crate::cosim::{OutputRates, PerSide, Ports};
+use crate::cosim::{LineForces, OutputRates, PerSide, Ports};
 use crate::error::{Cause, Error, Failure, Result};
 use crate::interface_model::ReducedInterfaceModel;
 
@@ -52,4 +52,9 @@ pub(super) fn sent(model: Option<&ReducedInterfaceModel>) -> Result<&ReducedInte
 /// The directional derivatives of a sample, for a scheme that is sent them at every communication point.
 pub(super) fn sent_rates(rates: Option<&OutputRates>) -> Result<&OutputRates, Failure> {
     rates.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no output rates were sent" }))
+}
+
+/// What the lines of a sample do, for a scheme that is sent it at every communication point.
+pub(super) fn sent_lines(lines: Option<&LineForces>) -> Result<&LineForces, Failure> {
+    lines.ok_or_else(|| Failure::from(Cause::NotOffered { what: "no line forces were sent" }))
 }

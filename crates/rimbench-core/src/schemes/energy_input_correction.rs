@@ -56,7 +56,15 @@ mod tests {
     fn macro_step(scheme: &mut EnergyCorrectingHold, index: usize, w: f64, force: f64) -> f64 {
         let step = MacroStep { index, start: index as f64, length: 1.0 };
         let y = [0.0, w];
-        let sample = Sample { time: step.start, y: &y, model: None, rates: None, step, actuator_micro_step: 1.0 };
+        let sample = Sample {
+            time: step.start,
+            y: &y,
+            model: None,
+            rates: None,
+            line_forces: None,
+            step,
+            actuator_micro_step: 1.0,
+        };
         scheme.receive(Side::Mechanics, &sample).unwrap();
         scheme.receive(Side::Actuator, &Sample { y: &[force], ..sample }).unwrap();
         let at = MicroStep::new(step, 0, 1);

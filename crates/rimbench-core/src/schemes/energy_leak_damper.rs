@@ -51,8 +51,8 @@ mod tests {
     use super::*;
     use crate::cosim::{
         Abilities, Attachments, Bounds, CommunicationGrid, CouplingScheme, EnergyAccount, ForceReturn,
-        InputPolynomials, MacroStep, MechanicsSteps, MicroStep, OutputRates, PerSide, Port, Ports, Quantity, Sample,
-        Sequence, Setup, Side, Subsystem, SubsystemCounters, Supervision, cosimulate,
+        InputPolynomials, MacroStep, MechanicsSteps, MicroStep, OilLines, OutputRates, PerSide, Port, Ports, Quantity,
+        Sample, Sequence, Setup, Side, Subsystem, SubsystemCounters, Supervision, cosimulate,
     };
     use crate::error::Failure;
     use crate::interface_model::ReducedInterfaceModel;
@@ -62,7 +62,15 @@ mod tests {
     fn macro_step(scheme: &mut EnergyCorrectingHold, index: usize, w: f64, force: f64) -> f64 {
         let step = MacroStep { index, start: index as f64, length: 1.0 };
         let y = [0.0, w];
-        let sample = Sample { time: step.start, y: &y, model: None, rates: None, step, actuator_micro_step: 1.0 };
+        let sample = Sample {
+            time: step.start,
+            y: &y,
+            model: None,
+            rates: None,
+            line_forces: None,
+            step,
+            actuator_micro_step: 1.0,
+        };
         scheme.receive(Side::Mechanics, &sample).unwrap();
         scheme.receive(Side::Actuator, &Sample { y: &[force], ..sample }).unwrap();
         let at = MicroStep::new(step, 0, 1);
@@ -162,6 +170,10 @@ mod tests {
         }
 
         fn joint_steps(&mut self) -> Option<&mut dyn crate::cosim::JointSteps> {
+            None
+        }
+
+        fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
             None
         }
 

@@ -7,7 +7,9 @@ use super::line_style::LineStyle;
 use super::model_options::ModelOptions;
 use super::need::Need;
 use crate::ceilings::Driver;
-use crate::cosim::{Attachments, CouplingScheme, EnergyPool, ForceReturn, Sequence, Side, Sides, check_coupling};
+use crate::cosim::{
+    Attachments, CouplingScheme, EnergyPool, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling,
+};
 use crate::error::{Error, Result};
 use crate::name::Name;
 use std::fmt;
@@ -120,6 +122,8 @@ impl SchemeEntry {
             options.check_model(empty)?;
         }
         let gain = self.gain_value(gain)?.unwrap_or(1.0);
+        let rows = ports.actuator.outputs.len();
+        attachments.line_forces = self.needs.contains(&Need::OilLines).then(|| LineForces::new(rows, 0, gain));
         let construction = Construction { ports, model, gain };
         let scheme = (self.build)(&construction)?;
         attachments.energy_pool = model.and_then(|ModelConstruction { empty, options, .. }| {

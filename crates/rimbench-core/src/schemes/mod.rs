@@ -21,6 +21,7 @@ mod entry;
 mod extrapolation;
 mod first_order_hold;
 mod force_following;
+mod hydraulic_line;
 mod interface_acceleration;
 mod interface_exponential;
 mod interface_jacobian;
@@ -82,6 +83,7 @@ pub fn standard_schemes() -> Vec<SchemeEntry> {
         energy_leak_damper::entry(),
         energy_input_correction::entry(),
         transmission_line::entry(),
+        hydraulic_line::entry(),
         interface_jacobian::entry(),
         interface_exponential::entry(),
         model_corrected_outputs::entry(),

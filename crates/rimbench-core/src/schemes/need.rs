@@ -1,6 +1,6 @@
 //! What a scheme asks of the subsystems, and whether they have it to offer.
 
-use crate::cosim::{NO_INTERFACE_MODEL, NO_OUTPUT_RATES, OutputRates, Port, Quantity, Sides, Subsystem};
+use crate::cosim::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES, OutputRates, Port, Quantity, Sides, Subsystem};
 
 /// Something a scheme cannot do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +15,8 @@ pub enum Need {
     OutputRates,
     /// The same of an actuator with direct feedthrough; one without has none to know.
     OutputRatesIfFeedthrough,
+    /// Volumes of oil in the actuator that lines can replace.
+    OilLines,
     /// The force that the scheme hands to the mechanics must be used: force return `held`. Refused before any run.
     HeldReturn,
     /// The actuator steps before the mechanics has, or beside it: sequence `gauss-seidel` or `jacobi`. Refused before any run.
@@ -34,6 +36,7 @@ impl Need {
                 "a force-displacement coupling is needed: forces to the mechanics, their positions and velocities back",
             ),
             Need::InterfaceModel => (mechanics.abilities().empty_interface_model().is_some(), NO_INTERFACE_MODEL),
+            Need::OilLines => (actuator.abilities().oil_lines().is_some(), NO_OIL_LINES),
             Need::Rows(most) if outputs > most => {
                 return Some(format!("the interface has more than {most} rows"));
             }

@@ -1,0 +1,78 @@
+//! `hydraulic-line`: one result whatever the sequence, order 2 against the chambers, an account that closes.
+
+use crate::support::*;
+use rimbench::cosim::{Outcome, Sequence, Side};
+use rimbench::runs::RunSpec;
+use rimbench::statistics::order_of_convergence;
+
+const SEQUENCES: [Sequence; 3] = [
+    Sequence::Jacobi,
+    Sequence::GaussSeidel { first: Side::Actuator },
+    Sequence::GaussSeidel { first: Side::Mechanics },
+];
+
+fn spec(case: &str, macro_step: f64, sequence: Sequence) -> RunSpec {
+    let spec = usual_spec(case, "hydraulic-line", macro_step);
+    let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
+    RunSpec { sequence, force_return, mechanics_steps: ALL, phase: 0.3, ..spec }
+}
+
+#[test]
+fn the_three_sequences_give_one_result() {
+    for (case, duration) in [("wedge-box", 1.72), ("gripper", 0.6), ("hydraulic-crane", 0.5)] {
+        let runs = SEQUENCES.map(|sequence| run(&RunSpec { duration, ..spec(case, 1e-3, sequence) }));
+        for other in &runs {
+            assert_eq!(other.report.outcome, Outcome::Completed, "{case}");
+            assert_eq!(other.trajectory, runs[0].trajectory, "{case}");
+        }
+    }
+}
+
+/// The opening of the valve on the wedge box, without contact events, against the monolithic stepper with the same micro step.
+#[test]
+fn against_the_chambers_the_order_is_two() {
+    let (duration, micro_step) = (0.3, 1e-5);
+    let at = |scheme: &str, macro_step: f64| {
+        let usual = usual_spec("wedge-box", scheme, macro_step);
+        let run = run(&RunSpec { micro_step, duration, mechanics_steps: ALL, ..usual });
+        assert_eq!(run.report.outcome, Outcome::Completed);
+        run.trajectory
+    };
+    let points: Vec<(f64, f64)> = [2e-3, 1e-3, 5e-4]
+        .into_iter()
+        .map(|macro_step| {
+            let (own, chambers) = (at("hydraulic-line", macro_step), at("monolithic", macro_step));
+            let of = |run: &_| column(run, "actuator_length_m");
+            (macro_step, rms_difference(&of(&own), &of(&chambers)))
+        })
+        .collect();
+    let order = order_of_convergence(&points).unwrap();
+    assert!((1.8..2.3).contains(&order), "{points:?}: order {order}");
+}
+
+#[test]
+fn the_account_closes_with_and_without_smoothing() {
+    for (case, duration) in [("wedge-box", 1.72), ("gripper", 0.6)] {
+        for gain in [0.0, 0.2] {
+            let name = format!("{case}, α = {gain}");
+            let result = run(&RunSpec { duration, gain: Some(gain), ..spec(case, 1e-3, Sequence::Jacobi) });
+            assert_eq!(result.report.outcome, Outcome::Completed, "{name}");
+            let audit = result.report.audit;
+            let (closure, pump) = (audit.closure().unwrap(), audit.accounts.actuator.unwrap().pump);
+            // Sums of some 2e5 roundings of the energy that passes the pump.
+            assert!(closure.abs() < 2e5 * f64::EPSILON * pump.abs().max(1.0), "{name}: {closure:e} of {pump}");
+        }
+    }
+}
+
+#[test]
+fn where_there_is_no_oil_the_run_is_skipped_with_the_reason() {
+    for case in ["linear-oscillator", "half-car", "bouncing-ball"] {
+        let result = run(&usual_spec(case, "hydraulic-line", 1e-3));
+        let reason = result.report.outcome.reason().to_string();
+        assert!(matches!(result.report.outcome, Outcome::Skipped { .. }) && reason.contains("oil"), "{case}: {reason}");
+    }
+    let mut pressures = usual_spec("hydraulic-crane", "hydraulic-line", 1e-3);
+    pressures.parameters.set("coupling", "pressure-displacement").unwrap();
+    assert!(matches!(run(&pressures).report.outcome, Outcome::Skipped { .. }));
+}
