@@ -4,7 +4,7 @@
 //! text: where the value is infinite or not a number it is `null`, and the object has one more key, `not_finite`, that says so:
 //!
 //! ```text
-//! {"audit_worst_j": 0.25, "force_peak_ratio": null, "not_finite": {"force_peak_ratio": "inf"}}
+//! {"audit_worst_j": 0.25, "effective_mass_ratio": null, "not_finite": {"effective_mass_ratio": "inf"}}
 //! ```
 //! The texts are `inf`, `-inf` and `nan`. A `null` that `not_finite` does not name means that there is no value: the quantity
 //! does not apply. An object in which all is finite has no `not_finite`.

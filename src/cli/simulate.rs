@@ -12,7 +12,7 @@ use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::error::Result;
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
-use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate};
+use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate_inside};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -41,7 +41,7 @@ impl Simulate {
         let cache = Cache::of_user();
         let reference = obtain_reference(&spec, &cache, stop)?;
         complain(&cache);
-        let result = simulate(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
+        let result = simulate_inside(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
         if let Some(path) = &self.trace {

@@ -13,7 +13,7 @@ use super::stock::Stock;
 use super::store::Store;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec, evaluate, simulate};
+use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec, evaluate, simulate_inside};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 use std::any::Any;
@@ -264,7 +264,7 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
 /// Simulates a run and holds it against its reference. A defect of ours is a record like others: no reason to lose the other runs.
 fn evaluated(spec: &RunSpec, bounds: &Bounds, reference: &Reference, stop: StopFlag<'_>) -> Result<EvaluatedRun> {
     let attempt = catch_unwind(AssertUnwindSafe(|| {
-        let result = simulate(spec, bounds.clone(), Some(monotonic_clock), stop)?;
+        let result = simulate_inside(spec, bounds.clone(), Some(monotonic_clock), stop)?;
         match result.report.outcome {
             // No result, so nothing to be held against anything; of a long run that would take a while.
             Outcome::Stopped { .. } => Ok(EvaluatedRun::not_evaluated(result.report.outcome)),

@@ -51,11 +51,18 @@ pub(super) const FORCE_PEAK: Metric = Metric {
     compute: |evidence| worst(evidence, |row| peak(evidence.run.column(row.force))),
 };
 
-pub(super) const FORCE_PEAK_RATIO: Metric = Metric {
-    name: "force_peak_ratio",
+pub(super) const TOUCH_DOWN_PEAK_RATIO: Metric = Metric {
+    name: "touch_down_peak_ratio",
     unit: "-",
-    about: "Largest force magnitude of the run over that of the reference",
-    compute: |evidence| worst(evidence, |row| Some(peak(evidence.run.column(row.force))? / reference_peak(row)?)),
+    about: "Largest force magnitude within 0.1 s of a contact that closes in the reference, over that of the reference there",
+    compute: |evidence| {
+        let near = |t: f64| evidence.touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&t));
+        worst(evidence, |row| {
+            let rows = evidence.run.rows().filter(|values| near(values[0]));
+            let exact = Some(row.reference_touch_down_peak).filter(|peak| *peak > 0.0)?;
+            Some(peak(rows.map(|values| values[row.force]))? / exact)
+        })
+    },
 };
 
 pub(super) const VELOCITY_ERROR_RMS: Metric = Metric {
@@ -82,7 +89,7 @@ pub(super) const POSITION_ERROR_END: Metric = Metric {
 };
 
 /// The value of largest magnitude over the rows of the interface, with its sign; NaN wins.
-fn worst(evidence: &Evidence<'_>, of_row: impl Fn(&InterfaceRow) -> Option<f64>) -> Option<f64> {
+pub(super) fn worst(evidence: &Evidence<'_>, of_row: impl Fn(&InterfaceRow) -> Option<f64>) -> Option<f64> {
     let larger = |a: f64, b: f64| if b.is_nan() || b.abs() > a.abs() { b } else { a };
     evidence.interface.iter().filter_map(of_row).reduce(larger)
 }

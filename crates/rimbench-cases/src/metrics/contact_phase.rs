@@ -33,6 +33,11 @@ pub struct ContactInterval {
 }
 
 impl ContactInterval {
+    /// When the contact closed, s; none where it was closed from the start.
+    pub(super) fn closed_at(&self) -> Option<f64> {
+        self.phase.closed_at
+    }
+
     /// Time of the row in which the contact closed, s; none where it was closed from the start.
     pub(super) fn closed_during_run(&self) -> Option<f64> {
         self.phase.closed_at.map(|_| self.closed_row)

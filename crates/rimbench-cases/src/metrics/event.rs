@@ -4,7 +4,7 @@
 //! are one event. Run and reference are read by the same rules with the same chatter, `max(H, 5 ms)`; the reference at its own
 //! sampling. Only what the run lived to see counts: a run that ended early is compared up to its end.
 
-use super::contact_phase::{CHATTER, ContactPhase, phases};
+use super::contact_phase::{CHATTER, ContactInterval, ContactPhase, phases};
 use super::evidence::{Evidence, Metric};
 
 /// Events further apart than this, s, are not the same event; ours.
@@ -42,6 +42,20 @@ pub(super) const WRONG_STATE: Metric = Metric {
         Some(time_of_difference(&contacts(evidence)?.collect::<Vec<_>>(), end))
     },
 };
+
+/// Times, s, within [`SAME_EVENT`] of a contact that closes: where a touch-down shows in the force, early or late.
+pub(crate) fn touch_downs(contacts: &[Vec<ContactInterval>]) -> Vec<[f64; 2]> {
+    let mut closings: Vec<f64> = contacts.iter().flatten().filter_map(ContactInterval::closed_at).collect();
+    closings.sort_by(f64::total_cmp);
+    let mut windows: Vec<[f64; 2]> = Vec::new();
+    for time in closings {
+        match windows.last_mut().filter(|window| window[1] >= time - SAME_EVENT) {
+            Some(window) => window[1] = time + SAME_EVENT,
+            None => windows.push([time - SAME_EVENT, time + SAME_EVENT]),
+        }
+    }
+    windows
+}
 
 /// The phases of one contact up to the end of the run.
 struct Contact {
@@ -135,6 +149,8 @@ mod tests {
             interface: &[],
             effective_mass: None,
             gaps: &[1, 2],
+            touch_downs: &[],
+            inside: None,
         };
         [TIME_SHIFT_MAX, MISSED, WRONG_STATE].map(|metric| (metric.compute)(&evidence))
     }
@@ -163,6 +179,16 @@ mod tests {
         // A run that ended before anything closed has missed nothing.
         let run = trajectory(5e-3, 0.4, |t| [gap(t, 0.5, 1.0), 1.0]);
         assert_eq!(values(&run, &reference), [None, Some(0.0), Some(0.0)]);
+    }
+
+    #[test]
+    fn touch_downs_that_overlap_are_one_window() {
+        let reference = trajectory(1e-3, 2.0, |t| [gap(t, 0.5, 0.9), gap(t, 0.55, 1.0).min(gap(t, 1.5, 9.0))]);
+        let contacts = [1, 2].map(|gap| contact_intervals(&reference, gap)).to_vec();
+        let [first, second] = touch_downs(&contacts).try_into().unwrap();
+        for (value, exact) in first.into_iter().chain(second).zip([0.4, 0.65, 1.4, 1.6]) {
+            approx::assert_relative_eq!(value, exact, epsilon = 1e-4);
+        }
     }
 
     #[test]

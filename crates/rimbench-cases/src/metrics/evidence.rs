@@ -21,6 +21,19 @@ pub struct Evidence<'a> {
     pub effective_mass: Option<usize>,
     /// Columns of the gaps.
     pub gaps: &'a [usize],
+    /// Times at which a touch-down of the reference shows, from and to, s.
+    pub touch_downs: &'a [[f64; 2]],
+    /// What the actuator did inside macro steps, where that was noted.
+    pub inside: Option<&'a Inside<'a>>,
+}
+
+/// The micro steps of the actuator and the reference at the same times.
+#[derive(Debug)]
+pub struct Inside<'a> {
+    /// See [`Report::inside`].
+    pub log: &'a Trajectory,
+    /// The reference at the first two columns of the log: at the start of each micro step, and in its middle.
+    pub reference: [Trajectory; 2],
 }
 
 /// One row of the interface in run and reference.
@@ -34,6 +47,8 @@ pub struct InterfaceRow {
     pub force: usize,
     /// Largest magnitude of the force in the whole reference, N.
     pub reference_force_peak: f64,
+    /// The same of the reference's touch-downs, N; 0 where there are none.
+    pub reference_touch_down_peak: f64,
 }
 
 /// One metric by name.

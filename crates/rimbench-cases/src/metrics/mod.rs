@@ -10,10 +10,14 @@ mod energy;
 mod event;
 mod evidence;
 mod impulse;
+mod inside;
 mod pace;
+#[cfg(test)]
+mod tests;
 
 pub use contact_phase::{ContactInterval, contact_intervals};
-pub use evidence::{Evidence, InterfaceRow, Metric};
+pub(crate) use event::touch_downs;
+pub use evidence::{Evidence, Inside, InterfaceRow, Metric};
 pub(crate) use impulse::impulse_column;
 
 /// Every metric, in the order of the columns in data.
@@ -22,11 +26,13 @@ pub const METRICS: &[Metric] = &[
     accuracy::FORCE_ERROR_L1,
     accuracy::FORCE_ERROR_MAX,
     accuracy::FORCE_ERROR_OF_PEAK,
+    inside::FORCE_ERROR_INSIDE,
     impulse::IMPULSE_ERROR,
     accuracy::FORCE_PEAK,
-    accuracy::FORCE_PEAK_RATIO,
+    accuracy::TOUCH_DOWN_PEAK_RATIO,
     accuracy::VELOCITY_ERROR_RMS,
     accuracy::POSITION_ERROR_RMS,
+    inside::POSITION_ERROR_INSIDE,
     accuracy::POSITION_ERROR_END,
     contact::EFFECTIVE_MASS_MAX,
     contact::EFFECTIVE_MASS_RATIO,

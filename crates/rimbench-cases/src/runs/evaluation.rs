@@ -6,7 +6,7 @@ use super::reference::{Reference, gap_columns};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::ReferenceMethod;
-use crate::metrics::{Evidence, InterfaceRow, METRICS, Metric, contact_intervals};
+use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals};
 use rimbench_core::cosim::{Outcome, Trajectory, Work};
 use rimbench_core::error::{Failure, Result};
 use std::time::Duration;
@@ -127,12 +127,20 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
             velocity: column(&row.velocity),
             force: column(&row.force),
             reference_force_peak: reference.largest[column(&row.force)],
+            reference_touch_down_peak: reference.touch_down_peak(&row.force),
         })
         .collect();
     let gaps: Vec<usize> = gap_columns(result.trajectory.columns()).collect();
-    let exact = exact_at(spec, &result.trajectory)?;
+    let exact = exact_at(spec, result.trajectory.columns(), result.trajectory.column(0))?;
     let aligned = exact.unwrap_or_else(|| reference.judged.resampled(result.trajectory.column(0)));
     let run_contacts: Vec<_> = gaps.iter().map(|&gap| contact_intervals(&result.trajectory, gap)).collect();
+    let inside = match result.report.inside.as_ref().filter(|log| !log.is_empty()) {
+        Some(log) => Some(Inside {
+            log,
+            reference: [reference_at(spec, reference, log, 0)?, reference_at(spec, reference, log, 1)?],
+        }),
+        None => None,
+    };
     let evidence = Evidence {
         run: &result.trajectory,
         reference: &aligned,
@@ -142,6 +150,8 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         interface: &interface,
         effective_mass: result.trajectory.index_of("effective_mass_kg"),
         gaps: &gaps,
+        touch_downs: &reference.touch_downs,
+        inside: inside.as_ref(),
     };
     let skipped = matches!(result.report.outcome, Outcome::Skipped { .. });
     let metrics: Vec<Option<f64>> =
@@ -177,11 +187,26 @@ fn without_account(metrics: &[Option<f64>]) -> Option<&'static str> {
 }
 
 /// The closed form at the communication points of a run, where the case has one: no error of interpolation.
-fn exact_at(spec: &RunSpec, run: &Trajectory) -> Result<Option<Trajectory>> {
+fn exact_at(
+    spec: &RunSpec,
+    columns: &[String],
+    times: impl ExactSizeIterator<Item = f64>,
+) -> Result<Option<Trajectory>> {
     let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters)? else { return Ok(None) };
-    let mut exact = Trajectory::with_capacity(run.columns().to_vec(), run.len());
-    run.rows().for_each(|row| solution(row[0], exact.push_row()));
-    Ok((!run.is_empty()).then_some(exact))
+    let mut exact = Trajectory::with_capacity(columns.to_vec(), times.len());
+    times.for_each(|time| solution(time, exact.push_row()));
+    Ok((!exact.is_empty()).then_some(exact))
+}
+
+/// Forces (`time` 0) or positions (`time` 1) of the reference's interface at the times in that column of the log.
+fn reference_at(spec: &RunSpec, reference: &Reference, log: &Trajectory, time: usize) -> Result<Trajectory> {
+    if let Some(exact) = exact_at(spec, reference.trajectory.columns(), log.column(time))? {
+        return Ok(exact);
+    }
+    let names = spec.case.interface_columns.iter().map(|row| if time == 0 { &row.force } else { &row.position });
+    let columns = names.filter_map(|name| reference.judged.index_of(name));
+    let columns: Vec<usize> = std::iter::once(0).chain(columns).collect();
+    Ok(reference.judged.selected(&columns).resampled(log.column(time)))
 }
 
 #[cfg(test)]
@@ -193,7 +218,7 @@ mod tests {
         let position = |name: &str| METRICS.iter().position(|metric| metric.name == name).unwrap();
         let mut metrics = vec![Some(1.0); METRICS.len()];
         metrics[position("audit_closure_j")] = None;
-        metrics[position("force_peak_ratio")] = Some(f64::INFINITY);
+        metrics[position("touch_down_peak_ratio")] = Some(f64::INFINITY);
         assert_eq!(without_account(&metrics), None);
         for value in [f64::NAN, f64::INFINITY] {
             metrics[position("audit_closure_j")] = Some(value);

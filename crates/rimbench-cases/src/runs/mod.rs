@@ -21,6 +21,6 @@ pub use facts::{Fact, FactValue};
 pub use latency::Latency;
 pub use reference::{DIVERGENCE_FACTOR, Reference};
 pub use request::{RunOption, RunRequest};
-pub use simulation::{Clock, RunResult, simulate};
+pub use simulation::{Clock, RunResult, simulate, simulate_inside};
 pub use spec::RunSpec;
 pub use step_control::{StepControl, StepControlKind};

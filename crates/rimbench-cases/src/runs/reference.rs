@@ -3,7 +3,7 @@
 use super::spec::RunSpec;
 use super::spec::use_integrators;
 use crate::cases::{Case, ExactSolution, Recorder, ReferenceMethod};
-use crate::metrics::{ContactInterval, contact_intervals, impulse_column};
+use crate::metrics::{ContactInterval, contact_intervals, impulse_column, touch_downs};
 use rimbench_core::cosim::{ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Side, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
@@ -35,6 +35,8 @@ pub struct Reference {
     pub judged: Trajectory,
     /// When each contact is closed, one list per gap column.
     pub contacts: Vec<Vec<ContactInterval>>,
+    /// Times at which a touch-down shows, from and to, s.
+    pub touch_downs: Vec<[f64; 2]>,
     /// Its finest step, s.
     pub step: f64,
 }
@@ -131,8 +133,9 @@ impl Reference {
         columns.extend(names.filter_map(|name| trajectory.index_of(name)));
         columns.extend(gap_columns(trajectory.columns()));
         let judged = with_impulses(case, trajectory.selected(&columns));
-        let contacts = gap_columns(judged.columns()).map(|gap| contact_intervals(&judged, gap)).collect();
-        Reference { largest: largest(&trajectory), judged, contacts, trajectory, uncertainty, order, step }
+        let contacts: Vec<_> = gap_columns(judged.columns()).map(|gap| contact_intervals(&judged, gap)).collect();
+        let touch_downs = touch_downs(&contacts);
+        Reference { largest: largest(&trajectory), judged, touch_downs, contacts, trajectory, uncertainty, order, step }
     }
 
     fn sample(spec: &RunSpec, solution: &ExactSolution) -> Self {
@@ -163,6 +166,13 @@ impl Reference {
                 .collect()
         };
         Ok(PerSide::from_fn(largest))
+    }
+
+    /// Returns the largest magnitude of a column while a touch-down shows; 0 where none does.
+    pub fn touch_down_peak(&self, column: &str) -> f64 {
+        let Some(index) = self.judged.index_of(column) else { return 0.0 };
+        let near = |t: f64| self.touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&t));
+        self.judged.rows().filter(|row| near(row[0])).map(|row| row[index].abs()).fold(0.0, f64::max)
     }
 
     /// Returns the uncertainty of a column by name.

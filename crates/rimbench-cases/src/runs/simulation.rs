@@ -31,6 +31,18 @@ pub struct RunResult {
 /// # Errors
 /// Bad input only, such as a wall limit without a clock. A run that fails is a result, with its reason in [`Report::outcome`].
 pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
+    run(spec, bounds, clock, Supervision { stop, ..Supervision::default() })
+}
+
+/// The same, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate).
+///
+/// # Errors
+/// As for [`simulate`].
+pub fn simulate_inside(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
+    run(spec, bounds, clock, Supervision { stop, inside: true, ..Supervision::default() })
+}
+
+fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Supervision<'_>) -> Result<RunResult> {
     spec.check()?;
     if spec.wall_limit.is_some() && clock.is_none() {
         return Err(Error::Incompatible("wall_limit_s needs a clock, and there is none here".to_owned()));
@@ -54,7 +66,7 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: Stop
             let watch = clock.map(|now| Watch { now, latencies: true, wall_limit: spec.wall_limit });
             let doubling = spec.step_control.doubling(spec.scheme.order);
             let started = clock.map(|now| now());
-            let supervision = Supervision { stop, watch };
+            let supervision = Supervision { watch, ..supervision };
             let report = coupling.run(&setup, doubling, sides, supervision, &mut |point| {
                 recorder.record(point, &mut trajectory);
             });

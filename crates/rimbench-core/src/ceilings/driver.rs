@@ -43,7 +43,7 @@ impl Driver {
         self,
         doubling: Option<StepDoubling>,
         setup: &Setup,
-        sides: Sides<'_>,
+        mut sides: Sides<'_>,
         scheme: &mut dyn CouplingScheme,
         attachments: Attachments,
         supervision: Supervision<'_>,
@@ -60,7 +60,8 @@ impl Driver {
             (Driver::Explicit, None) => cosimulate(setup, sides, scheme, attachments, supervision, observe),
             (Driver::Monolithic, None) => {
                 let advance = |pair: &mut CoupledPair<'_>, interval| pair.advance_together(interval);
-                cover(advance, setup, sides, scheme, attachments, supervision, observe)
+                let state = &mut PairState::new(setup, sides.lend(), attachments);
+                cover(advance, setup, sides, scheme, state, supervision, observe)
             }
             _ => self.run_copies(doubling, setup, sides, scheme, attachments, supervision, observe),
         }

@@ -69,6 +69,7 @@ impl Log {
             energy_return: pair.state.attachments.energy_pool.as_ref().map(|pool| pool.books()),
             interface_residual: self.interface_residual,
             latencies_s: self.stopwatch.latencies,
+            inside: pair.state.inside.take(),
         }
     }
 }

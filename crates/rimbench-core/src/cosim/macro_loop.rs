@@ -6,6 +6,7 @@ use super::communication_point::CommunicationPoint;
 use super::coupled_pair::CoupledPair;
 use super::coupling_scheme::CouplingScheme;
 use super::log::{End, Log};
+use super::micro_log::micro_log;
 use super::pace::{Interval, Pace};
 use super::pair_state::PairState;
 use super::report::Report;
@@ -21,26 +22,27 @@ use crate::error::Failure;
 /// the first macro step has begun, and no step is ever taken back.
 pub fn cosimulate(
     setup: &Setup,
-    sides: Sides<'_>,
-    scheme: &mut dyn CouplingScheme,
-    attachments: Attachments,
-    supervision: Supervision<'_>,
-    observe: &mut dyn FnMut(CommunicationPoint<'_>),
-) -> Report {
-    cover(|pair, interval| pair.advance(interval), setup, sides, scheme, attachments, supervision, observe)
-}
-
-/// Runs two subsystems with every macro step covered by `advance`.
-pub(crate) fn cover(
-    advance: impl Fn(&mut CoupledPair<'_>, Interval) -> Result<(), Failure>,
-    setup: &Setup,
     mut sides: Sides<'_>,
     scheme: &mut dyn CouplingScheme,
     attachments: Attachments,
     supervision: Supervision<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
-    let state = &mut PairState::new(setup, sides.lend(), attachments);
+    let inside = supervision.inside.then(|| micro_log(setup, &sides)).flatten();
+    let state = &mut PairState { inside, ..PairState::new(setup, sides.lend(), attachments) };
+    cover(|pair, interval| pair.advance(interval), setup, sides, scheme, state, supervision, observe)
+}
+
+/// Runs two subsystems with every macro step covered by `advance`.
+pub(crate) fn cover(
+    advance: impl Fn(&mut CoupledPair<'_>, Interval) -> Result<(), Failure>,
+    setup: &Setup,
+    sides: Sides<'_>,
+    scheme: &mut dyn CouplingScheme,
+    state: &mut PairState,
+    supervision: Supervision<'_>,
+    observe: &mut dyn FnMut(CommunicationPoint<'_>),
+) -> Report {
     let mut log = Log::new(supervision.watch, setup.grid.macro_steps());
     let mut pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
     let ended = macro_steps(&mut pair, CoupledPair::lend, advance, &mut log, observe);

@@ -31,6 +31,7 @@ mod lent_actuator;
 mod log;
 mod macro_loop;
 mod mechanics_steps;
+mod micro_log;
 mod oil_lines;
 mod outcome;
 mod output_rates;

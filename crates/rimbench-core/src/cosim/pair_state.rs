@@ -8,6 +8,7 @@ use super::output_rates::OutputRates;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
 use super::subsystem::Sides;
+use super::trajectory::Trajectory;
 use super::transmission::Transmission;
 use super::work::CosimCounters;
 use super::work_meter::WorkMeter;
@@ -34,6 +35,8 @@ pub(crate) struct PairState {
     pub(crate) time: f64,
     pub(crate) counters: CosimCounters,
     pub(crate) diverged: Option<Outcome>,
+    /// What the actuator did in each micro step, if somebody wants to know.
+    pub(crate) inside: Option<Trajectory>,
 }
 
 impl PairState {
@@ -66,6 +69,7 @@ impl PairState {
             time: 0.0,
             counters: CosimCounters::default(),
             diverged: None,
+            inside: None,
         }
     }
 }

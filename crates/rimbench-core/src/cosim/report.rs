@@ -4,6 +4,7 @@ use super::coupling_scheme::SchemeReport;
 use super::energy_account::EnergyAudit;
 use super::energy_return::EnergyBooks;
 use super::outcome::Outcome;
+use super::trajectory::Trajectory;
 use super::work::Work;
 
 /// What the loop reports of a run.
@@ -27,6 +28,9 @@ pub struct Report {
     pub interface_residual: Vec<[f64; 2]>,
     /// Wall time of each macro step, s; empty unless asked for. Depends on machine and load.
     pub latencies_s: Vec<f64>,
+    /// What the actuator did in each micro step: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over it. None
+    /// unless asked for, with step control, and where steps are taken again or both sides step together.
+    pub inside: Option<Trajectory>,
 }
 
 impl Report {
@@ -42,6 +46,7 @@ impl Report {
             energy_return: None,
             interface_residual: Vec::new(),
             latencies_s: Vec::new(),
+            inside: None,
         }
     }
 }

@@ -49,11 +49,13 @@ pub struct Supervision<'a> {
     pub stop: StopFlag<'a>,
     /// The clock, if it may know one.
     pub watch: Option<Watch>,
+    /// Note what the actuator did in each micro step, where the loop itself runs the scheme (see [`Report::inside`](super::Report)).
+    pub inside: bool,
 }
 
 impl Default for Supervision<'_> {
     fn default() -> Self {
-        Supervision { stop: StopFlag::never(), watch: None }
+        Supervision { stop: StopFlag::never(), watch: None, inside: false }
     }
 }
 

@@ -5,6 +5,7 @@ use crate::cosim::attachments::NO_OUTPUT_RATES;
 use crate::cosim::communication_grid::MacroStep;
 use crate::cosim::coupling_scheme::{CouplingScheme, MicroStep};
 use crate::cosim::force_return::{ForceReturn, Sequence};
+use crate::cosim::micro_log::note_micro_step;
 use crate::cosim::pace::Interval;
 use crate::cosim::pair_state::PairState;
 use crate::cosim::side::Side;
@@ -47,7 +48,7 @@ impl CoupledPair<'_> {
         let averaged = matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_course = self.state.takes_course.actuator;
-        let PairState { own, u, transmission, work_sent, end, .. } = &mut *self.state;
+        let PairState { own, u, transmission, work_sent, end, inside, .. } = &mut *self.state;
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
         transmission.clear();
         for j in 0..count {
@@ -57,6 +58,9 @@ impl CoupledPair<'_> {
             work_sent.add_half_step(at.length, own, u);
             scheme.input(Side::Actuator, at, own, u)?;
             work_sent.add_half_step(at.length, own, u);
+            if let Some(log) = inside {
+                note_micro_step(log, at, own, u);
+            }
             if takes_course {
                 takes_course = tell_course(scheme, Side::Actuator, at, actuator);
             }

@@ -1,0 +1,42 @@
+//! Distance from the reference inside macro steps: what the actuator did, and what it was told of the motion, micro step by micro
+//! step.
+//!
+//! At communication points a scheme has just been told the truth. Between them it guesses, and that is where the actuator's state
+//! goes astray.
+
+use super::accuracy::worst;
+use super::evidence::{Evidence, Inside, Metric};
+
+pub(super) const FORCE_ERROR_INSIDE: Metric = Metric {
+    name: "force_error_inside_rms_n",
+    unit: "N",
+    about: "Root mean square over micro steps, inside macro steps as well, of the actuator's own force minus the reference's",
+    compute: |evidence| {
+        let inside = evidence.inside?;
+        worst(evidence, |row| rms(inside, name(evidence, row.force), 0))
+    },
+};
+
+pub(super) const POSITION_ERROR_INSIDE: Metric = Metric {
+    name: "position_error_inside_rms_m",
+    unit: "m",
+    about: "Root mean square over micro steps of the interface position that the actuator was given minus the reference's",
+    compute: |evidence| {
+        let inside = evidence.inside?;
+        worst(evidence, |row| rms(inside, name(evidence, row.position), 1))
+    },
+};
+
+fn name<'a>(evidence: &'a Evidence<'_>, column: usize) -> &'a str {
+    &evidence.run.columns()[column]
+}
+
+/// Of what the actuator's log calls `column`, against the reference at the times in its column `time`; none where the coupling
+/// exchanges something else.
+fn rms(inside: &Inside, column: &str, time: usize) -> Option<f64> {
+    let (own, reference) = (inside.log.index_of(column)?, &inside.reference[time]);
+    let exact = reference.index_of(column)?;
+    let squares = inside.log.column(own).zip(reference.column(exact)).map(|(own, exact)| (own - exact).powi(2));
+    let (sum, count) = squares.fold((0.0, 0_usize), |(sum, count), square| (sum + square, count + 1));
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}

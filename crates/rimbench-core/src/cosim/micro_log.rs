@@ -1,0 +1,30 @@
+//! What the actuator put out and was given in each micro step.
+
+use super::coupling_scheme::MicroStep;
+use super::setup::Setup;
+use super::subsystem::Sides;
+use super::trajectory::Trajectory;
+
+/// Makes room for the micro steps of a run; none where the length of its macro steps is not known beforehand.
+///
+/// One row per micro step: when it starts, its middle, the actuator's outputs at its start, its inputs over it (their mean).
+pub(crate) fn micro_log(setup: &Setup, sides: &Sides<'_>) -> Option<Trajectory> {
+    if setup.energy_rule.is_some() {
+        return None;
+    }
+    let ports = sides.ports().actuator;
+    let names = ports.outputs.iter().chain(&ports.inputs).map(|port| port.name.to_string());
+    let columns = ["time_s", "middle_s"].map(str::to_owned).into_iter().chain(names).collect();
+    let rows = (0..setup.grid.macro_steps()).map(|k| setup.actuator_steps(setup.grid.step(k))).sum();
+    Some(Trajectory::with_capacity(columns, rows))
+}
+
+/// Notes one micro step.
+#[inline]
+pub(crate) fn note_micro_step(log: &mut Trajectory, at: MicroStep, outputs: &[f64], inputs: &[f64]) {
+    let row = log.push_row();
+    (row[0], row[1]) = (at.start, at.middle());
+    let (outputs_row, inputs_row) = row[2..].split_at_mut(outputs.len());
+    outputs_row.copy_from_slice(outputs);
+    inputs_row.copy_from_slice(inputs);
+}
