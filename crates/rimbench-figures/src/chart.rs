@@ -131,6 +131,17 @@ pub enum Guide {
     },
 }
 
+/// The area between two curves, behind the data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// What the legend says; bands of one label share an entry.
+    pub label: String,
+    /// Abscissa, lower and upper edge. NaN breaks the band.
+    pub points: Vec<(f64, [f64; 2])>,
+    /// Its colour.
+    pub color: Color,
+}
+
 /// Where runs of a series have no value because they did not come to their end: signs in a band above the axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Losses {
@@ -176,6 +187,8 @@ pub struct Panel {
     pub losses: Vec<Losses>,
     /// Reference lines and slopes.
     pub guides: Vec<Guide>,
+    /// Areas behind the data.
+    pub bands: Vec<Band>,
     /// Remarks.
     pub notes: Vec<Note>,
     /// A magnified part.
@@ -185,8 +198,8 @@ pub struct Panel {
 impl Panel {
     /// An empty panel.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
-        let (series, losses, guides, notes) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Panel { title: title.into(), x, y, series, losses, guides, notes, inset: None }
+        let (series, losses, guides, bands, notes) = Default::default();
+        Panel { title: title.into(), x, y, series, losses, guides, bands, notes, inset: None }
     }
 
     /// Adds a series in front of those already there.
@@ -198,6 +211,12 @@ impl Panel {
     /// Adds a reference line or slope.
     pub fn guide(mut self, guide: Guide) -> Self {
         self.guides.push(guide);
+        self
+    }
+
+    /// Adds an area behind the data.
+    pub fn band(mut self, band: Band) -> Self {
+        self.bands.push(band);
         self
     }
 

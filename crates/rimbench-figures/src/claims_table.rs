@@ -20,7 +20,7 @@ pub fn claims_markdown(path: &Path) -> Result<String> {
     text.push_str("|---|---|---|---|---|---|---|\n");
     for row in 0..claims.len() {
         let cells = columns.iter().zip(names).map(|(&column, name)| match name {
-            "measured" => significant(claims.number(row, column)),
+            "measured" => significant(claims.number(row, column)) + &trust(&claims, row),
             "text" => {
                 let reason = reason(row).map(|reason| format!(" *(superseded: {reason})*")).unwrap_or_default();
                 format!("{}{reason}", claims.text(row, column)).replace('|', "\\|")
@@ -31,6 +31,17 @@ pub fn claims_markdown(path: &Path) -> Result<String> {
         let _ = writeln!(text, "| {} |", cells.collect::<Vec<_>>().join(" | "));
     }
     Ok(text)
+}
+
+/// How far a value can be trusted, where that is known: results of earlier versions do not have it.
+fn trust(claims: &ResultsTable, row: usize) -> String {
+    let number = |name: &str| claims.column(name).ok().map(|column| claims.number(row, column)).filter(|x| !x.is_nan());
+    let interval = number("low").zip(number("high"));
+    let interval =
+        interval.map_or_else(String::new, |(low, high)| format!(" [{}, {}]", significant(low), significant(high)));
+    let without = number("without_exact")
+        .map_or_else(String::new, |value| format!("; {} without exact models", significant(value)));
+    interval + &without
 }
 
 /// Three significant digits, for reading; the CSV holds all of them.

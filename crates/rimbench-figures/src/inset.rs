@@ -4,6 +4,7 @@ use super::chart::{Inset, Panel};
 use super::clip::Rect;
 use super::data::{self, Frame};
 use super::drawing::{Color, Drawing, Stroke};
+use super::filled_band;
 use super::panel::{TICK, axes, crisp, fitting_ticks, label_width};
 use super::scale::AxisMap;
 
@@ -58,6 +59,9 @@ pub fn draw(drawing: &mut Drawing, outer: &Frame, panel: &Panel, inset: &Inset) 
     }
     drawing.area(source.corners(), None, Some(thin));
     axes(drawing, &frame, &x_ticks, &y_ticks);
+    for band in &panel.bands {
+        filled_band::draw(drawing, &frame, band);
+    }
     for series in &panel.series {
         data::draw(drawing, &frame, series);
     }

@@ -1,10 +1,11 @@
 //! The legend shared by all panels: one entry per label, beside the data and never over it.
 
 use super::chart::{Mode, Panel};
+use super::clip::Rect;
 use super::data::MARKER;
 use super::drawing::{Color, Drawing, Stroke, Text, Weight};
 use super::style::SeriesStyle;
-use super::{font, marker};
+use super::{filled_band, font, marker};
 
 /// Size of the entries, px.
 const SIZE: f64 = 12.0;
@@ -19,6 +20,7 @@ enum Sample {
     Series { style: SeriesStyle, line: bool, sign: bool },
     Infinite,
     Lost { all: bool },
+    Band { color: Color },
 }
 
 /// The entries of a figure.
@@ -36,6 +38,11 @@ impl Legend {
                 let sign = matches!(series.mode, Mode::Markers | Mode::LineMarkers);
                 let sample = Sample::Series { style: series.style, line: series.mode != Mode::Markers, sign };
                 entries.push((sample, series.label.clone()));
+            }
+        }
+        for band in panels.iter().flat_map(|panel| &panel.bands) {
+            if !entries.iter().any(|(_, label)| *label == band.label) {
+                entries.push((Sample::Band { color: band.color }, band.label.clone()));
             }
         }
         if infinite && !entries.is_empty() {
@@ -103,7 +110,7 @@ impl Legend {
 
 fn width((sample, label): &(Sample, String)) -> f64 {
     let sign = match sample {
-        Sample::Series { .. } => SAMPLE,
+        Sample::Series { .. } | Sample::Band { .. } => SAMPLE,
         Sample::Infinite | Sample::Lost { .. } => 2.0 * MARKER,
     };
     sign + GAP + font::width(label, SIZE, Weight::Regular)
@@ -119,6 +126,11 @@ fn draw_entry(drawing: &mut Drawing, (sample, label): &(Sample, String), left: f
             if *sign {
                 marker::draw(drawing, style.marker, (left + 0.5 * SAMPLE, y), MARKER, style.color);
             }
+            left + SAMPLE
+        }
+        Sample::Band { color } => {
+            let place = Rect { left, top: y - 0.35 * SIZE, right: left + SAMPLE, bottom: y + 0.35 * SIZE };
+            drawing.area(place.corners(), Some(filled_band::fill(*color)), None);
             left + SAMPLE
         }
         Sample::Infinite => {

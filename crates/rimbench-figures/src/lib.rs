@@ -38,6 +38,7 @@ mod dash;
 mod data;
 mod figure;
 mod figures;
+mod filled_band;
 mod font;
 mod guides;
 mod hatch;

@@ -7,7 +7,7 @@ use super::drawing::{Anchor, Color, Drawing, Stroke, Text, Weight};
 use super::guides;
 use super::scale::{AxisMap, interval};
 use super::ticks::{Ticks, power_of_ten};
-use super::{font, inset};
+use super::{filled_band, font, inset};
 
 /// Size of tick labels, px.
 pub const TICK_SIZE: f64 = 11.0;
@@ -70,6 +70,9 @@ impl<'a> Prepared<'a> {
         };
         let x_ticks = fitting_ticks(&frame.x);
         axes(drawing, &frame, &x_ticks, &self.y_ticks);
+        for band in &panel.bands {
+            filled_band::draw(drawing, &frame, band);
+        }
         for guide in &panel.guides {
             guides::draw(drawing, &frame, guide);
         }
@@ -113,7 +116,10 @@ fn intervals(panel: &Panel) -> ((f64, f64), (f64, f64)) {
     let extra: Vec<(f64, f64)> = slopes.flatten().collect();
     let lost: Vec<(f64, f64)> =
         panel.losses.iter().flat_map(|losses| &losses.points).map(|p| (p.0, f64::NAN)).collect();
-    let points = || panel.series.iter().flat_map(|series| &series.points).chain(&extra).chain(&lost).copied();
+    let edges = panel.bands.iter().flat_map(|band| &band.points);
+    let edges: Vec<(f64, f64)> = edges.flat_map(|&(x, [low, high])| [(x, low), (x, high)]).collect();
+    let points =
+        || panel.series.iter().flat_map(|series| &series.points).chain(&edges).chain(&extra).chain(&lost).copied();
     let tight = panel.x.scale != Scale::Log10;
     let x = interval(&panel.x, points().map(|p| p.0), if tight { 0.0 } else { 0.05 });
     // What a fixed x interval hides does not widen y.

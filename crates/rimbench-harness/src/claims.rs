@@ -6,9 +6,9 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::METRICS;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::{median, order_of_convergence};
+use rimbench_statistics::{bootstrap_interval, median, order_of_convergence};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
@@ -137,6 +137,12 @@ pub struct CheckedClaim {
     pub quantity: String,
     /// What was measured.
     pub measured: Option<f64>,
+    /// 95 % interval of a median, by the bootstrap over cases, or over phases where there is one case.
+    pub low: Option<f64>,
+    /// Its upper end.
+    pub high: Option<f64>,
+    /// The same without the cases in which the model of some run is the mechanics itself, if there are such.
+    pub without_exact: Option<f64>,
     /// What was expected.
     pub expected: String,
     /// Whether it holds.
@@ -244,14 +250,18 @@ impl Claim {
 
 fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<CheckedClaim> {
     let mut basis = Basis::default();
-    let own = measure(claim, &claim.scheme, runs, &mut basis)?;
-    let measured = match &claim.relative_to {
-        None => own,
-        Some(other) => {
-            let other = measure(claim, other, runs, &mut basis)?;
-            // Nothing over nothing is no measurement.
-            own.zip(other).map(|(own, other)| own / other).filter(|ratio| !ratio.is_nan())
-        }
+    let mut samples = samples(claim, Of::Own, &claim.scheme, runs, &mut basis)?;
+    if let Some(other) = &claim.relative_to {
+        samples.extend(self::samples(claim, Of::Other, other, runs, &mut basis)?);
+    }
+    let measured = claim.measured(&samples);
+    let interval = match claim.statistic {
+        Statistic::Median => claim.interval(&samples),
+        _ => None,
+    };
+    let without_exact = match samples.iter().any(|sample| sample.exact) {
+        true => claim.measured(&samples.iter().filter(|sample| !sample.exact).cloned().collect::<Vec<_>>()),
+        false => None,
     };
     let verdict = match measured {
         None => Verdict::NotMeasured,
@@ -283,6 +293,9 @@ fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<Checked
             problem.concat()
         ),
         measured,
+        low: interval.map(|[low, _]| low),
+        high: interval.map(|[_, high]| high),
+        without_exact,
         expected: claim.expect.to_string(),
         verdict,
         finding: claim.finding,
@@ -305,8 +318,27 @@ struct Basis {
     left_out: usize,
 }
 
-/// The statistic of the claim's metric over the runs of one scheme row.
-fn measure(claim: &Claim, label: &str, runs: &ResultsTable, basis: &mut Basis) -> Result<Option<f64>> {
+/// Whose run it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Of {
+    Own,
+    Other,
+}
+
+/// What one run has to say.
+#[derive(Debug, Clone)]
+struct Sample {
+    of: Of,
+    /// Case, set, phase.
+    origin: [String; 3],
+    /// Whether the model of some run of its case and set is the mechanics itself.
+    exact: bool,
+    step: f64,
+    value: f64,
+}
+
+/// The claim's metric over the runs of one scheme row.
+fn samples(claim: &Claim, of: Of, label: &str, runs: &ResultsTable, basis: &mut Basis) -> Result<Vec<Sample>> {
     let (case, set) = (runs.column("case")?, runs.column("set")?);
     let is = |row: usize, column: usize, wanted: &Option<String>| {
         wanted.as_deref().is_none_or(|wanted| wanted == ALL || runs.text(row, column) == wanted)
@@ -317,7 +349,11 @@ fn measure(claim: &Claim, label: &str, runs: &ResultsTable, basis: &mut Basis) -
         "diverged_at_s" => runs.column("outcome_at_s")?,
         metric => runs.column(metric)?,
     };
-    let mut pairs = Vec::new();
+    let [phase, exact] = ["phase", "model_exact"].map(|name| runs.column(name).ok());
+    let problem = |row: usize| (runs.text(row, case), runs.text(row, set));
+    let is_exact = |&row: &usize| exact.is_some_and(|exact| runs.text(row, exact) == "true");
+    let exact: BTreeSet<_> = (0..runs.len()).filter(is_exact).map(problem).collect();
+    let mut samples = Vec::new();
     for row in runs.rows_where(runs.column("label")?, label) {
         if !(claim.is_about(runs.number(row, step)) && is(row, case, &claim.case) && is(row, set, &claim.set)) {
             continue;
@@ -335,10 +371,44 @@ fn measure(claim: &Claim, label: &str, runs: &ResultsTable, basis: &mut Basis) -
             basis.left_out += 1;
         } else {
             basis.run_ids.push(runs.text(row, id).to_owned());
-            pairs.push((runs.number(row, step), number));
+            let phase = phase.map_or("", |phase| runs.text(row, phase));
+            samples.push(Sample {
+                of,
+                origin: [runs.text(row, case), runs.text(row, set), phase].map(str::to_owned),
+                exact: exact.contains(&problem(row)),
+                step: runs.number(row, step),
+                value: number,
+            });
         }
     }
-    Ok(claim.statistic.of(pairs))
+    Ok(samples)
+}
+
+impl Claim {
+    /// The statistic of the samples, or the ratio of the two schemes' ones.
+    fn measured<'a>(&self, samples: impl IntoIterator<Item = &'a Sample> + Clone) -> Option<f64> {
+        let of = |wanted: Of| {
+            let own = samples.clone().into_iter().filter(|sample| sample.of == wanted);
+            self.statistic.of(own.map(|sample| (sample.step, sample.value)).collect())
+        };
+        match self.relative_to {
+            None => of(Of::Own),
+            // Nothing over nothing is no measurement.
+            Some(_) => of(Of::Own).zip(of(Of::Other)).map(|(own, other)| own / other).filter(|ratio| !ratio.is_nan()),
+        }
+    }
+
+    /// How far it can be trusted: cases are drawn anew, or phases where there is one case only.
+    fn interval(&self, samples: &[Sample]) -> Option<[f64; 2]> {
+        let problems: BTreeSet<_> = samples.iter().map(|sample| &sample.origin[..2]).collect();
+        let parts = if problems.len() > 1 { 2 } else { 3 };
+        let mut witnesses: BTreeMap<_, Vec<&Sample>> = BTreeMap::new();
+        for sample in samples {
+            witnesses.entry(&sample.origin[..parts]).or_default().push(sample);
+        }
+        let witnesses: Vec<Vec<&Sample>> = witnesses.into_values().collect();
+        bootstrap_interval(&witnesses, |drawn| self.measured(drawn.iter().copied()))
+    }
 }
 
 impl Claim {
@@ -445,6 +515,40 @@ mod tests {
         assert_eq!(measured("case = \"all\"\nset = \"all\""), Some(3.0));
         let claim = checked("metric = \"error\"\ncase = \"all\"\nset = \"m=2\"", &rows);
         assert!(claim.quantity.ends_with(", all cases, set m=2"), "{}", claim.quantity);
+    }
+
+    #[test]
+    fn a_median_has_an_interval_over_cases_and_is_told_without_those_in_which_the_model_is_exact() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.csv");
+        let mut rows =
+            String::from("run_id,label,case,set,macro_step_s,phase,outcome,error,outcome_at_s,model_exact\n");
+        for (case, error) in [("a", 1.0), ("b", 2.0), ("c", 3.0), ("d", 50.0)] {
+            for phase in [0.5, 1.0] {
+                // The model of another scheme is exact on case d.
+                let exact = case == "d";
+                rows += &format!("{case}{phase},x,{case},,0.001,{phase},completed,{error},,false\n");
+                rows += &format!("{case}{phase}y,y,{case},,0.001,{phase},completed,{},,{exact}\n", 2.0 * error);
+            }
+        }
+        std::fs::write(&path, rows).unwrap();
+        let runs = ResultsTable::read(&path).unwrap();
+        let checked = |keys: &str| {
+            let claim = format!(
+                "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nexpect = \">= 0\"\nfinding = \"reproduced\"\n\
+                 metric = \"error\"\ncase = \"all\"\n{keys}"
+            );
+            check(&toml::from_str(&claim).unwrap(), "e", &runs).unwrap()
+        };
+        let median = checked("");
+        assert_eq!((median.measured, median.without_exact), (Some(2.5), Some(2.0)));
+        // Of four cases all may be the first or the last.
+        assert!(median.low.unwrap() < 2.0 && median.high.unwrap() > 3.0, "{:?} {:?}", median.low, median.high);
+        // A ratio that is the same in every case is certain.
+        let ratio = checked("relative_to = \"y\"");
+        assert_eq!((ratio.measured, ratio.low, ratio.high), (Some(0.5), Some(0.5), Some(0.5)));
+        let largest = checked("statistic = \"max\"");
+        assert_eq!((largest.measured, largest.low, largest.without_exact), (Some(50.0), None, Some(3.0)));
     }
 
     #[test]

@@ -1,14 +1,17 @@
-//! The little statistics that rimbench needs, each of it once: quantiles, straight lines, intervals, performance profiles.
+//! The little statistics that rimbench needs, each of it once: quantiles, straight lines, intervals, performance and data
+//! profiles, the bootstrap.
 //!
 //! Pure functions of slices; nothing is read, written or timed here.
 
+mod bootstrap;
 mod geometric_mean;
 mod intervals;
 mod performance_profile;
 
+pub use bootstrap::bootstrap_interval;
 pub use geometric_mean::{charged, shifted_geometric_mean};
 pub use intervals::{Fence, TimeSummary, fence, ratio_interval};
-pub use performance_profile::{performance_profile, performance_ratios, share_within};
+pub use performance_profile::{data_profile, performance_profile, performance_ratios, share_within};
 
 /// Returns the middle value, of two middle values their mean; none of an empty list.
 ///

@@ -29,7 +29,10 @@ pub fn check(figure: &mut Table) -> Vec<String> {
 pub fn labels(figure: &Table) -> Vec<String> {
     let lists = ["labels", "series", "schemes"].into_iter().filter_map(|key| figure.get(key));
     let panels = figure.get("panels").and_then(Value::as_array).into_iter().flatten();
-    let lists = lists.chain(panels.filter_map(|panel| panel.get("labels")));
+    let bands = |table: &'_ Table| table.get("band").and_then(|band| band.get("labels")).cloned();
+    let of_bands: Vec<Value> =
+        bands(figure).into_iter().chain(panels.clone().filter_map(Value::as_table).filter_map(bands)).collect();
+    let lists = lists.chain(panels.filter_map(|panel| panel.get("labels"))).chain(&of_bands);
     let texts = lists.filter_map(Value::as_array).flatten().filter_map(Value::as_str);
     texts.filter(|label| *label != "reference").map(str::to_owned).collect()
 }

@@ -175,6 +175,24 @@ const ONLY_KEYS: &[Key] = &[
     ),
 ];
 
+const BAND: Key =
+    key("band", Takes::Table(BAND_KEYS), Then("none"), "an area from the least to the largest of some scheme rows");
+
+const BAND_KEYS: &[Key] = &[
+    key("labels", Takes::Labels, Needed, "scheme rows; those lost at a point are left out there"),
+    key("label", Takes::Text, Needed, "what the legend says"),
+];
+
+const WITHOUT_EXACT: Key = key(
+    "without_exact",
+    Takes::Flag,
+    Default("false"),
+    "leave out cases in which the model of some run is the mechanics itself (`model_exact`)",
+);
+
+/// What the bars at a median show.
+const BARS: &[&str] = &["range", "bootstrap"];
+
 /// Kinds of figures, each with its keys besides those that all have.
 const KEYS: [(&str, &[Key]); KINDS.len()] = [
     (
@@ -190,6 +208,7 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
         &[
             HEIGHT,
             key("series", Takes::Labels, Needed, "scheme rows, or `reference`; the first at the back"),
+            BAND,
             key("panels", Takes::Tables(TRACE_PANEL), Needed, "panels, from the left"),
         ],
     ),
@@ -284,6 +303,15 @@ const SWEEP_PANEL: &[Key] = &[
     ONLY,
     PART,
     LABELS,
+    BAND,
+    WITHOUT_EXACT,
+    key(
+        "bars",
+        Takes::Choice(BARS),
+        Default("\"range\""),
+        "from least to largest value, or the 95 % interval of the median by the bootstrap over cases (of one case: over runs)",
+    ),
+    key("macro_steps_ms", Takes::PositiveInterval, AUTOMATIC, "horizontal axis, ms; nothing beyond is drawn"),
     key("floor", Takes::Text, Then("none"), "column with the uncertainty of the reference, drawn as a line"),
     key("slope", Takes::Slope, Then("none"), "slope triangle: order and first corner (H in ms, value)"),
     key(
@@ -318,7 +346,14 @@ const PARAMETER_PANEL: &[Key] = &[
 const PROFILE_PANEL: &[Key] = &[
     TITLE,
     key("label", Takes::Text, Default("\"ratio to the best\""), "heading of the horizontal axis"),
-    key("most", Takes::AboveOne, Default("100"), "largest ratio shown"),
+    key("most", Takes::AboveOne, Default("100"), "largest ratio shown; with `budget` the largest budget"),
+    key(
+        "budget",
+        Takes::Positive,
+        Then("a performance profile"),
+        "least budget shown: makes it a data profile, the share solved within a cost per simulated second",
+    ),
+    WITHOUT_EXACT,
     key(
         "cost",
         Takes::Text,

@@ -1,7 +1,7 @@
 //! A metric against a parameter of the case, or against the contact margin: median over phases, with the range from best to worst
 //! phase.
 
-use super::statistics::{FRACTION_STABLE, Only, OverPhases, Part, Runs, groups};
+use super::statistics::{Bars, FRACTION_STABLE, Only, OverPhases, Part, Runs, groups};
 use super::sweep_figure::with_range;
 use crate::chart::{Axis, Figure, Panel};
 use crate::drawing::Drawing;
@@ -80,12 +80,12 @@ impl ParameterFigure {
                         for (_, rows) in groups(&rows, |row| values[row]) {
                             runs.refuse_several(&rows, "case and set", problem)?;
                         }
-                        runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part)?
+                        runs.over_phases(&rows, |row| values[row], &spec.metric, spec.part, Bars::Range)?
                     }
                     // What has no value of the parameter is a level across.
                     false => {
                         runs.refuse_several(&rows, "case and set", problem)?;
-                        let level = runs.over_phases(&rows, |_| 0.0, &spec.metric, spec.part)?;
+                        let level = runs.over_phases(&rows, |_| 0.0, &spec.metric, spec.part, Bars::Range)?;
                         let across = |x: f64| level.iter().map(move |point| OverPhases { x, ..*point });
                         abscissae(&values).into_iter().flat_map(across).collect()
                     }

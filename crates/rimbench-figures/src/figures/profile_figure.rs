@@ -7,7 +7,7 @@ use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
-use rimbench_statistics::{performance_profile, performance_ratios};
+use rimbench_statistics::{data_profile, performance_profile, performance_ratios};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -44,6 +44,10 @@ struct ProfilePanel {
     metric: Option<String>,
     /// How small.
     tolerance: Option<f64>,
+    /// Least budget shown, per simulated second: makes it a data profile.
+    budget: Option<f64>,
+    #[serde(default)]
+    without_exact: bool,
 }
 
 /// What makes a problem: case, parameters, duration, phase.
@@ -79,10 +83,13 @@ impl ProfileFigure {
                 spec.collect(folder, runs, &labels, &mut costs)?;
             }
             let rows: Vec<Vec<f64>> = labels.iter().map(|label| costs.row(label)).collect();
-            let x = Axis::log10(&spec.label).range(1.0, spec.most);
+            let x = Axis::log10(&spec.label).range(spec.budget.unwrap_or(1.0), spec.most);
             let mut panel = Panel::new(&spec.title, x, Axis::linear("share of problems").range(-0.02, 1.02));
-            for (label, ratios) in labels.iter().zip(performance_ratios(&rows)) {
-                let mut corners = performance_profile(&ratios);
+            let profiles: Vec<Vec<(f64, f64)>> = match spec.budget {
+                Some(least) => rows.iter().map(|costs| from_budget(least, &data_profile(costs))).collect(),
+                None => performance_ratios(&rows).iter().map(|ratios| performance_profile(ratios)).collect(),
+            };
+            for (label, mut corners) in labels.iter().zip(profiles) {
                 corners.extend(corners.last().map(|&(_, share)| (spec.most, share)));
                 panel = panel
                     .series(Series::new(styles.shown_name(label), corners, styles.of_label(label)).mode(Mode::Steps));
@@ -93,9 +100,18 @@ impl ProfileFigure {
     }
 }
 
+/// The corners of a data profile from the least budget shown.
+fn from_budget(least: f64, corners: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let within = corners.partition_point(|(cost, _)| *cost <= least);
+    let start = within.checked_sub(1).map_or(0.0, |last| corners[last].1);
+    std::iter::once((least, start)).chain(corners[within..].iter().copied()).collect()
+}
+
 impl ProfilePanel {
     /// Adds the problems of one experiment.
-    fn collect(&self, folder: &Path, runs: &Runs, labels: &[String], into: &mut Costs) -> Result<()> {
+    fn collect(&self, folder: &Path, all: &Runs, labels: &[String], into: &mut Costs) -> Result<()> {
+        let without = if self.without_exact { Some(all.without_exact()?) } else { None };
+        let runs = without.as_ref().unwrap_or(all);
         let facts = ["case", "set", "duration_s", "phase"].map(|name| runs.table.column(name));
         let [case, set, duration, phase] = facts;
         let facts = [case?, set?, duration?, phase?];
@@ -104,6 +120,8 @@ impl ProfilePanel {
             Some(cost) => Some(Cost::read(folder, runs)?.of_runs(cost, runs)?),
             None => None,
         };
+        // A budget is per simulated second: problems last from milliseconds to ten seconds.
+        let per = |row: usize| self.budget.map_or(1.0, |_| runs.table.number(row, facts[2]));
         let metric = self.metric.as_deref().map(|name| runs.table.column(name)).transpose()?;
         let tolerance = self.tolerance.unwrap_or(f64::INFINITY);
         let good =
@@ -116,7 +134,8 @@ impl ProfilePanel {
                 rows.sort_by(|a, b| runs.macro_step_ms(*a).total_cmp(&runs.macro_step_ms(*b)));
                 let best = match &cost {
                     Some(cost) => {
-                        rows.iter().filter(|&&row| good(row)).map(|&row| cost[row]).fold(f64::INFINITY, f64::min)
+                        let costs = rows.iter().filter(|&&row| good(row)).map(|&row| cost[row] / per(row));
+                        costs.fold(f64::INFINITY, f64::min)
                     }
                     // The inverse, so that less is better.
                     None => rows

@@ -1,6 +1,6 @@
 //! Which scheme is stable at which macro step: fraction of phases that complete, hatched where stable but wrong.
 
-use super::statistics::{Only, Part, Runs, groups};
+use super::statistics::{Bars, Only, Part, Runs, groups};
 use crate::drawing::Drawing;
 use crate::heatmap::{Cell, Heatmap, Row};
 use crate::style::Styles;
@@ -53,7 +53,7 @@ impl StabilityFigure {
             let cell = |&step: &f64| -> Result<Cell> {
                 let here: Vec<usize> = rows.iter().copied().filter(|&row| runs.macro_step_ms(row) == step).collect();
                 let value = runs.fraction_stable(&here);
-                let errors = runs.over_phases(&here, |_| step, &self.metric, Part::Absolute)?;
+                let errors = runs.over_phases(&here, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
                 let wrong = errors.first().is_some_and(|error| error.median > self.wrong_above);
                 Ok(Cell { value, hatched: value == Some(1.0) && wrong })
             };

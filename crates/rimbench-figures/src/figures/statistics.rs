@@ -2,9 +2,9 @@
 
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::median;
+use rimbench_statistics::{bootstrap_interval, median};
 use serde::Deserialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Name that stands for the share of phases that completed, where a figure asks for a metric.
@@ -109,6 +109,20 @@ impl Runs {
         Ok(Runs { table: self.table.with_rows(&rows), ..*self })
     }
 
+    /// The rows of all cases, with their parameters, on which no run's model was the mechanics itself.
+    ///
+    /// # Errors
+    /// [`Error::File`] for results that do not say.
+    pub fn without_exact(&self) -> Result<Self> {
+        let [case, set, exact] = ["case", "set", "model_exact"].map(|name| self.table.column(name));
+        let (case, set, exact) = (case?, set?, exact?);
+        let problem = |row: usize| (self.table.text(row, case), self.table.text(row, set));
+        let all = || 0..self.table.len();
+        let known: BTreeSet<_> = all().filter(|&row| self.table.text(row, exact) == "true").map(problem).collect();
+        let rows: Vec<usize> = all().filter(|&row| !known.contains(&problem(row))).collect();
+        Ok(Runs { table: self.table.with_rows(&rows), ..*self })
+    }
+
     /// Refuses rows of several cases, or of several sets of parameters of one case, unless that is asked for.
     fn refuse_pool(&self, only: &Only) -> Result<()> {
         let problems = self.problems()?;
@@ -189,7 +203,21 @@ impl Runs {
         (tried > 0).then(|| completed as f64 / tried as f64)
     }
 
-    /// A metric, or [`FRACTION_STABLE`], over the rows with one abscissa, by ascending abscissa. Runs that did not
+    /// Values of the rows by what may be drawn independently: case with parameters, or each run where there is only one.
+    fn witnesses(&self, rows: &[usize], value: impl Fn(usize) -> Option<f64>) -> Vec<Vec<f64>> {
+        let columns = [self.table.column("case").ok(), self.table.column("set").ok()];
+        let problem = |row: usize| columns.map(|column| column.map_or("", |column| self.table.text(row, column)));
+        let mut problems: BTreeMap<_, Vec<f64>> = BTreeMap::new();
+        for &row in rows {
+            problems.entry(problem(row)).or_default().extend(value(row));
+        }
+        match problems.len() {
+            1 => rows.iter().filter_map(|&row| value(row)).map(|value| vec![value]).collect(),
+            _ => problems.into_values().collect(),
+        }
+    }
+
+    /// A metric, or [`FRACTION_STABLE`], over the rows with one abscissa, by ascending abscissa, with least and most as `bars` says. Runs that did not
     /// complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
     pub fn over_phases(
         &self,
@@ -197,6 +225,7 @@ impl Runs {
         x: impl Fn(usize) -> f64,
         metric: &str,
         part: Part,
+        bars: Bars,
     ) -> Result<Vec<OverPhases>> {
         let groups = groups(rows, x);
         if metric == FRACTION_STABLE {
@@ -209,13 +238,32 @@ impl Runs {
         let column = self.table.column(metric)?;
         let point = |(x, rows): (f64, Vec<usize>)| {
             let lost = self.fraction_stable(&rows).map_or(0.0, |share| 1.0 - share);
-            let completed = rows.into_iter().filter(|&row| self.completed(row));
-            let values = completed.filter_map(|row| part.of(self.table.number(row, column))).collect();
+            let value = |row: usize| part.of(self.table.number(row, column)).filter(|value| value.is_finite());
+            let completed: Vec<usize> = rows.into_iter().filter(|&row| self.completed(row)).collect();
+            let values = completed.iter().filter_map(|&row| value(row)).collect();
             let nothing = OverPhases { x, median: f64::NAN, least: f64::NAN, most: f64::NAN, lost };
-            over(x, values).map_or(nothing, |point| OverPhases { lost, ..point })
+            let Some(point) = over(x, values) else { return nothing };
+            let (least, most) = match bars {
+                Bars::Range => (point.least, point.most),
+                // Of one witness nothing can be said: no bar.
+                Bars::Bootstrap => bootstrap_interval(&self.witnesses(&completed, value), median)
+                    .map_or((point.median, point.median), |[low, high]| (low, high)),
+            };
+            OverPhases { least, most, lost, ..point }
         };
         Ok(groups.into_iter().map(point).collect())
     }
+}
+
+/// What the bars at a median show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Bars {
+    /// Least to largest value.
+    #[default]
+    Range,
+    /// How far the median can be trusted: its 95 % interval by the bootstrap.
+    Bootstrap,
 }
 
 /// Median and range of the finite values, if there are any.

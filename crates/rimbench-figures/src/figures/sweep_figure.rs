@@ -1,7 +1,8 @@
 //! A metric against the macro step: median over phases, with the range from best to worst phase.
 
-use super::statistics::{Only, OverPhases, Part, Runs};
-use crate::chart::{Axis, Figure, Guide, Losses, Mode, Panel, Series};
+use super::band_spec::BandSpec;
+use super::statistics::{Bars, Only, OverPhases, Part, Runs};
+use crate::chart::{Axis, Band, Figure, Guide, Losses, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::{SeriesStyle, Styles};
 use crate::ticks::signed;
@@ -36,6 +37,14 @@ struct SweepPanel {
     /// Labels of the scheme rows to show; all if there are none.
     #[serde(default)]
     labels: Vec<String>,
+    /// From the least to the largest median of some rows.
+    band: Option<BandSpec>,
+    #[serde(default)]
+    without_exact: bool,
+    #[serde(default)]
+    bars: Bars,
+    /// Interval of H shown, ms.
+    macro_steps_ms: Option<[f64; 2]>,
     /// Column with the reference's own uncertainty, drawn as a floor.
     floor: Option<String>,
     /// Slope triangle: order, and its first corner (H in ms, value).
@@ -56,11 +65,14 @@ impl SweepFigure {
         let mut figure = Figure::new(self.width, self.height).columns(columns);
         for spec in &self.panels {
             let runs = all.only(&spec.only)?;
-            let mut panel =
-                Panel::new(&spec.title, Axis::log10("macro step H (ms)"), Axis::log10(&spec.label).within(spec.range));
+            let runs = if spec.without_exact { runs.without_exact()? } else { runs };
+            let x_axis = Axis::log10("macro step H (ms)").within(spec.macro_steps_ms);
+            let mut panel = Panel::new(&spec.title, x_axis, Axis::log10(&spec.label).within(spec.range));
+            if let Some(band) = &spec.band {
+                panel = panel.band(spec.filled(band, &runs, styles)?);
+            }
             for label in runs.labels(&spec.labels) {
-                let rows = runs.of_label(&label);
-                let points = runs.over_phases(&rows, |row| runs.macro_step_ms(row), &spec.metric, spec.part)?;
+                let points = spec.points(&runs, &label, spec.bars)?;
                 let order = spec.order(&points).filter(|_| self.panels.len() == 1);
                 let lost = spec.fitted(&points).any(|point| point.lost > 0.0);
                 let entry = match order {
@@ -90,6 +102,24 @@ impl SweepFigure {
 }
 
 impl SweepPanel {
+    /// The medians of one label over the macro steps shown.
+    fn points(&self, runs: &Runs, label: &str, bars: Bars) -> Result<Vec<OverPhases>> {
+        let [from, to] = self.macro_steps_ms.unwrap_or([0.0, f64::INFINITY]);
+        let shown = |row: &usize| (from..=to).contains(&runs.macro_step_ms(*row));
+        let rows: Vec<usize> = runs.of_label(label).into_iter().filter(shown).collect();
+        runs.over_phases(&rows, |row| runs.macro_step_ms(row), &self.metric, self.part, bars)
+    }
+
+    /// The area from the least to the largest median of some labels.
+    fn filled(&self, band: &BandSpec, runs: &Runs, styles: &Styles) -> Result<Band> {
+        let mut curves = Vec::new();
+        for label in &band.labels {
+            let points = self.points(runs, label, Bars::Range)?;
+            curves.push(points.into_iter().map(|point| (point.x, point.median)).collect::<Vec<_>>());
+        }
+        Ok(band.filled(&curves, styles))
+    }
+
     fn order(&self, points: &[OverPhases]) -> Option<f64> {
         order_of_convergence(&self.fitted(points).map(|point| (point.x, point.median)).collect::<Vec<_>>())
     }

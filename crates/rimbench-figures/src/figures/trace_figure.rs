@@ -1,5 +1,6 @@
 //! Columns of traces over time, one panel per column or zoom.
 
+use super::band_spec::BandSpec;
 use super::statistics::Runs;
 use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::drawing::Drawing;
@@ -14,6 +15,8 @@ use std::path::{Path, PathBuf};
 pub struct TraceFigure {
     /// Labels of the scheme rows to show, or `reference`; the first at the back.
     series: Vec<String>,
+    /// An area that further scheme rows cover.
+    band: Option<BandSpec>,
     width: f64,
     height: f64,
     panels: Vec<TracePanel>,
@@ -53,6 +56,9 @@ impl TraceFigure {
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let traces = self.series.iter().map(|label| Ok((label, ResultsTable::read(&trace_path(folder, label)?)?)));
         let traces: Vec<(&String, ResultsTable)> = traces.collect::<Result<_>>()?;
+        let behind = self.band.iter().flat_map(|band| &band.labels);
+        let behind: Vec<ResultsTable> =
+            behind.map(|label| ResultsTable::read(&trace_path(folder, label)?)).collect::<Result<_>>()?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
             let scale = if spec.log { Scale::Log10 } else { Scale::Linear };
@@ -61,6 +67,10 @@ impl TraceFigure {
                 Axis::linear("time t (s)").within(spec.time_s),
                 Axis { scale, ..Axis::linear(&spec.label).within(spec.range) },
             );
+            if let Some(band) = &self.band {
+                let curves = behind.iter().map(|trace| trace.pairs("time_s", &spec.column));
+                panel = panel.band(band.filled(&curves.collect::<Result<Vec<_>>>()?, styles));
+            }
             for (label, trace) in &traces {
                 let points = trace.pairs("time_s", &spec.column)?;
                 let mode = if spec.steps { Mode::Steps } else { Mode::Line };

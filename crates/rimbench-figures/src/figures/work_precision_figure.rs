@@ -1,7 +1,7 @@
 //! What accuracy costs: an error metric against wall time and against exact counters, one point per macro step.
 
 use super::cost::Cost;
-use super::statistics::{Only, Part, Runs, groups, over};
+use super::statistics::{Bars, Only, Part, Runs, groups, over};
 use crate::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
@@ -57,7 +57,7 @@ impl WorkPrecisionFigure {
                 for (step, rows) in groups(&runs.of_label(&label), |row| runs.macro_step_ms(row)) {
                     let completed: Vec<usize> = rows.into_iter().filter(|&row| runs.completed(row)).collect();
                     let work = over(step, completed.iter().map(|&row| work[row]).collect());
-                    let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute)?;
+                    let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
                     points.extend(work.zip(error.first()).map(|(work, error)| (work.median, error.median)));
                 }
                 // What did not complete has no cost at which to mark it.
