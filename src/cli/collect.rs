@@ -7,6 +7,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::harness::{Cache, Experiment, Job, check_claims, collect_shards};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 /// Arguments of `collect`.
 #[derive(Debug, Args)]
@@ -20,7 +21,8 @@ pub struct Collect {
 const NAMED: usize = 20;
 
 impl Collect {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+    /// Ends with exit code 1 if runs are missing: what there is has been merged.
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let (first, others) =
             self.folders.split_first().ok_or_else(|| Error::invalid("DIR", "", "a results folder"))?;
         let experiment = Experiment::read_from_results(first)?;
@@ -62,6 +64,6 @@ impl Collect {
         if missing.is_empty() && !experiment.claims().is_empty() {
             print(&claims_table(&check_claims(&experiment, catalogue, first)?))?;
         }
-        Ok(())
+        Ok(if missing.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }

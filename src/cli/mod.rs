@@ -88,7 +88,7 @@ impl Cli {
             Command::Simulate(command) => command.run(catalogue)?,
             Command::Plan(command) => command.run(catalogue)?,
             Command::Run(command) => return command.run(catalogue),
-            Command::Collect(command) => command.run(catalogue)?,
+            Command::Collect(command) => return command.run(catalogue),
             Command::Verify(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,
             Command::Figures(command) => return command.run(catalogue),

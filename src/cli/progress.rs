@@ -49,6 +49,13 @@ impl Progress {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Corrects the number of runs: what is stored already, or another's, is not to be done.
+    pub(super) fn to_do(&self, total: usize) {
+        let mut state = self.state();
+        state.total = total;
+        state.bar.set_length(total as u64);
+    }
+
     /// Says what the runs that follow are about.
     pub(super) fn about(&self, text: impl Into<String>) {
         let mut state = self.state();
@@ -189,6 +196,16 @@ mod tests {
         };
         assert_eq!(state(0, 0).line(30.0), "run: 0 of 100 runs, 30 s elapsed");
         assert_eq!(state(20, 3).line(10.0), "run: 20 of 100 runs (3 did not complete), 10 s elapsed, about 40 s left");
+    }
+
+    #[test]
+    fn what_is_stored_already_is_no_part_of_what_is_left() {
+        let progress = Progress::begin("run", 100);
+        progress.to_do(20);
+        (0..10).for_each(|_| progress.done(true));
+        let line = progress.state().line(10.0);
+        progress.end();
+        assert_eq!(line, "run: 10 of 20 runs, 10 s elapsed, about 10 s left");
     }
 
     #[test]

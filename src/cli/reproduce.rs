@@ -12,7 +12,7 @@ use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::error::Result;
 use rimbench::figures::style::Styles;
 use rimbench::figures::write_report;
-use rimbench::harness::{Cache, CheckedClaim, Job, Store, check_claims, run_job, write_claims};
+use rimbench::harness::{Cache, CheckedClaim, Job, Step, Store, check_claims, run_job, write_claims};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -60,7 +60,13 @@ impl Reproduce {
                 cache: &cache,
                 build: &BUILD,
             };
-            let summary = run_job(job, &|outcome| progress.done(*outcome == Outcome::Completed), StopFlag::never())?;
+            // Everything anew: the sum over the experiments is known.
+            let told = |step: Step<'_>| {
+                if let Step::Done(outcome) = step {
+                    progress.done(*outcome == Outcome::Completed);
+                }
+            };
+            let summary = run_job(job, &told, StopFlag::never())?;
             not_completed += summary.not_completed;
             progress.group_done(&format!("{}: {} runs", experiment.name(), summary.computed));
             claims.extend(check_claims(experiment, catalogue, &folder)?);

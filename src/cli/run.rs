@@ -11,7 +11,7 @@ use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
-use rimbench::harness::{Cache, Experiment, Job, check_claims, run_job_until};
+use rimbench::harness::{Cache, Experiment, Job, Step, check_claims, run_job_until};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -60,7 +60,10 @@ impl Run {
             cache: &cache,
             build: &BUILD,
         };
-        let told = |outcome: &Outcome| progress.done(*outcome == Outcome::Completed);
+        let told = |step: Step<'_>| match step {
+            Step::ToDo(count) => progress.to_do(count),
+            Step::Done(outcome) => progress.done(*outcome == Outcome::Completed),
+        };
         let summary = match run_job_until(job, &told, interruption.flags()) {
             Err(Error::Stopped) => {
                 print("Stopped. All runs are stored; the same command writes the result files.")?;

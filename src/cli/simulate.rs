@@ -110,7 +110,9 @@ fn print_tables(spec: &RunSpec, run: &EvaluatedRun) -> anyhow::Result<()> {
     }
     let wall = run.wall.as_secs_f64();
     counters.add_row(["wall time (s)".to_owned(), format!("{wall:.4}")]);
-    counters.add_row(["real-time factor".to_owned(), format!("{:.0}", run.real_time_factor())]);
+    // A run that never began took no time.
+    let factor = Some(run.real_time_factor()).filter(|factor| factor.is_finite());
+    counters.add_row(["real-time factor".to_owned(), factor.map_or("–".to_owned(), |factor| format!("{factor:.0}"))]);
     if let Some(latency) = run.latency {
         for (name, seconds) in [("p50", latency.p50_s), ("p99", latency.p99_s), ("max", latency.max_s)] {
             counters.add_row([format!("macro step {name} (s)"), format!("{seconds:.2e}")]);

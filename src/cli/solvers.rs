@@ -75,15 +75,18 @@ impl Solvers {
             }
             render::write(&draw_profile(&replays, catalogue.solvers()), folder, "profile")?;
         }
-        let overall: Vec<Row> = replays.iter().map(overall).collect();
         match self.format {
             Format::Json => {
+                let overall: Vec<Row> = replays.iter().map(overall).collect();
                 let parts = [("overall", &overall), ("work", &work), ("time", &time), ("profile", &profile)];
                 let object = parts.map(|(name, rows)| (name.to_owned(), json(rows))).into_iter();
                 print(&serde_json::to_string_pretty(&Value::Object(object.collect()))?)
             }
             Format::Table => {
-                print(&text(&overall))?;
+                // One row per solver and start is too wide for most terminals: what was done, and how long it took, apart.
+                print(&text(&replays.iter().map(whole_work).collect::<Vec<_>>()))?;
+                print("\nTimes of problems solved, ns:")?;
+                print(&text(&replays.iter().map(whole_time).collect::<Vec<_>>()))?;
                 print("\nFraction of problems solved within a factor of the fastest, warm:")?;
                 print(&text(&profile))
             }
@@ -178,10 +181,22 @@ fn time(mut row: Row, solves: &[Solve]) -> Row {
     row
 }
 
-/// One line for the reader.
+/// Over all sizes.
+fn whole_work(replay: &Replay) -> Row {
+    work(named(replay), &replay.solves)
+}
+
+/// Likewise.
+fn whole_time(replay: &Replay) -> Row {
+    with_mean(time(named(replay), &replay.solves), replay)
+}
+
+/// Both in one row.
 fn overall(replay: &Replay) -> Row {
-    let with_work = work(named(replay), &replay.solves);
-    let mut row = time(with_work, &replay.solves);
+    with_mean(time(whole_work(replay), &replay.solves), replay)
+}
+
+fn with_mean(mut row: Row, replay: &Replay) -> Row {
     row.push(("mean_ns".into(), FactValue::Number((10.0 * replay.mean_ns).round() / 10.0)));
     row
 }
@@ -218,10 +233,18 @@ fn cell(value: &FactValue) -> String {
 /// For reading: headings that can be broken, and no more digits than one looks at.
 fn text(rows: &[Row]) -> String {
     let header: Vec<String> =
-        rows.first().map(|row| row.iter().map(|(key, _)| key.replace('_', " ")).collect()).unwrap_or_default();
+        rows.first().map(|row| row.iter().map(|(key, _)| heading(key)).collect()).unwrap_or_default();
     let mut table = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
     table.add_rows(rows.iter().map(|row| row.iter().map(|(_, value)| short(value))));
     table.to_string()
+}
+
+/// A column's name as words, of lengths that leave room for others.
+fn heading(key: &str) -> String {
+    match key {
+        "worst_accepted_residual" => "worst residual".to_owned(),
+        key => key.trim_end_matches("_ns").replace('_', " "),
+    }
 }
 
 fn short(value: &FactValue) -> String {

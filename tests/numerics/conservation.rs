@@ -232,6 +232,7 @@ fn the_impulse_energy_identity_must_close_in_every_step_of_every_scheme() {
 fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes() {
     // With γ > 0 they may: pushing a penetration out is work. Runs that diverge are in on purpose.
     for scheme in on_the_original() {
+        let mut with_one_step = None;
         for (macro_step, mechanics_steps) in [(2e-4, ONE), (5e-3, ONE), (5e-3, ALL)] {
             let Account { audited, outcome, .. } =
                 account(&scheme.name, PLASTIC, macro_step, mechanics_steps, None, 2.5);
@@ -246,9 +247,21 @@ fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes
             assert!(audited.unexplained <= 1.0, "{name}: a contact gave {} J", audited.largest_gift);
             // And the two explanations are no excuse: all they allow is next to nothing of what contacts took.
             let least = 1e-6 * -audited.contact + rounding;
-            // (A run that has gone wild has impulses whose rounding alone is more: there the first bound must do.)
-            let wild = outcome != Outcome::Completed;
-            assert!(wild || audited.largest_gift < least, "{name}: {} J in a step", audited.largest_gift);
+            // A run that has gone wild throws the bodies about until 2 s and more (true acceleration with one step of 5 ms), and what
+            // its rows turn in such a step is millijoules. That it is the turning is seen by what becomes of it in shorter steps:
+            // P h |Ȧ v| falls with h at least, whatever the impulse, so a hundred steps leave a hundredth.
+            if outcome == Outcome::Completed {
+                assert!(audited.largest_gift < least, "{name}: {} J in a step", audited.largest_gift);
+            } else if mechanics_steps == ONE {
+                with_one_step = Some(audited.largest_gift);
+            }
+            if let Some(gift) = with_one_step.filter(|_| mechanics_steps == ALL) {
+                assert!(
+                    audited.largest_gift <= gift / 100.0 + rounding,
+                    "{name}: {} J in a step",
+                    audited.largest_gift
+                );
+            }
         }
     }
 }

@@ -94,6 +94,26 @@ fn the_true_interface_mass_without_contacts_is_a_reduced_interface_model() {
     }
 }
 
+/// Corrected outputs differ from sent ones by mobility times missing impulse: mechanics that nothing moves leaves the true
+/// acceleration, and what is left otherwise falls as the mobility does.
+#[test]
+fn outputs_of_immovable_mechanics_corrected_without_repayment_are_the_true_acceleration() {
+    let off = |mass: &str, gain: f64| {
+        let of = |scheme: &str, gain| {
+            let mut spec = with_sequence(oscillator(scheme, gain, 2e-3), "jacobi", "held");
+            // The mechanics is the side of mass 2, on a spring that would move a light one as far as ever.
+            spec.parameters.set("mass_2_kg", mass).unwrap();
+            completed(&spec)
+        };
+        difference(&of("model-corrected-outputs", Some(gain)), &of("true-acceleration", None))
+    };
+    let [light, heavy] = ["1e3", "1e5"].map(|mass| off(mass, 0.0));
+    assert!((heavy / light * 100.0 - 1.0).abs() < 0.1, "{light:e}, then {heavy:e}");
+    assert!(off("1e12", 0.0) < ROUND_OFF, "{:e}", off("1e12", 0.0));
+    // With repayment something else is told to the mechanics.
+    assert!(off("1e3", 1.0) > 2.0 * light, "{:e} and {light:e}", off("1e3", 1.0));
+}
+
 /// The old `predicted-acceleration` had the backward difference, and every digit of linear extrapolation in the velocity; the true
 /// one must differ from it, most of all after an impact.
 #[test]

@@ -63,8 +63,17 @@ pub struct Summary {
     pub missing: usize,
 }
 
-/// Told the outcome of each run that is done; called from several threads.
-pub type Progress<'a> = &'a (dyn Fn(&Outcome) + Sync);
+/// How far a job is.
+#[derive(Debug, Clone, Copy)]
+pub enum Step<'a> {
+    /// So many runs are to be computed now: not those that are stored, nor those of other shards.
+    ToDo(usize),
+    /// One of them is done, and ended so.
+    Done(&'a Outcome),
+}
+
+/// Told how far a job is; called from several threads.
+pub type Progress<'a> = &'a (dyn Fn(Step<'_>) + Sync);
 
 /// What may end a job before all its runs are done; what is stored stays.
 #[derive(Debug, Clone, Copy)]
@@ -109,6 +118,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     let missing = stock.missing(&planned)?;
     let reused = planned.len() - missing.len();
     let todo: Vec<usize> = missing.into_iter().filter(in_shard).collect();
+    progress(Step::ToDo(todo.len()));
     let store = &stock.store;
     let renewed = todo.iter().filter(|&&index| store.allowed_s(&planned[index].id).is_some()).count();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -128,7 +138,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
             if run.outcome != Outcome::Completed {
                 not_completed.fetch_add(1, Ordering::Relaxed);
             }
-            progress(&run.outcome);
+            progress(Step::Done(&run.outcome));
             Ok(())
         };
         let reference = match obtain_reference(spec, job.cache, stop.soon) {

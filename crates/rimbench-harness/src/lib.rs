@@ -29,7 +29,7 @@ pub use cache::Cache;
 pub use claims::{CheckedClaim, Claim, Verdict, check_claims, write_claims};
 pub use clock::monotonic_clock;
 pub use comparison::{Comparison, ComparisonRow, compare};
-pub use execution::{Job, Progress, StopFlags, Summary, collect_shards, run_job, run_job_until};
+pub use execution::{Job, Progress, Step, StopFlags, Summary, collect_shards, run_job, run_job_until};
 pub use experiment::{Experiment, PlannedRun};
 pub use grid::phase_ensemble;
 pub use load::Load;
