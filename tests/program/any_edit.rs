@@ -1,6 +1,7 @@
 //! Whatever happens to the files of an experiment (a subset, another order, twice, edited), running it again gives what a fresh run
 //! gives, and checking its claims gives the verdicts of a fresh run; or either is an error that says why.
 
+use crate::program::cache;
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
@@ -71,8 +72,7 @@ fn experiment() -> Experiment {
 }
 
 fn with_job<T>(folder: &Path, shard: Option<(usize, usize)>, act: impl FnOnce(Job<'_>) -> T) -> T {
-    static CACHE: LazyLock<Cache> =
-        LazyLock::new(|| Cache::in_folder(Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache")));
+    static CACHE: LazyLock<Cache> = LazyLock::new(|| Cache::in_folder(cache()));
     let experiment = experiment();
     let build = &rimbench::BUILD;
     act(Job {

@@ -1,15 +1,15 @@
 //! The program works from any folder: it reads nothing from the folder it was built in, and writes only below the current one or
 //! where it is told to.
 
+use crate::program::rimbench;
 use assert_cmd::Command;
 use rimbench::perf::History;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-fn rimbench(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("rimbench").unwrap();
+fn called(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = rimbench();
     command.current_dir(folder).args(arguments);
-    command.env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"));
     command
 }
 
@@ -37,13 +37,13 @@ fn said(output: &std::process::Output) -> String {
 fn the_history_of_another_folder_is_neither_read_nor_drawn() {
     let folder = tempfile::tempdir().unwrap();
     for arguments in [&["perf", "plot"] as &[&str], &["perf", "show"], &["perf", "compare", "previous", "latest"]] {
-        let output = rimbench(folder.path(), arguments).assert().code(2).get_output().clone();
+        let output = called(folder.path(), arguments).assert().code(2).get_output().clone();
         assert!(said(&output).contains("results/perf/history.csv"), "{arguments:?}: {}", said(&output));
     }
     assert_eq!(files(folder.path()), BTreeSet::new());
     let record = ["perf", "record", "--benchmark", "kernel/lcp-warm", "--rounds", "0", "--without-instructions"];
-    rimbench(folder.path(), &record).assert().success();
-    rimbench(folder.path(), &["perf", "plot"]).assert().success();
+    called(folder.path(), &record).assert().success();
+    called(folder.path(), &["perf", "plot"]).assert().success();
     let names = ["csv", "png", "svg"].map(|extension| format!("results/perf/history.{extension}"));
     assert_eq!(files(folder.path()), BTreeSet::from(names));
     assert_eq!(History::read(&folder.path().join("results/perf/history.csv")).unwrap().records().len(), 1);
@@ -53,14 +53,14 @@ fn the_history_of_another_folder_is_neither_read_nor_drawn() {
 fn the_corpus_and_the_figures_are_those_that_the_program_carries() {
     let folder = tempfile::tempdir().unwrap();
     let solvers = ["solvers", "--source", "wedge-box rim-nonsmooth", "--solver", "active-set", "--out", "mine"];
-    rimbench(folder.path(), &solvers).assert().success();
+    called(folder.path(), &solvers).assert().success();
     let written = files(folder.path());
     assert!(written.iter().all(|file| file.starts_with("mine/")) && written.contains("mine/work.csv"), "{written:?}");
     // Without results there is nothing to draw, which is said of the folder here.
-    let output = rimbench(folder.path(), &["figures"]).assert().code(2).get_output().clone();
+    let output = called(folder.path(), &["figures"]).assert().code(2).get_output().clone();
     assert!(said(&output).contains("results: is no folder of results"), "{}", said(&output));
     std::fs::create_dir(folder.path().join("results")).unwrap();
-    let output = rimbench(folder.path(), &["figures"]).assert().success().get_output().clone();
+    let output = called(folder.path(), &["figures"]).assert().success().get_output().clone();
     assert!(said(&output).contains("not drawn: fig1: no results in results/paper/fig1"), "{}", said(&output));
     assert_eq!(files(folder.path()), written, "nothing is made for figures without results");
 }
@@ -79,7 +79,7 @@ fn a_list_of_figures_of_ones_own_is_drawn_and_a_picture_that_is_out_of_date_is_a
             "[[figure]]\nid = \"errors\"\nkind = \"sweep\"\nexperiment = \"mine/sweep\"\n[[figure.panels]]\nmetric = \"{metric}\"\n"
         );
         std::fs::write(folder.path().join("my.toml"), text).unwrap();
-        rimbench(folder.path(), &["figures", "--file", "my.toml"])
+        called(folder.path(), &["figures", "--file", "my.toml"])
     };
     list("error").assert().success();
     assert!(results.join("figures/errors.svg").is_file());
@@ -96,8 +96,8 @@ fn in_the_projects_folder_its_own_files_are_read() {
     std::fs::create_dir_all(folder.path().join("experiments/paper")).unwrap();
     std::fs::create_dir_all(folder.path().join("paper")).unwrap();
     std::fs::write(folder.path().join("paper/figures.toml"), "[[figure]]\n").unwrap();
-    let output = rimbench(folder.path(), &["figures"]).assert().code(2).get_output().clone();
+    let output = called(folder.path(), &["figures"]).assert().code(2).get_output().clone();
     assert!(said(&output).contains("paper/figures.toml: "), "{}", said(&output));
-    let output = rimbench(folder.path(), &["reproduce", "--quick"]).assert().code(2).get_output().clone();
+    let output = called(folder.path(), &["reproduce", "--quick"]).assert().code(2).get_output().clone();
     assert!(said(&output).contains("experiments/paper: holds no experiment"), "{}", said(&output));
 }

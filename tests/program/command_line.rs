@@ -1,14 +1,8 @@
 //! The command line as a user meets it: contracts of names and keys, and one clear error for each kind of bad input.
 
+use crate::program::rimbench;
 use assert_cmd::Command;
 use std::path::Path;
-
-/// The program, with a cache of its own so that tests depend on nothing that was there before.
-fn rimbench() -> Command {
-    let mut command = Command::cargo_bin("rimbench").unwrap();
-    command.env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"));
-    command
-}
 
 fn simulate(arguments: &[&str]) -> Command {
     let mut command = rimbench();

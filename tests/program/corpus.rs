@@ -1,5 +1,6 @@
 //! The corpus of contact problems: the committed file, the harvest, the replay, and the two commands.
 
+use crate::program::rimbench;
 use crate::support::{case_by_name, cases, data_of_others, solver_by_name, solvers};
 use assert_cmd::Command;
 use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry, Unsolved};
@@ -14,8 +15,9 @@ fn committed() -> Corpus {
     Corpus::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(FILE)).unwrap()
 }
 
-fn rimbench() -> Command {
-    let mut command = Command::cargo_bin("rimbench").unwrap();
+/// In the tree, whose corpus it finds.
+fn in_tree() -> Command {
+    let mut command = rimbench();
     command.current_dir(env!("CARGO_MANIFEST_DIR"));
     command
 }
@@ -119,7 +121,7 @@ fn the_comparison_is_written_with_work_apart_from_time() {
     let arguments =
         ["solvers", "--source", source, "--solver", "active-set", "--solver", "dantzig", "--format", "json"];
     let run = || {
-        let output = rimbench().args(arguments).arg("--out").arg(&folder).assert().success().get_output().clone();
+        let output = in_tree().args(arguments).arg("--out").arg(&folder).assert().success().get_output().clone();
         let work = std::fs::read_to_string(folder.join("work.csv")).unwrap();
         (serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap(), work)
     };
@@ -162,7 +164,7 @@ fn a_zero_on_the_diagonal_ends_no_solver_of_the_panel() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("zero.lcp");
     corpus.write(&file).unwrap();
-    let output = rimbench().args(["solvers", "--format", "json", "--corpus"]).arg(&file).assert().success();
+    let output = in_tree().args(["solvers", "--format", "json", "--corpus"]).arg(&file).assert().success();
     let facts: serde_json::Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
     assert_eq!(facts["overall"].as_array().unwrap().len(), 2 * solvers().len());
 }
@@ -192,7 +194,7 @@ fn a_solver_that_panics_fails_at_all_problems_and_says_so() {
 }
 
 fn refused(arguments: &[&str]) -> String {
-    let output = rimbench().args(arguments).assert().code(2).get_output().clone();
+    let output = in_tree().args(arguments).assert().code(2).get_output().clone();
     assert!(output.stdout.is_empty());
     String::from_utf8(output.stderr).unwrap()
 }

@@ -1,8 +1,8 @@
 //! Ctrl-C during an experiment: it is answered at once, and twice ends what would go on for hours.
 #![cfg(unix)]
 
+use crate::program::process;
 use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 /// Runs that take hours each: a micro step of the actuator of 10 ns, and a million steps of the mechanics per macro step.
@@ -28,10 +28,9 @@ impl Drop for Ended {
 fn twice_ctrl_c_ends_runs_that_would_take_hours_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("endless.toml"), ENDLESS).unwrap();
-    let child = Command::new(assert_cmd::cargo::cargo_bin("rimbench"))
+    let child = process()
         .args(["run", "endless.toml", "--out", "out"])
         .current_dir(folder.path())
-        .env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

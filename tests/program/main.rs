@@ -15,6 +15,7 @@ mod interruption;
 mod outputs;
 mod perf;
 mod perf_command_line;
+mod program;
 mod reproduction;
 mod store_survives;
 mod strict;

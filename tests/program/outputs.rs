@@ -1,5 +1,6 @@
 //! Every output goes through one function, which replaces regular files only.
 
+use crate::program::rimbench;
 use crate::support::sources;
 use assert_cmd::Command;
 use std::path::Path;
@@ -53,8 +54,7 @@ fn no_file_of_the_program_looks_for_the_folder_it_was_built_in() {
 }
 
 fn simulate(trace: &Path) -> Command {
-    let mut command = Command::cargo_bin("rimbench").unwrap();
-    command.env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"));
+    let mut command = rimbench();
     command.args(["simulate", "--case", "linear-oscillator", "--scheme", "zero-order-hold", "--duration", "0.1"]);
     command.arg("--trace").arg(trace);
     command
@@ -122,8 +122,7 @@ fn an_output_of_the_wrong_kind_is_refused_at_once_and_left_as_it_is() {
         &["reproduce", "--quick", "--out", file_name],
         &["solvers", "--out", file_name],
     ] {
-        let output =
-            Command::cargo_bin("rimbench").unwrap().current_dir(folder.path()).args(arguments).output().unwrap();
+        let output = rimbench().current_dir(folder.path()).args(arguments).output().unwrap();
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
         assert!(message.contains("error: ") && message.lines().count() <= 2, "{arguments:?}: {message}");

@@ -1,11 +1,12 @@
 //! `rimbench perf` as a user meets it.
 
+use crate::program::rimbench;
 use assert_cmd::Command;
 use std::fs;
 use std::path::Path;
 
 fn perf(arguments: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("rimbench").unwrap();
+    let mut command = rimbench();
     command.arg("perf").args(arguments);
     command
 }

@@ -1,14 +1,12 @@
 //! The main job, in quick form, from an empty folder: files, claims, figures, and that a second run changes nothing.
 
-use assert_cmd::Command;
+use crate::program::rimbench;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 fn reproduce(from: &Path, out: &Path) -> String {
-    let output = Command::cargo_bin("rimbench")
-        .unwrap()
+    let output = rimbench()
         .current_dir(from)
-        .env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"))
         .args(["reproduce", "--quick", "--out"])
         .arg(out)
         .assert()

@@ -1,6 +1,6 @@
 //! A sweep that is killed, split, damaged or repeated ends with every record present once, equal to an undisturbed sweep.
 
-use assert_cmd::Command;
+use crate::program::{cache, executable, process, rimbench};
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Stdio};
 use std::time::Duration;
@@ -36,16 +36,6 @@ finding = "reproduced"
 
 /// Runs of the experiment: 2 parameter sets, 2 schemes, 3 macro steps, 6 phases.
 const RUNS: usize = 72;
-
-fn cache() -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache")
-}
-
-fn rimbench() -> Command {
-    let mut command = Command::cargo_bin("rimbench").unwrap();
-    command.env("RIMBENCH_CACHE", cache());
-    command
-}
 
 /// A folder with the experiment file.
 fn workplace(experiment: &str) -> (tempfile::TempDir, PathBuf) {
@@ -93,8 +83,7 @@ fn killed_again_and_again_a_rerun_finishes_as_if_undisturbed() {
     assert!(printed.contains("72 of 72 runs stored") && printed.contains("72 computed now"), "{printed}");
 
     for attempt in 0..25_u64 {
-        let mut process = Process::new(assert_cmd::cargo::cargo_bin("rimbench"))
-            .env("RIMBENCH_CACHE", cache())
+        let mut process = process()
             .args(["run", file.to_str().unwrap(), "--jobs", "2", "--out", killed.to_str().unwrap()])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -208,7 +197,7 @@ fn a_full_disk_is_an_error_that_loses_nothing() {
     // A limit on the size of files stands in for a full disk: the next log may not grow.
     let script = format!(
         "trap '' XFSZ; ulimit -f 2; exec {} run {} --out {}",
-        assert_cmd::cargo::cargo_bin("rimbench").display(),
+        executable().display(),
         file.display(),
         out.display()
     );
@@ -300,8 +289,7 @@ fn a_range_of_macro_steps_chosen_traces_and_a_reference_of_its_own_are_honoured(
 fn an_interrupt_stops_cleanly_and_says_how_to_go_on() {
     let (folder, file) = workplace(&EXPERIMENT.replace("phases = 6", "phases = 3000"));
     let out = folder.path().join("survival");
-    let process = Process::new(assert_cmd::cargo::cargo_bin("rimbench"))
-        .env("RIMBENCH_CACHE", cache())
+    let process = process()
         .args(["run", file.to_str().unwrap(), "--out", out.to_str().unwrap()])
         .stdout(Stdio::piped())
         .spawn()

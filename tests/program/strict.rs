@@ -1,8 +1,9 @@
 //! Nothing silently wrong: what could be mixed up, lost, left over or half there is told apart, made again, or said.
 
+use crate::program::{process, rimbench};
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};
-use std::process::{Command as Process, Stdio};
+use std::process::Stdio;
 
 const EXPERIMENT: &str = r#"
 question = "What can go wrong without a word?"
@@ -29,12 +30,6 @@ statistic = "max"
 expect = "<= 0"
 finding = "reproduced"
 "#;
-
-fn rimbench() -> Command {
-    let mut command = Command::cargo_bin("rimbench").unwrap();
-    command.env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"));
-    command
-}
 
 /// A folder with experiment files `group/<name>.toml`.
 struct Place(tempfile::TempDir);
@@ -333,8 +328,7 @@ fn neither_another_experiment_nor_a_file_of_the_user_is_replaced() {
 fn results_that_vanish_meanwhile_are_an_error() {
     let place = Place::new();
     let file = place.write(&EXPERIMENT.replace("phases = 4", "phases = 600"));
-    let process = Process::new(assert_cmd::cargo::cargo_bin("rimbench"))
-        .env("RIMBENCH_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"))
+    let process = process()
         .current_dir(&place.0)
         .args(["run", file.to_str().unwrap(), "--out", "s"])
         .stdout(Stdio::null())
