@@ -20,7 +20,7 @@
 //! **Source**: modes from Blevins; numbers *ours*.
 
 use super::carriage;
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{BeamGeometry, BeamStop, BeamSupport, MOST_MODES, ModalBeam};
@@ -47,11 +47,7 @@ pub(super) fn entry() -> Case {
             "rank_h_uu",
         ]),
         drawing_columns: names(&["carriage_velocity_m_s", "contact_force_stop_1_n", "contact_force_stop_2_n"]),
-        interface_columns: vec![InterfaceColumns::new(
-            "interface_position_m",
-            "interface_velocity_m_s",
-            "actuator_force_n",
-        )],
+        interface_columns: vec![carriage::interface()],
         reference: contact_parameters::reference(),
         ..Case::new(
             "beam-on-stops",

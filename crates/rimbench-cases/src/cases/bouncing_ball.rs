@@ -19,7 +19,7 @@
 //! **Source**: a textbook example (Acary and Brogliato 2008); the actuator is *ours*.
 
 use super::carriage;
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
 use super::driven_mass::{self, StopNames};
 use super::event_driven::{DrivenMass, Stop};
@@ -45,11 +45,7 @@ pub(super) fn entry() -> Case {
             "gap_floor_m",
             "closed_contacts",
         ]),
-        interface_columns: vec![InterfaceColumns::new(
-            "interface_position_m",
-            "interface_velocity_m_s",
-            "actuator_force_n",
-        )],
+        interface_columns: vec![carriage::interface()],
         reference: Arc::new(|parameters| exact(parameters).map(ReferenceMethod::Exact)),
         constant_mechanics: true,
         ..Case::new(

@@ -1,11 +1,17 @@
 //! The spring actuator as parameters, shared by the cases that have one.
 
+use super::case::InterfaceColumns;
 use super::parameters::{Parameter, Parameters, Range, number};
 use crate::models::{BaseMotion, SpringActuator, SpringActuatorParameters};
 use rimbench_core::error::Result;
 use std::f64::consts::TAU;
 
 const OURS: &str = "ours";
+
+/// The interface of a carriage and what it pushes.
+pub(super) fn interface() -> InterfaceColumns {
+    InterfaceColumns::new("interface_position_m", "interface_velocity_m_s", "actuator_force_n")
+}
 
 pub(super) fn stiffness(default: f64) -> Parameter {
     let about = "stiffness k between carriage and interface; 0 with no damping uncouples the two sides";

@@ -17,7 +17,7 @@
 //! **Source**: Moreau 1988, Glocker 2001 (Newton's cradle and generalised impact laws); numbers *ours*.
 
 use super::carriage;
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{LineContact, LineDescription, LineMass, LineMasses};
@@ -46,11 +46,7 @@ pub(super) fn entry() -> Case {
             "rank_h_uu",
         ]),
         drawing_columns: names(&["carriage_velocity_m_s", "contact_force_1_2_n", "contact_force_2_3_n"]),
-        interface_columns: vec![InterfaceColumns::new(
-            "interface_position_m",
-            "interface_velocity_m_s",
-            "actuator_force_n",
-        )],
+        interface_columns: vec![carriage::interface()],
         constant_mechanics: true,
         ..Case::new(
             "cradle",

@@ -20,8 +20,9 @@
 //!
 //! **Source**: geometry, masses and hydraulics of LIM cosim-benchmarks; rope, ground and manoeuvre are *ours*.
 
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
+use super::cylinder;
 use super::fluid;
 use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
@@ -51,11 +52,7 @@ pub(super) fn entry() -> Case {
             "contact_force_ground_n",
             "closed_contacts",
         ]),
-        interface_columns: vec![InterfaceColumns::new(
-            "actuator_length_m",
-            "actuator_velocity_m_s",
-            "actuator_force_n",
-        )],
+        interface_columns: vec![cylinder::interface()],
         reference: contact_parameters::reference(),
         ..Case::new(
             "crane-set-down",

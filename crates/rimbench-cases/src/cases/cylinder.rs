@@ -1,6 +1,6 @@
 //! The hydraulic cylinder as parameters, shared by the contact cases that have one.
 
-use super::case::CoupledSystem;
+use super::case::{CoupledSystem, InterfaceColumns};
 use super::contact_parameters;
 use super::fluid::{self, NAYA};
 use super::hydraulics;
@@ -10,6 +10,11 @@ use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
 
 const OURS: &str = "as in the wedge box";
+
+/// The interface of a cylinder and what it pushes.
+pub(super) fn interface() -> InterfaceColumns {
+    InterfaceColumns::new("actuator_length_m", "actuator_velocity_m_s", "actuator_force_n")
+}
 
 /// Cylinder, valve with its ramp, and fluid.
 pub(super) fn parameters(length: f64, friction: f64, spool_final: f64) -> Vec<Parameter> {

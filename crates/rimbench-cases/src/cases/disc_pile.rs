@@ -21,6 +21,7 @@
 //! **Source**: *ours*; the fluid is that of Naya et al. 2011.
 
 use super::case::{Case, CaseDefaults, CoupledSystem};
+use super::cylinder;
 use super::loader;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use rimbench_core::complementarity::SolverEntry;
@@ -32,7 +33,7 @@ pub(super) fn entry() -> Case {
         parameters: parameters(),
         trace_columns: names(&loader::TRACE_COLUMNS),
         drawing_columns: names(&loader::DRAWING_COLUMNS),
-        interface_columns: vec![loader::interface_columns()],
+        interface_columns: vec![cylinder::interface()],
         ..Case::new(
             "disc-pile",
             "A loader's blade pushes a heap of discs against a wall (62 contacts; thousands by its parameters)",

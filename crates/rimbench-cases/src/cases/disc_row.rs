@@ -18,6 +18,7 @@
 
 use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
+use super::cylinder;
 use super::loader;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use rimbench_core::complementarity::SolverEntry;
@@ -29,7 +30,7 @@ pub(super) fn entry() -> Case {
         parameters: parameters(),
         trace_columns: names(&loader::TRACE_COLUMNS),
         drawing_columns: names(&loader::DRAWING_COLUMNS),
-        interface_columns: vec![loader::interface_columns()],
+        interface_columns: vec![cylinder::interface()],
         constant_mechanics: true,
         reference: contact_parameters::reference(),
         ..Case::new(

@@ -24,7 +24,7 @@
 //! the published benchmark; the actuator is *ours*.
 
 use super::carriage;
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{LineContact, LineDescription, LineMass, LineMasses, LineSpring};
@@ -50,11 +50,7 @@ pub(super) fn entry() -> Case {
             "closed_contacts",
         ]),
         drawing_columns: names(&["carriage_velocity_m_s"]),
-        interface_columns: vec![InterfaceColumns::new(
-            "interface_position_m",
-            "interface_velocity_m_s",
-            "actuator_force_n",
-        )],
+        interface_columns: vec![carriage::interface()],
         reference: contact_parameters::reference(),
         ..Case::new(
             "elastic-bar",

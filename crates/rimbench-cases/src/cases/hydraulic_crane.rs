@@ -39,7 +39,8 @@
 //! **Source**: Laboratorio de Ingeniería Mecánica, Univ. da Coruña, `fgonzalezLIM/cosim-benchmarks` (MIT); Naya et al.
 //! 2011; used in Peiret et al. 2018. `rimbench list parameters --case hydraulic-crane` prints the parameter table.
 
-use super::case::{Case, CaseDefaults, CoupledSystem, DerivedColumn, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem, DerivedColumn};
+use super::cylinder;
 use super::fluid::{self, NAYA};
 use super::hydraulic_crane_reference::solve;
 use super::hydraulics;
@@ -70,11 +71,7 @@ pub(super) fn entry() -> Case {
             "theta_1_rad",
             "theta_2_rad",
         ]),
-        interface_columns: vec![InterfaceColumns::new(
-            "actuator_length_m",
-            "actuator_velocity_m_s",
-            "actuator_force_n",
-        )],
+        interface_columns: vec![cylinder::interface()],
         reference: Arc::new(own_reference),
         ..Case::new(
             "hydraulic-crane",

@@ -18,7 +18,7 @@
 //! **Source**: Shaw and Holmes 1983 (the closed form follows from two conditions at the ends of one period); numbers *ours*.
 
 use super::carriage;
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
 use super::driven_mass::{self, StopNames};
 use super::event_driven::{DrivenMass, Stop};
@@ -44,11 +44,7 @@ pub(super) fn entry() -> Case {
             "gap_stop_m",
             "closed_contacts",
         ]),
-        interface_columns: vec![InterfaceColumns::new(
-            "interface_position_m",
-            "interface_velocity_m_s",
-            "actuator_force_n",
-        )],
+        interface_columns: vec![carriage::interface()],
         reference: Arc::new(|parameters| exact(parameters).map(ReferenceMethod::Exact)),
         constant_mechanics: true,
         ..Case::new(

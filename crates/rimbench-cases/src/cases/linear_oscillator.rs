@@ -22,7 +22,7 @@
 //! **Source**: Laboratorio de Ingeniería Mecánica, Univ. da Coruña, `fgonzalezLIM/cosim-benchmarks` (MIT); similar systems
 //! in Schweizer et al. 2015, González et al. 2011 and 2019.
 
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::parameters::{Parameter, Parameters, Range};
 use super::reference_method::ReferenceMethod;
 use super::two_masses::{self, COUPLINGS, FURTHER_COLUMNS, INTEGRATORS, NUMBERED, TRACE_COLUMNS, TwoMasses};
@@ -37,7 +37,7 @@ pub(super) fn entry() -> Case {
         parameters: parameters(),
         trace_columns: names(&TRACE_COLUMNS),
         drawing_columns: names(&FURTHER_COLUMNS),
-        interface_columns: vec![InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")],
+        interface_columns: vec![two_masses::interface()],
         linear_state: two_masses::state(),
         reference: Arc::new(|parameters| Ok(ReferenceMethod::Exact(masses(parameters).exact()))),
         ..Case::new(

@@ -1,6 +1,6 @@
 //! What the cases with discs share: the loader's blade with its cylinder, its parameters and columns.
 
-use super::case::{CoupledSystem, InterfaceColumns};
+use super::case::CoupledSystem;
 use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
@@ -33,11 +33,6 @@ pub(super) const TRACE_COLUMNS: [&str; 17] = [
 
 /// Columns for drawings.
 pub(super) const DRAWING_COLUMNS: [&str; 3] = ["contact_force_blade_n", "contact_force_wall_n", "contact_force_pair_n"];
-
-/// The interface.
-pub(super) fn interface_columns() -> InterfaceColumns {
-    InterfaceColumns::new("actuator_length_m", "actuator_velocity_m_s", "actuator_force_n")
-}
 
 const OURS: &str = "ours";
 

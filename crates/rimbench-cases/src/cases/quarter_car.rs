@@ -27,7 +27,7 @@
 //!
 //! **Source**: Open Simulation Platform (libcosim) demo; Sadjina et al. 2017. The exponent's n is *ours*.
 
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::parameters::{Parameter, Parameters, Range};
 use super::reference_method::ReferenceMethod;
 use super::two_masses::{self, COUPLINGS, FURTHER_COLUMNS, INTEGRATORS, PUBLISHED_UNITS, TRACE_COLUMNS, TwoMasses};
@@ -42,7 +42,7 @@ pub(super) fn entry() -> Case {
         parameters: parameters(),
         trace_columns: names(&TRACE_COLUMNS),
         drawing_columns: names(&FURTHER_COLUMNS),
-        interface_columns: vec![InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")],
+        interface_columns: vec![two_masses::interface()],
         linear_state: two_masses::state(),
         reference: Arc::new(|parameters| {
             let masses = masses(parameters);

@@ -20,7 +20,7 @@
 //!
 //! **Source**: the impact law follows from two unilateral rows; e.g. Glocker 2001. Numbers *ours*; hydraulics Naya et al. 2011.
 
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
 use super::cylinder;
 use super::parameters::{Parameter, Parameters, Range, number as p};
@@ -51,11 +51,7 @@ pub(super) fn entry() -> Case {
             "rank_h_uu",
         ]),
         drawing_columns: names(&["contact_force_right_support_n", "contact_force_left_support_n"]),
-        interface_columns: vec![InterfaceColumns::new(
-            "actuator_length_m",
-            "actuator_velocity_m_s",
-            "actuator_force_n",
-        )],
+        interface_columns: vec![cylinder::interface()],
         reference: contact_parameters::reference(),
         ..Case::new(
             "rocking-block",

@@ -1,6 +1,6 @@
 //! What the two-mass cases share: their sides for each coupling, their exact solution, their energy.
 
-use super::case::{CoupledSystem, DerivedColumn, StateVariable};
+use super::case::{CoupledSystem, DerivedColumn, InterfaceColumns, StateVariable};
 use super::parameters::{Parameter, Parameters, Range, number};
 use super::reference_method::ExactSolution;
 use crate::models::{
@@ -25,6 +25,11 @@ pub(super) const PUBLISHED_UNITS: &str = "published-units";
 
 /// Columns of the state, and the parameters that hold its start.
 const STATE: [[&str; 2]; 4] = [["x1_m", "x1_0_m"], ["x2_m", "x2_0_m"], ["v1_m_s", "v1_0_m_s"], ["v2_m_s", "v2_0_m_s"]];
+
+/// The interface by which the couplings are judged.
+pub(super) fn interface() -> InterfaceColumns {
+    InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")
+}
 
 /// The state, for spectral radii.
 pub(super) fn state() -> Vec<StateVariable> {

@@ -24,7 +24,7 @@
 //! The parameters are *ours*; the hydraulic constants are those of Naya et al. 2011. `rimbench list parameters --case
 //! wedge-box` prints them with unit, default and source.
 
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
+use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
 use super::cylinder;
 use super::fluid::{self, NAYA};
@@ -83,11 +83,7 @@ pub(super) fn recorded(case: Case) -> Case {
             "contact_force_disc_ledge_n",
             "contact_force_disc_floor_n",
         ]),
-        interface_columns: vec![InterfaceColumns::new(
-            "actuator_length_m",
-            "actuator_velocity_m_s",
-            "actuator_force_n",
-        )],
+        interface_columns: vec![cylinder::interface()],
         ..case
     }
 }
