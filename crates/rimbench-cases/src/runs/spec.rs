@@ -10,7 +10,7 @@ use rimbench_core::cosim::{
     Sequence, Setup, Sides,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{ContactChoice, ModelMotion, ModelOptions, SchemeEntry};
+use rimbench_core::schemes::{ContactChoice, ModelMotion, ModelOptions, Need, SchemeEntry};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -243,8 +243,15 @@ impl RunSpec {
 
     /// Lets both sides step as the run asks; says why they cannot, if they cannot.
     pub(super) fn use_integrators(&self, mut sides: Sides<'_>) -> Option<String> {
+        let midpoint = self.actuator_integrator == ActuatorIntegrator::Midpoint;
+        if midpoint && self.scheme.needs.contains(&Need::OilLines) {
+            return Some(format!(
+                "actuator_integrator = {}: the lines of scheme {} step as their travel time says",
+                self.actuator_integrator, self.scheme.name
+            ));
+        }
         let refused = use_integrators((self.mechanics_integrator, self.actuator_integrator), sides.lend());
-        let follows = self.model.is_some() && self.actuator_integrator == ActuatorIntegrator::Midpoint;
+        let follows = self.model.is_some() && midpoint;
         refused.or_else(|| {
             let model = sides.mechanics.abilities().empty_interface_model().filter(|_| follows)?;
             model.contact_rows().map(|_| {
