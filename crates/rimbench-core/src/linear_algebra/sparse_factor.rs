@@ -211,10 +211,10 @@ impl SparseFactor {
         }
         self.d[k] = std::mem::take(&mut self.x[k]);
         self.inside[k] = true;
-        for at in starts[k]..starts[k + 1] {
-            let place = places[at] as usize;
-            let x = std::mem::take(&mut self.x[place]);
-            self.l[at] = if self.inside[place] { x / self.d[k] } else { 0.0 };
+        let column = starts[k]..starts[k + 1];
+        for (&place, l) in places[column.clone()].iter().zip(&mut self.l[column]) {
+            let x = std::mem::take(&mut self.x[place as usize]);
+            *l = if self.inside[place as usize] { x / self.d[k] } else { 0.0 };
         }
         self.change_by_column(k, -self.d[k]);
     }

@@ -62,7 +62,7 @@ pub(super) struct MicroState<'a> {
 /// `H_AA`, factorised.
 #[derive(Clone)]
 enum SetFactor {
-    Dense(Factor),
+    Dense(Box<Factor>),
     /// Where few of many contacts meet: the factor, and a column over all contacts.
     Sparse(SparseFactor, Vec<f64>),
 }
@@ -112,7 +112,7 @@ pub(super) struct ParametricStep {
 impl ParametricStep {
     /// Makes room for `contacts` contacts and `interface` interface rows.
     pub(super) fn new(contacts: usize, interface: usize) -> Self {
-        Self::with_factor(contacts, interface, SetFactor::Dense(Factor::new(contacts)))
+        Self::with_factor(contacts, interface, SetFactor::Dense(Box::new(Factor::new(contacts))))
     }
 
     /// The same with the order and pattern of this factor, where few of many contacts meet.
