@@ -157,7 +157,7 @@ impl HydraulicCylinder {
     /// Returns `F` for a velocity `ṡ`, N.
     #[inline]
     pub fn force(&self, velocity: f64) -> f64 {
-        let p = self.line_pressures(velocity).unwrap_or(self.p);
+        let p = if self.lines.is_none() { self.p } else { self.line_pressures(velocity).unwrap_or(self.p) };
         (p[1] - p[0]) * self.piston_area - self.friction * velocity
     }
 
@@ -240,8 +240,32 @@ impl HydraulicCylinder {
         }
     }
 
-    /// A micro step with the inputs, the spool and the pressures of its middle.
+    #[inline]
+    fn step_by_euler(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.check_range(u[0])?;
+        let step = self.advance(self.p, self.spool.at(t), u, h);
+        self.energy.book(&self.fluid, &step);
+        self.time = t + h;
+        self.counters.micro_steps += 1;
+        self.check_range(u[0])
+    }
+
+    /// A micro step of lines in the place of the chambers, or of the second order.
     #[inline(never)]
+    fn step_otherwise(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        if self.lines.is_none() {
+            return self.step_by_midpoint(t, u, h);
+        }
+        self.check_range(u[0])?;
+        if !self.step_lines(self.spool.at(t), u[1], h) {
+            return self.step_by_euler(t, u, h);
+        }
+        self.time = t + h;
+        self.counters.micro_steps += 1;
+        self.check_range(u[0])
+    }
+
+    /// A micro step with the inputs, the spool and the pressures of its middle.
     fn step_by_midpoint(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         self.check_range(u[0])?;
         let spool = self.spool.at(t + 0.5 * h);
@@ -292,23 +316,10 @@ impl Subsystem for HydraulicCylinder {
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        if self.lines.is_some() {
-            self.check_range(u[0])?;
-            if self.step_lines(self.spool.at(t), u[1], h) {
-                self.time = t + h;
-                self.counters.micro_steps += 1;
-                return self.check_range(u[0]);
-            }
+        if self.midpoint || self.lines.is_some() {
+            return self.step_otherwise(t, u, h);
         }
-        if self.midpoint {
-            return self.step_by_midpoint(t, u, h);
-        }
-        self.check_range(u[0])?;
-        let step = self.advance(self.p, self.spool.at(t), u, h);
-        self.energy.book(&self.fluid, &step);
-        self.time = t + h;
-        self.counters.micro_steps += 1;
-        self.check_range(u[0])
+        self.step_by_euler(t, u, h)
     }
 
     fn abilities(&mut self) -> &mut dyn Abilities {

@@ -7,7 +7,8 @@ use super::trajectory::Trajectory;
 
 /// Makes room for the micro steps of a run; none where the length of its macro steps is not known beforehand.
 ///
-/// One row per micro step: when it starts, its middle, the actuator's outputs at its start, its inputs over it (their mean).
+/// One row per micro step: when it starts, its middle, the actuator's outputs at its start, its inputs over it (their mean). Of one of the
+/// second order the outputs are those of its middle, which then stands in both columns.
 pub(crate) fn micro_log(setup: &Setup, sides: &Sides<'_>) -> Option<Trajectory> {
     if setup.energy_rule.is_some() {
         return None;
@@ -22,8 +23,19 @@ pub(crate) fn micro_log(setup: &Setup, sides: &Sides<'_>) -> Option<Trajectory> 
 /// Notes one micro step.
 #[inline]
 pub(crate) fn note_micro_step(log: &mut Trajectory, at: MicroStep, outputs: &[f64], inputs: &[f64]) {
+    note(log, [at.start, at.middle()], outputs, inputs);
+}
+
+/// Notes one of the second order, whose outputs belong to its middle.
+#[inline]
+pub(crate) fn note_midpoint(log: &mut Trajectory, at: MicroStep, outputs: &[f64], inputs: &[f64]) {
+    note(log, [at.middle(); 2], outputs, inputs);
+}
+
+#[inline]
+fn note(log: &mut Trajectory, times: [f64; 2], outputs: &[f64], inputs: &[f64]) {
     let row = log.push_row();
-    (row[0], row[1]) = (at.start, at.middle());
+    row[..2].copy_from_slice(&times);
     let (outputs_row, inputs_row) = row[2..].split_at_mut(outputs.len());
     outputs_row.copy_from_slice(outputs);
     inputs_row.copy_from_slice(inputs);

@@ -5,7 +5,7 @@ use crate::cosim::attachments::NO_OUTPUT_RATES;
 use crate::cosim::communication_grid::MacroStep;
 use crate::cosim::coupling_scheme::{CouplingScheme, MicroStep};
 use crate::cosim::force_return::{ForceReturn, Sequence};
-use crate::cosim::micro_log::note_micro_step;
+use crate::cosim::micro_log::{note_micro_step, note_midpoint};
 use crate::cosim::pace::Interval;
 use crate::cosim::pair_state::PairState;
 use crate::cosim::side::Side;
@@ -87,7 +87,7 @@ impl CoupledPair<'_> {
         let count = self.setup.actuator_steps(step);
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_course = self.state.takes_course.actuator;
-        let PairState { own, u, transmission, work_sent, end, rates, .. } = &mut *self.state;
+        let PairState { own, u, transmission, work_sent, end, rates, inside, .. } = &mut *self.state;
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
         let Some(rates) = rates else { return Ok(()) };
         transmission.clear();
@@ -112,6 +112,9 @@ impl CoupledPair<'_> {
             }
             work_sent.add_step(at.length, own, u);
             transmission.push(own);
+            if let Some(log) = inside {
+                note_midpoint(log, at, own, u);
+            }
             actuator.step(at.start, u, at.length)?;
             scheme.input_at_end(Side::Actuator, u);
         }
