@@ -367,7 +367,7 @@ fn impossible_machines_are_refused_with_the_numbers() {
         assert!(error.contains(wanted), "{case} {key} = {value}: {error}");
     }
     for (case, key, value, wanted) in [
-        ("disc-row", "discs", "2.5", "discs = 2.5 is not valid; valid: a whole number from 2 to 256"),
+        ("disc-row", "discs", "2.5", "discs = 2.5 is not valid; valid: a whole number from 2 to 2500"),
         ("disc-pile", "layers", "40", "layers = 40 is not valid; valid: a whole number from 1 to 20"),
     ] {
         let mut parameters = case_by_name(case).default_parameters();

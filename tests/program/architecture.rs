@@ -11,7 +11,7 @@ const ROOMS: [(&str, &[&str]); 7] = [
     ("linear_algebra", &[]),
     ("complementarity", &["linear_algebra"]),
     ("interface_model", &["linear_algebra"]),
-    ("cosim", &["complementarity", "interface_model"]),
+    ("cosim", &["complementarity", "interface_model", "linear_algebra"]),
     ("ceilings", &["cosim"]),
     ("mechanics", &["linear_algebra", "complementarity", "interface_model", "cosim"]),
     ("schemes", &["linear_algebra", "complementarity", "interface_model", "cosim", "ceilings"]),
