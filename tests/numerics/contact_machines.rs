@@ -368,7 +368,7 @@ fn impossible_machines_are_refused_with_the_numbers() {
     }
     for (case, key, value, wanted) in [
         ("disc-row", "discs", "2.5", "discs = 2.5 is not valid; valid: a whole number from 2 to 2500"),
-        ("disc-pile", "layers", "40", "layers = 40 is not valid; valid: a whole number from 1 to 20"),
+        ("disc-pile", "layers", "61", "layers = 61 is not valid; valid: a whole number from 1 to 60"),
     ] {
         let mut parameters = case_by_name(case).default_parameters();
         assert_eq!(parameters.set(key, value).unwrap_err().to_string(), wanted);
