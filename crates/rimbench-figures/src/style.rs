@@ -116,6 +116,9 @@ impl Styles {
             "profile-20" => (Dash::Dotted, Marker::Pentagon),
             "profile" => (Dash::Solid, Marker::OpenCircle),
             "end" => (Dash::Dashed, Marker::Cross),
+            "semi-implicit" => (Dash::Dotted, Marker::Plus),
+            "midpoint" => (Dash::DashDot, Marker::Star),
+            "event-split" => (Dash::Dashed, Marker::Diamond),
             other => return line.of_variant(other),
         };
         LineStyle { dash, marker, ..line }
