@@ -150,15 +150,7 @@ fn rim_nonsmooth_input(c: &mut Criterion) {
     mechanics.outputs(&[0.0], &mut y).unwrap();
     let step = CommunicationGrid::new(5e-3, 1.0, 1.0).unwrap().step(0);
     let mut run = || {
-        let sample = Sample {
-            time: 0.0,
-            y: &y,
-            model: Some(&model),
-            rates: None,
-            line_forces: None,
-            step,
-            actuator_micro_step: 5e-5,
-        };
+        let sample = Sample { model: Some(&model), ..Sample::of_outputs(step, &y, 5e-5) };
         scheme.receive(Side::Mechanics, &sample).unwrap();
         let mut u = y;
         for index in 0..MICRO_STEPS {

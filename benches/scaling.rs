@@ -138,15 +138,8 @@ impl Stopped {
 
     /// The scheme takes the model, for micro steps of `H / count`.
     fn receive(&mut self, count: usize) {
-        let sample = Sample {
-            time: 0.0,
-            y: &self.motion,
-            model: Some(&self.model),
-            rates: None,
-            line_forces: None,
-            step: self.step,
-            actuator_micro_step: H / count as f64,
-        };
+        let sample =
+            Sample { model: Some(&self.model), ..Sample::of_outputs(self.step, &self.motion, H / count as f64) };
         self.scheme.receive(Side::Mechanics, &sample).unwrap();
         self.scheme.receive(Side::Actuator, &Sample { y: &self.force, model: None, ..sample }).unwrap();
     }

@@ -45,15 +45,7 @@ fn settled(entry: &SchemeEntry) -> Box<dyn CouplingScheme> {
     let grid = CommunicationGrid::new(1e-3, 1.0, 1.0).unwrap();
     for k in 0..5 {
         let step = grid.step(k);
-        let sample = Sample {
-            time: step.start,
-            y: &REST,
-            model: Some(&model),
-            rates: None,
-            line_forces: None,
-            step,
-            actuator_micro_step: 1e-5,
-        };
+        let sample = Sample { model: Some(&model), ..Sample::of_outputs(step, &REST, 1e-5) };
         scheme.receive(Side::Mechanics, &sample).unwrap();
         let sample = Sample { y: &FORCE, model: None, rates: Some(&rates), ..sample };
         scheme.receive(Side::Actuator, &sample).unwrap();

@@ -3,9 +3,8 @@
 
 use crate::support::*;
 use rimbench::cosim::{
-    Abilities, CommunicationGrid, EnergyAccount, FIRST_ORDER_ONLY, ForceReturn, InputPolynomials, JointSteps,
-    MechanicsSteps, OilLines, Outcome, OutputRates, PerSide, Ports, SecondOrder, Sequence, Setup, Side, StopFlag,
-    Subsystem, SubsystemCounters,
+    Abilities, CommunicationGrid, EnergyAccount, ForceReturn, InputPolynomials, MechanicsSteps, Outcome, OutputRates,
+    PerSide, Ports, Sequence, Setup, Side, StopFlag, Subsystem, SubsystemCounters, not_offered,
 };
 use rimbench::error::Failure;
 use rimbench::interface_model::ReducedInterfaceModel;
@@ -281,6 +280,8 @@ impl Subsystem for Withdraws {
 }
 
 impl Abilities for Withdraws {
+    not_offered!(use_second_order, joint_steps, oil_lines);
+
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.inner.abilities().empty_interface_model()
     }
@@ -294,18 +295,6 @@ impl Abilities for Withdraws {
     }
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
         self.inner.abilities().input_polynomials()
-    }
-
-    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
-        Err(FIRST_ORDER_ONLY)
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
     }
 
     fn observables(&mut self) -> &[Name] {

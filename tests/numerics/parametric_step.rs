@@ -73,8 +73,7 @@ fn compare(
         let mut scheme = scheme(name, model, detection, solver);
         let y = vec![0.0; 2 * n_i];
         let actuator_micro_step = H / MICRO_STEPS as f64;
-        let sample =
-            Sample { time: 0.0, y: &y, model: Some(model), rates: None, line_forces: None, step, actuator_micro_step };
+        let sample = Sample { model: Some(model), ..Sample::of_outputs(step, &y, actuator_micro_step) };
         scheme.receive(Side::Mechanics, &sample).unwrap();
         scheme.receive(Side::Actuator, &Sample { y: &force(0), model: None, ..sample }).unwrap();
         let course: Vec<f64> = (0..MICRO_STEPS)

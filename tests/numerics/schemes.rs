@@ -130,15 +130,7 @@ fn constants_are_reproduced_from_the_first_sample_on() {
         let mut lines = LineForces::new(1, 4, 0.0);
         for k in 0..grid.macro_steps() {
             let step: MacroStep = grid.step(k);
-            let sample = Sample {
-                time: step.start,
-                y: &y,
-                model: Some(&model),
-                rates: None,
-                line_forces: None,
-                step,
-                actuator_micro_step: step.length / 4.0,
-            };
+            let sample = Sample { model: Some(&model), ..Sample::of_outputs(step, &y, step.length / 4.0) };
             built.receive(Side::Mechanics, &sample).unwrap();
             lines.begin(&[2.0]);
             (0..4).for_each(|_| lines.push(&force));

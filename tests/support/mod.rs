@@ -5,9 +5,9 @@ use rimbench::cases::{Case, CoupledSystem, ExactSolution, Parameters, Recorder, 
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::SolverEntry;
 use rimbench::cosim::{
-    Abilities, ActuatorIntegrator, Bounds, CommunicationGrid, CommunicationPoint, EnergyAccount, FIRST_ORDER_ONLY,
-    ForceReturn, InputPolynomials, JointSteps, MechanicsSteps, OilLines, OutputRates, PerSide, Port, Ports, Quantity,
-    Report, SecondOrder, Sequence, Setup, Sides, StopFlag, Subsystem, SubsystemCounters, Supervision, Trajectory,
+    Abilities, ActuatorIntegrator, Bounds, CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsSteps,
+    OutputRates, PerSide, Port, Ports, Quantity, Report, Sequence, Setup, Sides, StopFlag, Subsystem,
+    SubsystemCounters, Supervision, Trajectory, not_offered,
 };
 use rimbench::error::{Failure, Result};
 use rimbench::harness::monotonic_clock;
@@ -368,12 +368,21 @@ impl Subsystem for Springs {
 }
 
 impl Abilities for Springs {
-    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        None
-    }
-    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        Ok(false)
-    }
+    not_offered!(
+        empty_interface_model,
+        interface_model,
+        input_polynomials,
+        use_second_order,
+        joint_steps,
+        oil_lines,
+        observables,
+        observe,
+        interface_work,
+        interface_displacement,
+        energy_identity_residual,
+        energy_account,
+    );
+
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let m = self.stiffness.len();
         rates.feedthrough.fill(0.0);
@@ -384,38 +393,6 @@ impl Abilities for Springs {
             rates.rate_gain[i * 2 * m + m + i] = -self.stiffness[i];
         }
         Ok(true)
-    }
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        None
-    }
-
-    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
-        Err(FIRST_ORDER_ONLY)
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
-    }
-
-    fn observables(&mut self) -> &[Name] {
-        &[]
-    }
-    fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
-    fn interface_work(&mut self) -> Option<f64> {
-        None
-    }
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
-    }
-    fn energy_account(&mut self) -> Option<EnergyAccount> {
-        None
     }
 }
 

@@ -1,11 +1,10 @@
 //! Two actuators as one side of a co-simulation with an interface of two rows.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, LineForces, MacroStep, OilLines, OutputRates, Port, Ports,
-    Quantity, SecondOrder, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, LineForces, MacroStep, OilLines, OutputRates, Port, Ports, Quantity, SecondOrder,
+    Subsystem, SubsystemCounters, not_offered,
 };
 use rimbench_core::error::Failure;
-use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::name::Name;
 
 /// Names of what one of the two actuators exchanges and shows.
@@ -93,13 +92,15 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorPair<A> {
 }
 
 impl<A: Subsystem> Abilities for ActuatorPair<A> {
-    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        None
-    }
-
-    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        Ok(false)
-    }
+    not_offered!(
+        empty_interface_model,
+        interface_model,
+        input_polynomials,
+        joint_steps,
+        interface_work,
+        interface_displacement,
+        energy_identity_residual,
+    );
 
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         rates.feedthrough.fill(0.0);
@@ -118,16 +119,8 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
         Ok(true)
     }
 
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        None
-    }
-
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
         self.units.iter_mut().try_for_each(|unit| unit.abilities().use_second_order(rule))
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
     }
 
     fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
@@ -147,18 +140,6 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
             unit.observe(h, own);
             rest = others;
         }
-    }
-
-    fn interface_work(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
     }
 
     fn energy_account(&mut self) -> Option<EnergyAccount> {

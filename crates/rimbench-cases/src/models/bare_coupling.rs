@@ -6,8 +6,7 @@
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use super::two_masses::{CouplingElement, FORCE, WalledMass, polynomial_work, ports};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OilLines, OutputRates, Ports, Quantity,
-    SecondOrder, Subsystem, SubsystemCounters,
+    Abilities, InputPolynomials, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters, not_offered,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -96,6 +95,16 @@ impl Subsystem for FreeMasses {
 }
 
 impl Abilities for FreeMasses {
+    not_offered!(
+        output_rates,
+        use_second_order,
+        joint_steps,
+        oil_lines,
+        interface_displacement,
+        energy_identity_residual,
+        energy_account,
+    );
+
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         Some(ReducedInterfaceModel::zeros(0, 1))
     }
@@ -114,24 +123,8 @@ impl Abilities for FreeMasses {
         Ok(true)
     }
 
-    fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
-        Ok(false)
-    }
-
     fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
         self.motions[0].takes_polynomials().then_some(&mut self.inputs)
-    }
-
-    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
-        Err(FIRST_ORDER_ONLY)
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
     }
 
     fn observables(&mut self) -> &[Name] {
@@ -145,18 +138,6 @@ impl Abilities for FreeMasses {
 
     fn interface_work(&mut self) -> Option<f64> {
         Some(self.work)
-    }
-
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn energy_account(&mut self) -> Option<EnergyAccount> {
-        None
     }
 }
 
@@ -206,56 +187,25 @@ impl Subsystem for CouplingForce {
 }
 
 impl Abilities for CouplingForce {
-    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        None
-    }
-
-    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        Ok(false)
-    }
+    not_offered!(
+        empty_interface_model,
+        interface_model,
+        input_polynomials,
+        use_second_order,
+        joint_steps,
+        oil_lines,
+        observables,
+        observe,
+        interface_work,
+        interface_displacement,
+        energy_identity_residual,
+        energy_account,
+    );
 
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         rates.rate.fill(0.0);
         rates.feedthrough.copy_from_slice(&[-self.element.stiffness, -self.element.damper_slope(u[1])]);
         rates.rate_gain.fill(0.0);
         Ok(true)
-    }
-
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        None
-    }
-
-    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
-        Err(FIRST_ORDER_ONLY)
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
-    }
-
-    fn observables(&mut self) -> &[Name] {
-        &[]
-    }
-
-    fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
-
-    fn interface_work(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn energy_account(&mut self) -> Option<EnergyAccount> {
-        None
     }
 }

@@ -6,11 +6,10 @@ use self::lines::Lines;
 use super::fluid::Fluid;
 use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity,
-    SecondOrder, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
+    SubsystemCounters, not_offered,
 };
 use rimbench_core::error::Failure;
-use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::name::Name;
 
 /// A command over time, linear between its points and held outside; or a sine whose amplitude is such a line.
@@ -336,13 +335,15 @@ impl Subsystem for HydraulicCylinder {
 }
 
 impl Abilities for HydraulicCylinder {
-    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        None
-    }
-
-    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        Ok(false)
-    }
+    not_offered!(
+        empty_interface_model,
+        interface_model,
+        input_polynomials,
+        joint_steps,
+        interface_work,
+        interface_displacement,
+        energy_identity_residual,
+    );
 
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let (area, [l1, l2]) = (self.piston_area, self.chambers(u[0]));
@@ -356,17 +357,9 @@ impl Abilities for HydraulicCylinder {
         Ok(true)
     }
 
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        None
-    }
-
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
         self.midpoint = rule == SecondOrder::Midpoint;
         if self.midpoint { Ok(()) } else { Err(NO_CONTACTS) }
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
     }
 
     fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
@@ -379,18 +372,6 @@ impl Abilities for HydraulicCylinder {
 
     fn observe(&mut self, _h: f64, row: &mut [f64]) {
         row.copy_from_slice(&[self.p[0], self.p[1], self.spool.at(self.time)]);
-    }
-
-    fn interface_work(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
     }
 
     fn energy_account(&mut self) -> Option<EnergyAccount> {

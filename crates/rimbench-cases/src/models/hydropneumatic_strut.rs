@@ -1,11 +1,10 @@
 //! A hydropneumatic strut: a piston that pumps oil through an orifice into an accumulator with a gas cushion.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity,
-    SecondOrder, Subsystem, SubsystemCounters,
+    Abilities, EnergyAccount, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
+    SubsystemCounters, not_offered,
 };
 use rimbench_core::error::{Error, Failure, Result};
-use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::name::Name;
 
 /// Sizes and start of a [`HydropneumaticStrut`].
@@ -142,13 +141,16 @@ impl Subsystem for HydropneumaticStrut {
 }
 
 impl Abilities for HydropneumaticStrut {
-    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        None
-    }
-
-    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        Ok(false)
-    }
+    not_offered!(
+        empty_interface_model,
+        interface_model,
+        input_polynomials,
+        joint_steps,
+        oil_lines,
+        interface_work,
+        interface_displacement,
+        energy_identity_residual,
+    );
 
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let stiffness = self.gas_stiffness();
@@ -158,21 +160,9 @@ impl Abilities for HydropneumaticStrut {
         Ok(true)
     }
 
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        None
-    }
-
     /// The volume follows the mean velocity exactly as it is.
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
         if rule == SecondOrder::Midpoint { Ok(()) } else { Err(NO_CONTACTS) }
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
     }
 
     fn observables(&mut self) -> &[Name] {
@@ -181,18 +171,6 @@ impl Abilities for HydropneumaticStrut {
 
     fn observe(&mut self, _h: f64, row: &mut [f64]) {
         row[0] = self.pressure();
-    }
-
-    fn interface_work(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
     }
 
     fn energy_account(&mut self) -> Option<EnergyAccount> {

@@ -3,12 +3,8 @@
 //! The force then follows the mechanics' own velocity, so the coupling has no direct feedthrough.
 
 use super::hydraulic_cylinder::HydraulicCylinder;
-use rimbench_core::cosim::{
-    Abilities, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OilLines, OutputRates, Port, Ports,
-    Quantity, SecondOrder, Subsystem, SubsystemCounters,
-};
+use rimbench_core::cosim::{Abilities, Port, Ports, Quantity, Subsystem, SubsystemCounters, not_offered};
 use rimbench_core::error::Failure;
-use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::name::Name;
 
 fn pressures() -> Vec<Port> {
@@ -57,35 +53,22 @@ impl Subsystem for PressureOutput {
     }
 }
 
-/// Only what the cylinder shows: it is the force that it knows rates and accounts of.
+/// Only what the cylinder shows: it is the force that it knows rates of. Its account books the work of a force that the mechanics
+/// makes here, and friction at a velocity that it has not.
 impl Abilities for PressureOutput {
-    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        None
-    }
-
-    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        Ok(false)
-    }
-
-    fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
-        Ok(false)
-    }
-
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        None
-    }
-
-    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
-        Err(FIRST_ORDER_ONLY)
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
-    }
+    not_offered!(
+        empty_interface_model,
+        interface_model,
+        output_rates,
+        input_polynomials,
+        use_second_order,
+        joint_steps,
+        oil_lines,
+        interface_work,
+        interface_displacement,
+        energy_identity_residual,
+        energy_account,
+    );
 
     fn observables(&mut self) -> &[Name] {
         self.cylinder.observables()
@@ -93,23 +76,6 @@ impl Abilities for PressureOutput {
 
     fn observe(&mut self, h: f64, row: &mut [f64]) {
         self.cylinder.observe(h, row);
-    }
-
-    fn interface_work(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
-    }
-
-    /// None: the cylinder books the work of a force that the mechanics makes here, and friction at a velocity that it has not.
-    fn energy_account(&mut self) -> Option<EnergyAccount> {
-        None
     }
 }
 
@@ -170,33 +136,17 @@ impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
 }
 
 impl<M: Subsystem> Abilities for PressureDrivenMechanics<M> {
-    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        None
-    }
-
-    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        Ok(false)
-    }
-
-    fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
-        Ok(false)
-    }
-
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        None
-    }
-
-    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
-        Err(FIRST_ORDER_ONLY)
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
-    }
+    not_offered!(
+        empty_interface_model,
+        interface_model,
+        output_rates,
+        input_polynomials,
+        use_second_order,
+        joint_steps,
+        oil_lines,
+        interface_displacement,
+        energy_account,
+    );
 
     fn observables(&mut self) -> &[Name] {
         self.mechanics.abilities().observables()
@@ -210,15 +160,7 @@ impl<M: Subsystem> Abilities for PressureDrivenMechanics<M> {
         self.mechanics.abilities().interface_work()
     }
 
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-
     fn energy_identity_residual(&mut self) -> Option<f64> {
         self.mechanics.abilities().energy_identity_residual()
-    }
-
-    fn energy_account(&mut self) -> Option<EnergyAccount> {
-        None
     }
 }

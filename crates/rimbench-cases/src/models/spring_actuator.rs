@@ -2,11 +2,10 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity,
-    SecondOrder, Subsystem, SubsystemCounters,
+    Abilities, InputPolynomials, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
+    SubsystemCounters, not_offered,
 };
 use rimbench_core::error::{Error, Failure, Result};
-use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::name::Name;
 
 /// Prescribed motion `x_b = x₀ + A sin(ω t + φ)`.
@@ -172,13 +171,16 @@ impl Subsystem for SpringActuator {
 }
 
 impl Abilities for SpringActuator {
-    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        None
-    }
-
-    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        Ok(false)
-    }
+    not_offered!(
+        empty_interface_model,
+        interface_model,
+        joint_steps,
+        oil_lines,
+        interface_work,
+        interface_displacement,
+        energy_identity_residual,
+        energy_account,
+    );
 
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let p = &self.parameters;
@@ -203,36 +205,12 @@ impl Abilities for SpringActuator {
         if rule == SecondOrder::Midpoint { Ok(()) } else { Err(NO_CONTACTS) }
     }
 
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
-    }
-
     fn observables(&mut self) -> &[Name] {
         &Self::OBSERVABLES
     }
 
     fn observe(&mut self, _h: f64, row: &mut [f64]) {
         row.copy_from_slice(&self.carriage());
-    }
-
-    fn interface_work(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn energy_account(&mut self) -> Option<EnergyAccount> {
-        None
     }
 }
 

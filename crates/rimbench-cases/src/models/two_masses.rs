@@ -8,8 +8,7 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, Cubic, EnergyAccount, FIRST_ORDER_ONLY, InputPolynomials, JointSteps, OilLines, OutputRates, Port,
-    Ports, Quantity, SecondOrder, Subsystem, SubsystemCounters,
+    Abilities, Cubic, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters, not_offered,
 };
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -228,6 +227,8 @@ impl Subsystem for MassSide {
 }
 
 impl Abilities for MassSide {
+    not_offered!(use_second_order, joint_steps, oil_lines, energy_identity_residual, energy_account);
+
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         (self.role == MassRole::ForceDriven).then(|| ReducedInterfaceModel::zeros(0, 1))
     }
@@ -267,18 +268,6 @@ impl Abilities for MassSide {
         (linear && self.motion.takes_polynomials()).then_some(&mut self.inputs)
     }
 
-    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
-        Err(FIRST_ORDER_ONLY)
-    }
-
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
-    }
-
     fn observables(&mut self) -> &[Name] {
         &STATES[self.index]
     }
@@ -294,13 +283,5 @@ impl Abilities for MassSide {
     fn interface_displacement(&mut self) -> Option<&[f64]> {
         self.displacement[0] = self.motion.position() - self.start;
         (self.role == MassRole::ForceDriven).then_some(&self.displacement[..])
-    }
-
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
-    }
-
-    fn energy_account(&mut self) -> Option<EnergyAccount> {
-        None
     }
 }

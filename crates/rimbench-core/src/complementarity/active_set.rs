@@ -31,11 +31,15 @@ use few::Few;
 
 /// A row is dependent if its pivot `d` is below this part of its diagonal: far above the rounding of `d` (about
 /// 1e-15), far below what distinguishes two contacts.
-const DEPENDENT: f64 = 1e-11;
+pub(super) const DEPENDENT: f64 = 1e-11;
 /// A violation below this part of `‖q‖_∞` is no reason to pivot; the accepted residual is 1e-9.
-const NEGLIGIBLE: f64 = 1e-13;
+pub(super) const NEGLIGIBLE: f64 = 1e-13;
 /// Pivots on one factor before it is computed anew although `M` is the same.
-const REFRESH: u32 = 64;
+pub(super) const REFRESH: u32 = 64;
+/// A violation on an unblocked ray up to this part of `‖q‖_∞` is rounding, not a proof of infeasibility.
+pub(super) const RAY_NOISE: f64 = 1e-10;
+/// A component of the direction below this part (squared, scaled by the diagonals) does not block.
+pub(super) const NO_MOTION: f64 = 1e-24;
 
 /// Keller's method with warm start. See the module for the algorithm.
 ///

@@ -5,17 +5,11 @@
 //! not by far less than the worst; and every answer is measured here by the natural residual, as [`Checked`](super::Checked) does with
 //! others. An answer that is not good enough is looked for once more from the empty set.
 
+use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE, REFRESH};
 use super::{SolveStats, SolverCounters, Unsolved};
 use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
 
-/// As in the dense active set: dependent rows, violations of no account, directions that do not block, noise on a ray.
-const DEPENDENT: f64 = 1e-11;
-const NEGLIGIBLE: f64 = 1e-13;
-const NO_MOTION: f64 = 1e-24;
-const RAY_NOISE: f64 = 1e-10;
-/// Changes of one factor before it is computed anew although the matrix is the same.
-const REFRESH: u32 = 64;
 /// Members that pull by at least this part of the worst (squared) leave together.
 const TOGETHER: f64 = 0.1;
 

@@ -9,11 +9,13 @@ use super::output_rates::OutputRates;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use crate::name::Name;
+use crate::not_offered;
 
 /// Everything that a subsystem may offer and another may not. A wrapper hands its subsystem's abilities on as a whole (see
 /// [`Subsystem::abilities`](super::Subsystem::abilities)), so that none is lost on the way; therefore no method has a default.
 ///
-/// What is not offered: an empty list, `None`, or `false`. [`no_abilities`] offers nothing.
+/// What is not offered: an empty list, `None`, or `false`; [`not_offered!`](super::not_offered) writes that. [`no_abilities`] offers
+/// nothing.
 pub trait Abilities {
     /// Makes an empty interface model of the right size; none if the subsystem has none to offer.
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel>;
@@ -80,42 +82,19 @@ pub fn no_abilities() -> &'static mut dyn Abilities {
 struct NoAbilities;
 
 impl Abilities for NoAbilities {
-    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        None
-    }
-    fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-        Ok(false)
-    }
-    fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
-        Ok(false)
-    }
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        None
-    }
-    fn use_second_order(&mut self, _rule: SecondOrder) -> Result<(), &'static str> {
-        Err(FIRST_ORDER_ONLY)
-    }
-    fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
-        None
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
-    }
-    fn observables(&mut self) -> &[Name] {
-        &[]
-    }
-    fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
-    fn interface_work(&mut self) -> Option<f64> {
-        None
-    }
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        None
-    }
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        None
-    }
-    fn energy_account(&mut self) -> Option<EnergyAccount> {
-        None
-    }
+    not_offered!(
+        empty_interface_model,
+        interface_model,
+        output_rates,
+        input_polynomials,
+        use_second_order,
+        joint_steps,
+        oil_lines,
+        observables,
+        observe,
+        interface_work,
+        interface_displacement,
+        energy_identity_residual,
+        energy_account,
+    );
 }

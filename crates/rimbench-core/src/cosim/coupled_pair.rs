@@ -49,13 +49,8 @@ impl CoupledPair<'_> {
         self.fill_attachments(step)?;
         let PairState { y, attachments, .. } = &*self.state;
         let sample = Sample {
-            time: step.start,
-            y: &y.mechanics,
             model: attachments.interface_model.as_ref(),
-            rates: None,
-            line_forces: None,
-            step,
-            actuator_micro_step: self.actuator_micro_step(step),
+            ..Sample::of_outputs(step, &y.mechanics, self.actuator_micro_step(step))
         };
         self.scheme.receive(Side::Mechanics, &sample)?;
         let rates = attachments.output_rates.as_ref();
@@ -132,15 +127,8 @@ impl CoupledPair<'_> {
     /// The outputs of one side at the end of the macro step reach the scheme before the other side steps.
     pub(crate) fn send_ahead(&mut self, from: Side, Interval { step, end }: Interval) -> Result<(), Failure> {
         self.state.counters.exchanges += 1;
-        let sample = Sample {
-            time: end,
-            y: &self.state.y[from],
-            model: None,
-            rates: None,
-            line_forces: None,
-            step,
-            actuator_micro_step: self.actuator_micro_step(step),
-        };
+        let sample =
+            Sample { time: end, ..Sample::of_outputs(step, &self.state.y[from], self.actuator_micro_step(step)) };
         self.scheme.receive(from, &sample)
     }
 

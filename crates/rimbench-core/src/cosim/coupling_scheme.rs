@@ -29,6 +29,13 @@ pub struct Sample<'a> {
     pub actuator_micro_step: f64,
 }
 
+impl<'a> Sample<'a> {
+    /// Makes the sample of a side that sends its outputs `y` and nothing else, at the start of `step`; δ of the actuator in s.
+    pub fn of_outputs(step: MacroStep, y: &'a [f64], actuator_micro_step: f64) -> Self {
+        Sample { time: step.start, y, model: None, rates: None, line_forces: None, step, actuator_micro_step }
+    }
+}
+
 /// One micro step inside a macro step. All times come from integers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MicroStep {

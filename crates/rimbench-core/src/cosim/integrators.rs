@@ -1,6 +1,7 @@
 //! By which rule each side advances its own state.
 
 use crate::error::{Error, Result};
+use crate::name::find_by_name;
 use std::fmt;
 use std::str::FromStr;
 
@@ -72,31 +73,33 @@ impl ActuatorIntegrator {
         [("euler", ActuatorIntegrator::Euler), ("midpoint", ActuatorIntegrator::Midpoint)];
 }
 
-/// Writes and reads an integrator by its name in `ALL`.
-macro_rules! by_name {
-    ($kind:ty, $key:literal) => {
-        impl fmt::Display for $kind {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                let name = Self::ALL.iter().find(|(_, known)| known == self).map_or("", |(name, _)| *name);
-                f.write_str(name)
-            }
-        }
-
-        impl FromStr for $kind {
-            type Err = Error;
-
-            fn from_str(text: &str) -> Result<Self> {
-                let found = Self::ALL.iter().find(|(name, _)| *name == text);
-                found
-                    .map(|(_, kind)| *kind)
-                    .ok_or_else(|| Error::unknown($key, text, Self::ALL.iter().map(|(name, _)| *name)))
-            }
-        }
-    };
+impl fmt::Display for MechanicsIntegrator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Self::ALL[*self as usize].0)
+    }
 }
 
-by_name!(MechanicsIntegrator, "mechanics_integrator");
-by_name!(ActuatorIntegrator, "actuator_integrator");
+impl FromStr for MechanicsIntegrator {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        find_by_name("mechanics_integrator", &Self::ALL, |(name, _)| name, text).map(|(_, kind)| *kind)
+    }
+}
+
+impl fmt::Display for ActuatorIntegrator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Self::ALL[*self as usize].0)
+    }
+}
+
+impl FromStr for ActuatorIntegrator {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        find_by_name("actuator_integrator", &Self::ALL, |(name, _)| name, text).map(|(_, kind)| *kind)
+    }
+}
 
 #[cfg(test)]
 mod tests {

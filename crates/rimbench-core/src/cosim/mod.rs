@@ -32,6 +32,7 @@ mod log;
 mod macro_loop;
 mod mechanics_steps;
 mod micro_log;
+mod not_offered;
 mod oil_lines;
 mod outcome;
 mod output_rates;
@@ -49,6 +50,7 @@ mod transmission;
 mod work;
 mod work_meter;
 
+pub use crate::not_offered;
 pub use abilities::{Abilities, FIRST_ORDER_ONLY, NO_CONTACTS, no_abilities};
 pub use attachments::Attachments;
 pub use communication_grid::{CommunicationGrid, MacroStep, division};

@@ -6,8 +6,7 @@ use super::mechanical_model::MechanicalModel;
 use super::second_order::{Drive, SecondOrderSteps};
 use crate::complementarity::Checked;
 use crate::cosim::{
-    Abilities, EnergyAccount, InputPolynomials, JointSteps, OilLines, OutputRates, Ports, SecondOrder, Subsystem,
-    SubsystemCounters,
+    Abilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, not_offered,
 };
 use crate::error::Failure;
 use crate::interface_model::{Linearisation, ReducedInterfaceModel};
@@ -170,6 +169,8 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
 }
 
 impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
+    not_offered!(output_rates, input_polynomials, oil_lines);
+
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         Some(self.stepper.empty_model())
     }
@@ -177,14 +178,6 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
         self.stepper.interface_model(h, model)?;
         Ok(true)
-    }
-
-    fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
-        Ok(false)
-    }
-
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        None
     }
 
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
@@ -200,10 +193,6 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {
         self.second_order.is_some().then_some(self as &mut dyn JointSteps)
-    }
-
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        None
     }
 
     fn observables(&mut self) -> &[Name] {

@@ -181,15 +181,7 @@ mod tests {
         for k in 0..count {
             let step = MacroStep { index: k, start: k as f64, length: 1.0 };
             let value = [y(k as f64)];
-            let sample = Sample {
-                time: k as f64,
-                y: &value,
-                model: None,
-                rates: None,
-                line_forces: None,
-                step,
-                actuator_micro_step: 1.0,
-            };
+            let sample = Sample { time: k as f64, ..Sample::of_outputs(step, &value, 1.0) };
             channel.receive(&sample);
         }
         channel

@@ -171,7 +171,7 @@ mod tests {
 
     fn sample(time: f64, y: &[f64], index: usize) -> Sample<'_> {
         let step = MacroStep { index, start: index as f64, length: 1.0 };
-        Sample { time, y, model: None, rates: None, line_forces: None, step, actuator_micro_step: 1.0 }
+        Sample { time, ..Sample::of_outputs(step, y, 1.0) }
     }
 
     /// Value of the cubic at `x` in [0, 1].

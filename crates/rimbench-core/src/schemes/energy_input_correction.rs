@@ -4,7 +4,7 @@
 //! Like `energy-leak-damper`, but signed: what was lost is given back, too.
 //!
 //! ```text
-//! E ← E + received − sent                     as in `energy_pool`; E > 0: created
+//! E ← E + received − sent                     as in `created_energy`; E > 0: created
 //! f_k = −α E w_k/(H w_kᵀw_k)                  |f_k| ≤ γ |λ_k|,  γ = 0.2;  0 where the interface rests
 //! u_λ = λ_k + f_k                             over the macro step
 //! ```
@@ -50,30 +50,7 @@ fn hold(rows: usize, share: f64) -> EnergyCorrectingHold {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cosim::{CouplingScheme, MacroStep, MicroStep, Sample, Side};
-
-    /// One exchange and one step of each side, H = 1; returns the force on the mechanics.
-    fn macro_step(scheme: &mut EnergyCorrectingHold, index: usize, w: f64, force: f64) -> f64 {
-        let step = MacroStep { index, start: index as f64, length: 1.0 };
-        let y = [0.0, w];
-        let sample = Sample {
-            time: step.start,
-            y: &y,
-            model: None,
-            rates: None,
-            line_forces: None,
-            step,
-            actuator_micro_step: 1.0,
-        };
-        scheme.receive(Side::Mechanics, &sample).unwrap();
-        scheme.receive(Side::Actuator, &Sample { y: &[force], ..sample }).unwrap();
-        let at = MicroStep::new(step, 0, 1);
-        let mut u = [0.0, w];
-        scheme.input(Side::Actuator, at, &[force], &mut u).unwrap();
-        let mut u = [force];
-        scheme.input(Side::Mechanics, at, &y, &mut u).unwrap();
-        u[0]
-    }
+    use crate::schemes::energy_correcting_hold::macro_step;
 
     #[test]
     fn a_joule_created_is_taken_out_and_a_joule_lost_is_given_back() {

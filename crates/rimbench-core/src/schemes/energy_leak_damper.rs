@@ -8,7 +8,7 @@
 //! received  Σ u_λ · ½ (w⁻ + w⁺) δ_m        sent  Σ λ_j · ½ (w_j⁻ + w_j⁺) δ        pool E ← E + received − sent
 //! damper    f = −μ w(t_k),   μ = E⁺ / (H w(t_k)²),   |f| ≤ γ |λ(t_k)|           u_λ = λ(t_k) + f
 //! ```
-//! The work of the damper is part of what is received, so a joule taken out leaves the pool by itself. −E is the interface
+//! The work of the damper is part of what is received, so a joule taken out leaves E by itself. −E is the interface
 //! residual of the energy audit, to round-off where the interface row `A_i` is constant; where it turns, the audit has the row of
 //! the start of a step and the pool, which sees velocities only, that of both ends. [`SchemeReport::dissipated_j`] says how much the damper took: the ledger.
 //! **Needs** a force–displacement coupling and force return `held`, else its force would not arrive. **Order** 1 in H, that of
@@ -50,37 +50,11 @@ fn damper(rows: usize, bound: f64) -> EnergyCorrectingHold {
 mod tests {
     use super::*;
     use crate::cosim::{
-        Abilities, Attachments, Bounds, CommunicationGrid, CouplingScheme, EnergyAccount, ForceReturn,
-        InputPolynomials, MacroStep, MechanicsSteps, MicroStep, OilLines, OutputRates, PerSide, Port, Ports, Quantity,
-        Sample, Sequence, Setup, Side, Subsystem, SubsystemCounters, Supervision, cosimulate,
+        Abilities, Attachments, Bounds, CommunicationGrid, CouplingScheme, ForceReturn, MechanicsSteps, PerSide, Port,
+        Ports, Quantity, Sequence, Setup, Subsystem, SubsystemCounters, Supervision, cosimulate, not_offered,
     };
     use crate::error::Failure;
-    use crate::interface_model::ReducedInterfaceModel;
-    use crate::name::Name;
-
-    /// One exchange and one step of each side, H = 1; returns the force on the mechanics.
-    fn macro_step(scheme: &mut EnergyCorrectingHold, index: usize, w: f64, force: f64) -> f64 {
-        let step = MacroStep { index, start: index as f64, length: 1.0 };
-        let y = [0.0, w];
-        let sample = Sample {
-            time: step.start,
-            y: &y,
-            model: None,
-            rates: None,
-            line_forces: None,
-            step,
-            actuator_micro_step: 1.0,
-        };
-        scheme.receive(Side::Mechanics, &sample).unwrap();
-        scheme.receive(Side::Actuator, &Sample { y: &[force], ..sample }).unwrap();
-        let at = MicroStep::new(step, 0, 1);
-        let mut u = [0.0, w];
-        scheme.input(Side::Actuator, at, &[force], &mut u).unwrap();
-        assert_eq!(u, [0.0, w]);
-        let mut u = [force];
-        scheme.input(Side::Mechanics, at, &y, &mut u).unwrap();
-        u[0]
-    }
+    use crate::schemes::energy_correcting_hold::macro_step;
 
     #[test]
     fn a_joule_created_is_a_joule_taken_out_worked_by_hand() {
@@ -152,46 +126,23 @@ mod tests {
     }
 
     impl Abilities for Half {
-        fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-            None
-        }
-        fn interface_model(&mut self, _h: f64, _model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
-            Ok(false)
-        }
-        fn output_rates(&mut self, _t: f64, _u: &[f64], _rates: &mut OutputRates) -> Result<bool, Failure> {
-            Ok(false)
-        }
-        fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-            None
-        }
+        not_offered!(
+            empty_interface_model,
+            interface_model,
+            output_rates,
+            input_polynomials,
+            use_second_order,
+            joint_steps,
+            oil_lines,
+            observables,
+            observe,
+            interface_displacement,
+            energy_identity_residual,
+            energy_account,
+        );
 
-        fn use_second_order(&mut self, _rule: crate::cosim::SecondOrder) -> Result<(), &'static str> {
-            Err(crate::cosim::FIRST_ORDER_ONLY)
-        }
-
-        fn joint_steps(&mut self) -> Option<&mut dyn crate::cosim::JointSteps> {
-            None
-        }
-
-        fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-            None
-        }
-
-        fn observables(&mut self) -> &[Name] {
-            &[]
-        }
-        fn observe(&mut self, _h: f64, _row: &mut [f64]) {}
         fn interface_work(&mut self) -> Option<f64> {
             Some(self.work)
-        }
-        fn interface_displacement(&mut self) -> Option<&[f64]> {
-            None
-        }
-        fn energy_identity_residual(&mut self) -> Option<f64> {
-            None
-        }
-        fn energy_account(&mut self) -> Option<EnergyAccount> {
-            None
         }
     }
 
@@ -228,9 +179,9 @@ mod tests {
         let terms = 2.0 * 5.0 * report.work.cosim.macro_steps as f64;
         let round_off = terms * f64::EPSILON * 2.0 * mass.turnover;
         assert!(
-            (scheme.pool.energy() + residual).abs() <= round_off,
+            (scheme.created.energy() + residual).abs() <= round_off,
             "{} J in the pool, {residual} J",
-            scheme.pool.energy()
+            scheme.created.energy()
         );
     }
 

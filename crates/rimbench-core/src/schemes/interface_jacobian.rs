@@ -201,15 +201,7 @@ mod tests {
         (model.h[0], model.w[0], model.position[0], model.mechanics_step) = (1.0, w, s, h);
         let step = MacroStep { index: 0, start: 0.0, length: h };
         let y = [s, w];
-        let sample = Sample {
-            time: 0.0,
-            y: &y,
-            model: Some(&model),
-            rates: None,
-            line_forces: None,
-            step,
-            actuator_micro_step: h,
-        };
+        let sample = Sample { model: Some(&model), ..Sample::of_outputs(step, &y, h) };
         scheme.receive(Side::Mechanics, &sample).unwrap();
         let mut rates = OutputRates::zeros(1, 2);
         rates.feedthrough[0] = -1.0;

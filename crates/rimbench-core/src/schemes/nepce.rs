@@ -224,7 +224,7 @@ mod tests {
 
     fn sample(y: &[f64], index: usize) -> Sample<'_> {
         let time = index as f64;
-        Sample { time, y, model: None, rates: None, line_forces: None, step: step(index), actuator_micro_step: 1.0 }
+        Sample { time, ..Sample::of_outputs(step(index), y, 1.0) }
     }
 
     fn nepce() -> Nepce {

@@ -120,15 +120,7 @@ mod tests {
         for (mass, y) in [(2.0, [1.0, 3.0]), (0.5, [4.0, -1.0])] {
             let mut model = ReducedInterfaceModel::zeros(0, 1);
             (model.h[0], model.a[0], model.w[0]) = (1.0 / mass, 7.0, y[1]);
-            let sample = Sample {
-                time: 0.0,
-                y: &y,
-                model: Some(&model),
-                rates: None,
-                line_forces: None,
-                step,
-                actuator_micro_step: 0.5,
-            };
+            let sample = Sample { model: Some(&model), ..Sample::of_outputs(step, &y, 0.5) };
             scheme.receive(Side::Mechanics, &sample).unwrap();
             assert_eq!(scheme.report().effective_mass, Some(2.0));
             let mut u = [0.0; 2];

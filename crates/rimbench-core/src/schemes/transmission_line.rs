@@ -234,15 +234,7 @@ mod tests {
         // K = 4 N/m by Ḟ = −4 w: Z = 2.
         let rates = OutputRates { rate_gain: vec![0.0, -4.0], ..OutputRates::zeros(1, 2) };
         let step = MacroStep { index, start: index as f64, length: 1.0 };
-        let sample = Sample {
-            time: step.start,
-            y: &y,
-            model: Some(&model),
-            rates: None,
-            line_forces: None,
-            step,
-            actuator_micro_step: 1.0,
-        };
+        let sample = Sample { model: Some(&model), ..Sample::of_outputs(step, &y, 1.0) };
         scheme.receive(Side::Mechanics, &sample).unwrap();
         let sample = Sample { y: &[force], model: None, rates: Some(&rates), ..sample };
         scheme.receive(Side::Actuator, &sample).unwrap();

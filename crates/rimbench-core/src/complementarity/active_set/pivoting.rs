@@ -1,12 +1,7 @@
 //! Keller's pivots: from the active set at hand to one that solves the problem.
 
-use super::{ActiveSet, DEPENDENT, NEGLIGIBLE};
+use super::{ActiveSet, DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE};
 use crate::complementarity::{Lcp, SolveStats, Unsolved};
-
-/// A violation on an unblocked ray up to this part of `‖q‖_∞` is rounding, not a proof of infeasibility.
-const RAY_NOISE: f64 = 1e-10;
-/// A component of the direction below this part (squared, scaled by the diagonals) does not block.
-const NO_MOTION: f64 = 1e-24;
 
 /// How a drive ended.
 enum Drive {

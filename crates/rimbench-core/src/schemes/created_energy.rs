@@ -4,10 +4,10 @@ use crate::error::Failure;
 
 /// One row of the interface.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct PoolRow {
+pub(super) struct CreatedRow {
     /// Force handed to the mechanics, without the correction.
     pub(super) force: f64,
-    /// Force that a scheme adds because of the pool.
+    /// Force that a scheme adds because of it.
     pub(super) correction: f64,
     /// Velocity of the mechanics at the start of its step, whose work is still to be counted.
     velocity_before: f64,
@@ -18,10 +18,10 @@ pub(super) struct PoolRow {
 /// ```text
 /// received  Σ u_λ · ½ (w⁻ + w⁺) δ_m        sent  Σ λ_j · ½ (w_j⁻ + w_j⁺) δ        E = received − sent
 /// ```
-/// The work of a correction is part of what is received, so a joule taken out leaves the pool by itself.
+/// The work of a correction is part of what is received, so a joule taken out leaves E by itself.
 #[derive(Debug, Clone)]
-pub(super) struct EnergyPool {
-    pub(super) rows: Vec<PoolRow>,
+pub(super) struct CreatedEnergy {
+    pub(super) rows: Vec<CreatedRow>,
     /// Length of the mechanics' step whose work is still to be counted, s; 0 if there is none.
     open: f64,
     sent: f64,
@@ -29,9 +29,9 @@ pub(super) struct EnergyPool {
     taken_out: f64,
 }
 
-impl EnergyPool {
+impl CreatedEnergy {
     pub(super) fn new(rows: usize) -> Self {
-        EnergyPool { rows: vec![PoolRow::default(); rows], open: 0.0, sent: 0.0, received: 0.0, taken_out: 0.0 }
+        CreatedEnergy { rows: vec![CreatedRow::default(); rows], open: 0.0, sent: 0.0, received: 0.0, taken_out: 0.0 }
     }
 
     /// E, J.
