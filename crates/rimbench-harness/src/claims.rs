@@ -256,7 +256,7 @@ fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<Checked
     }
     let measured = claim.measured(&samples);
     let interval = match claim.statistic {
-        Statistic::Median => claim.interval(&samples),
+        Statistic::Median | Statistic::Order => claim.interval(&samples),
         _ => None,
     };
     let without_exact = match samples.iter().any(|sample| sample.exact) {
@@ -350,6 +350,9 @@ fn samples(claim: &Claim, of: Of, label: &str, runs: &ResultsTable, basis: &mut 
         metric => runs.column(metric)?,
     };
     let [phase, exact] = ["phase", "model_exact"].map(|name| runs.column(name).ok());
+    let uncertainty = uncertainty_of(&claim.metric).and_then(|name| runs.column(name).ok());
+    // Of an error no larger than what the reference may be wrong by, nothing is known but that it is small.
+    let unknown = |row: usize, error: f64| uncertainty.is_some_and(|column| error <= runs.number(row, column));
     let problem = |row: usize| (runs.text(row, case), runs.text(row, set));
     let is_exact = |&row: &usize| exact.is_some_and(|exact| runs.text(row, exact) == "true");
     let exact: BTreeSet<_> = (0..runs.len()).filter(is_exact).map(problem).collect();
@@ -365,6 +368,7 @@ fn samples(claim: &Claim, of: Of, label: &str, runs: &ResultsTable, basis: &mut 
             "diverged_at_s" if ended != "diverged" => f64::NAN,
             // What a run that did not complete has is no point on the way to H = 0.
             _ if claim.statistic == Statistic::Order && ended != "completed" => f64::NAN,
+            _ if claim.statistic == Statistic::Order && unknown(row, runs.number(row, value)) => f64::NAN,
             _ => runs.number(row, value),
         };
         if number.is_nan() {
@@ -382,6 +386,15 @@ fn samples(claim: &Claim, of: Of, label: &str, runs: &ResultsTable, basis: &mut 
         }
     }
     Ok(samples)
+}
+
+/// Column of `runs.csv` that says how far the reference of a metric may be off, where it is an error of force or position.
+fn uncertainty_of(metric: &str) -> Option<&'static str> {
+    match metric {
+        "force_error_rms_n" | "force_error_l1_n" | "force_error_max_n" => Some("reference_force_uncertainty_n"),
+        "position_error_rms_m" | "position_error_end_m" => Some("reference_position_uncertainty_m"),
+        _ => None,
+    }
 }
 
 impl Claim {
@@ -417,7 +430,9 @@ impl Claim {
         match self.metric.as_str() {
             "diverged" => "skipped, timed out or failed by a defect",
             "diverged_at_s" => "not diverged",
-            _ if self.statistic == Statistic::Order => "not completed, or without a value",
+            _ if self.statistic == Statistic::Order => {
+                "not completed, without a value, or within the reference's uncertainty"
+            }
             _ => "without a value",
         }
     }
@@ -502,6 +517,32 @@ mod tests {
         assert!(claim.quantity.contains("(2 of 5 runs left out: not completed"), "{}", claim.quantity);
         assert_eq!(claim.run_ids, "0 1 2");
         assert_eq!(checked("metric = \"error\"\nstatistic = \"max\"", &rows).measured, Some(1e9));
+    }
+
+    #[test]
+    fn an_order_has_an_interval_over_phases_and_leaves_out_what_the_reference_cannot_tell_from_zero() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.csv");
+        let mut rows = String::from(
+            "run_id,label,case,set,macro_step_s,phase,outcome,position_error_rms_m,outcome_at_s,\
+             reference_position_uncertainty_m\n",
+        );
+        // Second order down to an uncertainty of 1e-6 m, where the errors stay; every phase has a constant of its own.
+        for (phase, constant) in [(0.25, 0.5), (0.5, 1.0), (0.75, 1.5), (1.0, 3.0)] {
+            for step in [1e-3, 2e-3, 4e-3, 8e-3_f64] {
+                let error = (constant * step * step).max(1e-6);
+                rows += &format!("r,x,box,,{step},{phase},completed,{error},,1e-6\n");
+            }
+        }
+        std::fs::write(&path, rows).unwrap();
+        let claim = "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nexpect = \">= 0\"\n\
+                     finding = \"reproduced\"\nmetric = \"position_error_rms_m\"\nstatistic = \"order\"";
+        let order = check(&toml::from_str(claim).unwrap(), "e", &ResultsTable::read(&path).unwrap()).unwrap();
+        // Two runs lie at 1e-6 m: those of 1 ms with constants of at most 1.
+        assert!(order.quantity.contains("(2 of 16 runs left out"), "{}", order.quantity);
+        let (low, high) = (order.low.unwrap(), order.high.unwrap());
+        assert!(low <= 2.0 && 2.0 <= high && low < order.measured.unwrap() + 1e-12, "{low} {high}");
+        assert!(high - low < 0.8, "{low} {high}");
     }
 
     #[test]
