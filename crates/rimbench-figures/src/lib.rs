@@ -22,7 +22,8 @@
 //! its backends lack: dash patterns, and positions and widths between pixels, which a finer grid makes up for.
 //!
 //! On top of the toolkit stand the figures of the report ([`FigureList`], from `paper/figures.toml`), read from result
-//! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the report itself ([`write_report`]).
+//! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the report itself ([`write_report`]) with the
+//! part that simulates (`live_part`).
 
 pub mod chart;
 pub mod drawing;
@@ -44,6 +45,7 @@ mod guides;
 mod hatch;
 mod inset;
 mod legend;
+mod live_part;
 mod marker;
 mod page;
 mod paint;

@@ -2,21 +2,23 @@
 
 use super::claims_table::claims_markdown;
 use super::figures::FigureList;
+use super::live_part;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::results_table::ResultsTable;
 use std::fmt::Write;
 use std::path::Path;
 
-const STYLE: &str = "body{max-width:76rem;margin:2rem auto;padding:0 1rem;font:16px/1.55 Inter,Helvetica,Arial,sans-serif;\
-color:#22262b}table{border-collapse:collapse;font-size:14px;margin:1rem 0}td,th{border-bottom:1px solid #e4e7ea;\
+const STYLE: &str = "body{max-width:76rem;margin:2rem auto;padding:0 1rem;font:16px/1.55 Inter,Helvetica,Arial,sans-serif}\
+table{border-collapse:collapse;font-size:14px;margin:1rem 0}td,th{border-bottom:1px solid;\
 padding:.35rem .6rem;text-align:left;vertical-align:top}figure{margin:2rem 0}figure svg{width:100%;height:auto}\
-figcaption{font-size:14px;color:#5b626a}code{font-size:90%}";
+figcaption{font-size:14px}code{font-size:90%}";
 
 /// Fills the Markdown source, given as name and text, and writes `claims.md` and `report.html` below `results/<group>`.
 ///
 /// ```text
 /// {{claims}}        the table of claims
+/// {{try}}           the part that simulates in the browser
 /// {{figure:ID}}     the figure with its caption and the names of its files
 /// {{reference}}     uncertainty and order of the reference
 /// {{parameters}}    the parameters of the case
@@ -36,6 +38,7 @@ pub fn write_report(source: (&Path, &str), results: &Path, group: &str, figures:
         filled.push_str(before);
         match place.split_once(':') {
             None if place == "claims" => filled.push_str(&claims),
+            None if place == "try" => filled.push_str(live_part::SECTION),
             None if place == "reference" => filled.push_str(&reference_table(&folder)?),
             None if place == "parameters" => filled.push_str(&parameter_table(&folder)?),
             Some(("figure", id)) => filled.push_str(&figure(results, figures, id)?),
@@ -47,9 +50,15 @@ pub fn write_report(source: (&Path, &str), results: &Path, group: &str, figures:
     let mut html = String::new();
     let options = pulldown_cmark::Options::ENABLE_TABLES;
     pulldown_cmark::html::push_html(&mut html, pulldown_cmark::Parser::new_ext(&filled, options));
+    // A wide table scrolls by itself on a narrow screen.
+    let html = html.replace("<table>", "<div class=\"table\"><table>").replace("</table>", "</table></div>");
+    let scripts = if text.contains("{{try}}") { live_part::scripts() } else { String::new() };
     let page = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>rimbench: reproduction</title>\
-         <style>{STYLE}</style></head>\n<body>\n{html}</body></html>\n"
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <title>rimbench: reproduction</title>\
+         <style>{STYLE}{}</style></head>\n<body>\n<main>\n{html}</main>\n{scripts}</body></html>\n",
+        live_part::STYLE
     );
     write(&folder.join("report.html"), &page)
 }

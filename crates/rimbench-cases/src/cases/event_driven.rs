@@ -81,7 +81,7 @@ impl DrivenMass {
 
     fn initial_state(&self) -> State {
         let a = &self.actuator;
-        let (sine, cosine) = a.base.phase.sin_cos();
+        let (sine, cosine) = libm::sincos(a.base.phase);
         let [position, velocity] = if a.carriage_mass > 0.0 {
             a.start
         } else {

@@ -132,12 +132,12 @@ mod tests {
         let (e, d) = (get("restitution"), get("stop_position_m"));
         let own = (get("spring_stiffness_n_m") / get("mass_kg")).sqrt();
         let steady = own * own * get("base_amplitude_m") / (own * own - omega * omega);
-        let slope = (1.0 + e) / (2.0 * own * (own * TAU * n / (2.0 * omega)).tan());
+        let slope = (1.0 + e) / (2.0 * own * libm::tan(own * TAU * n / (2.0 * omega)));
         let side = (1.0 - e) / (2.0 * omega);
         // (slope² + side²) V² + 2 d slope V + d² − X² = 0, the larger root.
         let (a, b, c) = (slope * slope + side * side, 2.0 * d * slope, d * d - steady * steady);
         let v = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
-        (v, ((d + slope * v) / steady).atan2(side * v / steady))
+        (v, libm::atan2((d + slope * v) / steady, side * v / steady))
     }
 
     /// The case at a frequency (Hz), started just after the impact of that orbit.

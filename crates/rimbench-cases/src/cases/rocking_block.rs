@@ -91,7 +91,7 @@ fn own() -> Vec<Parameter> {
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
     let (mass, b, h) = (get("block_mass_kg"), get("half_width_m"), get("half_height_m"));
-    let (angle, overturns) = (get("start_angle_rad"), b.atan2(h));
+    let (angle, overturns) = (get("start_angle_rad"), libm::atan2(b, h));
     if angle >= overturns {
         let expected = format!("below atan(b/h) = {overturns:.6} rad, where the block falls over");
         return Err(Error::invalid("start_angle_rad", angle, expected));

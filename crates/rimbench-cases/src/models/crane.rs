@@ -143,8 +143,8 @@ impl MechanicalModel for Crane {
     }
 
     fn prepare(&mut self, q: &[f64], _v: &[f64]) {
-        self.sin = [q[0].sin(), q[1].sin()];
-        self.cos = [q[0].cos(), q[1].cos()];
+        self.sin = [libm::sin(q[0]), libm::sin(q[1])];
+        self.cos = [libm::cos(q[0]), libm::cos(q[1])];
     }
 
     fn empty_mass_matrix(&self) -> MassMatrix {

@@ -41,7 +41,7 @@ impl CraneWithRope {
     pub fn new(mut geometry: CraneGeometry, ground_height: f64) -> Result<Self> {
         geometry.start_angles[1] = -std::f64::consts::FRAC_PI_2;
         let crane = Crane::new(geometry)?;
-        let load = geometry.link_1_length * geometry.start_angles[0].sin() - geometry.link_2_length;
+        let load = geometry.link_1_length * libm::sin(geometry.start_angles[0]) - geometry.link_2_length;
         if load < ground_height {
             return Err(Error::Incompatible(format!(
                 "impossible geometry: the load would start at a height of {load:.6} m, inside the ground at \
@@ -72,13 +72,13 @@ impl MechanicalModel for CraneWithRope {
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         let g = &self.geometry;
-        let (sin, cos) = g.start_angles[0].sin_cos();
+        let (sin, cos) = libm::sincos(g.start_angles[0]);
         let load = [g.link_1_length * cos, g.link_1_length * sin - g.link_2_length];
         (vec![g.start_angles[0], load[0], load[1]], vec![0.0; 3])
     }
 
     fn prepare(&mut self, q: &[f64], v: &[f64]) {
-        let (sin, cos) = q[0].sin_cos();
+        let (sin, cos) = libm::sincos(q[0]);
         self.tip_rate = self.geometry.link_1_length * Vector2::new(-sin, cos);
         self.crane.prepare(&[q[0], -std::f64::consts::FRAC_PI_2], &[v[0], 0.0]);
     }

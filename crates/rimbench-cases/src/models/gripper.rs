@@ -1,5 +1,6 @@
 //! Mechanics of a gripper: two jaws on a rail close on a box that stands on the floor.
 
+use super::rotation::rotation;
 use nalgebra::{Rotation2, Vector2};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
@@ -95,7 +96,7 @@ impl MechanicalModel for Gripper {
     }
 
     fn prepare(&mut self, q: &[f64], _v: &[f64]) {
-        self.rotation = Rotation2::new(q[4]);
+        self.rotation = rotation(q[4]);
     }
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {

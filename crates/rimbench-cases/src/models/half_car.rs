@@ -93,7 +93,7 @@ impl HalfCar {
             return [0.0; 3];
         }
         let k = std::f64::consts::TAU / g.wavelength;
-        let (sin, cos) = (k * along).sin_cos();
+        let (sin, cos) = libm::sincos(k * along);
         let half = 0.5 * g.road_height;
         [half * (1.0 - cos), half * k * sin, half * k * k * cos]
     }
@@ -111,7 +111,7 @@ impl MechanicalModel for HalfCar {
     }
 
     fn prepare(&mut self, q: &[f64], _v: &[f64]) {
-        (self.sin, self.cos) = q[2].sin_cos();
+        (self.sin, self.cos) = libm::sincos(q[2]);
     }
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {

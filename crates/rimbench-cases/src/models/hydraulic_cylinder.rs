@@ -45,7 +45,7 @@ impl Spool {
         match self.sine {
             None => self.line_at(t),
             Some(Sine { centre, frequency }) => {
-                centre * (1.0 - self.line_at(t) * (std::f64::consts::TAU * frequency * t).sin())
+                centre * (1.0 - self.line_at(t) * libm::sin(std::f64::consts::TAU * frequency * t))
             }
         }
     }

@@ -76,9 +76,9 @@ mod tests {
         assert_relative_eq!(at(0.5, 0.26).gap, 0.0, epsilon = 1e-15);
         // A disc that rolls around the vertex keeps its gap.
         let angle = 0.1_f64;
-        let vertex = at(1.0 + 0.2 * angle.sin(), 0.06 + 0.2 * angle.cos());
+        let vertex = at(1.0 + 0.2 * libm::sin(angle), 0.06 + 0.2 * libm::cos(angle));
         assert_relative_eq!(vertex.gap, 0.0, epsilon = 1e-15);
-        assert_relative_eq!(vertex.normal, Vector2::new(angle.sin(), angle.cos()), epsilon = 1e-14);
+        assert_relative_eq!(vertex.normal, Vector2::new(libm::sin(angle), libm::cos(angle)), epsilon = 1e-14);
         assert_relative_eq!(vertex.curvature, 5.0, epsilon = 1e-12);
         // Both borders of the vertex region.
         for (inside, outside) in [((1.0 + 1e-9, 0.26), (1.0 - 1e-9, 0.26)), ((1.0297, 0.2578), (1.0298, 0.2578))] {

@@ -17,6 +17,7 @@ mod line_masses;
 mod modal_beam;
 mod pressure_coupling;
 mod published_driver;
+mod rotation;
 mod spring_actuator;
 mod supported_box;
 mod two_masses;

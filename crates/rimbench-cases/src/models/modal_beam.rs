@@ -24,8 +24,8 @@ impl BeamSupport {
                 let mut beta = (mode as f64 - 0.5) * PI;
                 // Newton on cos β + 1/cosh β, which does not overflow; quadratic from a start that is off by 0.3 at most.
                 for _ in 0..20 {
-                    let sech = 1.0 / beta.cosh();
-                    beta -= (beta.cos() + sech) / (-beta.sin() - sech * beta.tanh());
+                    let sech = 1.0 / libm::cosh(beta);
+                    beta -= (libm::cos(beta) + sech) / (-libm::sin(beta) - sech * libm::tanh(beta));
                 }
                 beta
             }
@@ -42,11 +42,12 @@ impl BeamSupport {
     pub fn shape(self, mode: usize, xi: f64) -> f64 {
         let beta = self.wave_number(mode);
         match self {
-            BeamSupport::Pinned => std::f64::consts::SQRT_2 * (beta * xi).sin(),
+            BeamSupport::Pinned => std::f64::consts::SQRT_2 * libm::sin(beta * xi),
             BeamSupport::Clamped => {
-                let excess = ((-beta).exp() + beta.cos() - beta.sin()) / (beta.sinh() + beta.sin());
-                let bend = (-beta * xi).exp() - excess * (beta * xi).sinh();
-                bend - (beta * xi).cos() + (1.0 + excess) * (beta * xi).sin()
+                let excess =
+                    (libm::exp(-beta) + libm::cos(beta) - libm::sin(beta)) / (libm::sinh(beta) + libm::sin(beta));
+                let bend = libm::exp(-beta * xi) - excess * libm::sinh(beta * xi);
+                bend - libm::cos(beta * xi) + (1.0 + excess) * libm::sin(beta * xi)
             }
         }
     }

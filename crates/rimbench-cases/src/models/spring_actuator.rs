@@ -26,7 +26,7 @@ impl BaseMotion {
     #[inline]
     pub fn at(&self, t: f64) -> [f64; 3] {
         let omega = self.angular_frequency;
-        let (sine, cosine) = (omega * t + self.phase).sin_cos();
+        let (sine, cosine) = libm::sincos(omega * t + self.phase);
         let swing = self.amplitude * sine;
         [self.position + swing, self.amplitude * omega * cosine, -omega * omega * swing]
     }
@@ -264,7 +264,7 @@ mod tests {
     fn a_carriage_without_mass_moves_with_the_base() {
         let mut actuator = SpringActuator::new(parameters(0.0)).unwrap();
         actuator.step(0.0, &[0.0, 0.0], 0.25).unwrap();
-        let expected = 0.1 + 0.05 * (12.0_f64 * 0.25 + 0.4).sin();
+        let expected = 0.1 + 0.05 * libm::sin(12.0_f64 * 0.25 + 0.4);
         approx::assert_relative_eq!(actuator.carriage()[0], expected, epsilon = 1e-15);
     }
 

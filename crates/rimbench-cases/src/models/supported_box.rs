@@ -1,6 +1,7 @@
 //! Mechanics of a box on any number of supports, with discs on ledges beside it: the wedge box, multiplied. No friction.
 
 use super::ledge::Ledge;
+use super::rotation::rotation;
 use super::washboard::Washboard;
 use nalgebra::{Rotation2, Vector2};
 use rimbench_core::error::{Error, Result};
@@ -89,7 +90,7 @@ impl SupportedBox {
         debug_assert!(geometry.supports.len() >= NAMED_SUPPORTS && geometry.discs.len() <= 2);
         let g = &geometry;
         let (angle, height) = start_pose(g)?;
-        let rotation = Rotation2::new(angle);
+        let rotation = rotation(angle);
         let centre = Vector2::new(0.0, height);
         let place = |point: [f64; 2]| centre + rotation * Vector2::from(point);
         let mut start = vec![centre.x, centre.y, angle];
@@ -116,7 +117,7 @@ impl SupportedBox {
     /// Returns the actuator length at the start, m.
     pub fn start_length(&self) -> f64 {
         let centre = Vector2::new(self.start[0], self.start[1]);
-        (centre + Rotation2::new(self.start[2]) * Vector2::from(self.geometry.attachment) - self.ground_pin).norm()
+        (centre + rotation(self.start[2]) * Vector2::from(self.geometry.attachment) - self.ground_pin).norm()
     }
 
     fn check_start(&self) -> Result<()> {
@@ -179,7 +180,7 @@ fn start_pose(g: &SupportedBoxGeometry) -> Result<(f64, f64)> {
 
 /// Height of a point of the box above its centre, m.
 fn turned_height(point: [f64; 2], angle: f64) -> f64 {
-    point[0] * angle.sin() + point[1] * angle.cos()
+    point[0] * libm::sin(angle) + point[1] * libm::cos(angle)
 }
 
 /// The angle, of the two closest to level, at which `to` is `rise` (m) above `from`.
@@ -193,8 +194,8 @@ fn level_angle(from: [f64; 2], to: [f64; 2], rise: f64) -> Result<f64> {
         )));
     }
     // across.x sin θ + across.y cos θ = rise.
-    let (sum, offset) = ((rise / reach).asin(), across.y.atan2(across.x));
-    let wrap = |angle: f64| angle.sin().atan2(angle.cos());
+    let (sum, offset) = (libm::asin(rise / reach), libm::atan2(across.y, across.x));
+    let wrap = |angle: f64| libm::atan2(libm::sin(angle), libm::cos(angle));
     let (first, second) = (wrap(sum - offset), wrap(std::f64::consts::PI - sum - offset));
     Ok(if first.abs() < second.abs() { first } else { second })
 }
@@ -215,7 +216,7 @@ impl MechanicalModel for SupportedBox {
     }
 
     fn prepare(&mut self, q: &[f64], _v: &[f64]) {
-        self.rotation = Rotation2::new(q[2]);
+        self.rotation = rotation(q[2]);
     }
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {

@@ -50,7 +50,7 @@ impl CouplingElement {
     /// part with `rate` (m/s).
     #[inline]
     pub fn tension(&self, elongation: f64, rate: f64) -> f64 {
-        let damper = if self.is_linear() { rate } else { rate.signum() * rate.abs().powf(self.exponent) };
+        let damper = if self.is_linear() { rate } else { rate.signum() * libm::pow(rate.abs(), self.exponent) };
         self.stiffness * elongation + self.damping * damper
     }
 
@@ -60,7 +60,7 @@ impl CouplingElement {
         if self.is_linear() || rate == 0.0 {
             self.damping
         } else {
-            self.damping * self.exponent * rate.abs().powf(self.exponent - 1.0)
+            self.damping * self.exponent * libm::pow(rate.abs(), self.exponent - 1.0)
         }
     }
 }

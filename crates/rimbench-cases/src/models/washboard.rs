@@ -22,7 +22,7 @@ impl Washboard {
         if x <= self.start || self.height == 0.0 {
             return [0.0; 3];
         }
-        let (sine, cosine) = (self.wave_number * (x - self.start)).sin_cos();
+        let (sine, cosine) = libm::sincos(self.wave_number * (x - self.start));
         let half = 0.5 * self.height;
         [half * (1.0 - cosine), half * self.wave_number * sine, half * self.wave_number * self.wave_number * cosine]
     }

@@ -1,7 +1,8 @@
 //! Mechanics of the wedge box: a box on two wedges, a disc on a revolute joint, floor, ledge and ramp, no friction.
 
 use super::ledge::Ledge;
-use nalgebra::{Rotation2, Vector2};
+use super::rotation::rotation;
+use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
@@ -77,8 +78,8 @@ impl WedgeBox {
             )));
         }
         // across.x sin θ + across.y cos θ = rise has two solutions; take the one closest to level.
-        let (sum, offset) = ((rise / reach).asin(), across.y.atan2(across.x));
-        let wrap = |angle: f64| angle.sin().atan2(angle.cos());
+        let (sum, offset) = (libm::asin(rise / reach), libm::atan2(across.y, across.x));
+        let wrap = |angle: f64| libm::atan2(libm::sin(angle), libm::cos(angle));
         let (first, second) = (wrap(sum - offset), wrap(std::f64::consts::PI - sum - offset));
         let angle = if first.abs() < second.abs() { first } else { second };
         let lead = g.ledge_lead;
@@ -120,7 +121,7 @@ impl WedgeBox {
     ) -> Result<Self> {
         let g = &geometry;
         let (tip, pin) = (Vector2::from(g.wedge_tip), Vector2::from(g.disc_pin));
-        let rotation = Rotation2::new(angle);
+        let rotation = rotation(angle);
         let centre = Vector2::new(0.0, -(rotation * tip).y);
         let disc = centre + rotation * pin;
         let corner_x = corner_x(disc, g.disc_radius)?;
@@ -173,7 +174,7 @@ impl MechanicalModel for WedgeBox {
     }
 
     fn prepare(&mut self, q: &[f64], _v: &[f64]) {
-        let rotation = Rotation2::new(q[2]);
+        let rotation = rotation(q[2]);
         let g = &self.geometry;
         let [tip_x, tip_y] = g.wedge_tip;
         self.arms =
@@ -271,6 +272,6 @@ impl MechanicalModel for WedgeBox {
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
         let normal = self.ledge.contact(Vector2::new(q[3], q[4]), self.geometry.disc_radius).normal;
-        row.copy_from_slice(&[q[0], q[1], q[2], normal.y.atan2(normal.x)]);
+        row.copy_from_slice(&[q[0], q[1], q[2], libm::atan2(normal.y, normal.x)]);
     }
 }

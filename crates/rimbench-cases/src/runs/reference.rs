@@ -117,9 +117,9 @@ impl Reference {
         let (mut uncertainty, mut order) = (Vec::with_capacity(columns), Vec::with_capacity(columns));
         for column in 0..columns {
             let (first, second) = (distance(&coarse, &middle, column), distance(&middle, &fine, column));
-            let observed = (first / second).log2();
+            let observed = libm::log2(first / second);
             let trusted = if observed.is_finite() { observed.clamp(0.5, best) } else { best };
-            uncertainty.push(second.max(0.5 * first) / (2.0_f64.powf(trusted) - 1.0));
+            uncertainty.push(second.max(0.5 * first) / (libm::pow(2.0_f64, trusted) - 1.0));
             order.push(if second > 0.0 { observed } else { f64::NAN });
         }
         let finest = Self::REFINEMENTS[Self::REFINEMENTS.len() - 1];

@@ -77,7 +77,7 @@ impl Driver {
                 Err(_) => f64::INFINITY,
             };
             let shortest = step.length <= rule.shortest * (1.0 + 1e-9);
-            let change = (SAFETY * error.powf(exponent)).clamp(CHANGE[0], CHANGE[1]);
+            let change = (SAFETY * libm::pow(error, exponent)).clamp(CHANGE[0], CHANGE[1]);
             // What is not a number asks for the smallest step.
             let change = if change.is_nan() { CHANGE[0] } else { change };
             length = (step.length * change).clamp(rule.shortest, grid.macro_step());

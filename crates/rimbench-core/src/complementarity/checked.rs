@@ -230,7 +230,7 @@ mod tests {
     fn pushed_row(n: usize, heavier: f64) -> (Vec<f64>, impl Fn(usize) -> Vec<f64>) {
         let coupling = |i: usize, j: usize| heavier * [2.0, -1.0, 0.0][i.abs_diff(j).min(2)];
         let m = (0..n * n).map(|k: usize| coupling(k / n, k % n)).collect();
-        (m, move |turn| (0..n).map(|i| (0.7 * i as f64 + 0.4 * turn as f64).sin() - 0.3).collect())
+        (m, move |turn| (0..n).map(|i| libm::sin(0.7 * i as f64 + 0.4 * turn as f64) - 0.3).collect())
     }
 
     #[test]
