@@ -1,0 +1,103 @@
+//! What a piece of a step shows of its contacts: which rest, which close, and what comes of those that collide.
+
+use super::SecondOrderSteps;
+use crate::error::Failure;
+use crate::mechanics::cubic::HermiteCubic;
+use crate::mechanics::mechanical_model::MechanicalModel;
+use crate::mechanics::non_smooth_mechanics::NonSmoothMechanics;
+
+/// A rebound that would be over within this share of the step counts as rest; what is cut off is a hop of the height
+/// `REST² a h²/8`.
+const REST: f64 = 0.05;
+/// How many times the last local error of a row its gap and velocity may be, to count as closed and at rest.
+const CONFIDENCE: f64 = 2.0;
+
+/// What ends a piece before the step does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Event {
+    Closing(usize),
+    Switch(usize),
+}
+
+impl SecondOrderSteps {
+    /// Counts contacts as resting whose gap and velocity are within what the steps themselves make of a resting contact.
+    ///
+    /// ```text
+    /// g ≤ C |e_g| H³ + rounding        |w| ≤ C |e_w| H² + rounding
+    /// e_g = (g⁺ − g − ½h (w + w⁺))/h³,  e_w = (A(q⁺) v⁺ − A_m v⁺ − ½h Ȧ v)/h²        of the last piece
+    /// ```
+    pub(super) fn note_rest(&mut self) {
+        for contact in 0..self.resting.len() {
+            let [gap, w] = self.tolerances(contact);
+            self.resting[contact] |= self.start.gap[contact] <= gap && self.start.w[contact].abs() <= w;
+        }
+    }
+
+    /// Gap (m) and velocity (m/s) up to which a contact cannot be told from one that rests.
+    fn tolerances(&self, contact: usize) -> [f64; 2] {
+        let [of_gap, of_velocity] = self.start.rounding;
+        let gap = CONFIDENCE * self.gap_error[contact] * self.length.powi(3) + of_gap;
+        let w = CONFIDENCE * self.velocity_error[contact] * self.length.powi(2) + of_velocity;
+        [gap, w.max(gap / self.length)]
+    }
+
+    /// Whether a contact is closed, does not rest, and closes further.
+    pub(super) fn collides_at_once(&self) -> bool {
+        (0..self.resting.len()).any(|contact| {
+            let [gap, w] = self.tolerances(contact);
+            !self.resting[contact] && self.start.gap[contact] <= gap && self.start.w[contact] < -w
+        })
+    }
+}
+
+impl<M: MechanicalModel> NonSmoothMechanics<M> {
+    /// Finds what happens first in a piece of `h` (s) that has been tried.
+    pub(super) fn first_event(&self, steps: &mut SecondOrderSteps, h: f64) -> Option<(f64, Event)> {
+        let (stepper, start) = (&self.stepper, &steps.start);
+        let mut first: Option<(f64, Event)> = None;
+        let mut note = |time: Option<f64>, event: Event| {
+            if let Some(time) = time
+                && first.is_none_or(|(earliest, _)| time < earliest)
+            {
+                first = Some((time, event));
+            }
+        };
+        for contact in (0..steps.resting.len()).filter(|&contact| !steps.resting[contact]) {
+            let rows = &stepper.eq3.unilateral;
+            let end = [rows.position[contact], rows.velocity(contact, &stepper.v)];
+            let course = HermiteCubic::new([start.gap[contact], start.w[contact]], end, h);
+            note(course.first_fall(), Event::Closing(contact));
+        }
+        self.model.switch_values(&stepper.q, &stepper.v, &mut steps.switches);
+        for (switch, (from, to)) in start.switches.iter().zip(&steps.switches).enumerate() {
+            if steps.passed != Some(switch) {
+                note(HermiteCubic::new(*from, *to, h).first_change(), Event::Switch(switch));
+            }
+        }
+        first
+    }
+
+    /// Lets all contacts collide that are closed where the system stands, `located` among them, and finds out which rest afterwards.
+    pub(super) fn pass_impact(&mut self, steps: &mut SecondOrderSteps, located: Option<usize>) -> Result<(), Failure> {
+        self.note_start(steps);
+        steps.set.clear();
+        for contact in 0..steps.resting.len() {
+            let [gap, w] = steps.tolerances(contact);
+            let closed = steps.start.gap[contact] <= gap && steps.start.w[contact] <= w;
+            if steps.resting[contact] || closed || located == Some(contact) {
+                steps.set.push(contact, 0.0);
+            }
+        }
+        self.stepper.collide(&mut steps.set)?;
+        self.linearise();
+        for slot in 0..steps.set.contacts.len() {
+            let contact = steps.set.contacts[slot];
+            let w = self.stepper.eq3.unilateral.velocity(contact, &self.stepper.v);
+            let pressed = -self.stepper.free_acceleration(contact, &steps.joint.force);
+            let [_, slow] = steps.tolerances(contact);
+            // A hop at velocity w under this acceleration is over after 2 w/a.
+            steps.resting[contact] = w <= slow.max(0.5 * REST * steps.length * pressed);
+        }
+        Ok(())
+    }
+}
