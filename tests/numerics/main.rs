@@ -38,4 +38,5 @@ mod scheme_identities;
 mod schemes;
 mod second_order;
 mod step_control;
+mod stiff_forces;
 mod wedge_box;

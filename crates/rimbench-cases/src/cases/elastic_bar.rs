@@ -16,7 +16,8 @@
 //! force over the contact is the quantity to compare; the contact of node 0 is plastic, which loses half the kinetic energy of that node,
 //! a fraction that falls with 1/N.
 //!
-//! The mechanics' own step is stable below the time in which a wave crosses an element, L/(N c) = 9.6 µs at the defaults.
+//! The mechanics' own step is stable below the time in which a wave crosses an element, L/(N c) = 9.6 µs at the defaults; steps of the
+//! second order are stable beyond.
 //!
 //! **Direct feedthrough** of the actuator, through its spring. **Reference**: monolithic, h, h/2, h/4.
 //!

@@ -2,7 +2,7 @@
 
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::mechanics::{MechanicalModel, ModelSize, StiffForces};
 use rimbench_core::name::Name;
 
 /// One mass.
@@ -72,6 +72,7 @@ pub struct LineDescription {
 /// ```text
 /// m_i ẍ_i = load_i − k_i (x_i − anchor_i) − c_i ẋ_i + springs + contacts + F [i driven]
 /// ```
+/// Where masses are tied to each other, steps of the second order that are long for that take springs and dampers implicitly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineMasses {
     line: LineDescription,
@@ -158,6 +159,28 @@ impl MechanicalModel for LineMasses {
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         rows.jacobian[self.line.driven] = 1.0;
         rows.position[0] = q[self.line.driven];
+    }
+
+    fn empty_stiff_forces(&self) -> Option<StiffForces> {
+        (!self.line.springs.is_empty()).then(|| StiffForces::zeros(self.line.masses.len(), false))
+    }
+
+    fn stiff_forces(&self, _q: &[f64], _v: &[f64], forces: &mut StiffForces) {
+        let n = self.line.masses.len();
+        let StiffForces { stiffness: MassMatrix::Dense(k), damping: MassMatrix::Dense(d) } = forces else { return };
+        k.fill(0.0);
+        for (i, body) in self.line.masses.iter().enumerate() {
+            k[i * n + i] = body.stiffness;
+            d[i * n + i] = body.damping;
+        }
+        for spring in &self.line.springs {
+            let [first, second] = spring.between;
+            for (row, column, sign) in
+                [(first, first, 1.0), (second, second, 1.0), (first, second, -1.0), (second, first, -1.0)]
+            {
+                k[row * n + column] += sign * spring.stiffness;
+            }
+        }
     }
 
     fn potential_energy(&self, q: &[f64]) -> f64 {

@@ -2,7 +2,7 @@
 
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
-use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::mechanics::{MechanicalModel, ModelSize, StiffForces};
 use rimbench_core::name::{Name, names};
 use std::f64::consts::PI;
 
@@ -89,7 +89,8 @@ pub struct BeamGeometry {
 /// w(x, t) = Σ φ_n(x/L) η_n(t)       ρAL (η̈_n + 2 ζ ω_n η̇_n + ω_n² η_n) = φ_n(x_a/L) F + Σ φ_n(x_s/L) P_s
 /// ω_n = (β_n L)² √(EI/(ρA L⁴))      g_s = w(x_s) + clearance
 /// ```
-/// Deflection is positive upwards. The semi-implicit step is stable below `2/ω_N`.
+/// Deflection is positive upwards. The semi-implicit step is stable below `2/ω_N`; steps of the second order that are too long for that
+/// take all of it implicitly (`K = ρAL ω_n²`, `D = 2 ζ ρAL ω_n`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModalBeam {
     geometry: BeamGeometry,
@@ -192,6 +193,19 @@ impl MechanicalModel for ModalBeam {
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         rows.jacobian.copy_from_slice(&self.at_actuator);
         rows.position[0] = combine(&self.at_actuator, q);
+    }
+
+    fn empty_stiff_forces(&self) -> Option<StiffForces> {
+        Some(StiffForces::zeros(self.geometry.modes, true))
+    }
+
+    fn stiff_forces(&self, _q: &[f64], _v: &[f64], forces: &mut StiffForces) {
+        if let StiffForces { stiffness: MassMatrix::Diagonal(k), damping: MassMatrix::Diagonal(d) } = forces {
+            for (omega, (k, d)) in self.frequencies.iter().zip(k.iter_mut().zip(d)) {
+                *k = self.modal_mass * omega * omega;
+                *d = 2.0 * self.geometry.damping_ratio * self.modal_mass * omega;
+            }
+        }
     }
 
     fn potential_energy(&self, q: &[f64]) -> f64 {

@@ -126,6 +126,44 @@ impl MassMatrix {
     }
 }
 
+impl MassMatrix {
+    /// Sets all entries to zero.
+    pub fn clear(&mut self) {
+        match self {
+            MassMatrix::Diagonal(entries) | MassMatrix::Dense(entries) => entries.fill(0.0),
+        }
+    }
+
+    /// Adds `factor` times another matrix of the same size, which must be diagonal if this one is.
+    pub fn add(&mut self, factor: f64, other: &MassMatrix) {
+        match (self, other) {
+            (MassMatrix::Diagonal(sum), MassMatrix::Diagonal(other))
+            | (MassMatrix::Dense(sum), MassMatrix::Dense(other)) => {
+                sum.iter_mut().zip(other).for_each(|(sum, other)| *sum += factor * other);
+            }
+            (MassMatrix::Dense(sum), MassMatrix::Diagonal(other)) => {
+                let n = other.len();
+                sum.iter_mut().step_by(n + 1).zip(other).for_each(|(sum, other)| *sum += factor * other);
+            }
+            (MassMatrix::Diagonal(_), MassMatrix::Dense(_)) => debug_assert!(false, "a diagonal keeps no dense matrix"),
+        }
+    }
+
+    /// Adds `factor · M x` to `out`.
+    pub fn add_product(&self, factor: f64, x: &[f64], out: &mut [f64]) {
+        match self {
+            MassMatrix::Diagonal(diagonal) => {
+                out.iter_mut().zip(diagonal.iter().zip(x)).for_each(|(out, (m, x))| *out += factor * m * x);
+            }
+            MassMatrix::Dense(dense) => {
+                out.iter_mut()
+                    .zip(dense.chunks_exact(x.len()))
+                    .for_each(|(out, row)| *out += factor * body_dot(row, x));
+            }
+        }
+    }
+}
+
 /// Mass, forces and rows at one state: the data of paper Eq. 3.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linearisation {

@@ -1,7 +1,9 @@
 //! One step of Eq. 1–3 through the reduced model of Eq. 4, once Eq. 3 is at hand: what does not depend on the mechanical model.
 
+mod implicit_step;
 mod middle_step;
 
+pub(super) use implicit_step::ImplicitPart;
 pub(super) use middle_step::ContactSet;
 
 use super::energy_ledger::EnergyLedger;
@@ -42,6 +44,8 @@ pub(super) struct ContactStepper {
     v_change: Vec<f64>,
     pub(super) eq3: Linearisation,
     elimination: Elimination,
+    /// Where steps of the second order take stiff forces implicitly.
+    pub(super) implicit: Option<Box<ImplicitPart>>,
     pub(super) eq4: ReducedInterfaceModel,
     /// Step for which `eq4` belongs to the present state, if it does.
     reduced_for: Option<f64>,
@@ -110,6 +114,7 @@ impl ContactStepper {
             v_mean: v.clone(),
             v_change: vec![0.0; size.velocities],
             elimination: Elimination::new(&eq3),
+            implicit: None,
             condensation: Condensation::of(&eq4),
             eq4,
             reduced_for: None,
@@ -234,7 +239,7 @@ impl ContactStepper {
 
     /// Writes the interface model at the present state for a step `h`.
     pub(super) fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), Failure> {
-        self.reduce(h)?;
+        self.reduce_for_model(h)?;
         self.find_closed();
         model.copy_from(&self.eq4);
         Ok(())
@@ -460,7 +465,7 @@ impl ContactStepper {
         }
         contact.fill(f64::NAN);
         contact[4] = self.impulses[..n_u].iter().sum::<f64>() / self.last_step;
-        if self.reduce(h).is_ok() {
+        if self.reduce_for_model(h).is_ok() {
             self.find_closed();
             self.eq4.closed_contacts(&mut self.closed);
             condense(&self.eq4, &self.closed, Redundancy::Drop, &mut self.condensation);

@@ -1,5 +1,6 @@
 //! What a case author writes about a mechanical system.
 
+use super::stiff_forces::StiffForces;
 use crate::interface_model::{MassMatrix, Rows};
 use crate::name::Name;
 
@@ -65,6 +66,15 @@ pub trait MechanicalModel: Send {
 
     /// Writes value and rate of each switch.
     fn switch_values(&self, _q: &[f64], _v: &[f64], _switches: &mut [[f64; 2]]) {}
+
+    /// Room for the stiffness and damping of forces that a step of the second order is to take implicitly; none where all forces are
+    /// taken as they are. A model whose fastest oscillation is of no interest, but sets the step, has some.
+    fn empty_stiff_forces(&self) -> Option<StiffForces> {
+        None
+    }
+
+    /// Writes them.
+    fn stiff_forces(&self, _q: &[f64], _v: &[f64], _forces: &mut StiffForces) {}
 
     /// Potential energy, J.
     fn potential_energy(&self, q: &[f64]) -> f64;

@@ -10,9 +10,11 @@ mod mechanical_model;
 mod monolithic;
 mod non_smooth_mechanics;
 mod second_order;
+mod stiff_forces;
 
 pub use contact_stepper::ContactLaw;
 pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelSize};
 pub use monolithic::{ReferenceSteps, monolithic};
 pub use non_smooth_mechanics::NonSmoothMechanics;
+pub use stiff_forces::StiffForces;

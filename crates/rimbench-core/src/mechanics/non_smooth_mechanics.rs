@@ -1,6 +1,6 @@
 //! A mechanical model with contacts, offered as a subsystem.
 
-use super::contact_stepper::{CONTACT_OBSERVABLES, ContactLaw, ContactStepper};
+use super::contact_stepper::{CONTACT_OBSERVABLES, ContactLaw, ContactStepper, ImplicitPart};
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::MechanicalModel;
 use super::second_order::{Drive, SecondOrderSteps};
@@ -122,6 +122,29 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     }
 }
 
+impl<M: MechanicalModel> NonSmoothMechanics<M> {
+    /// Finds what is stiff at a state, where steps take that implicitly.
+    pub(super) fn find_stiff_forces(&mut self, q: &[f64], v: &[f64]) {
+        if let Some(part) = &mut self.stepper.implicit {
+            self.model.stiff_forces(q, v, &mut part.forces);
+        }
+    }
+
+    /// Finds out whether a step of `h` (s) is to take it implicitly.
+    pub(super) fn choose_implicit(&mut self, h: f64) {
+        self.find_stiff_forces_here();
+        self.stepper.choose_implicit(h);
+    }
+
+    /// What is stiff where the system stands.
+    fn find_stiff_forces_here(&mut self) {
+        let ContactStepper { q, v, implicit, .. } = &mut self.stepper;
+        if let Some(part) = implicit {
+            self.model.stiff_forces(q, v, &mut part.forces);
+        }
+    }
+}
+
 /// Fills Eq. 3 at one state.
 fn fill<M: MechanicalModel>(model: &mut M, q: &[f64], v: &[f64], eq3: &mut Linearisation) {
     model.prepare(q, v);
@@ -176,6 +199,7 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        self.find_stiff_forces_here();
         self.stepper.interface_model(h, model)?;
         Ok(true)
     }
@@ -187,6 +211,8 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
         if self.stepper.is_sparse() {
             return Err("contacts by the dozen, of which few meet, are stepped by the semi-implicit rule");
         }
+        let stiff = self.model.empty_stiff_forces();
+        self.stepper.implicit = stiff.map(|forces| Box::new(ImplicitPart::new(&self.stepper.eq3, forces)));
         self.second_order = Some(Box::new(SecondOrderSteps::new(rule, &self.model)));
         Ok(())
     }
@@ -204,6 +230,7 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
         let (gaps, row) = row.split_at_mut(self.parts[1]);
         let (forces, contact) = row.split_at_mut(self.parts[2]);
         self.model.observe(&self.stepper.q, &self.stepper.v, own);
+        self.find_stiff_forces_here();
         self.stepper.observe(h, gaps, forces, contact);
     }
 

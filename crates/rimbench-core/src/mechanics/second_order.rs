@@ -77,6 +77,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         h: f64,
     ) -> Result<(), Failure> {
         steps.length = h;
+        self.choose_implicit(h);
         if !std::mem::replace(&mut steps.acceleration_known, true) {
             self.find_first_acceleration(steps, &mut drive, h)?;
         }

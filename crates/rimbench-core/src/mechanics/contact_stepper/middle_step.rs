@@ -54,24 +54,20 @@ impl ContactStepper {
     /// 0 ≤ A_u v⁺ + ½h Ȧ_u v + term ⟂ P_u ≥ 0      for the contacts of `set`
     /// A_b v⁺ + ½h Ȧ_b v + drift g_b = 0
     /// ```
-    /// Eq. 3 must be that of the middle, its convective terms halved, with the joint errors of the start. `drift` is the rate (1/s) at which joint errors
-    /// decay.
+    /// Eq. 3 must be that of the middle, its forces taken at `v_m`, its convective terms halved, with the joint errors of the start.
+    /// `drift` is the rate (1/s) at which joint errors decay. Stiff forces are taken implicitly ([`ImplicitPart`](super::ImplicitPart)).
     pub(in crate::mechanics) fn advance_from_middle(
         &mut self,
         lambda: &[f64],
         h: f64,
         drift: f64,
+        v_m: &[f64],
         set: &mut ContactSet,
     ) -> Result<(), Failure> {
-        self.elimination.reduce(&self.eq3, &self.v, h, drift * h, &mut self.eq4)?;
-        self.counters.eliminations += 1;
-        let n_u = self.eq4.contacts();
-        for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
-            *impulse = h * force;
-        }
-        self.solve_set(h, set)?;
-        self.elimination.velocity_after(h, &self.impulses, &mut self.v_next);
-        self.elimination.bilateral_impulses(h, &self.impulses, &mut self.p_b);
+        self.begin_implicit(h, v_m);
+        let solved = self.solve_middle(lambda, h, drift, set);
+        self.end_implicit(h);
+        solved?;
         self.book_energy(h);
         for (q, (v, v_next)) in self.q.iter_mut().zip(self.v.iter().zip(&self.v_next)) {
             *q += 0.5 * h * (v + v_next);
@@ -83,6 +79,20 @@ impl ContactStepper {
         if !self.q.iter().all(|x| x.is_finite()) {
             return Err(Failure::non_finite("mechanical state"));
         }
+        Ok(())
+    }
+
+    /// Finds velocity and impulses at the end of the step.
+    fn solve_middle(&mut self, lambda: &[f64], h: f64, drift: f64, set: &mut ContactSet) -> Result<(), Failure> {
+        self.elimination.reduce(&self.eq3, &self.v, h, drift * h, &mut self.eq4)?;
+        self.counters.eliminations += 1;
+        let n_u = self.eq4.contacts();
+        for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
+            *impulse = h * force;
+        }
+        self.solve_set(h, set)?;
+        self.elimination.velocity_after(h, &self.impulses, &mut self.v_next);
+        self.elimination.bilateral_impulses(h, &self.impulses, &mut self.p_b);
         Ok(())
     }
 

@@ -221,6 +221,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         }
         let before = self.stepper.kinetic_energy();
         self.linearise_at(q_m, v_m);
+        self.find_stiff_forces(q_m, v_m);
         let stabilisation = self.stepper.stabilisation();
         // However short a piece is, a drift decays as slowly as in the whole step: a piece of a nanosecond would make metres per
         // second of a nanometre.
@@ -239,7 +240,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         }
         eq3.bilateral.position.copy_from_slice(&start.joint_error);
         let turned = self.stepper.kinetic_energy() - before;
-        self.stepper.advance_from_middle(&joint.force, h, drift, set)?;
+        self.stepper.advance_from_middle(&joint.force, h, drift, v_m, set)?;
         let rows = &self.stepper.eq3.unilateral;
         for (contact, w) in row_velocity.iter_mut().enumerate() {
             *w = rows.velocity(contact, &self.stepper.v) + h * rows.convective[contact];
