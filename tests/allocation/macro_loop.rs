@@ -143,14 +143,20 @@ const MILLIMETRE: Option<ContactDetection> = Some(ContactDetection::Margin { wid
 /// The solver that is seen with all variants.
 const DEFAULT: &str = "active-set";
 
-/// The same run of a variant with both sides of the second order.
-fn of_second_order(variant: Variant) -> [Variant; 2] {
-    let with = |rule| Variant {
+/// The same run of a variant with both sides of the second order, and with the force returned to the pieces of the steps.
+fn of_second_order(variant: Variant) -> Vec<Variant> {
+    let with = |rule, force_return| Variant {
         integrators: (rule, ActuatorIntegrator::Midpoint),
         options: variant.options.clone(),
+        force_return,
         ..variant
     };
-    [with(MechanicsIntegrator::Midpoint), with(MechanicsIntegrator::EventSplit)]
+    let own = variant.force_return;
+    let mut variants = vec![with(MechanicsIntegrator::Midpoint, own), with(MechanicsIntegrator::EventSplit, own)];
+    if ForceReturn::Pieces.check(variant.sequence).is_ok() && own != ForceReturn::Held {
+        variants.push(with(MechanicsIntegrator::EventSplit, ForceReturn::Pieces));
+    }
+    variants
 }
 
 /// Runs all variants with some of the solvers; says how many there were, and how many came to the end.

@@ -1,7 +1,9 @@
 //! Mechanics and actuators of the second order: closed forms, orders, books, and what refuses them.
 
 use crate::support::*;
-use rimbench::cosim::{ActuatorIntegrator, MechanicsIntegrator, Outcome, SecondOrder, StopFlag};
+use rimbench::cosim::{
+    ActuatorIntegrator, EnergyReturn, ForceReturn, MechanicsIntegrator, MechanicsSteps, Outcome, SecondOrder, StopFlag,
+};
 use rimbench::mechanics::MechanicalModel;
 use rimbench::models::WedgeBox;
 use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec, evaluate};
@@ -207,6 +209,82 @@ fn the_books_close_to_round_off_whatever_the_integrators() {
     }
 }
 
+/// The same with the force returned to the pieces of the mechanics' steps.
+fn in_pieces(case: &str, macro_step: f64) -> RunSpec {
+    RunSpec { force_return: ForceReturn::Pieces, ..second_order(case, "rim-nonsmooth-gap", macro_step) }
+}
+
+#[test]
+fn a_force_that_jumps_at_a_rebound_leaves_order_two_where_every_piece_has_its_own() {
+    let reference = Reference::compute(&usual_spec("slider-between-stops", "zero-order-hold", 1e-3), StopFlag::never());
+    let reference = reference.unwrap();
+    let points = |force_return: ForceReturn| -> Vec<(f64, f64)> {
+        let of = |macro_step: f64| {
+            let errors = (1..=4).map(|phase| {
+                let phase = f64::from(phase) / 4.0;
+                let spec = RunSpec {
+                    force_return,
+                    micro_step: 12.5e-6,
+                    phase,
+                    ..in_pieces("slider-between-stops", macro_step)
+                };
+                let run = run(&spec);
+                let work = run.report.work;
+                let solves = work.sides.mechanics.micro_steps as f64 / work.cosim.macro_steps as f64;
+                assert!(
+                    macro_step > 5e-3 || solves < 1.5,
+                    "{force_return}, H = {macro_step}: {solves} solves per macro step"
+                );
+                metric(&spec, run, &reference, "position_error_rms_m")
+            });
+            (macro_step, median(errors.collect()).unwrap())
+        };
+        [3e-3, 5e-3, 7e-3, 10e-3, 14e-3, 20e-3].map(of).to_vec()
+    };
+    let (mean, pieces) = (points(ForceReturn::Mean), points(ForceReturn::Pieces));
+    let [of_mean, of_pieces] = [slope(&mean), slope(&pieces)];
+    // The misplaced impulse is of order H; in its place stands what the micro step leaves, and H².
+    assert!(of_mean < 1.3, "slope {of_mean} through {mean:?}");
+    assert!(of_pieces > 1.8, "slope {of_pieces} through {pieces:?}");
+    assert!(pieces.iter().zip(&mean).all(|(pieces, mean)| pieces.1 < 0.15 * mean.1), "{pieces:?}, {mean:?}");
+}
+
+#[test]
+fn without_events_one_step_in_pieces_is_as_many_steps_as_the_profile_has_where_the_matrices_are_constant() {
+    // Until the first disc is met, after 0.17 s.
+    let run_of = |spec: RunSpec| run(&RunSpec { duration: 0.15, phase: 0.6, ..spec });
+    let pieces = in_pieces("disc-row", 5e-3);
+    let profile =
+        RunSpec { force_return: ForceReturn::Profile, mechanics_steps: MechanicsSteps::AsActuator, ..pieces.clone() };
+    let mean = RunSpec { force_return: ForceReturn::Mean, ..pieces.clone() };
+    let [pieces, profile, mean] = [pieces, profile, mean].map(run_of);
+    let column = profile.trajectory.index_of("actuator_length_m").unwrap();
+    let distance = |run: &RunResult| {
+        let pairs = run.trajectory.column(column).zip(profile.trajectory.column(column));
+        pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+    };
+    // Positions of 1.5 m after 3000 steps of the one and 30 of the other, each rounded a few times.
+    assert!(distance(&pieces) < 3000.0 * 1.5 * f64::EPSILON, "{:e} m", distance(&pieces));
+    assert!(distance(&mean) > 1e-6, "{:e} m", distance(&mean));
+}
+
+#[test]
+fn the_books_close_where_every_piece_has_its_own_force() {
+    for case in ["wedge-box", "half-car", "gripper", "rocking-block"] {
+        for energy_return in [EnergyReturn::None, EnergyReturn::Pool] {
+            let mut spec = in_pieces(case, case_by_name(case).defaults.macro_step_s);
+            spec.model.as_mut().unwrap().energy_return = energy_return;
+            let run = run(&spec);
+            let name = format!("{case}, energy return {energy_return}");
+            assert_eq!(run.report.outcome, Outcome::Completed, "{name}");
+            let residual = run.report.energy_identity_residual_j.unwrap();
+            assert!(residual < 1e-10, "{name}: identity {residual} J");
+            let closure = run.report.audit.closure().unwrap();
+            assert!(closure.abs() < 1e-6, "{name}: closure {closure} J");
+        }
+    }
+}
+
 #[test]
 fn linearly_implicit_steps_close_their_books_on_the_beam_and_on_the_elastic_bar() {
     // Beyond 5.5 ms and 9.6 µs no explicit rule goes.
@@ -236,6 +314,9 @@ fn what_cannot_step_at_second_order_says_why() {
     };
     let event_split =
         |case: &str| RunRequest { mechanics_integrator: Some(EVENT_SPLIT), ..RunRequest::of(case, "zero-order-hold") };
+    let whole = RunRequest { force_return: Some(ForceReturn::Pieces), ..RunRequest::of("wedge-box", "rim-smooth") };
+    let message = whole.resolve(catalogue()).unwrap_err().to_string();
+    assert!(message.contains("`pieces`") && message.contains("`event-split`"), "{message}");
     let compliant =
         RunRequest { set: vec![("contact_compliance_m_n".into(), "1e-6".into())], ..event_split("wedge-box") };
     assert!(skipped(compliant).contains("contacts that give way"), "compliant contacts");

@@ -58,7 +58,7 @@ run_options! {
     scheme: String, "NAME";
     /// Order of the sides: jacobi, gauss-seidel (actuator first), gauss-seidel-mechanics-first
     sequence: Sequence, "ORDER";
-    /// What the mechanics receives: held, end, mean, profile
+    /// What the mechanics receives: held, end, mean, profile, pieces
     force_return: ForceReturn, "RETURN";
     /// The mechanics' own steps per macro step, or `all` for as many as the actuator takes; if not given 1, on linear cases all
     mechanics_steps: MechanicsSteps, "N";

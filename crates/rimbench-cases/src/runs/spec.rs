@@ -191,6 +191,13 @@ impl RunSpec {
         self.scheme.check_sequence(self.sequence)?;
         self.scheme.check_force_return(self.force_return)?;
         self.force_return.check(self.sequence)?;
+        if self.force_return == ForceReturn::Pieces && self.mechanics_integrator != MechanicsIntegrator::EventSplit {
+            return Err(Error::Incompatible(format!(
+                "force return `pieces` gives every piece of a split step its own force, and mechanics_integrator = {} splits none: use \
+                 `event-split`, or force return `mean` or `profile`",
+                self.mechanics_integrator
+            )));
+        }
         if let Some(model) = &self.model {
             model.check()?;
             self.scheme.detection(model.detection)?;

@@ -27,6 +27,8 @@ pub(crate) const NO_INTERFACE_MODEL: &str = "the mechanics offers no reduced int
 pub(crate) const NO_OUTPUT_RATES: &str = "the actuator offers no directional derivatives of its outputs";
 /// Likewise.
 pub(crate) const NO_OIL_LINES: &str = "the actuator has no volumes of oil that lines could replace";
+/// Why a force cannot be returned to pieces of a step.
+pub(crate) const NO_PIECES: &str = "the mechanics does not split its steps at events";
 
 /// Likewise.
 pub(crate) const NO_INTERFACE_DISPLACEMENT: &str = "the mechanics does not count the way and the work of its interface";

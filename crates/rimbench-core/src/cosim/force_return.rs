@@ -47,6 +47,7 @@ impl FromStr for Sequence {
 /// end      F(t_{k+1})
 /// mean     (1/H) Σ δ F_j                      the exact impulse
 /// profile  (n_m/H) Σ δ F_j over each of the mechanics' n_m sub-steps: the impulse, and when it acted
+/// pieces   the same over each piece of a sub-step that the mechanics splits at events
 /// ```
 /// All but `held` need an actuator that went first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,15 +60,18 @@ pub enum ForceReturn {
     Mean,
     /// The mean over each of the mechanics' sub-steps.
     Profile,
+    /// The mean over each piece of the mechanics' sub-steps, which it must split at events.
+    Pieces,
 }
 
 impl ForceReturn {
     /// All of them, by name.
-    pub const ALL: [(&'static str, ForceReturn); 4] = [
+    pub const ALL: [(&'static str, ForceReturn); 5] = [
         ("held", ForceReturn::Held),
         ("end", ForceReturn::End),
         ("mean", ForceReturn::Mean),
         ("profile", ForceReturn::Profile),
+        ("pieces", ForceReturn::Pieces),
     ];
 
     /// Checks that a sequence can deliver this.

@@ -1,6 +1,7 @@
-//! A mechanics that takes its steps together with the actuator, both cut at the same events.
+//! A mechanics that takes its steps together with the actuator, both cut at the same events, or under the course of its force.
 
 use super::output_rates::OutputRates;
+use super::transmission::ForceCourse;
 use crate::error::Failure;
 
 /// Is told length (s), force and mean motion of each piece of a joint step.
@@ -21,7 +22,7 @@ pub trait JointActuator {
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure>;
 }
 
-/// What a mechanics of the second order offers to a solver that owns both sides.
+/// What a mechanics of the second order offers besides steps under a force that is held.
 pub trait JointSteps {
     /// Advances both sides from `time` by `h` (s): each piece is taken by both, with the force that belongs to its own motion.
     ///
@@ -35,4 +36,10 @@ pub trait JointSteps {
         h: f64,
         sent: &mut Sent<'_>,
     ) -> Result<(), Failure>;
+
+    /// Advances the mechanics alone by `h` (s): each piece is taken under the mean force over that piece.
+    ///
+    /// # Errors
+    /// A [`Failure`] of the mechanics.
+    fn step_under(&mut self, course: ForceCourse<'_>, h: f64) -> Result<(), Failure>;
 }

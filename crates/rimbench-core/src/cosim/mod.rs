@@ -76,6 +76,7 @@ pub use side::{PerSide, Side};
 pub use subsystem::{Sides, Subsystem, SubsystemCounters};
 pub use supervision::{StopFlag, Supervision, Watch};
 pub use trajectory::Trajectory;
+pub use transmission::ForceCourse;
 pub use work::{CosimCounters, Work};
 pub use work_meter::{counts_interface_way, counts_interface_work};
 

@@ -4,7 +4,7 @@ mod implicit_step;
 mod middle_step;
 
 pub(super) use implicit_step::ImplicitPart;
-pub(super) use middle_step::ContactSet;
+pub(super) use middle_step::{ContactSet, MiddleStep};
 
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::ModelSize;
@@ -39,6 +39,8 @@ pub(super) struct ContactStepper {
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     v_next: Vec<f64>,
+    /// The velocity at the end of a step as its position has it, where the course of the force is known.
+    pub(super) v_reached: Vec<f64>,
     /// `½ (v⁺ + v⁻)` and `v⁺ − v⁻` of the last step.
     v_mean: Vec<f64>,
     v_change: Vec<f64>,
@@ -111,6 +113,7 @@ impl ContactStepper {
         ContactStepper {
             law,
             v_next: v.clone(),
+            v_reached: v.clone(),
             v_mean: v.clone(),
             v_change: vec![0.0; size.velocities],
             elimination: Elimination::new(&eq3),

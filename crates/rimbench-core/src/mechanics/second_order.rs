@@ -1,17 +1,19 @@
 //! Mechanics of the second order: the midpoint rule, and the same from event to event.
 
+mod drive;
 mod piece;
 mod rest_and_impact;
 
-pub(super) use piece::Drive;
+pub(super) use drive::Drive;
 
 use super::contact_stepper::ContactSet;
 use super::mechanical_model::{MechanicalModel, ModelSize};
 use super::non_smooth_mechanics::NonSmoothMechanics;
-use crate::cosim::{JointActuator, JointSteps, SecondOrder, Sent};
+use crate::cosim::{ForceCourse, JointActuator, JointSteps, SecondOrder, Sent};
 use crate::error::Failure;
 use crate::interface_model::TOUCHING;
-use piece::{Joint, Law, PieceStart};
+use drive::Joint;
+use piece::{Law, PieceStart};
 use rest_and_impact::Event;
 
 /// Splits of one step beyond which the rest of it is taken with the gap law. A rebound is cut off at a twentieth of a step, so that even
@@ -132,25 +134,10 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 splits += 1;
                 continue;
             }
-            self.try_piece(steps, drive, left, Law::Resting)?;
-            let Some((time, event)) = self.first_event(steps, left) else {
-                self.accept_piece(steps, drive, left)?;
-                break;
-            };
+            let Some((time, event)) = self.go_to_event(steps, drive, left)? else { break };
             splits += 1;
             self.stepper.note_split();
-            // At its very end the piece stands as it is; at its very start there is none.
-            if time < left * (1.0 - 1e-9) {
-                self.restore(steps);
-                if time > 1e-9 * length {
-                    self.try_piece(steps, drive, time, Law::Resting)?;
-                    self.accept_piece(steps, drive, time)?;
-                }
-                done += time;
-            } else {
-                self.accept_piece(steps, drive, left)?;
-                done = length;
-            }
+            done = if time < left { done + time } else { length };
             steps.passed = None;
             match event {
                 Event::Closing(contact) => self.pass_impact(steps, Some(contact))?,
@@ -172,5 +159,10 @@ impl<M: MechanicalModel> JointSteps for NonSmoothMechanics<M> {
     ) -> Result<(), Failure> {
         let together = Drive::Together { actuator, time, sent };
         self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, together, h)).unwrap_or(Ok(()))
+    }
+
+    fn step_under(&mut self, course: ForceCourse<'_>, h: f64) -> Result<(), Failure> {
+        let pieces = Drive::Course { course, done: 0.0 };
+        self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, pieces, h)).unwrap_or(Ok(()))
     }
 }

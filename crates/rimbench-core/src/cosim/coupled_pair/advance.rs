@@ -1,7 +1,7 @@
 //! How both sides cover a macro step, and with how many steps of their own.
 
 use super::CoupledPair;
-use crate::cosim::attachments::NO_OUTPUT_RATES;
+use crate::cosim::attachments::{NO_OUTPUT_RATES, NO_PIECES};
 use crate::cosim::communication_grid::MacroStep;
 use crate::cosim::coupling_scheme::{CouplingScheme, MicroStep};
 use crate::cosim::force_return::{ForceReturn, Sequence};
@@ -10,6 +10,7 @@ use crate::cosim::pace::Interval;
 use crate::cosim::pair_state::PairState;
 use crate::cosim::side::Side;
 use crate::cosim::subsystem::Subsystem;
+use crate::cosim::transmission::ForceCourse;
 use crate::error::{Cause, Failure};
 
 impl CoupledPair<'_> {
@@ -45,7 +46,8 @@ impl CoupledPair<'_> {
             return self.advance_actuator_by_midpoints(step);
         }
         let count = self.setup.actuator_steps(step);
-        let averaged = matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
+        let averaged =
+            matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile | ForceReturn::Pieces);
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_course = self.state.takes_course.actuator;
         let PairState { own, u, transmission, work_sent, end, inside, .. } = &mut *self.state;
@@ -133,6 +135,7 @@ impl CoupledPair<'_> {
         let PairState { own, u, transmission, end, received, attachments, .. } = &mut *self.state;
         let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
         received.fill(0.0);
+        let in_pieces = self.setup.force_return == ForceReturn::Pieces;
         for i in 0..count {
             self.stop.check()?;
             let at = MicroStep::new(step, i, count);
@@ -146,12 +149,16 @@ impl CoupledPair<'_> {
                 }
                 ForceReturn::End => u.copy_from_slice(end),
                 ForceReturn::Mean => transmission.mean_over(0, 1, u),
-                ForceReturn::Profile => transmission.mean_over(i, count, u),
+                ForceReturn::Profile | ForceReturn::Pieces => transmission.mean_over(i, count, u),
             }
             if returns && i == 0 {
                 attachments.give_impulse(mechanics, u)?;
             }
-            mechanics.step(at.start, u, at.length)?;
+            if in_pieces {
+                step_in_pieces(mechanics, transmission.course(i, count, u), at.length)?;
+            } else {
+                mechanics.step(at.start, u, at.length)?;
+            }
             for (received, u) in received.iter_mut().zip(&*u) {
                 *received += u / count as f64;
             }
@@ -170,6 +177,15 @@ impl CoupledPair<'_> {
     /// The actuator's own step in a macro step, s.
     pub(crate) fn actuator_micro_step(&self, step: MacroStep) -> f64 {
         step.length / self.setup.actuator_steps(step) as f64
+    }
+}
+
+/// Lets the mechanics take a step of `h` (s) in pieces, each under its own mean of the forces.
+#[cold]
+fn step_in_pieces(mechanics: &mut dyn Subsystem, course: ForceCourse<'_>, h: f64) -> Result<(), Failure> {
+    match mechanics.abilities().joint_steps() {
+        Some(steps) => steps.step_under(course, h),
+        None => Err(Cause::NotOffered { what: NO_PIECES }.into()),
     }
 }
 

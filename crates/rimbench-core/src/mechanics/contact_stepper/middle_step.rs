@@ -46,31 +46,46 @@ impl ContactSet {
     }
 }
 
+/// A step by the midpoint rule.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::mechanics) struct MiddleStep<'a> {
+    /// Its length, s.
+    pub(in crate::mechanics) h: f64,
+    /// The rate at which joint errors decay, 1/s.
+    pub(in crate::mechanics) drift: f64,
+    /// The velocity at which the forces of Eq. 3 are taken.
+    pub(in crate::mechanics) v_m: &'a [f64],
+    /// Mean interface forces, N.
+    pub(in crate::mechanics) force: &'a [f64],
+    /// Their first moments about the middle, `∫ (½h − τ) λ dτ`, N·s², where it is known when they act.
+    pub(in crate::mechanics) moment: Option<&'a [f64]>,
+}
+
 impl ContactStepper {
-    /// Advances by `h` (s) under the interface forces `lambda` (N).
+    /// Advances by one step.
     ///
     /// ```text
     /// v⁺ = v̂ + h α + G (A_uᵀ P_u + A_iᵀ h λ)      M, f, A at the middle       q⁺ = q + ½h (v + v⁺)
     /// 0 ≤ A_u v⁺ + ½h Ȧ_u v + term ⟂ P_u ≥ 0      for the contacts of `set`
     /// A_b v⁺ + ½h Ȧ_b v + drift g_b = 0
     /// ```
-    /// Eq. 3 must be that of the middle, its forces taken at `v_m`, its convective terms halved, with the joint errors of the start.
-    /// `drift` is the rate (1/s) at which joint errors decay. Stiff forces are taken implicitly ([`ImplicitPart`](super::ImplicitPart)).
+    /// Eq. 3 must be that of the middle, its convective terms halved, with the joint errors of the start. Stiff forces are taken
+    /// implicitly ([`ImplicitPart`](super::ImplicitPart)). With moments κ the position follows from the velocity `v′` that impulses
+    /// `h λ + 2κ/h` would leave: of a free body this adds `G A_iᵀ κ`, what the course of the force displaces it by.
     pub(in crate::mechanics) fn advance_from_middle(
         &mut self,
-        lambda: &[f64],
-        h: f64,
-        drift: f64,
-        v_m: &[f64],
+        step: MiddleStep<'_>,
         set: &mut ContactSet,
     ) -> Result<(), Failure> {
-        self.begin_implicit(h, v_m);
-        let solved = self.solve_middle(lambda, h, drift, set);
+        let h = step.h;
+        self.begin_implicit(h, step.v_m);
+        let solved = self.solve_middle(step, set);
         self.end_implicit(h);
         solved?;
         self.book_energy(h);
-        for (q, (v, v_next)) in self.q.iter_mut().zip(self.v.iter().zip(&self.v_next)) {
-            *q += 0.5 * h * (v + v_next);
+        let reached = if step.moment.is_some() { &self.v_reached } else { &self.v_next };
+        for (q, (v, reached)) in self.q.iter_mut().zip(self.v.iter().zip(reached)) {
+            *q += 0.5 * h * (v + reached);
         }
         std::mem::swap(&mut self.v, &mut self.v_next);
         self.last_step = h;
@@ -83,11 +98,19 @@ impl ContactStepper {
     }
 
     /// Finds velocity and impulses at the end of the step.
-    fn solve_middle(&mut self, lambda: &[f64], h: f64, drift: f64, set: &mut ContactSet) -> Result<(), Failure> {
+    fn solve_middle(&mut self, step: MiddleStep<'_>, set: &mut ContactSet) -> Result<(), Failure> {
+        let MiddleStep { h, drift, force, moment, .. } = step;
         self.elimination.reduce(&self.eq3, &self.v, h, drift * h, &mut self.eq4)?;
         self.counters.eliminations += 1;
         let n_u = self.eq4.contacts();
-        for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
+        if let Some(moment) = moment {
+            for (impulse, (force, moment)) in self.impulses[n_u..].iter_mut().zip(force.iter().zip(moment)) {
+                *impulse = h * force + 2.0 * moment / h;
+            }
+            self.solve_set(h, set)?;
+            self.elimination.velocity_after(h, &self.impulses, &mut self.v_reached);
+        }
+        for (impulse, force) in self.impulses[n_u..].iter_mut().zip(force) {
             *impulse = h * force;
         }
         self.solve_set(h, set)?;

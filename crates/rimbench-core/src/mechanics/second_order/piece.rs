@@ -1,9 +1,11 @@
 //! One piece of a step of the second order: tried, taken back, or taken.
 
 use super::SecondOrderSteps;
-use crate::cosim::{JointActuator, OutputRates, Sent};
+use super::drive::{Drive, Joint};
+use crate::cosim::JointActuator;
 use crate::error::{Cause, Failure};
 use crate::interface_model::gap_velocity;
+use crate::mechanics::contact_stepper::MiddleStep;
 use crate::mechanics::energy_ledger::EnergyLedger;
 use crate::mechanics::mechanical_model::{MechanicalModel, ModelSize};
 use crate::mechanics::non_smooth_mechanics::NonSmoothMechanics;
@@ -15,21 +17,6 @@ const AGREEMENT: f64 = 1e-12;
 const TELLING: f64 = 0.1;
 /// Rounding of positions and velocities, relative to the largest.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-
-/// What pushes the mechanics in a step.
-pub(in crate::mechanics) enum Drive<'a, 'b> {
-    /// Interface forces (N) that are held.
-    Force(&'a [f64]),
-    /// An actuator that takes every piece with the mechanics.
-    Together {
-        /// The actuator, in the state that belongs to the mechanics'.
-        actuator: &'a mut dyn JointActuator,
-        /// Time of that state, s.
-        time: f64,
-        /// Is told length (s), force and mean motion of each piece.
-        sent: &'a mut Sent<'b>,
-    },
-}
 
 /// Which contacts a piece knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,37 +56,6 @@ impl PieceStart {
             rounding: [0.0; 2],
             ledger: EnergyLedger::default(),
             displacement: zeros(size.interface),
-        }
-    }
-}
-
-/// Force and motion at the interface in a piece.
-#[derive(Debug, Clone)]
-pub(super) struct Joint {
-    /// `[s; w]` at its start, at its end, and in the mean.
-    pub(super) start: Vec<f64>,
-    pub(super) end: Vec<f64>,
-    pub(super) mean: Vec<f64>,
-    /// The actuator's outputs in its middle, with the motion of its start.
-    pub(super) middle_force: Vec<f64>,
-    /// What acts, N, and the largest that has acted so far.
-    pub(super) force: Vec<f64>,
-    pub(super) largest: f64,
-    pub(super) rates: OutputRates,
-}
-
-impl Joint {
-    /// Makes room for `n_i` interface rows.
-    pub(super) fn new(n_i: usize) -> Self {
-        let zeros = |count: usize| vec![0.0; count];
-        Joint {
-            start: zeros(2 * n_i),
-            end: zeros(2 * n_i),
-            mean: zeros(2 * n_i),
-            middle_force: zeros(n_i),
-            force: zeros(n_i),
-            largest: f64::MIN_POSITIVE,
-            rates: OutputRates::zeros(n_i, 2 * n_i),
         }
     }
 }
@@ -149,10 +105,24 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     ) -> Result<(), Failure> {
         match drive {
             Drive::Force(lambda) => {
+                steps.joint.moment_known = false;
                 steps.joint.force.copy_from_slice(lambda);
                 self.advance_piece(steps, h, law)
             }
-            Drive::Together { actuator, time, .. } => self.try_together(steps, *actuator, *time, h, law),
+            Drive::Course { course, done } => {
+                let length = steps.length;
+                // Rounding must not leave out the end of the step.
+                let to = if *done + h < length * (1.0 - 1e-12) { (*done + h) / length } else { 1.0 };
+                let Joint { force, moment, moment_known, .. } = &mut steps.joint;
+                course.over(*done / length, to, force, moment);
+                moment.iter_mut().for_each(|moment| *moment *= length * length);
+                *moment_known = true;
+                self.advance_piece(steps, h, law)
+            }
+            Drive::Together { actuator, time, .. } => {
+                steps.joint.moment_known = false;
+                self.try_together(steps, *actuator, *time, h, law)
+            }
         }
     }
 
@@ -187,7 +157,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// Gives the force that belongs to the motion just found; returns by how much the last one was different, relative to the largest so
     /// far.
     fn meet(&mut self, joint: &mut Joint, h: f64) -> f64 {
-        let Joint { start, end, mean, middle_force, force, largest, rates } = joint;
+        let Joint { start, end, mean, middle_force, force, largest, rates, .. } = joint;
         self.stepper.interface_motion(end);
         let n_i = force.len();
         for i in 0..n_i {
@@ -240,7 +210,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         }
         eq3.bilateral.position.copy_from_slice(&start.joint_error);
         let turned = self.stepper.kinetic_energy() - before;
-        self.stepper.advance_from_middle(&joint.force, h, drift, v_m, set)?;
+        let moment = joint.moment_known.then_some(&joint.moment[..]);
+        self.stepper.advance_from_middle(MiddleStep { h, drift, v_m, force: &joint.force, moment }, set)?;
         let rows = &self.stepper.eq3.unilateral;
         for (contact, w) in row_velocity.iter_mut().enumerate() {
             *w = rows.velocity(contact, &self.stepper.v) + h * rows.convective[contact];
@@ -268,14 +239,20 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         for contact in (0..steps.resting.len()).filter(|_| telling) {
             let (gap, w) = (steps.start.gap[contact], steps.start.w[contact]);
             let (gap_after, w_after) = (rows.position[contact], rows.velocity(contact, &self.stepper.v));
-            steps.gap_error[contact] = (gap_after - gap - 0.5 * h * (w + w_after)).abs() / h.powi(3);
+            let moment_known = steps.joint.moment_known;
+            let reached = if moment_known { rows.velocity(contact, &self.stepper.v_reached) } else { w_after };
+            steps.gap_error[contact] = (gap_after - gap - 0.5 * h * (w + reached)).abs() / h.powi(3);
             steps.velocity_error[contact] = (w_after - steps.row_velocity[contact]).abs() / h.powi(2);
         }
         steps.passed = None;
-        if let Drive::Together { actuator, time, sent } = drive {
-            sent(h, &steps.joint.force, &steps.joint.mean);
-            actuator.step(*time, &steps.joint.mean, h)?;
-            *time += h;
+        match drive {
+            Drive::Force(_) => {}
+            Drive::Course { done, .. } => *done += h,
+            Drive::Together { actuator, time, sent } => {
+                sent(h, &steps.joint.force, &steps.joint.mean);
+                actuator.step(*time, &steps.joint.mean, h)?;
+                *time += h;
+            }
         }
         Ok(())
     }

@@ -1,6 +1,8 @@
 //! What a piece of a step shows of its contacts: which rest, which close, and what comes of those that collide.
 
 use super::SecondOrderSteps;
+use super::drive::Drive;
+use super::piece::Law;
 use crate::error::Failure;
 use crate::mechanics::cubic::HermiteCubic;
 use crate::mechanics::mechanical_model::MechanicalModel;
@@ -11,6 +13,9 @@ use crate::mechanics::non_smooth_mechanics::NonSmoothMechanics;
 const REST: f64 = 0.05;
 /// How many times the last local error of a row its gap and velocity may be, to count as closed and at rest.
 const CONFIDENCE: f64 = 2.0;
+/// Times that an event is looked for again at most, and within which share of the step it must be found again.
+const MOST_CORRECTIONS: u32 = 3;
+const CLOSE: f64 = 1e-6;
 
 /// What ends a piece before the step does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +56,67 @@ impl SecondOrderSteps {
 }
 
 impl<M: MechanicalModel> NonSmoothMechanics<M> {
+    /// Takes a piece up to the first event within `left` (s), and says after what time (s) that is and what it is; where there is none
+    /// it takes all of it.
+    pub(super) fn go_to_event(
+        &mut self,
+        steps: &mut SecondOrderSteps,
+        drive: &mut Drive<'_, '_>,
+        left: f64,
+    ) -> Result<Option<(f64, Event)>, Failure> {
+        self.try_piece(steps, drive, left, Law::Resting)?;
+        let mut tried = left;
+        let mut found = self.first_event(steps, left);
+        for _ in 0..=MOST_CORRECTIONS {
+            let Some((time, _)) = found else { break };
+            // At its very end the piece stands as it is.
+            let time = if time < left * (1.0 - 1e-9) { time } else { left };
+            if time == tried {
+                break;
+            }
+            self.restore(steps);
+            // At its very start there is none. Under a force that is held the time has passed all the same; of a course all acts.
+            if time <= 1e-9 * steps.length {
+                return Ok(found.map(|(_, event)| (if drive.varies() { 0.0 } else { time }, event)));
+            }
+            self.try_piece(steps, drive, time, Law::Resting)?;
+            tried = time;
+            if drive.varies() {
+                found = self.find_again(steps, (time, left), found);
+            }
+        }
+        self.accept_piece(steps, drive, tried)?;
+        Ok(found.map(|(_, event)| (tried, event)))
+    }
+
+    /// Looks for the first event again in a piece of `time` (s) whose force is not that of the piece in which it was found.
+    fn find_again(
+        &self,
+        steps: &mut SecondOrderSteps,
+        (time, left): (f64, f64),
+        found: Option<(f64, Event)>,
+    ) -> Option<(f64, Event)> {
+        let close = CLOSE * steps.length;
+        if let Some(earlier) = self.first_event(steps, time).filter(|(earlier, _)| *earlier < time - close) {
+            return Some(earlier);
+        }
+        let (_, event) = found?;
+        let [value, rate] = match event {
+            Event::Closing(contact) => {
+                let rows = &self.stepper.eq3.unilateral;
+                [rows.position[contact], rows.velocity(contact, &self.stepper.v)]
+            }
+            Event::Switch(switch) => steps.switches[switch],
+        };
+        let later = -value / rate;
+        match later > close {
+            // It is not in this step at all.
+            true if time >= left => None,
+            true => Some(((time + later).min(left), event)),
+            false => Some((time, event)),
+        }
+    }
+
     /// Finds what happens first in a piece of `h` (s) that has been tried.
     pub(super) fn first_event(&self, steps: &mut SecondOrderSteps, h: f64) -> Option<(f64, Event)> {
         let (stepper, start) = (&self.stepper, &steps.start);
