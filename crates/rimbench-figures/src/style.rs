@@ -119,6 +119,12 @@ impl Styles {
             "semi-implicit" => (Dash::Dotted, Marker::Plus),
             "midpoint" => (Dash::DashDot, Marker::Star),
             "event-split" => (Dash::Dashed, Marker::Diamond),
+            "equal" => (Dash::Solid, Marker::Circle),
+            "closings" => (Dash::Dotted, Marker::Plus),
+            "defect" => (Dash::Long, Marker::Diamond),
+            "defect-blind" => (Dash::Short, Marker::OpenDiamond),
+            "audited" => (Dash::DashDot, Marker::Cross),
+            "libcosim" => (Dash::DashDotDot, Marker::OpenSquare),
             other => return line.of_variant(other),
         };
         LineStyle { dash, marker, ..line }

@@ -1,6 +1,7 @@
 //! Claims: what an experiment file says should come out, held against what did.
 
 use super::checked_results::checked_runs;
+use super::equal_cost::{self, CostedRun};
 use super::experiment::{Experiment, PlannedRun};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::METRICS;
@@ -33,6 +34,8 @@ pub struct Claim {
     scheme: String,
     /// Label of another scheme row; the measured value is then the ratio of the two.
     relative_to: Option<String>,
+    /// A counter by name: the ratio to the other scheme row is then that at equal counts, case by case.
+    at_equal: Option<String>,
     /// The macro step it is about; all of them if absent.
     macro_step_s: Option<f64>,
     /// A metric by name, or `diverged` (1 or 0), or `diverged_at_s`.
@@ -184,6 +187,7 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
         if claims[..index].iter().any(|earlier| earlier.id == claim.id) {
             return Err(Error::Incompatible(format!("two claims have the id `{}`", claim.id)));
         }
+        claim.check_equal_cost()?;
         let names = || METRICS.iter().map(|metric| metric.name).chain(OUTCOMES);
         if !names().any(|name| name == claim.metric) {
             return Err(Error::unknown("metric of a claim", &claim.metric, names()));
@@ -208,6 +212,18 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
 }
 
 impl Claim {
+    /// Checks that what is compared at equal counts is something else than itself, at all its macro steps.
+    fn check_equal_cost(&self) -> Result<()> {
+        let Some(counter) = &self.at_equal else { return Ok(()) };
+        if self.relative_to.is_some() && self.macro_step_s.is_none() && self.statistic != Statistic::Order {
+            return Ok(());
+        }
+        Err(Error::Incompatible(format!(
+            "claim `{}`: at_equal = \"{counter}\" needs relative_to, no macro_step_s, and a statistic other than order",
+            self.id
+        )))
+    }
+
     /// Checks that the case and the set it names are there, and that it names them where there are several.
     fn check_problems<'a>(&self, runs: impl Iterator<Item = &'a PlannedRun>) -> Result<()> {
         let problems: BTreeSet<(String, String)> =
@@ -256,6 +272,10 @@ fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<Checked
     }
     let measured = claim.measured(&samples);
     let interval = match claim.statistic {
+        Statistic::Median if claim.at_equal.is_some() => {
+            let ratios: Vec<Vec<f64>> = ratios(&samples).into_iter().map(|ratio| vec![ratio]).collect();
+            bootstrap_interval(&ratios, |drawn| median(drawn.to_vec()))
+        }
         Statistic::Median | Statistic::Order => claim.interval(&samples),
         _ => None,
     };
@@ -271,7 +291,8 @@ fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<Checked
     };
     let statistic = format!("{:?}", claim.statistic).to_lowercase();
     let relative = claim.relative_to.as_ref().map(|other| format!(" relative to {other}")).unwrap_or_default();
-    let step = claim.macro_step_s.map(|step| format!(" at H = {} ms", step * 1e3)).unwrap_or_default();
+    let equal = claim.at_equal.as_ref().map(|counter| format!(" at equal {counter}")).unwrap_or_default();
+    let step = claim.macro_step_s.map(|step| format!("{equal} at H = {} ms", step * 1e3)).unwrap_or(equal);
     let problem = [("case", &claim.case), ("set", &claim.set)].map(|(key, value)| match value.as_deref() {
         None => String::new(),
         Some(ALL) => format!(", all {key}s"),
@@ -334,6 +355,10 @@ struct Sample {
     /// Whether the model of some run of its case and set is the mechanics itself.
     exact: bool,
     step: f64,
+    /// Where the step is controlled; else 0.
+    tolerance: f64,
+    /// The counter that is to be equal, if any; else 0.
+    cost: f64,
     value: f64,
 }
 
@@ -349,7 +374,10 @@ fn samples(claim: &Claim, of: Of, label: &str, runs: &ResultsTable, basis: &mut 
         "diverged_at_s" => runs.column("outcome_at_s")?,
         metric => runs.column(metric)?,
     };
-    let [phase, exact] = ["phase", "model_exact"].map(|name| runs.column(name).ok());
+    let [phase, exact, tolerance] = ["phase", "model_exact", "step_tolerance"].map(|name| runs.column(name).ok());
+    // The counters stand behind the settings, of which one has the same name as a counter.
+    let cost = claim.at_equal.as_ref().map(|counter| runs.last_column(counter)).transpose()?;
+    let or_zero = |row: usize, column: Option<usize>| column.map_or(0.0, |column| runs.number(row, column));
     let uncertainty = uncertainty_of(&claim.metric).and_then(|name| runs.column(name).ok());
     // Of an error no larger than what the reference may be wrong by, nothing is known but that it is small.
     let unknown = |row: usize, error: f64| uncertainty.is_some_and(|column| error <= runs.number(row, column));
@@ -367,7 +395,7 @@ fn samples(claim: &Claim, of: Of, label: &str, runs: &ResultsTable, basis: &mut 
             "diverged" => f64::from(ended == "diverged"),
             "diverged_at_s" if ended != "diverged" => f64::NAN,
             // What a run that did not complete has is no point on the way to H = 0.
-            _ if claim.statistic == Statistic::Order && ended != "completed" => f64::NAN,
+            _ if (claim.statistic == Statistic::Order || cost.is_some()) && ended != "completed" => f64::NAN,
             _ if claim.statistic == Statistic::Order && unknown(row, runs.number(row, value)) => f64::NAN,
             _ => runs.number(row, value),
         };
@@ -381,6 +409,8 @@ fn samples(claim: &Claim, of: Of, label: &str, runs: &ResultsTable, basis: &mut 
                 origin: [runs.text(row, case), runs.text(row, set), phase].map(str::to_owned),
                 exact: exact.contains(&problem(row)),
                 step: runs.number(row, step),
+                tolerance: Some(or_zero(row, tolerance)).filter(|value| value.is_finite()).unwrap_or(0.0),
+                cost: or_zero(row, cost),
                 value: number,
             });
         }
@@ -397,9 +427,24 @@ fn uncertainty_of(metric: &str) -> Option<&'static str> {
     }
 }
 
+/// What the two rows have to say at equal counts, one ratio per case and set.
+fn ratios<'a>(samples: impl IntoIterator<Item = &'a Sample>) -> Vec<f64> {
+    let run = |sample: &'a Sample| CostedRun {
+        problem: &sample.origin[..2],
+        setting: [sample.step, sample.tolerance],
+        is_other: sample.of == Of::Other,
+        cost: sample.cost,
+        error: sample.value,
+    };
+    equal_cost::ratios(samples.into_iter().map(run))
+}
+
 impl Claim {
     /// The statistic of the samples, or the ratio of the two schemes' ones.
     fn measured<'a>(&self, samples: impl IntoIterator<Item = &'a Sample> + Clone) -> Option<f64> {
+        if self.at_equal.is_some() {
+            return self.statistic.of(ratios(samples).into_iter().map(|ratio| (0.0, ratio)).collect());
+        }
         let of = |wanted: Of| {
             let own = samples.clone().into_iter().filter(|sample| sample.of == wanted);
             self.statistic.of(own.map(|sample| (sample.step, sample.value)).collect())
@@ -433,6 +478,7 @@ impl Claim {
             _ if self.statistic == Statistic::Order => {
                 "not completed, without a value, or within the reference's uncertainty"
             }
+            _ if self.at_equal.is_some() => "not completed, or without a value",
             _ => "without a value",
         }
     }
@@ -543,6 +589,34 @@ mod tests {
         let (low, high) = (order.low.unwrap(), order.high.unwrap());
         assert!(low <= 2.0 && 2.0 <= high && low < order.measured.unwrap() + 1e-12, "{low} {high}");
         assert!(high - low < 0.8, "{low} {high}");
+    }
+
+    #[test]
+    fn at_equal_counts_each_case_has_one_ratio_whatever_the_macro_steps_and_tolerances() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.csv");
+        let mut rows =
+            String::from("run_id,label,case,set,macro_step_s,step_tolerance,outcome,error,outcome_at_s,exchanges\n");
+        for (case, factor) in [("a", 0.5), ("b", 2.0), ("c", 3.0)] {
+            for count in [100.0, 400.0_f64] {
+                rows += &format!("r,y,{case},,{},,completed,{},,{count}\n", 1.0 / count, 1e4 / (count * count));
+            }
+            // One macro step, two tolerances, and a run that went astray.
+            for (tolerance, count) in [(0.1, 150.0), (0.01, 300.0_f64)] {
+                let error = factor * 1e4 / (count * count);
+                rows += &format!("r,x,{case},,0.005,{tolerance},completed,{error},,{count}\n");
+            }
+            rows += &format!("r,x,{case},,0.005,0.001,diverged,1e9,,350\n");
+        }
+        std::fs::write(&path, rows).unwrap();
+        let claim = "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nrelative_to = \"y\"\nat_equal = \"exchanges\"\n\
+                     case = \"all\"\nmetric = \"error\"\nexpect = \"<= 1\"\nfinding = \"reproduced\"";
+        let checked = check(&toml::from_str(claim).unwrap(), "e", &ResultsTable::read(&path).unwrap()).unwrap();
+        approx::assert_relative_eq!(checked.measured.unwrap(), 2.0, max_relative = 1e-12);
+        assert_eq!(
+            checked.quantity,
+            "median of error of x relative to y at equal exchanges, all cases (3 of 15 runs left out: not completed, or without a value)"
+        );
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod checked_results;
 mod claims;
 mod clock;
 mod comparison;
+mod equal_cost;
 mod execution;
 mod experiment;
 mod exported;

@@ -4,14 +4,18 @@
 //! Pure functions of slices; nothing is read, written or timed here.
 
 mod bootstrap;
+mod equal_cost;
 mod geometric_mean;
 mod intervals;
 mod performance_profile;
+mod rank_correlation;
 
 pub use bootstrap::bootstrap_interval;
+pub use equal_cost::ratio_at_equal_cost;
 pub use geometric_mean::{charged, shifted_geometric_mean};
 pub use intervals::{Fence, TimeSummary, fence, ratio_interval};
 pub use performance_profile::{data_profile, performance_profile, performance_ratios, share_within};
+pub use rank_correlation::rank_correlation;
 
 /// Returns the middle value, of two middle values their mean; none of an empty list.
 ///

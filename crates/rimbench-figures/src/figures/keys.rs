@@ -212,14 +212,7 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
             key("panels", Takes::Tables(TRACE_PANEL), Needed, "panels, from the left"),
         ],
     ),
-    (
-        "sweep",
-        &[
-            HEIGHT,
-            key("columns", Takes::Columns, Then("all panels in one row"), "panels per row"),
-            key("panels", Takes::Tables(SWEEP_PANEL), Needed, "panels, from the left"),
-        ],
-    ),
+    ("sweep", &[HEIGHT, COLUMNS, key("panels", Takes::Tables(SWEEP_PANEL), Needed, "panels, from the left")]),
     ("phases", &[HEIGHT, ONLY, key("panels", Takes::Tables(PHASE_PANEL), Needed, "panels, from the left")]),
     (
         "stability-map",
@@ -246,6 +239,7 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
             METRIC_LABEL,
             RANGE,
             LABELS,
+            COLUMNS,
             key("panels", Takes::Tables(WORK_PANEL), Needed, "panels, from the left"),
         ],
     ),
@@ -277,6 +271,8 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
 pub fn keys_of(kind: &str) -> Option<&'static [Key]> {
     KEYS.iter().find(|(name, _)| *name == kind).map(|(_, keys)| *keys)
 }
+
+const COLUMNS: Key = key("columns", Takes::Columns, Then("all panels in one row"), "panels per row");
 
 const TRACE_PANEL: &[Key] = &[
     TITLE,

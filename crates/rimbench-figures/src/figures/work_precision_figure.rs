@@ -1,4 +1,5 @@
-//! What accuracy costs: an error metric against wall time and against exact counters, one point per macro step.
+//! What accuracy costs: an error metric against wall time and against exact counters, one point per macro step, or per tolerance of
+//! a step control.
 
 use super::cost::Cost;
 use super::statistics::{Bars, Only, Part, Runs, groups, over};
@@ -21,6 +22,8 @@ pub struct WorkPrecisionFigure {
     range: Option<[f64; 2]>,
     #[serde(default)]
     labels: Vec<String>,
+    /// Panels per row; all in one if absent.
+    columns: Option<usize>,
     panels: Vec<WorkPanel>,
 }
 
@@ -39,22 +42,29 @@ struct WorkPanel {
 }
 
 impl WorkPrecisionFigure {
-    /// Draws the figure from `runs.csv` and `cost.csv`. A point is the median over the phases of one macro step; runs
-    /// that did not complete are left out.
+    /// Draws the figure from `runs.csv` and `cost.csv`. A point is the median over the phases of one macro step and one
+    /// tolerance; runs that did not complete are left out.
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there, or a run without a row of cost.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
         let all = Runs::read(folder)?;
-        let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
+        let mut figure = Figure::new(self.width, self.height).columns(self.columns.unwrap_or(self.panels.len()));
         for spec in &self.panels {
             let runs = all.only(&spec.only)?;
             let work = Cost::read(folder, &runs)?.of_runs(&spec.cost, &runs)?;
             let (x, y) = (Axis::log10(&spec.label).within(spec.range), Axis::log10(&self.label).within(self.range));
             let mut panel = Panel::new(&spec.title, x, y);
+            let column = runs.table.column("step_tolerance").ok();
+            let of_row = |row: usize| column.map(|column| runs.table.number(row, column));
+            let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
             for label in runs.labels(&self.labels) {
                 let mut points = Vec::new();
-                for (step, rows) in groups(&runs.of_label(&label), |row| runs.macro_step_ms(row)) {
+                let rows = runs.of_label(&label);
+                let by_step = groups(&rows, |row| runs.macro_step_ms(row)).into_iter();
+                let by_tolerance = by_step
+                    .flat_map(|(step, rows)| groups(&rows, tolerance).into_iter().map(move |(_, rows)| (step, rows)));
+                for (step, rows) in by_tolerance {
                     let completed: Vec<usize> = rows.into_iter().filter(|&row| runs.completed(row)).collect();
                     let work = over(step, completed.iter().map(|&row| work[row]).collect());
                     let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute, Bars::Range)?;

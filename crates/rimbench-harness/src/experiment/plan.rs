@@ -1,6 +1,5 @@
 //! The runs that an experiment file stands for.
 
-use super::scheme_row::SchemeRow;
 use super::{CaseEntry, Experiment};
 use crate::claims::check_claims_against_plan;
 use crate::grid::parameter_grid;
@@ -26,7 +25,7 @@ pub struct PlannedRun {
 }
 
 impl Experiment {
-    /// Lists the runs, cases outermost, then schemes, macro steps, phases; names are those of the catalogue.
+    /// Lists the runs, cases outermost, then schemes, macro steps, tolerances, phases; names are those of the catalogue.
     ///
     /// # Errors
     /// Names, values or combinations that are not valid, each with the file and the key; an empty grid.
@@ -60,7 +59,8 @@ impl Experiment {
             for row in &self.schemes {
                 let own = row.macro_steps_s.as_ref().or(case.macro_steps_s.as_ref());
                 let steps = own.map_or(Ok(steps), |own| Ok(own.list()?.len()))?;
-                cells = cells.saturating_add(parameters.saturating_mul(steps));
+                let tolerances = row.step_tolerances.as_ref().map_or(1, Vec::len);
+                cells = cells.saturating_add(parameters.saturating_mul(steps).saturating_mul(tolerances));
             }
         }
         match cells.saturating_mul(phases) {
@@ -89,9 +89,11 @@ impl Experiment {
                 for row in &self.schemes {
                     let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
                     let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
-                    for macro_step in steps.list()? {
+                    let (steps, requests) = (steps.list()?, row.requests());
+                    let of_step = |step: f64| requests.iter().map(move |request| (step, request));
+                    for (macro_step, request) in steps.into_iter().flat_map(of_step) {
                         for &phase in &phases {
-                            let request = self.request(entry, row, macro_step, phase);
+                            let request = self.request(entry, request, macro_step, phase);
                             let planned = planned(catalogue, (case, parameters), &request, &row.label);
                             runs.push(planned.map_err(|error| row.place(&error, &entry.name))?);
                         }
@@ -103,8 +105,8 @@ impl Experiment {
     }
 
     /// What the file asks of one run: the row goes before the case, the case before the experiment.
-    fn request(&self, entry: &CaseEntry, row: &SchemeRow, macro_step: f64, phase: f64) -> RunRequest {
-        let row = row.request.clone();
+    fn request(&self, entry: &CaseEntry, row: &RunRequest, macro_step: f64, phase: f64) -> RunRequest {
+        let row = row.clone();
         RunRequest {
             macro_step_s: Some(macro_step),
             phase: Some(phase),
@@ -185,6 +187,31 @@ mod tests {
         let steps =
             "scheme = \"nepce\"\nmacro_steps_s = [1e-3]\n[[schemes]]\nscheme = \"nepce\"\nmacro_steps_s = [2e-3]";
         assert_eq!(labels(steps), ["nepce"]);
+    }
+
+    #[test]
+    fn a_row_with_several_tolerances_is_run_with_each_at_each_macro_step() {
+        let row = |keys: &str| {
+            let row = format!(
+                "scheme = \"zero-order-hold\"\nstep_control = \"energy-residual\"\nmin_macro_step_s = 1e-5\n{keys}"
+            );
+            parsed(&row).and_then(|experiment| experiment.plan(&Catalogue::standard(), false))
+        };
+        let planned = row("step_tolerances = [0.1, 0.01]").unwrap();
+        let settings: Vec<_> =
+            planned.iter().map(|run| (run.spec.macro_step, run.spec.step_control.rule().unwrap().tolerance)).collect();
+        assert_eq!(settings, [(1e-5, 0.1), (1e-5, 0.01), (5e-3, 0.1), (5e-3, 0.01)]);
+        assert!(planned.iter().all(|run| run.label == "zero-order-hold"));
+        for (keys, wanted) in [
+            ("step_tolerances = [0.1]\nstep_tolerance = 0.2", "give one of the two"),
+            ("step_tolerances = 0.1", "step_tolerances: invalid type"),
+            ("step_tolerances = []", "the grid is empty"),
+            ("step_tolerances = [0.1, 0.1]", "the plan holds one run twice"),
+            ("step_tolerances = [-1.0]", "step_tolerance = -1 is not valid"),
+        ] {
+            let message = row(keys).unwrap_err().to_string();
+            assert!(message.contains(wanted), "{message}");
+        }
     }
 
     #[test]

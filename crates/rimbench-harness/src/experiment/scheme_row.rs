@@ -10,7 +10,7 @@ use toml::Spanned;
 pub(super) type RawRow = Spanned<BTreeMap<String, toml::Value>>;
 
 /// Keys of a row besides the options of a run.
-const OWN_KEYS: [&str; 2] = ["label", "macro_steps_s"];
+const OWN_KEYS: [&str; 3] = ["label", "macro_steps_s", "step_tolerances"];
 
 /// Options of a run that a row does not set: the grid does.
 const SET_BY_GRID: [&str; 3] = ["case", "macro_step_s", "phase"];
@@ -26,6 +26,8 @@ pub(super) struct SchemeRow {
     given: BTreeMap<String, String>,
     /// Instead of those of the case or the experiment.
     pub(super) macro_steps_s: Option<MacroSteps>,
+    /// Tolerances of a step control, one after the other; none: as the request has it.
+    pub(super) step_tolerances: Option<Vec<f64>>,
     /// Everything else.
     pub(super) request: RunRequest,
 }
@@ -46,17 +48,14 @@ impl SchemeRow {
             label: String::new(),
             given: BTreeMap::new(),
             macro_steps_s: None,
+            step_tolerances: None,
             request: RunRequest::default(),
         };
         for (key, value) in keys {
             match key.as_str() {
                 "label" => row.label = scalar_text(&key, &value)?,
-                "macro_steps_s" => {
-                    let steps = value.try_into().map_err(|error: toml::de::Error| {
-                        Error::Incompatible(format!("{key}: {}", said_at("", None, error.message())))
-                    })?;
-                    row.macro_steps_s = Some(steps);
-                }
+                "macro_steps_s" => row.macro_steps_s = Some(list(&key, value)?),
+                "step_tolerances" => row.step_tolerances = Some(list(&key, value)?),
                 option => {
                     if !options().any(|known| known == option) {
                         return Err(Error::unknown(
@@ -76,10 +75,22 @@ impl SchemeRow {
         if row.request.scheme.as_ref().is_none_or(String::is_empty) {
             return Err(Error::invalid("scheme", "nothing", "the name of a scheme"));
         }
+        if let (Some(_), Some(one)) = (&row.step_tolerances, row.request.step_tolerance) {
+            return Err(Error::Incompatible(format!(
+                "step_tolerances and step_tolerance = {one}: give one of the two"
+            )));
+        }
         if row.label.contains(char::is_control) {
             return Err(Error::invalid("label", format!("{:?}", row.label), "text without tabs or line ends"));
         }
         Ok(row)
+    }
+
+    /// What the file asks of its runs, once per tolerance.
+    pub(super) fn requests(&self) -> Vec<RunRequest> {
+        let Some(tolerances) = &self.step_tolerances else { return vec![self.request.clone()] };
+        let with = |&tolerance: &f64| RunRequest { step_tolerance: Some(tolerance), ..self.request.clone() };
+        tolerances.iter().map(with).collect()
     }
 
     /// An error about this row in a case, with its place.
@@ -87,6 +98,13 @@ impl SchemeRow {
         let (line, label, case) = (self.line, shortened(&self.label), shortened(case));
         Error::Incompatible(format!("[[schemes]] in line {line} (`{label}` on case `{case}`): {error}"))
     }
+}
+
+/// Reads an axis of the grid that a row has for itself.
+fn list<T: serde::de::DeserializeOwned>(key: &str, value: toml::Value) -> Result<T> {
+    value
+        .try_into()
+        .map_err(|error: toml::de::Error| Error::Incompatible(format!("{key}: {}", said_at("", None, error.message()))))
 }
 
 /// Gives the rows without a label one: the scheme's name, and behind a slash the options by which rows of one scheme without a

@@ -1,0 +1,54 @@
+//! Two ways of working, compared where they cost the same.
+
+/// Computes by what factor the error of one way of working differs from that of another at equal cost.
+///
+/// ```text
+/// exp mean_k ln(e_k / ê(c_k))        ê the straight line through the other's points in ln c, ln e
+/// ```
+/// Points of the one that cost less than the cheapest or more than the dearest of the other are left out; none if none is left.
+///
+/// # Shapes and units
+/// Pairs (cost, error), in any order; pairs that are not positive and finite are left out.
+pub fn ratio_at_equal_cost(own: &[[f64; 2]], other: &[[f64; 2]]) -> Option<f64> {
+    let other = logarithms(other);
+    let ratios = logarithms(own).into_iter().filter_map(|[cost, error]| Some(error - on_line(&other, cost)?));
+    let (sum, count) = ratios.fold((0.0, 0_usize), |(sum, count), ratio| (sum + ratio, count + 1));
+    (count > 0).then(|| (sum / count as f64).exp())
+}
+
+/// Usable points in logarithms, by ascending cost.
+fn logarithms(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let usable = points.iter().filter(|point| point.iter().all(|value| value.is_finite() && *value > 0.0));
+    let mut logarithms: Vec<[f64; 2]> = usable.map(|point| point.map(f64::ln)).collect();
+    logarithms.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    logarithms
+}
+
+/// Value at `x` of the broken line through the points; none beyond its ends.
+fn on_line(points: &[[f64; 2]], x: f64) -> Option<f64> {
+    let piece = points.windows(2).find(|piece| piece[0][0] <= x && x <= piece[1][0])?;
+    let ([x0, y0], [x1, y1]) = (piece[0], piece[1]);
+    Some(if x1 > x0 { y0 + (y1 - y0) * (x - x0) / (x1 - x0) } else { 0.5 * (y0 + y1) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors of 8/c² against 1/c² at costs between those of the other: 8, whatever the costs.
+    #[test]
+    fn a_power_law_is_met_on_its_line() {
+        let other = [4.0, 1.0, 16.0].map(|cost: f64| [cost, cost.powi(-2)]);
+        let own = [2.0, 3.0, 10.0].map(|cost: f64| [cost, 8.0 * cost.powi(-2)]);
+        approx::assert_relative_eq!(ratio_at_equal_cost(&own, &other).unwrap(), 8.0, max_relative = 1e-14);
+        approx::assert_relative_eq!(ratio_at_equal_cost(&other, &other).unwrap(), 1.0, max_relative = 1e-14);
+    }
+
+    #[test]
+    fn what_costs_more_or_less_than_all_of_the_other_is_no_comparison() {
+        let other = [[1.0, 1.0], [4.0, 1.0]];
+        assert_eq!(ratio_at_equal_cost(&[[0.5, 9.0], [5.0, 9.0], [2.0, 3.0]], &other).map(f64::round), Some(3.0));
+        assert_eq!(ratio_at_equal_cost(&[[5.0, 9.0], [2.0, f64::NAN], [2.0, 0.0]], &other), None);
+        assert_eq!(ratio_at_equal_cost(&other, &[[2.0, 1.0]]), None);
+    }
+}
