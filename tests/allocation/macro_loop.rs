@@ -6,7 +6,7 @@ use rimbench::cases::Recorder;
 use rimbench::complementarity::{ComplementaritySolver, SolverEntry};
 use rimbench::cosim::{
     ActuatorIntegrator, CommunicationGrid, CommunicationPoint, EnergyReturn, ForceReturn, MechanicsIntegrator,
-    MechanicsSteps, Outcome, SecondOrder, Sequence, Setup, Side, Trajectory,
+    MechanicsSteps, Outcome, SecondOrder, Sequence, Setup, Side, StepController, StepRule, Trajectory,
 };
 use rimbench::interface_model::Redundancy;
 use rimbench::schemes::{ContactChoice, ContactDetection, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
@@ -20,6 +20,7 @@ struct Variant {
     mechanics_steps: MechanicsSteps,
     macro_step: f64,
     integrators: (MechanicsIntegrator, ActuatorIntegrator),
+    step_rule: Option<StepRule>,
 }
 
 /// Both sides as they always stepped.
@@ -31,7 +32,6 @@ fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
     let case = wedge_box_case();
     let mut system = (case.build)(&case.default_parameters(), &variant.options.solver).unwrap();
     let grid = CommunicationGrid::new(variant.macro_step, 0.6, case.defaults.duration_s).unwrap();
-    let points = grid.macro_steps() + 1;
     let mut recorder = Recorder::new(case, &mut system).unwrap();
     let (mechanics_rule, actuator_integrator) = variant.integrators;
     if let Some(rule) = mechanics_rule.second_order() {
@@ -42,13 +42,15 @@ fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
     }
     let mut sides = system.sides.lend();
     let coupling = variant.scheme.couple(sides.lend(), Some(&variant.options), None).unwrap();
-    let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points);
-    let mut counts = Vec::with_capacity(points + 1);
     let setup = Setup {
+        step_rule: variant.step_rule,
         mechanics_steps: variant.mechanics_steps,
         actuator_integrator,
         ..setup(grid, case.defaults.micro_step_s, variant.sequence, variant.force_return)
     };
+    let points = setup.expected_macro_steps() + 1;
+    let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points);
+    let mut counts = Vec::with_capacity(points + 1);
     let mut observe = |point: CommunicationPoint<'_>| {
         recorder.record(point, &mut trajectory);
         counts.push(asked());
@@ -119,6 +121,7 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                                 mechanics_steps,
                                 macro_step,
                                 integrators: FIRST_ORDER,
+                                step_rule: None,
                             });
                         }
                     }
@@ -188,6 +191,23 @@ fn nothing_is_allocated(with: impl Fn(&SolverEntry) -> bool, of: impl Fn(&Arc<So
     assert!(2 * completed > runs, "only {completed} of {runs} runs came to the end");
 }
 
+/// The same run of a variant with its macro steps placed by the model.
+fn placed_by_the_model(variant: Variant) -> Variant {
+    let controller = StepController::ModelDefect { order: 2, closings: true };
+    Variant { step_rule: Some(StepRule { tolerance: 1e-3, shortest: 5e-4, controller }), ..variant }
+}
+
+#[test]
+fn the_macro_loop_must_allocate_nothing_where_the_model_places_its_steps() {
+    nothing_is_allocated(
+        |solver| solver.name == DEFAULT,
+        |solver| {
+            let gap = |variant: &Variant| variant.scheme.name == "rim-nonsmooth-gap";
+            variants(solver).into_iter().filter(gap).map(placed_by_the_model).collect()
+        },
+    );
+}
+
 #[test]
 fn the_macro_loop_must_allocate_nothing_once_the_first_macro_step_has_begun() {
     nothing_is_allocated(|solver| solver.name == DEFAULT, variants);
@@ -223,6 +243,7 @@ fn the_count_must_see_a_solver_that_allocates() {
         mechanics_steps: ONE,
         macro_step: 2e-2,
         integrators: FIRST_ORDER,
+        step_rule: None,
     };
     let (counts, _) = allocations(&variant);
     assert!(counts[5] > 0, "a solver that allocates goes unseen");

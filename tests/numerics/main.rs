@@ -26,6 +26,7 @@ mod golden;
 mod hydraulic_line;
 mod impact;
 mod many_contacts;
+mod model_steps;
 mod oscillator_theory;
 mod parametric_step;
 mod plain_implementation;

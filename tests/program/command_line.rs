@@ -51,6 +51,18 @@ fn a_run_reports_outcome_metrics_and_counters_as_json() {
 }
 
 #[test]
+fn steps_placed_by_the_model_are_asked_for_by_name_and_refused_without_a_model() {
+    let placed =
+        ["--macro-step", "5e-3", "--duration", "0.3", "--step-control", "model-defect", "--step-tolerance", "1e-3"];
+    let facts = json(simulate(&["--scheme", "rim-nonsmooth-gap", "--format", "json"]).args(placed));
+    assert_eq!((&facts["outcome"], &facts["step_control"]), (&"completed".into(), &"model-defect".into()));
+    assert!(facts["model_defect_rank"].is_number(), "{}", facts["model_defect_rank"]);
+    assert_eq!(facts["exchanges"].as_u64(), facts["macro_steps"].as_u64().map(|steps| steps + 1));
+    let message = refused(simulate(&["--scheme", "zero-order-hold"]).args(placed));
+    assert!(message.contains("step_control = model-defect: scheme `zero-order-hold` has no reduced"), "{message}");
+}
+
+#[test]
 fn what_determines_a_run_is_a_column_of_its_table_and_a_key_of_its_json() {
     let folder = tempfile::tempdir().unwrap();
     let experiment = folder.path().join("tuned.toml");

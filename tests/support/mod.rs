@@ -400,7 +400,7 @@ impl Abilities for Springs {
 pub fn setup(grid: CommunicationGrid, micro_step: f64, sequence: Sequence, force_return: ForceReturn) -> Setup {
     Setup {
         grid,
-        energy_rule: None,
+        step_rule: None,
         micro_step,
         mechanics_steps: MechanicsSteps::ONE,
         actuator_integrator: ActuatorIntegrator::Euler,

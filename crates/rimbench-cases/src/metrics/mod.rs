@@ -57,4 +57,5 @@ pub const METRICS: &[Metric] = &[
     energy::AUDIT_CLOSURE,
     energy::IDENTITY_RESIDUAL,
     pace::MEAN_MACRO_STEP,
+    pace::DEFECT_RANK,
 ];

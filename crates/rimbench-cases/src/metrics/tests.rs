@@ -101,6 +101,22 @@ fn the_residual_in_impacts_is_that_of_the_steps_in_which_a_contact_closed() {
     assert_eq!(resting.value(RESIDUAL), Some(0.0));
 }
 
+/// Errors of 3, 1, 4 and 2 N at the ends of four macro steps; what the run started from counts for nothing.
+#[test]
+fn the_rank_of_the_models_defect_is_that_of_the_force_errors_at_the_ends_of_macro_steps() {
+    const RANK: &str = "model_defect_rank";
+    let mut given = Given::new(&[99.0, 3.0, -1.0, 4.0, -2.0], &OPEN[..5], &[0.0; 5]);
+    let zeros = (0..5).flat_map(|k| [time(k), 0.0]).collect();
+    given.reference = Trajectory::from_data(["time_s", "f_n"].map(str::to_owned).to_vec(), zeros);
+    assert_eq!(given.value(RANK), None, "no defect was noted");
+    let with = |defects: [f64; 4]| defects.iter().enumerate().map(|(k, e)| [time(k + 1), *e]).collect::<Vec<_>>();
+    given.report.model_defect = with([0.3, 0.1, 0.9, 0.2]);
+    assert_eq!(given.value(RANK), Some(1.0));
+    // Ranks 2 0 3 1 against 2 1 3 0: two are off by one, 1 − 6·2/(4·15).
+    given.report.model_defect = with([0.3, 0.2, 0.9, 0.1]);
+    approx::assert_relative_eq!(given.value(RANK).unwrap(), 0.8, epsilon = 1e-15);
+}
+
 #[test]
 fn a_peak_at_the_opening_of_the_valve_is_no_touch_down() {
     const RATIO: &str = "touch_down_peak_ratio";

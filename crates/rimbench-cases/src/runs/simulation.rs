@@ -8,7 +8,7 @@ use rimbench_core::cosim::{
     counts_interface_way, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::Need;
+use rimbench_core::schemes::{Coupling, Need};
 use std::time::Duration;
 
 /// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that every
@@ -52,17 +52,23 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
     check_coupling(system.sides.as_ref().map(|side| side.ports()))?;
     let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut sides = system.sides.lend();
-    let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.grid.macro_steps() + 1);
+    let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.expected_macro_steps() + 1);
     let skip = spec
         .scheme
         .incompatibility(sides.lend())
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| unreturnable(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
-    let (report, wall) = match skip {
-        Some(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
+    let coupled = match skip {
+        Some(reason) => Err(reason),
         None => {
             let coupling = spec.scheme.couple(sides.lend(), spec.model.as_ref(), spec.gain)?;
+            without_forecast(spec, &coupling).map_or(Ok(coupling), Err)
+        }
+    };
+    let (report, wall) = match coupled {
+        Err(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
+        Ok(coupling) => {
             let watch = clock.map(|now| Watch { now, latencies: true, wall_limit: spec.wall_limit });
             let doubling = spec.step_control.doubling(spec.scheme.order);
             let started = clock.map(|now| now());
@@ -81,12 +87,24 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
 fn uncontrollable(control: StepControl, sides: Sides<'_>) -> Option<String> {
     match control {
         StepControl::None => None,
+        StepControl::ModelDefect { .. } => {
+            Need::OutputRates.unmet(sides).map(|reason| format!("step control model-defect: {reason}"))
+        }
         StepControl::EnergyResidual(_) => (!counts_interface_work(sides))
             .then(|| "step control energy-residual needs an interface whose work both sides count".to_owned()),
         StepControl::StepDoubling(_) => {
             Need::Copies.unmet(sides).map(|reason| format!("step control step-doubling takes steps back: {reason}"))
         }
     }
+}
+
+/// Why the scheme's model cannot set the macro steps, if it is to and cannot.
+fn without_forecast(spec: &RunSpec, coupling: &Coupling) -> Option<String> {
+    let by_defect = matches!(spec.step_control, StepControl::ModelDefect { .. });
+    (by_defect && coupling.scheme.forecast().is_none()).then(|| {
+        let name = &spec.scheme.name;
+        format!("step control model-defect: scheme {name} moves no model of the mechanics together with the actuator")
+    })
 }
 
 /// Why energy cannot be returned to these subsystems, if it cannot.

@@ -188,6 +188,13 @@ impl RunSpec {
                 return Err(Error::invalid("min_macro_step_s", rule.shortest, expected));
             }
         }
+        if matches!(self.step_control, StepControl::ModelDefect { .. }) && !self.scheme.has_model() {
+            return Err(Error::Incompatible(format!(
+                "step_control = {}: scheme `{}` has no reduced interface model",
+                self.step_control.kind(),
+                self.scheme.name
+            )));
+        }
         self.scheme.check_sequence(self.sequence)?;
         self.scheme.check_force_return(self.force_return)?;
         self.force_return.check(self.sequence)?;
@@ -302,6 +309,17 @@ impl RunSpec {
         Ok(grid)
     }
 
+    /// Power of H with which the defect of the scheme's model falls in a macro step of a smooth motion.
+    ///
+    /// A model of order p is off by `O(τ^p)` in its velocity after a time τ, and by `O(H^(p+1))` in its position at the end, if the
+    /// mechanics itself is no worse: one step of the first order misses its position by `O(H²)`. As many steps as the actuator takes
+    /// are those of the model too, and what they miss is missed by both.
+    fn defect_order(&self) -> u32 {
+        let coarse =
+            self.mechanics_integrator.second_order().is_none() && self.mechanics_steps != MechanicsSteps::AsActuator;
+        if coarse { 2 } else { self.scheme.order + 1 }
+    }
+
     /// Says what the macro loop of the run needs to know; `bounds` say beyond what it counts as diverged.
     ///
     /// # Errors
@@ -309,7 +327,7 @@ impl RunSpec {
     pub fn setup(&self, bounds: Bounds) -> Result<Setup> {
         Ok(Setup {
             grid: self.grid()?,
-            energy_rule: self.step_control.energy_rule(),
+            step_rule: self.step_control.step_rule(self.defect_order()),
             micro_step: self.micro_step,
             mechanics_steps: self.mechanics_steps,
             actuator_integrator: self.actuator_integrator,

@@ -1,7 +1,7 @@
 //! How the macro step follows what a run finds, as an option of a run with any scheme.
 
 use rimbench_core::ceilings::StepDoubling;
-use rimbench_core::cosim::{EnergyController, StepRule};
+use rimbench_core::cosim::{StepController, StepRule};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::find_by_name;
 use std::fmt;
@@ -19,14 +19,20 @@ pub enum StepControlKind {
     EnergyResidualLibcosim,
     /// Comparing one step with two halves.
     StepDoubling,
+    /// By how much the scheme's model of the mechanics was wrong, and by what it says will close.
+    ModelDefect,
+    /// The same, but blind to what will close.
+    ModelDefectBlind,
 }
 
 impl StepControlKind {
-    const NAMES: [(&'static str, StepControlKind); 4] = [
+    const NAMES: [(&'static str, StepControlKind); 6] = [
         ("none", StepControlKind::None),
         ("energy-residual", StepControlKind::EnergyResidual),
         ("energy-residual-libcosim", StepControlKind::EnergyResidualLibcosim),
         ("step-doubling", StepControlKind::StepDoubling),
+        ("model-defect", StepControlKind::ModelDefect),
+        ("model-defect-blind", StepControlKind::ModelDefectBlind),
     ];
 }
 
@@ -49,6 +55,7 @@ impl FromStr for StepControlKind {
 /// ```text
 /// none             t_k of the communication grid
 /// energy-residual  H_{k+1} = H_k σ ε_k^(−k_I−k_P) ε_{k−1}^(k_P)                      no step is ever taken back
+/// model-defect     the same with k_I, k_P by the order of the defect, σ = 1; just after closings    the same
 /// step-doubling    one step H against two of H/2, both on copies; H ← 0.9 H ε^(−1/(p+1))  taken back where ε > 1
 /// ```
 /// `ε` is an error in units of what the rule allows; see [`StepRule`]. The first macro step of the grid is the first one
@@ -62,6 +69,13 @@ pub enum StepControl {
     EnergyResidual(StepRule),
     /// By comparing one step with two halves.
     StepDoubling(StepRule),
+    /// By how much the scheme's model of the mechanics was wrong.
+    ModelDefect {
+        /// What it is to keep to; `controller` is found when the run begins.
+        rule: StepRule,
+        /// Whether a communication point is placed just after a closing that the model foresees.
+        closings: bool,
+    },
 }
 
 /// Shortest macro step unless another is asked for, as a part of H.
@@ -80,18 +94,20 @@ impl StepControl {
                 return idle.map_or(Ok(StepControl::None), |key| {
                     Err(Error::Incompatible(format!(
                         "{key} is given but nothing controls the step: add step_control = \"energy-residual\", \
-                         \"energy-residual-libcosim\" or \"step-doubling\""
+                         \"energy-residual-libcosim\", \"model-defect\" or \"step-doubling\""
                     )))
                 });
             }
             StepControlKind::EnergyResidual | StepControlKind::EnergyResidualLibcosim => StepControl::EnergyResidual,
             StepControlKind::StepDoubling => StepControl::StepDoubling,
+            StepControlKind::ModelDefect => |rule| StepControl::ModelDefect { rule, closings: true },
+            StepControlKind::ModelDefectBlind => |rule| StepControl::ModelDefect { rule, closings: false },
         };
         let expected = "a finite number above 0: the error allowed per macro step";
         let tolerance = tolerance.ok_or_else(|| Error::invalid("step_tolerance", "nothing", expected))?;
         let controller = match kind {
-            StepControlKind::EnergyResidualLibcosim => EnergyController::Published,
-            _ => EnergyController::Audited,
+            StepControlKind::EnergyResidualLibcosim => StepController::Published,
+            _ => StepController::Audited,
         };
         let rule = StepRule { tolerance, shortest: shortest.unwrap_or(SHORTEST * macro_step), controller };
         rule.check(macro_step)?;
@@ -103,10 +119,12 @@ impl StepControl {
         match self {
             StepControl::None => StepControlKind::None,
             StepControl::EnergyResidual(rule) => match rule.controller {
-                EnergyController::Audited => StepControlKind::EnergyResidual,
-                EnergyController::Published => StepControlKind::EnergyResidualLibcosim,
+                StepController::Published => StepControlKind::EnergyResidualLibcosim,
+                _ => StepControlKind::EnergyResidual,
             },
             StepControl::StepDoubling(_) => StepControlKind::StepDoubling,
+            StepControl::ModelDefect { closings: true, .. } => StepControlKind::ModelDefect,
+            StepControl::ModelDefect { closings: false, .. } => StepControlKind::ModelDefectBlind,
         }
     }
 
@@ -114,14 +132,20 @@ impl StepControl {
     pub fn rule(&self) -> Option<&StepRule> {
         match self {
             StepControl::None => None,
-            StepControl::EnergyResidual(rule) | StepControl::StepDoubling(rule) => Some(rule),
+            StepControl::EnergyResidual(rule)
+            | StepControl::StepDoubling(rule)
+            | StepControl::ModelDefect { rule, .. } => Some(rule),
         }
     }
 
-    /// What the macro loop is to keep to.
-    pub(super) fn energy_rule(&self) -> Option<StepRule> {
+    /// What the macro loop is to keep to, where the defect of the scheme's model falls with H to the power `order`.
+    pub(super) fn step_rule(&self, order: u32) -> Option<StepRule> {
         match self {
             StepControl::EnergyResidual(rule) => Some(*rule),
+            StepControl::ModelDefect { rule, closings } => {
+                let controller = StepController::ModelDefect { order, closings: *closings };
+                Some(StepRule { controller, ..*rule })
+            }
             StepControl::None | StepControl::StepDoubling(_) => None,
         }
     }
@@ -130,7 +154,7 @@ impl StepControl {
     pub(super) fn doubling(&self, order: u32) -> Option<StepDoubling> {
         match self {
             StepControl::StepDoubling(rule) => Some(StepDoubling { rule: *rule, order }),
-            StepControl::None | StepControl::EnergyResidual(_) => None,
+            StepControl::None | StepControl::EnergyResidual(_) | StepControl::ModelDefect { .. } => None,
         }
     }
 }
@@ -141,7 +165,9 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused_with_the_key_and_what_is_valid() {
-        use StepControlKind::{EnergyResidual, EnergyResidualLibcosim, None as Grid, StepDoubling};
+        use StepControlKind::{
+            EnergyResidual, EnergyResidualLibcosim, ModelDefect, ModelDefectBlind, None as Grid, StepDoubling,
+        };
         let new = |kind, tolerance, shortest| StepControl::new(kind, tolerance, shortest, 1e-2);
         let refused = |control: Result<StepControl>| control.unwrap_err().to_string();
         for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -158,8 +184,8 @@ mod tests {
         assert!(message.contains("did you mean `step-doubling`"), "{message}");
         assert_eq!(new(Grid, None, None).unwrap(), StepControl::None);
         let rule = *new(StepDoubling, Some(1e-3), None).unwrap().rule().unwrap();
-        assert_eq!(rule, StepRule { tolerance: 1e-3, shortest: 1e-4, controller: EnergyController::Audited });
-        for kind in [Grid, EnergyResidual, EnergyResidualLibcosim, StepDoubling] {
+        assert_eq!(rule, StepRule { tolerance: 1e-3, shortest: 1e-4, controller: StepController::Audited });
+        for kind in [Grid, EnergyResidual, EnergyResidualLibcosim, StepDoubling, ModelDefect, ModelDefectBlind] {
             assert_eq!(kind.to_string().parse::<StepControlKind>().unwrap(), kind);
         }
     }

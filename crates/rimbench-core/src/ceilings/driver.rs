@@ -78,7 +78,7 @@ impl Driver {
         supervision: Supervision<'_>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
-        let mut log = Log::new(supervision.watch, setup.grid.macro_steps());
+        let mut log = Log::new(supervision.watch, setup);
         let state = &mut PairState::new(setup, sides.lend(), attachments);
         let mut given = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
         let mut pair = match CopiedPair::of(&given) {

@@ -31,6 +31,9 @@ pub(crate) const NO_OIL_LINES: &str = "the actuator has no volumes of oil that l
 pub(crate) const NO_PIECES: &str = "the mechanics does not split its steps at events";
 
 /// Likewise.
+pub(crate) const NO_FORECAST: &str = "the scheme moves no model of the mechanics together with the actuator";
+
+/// Likewise.
 pub(crate) const NO_INTERFACE_DISPLACEMENT: &str = "the mechanics does not count the way and the work of its interface";
 
 impl Attachments {

@@ -2,16 +2,18 @@
 
 mod advance;
 
-use super::attachments::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
+use super::attachments::{NO_FORECAST, NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
 use super::coupling_scheme::{CouplingScheme, Sample, SchemeReport};
 use super::interface_work::InterfaceWork;
+use super::model_defect::ModelDefect;
 use super::outcome::Outcome;
-use super::pace::{BondPowers, Interval};
+use super::pace::{BondPowers, Findings, Interval};
 use super::pair_state::PairState;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
+use super::step_rule::StepController;
 use super::subsystem::Sides;
 use super::supervision::StopFlag;
 use super::work::Work;
@@ -175,13 +177,19 @@ impl CoupledPair<'_> {
         InterfaceWork { sent_j: self.state.work_sent.sent(), received_j }
     }
 
-    /// What each side says crosses the interface at the end of a macro step: its outputs there, with the inputs that it had; nothing
-    /// is asked of the sides unless somebody wants to know.
+    /// What the rule that sets the macro steps looks at besides work, at the `end` of one; nothing is asked of the sides unless a rule
+    /// wants to know.
     #[inline]
-    pub(crate) fn bond_powers(&mut self, wanted: bool) -> Result<BondPowers, Failure> {
-        if !wanted {
-            return Ok(BondPowers::default());
+    pub(crate) fn findings(&mut self, by: Option<StepController>, end: f64) -> Result<Findings, Failure> {
+        match by {
+            None | Some(StepController::Audited) => Ok(Findings::None),
+            Some(StepController::Published) => self.bond_powers().map(Findings::Powers),
+            Some(StepController::ModelDefect { .. }) => self.model_defect(end).map(Findings::Defect),
         }
+    }
+
+    /// What each side says crosses the interface: its outputs at the end of a macro step, with the inputs that it had.
+    fn bond_powers(&mut self) -> Result<BondPowers, Failure> {
         let PairState { own, u, work_sent, .. } = &mut *self.state;
         self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
         self.sides.mechanics.outputs(&u.mechanics, &mut own.mechanics)?;
@@ -189,5 +197,22 @@ impl CoupledPair<'_> {
             actuator: work_sent.power(&own.actuator, &u.actuator),
             mechanics: work_sent.power(&u.mechanics, &own.mechanics),
         })
+    }
+
+    /// By how much the motion that the actuator was given by the scheme's model is wrong at the `end` (s) of a macro step.
+    #[cold]
+    fn model_defect(&mut self, end: f64) -> Result<ModelDefect, Failure> {
+        let PairState { own, u, y, defect, .. } = &mut *self.state;
+        let (Some(meter), Some(forecast)) = (defect, self.scheme.forecast()) else {
+            return Err(Cause::NotOffered { what: NO_FORECAST }.into());
+        };
+        self.sides.mechanics.outputs(&u.mechanics, &mut own.mechanics)?;
+        self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
+        if !self.sides.actuator.abilities().output_rates(end, &u.actuator, meter.rates())? {
+            return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
+        }
+        meter.note_forces(&y.actuator);
+        meter.note_forces(&own.actuator);
+        Ok(meter.measure(forecast, &own.mechanics))
     }
 }

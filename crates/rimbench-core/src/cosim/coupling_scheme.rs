@@ -79,6 +79,15 @@ pub struct SchemeReport {
     pub counters: SolverCounters,
 }
 
+/// Where a scheme's own model of the mechanics stands at the end of the micro step whose input it wrote last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Forecast<'a> {
+    /// Interface coordinates, m.
+    pub position: &'a [f64],
+    /// Time until its next contact closes, s, if one does.
+    pub next_closing: Option<f64>,
+}
+
 /// What is the other side doing meanwhile? Answers with an input for each micro step.
 ///
 /// At each communication point the loop calls [`receive`](Self::receive) for the mechanics, then for the actuator; then
@@ -123,6 +132,12 @@ pub trait CouplingScheme: Send {
     #[inline]
     fn course(&self, _to: Side, _at: MicroStep, _course: &mut [Cubic]) -> bool {
         false
+    }
+
+    /// Says where the scheme's own model of the mechanics has come to with the actuator's force; none from a scheme that moves no
+    /// such model.
+    fn forecast(&self) -> Option<Forecast<'_>> {
+        None
     }
 
     /// Reports on the scheme's own picture of the other side. Looks at what was solved; solves no contact problem.

@@ -6,6 +6,7 @@ use super::coupled_pair::CoupledPair;
 use super::energy_account::EnergyAudit;
 use super::outcome::Outcome;
 use super::report::Report;
+use super::setup::Setup;
 use super::side::{PerSide, Side};
 use super::supervision::{Stopwatch, Watch};
 use super::work::Work;
@@ -21,11 +22,25 @@ pub(crate) enum End {
 pub(crate) struct Log {
     pub(crate) stopwatch: Stopwatch,
     interface_residual: Vec<[f64; 2]>,
+    model_defect: Vec<[f64; 2]>,
 }
 
 impl Log {
-    pub(crate) fn new(watch: Option<Watch>, macro_steps: usize) -> Self {
-        Log { stopwatch: Stopwatch::new(watch, macro_steps), interface_residual: Vec::with_capacity(macro_steps + 1) }
+    /// Makes room for a run that is set up like this.
+    pub(crate) fn new(watch: Option<Watch>, setup: &Setup) -> Self {
+        let macro_steps = setup.expected_macro_steps();
+        let by_defect = setup.step_rule.is_some_and(|rule| rule.by_defect());
+        Log {
+            stopwatch: Stopwatch::new(watch, macro_steps),
+            interface_residual: Vec::with_capacity(macro_steps + 1),
+            model_defect: Vec::with_capacity(if by_defect { macro_steps } else { 0 }),
+        }
+    }
+
+    /// Notes by how much the scheme's model was wrong, N, at `time` (s).
+    #[cold]
+    pub(crate) fn note_defect(&mut self, time: f64, defect: f64) {
+        self.model_defect.push([time, defect]);
     }
 
     /// Notes the communication point at which `step` starts, and shows it; that is no part of the macro step. `effective_mass` is
@@ -68,6 +83,7 @@ impl Log {
             scheme: pair.scheme_report(),
             energy_return: pair.state.attachments.energy_pool.as_ref().map(|pool| pool.books()),
             interface_residual: self.interface_residual,
+            model_defect: self.model_defect,
             latencies_s: self.stopwatch.latencies,
             inside: pair.state.inside.take(),
         }

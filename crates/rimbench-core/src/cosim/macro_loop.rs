@@ -7,7 +7,7 @@ use super::coupled_pair::CoupledPair;
 use super::coupling_scheme::CouplingScheme;
 use super::log::{End, Log};
 use super::micro_log::micro_log;
-use super::pace::{Interval, Pace};
+use super::pace::{Findings, Interval, Pace};
 use super::pair_state::PairState;
 use super::report::Report;
 use super::setup::Setup;
@@ -28,7 +28,7 @@ pub fn cosimulate(
     supervision: Supervision<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
-    let inside = supervision.inside.then(|| micro_log(setup, &sides)).flatten();
+    let inside = supervision.inside.then(|| micro_log(setup, &sides));
     let state = &mut PairState { inside, ..PairState::new(setup, sides.lend(), attachments) };
     cover(|pair, interval| pair.advance(interval), setup, sides, scheme, state, supervision, observe)
 }
@@ -43,7 +43,7 @@ pub(crate) fn cover(
     supervision: Supervision<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
-    let mut log = Log::new(supervision.watch, setup.grid.macro_steps());
+    let mut log = Log::new(supervision.watch, setup);
     let mut pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
     let ended = macro_steps(&mut pair, CoupledPair::lend, advance, &mut log, observe);
     let work = pair.work();
@@ -61,7 +61,7 @@ pub(crate) fn macro_steps<P>(
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<End, Failure> {
     let setup = lend(pair).setup;
-    let mut pace = Pace::new(setup.grid, setup.energy_rule);
+    let mut pace = Pace::new(setup.grid, setup.step_rule);
     let mut next = pace.first();
     let mut effective_mass = None;
     loop {
@@ -76,8 +76,11 @@ pub(crate) fn macro_steps<P>(
         log.stopwatch.end();
         let mut after = lend(pair);
         effective_mass = after.scheme.report().effective_mass;
-        let powers = after.bond_powers(pace.wants_powers())?;
-        match pace.after(next, after.interface_work(), powers) {
+        let findings = after.findings(pace.controller(), next.end)?;
+        if let Findings::Defect(defect) = &findings {
+            log.note_defect(next.end, defect.force);
+        }
+        match pace.after(next, after.interface_work(), findings) {
             Some(interval) => next = interval,
             None => return finish(&mut after, log, next.after(), effective_mass, observe),
         }

@@ -1,43 +1,9 @@
-//! Which macro step comes next: the communication grid's, or as long as the energy residual allows.
+//! Which macro step comes next: the communication grid's, or as long as the error allows that a run finds of itself.
 
 use super::communication_grid::{CommunicationGrid, MacroStep};
 use super::interface_work::InterfaceWork;
-use crate::error::{Error, Result};
-
-/// What a controlled macro step is to keep to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepRule {
-    /// Error allowed per macro step, a pure number: by the energy residual relative to the largest mean power that has crossed the
-    /// interface in a macro step, by step doubling relative to the largest value that each coupling variable has had.
-    pub tolerance: f64,
-    /// Shortest macro step, s. One this short is taken whatever its error; only the last one may be shorter.
-    pub shortest: f64,
-    /// How the energy residual is made into a step; nothing else looks at it.
-    pub controller: EnergyController,
-}
-
-/// How the energy residual of a macro step is made into the length of the next.
-///
-/// ```text
-/// audited    δE = sent − received as both sides count it         ε = |δE|/H / (tolerance · P_k),  P_k the largest mean power so far
-///            σ = 0.8, ε held within [1e-3, 1e3]
-/// published  P_a = Σ λ_{k+1} w_k,  P_b = Σ w_{k+1} λ_k           outputs at the end of the step, inputs that were held during it
-///            ε = |P_a − P_b| H / (tolerance · 1 J + tolerance · |max(P_a, P_b)| H)        σ = 0.99
-///            while ε or the one before is 0 the step stays as it is
-/// both       H ← H σ ε^(−k_I−k_P) ε_before^(k_P),  k_I = 0.15, k_P = 0.2, by no less than 0.2 and no more than 1.5
-/// ```
-/// *published* is what libcosim's `ecco_algorithm` does, with the parameters of its quarter-truck example (one tolerance for both
-/// of its two); the tolerance is the level at which the residual settles. In *audited* the residual and its reference are ours.
-/// # Source
-/// open-simulation-platform/libcosim, `ecco_algorithm.cpp` (commit 0cc35102) and its test configuration.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum EnergyController {
-    /// Works counted by both sides.
-    #[default]
-    Audited,
-    /// Products of the last values, as in libcosim.
-    Published,
-}
+use super::model_defect::ModelDefect;
+use super::step_rule::{StepController, StepRule};
 
 /// Power that each side says crosses the interface at the end of a macro step, W.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -46,27 +12,6 @@ pub(crate) struct BondPowers {
     pub(crate) actuator: f64,
     /// Σ velocity that the mechanics has · force that it was given.
     pub(crate) mechanics: f64,
-}
-
-impl StepRule {
-    /// Checks tolerance and shortest step against the macro step H (s), which is the longest.
-    ///
-    /// # Errors
-    /// [`Error::InvalidValue`].
-    pub fn check(&self, macro_step: f64) -> Result<()> {
-        if !(self.tolerance.is_finite() && self.tolerance > 0.0) {
-            let expected = "a finite number above 0: the error allowed per macro step";
-            return Err(Error::invalid("step_tolerance", self.tolerance, expected));
-        }
-        if !(self.shortest.is_finite() && self.shortest > 0.0) {
-            return Err(Error::invalid("min_macro_step_s", self.shortest, "a finite time above 0 s"));
-        }
-        if self.shortest > macro_step {
-            let expected = format!("at most the macro step, {macro_step} s, which is the longest");
-            return Err(Error::invalid("min_macro_step_s", self.shortest, expected));
-        }
-        Ok(())
-    }
 }
 
 /// A macro step and the time at which it ends, to the bit.
@@ -83,12 +28,27 @@ impl Interval {
     }
 }
 
-/// Gains of the controller, `k_I` and `k_P`, as libcosim's examples have them.
-const INTEGRAL_GAIN: f64 = 0.15;
-const PROPORTIONAL_GAIN: f64 = 0.2;
+/// What the rule that sets the macro steps looks at besides the work across the interface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Findings {
+    None,
+    Powers(BondPowers),
+    Defect(ModelDefect),
+}
+
+/// Gains of the controller, `p k_I` and `p k_P`: Gustafsson's, and with p = 2 those of libcosim's examples.
+const INTEGRAL_GAIN: f64 = 0.3;
+const PROPORTIONAL_GAIN: f64 = 0.4;
+/// Power of H with which the energy residual of a macro step falls.
+const RESIDUAL_ORDER: u32 = 2;
 /// Aim a little below the tolerance: libcosim's Python example, and its quarter truck.
 const SAFETY: f64 = 0.8;
 const PUBLISHED_SAFETY: f64 = 0.99;
+/// No step is rejected, so there is nothing to be kept clear of: the tolerance is where the defect settles.
+const DEFECT_SAFETY: f64 = 1.0;
+/// Where a communication point is placed that is to lie just after a closing: a twentieth of the way behind it, which is what the
+/// forecast may be wrong by. Before it the actuator would be told of the impact a macro step late.
+const AFTER_CLOSING: f64 = 1.05;
 /// Least and greatest ratio of one macro step to the one before, as libcosim's examples have them.
 const CHANGE: [f64; 2] = [0.2, 1.5];
 
@@ -102,7 +62,7 @@ const CHANGE: [f64; 2] = [0.2, 1.5];
 /// The power residual is that of the energy audit: each side counts the work in its own discretisation, instead of the
 /// product of the last values. The reference power is the largest so far instead of the present one, so that a power that
 /// passes through zero does not stop the run. Both are *ours*; form, gains and limits are the published ones.
-/// [`EnergyController::Published`] has the published residual, too. Nothing is taken back: a first step that is too long stays in
+/// [`StepController::Published`] has the published residual, too. Nothing is taken back: a first step that is too long stays in
 /// the result.
 /// # Source
 /// Sadjina, Kyllingstad, Skjong, Pedersen, *Energy conservation and power bonds in co-simulations*, Eng. Comput. 33 (2017).
@@ -114,17 +74,20 @@ pub(crate) struct Pace {
     received: f64,
     largest_power: f64,
     last_error: Option<f64>,
+    /// Length that a macro step was to have before it was cut short for a closing, s.
+    uncut: Option<f64>,
 }
 
 impl Pace {
-    /// Whether the next macro step depends on the powers at the end of the last one.
-    pub(crate) fn wants_powers(&self) -> bool {
-        self.rule.is_some_and(|rule| rule.controller == EnergyController::Published)
+    /// By what the next macro step is found, if not by the grid.
+    #[inline]
+    pub(crate) fn controller(&self) -> Option<StepController> {
+        self.rule.map(|rule| rule.controller)
     }
 
     /// The macro steps of `grid`, or with a rule those that keep to it.
     pub(crate) fn new(grid: CommunicationGrid, rule: Option<StepRule>) -> Self {
-        Pace { grid, rule, sent: 0.0, received: 0.0, largest_power: 0.0, last_error: None }
+        Pace { grid, rule, sent: 0.0, received: 0.0, largest_power: 0.0, last_error: None, uncut: None }
     }
 
     /// The first macro step.
@@ -136,24 +99,31 @@ impl Pace {
         Interval { step: self.grid.step(index), end: self.grid.time(index + 1) }
     }
 
-    /// The macro step after `done`, given the work across the interface until its end and, if wanted, the powers there; none after
-    /// the last.
+    /// The macro step after `done`, given the work across the interface until its end and what the rule wants to know besides; none
+    /// after the last.
     #[inline]
-    pub(crate) fn after(&mut self, done: Interval, work: InterfaceWork, powers: BondPowers) -> Option<Interval> {
+    pub(crate) fn after(&mut self, done: Interval, work: InterfaceWork, findings: Findings) -> Option<Interval> {
         let Some(rule) = self.rule else {
             let index = done.step.index + 1;
             return (index < self.grid.macro_steps()).then(|| self.of_grid(index));
         };
-        let change = match rule.controller {
-            EnergyController::Audited => {
-                let error = self.error(rule, done.step.length, work);
-                let last = self.last_error.replace(error).unwrap_or(error);
-                change(SAFETY, error, last)
-            }
-            EnergyController::Published => {
+        let change = match (rule.controller, findings) {
+            (StepController::Published, Findings::Powers(powers)) => {
                 let error = published_error(rule.tolerance, done.step.length, powers);
                 let last = self.last_error.replace(error).unwrap_or(0.0);
-                if error == 0.0 || last == 0.0 { 1.0 } else { change(PUBLISHED_SAFETY, error, last) }
+                if error == 0.0 || last == 0.0 { 1.0 } else { change(PUBLISHED_SAFETY, RESIDUAL_ORDER, [error, last]) }
+            }
+            (StepController::ModelDefect { order, closings }, Findings::Defect(defect)) => {
+                let length = self.length_by_defect(rule, order, done.step.length, defect);
+                let cut = defect.next_closing.filter(|_| closings).map(|time| AFTER_CLOSING * time);
+                let cut = cut.filter(|cut| *cut < length).map(|cut| cut.max(rule.shortest));
+                self.uncut = cut.map(|_| length);
+                return following(done.step.index + 1, done.end, cut.unwrap_or(length), self.grid.duration());
+            }
+            _ => {
+                let error = self.error(rule, done.step.length, work);
+                let last = self.last_error.replace(error).unwrap_or(error);
+                change(SAFETY, RESIDUAL_ORDER, [error, last])
             }
         };
         let length = done.step.length * change;
@@ -161,8 +131,19 @@ impl Pace {
         following(done.step.index + 1, done.end, length, self.grid.duration())
     }
 
-    /// Power residual in units of what is allowed; held within six decades, so that one vanishing error does not make the
-    /// controller's memory useless.
+    /// Length by the defect of the last macro step, which was `done` (s) long.
+    ///
+    /// A step that was cut short for a closing says nothing about how long one may be, unless its defect was too large all the same.
+    #[cold]
+    fn length_by_defect(&mut self, rule: StepRule, order: u32, done: f64, defect: ModelDefect) -> f64 {
+        let error = within_decades(defect.relative / rule.tolerance);
+        let last = self.last_error.replace(error).unwrap_or(error);
+        let change = change(DEFECT_SAFETY, order, [error, last]);
+        let length = self.uncut.take().map_or(done * change, |uncut| uncut * change.min(1.0));
+        length.clamp(rule.shortest, self.grid.macro_step())
+    }
+
+    /// Power residual in units of what is allowed.
     fn error(&mut self, rule: StepRule, length: f64, work: InterfaceWork) -> f64 {
         let (sent, received) = (work.sent_j.unwrap_or(0.0), work.received_j.unwrap_or(0.0));
         let power = [(sent - self.sent) / length, (received - self.received) / length];
@@ -170,17 +151,24 @@ impl Pace {
         self.largest_power = self.largest_power.max(power[0].abs()).max(power[1].abs());
         let residual = (power[0] - power[1]).abs();
         let error = if residual > 0.0 { residual / (rule.tolerance * self.largest_power) } else { 0.0 };
-        error.clamp(1e-3, 1e3)
+        within_decades(error)
     }
 }
 
-/// Ratio of the next macro step to the last.
-fn change(safety: f64, error: f64, last: f64) -> f64 {
-    let change = safety * libm::pow(error, -INTEGRAL_GAIN - PROPORTIONAL_GAIN) * libm::pow(last, PROPORTIONAL_GAIN);
+/// An error in units of what is allowed, held within six decades, so that one vanishing error does not make the controller's memory
+/// useless; what is not a number asks for the shortest step.
+fn within_decades(error: f64) -> f64 {
+    if error.is_nan() { 1e3 } else { error.clamp(1e-3, 1e3) }
+}
+
+/// Ratio of the next macro step to the last, from the errors of the last and of the one before, which fall with H to the power `order`.
+fn change(safety: f64, order: u32, [error, last]: [f64; 2]) -> f64 {
+    let [k_i, k_p] = [INTEGRAL_GAIN, PROPORTIONAL_GAIN].map(|gain| gain / f64::from(order));
+    let change = safety * libm::pow(error, -k_i - k_p) * libm::pow(last, k_p);
     change.clamp(CHANGE[0], CHANGE[1])
 }
 
-/// ε of [`EnergyController::Published`].
+/// ε of [`StepController::Published`].
 fn published_error(tolerance: f64, length: f64, powers: BondPowers) -> f64 {
     let residual = (powers.actuator - powers.mechanics) * length;
     let energy = powers.actuator.max(powers.mechanics) * length;
@@ -207,30 +195,30 @@ mod tests {
 
     #[test]
     fn the_controller_must_do_what_the_calculation_by_hand_does() {
-        let rule = StepRule { tolerance: 0.1, shortest: 1e-3, controller: EnergyController::Audited };
+        let rule = StepRule { tolerance: 0.1, shortest: 1e-3, controller: StepController::Audited };
         let mut pace = Pace::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
         let work = |sent, received| InterfaceWork { sent_j: Some(sent), received_j: Some(received) };
         // 10 W against 9 W of 10 W: ε = 1, H ← 0.8 H.
-        let second = pace.after(pace.first(), work(1.0, 0.9), BondPowers::default()).unwrap();
+        let second = pace.after(pace.first(), work(1.0, 0.9), Findings::None).unwrap();
         approx::assert_relative_eq!(second.step.length, 0.08, max_relative = 1e-14);
         // 10 W against 6 W: ε = 4 after 1, H ← 0.8 · 4^(−0.35) H.
-        let third = pace.after(second, work(1.8, 0.9 + 0.48), BondPowers::default()).unwrap();
+        let third = pace.after(second, work(1.8, 0.9 + 0.48), Findings::None).unwrap();
         approx::assert_relative_eq!(third.step.length, 0.08 * 0.8 * libm::pow(4.0_f64, -0.35), max_relative = 1e-12);
         // No residual at all: ε counts as 1e-3, and the step grows by no more than half.
-        let fourth = pace.after(third, work(1.9, 0.9 + 0.48 + 0.1), BondPowers::default()).unwrap();
+        let fourth = pace.after(third, work(1.9, 0.9 + 0.48 + 0.1), Findings::None).unwrap();
         approx::assert_relative_eq!(fourth.step.length, 1.5 * third.step.length, max_relative = 1e-9);
         // Ten times the tolerance and more: no shorter than a fifth.
-        let fifth = pace.after(fourth, work(1.9 + 1e3, 0.9 + 0.48 + 0.1), BondPowers::default()).unwrap();
+        let fifth = pace.after(fourth, work(1.9 + 1e3, 0.9 + 0.48 + 0.1), Findings::None).unwrap();
         approx::assert_relative_eq!(fifth.step.length, 0.2 * fourth.step.length, max_relative = 1e-9);
     }
 
     /// Worked by hand from the published code.
     #[test]
     fn the_published_controller_must_do_what_libcosim_does() {
-        let rule = StepRule { tolerance: 1e-2, shortest: 1e-3, controller: EnergyController::Published };
+        let rule = StepRule { tolerance: 1e-2, shortest: 1e-3, controller: StepController::Published };
         let mut pace = Pace::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
         let nothing = InterfaceWork::default();
-        let powers = |actuator, mechanics| BondPowers { actuator, mechanics };
+        let powers = |actuator, mechanics| Findings::Powers(BondPowers { actuator, mechanics });
         // The first residual only sets the memory: the step stays.
         let second = pace.after(pace.first(), nothing, powers(3.0, 2.0)).unwrap();
         assert_eq!(second.step.length, 0.1);
@@ -244,6 +232,36 @@ mod tests {
         assert_eq!(fourth.step.length, third.step.length);
         let fifth = pace.after(fourth, nothing, powers(9.0, 1.0)).unwrap();
         assert_eq!(fifth.step.length, third.step.length);
+    }
+
+    /// k_I = 0.1, k_P = 0.4/3 where the defect falls with H³.
+    #[test]
+    fn the_defect_of_the_model_must_set_the_step_as_the_calculation_by_hand_does() {
+        let controller = StepController::ModelDefect { order: 3, closings: true };
+        let rule = StepRule { tolerance: 0.1, shortest: 1e-3, controller };
+        let mut pace = Pace::new(CommunicationGrid::new(0.1, 0.5, 10.0).unwrap(), Some(rule));
+        let mut after = |done, relative, next_closing| {
+            let defect = ModelDefect { force: f64::NAN, relative, next_closing };
+            pace.after(done, InterfaceWork::default(), Findings::Defect(defect)).unwrap()
+        };
+        let first = Interval { step: MacroStep { index: 0, start: 0.0, length: 0.05 }, end: 0.05 };
+        // ε = 1: the tolerance is where it settles. A closing beyond the step does not matter.
+        let second = after(first, 0.1, Some(0.06));
+        assert_eq!(second.step.length, 0.05);
+        // ε = 8 after 1.
+        let third = after(second, 0.8, None);
+        let expected = 0.05 * libm::pow(8.0_f64, -0.7 / 3.0);
+        approx::assert_relative_eq!(third.step.length, expected, max_relative = 1e-12);
+        // ε = 8 again, 8^(−0.1), but a contact closes before: a twentieth behind it.
+        let cut = after(third, 0.8, Some(0.01));
+        approx::assert_relative_eq!(cut.step.length, 0.0105, max_relative = 1e-12);
+        // The step that was cut had no large defect: the next is as long as it would have been.
+        let uncut = after(cut, 0.08, None);
+        approx::assert_relative_eq!(uncut.step.length, expected * libm::pow(8.0_f64, -0.1), max_relative = 1e-12);
+        // What is about to close gives the shortest step, what is not a number a fifth of the last.
+        assert_eq!(after(uncut, 0.1, Some(1e-6)).step.length, 1e-3);
+        let lost = after(uncut, f64::NAN, None);
+        assert!(lost.step.length < uncut.step.length, "{}", lost.step.length);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::attachments::Attachments;
 use super::communication_grid::division;
 use super::integrators::ActuatorIntegrator;
+use super::model_defect::DefectMeter;
 use super::outcome::Outcome;
 use super::output_rates::OutputRates;
 use super::setup::Setup;
@@ -32,6 +33,8 @@ pub(crate) struct PairState {
     pub(crate) received: Vec<f64>,
     pub(crate) transmission: Transmission,
     pub(crate) work_sent: WorkMeter,
+    /// By how much the scheme's model is wrong, where that sets the macro steps.
+    pub(crate) defect: Option<DefectMeter>,
     pub(crate) time: f64,
     pub(crate) counters: CosimCounters,
     pub(crate) diverged: Option<Outcome>,
@@ -53,6 +56,7 @@ impl PairState {
         let ports = sides.ports();
         let zeros = |side: Side| vec![0.0; ports[side].outputs.len()];
         let to_mechanics = ports.actuator.outputs.len();
+        let by_defect = setup.step_rule.is_some_and(|rule| rule.by_defect());
         let midpoint = setup.actuator_integrator == ActuatorIntegrator::Midpoint;
         PairState {
             speaks_first: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
@@ -66,6 +70,7 @@ impl PairState {
             received: vec![0.0; to_mechanics],
             transmission: Transmission::new(to_mechanics, micro_steps),
             work_sent: WorkMeter::new(ports.actuator),
+            defect: by_defect.then(|| DefectMeter::new(ports.actuator)),
             time: 0.0,
             counters: CosimCounters::default(),
             diverged: None,

@@ -26,10 +26,13 @@ pub struct Report {
     pub energy_return: Option<EnergyBooks>,
     /// Cumulative interface residual, one pair (t_k in s, J) per communication point; empty where it is not counted.
     pub interface_residual: Vec<[f64; 2]>,
+    /// By how much the scheme's model was wrong at the end of each macro step, one pair (t_k in s, N) per macro step: see
+    /// [`StepController::ModelDefect`](super::StepController::ModelDefect). Empty under any other rule.
+    pub model_defect: Vec<[f64; 2]>,
     /// Wall time of each macro step, s; empty unless asked for. Depends on machine and load.
     pub latencies_s: Vec<f64>,
     /// What the actuator did in each micro step: `time_s` of its start, `middle_s`, its outputs at the start, its inputs over it. None
-    /// unless asked for, with step control, and where steps are taken again or both sides step together.
+    /// unless asked for, and where steps are taken again or both sides step together.
     pub inside: Option<Trajectory>,
 }
 
@@ -45,6 +48,7 @@ impl Report {
             scheme: SchemeReport::default(),
             energy_return: None,
             interface_residual: Vec::new(),
+            model_defect: Vec::new(),
             latencies_s: Vec::new(),
             inside: None,
         }

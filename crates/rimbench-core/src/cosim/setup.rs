@@ -4,17 +4,17 @@ use super::communication_grid::{CommunicationGrid, MacroStep, division};
 use super::force_return::{ForceReturn, Sequence};
 use super::integrators::ActuatorIntegrator;
 use super::mechanics_steps::MechanicsSteps;
-use super::pace::StepRule;
 use super::side::PerSide;
+use super::step_rule::StepRule;
 
 /// Everything that determines a run besides the subsystems and the scheme.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
     /// The communication points.
     pub grid: CommunicationGrid,
-    /// How far the energy residual of the interface may go, if the length of the macro steps is to follow it. The first macro
-    /// step of `grid` is then the start, its `H` the longest.
-    pub energy_rule: Option<StepRule>,
+    /// How far the error that a run finds of itself may go, if the length of the macro steps is to follow it. The first macro step of
+    /// `grid` is then the start, its `H` the longest.
+    pub step_rule: Option<StepRule>,
     /// Longest micro step of the actuator side, s; the one used divides the macro step.
     pub micro_step: f64,
     /// The mechanics' own steps per macro step.
@@ -30,10 +30,20 @@ pub struct Setup {
     pub bounds: Bounds,
 }
 
+/// Macro steps of a controlled run for which room is made at most: 2.4 MB of what is noted of each.
+const MOST_EXPECTED: usize = 100_000;
+
 /// Largest admissible magnitude of each output, by side; `+inf` where there is none. An empty list bounds nothing.
 pub type Bounds = PerSide<Vec<f64>>;
 
 impl Setup {
+    /// Returns the number of macro steps; where a rule sets their length, the most that there can be, as far as room is made for them
+    /// beforehand.
+    pub fn expected_macro_steps(&self) -> usize {
+        let most = self.step_rule.map(|rule| division(self.grid.duration(), rule.shortest).min(MOST_EXPECTED));
+        most.unwrap_or(0).max(self.grid.macro_steps())
+    }
+
     /// Counts the micro steps of the actuator side in a macro step.
     pub fn actuator_steps(&self, step: MacroStep) -> usize {
         division(step.length, self.micro_step)

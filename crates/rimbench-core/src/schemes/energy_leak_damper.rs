@@ -161,7 +161,7 @@ mod tests {
         // A phase, several steps of the mechanics and a last step that is shorter: all have to be counted.
         let setup = Setup {
             grid: CommunicationGrid::new(1e-2, 0.4, 3.003).unwrap(),
-            energy_rule: None,
+            step_rule: None,
             micro_step: 2e-3,
             mechanics_steps: MechanicsSteps::count(2).unwrap(),
             actuator_integrator: Default::default(),

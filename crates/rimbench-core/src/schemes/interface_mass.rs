@@ -20,7 +20,7 @@ use super::interface_acceleration::InterfaceAcceleration;
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use super::rated_force::rated_force;
-use crate::cosim::{CouplingScheme, Cubic, MicroStep, Sample, SchemeReport, Sequence, Side};
+use crate::cosim::{CouplingScheme, Cubic, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Failure, Result};
 
 pub(super) fn entry() -> SchemeEntry {
@@ -117,6 +117,10 @@ impl CouplingScheme for InterfaceMass {
 
     fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
         to == Side::Mechanics && self.force.within(at, course)
+    }
+
+    fn forecast(&self) -> Option<Forecast<'_>> {
+        Some(Forecast { position: &self.position, next_closing: None })
     }
 
     fn report(&mut self) -> SchemeReport {

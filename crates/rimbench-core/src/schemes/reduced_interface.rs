@@ -21,7 +21,7 @@ use super::need::Need;
 use super::packed_model::PackedModel;
 use super::parametric_step::{GapMotion, MicroState, ParametricStep};
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSet};
-use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Sequence, Side};
+use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Failure, Result};
 use crate::interface_model::{Condensation, GapRates, ReducedInterfaceModel, Redundancy, condense, impact_velocity};
 
@@ -420,6 +420,18 @@ impl ReducedInterface {
         }
     }
 
+    /// Time until the first of the contacts that are open closes, its acceleration being that of the last micro step, s.
+    fn next_closing(&self) -> Option<f64> {
+        let tracked = (self.gap_term == GapTerm::Tracked).then(|| self.packed.contacts())?;
+        let closing = (0..tracked).filter(|&slot| self.gap[slot] > 0.0 && self.p_u[slot] <= 0.0).filter_map(|slot| {
+            let (gap, w) = (self.gap[slot], self.w[slot]);
+            let a = (w - self.w_free[slot]) / self.micro_step;
+            let speed = (w * w - 2.0 * a * gap).sqrt() - w;
+            (speed > 0.0).then(|| 2.0 * gap / speed)
+        });
+        closing.reduce(f64::min)
+    }
+
     /// Leaves out of `set` what does not take part in a macro step of `length` (s).
     fn choose_contacts(&mut self, length: f64) -> Result<(), Failure> {
         if self.contacts == Contacts::BilateralActive {
@@ -494,6 +506,10 @@ impl CouplingScheme for ReducedInterface {
             position.copy_from_slice(&self.position);
             velocity.copy_from_slice(&self.w[self.packed.contacts()..][..self.position.len()]);
         }
+    }
+
+    fn forecast(&self) -> Option<Forecast<'_>> {
+        Some(Forecast { position: &self.position, next_closing: self.next_closing() })
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

@@ -14,7 +14,7 @@ use super::construction::{ModelConstruction, sent};
 use super::entry::{Family, SchemeEntry};
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Sequence, Side};
+use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::Failure;
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
 
@@ -96,6 +96,10 @@ impl CouplingScheme for FixedMass {
         u[..n_i].copy_from_slice(&self.position);
         u[n_i..].copy_from_slice(&self.velocity);
         Ok(())
+    }
+
+    fn forecast(&self) -> Option<Forecast<'_>> {
+        Some(Forecast { position: &self.position, next_closing: None })
     }
 
     fn report(&mut self) -> SchemeReport {
