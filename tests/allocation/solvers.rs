@@ -58,8 +58,8 @@ fn pivoting_solvers_do_not_allocate_up_to_their_capacity() {
 fn a_larger_problem_grows_the_workspace_once() {
     for name in ALLOCATION_FREE {
         let grown = allocations_of_solving(name, 0, &[20]);
-        // Twelve buffers in the largest solver, nine in the fallback; 100 problems are solved.
-        assert!(grown > 0 && grown <= 21, "{name}: {grown} allocations");
+        // Twelve buffers in the largest solver, eleven in the fallback; 100 problems are solved.
+        assert!(grown > 0 && grown <= 23, "{name}: {grown} allocations");
     }
 }
 

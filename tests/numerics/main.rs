@@ -22,6 +22,7 @@ mod coupling;
 mod elimination;
 mod energy_audit;
 mod energy_return;
+mod friction;
 mod golden;
 mod hydraulic_line;
 mod impact;

@@ -7,14 +7,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms of the core, each with those that it may open.
-const ROOMS: [(&str, &[&str]); 7] = [
+const ROOMS: [(&str, &[&str]); 8] = [
     ("linear_algebra", &[]),
     ("complementarity", &["linear_algebra"]),
-    ("interface_model", &["linear_algebra"]),
+    ("friction", &["linear_algebra", "complementarity"]),
+    ("interface_model", &["linear_algebra", "friction"]),
     ("cosim", &["complementarity", "interface_model", "linear_algebra"]),
     ("ceilings", &["cosim"]),
-    ("mechanics", &["linear_algebra", "complementarity", "interface_model", "cosim"]),
-    ("schemes", &["linear_algebra", "complementarity", "interface_model", "cosim", "ceilings"]),
+    ("mechanics", &["linear_algebra", "complementarity", "friction", "interface_model", "cosim"]),
+    ("schemes", &["linear_algebra", "complementarity", "friction", "interface_model", "cosim", "ceilings"]),
 ];
 
 /// What every room may open.

@@ -9,6 +9,7 @@
 //! | [`mechanics`] | the non-smooth stepper and the monolithic reference |
 //! | [`cosim`] | subsystems, coupling schemes, and the macro loop |
 //! | [`interface_model`] | the reduced interface model (paper Eqs. 3 and 4) |
+//! | [`friction`] | contact problems with Coulomb friction in the plane and their solvers |
 //! | [`complementarity`] | linear complementarity problems and their solvers |
 //! | [`linear_algebra`] | factors, products and storage for small dense matrices |
 //! | [`error`] | bad input and runs that fail |
@@ -20,6 +21,7 @@ pub mod ceilings;
 pub mod complementarity;
 pub mod cosim;
 pub mod error;
+pub mod friction;
 pub mod interface_model;
 pub mod linear_algebra;
 pub mod mechanics;

@@ -38,6 +38,11 @@ impl SolverEntry {
         Checked::new((self.build)(capacity), fallback, self.tolerance)
     }
 
+    /// Tells whether it goes from one active set to the next, as the default does.
+    pub fn goes_by_active_sets(&self) -> bool {
+        matches!((self.build)(0), Solver::ActiveSet(_))
+    }
+
     /// Describes the default of simulations.
     pub fn active_set() -> Self {
         SolverEntry {

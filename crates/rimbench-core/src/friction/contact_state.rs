@@ -1,0 +1,43 @@
+//! What a contact with friction does.
+
+/// State of a contact over a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ContactState {
+    /// It carries nothing: `P = 0`, `w_n ≥ 0`.
+    #[default]
+    Open,
+    /// It does not move: `w_n = w_t = 0`, `|P_t| ≤ μ P_n`.
+    Stick,
+    /// It slides forwards: `w_n = 0`, `w_t ≥ 0`, `P_t = −μ P_n`.
+    SlipPositive,
+    /// It slides backwards: `w_n = 0`, `w_t ≤ 0`, `P_t = +μ P_n`.
+    SlipNegative,
+}
+
+impl ContactState {
+    /// All of them.
+    pub const ALL: [ContactState; 4] =
+        [ContactState::Open, ContactState::Stick, ContactState::SlipPositive, ContactState::SlipNegative];
+
+    /// Returns `P_t / (μ P_n)` of a contact that slides; 0 of one that does not.
+    #[inline]
+    pub fn friction(self) -> f64 {
+        match self {
+            ContactState::Open | ContactState::Stick => 0.0,
+            ContactState::SlipPositive => -1.0,
+            ContactState::SlipNegative => 1.0,
+        }
+    }
+
+    /// Returns the state of a closed contact that moves so (m/s), standing still up to `tolerance` (m/s).
+    #[inline]
+    pub fn of_closed(w_t: f64, tolerance: f64) -> Self {
+        if w_t > tolerance {
+            ContactState::SlipPositive
+        } else if w_t < -tolerance {
+            ContactState::SlipNegative
+        } else {
+            ContactState::Stick
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! All combinations of states, one after the other.
+
+use super::active_states::solve_states;
+use super::{ContactState, FrictionProblem, StateSystem, natural_residual};
+use crate::complementarity::{SolveStats, Unsolved};
+
+/// Contacts up to which all combinations are tried: 4⁵ are 1024.
+pub const ENUMERATION_LIMIT: usize = 5;
+
+/// One of the solutions of a problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrictionSolution {
+    /// What each contact does.
+    pub states: Vec<ContactState>,
+    /// `[P_n; P_t]`, N·s.
+    pub impulses: Vec<f64>,
+}
+
+/// Tries every combination of states: finds a solution whenever there is one.
+///
+/// Open before stick before slip, the first contact fastest: of several solutions the first within the tolerance is taken, so that whoever asks
+/// gets the same.
+#[derive(Debug, Clone)]
+pub struct Enumeration {
+    system: StateSystem,
+    x: Vec<f64>,
+    trial: Vec<f64>,
+    states: Vec<ContactState>,
+}
+
+impl Enumeration {
+    /// Makes room for this many contacts, or as many as it takes on.
+    pub fn new(contacts: usize) -> Self {
+        let n = contacts.min(ENUMERATION_LIMIT);
+        Enumeration {
+            system: StateSystem::new(n),
+            x: vec![0.0; 2 * n],
+            trial: vec![0.0; 2 * n],
+            states: vec![ContactState::Open; n],
+        }
+    }
+
+    /// Writes the impulses and states of the first combination with a natural residual up to `tolerance`, or of the best.
+    ///
+    /// # Errors
+    /// [`Unsolved::TooLarge`] above [`ENUMERATION_LIMIT`].
+    pub fn attempt(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        tolerance: f64,
+        states: &mut [ContactState],
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        let mut best = f64::INFINITY;
+        let mut tried = 0;
+        self.visit(problem, |combination, trial, residual| {
+            tried += 1;
+            if residual < best {
+                best = residual;
+                impulses.copy_from_slice(trial);
+                states.copy_from_slice(combination);
+            }
+            residual <= tolerance
+        })?;
+        Ok(SolveStats { pivots: tried, factorisations: tried, ..SolveStats::default() })
+    }
+
+    /// Lists all solutions with a natural residual up to `tolerance`, with their states.
+    ///
+    /// # Errors
+    /// [`Unsolved::TooLarge`] above [`ENUMERATION_LIMIT`].
+    pub fn solutions(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        tolerance: f64,
+    ) -> Result<Vec<FrictionSolution>, Unsolved> {
+        let mut found = Vec::new();
+        self.visit(problem, |combination, trial, residual| {
+            if residual <= tolerance {
+                found.push(FrictionSolution { states: combination.to_vec(), impulses: trial.to_vec() });
+            }
+            false
+        })?;
+        Ok(found)
+    }
+
+    /// Shows every combination, its impulses and their residual, until somebody has enough.
+    fn visit(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        mut enough: impl FnMut(&[ContactState], &[f64], f64) -> bool,
+    ) -> Result<(), Unsolved> {
+        let n = problem.contacts();
+        if n > ENUMERATION_LIMIT {
+            return Err(Unsolved::TooLarge { size: n });
+        }
+        if self.states.len() < n {
+            *self = Enumeration::new(n);
+        }
+        let Enumeration { system, x, trial, states } = self;
+        let (states, trial) = (&mut states[..n], &mut trial[..2 * n]);
+        for combination in 0..1_usize << (2 * n) {
+            for (contact, state) in states.iter_mut().enumerate() {
+                *state = ContactState::ALL[combination >> (2 * contact) & 3];
+            }
+            // Without friction a contact is open or closed.
+            let redundant = |(state, mu): (&ContactState, &f64)| {
+                *mu == 0.0 && matches!(state, ContactState::Stick | ContactState::SlipNegative)
+            };
+            if states.iter().zip(problem.friction).any(redundant) {
+                continue;
+            }
+            solve_states(system, problem, states, x, trial);
+            if enough(states, trial, natural_residual(problem, trial)) {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+}

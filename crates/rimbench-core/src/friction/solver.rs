@@ -1,0 +1,129 @@
+//! The solver a simulation holds: checked after every problem, with fallbacks, and counted.
+
+use super::{
+    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
+    natural_residual,
+};
+use crate::complementarity::{SolveStats, SolverCounters, Unsolved};
+
+/// Solves one problem after the other, each from the states of the last; every answer is measured by [`natural_residual`].
+///
+/// `P = 0` where that is a solution. Else the [`ActiveStates`]; where their answer is not good enough [`Enumeration`] up to five contacts,
+/// else [`CopositiveLemke`] and [`ContactSweeps`]. Free of allocation up to the number of contacts it was made for.
+#[derive(Debug, Clone)]
+pub struct FrictionSolver {
+    tolerance: f64,
+    states: Vec<ContactState>,
+    /// Of the last problem.
+    len: usize,
+    active: ActiveStates,
+    enumeration: Enumeration,
+    lemke: CopositiveLemke,
+    counters: SolverCounters,
+}
+
+impl FrictionSolver {
+    /// Makes room for this many contacts; accepts natural residuals up to `tolerance`.
+    pub fn new(contacts: usize, tolerance: f64) -> Self {
+        FrictionSolver {
+            tolerance,
+            states: vec![ContactState::Open; contacts],
+            len: 0,
+            active: ActiveStates::new(contacts),
+            enumeration: Enumeration::new(contacts),
+            lemke: CopositiveLemke::new(if contacts > ENUMERATION_LIMIT { contacts } else { 0 }),
+            counters: SolverCounters::default(),
+        }
+    }
+
+    /// Returns the natural residual up to which an answer is accepted.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Returns the states of the last problem.
+    pub fn states(&self) -> &[ContactState] {
+        &self.states[..self.len]
+    }
+
+    /// Says from which states the next problem starts.
+    pub fn start_from(&mut self, states: impl Iterator<Item = ContactState>) {
+        self.len = 0;
+        for state in states {
+            if self.len == self.states.len() {
+                self.states.push(state);
+            } else {
+                self.states[self.len] = state;
+            }
+            self.len += 1;
+        }
+    }
+
+    /// Returns the counts since construction; pivots are changes of states, or what the fallback counts.
+    pub fn counters(&self) -> SolverCounters {
+        self.counters
+    }
+
+    /// Writes the solution to `impulses`, `[P_n; P_t]`.
+    ///
+    /// # Errors
+    /// [`Unsolved::NotFound`] with the least residual of all attempts: a jam that loads itself, or a problem beyond the methods.
+    pub fn solve(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        let n = problem.contacts();
+        if n != self.len {
+            self.start_from((0..n).map(|_| ContactState::Open));
+        }
+        self.counters.solves += 1;
+        let states = &mut self.states[..n];
+        if problem.is_solved_by_zero()? {
+            impulses.fill(0.0);
+            states.fill(ContactState::Open);
+            return Ok(SolveStats::default());
+        }
+        let (residual, stats) = match self.active.attempt(problem, states, impulses) {
+            Ok(stats) => (natural_residual(problem, impulses), stats),
+            Err(_) => (f64::INFINITY, SolveStats::default()),
+        };
+        if residual <= self.tolerance {
+            return Ok(self.accept(SolveStats { residual, ..stats }));
+        }
+        self.fall_back(problem, impulses, residual)
+    }
+
+    fn accept(&mut self, stats: SolveStats) -> SolveStats {
+        self.counters.pivots += u64::from(stats.pivots);
+        self.counters.factorisations += u64::from(stats.factorisations);
+        self.counters.worst_residual = self.counters.worst_residual.max(stats.residual);
+        stats
+    }
+
+    #[cold]
+    fn fall_back(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        impulses: &mut [f64],
+        mut least: f64,
+    ) -> Result<SolveStats, Unsolved> {
+        let n = problem.contacts();
+        // Far below what is accepted, so that the first solution is not one that only nearly is.
+        let wanted = 1e-3 * self.tolerance;
+        self.counters.fallbacks += 1;
+        for method in 0..3 {
+            let states = &mut self.states[..n];
+            let attempted = match method {
+                0 => self.enumeration.attempt(problem, wanted, states, impulses),
+                1 => self.lemke.attempt(problem, states, impulses),
+                _ => ContactSweeps.attempt(problem, wanted, states, impulses),
+            };
+            let residual = natural_residual(problem, impulses);
+            least = least.min(residual);
+            if let (Ok(stats), true) = (attempted, residual <= self.tolerance) {
+                return Ok(self.accept(SolveStats { fallback: true, residual, ..stats }));
+            }
+        }
+        self.counters.failures += 1;
+        // Whatever was tried last is no good start.
+        self.states[..n].fill(ContactState::Open);
+        Err(Unsolved::NotFound { residual: least })
+    }
+}

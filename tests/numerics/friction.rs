@@ -1,0 +1,320 @@
+//! Contact problems with Coulomb friction: closed forms, and all methods against each other.
+//!
+//! Impulses of redundant contacts are not unique; what is compared is what is: velocities and the resultant.
+
+use crate::support::solver;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rimbench::complementarity::{ComplementaritySolver, Lcp, Unsolved};
+use rimbench::friction::{
+    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
+    FrictionSolver, natural_residual,
+};
+
+use ContactState::{Open, SlipNegative, SlipPositive, Stick};
+
+/// What a solution by elimination leaves: a few roundings per row.
+const ROUND_OFF: f64 = 1e-13;
+
+/// Rows of contacts on bodies with unit-free masses, by which everything about a problem is known.
+#[derive(Debug, Clone)]
+struct Bodies {
+    /// `A`, normal rows first.
+    rows: Vec<Vec<f64>>,
+    h: Vec<f64>,
+    b: Vec<f64>,
+    friction: Vec<f64>,
+}
+
+impl Bodies {
+    fn new(rows: Vec<Vec<f64>>, mass: &[f64], v: &[f64], friction: &[f64]) -> Self {
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(mass).map(|((a, b), m)| a * b / m).sum::<f64>();
+        let h = rows.iter().flat_map(|a| rows.iter().map(|b| product(a, b))).collect();
+        let b = rows.iter().map(|a| a.iter().zip(v).map(|(a, v)| a * v).sum()).collect();
+        Bodies { rows, h, b, friction: friction.to_vec() }
+    }
+
+    fn problem(&self) -> FrictionProblem<'_> {
+        FrictionProblem { h: &self.h, b: &self.b, friction: &self.friction }
+    }
+
+    fn w(&self, impulses: &[f64]) -> Vec<f64> {
+        let mut w = vec![0.0; self.b.len()];
+        self.problem().velocities(impulses, &mut w);
+        w
+    }
+
+    fn resultant(&self, impulses: &[f64]) -> Vec<f64> {
+        let columns = self.rows[0].len();
+        (0..columns).map(|j| self.rows.iter().zip(impulses).map(|(row, p)| row[j] * p).sum()).collect()
+    }
+}
+
+/// A planar body `(ẋ, ẏ, ω)` of mass 1 with contacts at arms `(x, y)` over a level floor.
+fn on_floor(arms: &[[f64; 2]], inertia: f64, v: [f64; 3], mu: f64) -> Bodies {
+    let normal = arms.iter().map(|[x, _]| vec![0.0, 1.0, *x]);
+    let tangential = arms.iter().map(|[_, y]| vec![1.0, 0.0, -y]);
+    Bodies::new(normal.chain(tangential).collect(), &[1.0, 1.0, inertia], &v, &vec![mu; arms.len()])
+}
+
+fn solved(problem: FrictionProblem<'_>) -> (Vec<ContactState>, Vec<f64>) {
+    let n = problem.contacts();
+    let mut solver = FrictionSolver::new(n, 1e-9);
+    let mut impulses = vec![f64::NAN; 2 * n];
+    let stats = solver.solve(problem, &mut impulses).unwrap();
+    assert!(stats.residual <= ROUND_OFF, "{}", stats.residual);
+    (solver.states().to_vec(), impulses)
+}
+
+#[test]
+fn a_block_on_an_incline_must_stick_below_the_angle_of_friction_and_lose_what_is_above_it_to_friction() {
+    let (mass, h, g, angle) = (10.0, 1e-3, 9.81, 0.3_f64);
+    let matrix = [1.0 / mass, 0.0, 0.0, 1.0 / mass];
+    let b = [-h * g * angle.cos(), h * g * angle.sin()];
+    for (mu, state) in [(angle.tan() * (1.0 + 1e-9), Stick), (angle.tan() * (1.0 - 1e-9), SlipPositive)] {
+        let (states, p) = solved(FrictionProblem { h: &matrix, b: &b, friction: &[mu] });
+        assert_eq!(states, [state]);
+        let wanted = (b[1] - mu * h * g * angle.cos()).max(0.0);
+        // Of numbers of the size of b.
+        assert!((b[1] + p[1] / mass - wanted).abs() <= 4.0 * f64::EPSILON * b[1]);
+        assert!((p[0] - mass * h * g * angle.cos()).abs() <= 4.0 * f64::EPSILON * p[0]);
+    }
+}
+
+#[test]
+fn an_oblique_impact_of_a_disc_must_stick_up_to_three_mu_times_its_approach_whatever_the_restitution_of_moreau() {
+    // I = m R²/2, so that H_tt = 3 H_nn.
+    let matrix = [1.0, 0.0, 0.0, 3.0];
+    let (mu, w_n) = (0.15, -2.0);
+    let threshold = 3.0 * mu * 2.0;
+    for e in [0.0, 0.5] {
+        // Normal restitution alone drives the threshold up by 1 + e; one e in both directions leaves it.
+        for (e_t, limit) in [(0.0, threshold * (1.0 + e)), (e, threshold)] {
+            for (w_t, state) in [(limit * (1.0 - 1e-9), Stick), (limit * (1.0 + 1e-9), SlipPositive)] {
+                let b = [(1.0 + e) * w_n, (1.0 + e_t) * w_t];
+                let (states, p) = solved(FrictionProblem { h: &matrix, b: &b, friction: &[mu] });
+                assert_eq!(states, [state], "e = {e}, e_t = {e_t}");
+                let slides = (b[1] - 3.0 * mu * (1.0 + e) * 2.0).max(0.0);
+                assert!((b[1] + 3.0 * p[1] - slides).abs() <= 8.0 * f64::EPSILON * b[1]);
+            }
+        }
+    }
+}
+
+/// The rod of Painlevé: uniform, of half length 1 and mass 1, its tip on the floor at tan θ = 2, sliding so that friction digs it in.
+fn rod(mu: f64, w_n: f64) -> Bodies {
+    let angle = 2.0_f64.atan();
+    let (x, y) = (-angle.cos(), -angle.sin());
+    let mut rod = on_floor(&[[x, y]], 1.0 / 3.0, [0.0; 3], mu);
+    // With H_nt below 0 it is sliding backwards that digs in.
+    let digs_in = rod.h[1].signum();
+    rod.b = vec![w_n, digs_in];
+    rod
+}
+
+#[test]
+fn the_rod_of_painleve_must_have_one_solution_below_four_thirds_and_three_above() {
+    let critical = rod(1.0, 0.0);
+    let mu_p = critical.h[0] / critical.h[1].abs();
+    // (1 + 3 cos²θ)/(3 sin θ cos θ), and its least value over all angles.
+    assert!((mu_p - 4.0 / 3.0).abs() <= 8.0 * f64::EPSILON, "{mu_p}");
+    for (mu, count) in [(1.2, 1), (4.0 / 3.0 - 1e-6, 1), (4.0 / 3.0 + 1e-6, 3), (1.5, 3)] {
+        // The tip is about to leave, slowly enough that friction that pushes it in does not turn it round first.
+        let rod = rod(mu, 1e-3 * (1.0 - 0.75 * mu).abs());
+        assert!((rod.problem().painleve_margin() - (1.0 - 0.75 * mu)).abs() <= 8.0 * f64::EPSILON);
+        let solutions = Enumeration::new(1).solutions(rod.problem(), ROUND_OFF).unwrap();
+        let states: Vec<_> = solutions.iter().map(|solution| solution.states[0]).collect();
+        assert_eq!(states.len(), count, "μ = {mu}: {states:?}");
+        assert_eq!(states[0], Open);
+        if count == 3 {
+            // It jams, or it is pushed in by its own friction.
+            assert_eq!(states[1], Stick);
+            assert!(matches!(states[2], SlipPositive | SlipNegative));
+            assert!(solutions[1..].iter().all(|solution| solution.impulses[0] > 0.0));
+        }
+        // Nothing that pushes is wanted where nothing needs to.
+        assert_eq!(solved(rod.problem()).0, [Open]);
+    }
+    // Pressed down it has one solution on either side, and beyond the coefficient it cannot slide.
+    for (mu, state) in [(1.2, false), (1.5, true)] {
+        let (states, _) = solved(rod(mu, -1e-3).problem());
+        assert_eq!(states == [Stick], state, "μ = {mu}: {states:?}");
+    }
+}
+
+#[test]
+fn a_problem_in_which_friction_alone_must_push_apart_what_it_presses_together_has_no_answer() {
+    // A tip that can move along one line only, down and forwards in one: no impulse within the cone lifts it.
+    let jam = Bodies::new(vec![vec![1.0], vec![2.0]], &[1.0], &[-1.0], &[1.0]);
+    assert!(jam.problem().painleve_margin() < 0.0);
+    let (_, p) = solved(jam.problem());
+    assert!(jam.w(&p).iter().all(|w| w.abs() <= ROUND_OFF), "pushed along its line it stops: {p:?}");
+    // The same with a gap term that wants it to open by more than its tangential row allows.
+    let impossible = FrictionProblem { h: &jam.h, b: &[-1.0, 2.0], friction: &[1.0] };
+    let mut impulses = [0.0; 2];
+    let failed = FrictionSolver::new(1, 1e-9).solve(impossible, &mut impulses);
+    assert!(matches!(failed, Err(Unsolved::NotFound { residual }) if residual > 1e-3), "{failed:?}");
+    let undefined = FrictionProblem { h: &jam.h, b: &[f64::NAN, 2.0], friction: &[1.0] };
+    assert_eq!(FrictionSolver::new(1, 1e-9).solve(undefined, &mut impulses), Err(Unsolved::NonFinite));
+}
+
+/// Exact Coulomb as a fixed point of convex problems: the cone relaxed, with `b_n + μ |w_t|` until `w_t` stays.
+///
+/// ```text
+/// P_n = z⁺ + z⁻,  P_t = μ (z⁺ − z⁻)        0 ≤ w_n + s ± μ w_t ⟂ z± ≥ 0        s = μ |w_t|
+/// ```
+fn by_convex_problems(bodies: &Bodies) -> Option<Vec<f64>> {
+    let n = bodies.friction.len();
+    let cone = |sign: f64, c: usize, row: &dyn Fn(usize) -> f64| row(c) + sign * bodies.friction[c] * row(n + c);
+    let side = |k: usize| (if k < n { 1.0 } else { -1.0 }, k % n);
+    let matrix: Vec<f64> = (0..4 * n * n)
+        .map(|entry| {
+            let ((s_row, row), (s_column, column)) = (side(entry / (2 * n)), side(entry % (2 * n)));
+            cone(s_row, row, &|r| cone(s_column, column, &|c| bodies.h[r * 2 * n + c]))
+        })
+        .collect();
+    let (mut lifted, mut z) = (vec![0.0; n], vec![0.0; 2 * n]);
+    let mut lcp_solver = solver().checked(2 * n);
+    for _ in 0..2000 {
+        let q: Vec<f64> =
+            (0..2 * n).map(side).map(|(sign, c)| lifted[c] + cone(sign, c, &|row| bodies.b[row])).collect();
+        lcp_solver.solve(Lcp::new(&matrix, &q), &mut z).ok()?;
+        let tangential = (0..n).map(|c| bodies.friction[c] * (z[c] - z[n + c]));
+        let impulses: Vec<f64> = (0..n).map(|c| z[c] + z[n + c]).chain(tangential).collect();
+        let w = bodies.w(&impulses);
+        let next: Vec<f64> = (0..n).map(|c| bodies.friction[c] * w[n + c].abs()).collect();
+        let change = next.iter().zip(&lifted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        lifted = next;
+        if change <= 1e-15 {
+            return Some(impulses);
+        }
+    }
+    None
+}
+
+/// Contacts at random places of two bodies, against each other and against the ground.
+fn random_bodies(rng: &mut Pcg64, contacts: usize) -> Bodies {
+    let mut draw = |low: f64, high: f64| rng.random_range(low..high);
+    let (mut normal, mut tangential) = (Vec::new(), Vec::new());
+    for contact in 0..contacts {
+        let angle = draw(-0.6, 0.6);
+        let direction = [angle.sin(), angle.cos()];
+        let along = [direction[1], -direction[0]];
+        let arms = [[draw(-1.0, 1.0), draw(-1.0, 0.0)], [draw(-1.0, 1.0), draw(0.0, 1.0)]];
+        let part =
+            |[x, y]: [f64; 2], [n_x, n_y]: [f64; 2], sign: f64| [sign * n_x, sign * n_y, sign * (x * n_y - y * n_x)];
+        let row = |direction: [f64; 2]| {
+            let upper = part(arms[0], direction, 1.0);
+            // The first contacts are between the bodies, the others of one of them with the ground.
+            match contact % 3 {
+                0 => [upper, part(arms[1], direction, -1.0)].concat(),
+                1 => [[0.0; 3], upper].concat(),
+                _ => [upper, [0.0; 3]].concat(),
+            }
+        };
+        normal.push(row(direction));
+        tangential.push(row(along));
+    }
+    let mass: Vec<f64> = [1.0, 1.0, 0.4, 3.0, 3.0, 0.5].map(|m| m * draw(0.5, 2.0)).to_vec();
+    let v: Vec<f64> = (0..6).map(|i| draw(-1.0, 1.0) - if i % 3 == 1 { 1.0 } else { 0.0 }).collect();
+    let friction: Vec<f64> = (0..contacts).map(|_| draw(0.0, 0.7)).collect();
+    Bodies::new([normal, tangential].concat(), &mass, &v, &friction)
+}
+
+fn assert_same(name: &str, bodies: &Bodies, found: &[f64], expected: &[f64], tolerance: f64) {
+    let pairs = [(bodies.w(found), bodies.w(expected)), (bodies.resultant(found), bodies.resultant(expected))];
+    for (found, expected) in pairs {
+        let scale = expected.iter().fold(1.0, |max: f64, x| max.max(x.abs()));
+        for (f, e) in found.iter().zip(&expected) {
+            assert!((f - e).abs() <= tolerance * scale, "{name}: {found:?}, not {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn all_methods_must_find_the_same_velocities_and_resultant_where_there_is_one_solution() {
+    let mut rng = Pcg64::seed_from_u64(16);
+    let (mut unique, mut several, mut warm, mut swept, mut convex) = (0, 0, 0, 0, 0);
+    for problem in 0..400 {
+        let n = 1 + problem % ENUMERATION_LIMIT;
+        let bodies = random_bodies(&mut rng, n);
+        let solutions = Enumeration::new(n).solutions(bodies.problem(), 1e-11).unwrap();
+        assert!(!solutions.is_empty(), "a copositive problem without gap terms has a solution");
+        let (mut states, mut impulses) = (vec![Open; n], vec![0.0; 2 * n]);
+        // Lemke's promise holds however many there are.
+        CopositiveLemke::new(n).attempt(bodies.problem(), &mut states, &mut impulses).unwrap();
+        assert!(natural_residual(bodies.problem(), &impulses) <= 1e-10, "{bodies:?}");
+        let wanted = &solutions[0].impulses;
+        let w = bodies.w(wanted);
+        let same = |p: &[f64]| bodies.w(p).iter().zip(&w).all(|(a, b)| (a - b).abs() <= 1e-8);
+        if !solutions.iter().all(|solution| same(&solution.impulses)) {
+            several += 1;
+            continue;
+        }
+        unique += 1;
+        // Solutions by elimination, their rows conditioned up to about 1e4.
+        assert_same("lemke", &bodies, &impulses, wanted, 1e-9);
+        assert_same("solver", &bodies, &solved_any(&bodies), wanted, 1e-9);
+        if ActiveStates::new(n).attempt(bodies.problem(), &mut vec![Open; n], &mut impulses).is_ok() {
+            assert_same("active states", &bodies, &impulses, wanted, 1e-9);
+            warm += 1;
+        }
+        // These stop at a residual; a direction that hardly moves anything may be off by so many times more.
+        if ContactSweeps.attempt(bodies.problem(), 1e-13, &mut states, &mut impulses).is_ok() {
+            assert_same("sweeps", &bodies, &impulses, wanted, 1e-7);
+            swept += 1;
+        }
+        if let Some(impulses) = by_convex_problems(&bodies) {
+            assert!(natural_residual(bodies.problem(), &impulses) <= 1e-9);
+            assert_same("convex problems", &bodies, &impulses, wanted, 1e-7);
+            convex += 1;
+        }
+    }
+    println!("unique {unique}, several {several}, warm {warm}, swept {swept}, convex {convex}");
+    assert!(unique >= 350 && warm >= unique * 8 / 10 && swept >= unique / 2 && convex >= unique * 8 / 10);
+}
+
+fn solved_any(bodies: &Bodies) -> Vec<f64> {
+    let n = bodies.friction.len();
+    let mut impulses = vec![0.0; 2 * n];
+    FrictionSolver::new(n, 1e-9).solve(bodies.problem(), &mut impulses).unwrap();
+    impulses
+}
+
+#[test]
+fn without_friction_the_problem_must_be_the_linear_complementarity_problem_of_its_normal_rows() {
+    let mut rng = Pcg64::seed_from_u64(17);
+    for _ in 0..50 {
+        let mut bodies = random_bodies(&mut rng, 4);
+        bodies.friction.fill(0.0);
+        let normal: Vec<f64> = (0..4).flat_map(|row| bodies.h[8 * row..8 * row + 4].to_vec()).collect();
+        let mut z = vec![0.0; 4];
+        solver().checked(4).solve(Lcp::new(&normal, &bodies.b[..4]), &mut z).unwrap();
+        z.extend([0.0; 4]);
+        assert_same("frictionless", &bodies, &solved_any(&bodies), &z, 1e-9);
+    }
+}
+
+#[test]
+fn two_corners_of_a_block_must_share_a_push_that_neither_can_take_alone() {
+    // Level block on two corners, pushed with more than one corner's friction and less than both: the tangential rows are dependent.
+    let block = on_floor(&[[-0.5, -0.2], [0.5, -0.2]], 0.3, [0.3, -1.0, 0.0], 0.4);
+    let (states, p) = solved(block.problem());
+    assert!(block.w(&p).iter().all(|w| w.abs() <= ROUND_OFF), "it stands still");
+    assert!((p[2] + p[3] + 0.3).abs() <= ROUND_OFF && (p[0] + p[1] - 1.0).abs() <= ROUND_OFF);
+    assert!(states.iter().all(|state| *state != Open), "{states:?}");
+}
+
+#[test]
+fn the_states_of_the_last_problem_must_solve_the_next_in_one_go() {
+    let block = |push: f64| on_floor(&[[-0.5, -0.2], [0.5, -0.1]], 0.3, [push, -1.0, 0.1], 0.4);
+    let (mut solver, mut impulses) = (FrictionSolver::new(2, 1e-9), [0.0; 4]);
+    for push in [0.9, 0.91, 0.92] {
+        let stats = solver.solve(block(push).problem(), &mut impulses).unwrap();
+        assert_eq!(stats.pivots == 0, push != 0.9, "{push}");
+        assert!(stats.residual <= ROUND_OFF && !stats.fallback);
+    }
+    let counters = solver.counters();
+    assert_eq!((counters.solves, counters.fallbacks, counters.failures), (3, 0, 0));
+    assert!(counters.worst_residual <= ROUND_OFF);
+}
