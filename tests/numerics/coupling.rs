@@ -8,7 +8,7 @@ use rimbench::cosim::{
 };
 use rimbench::error::Failure;
 use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::mechanics::{ContactLaw, NonSmoothMechanics, monolithic};
+use rimbench::mechanics::{ContactLaw, Friction, NonSmoothMechanics, monolithic};
 use rimbench::name::Name;
 use rimbench::runs::{RunResult, RunSpec};
 use rimbench::schemes::Need;
@@ -126,6 +126,7 @@ fn linear_system(interface: usize) -> LinearModel {
         interface: ConstantRows::new(&rows[..interface]),
         q: vec![0.0; 3],
         v: vec![0.0, 0.0, 0.0],
+        ..LinearModel::default()
     }
 }
 
@@ -135,13 +136,24 @@ fn linear_springs(interface: usize) -> Springs {
 
 /// Largest difference between co-simulation and monolithic solution, relative to the largest value of each variable.
 fn off_monolithic(scheme: &str, interface: usize, grid: CommunicationGrid, micro_step: f64) -> (f64, Vec<Vec<f64>>) {
+    off_monolithic_with(scheme, interface, grid, micro_step, &|| stepper(linear_system(interface), PLASTIC))
+}
+
+/// The same with a mechanics of constant matrices.
+fn off_monolithic_with(
+    scheme: &str,
+    interface: usize,
+    grid: CommunicationGrid,
+    micro_step: f64,
+    build: &dyn Fn() -> NonSmoothMechanics<LinearModel>,
+) -> (f64, Vec<Vec<f64>>) {
     let setup = Setup { mechanics_steps: ALL, ..setup(grid, micro_step, ACTUATOR_FIRST, ForceReturn::Profile) };
-    let (mut mechanics, mut springs) = (stepper(linear_system(interface), PLASTIC), linear_springs(interface));
+    let (mut mechanics, mut springs) = (build(), linear_springs(interface));
     let entry = scheme_by_name(scheme);
     let (report, rows) = rows_of(&setup, sides(&mut mechanics, &mut springs), entry);
     assert_eq!(report.outcome, Outcome::Completed);
 
-    let (mut mechanics, mut springs) = (stepper(linear_system(interface), PLASTIC), linear_springs(interface));
+    let (mut mechanics, mut springs) = (build(), linear_springs(interface));
     let steps = (grid.duration() / micro_step).round() as usize;
     let mut reference = Vec::new();
     let steps = reference_steps(micro_step, steps, 1);
@@ -447,5 +459,47 @@ fn a_force_return_that_the_sequence_cannot_deliver_must_be_refused() {
         }
         let model_first = scheme.sequence_and_return(Some(mechanics_first), None);
         assert_eq!(model_first.is_err(), scheme.needs.contains(&Need::NotMechanicsFirst), "{}", scheme.name);
+    }
+}
+
+/// A block on two feet of a rough floor, thrown against its springs; they pull at it obliquely, so that what presses changes with them.
+fn block_on_rough_floor(interface: usize) -> NonSmoothMechanics<LinearModel> {
+    let rows: [(&[f64], f64); 2] = [(&[0.9, -0.2, 0.1], 1.0), (&[0.8, -0.1, -0.3], 2.0)];
+    let block = LinearModel {
+        mass: vec![2.0, 2.0, 0.4],
+        force: vec![0.0, -2.0 * 9.81, 0.0],
+        unilateral: ConstantRows::new(&[(&[0.0, 1.0, -0.5], 0.0), (&[0.0, 1.0, 0.5], 0.0)]),
+        tangential: ConstantRows::new(&[(&[1.0, 0.0, 0.2], 0.0), (&[1.0, 0.0, 0.2], 0.0)]),
+        interface: ConstantRows::new(&rows[..interface]),
+        q: vec![0.0; 3],
+        v: vec![1.5, 0.0, 0.0],
+        ..LinearModel::default()
+    };
+    stepper(block, PLASTIC).with_friction(Friction { coefficient: 0.3, restitution: 0.0 }).unwrap()
+}
+
+/// The theorem of exactness with friction: the states come with the model, and both sides take the same of several solutions.
+#[test]
+fn a_model_with_friction_and_constant_matrices_must_be_exact_through_slip_reversals_and_stick() {
+    let micro_step = 1e-3;
+    for interface in [1, 2] {
+        for macro_step in [4e-3, 20e-3, 100e-3] {
+            let grid = CommunicationGrid::new(macro_step, 1.0, 1.2).unwrap();
+            let (worst, rows) = off_monolithic_with("rim-nonsmooth-gap", interface, grid, micro_step, &|| {
+                block_on_rough_floor(interface)
+            });
+            // 1200 steps of the same numbers on two ways.
+            assert!(worst <= 1e-10, "interface {interface}, H = {macro_step}: {worst}");
+            let speeds: Vec<f64> = rows.iter().map(|row| row[1 + interface]).collect();
+            let reversals = speeds.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
+            assert!(reversals > 0 || macro_step > 50e-3, "it must slide back");
+            assert!(speeds.last().unwrap().abs() <= 1e-12, "and stick at the end: {speeds:?}");
+        }
+    }
+    // One that decides once per macro step does not go along.
+    let grid = CommunicationGrid::new(20e-3, 1.0, 1.2).unwrap();
+    for scheme in ["rim-smooth", "rim-smooth-active"] {
+        let (worst, _) = off_monolithic_with(scheme, 1, grid, micro_step, &|| block_on_rough_floor(1));
+        assert!(worst > 1e-3, "{scheme}: {worst}");
     }
 }

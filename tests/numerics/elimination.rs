@@ -220,6 +220,7 @@ fn random_problem(rng: &mut Pcg64, [n_b, n_u, n_i]: [usize; 3], dense: bool) -> 
             force: (0..n).map(|_| rng.random_range(-10.0..10.0)).collect(),
             bilateral: random_rows(rng, n_b, n),
             unilateral: random_rows(rng, n_u, n),
+            tangential: Rows::zeros(0, n),
             interface: random_rows(rng, n_i, n),
         },
         v: (0..n).map(|_| rng.random_range(-1.0..1.0)).collect(),

@@ -64,6 +64,7 @@ fn elimination_agrees_with_the_textbook_for_every_block_size() {
             force: (0..n).map(|_| rng.random_range(-1.0..1.0)).collect(),
             bilateral,
             unilateral: sparse_rows(&mut rng, 4, n),
+            tangential: Rows::zeros(0, n),
             interface: sparse_rows(&mut rng, 2, n),
         };
         let v = DVector::from_fn(n, |_, _| rng.random_range(-1.0..1.0));

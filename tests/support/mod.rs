@@ -192,6 +192,7 @@ pub fn linearise(model: &mut impl MechanicalModel, q: &[f64], v: &[f64]) -> Line
         force: vec![0.0; size.velocities],
         bilateral: Rows::zeros(size.bilateral, size.velocities),
         unilateral: Rows::zeros(size.unilateral, size.velocities),
+        tangential: Rows::zeros(0, size.velocities),
         interface: Rows::zeros(size.interface, size.velocities),
     };
     model.prepare(q, v);
@@ -242,6 +243,7 @@ pub struct LinearModel {
     pub force: Vec<f64>,
     pub bilateral: ConstantRows,
     pub unilateral: ConstantRows,
+    pub tangential: ConstantRows,
     pub interface: ConstantRows,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
@@ -276,6 +278,12 @@ impl MechanicalModel for LinearModel {
     }
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.unilateral.write(q, rows);
+    }
+    fn tangential_rows(&self) -> usize {
+        self.tangential.offset.len()
+    }
+    fn tangential(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        self.tangential.write(q, rows);
     }
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.interface.write(q, rows);

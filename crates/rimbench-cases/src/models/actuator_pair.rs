@@ -154,6 +154,7 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
             valve: a.valve + b.valve,
             tank: a.tank + b.tank,
             integration: a.integration + b.integration,
+            friction: a.friction + b.friction,
         })
     }
 }

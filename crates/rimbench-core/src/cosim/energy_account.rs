@@ -6,7 +6,7 @@ use super::side::PerSide;
 /// Energy account of one subsystem since the start, J, as its own discretisation counts it.
 ///
 /// ```text
-/// stored = interface − contact − viscous + pump − valve − tank + integration + closure
+/// stored = interface − contact − friction − viscous + pump − valve − tank + integration + closure
 /// ```
 /// Every bucket is booked on its own: `stored` is a difference of two values of a function of state, the works and losses
 /// are sums over steps of force (or flow) times displacement (or pressure), and `integration` is a sum of the defects of the
@@ -30,13 +30,20 @@ pub struct EnergyAccount {
     pub tank: f64,
     /// What the subsystem's own discretisation created (above 0) or lost (below 0). Vanishes with the subsystem's step.
     pub integration: f64,
+    /// Lost in friction of contacts.
+    // Last: sums of neighbours are made in pairs in each micro step of a cylinder.
+    pub friction: f64,
 }
 
 impl EnergyAccount {
+    fn losses(&self) -> f64 {
+        self.contact + self.viscous + self.valve + self.tank + self.friction
+    }
+
     /// Says what the account does not explain, J: round-off.
     pub fn closure(&self) -> f64 {
         let explained = self.interface - self.contact - self.viscous + self.pump - self.valve - self.tank;
-        self.stored - explained - self.integration
+        self.stored - explained - self.integration + self.friction
     }
 }
 
@@ -46,7 +53,7 @@ impl EnergyAccount {
 /// [`InterfaceWork`], which compares across schemes. They differ by a quadrature error, which counts as integration.
 ///
 /// ```text
-/// stored = pump − valve − tank − viscous − contact − (sent − received) + integration + closure
+/// stored = pump − valve − tank − viscous − contact − friction − (sent − received) + integration + closure
 /// integration = those of both sides + (sent − the actuator's own count)
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -76,7 +83,7 @@ impl EnergyAudit {
 
     /// Says what the audit does not explain, J: round-off.
     pub fn closure(&self) -> Option<f64> {
-        let losses = self.total(|account| account.contact + account.viscous + account.valve + account.tank)?;
+        let losses = self.total(EnergyAccount::losses)?;
         let created = self.integration()? - self.interface_residual()?;
         Some(self.total(|account| account.stored - account.pump)? + losses - created)
     }

@@ -1,5 +1,6 @@
 //! Contacts turned into bilateral constraints inside the model: the effective mass, and the smooth variant of the RIM.
 
+use super::frictional_condensation::StateWork;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use super::redundancy::Redundancy;
 use crate::linear_algebra::{EliminationOrder, SparseFactor};
@@ -24,11 +25,15 @@ const EIGENVALUE_LIMIT: usize = 8;
 /// Ĥ_ii = H_ii − H_ic H_cc⁺ H_ci      â_i = a_i − H_ic H_cc⁺ a_c      ŵ_i = w_i − H_ic H_cc⁺ w_c
 /// m_eff = 1 / λ_min(Ĥ_ii)            for one interface row simply 1 / Ĥ_ii
 /// ```
+/// With friction the closed contacts stick or slide as the model says: `Ĥ_ii = H_ii − H_i· F_σ K⁻¹ E_σ H_·i`, see
+/// [`StateSystem`](crate::friction::StateSystem); then it is unsymmetric, and an effective mass below 0, an interface that locks by its own
+/// friction, counts as infinite.
+///
 /// # Shapes and units
 /// `h` n_i×n_i (1/kg), `a` n_i (m/s²), `w` n_i (m/s), `effective_mass` kg.
 #[derive(Debug, Clone)]
 pub struct Condensation {
-    /// `Ĥ_ii`, row-major. Set to exactly zero where it is round-off of `H_ii`.
+    /// `Ĥ_ii`, row-major. Set to exactly zero where it is round-off of `H_ii`, or below 0.
     pub h: Vec<f64>,
     /// `â_i`.
     pub a: Vec<f64>,
@@ -53,6 +58,8 @@ struct Work {
     factor: Option<SparseFactor>,
     column: Vec<f64>,
     closed: Vec<bool>,
+    /// Where there is friction.
+    states: Option<Box<StateWork>>,
 }
 
 impl Condensation {
@@ -75,8 +82,17 @@ impl Condensation {
         }
     }
 
+    /// Tells whether `Ĥ_ii` may be unsymmetric, as it is where contacts slide.
+    pub fn is_unsymmetric(&self) -> bool {
+        self.work.states.is_some()
+    }
+
     /// Makes the workspace for models like this one.
     pub fn of(model: &ReducedInterfaceModel) -> Self {
+        if model.has_friction() {
+            let work = Work { states: Some(Box::new(StateWork::new(model))), ..Work::default() };
+            return Condensation { work, ..Self::new(0, model.interface()) };
+        }
         let Some(meeting) = model.meeting() else { return Self::new(model.contacts(), model.interface()) };
         let mut condensation = Self::new(PSEUDO_INVERSE_LIMIT, model.interface());
         let work = &mut condensation.work;
@@ -92,8 +108,9 @@ impl Condensation {
 /// Dependent contacts are handled as `redundancy` says; for [`Redundancy::PseudoInverse`] with more than
 /// 16 closed contacts dependent rows are dropped.
 pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Redundancy, out: &mut Condensation) {
-    let (n_u, n_i, n_c) = (model.contacts(), model.interface(), closed.len());
+    let (n_u, n_i, n_c) = (model.interface_start(), model.interface(), closed.len());
     match redundancy {
+        _ if model.has_friction() => condense_frictional(model, closed, out),
         Redundancy::Drop if out.work.factor.is_some() && n_c > 2 => condense_meeting(model, closed, 0.0, out),
         Redundancy::Regularised { epsilon } if out.work.factor.is_some() => {
             condense_meeting(model, closed, 0.0, out);
@@ -130,7 +147,18 @@ pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Red
             }
         }
     }
-    out.effective_mass = effective_mass(&out.h, n_i);
+    out.effective_mass = match &mut out.work.states {
+        Some(work) if n_i > 1 => effective_mass(work.symmetric_part(&out.h), n_i),
+        _ => effective_mass(&out.h, n_i),
+    };
+}
+
+/// The same with friction, whatever the redundancy: dependent rows drop out.
+#[cold]
+fn condense_frictional(model: &ReducedInterfaceModel, closed: &[usize], out: &mut Condensation) {
+    let Condensation { h, a, w, rank, work, .. } = out;
+    let work = work.states.get_or_insert_with(|| Box::new(StateWork::new(model)));
+    *rank = work.condense(model, closed, [h, a, w]);
 }
 
 /// The same where few of many contacts meet. Contacts are left out that depend on those before them in the factor's order.

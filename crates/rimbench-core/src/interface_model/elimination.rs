@@ -18,6 +18,8 @@ use std::sync::Arc;
 /// H_xy = A_x G A_yᵀ     w_x = A_x v̂     a_x = A_x α + Ȧ_x v          x, y ∈ {u, i}
 /// v⁺  = v̂ + h α + G A_uᵀ P_u + G A_iᵀ h λ_i          P_b = −L⁻ᵀ (s + h r + C_uᵀ P_u + C_iᵀ h λ_i)
 /// ```
+/// With friction there are tangential rows between the two, handled alike.
+///
 /// With `Y` no row needs a solve of its own: two products with `n_b` rows replace forward and backward substitution.
 ///
 /// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row knows few of
@@ -63,7 +65,7 @@ impl Elimination {
     pub fn new(linearisation: &Linearisation) -> Self {
         let n = linearisation.velocities();
         let n_b = linearisation.bilateral.len();
-        let rows = linearisation.unilateral.len() + linearisation.interface.len();
+        let rows = linearisation.unilateral.len() + linearisation.tangential.len() + linearisation.interface.len();
         let local = Self::meeting(linearisation).and_then(|meeting| LocalElimination::new(linearisation, &meeting));
         let rows = if local.is_some() { 0 } else { rows };
         Elimination {
@@ -186,12 +188,19 @@ impl Elimination {
     ) -> Result<(), Failure> {
         self.eliminate_bilateral::<L>(k, eq3, v, h, stabilisation)?;
         let (n_b, n_u, rows) = (self.bilateral, model.contacts(), self.rows);
+        let first = model.interface_start();
         let (start, free) = (blocks::<L>(&self.start_velocity), blocks::<L>(&self.free_acceleration));
         let (y, inverse_mass) = (blocks::<L>(&self.y), blocks::<L>(&self.inverse_mass));
         // Then a row of G A_xᵀ has the support of its row of A, and rows without a common body do not know each other.
         let local = n_b == 0 && self.mass_factor.is_none();
         for row in 0..rows {
-            let (source, index) = if row < n_u { (&eq3.unilateral, row) } else { (&eq3.interface, row - n_u) };
+            let (source, index) = if row < n_u {
+                (&eq3.unilateral, row)
+            } else if row >= first {
+                (&eq3.interface, row - first)
+            } else {
+                (&eq3.tangential, row - n_u)
+            };
             let a = row_of(blocks::<L>(&source.jacobian), index, k);
             let support = support(a);
             let a_x = &a[support.clone()];

@@ -175,6 +175,8 @@ pub struct Linearisation {
     pub bilateral: Rows,
     /// Unilateral rows (contacts).
     pub unilateral: Rows,
+    /// Tangential rows, one per contact, or none where there is no friction; they have no position.
+    pub tangential: Rows,
     /// Interface rows.
     pub interface: Rows,
 }

@@ -16,12 +16,14 @@
 //! | `w_x` | n_x | m/s | velocity of the rows `x` |
 //! | `g` | n_u | m | gaps |
 //! | `P_u` | n_u | N·s | contact impulses |
+//! | `A_t`, `P_t` | n_u×n, n_u | –, N·s | tangential rows and impulses, where there is friction |
 //! | `λ_i` | n_i | N | interface forces |
 
 mod condensation;
 mod contact_law;
 mod contact_spring;
 mod elimination;
+mod frictional_condensation;
 mod linearisation;
 mod local_elimination;
 mod reduced_interface_model;

@@ -2,6 +2,7 @@
 
 use super::contact_law::gap_velocity;
 use super::contact_spring::ContactSpring;
+use crate::friction::ContactState;
 use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
 
@@ -17,13 +18,16 @@ pub const TOUCHING: f64 = 1e-9;
 /// ```
 /// # Shapes and units
 /// The rows of `u` and `i` are stacked, contacts first: `h` is `(n_u+n_i)²` (1/kg), `a` (m/s²) and `w` (m/s) have
-/// length `n_u+n_i`; `gap` n_u (m); `position` n_i (m).
+/// length `n_u+n_i`; `gap` n_u (m); `position` n_i (m). With friction the tangential rows stand between the two, `[n; t; i]`, as many as
+/// contacts: see [`interface_start`](Self::interface_start).
 /// # Source
 /// Raoofian, Kövecses, Teichmann, Eq. 4.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReducedInterfaceModel {
     contacts: usize,
     interface: usize,
+    /// All rows of `h`, where it is dense.
+    rows: usize,
     /// Which contacts meet, where the model has many that do not.
     meeting: Option<Arc<SymmetricPattern>>,
     /// `H = [H_uu H_ui; H_iu H_ii]`, row-major. Where few of many contacts meet, the entries of `H_uu` that are not zero for good, then
@@ -48,15 +52,35 @@ pub struct ReducedInterfaceModel {
     pub mechanics_step: f64,
     /// Spring and damper of contacts that give way; none where they are rigid.
     pub spring: Option<ContactSpring>,
+    /// Coefficient of friction of each contact; empty where there is no friction.
+    pub friction: Vec<f64>,
+    /// What each contact did in the mechanics' last step, of those at their bound what they do along the surface; empty without friction.
+    pub states: Vec<ContactState>,
+    /// Restitution along the surface of contacts that close.
+    pub tangential_restitution: f64,
 }
 
 impl ReducedInterfaceModel {
     /// Makes a zero model with `contacts` unilateral and `interface` interface rows.
     pub fn zeros(contacts: usize, interface: usize) -> Self {
-        let n = contacts + interface;
+        Self::zeros_of_rows(contacts, contacts + interface, interface)
+    }
+
+    /// Makes a zero model whose contacts have tangential rows, with the coefficients `friction`.
+    pub fn zeros_with_friction(friction: &[f64], interface: usize) -> Self {
+        let contacts = friction.len();
+        ReducedInterfaceModel {
+            friction: friction.to_vec(),
+            states: vec![ContactState::Open; contacts],
+            ..Self::zeros_of_rows(contacts, 2 * contacts + interface, interface)
+        }
+    }
+
+    fn zeros_of_rows(contacts: usize, n: usize, interface: usize) -> Self {
         ReducedInterfaceModel {
             contacts,
             interface,
+            rows: n,
             meeting: None,
             h: vec![0.0; n * n],
             a: vec![0.0; n],
@@ -68,6 +92,9 @@ impl ReducedInterfaceModel {
             restitution: 0.0,
             mechanics_step: 0.0,
             spring: None,
+            friction: Vec::new(),
+            states: Vec::new(),
+            tangential_restitution: 0.0,
         }
     }
 
@@ -117,10 +144,22 @@ impl ReducedInterfaceModel {
         self.interface
     }
 
-    /// Returns one entry of the stacked `H`; contacts come first, interface row `j` is `contacts() + j`.
+    /// Tells whether contacts have tangential rows.
+    #[inline]
+    pub fn has_friction(&self) -> bool {
+        !self.friction.is_empty()
+    }
+
+    /// Returns the first interface row of the stacked ones: n_u, with friction 2 n_u.
+    #[inline]
+    pub fn interface_start(&self) -> usize {
+        self.contacts + self.friction.len()
+    }
+
+    /// Returns one entry of the stacked `H`; contacts come first, then tangential rows, interface row `j` is `interface_start() + j`.
     #[inline]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
-        let Some(meeting) = &self.meeting else { return self.h[row * (self.contacts + self.interface) + column] };
+        let Some(meeting) = &self.meeting else { return self.h[row * self.rows + column] };
         let (n, row, column) = (self.contacts, row.min(column), row.max(column));
         if column < n {
             return meeting.position(row, column).map_or(0.0, |at| self.h[at]);
@@ -140,6 +179,9 @@ impl ReducedInterfaceModel {
         self.restitution = other.restitution;
         self.mechanics_step = other.mechanics_step;
         self.spring = other.spring;
+        self.friction.copy_from_slice(&other.friction);
+        self.states.copy_from_slice(&other.states);
+        self.tangential_restitution = other.tangential_restitution;
     }
 
     /// Lists the contacts that the mechanics' own last step found closed: the definition that no option changes.

@@ -1,8 +1,12 @@
 //! One step of Eq. 1–3 through the reduced model of Eq. 4, once Eq. 3 is at hand: what does not depend on the mechanical model.
 
+mod frictional_step;
 mod implicit_step;
 mod middle_step;
 
+pub use frictional_step::Friction;
+use frictional_step::FrictionalContacts;
+pub(super) use frictional_step::friction_observables;
 pub(super) use implicit_step::ImplicitPart;
 pub(super) use middle_step::{ContactSet, MiddleStep};
 
@@ -52,6 +56,8 @@ pub(super) struct ContactStepper {
     /// Step for which `eq4` belongs to the present state, if it does.
     reduced_for: Option<f64>,
     solver: Checked,
+    /// In its place, where contacts have friction.
+    friction: Option<Box<FrictionalContacts>>,
     /// In its place, where few of many contacts meet.
     sparse: Option<SparseActiveSet>,
     h_uu: Vec<f64>,
@@ -61,7 +67,7 @@ pub(super) struct ContactStepper {
     closed_known: bool,
     /// Contacts that rebounded in the last step. Written only where contacts bounce.
     rebounded: Vec<bool>,
-    /// `[P_u; h λ_i]`.
+    /// `[P_u; h λ_i]`; with friction `[P_u; P_t; h λ_i]`.
     impulses: Vec<f64>,
     p_b: Vec<f64>,
     /// Length of the last step, s; infinite before the first, so that forces then are zero.
@@ -99,6 +105,7 @@ impl ContactStepper {
                 Some(columns) => Rows::in_columns(size.velocities, &columns),
                 None => Rows::zeros(size.unilateral, size.velocities),
             },
+            tangential: Rows::zeros(0, size.velocities),
             interface: Rows::zeros(size.interface, size.velocities),
         };
         let meeting = Elimination::meeting(&eq3);
@@ -124,6 +131,7 @@ impl ContactStepper {
             // A solver that is not asked keeps no room.
             solver: if sparse.is_some() { solver.without_room() } else { solver },
             sparse,
+            friction: None,
             h_uu: vec![0.0; dense * dense],
             b_u: vec![0.0; size.unilateral],
             slack: vec![0.0; size.unilateral],
@@ -145,9 +153,10 @@ impl ContactStepper {
 
     /// An interface model of this system's size and law, with nothing in it yet.
     pub(super) fn empty_model(&self) -> ReducedInterfaceModel {
-        let mut model = match self.eq4.meeting() {
-            Some(meeting) => ReducedInterfaceModel::zeros_of(meeting.clone(), self.eq4.interface()),
-            None => ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface()),
+        let mut model = match (self.eq4.meeting(), &self.friction) {
+            (Some(meeting), _) => ReducedInterfaceModel::zeros_of(meeting.clone(), self.eq4.interface()),
+            (None, Some(friction)) => friction.empty_model(self.eq4.interface()),
+            (None, None) => ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface()),
         };
         model.restitution = self.law.restitution;
         model.spring = self.law.spring;
@@ -174,7 +183,11 @@ impl ContactStepper {
     }
 
     pub(super) fn counters(&self) -> SubsystemCounters {
-        let solver = self.sparse.as_ref().map_or_else(|| self.solver.counters(), SparseActiveSet::counters);
+        let solver = match (&self.friction, &self.sparse) {
+            (Some(friction), _) => friction.counters(),
+            (None, Some(sparse)) => sparse.counters(),
+            (None, None) => self.solver.counters(),
+        };
         SubsystemCounters { solver, ..self.counters }
     }
 
@@ -259,6 +272,9 @@ impl ContactStepper {
         if std::mem::replace(&mut self.closed_known, true) {
             return;
         }
+        if self.friction.is_some() {
+            return self.find_states();
+        }
         if self.last_step.is_infinite() {
             for (closed, gap) in self.eq4.at_bound.iter_mut().zip(&self.eq3.unilateral.position) {
                 *closed = *gap <= TOUCHING;
@@ -321,11 +337,14 @@ impl ContactStepper {
         if self.law.restitution > 0.0 && self.law.spring.is_none() {
             self.note_rebounds(h);
         }
-        for (impulse, force) in self.impulses[n_u..].iter_mut().zip(lambda) {
+        for (impulse, force) in self.impulses[self.eq4.interface_start()..].iter_mut().zip(lambda) {
             *impulse = h * force;
         }
         if self.sparse.is_some() {
             return self.solve_sparse(h);
+        }
+        if self.friction.is_some() {
+            return self.solve_frictional(h);
         }
         for contact in 0..n_u {
             let (h_uu, h_ui) = self.eq4.h[contact * n..(contact + 1) * n].split_at(n_u);
@@ -441,7 +460,7 @@ impl ContactStepper {
             let acting = impulses.iter().enumerate().filter(|(_, impulse)| **impulse != 0.0);
             acting.map(|(index, impulse)| rows.velocity(index, &self.v_mean) * impulse).sum()
         };
-        let (contact, impulses) = self.impulses.split_at(self.eq4.contacts());
+        let (contact, impulses) = self.impulses.split_at(self.eq4.interface_start());
         let mut interface = 0.0;
         for (row, (way, impulse)) in self.displacement.iter_mut().zip(impulses).enumerate() {
             let w = self.eq3.interface.velocity(row, &self.v_mean);
@@ -451,10 +470,13 @@ impl ContactStepper {
         self.ledger.book(EnergyLedger {
             applied: h * body_dot(&self.eq3.force, &self.v_mean),
             bilateral: work(&self.eq3.bilateral, &self.p_b),
-            contact: work(&self.eq3.unilateral, contact),
+            contact: work(&self.eq3.unilateral, &contact[..self.eq3.unilateral.len()]),
             interface,
             kinetic: self.eq3.mass.product(&self.v_mean, &self.v_change),
-            ..EnergyLedger::default()
+            ..self.friction.as_ref().map_or_else(EnergyLedger::default, |friction| {
+                let tangential = &contact[self.eq3.unilateral.len()..];
+                friction.book(work(&self.eq3.tangential, tangential), tangential)
+            })
         });
     }
 

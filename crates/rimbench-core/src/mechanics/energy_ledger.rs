@@ -5,7 +5,7 @@ use crate::cosim::EnergyAccount;
 /// Work done on the mechanics, bucket by bucket, since the start.
 ///
 /// ```text
-/// T⁺ − T⁻ = ½ (v⁺ + v⁻)ᵀ (h f + A_bᵀ P_b + A_uᵀ P_u + A_iᵀ h λ_i)
+/// T⁺ − T⁻ = ½ (v⁺ + v⁻)ᵀ (h f + A_bᵀ P_b + A_uᵀ P_u + A_tᵀ P_t + A_iᵀ h λ_i)
 /// ```
 /// The identity holds to round-off in each step, with `M` as it was at the start of the step; its violation is kept as
 /// `identity_residual`. What `T` changes because `M` turns with `q` is booked apart, in `inertia`.
@@ -19,6 +19,11 @@ pub struct EnergyLedger {
     pub bilateral: f64,
     /// Work of contacts; negative means dissipated in impacts, J.
     pub contact: f64,
+    /// Work of friction, with the mean velocity of each step, J. In a step that ends in stick it can be above 0: what is done to a contact
+    /// that is stopped on its way back.
+    pub friction: f64,
+    /// `Σ w_t⁺ P_t`, with the velocities that the law of friction speaks of, J. Never above 0.
+    pub slip: f64,
     /// Work received through the interface, J.
     pub interface: f64,
     /// Change of kinetic energy by impulses, J.
@@ -34,10 +39,12 @@ impl EnergyLedger {
     /// Books one step.
     #[inline]
     pub fn book(&mut self, step: EnergyLedger) {
-        let residual = step.kinetic - step.applied - step.bilateral - step.contact - step.interface;
+        let residual = step.kinetic - step.applied - step.bilateral - step.contact - step.interface - step.friction;
         self.applied += step.applied;
         self.bilateral += step.bilateral;
         self.contact += step.contact;
+        self.friction += step.friction;
+        self.slip += step.slip;
         self.interface += step.interface;
         self.kinetic += step.kinetic;
         self.inertia += step.inertia;
@@ -59,6 +66,7 @@ impl EnergyLedger {
             stored,
             interface: self.interface,
             contact: -self.contact,
+            friction: -self.friction,
             integration: self.applied + potential_change + self.bilateral + self.inertia,
             ..EnergyAccount::default()
         }

@@ -55,6 +55,15 @@ pub trait MechanicalModel: Send {
         None
     }
 
+    /// Number of tangential rows: one per unilateral row, or none if the model has no friction to offer.
+    fn tangential_rows(&self) -> usize {
+        0
+    }
+
+    /// `A_t`, `Ȧ_t v`: for each unilateral row the velocity along the surface, along its normal turned clockwise. There are no positions to write. Asked
+    /// only of models that have tangential rows, and only where there is friction.
+    fn tangential(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
+
     /// `A_i`, `Ȧ_i v` and interface coordinates.
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows);
 

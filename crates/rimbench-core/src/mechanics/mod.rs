@@ -12,7 +12,7 @@ mod non_smooth_mechanics;
 mod second_order;
 mod stiff_forces;
 
-pub use contact_stepper::ContactLaw;
+pub use contact_stepper::{ContactLaw, Friction};
 pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelSize};
 pub use monolithic::{ReferenceSteps, monolithic};

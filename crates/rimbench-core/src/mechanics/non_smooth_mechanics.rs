@@ -1,6 +1,8 @@
 //! A mechanical model with contacts, offered as a subsystem.
 
-use super::contact_stepper::{CONTACT_OBSERVABLES, ContactLaw, ContactStepper, ImplicitPart};
+use super::contact_stepper::{
+    CONTACT_OBSERVABLES, ContactLaw, ContactStepper, Friction, ImplicitPart, friction_observables,
+};
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::MechanicalModel;
 use super::second_order::{Drive, SecondOrderSteps};
@@ -8,7 +10,7 @@ use crate::complementarity::Checked;
 use crate::cosim::{
     Abilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, not_offered,
 };
-use crate::error::Failure;
+use crate::error::{Failure, Result};
 use crate::interface_model::{Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
 
@@ -65,6 +67,24 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         let springs = mechanics.stepper.spring_energy();
         mechanics.start_energy = [mechanics.stepper.kinetic_energy(), potential, springs];
         mechanics
+    }
+
+    /// Gives the contacts friction; the model must have tangential rows.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`](crate::error::Error::InvalidValue) for a coefficient that is none;
+    /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts that give way or are kept by the
+    /// dozen, a restitution of one direction alone, or a solver that does not go by active sets.
+    pub fn with_friction(mut self, friction: Friction) -> Result<Self> {
+        self.stepper.add_friction(friction, self.model.tangential_rows())?;
+        self.observables.extend(friction_observables(&self.model.contact_force_names()));
+        self.linearise();
+        Ok(self)
+    }
+
+    /// Returns the friction impulses of the last step, along the surface, N·s; none without friction. Not unique where contacts are redundant.
+    pub fn friction_impulses(&self) -> &[f64] {
+        self.stepper.friction_impulses()
     }
 
     /// Returns the positions.
@@ -152,6 +172,9 @@ fn fill<M: MechanicalModel>(model: &mut M, q: &[f64], v: &[f64], eq3: &mut Linea
     model.forces(q, v, &mut eq3.force);
     model.bilateral(q, v, &mut eq3.bilateral);
     model.unilateral(q, v, &mut eq3.unilateral);
+    if !eq3.tangential.is_empty() {
+        model.tangential(q, v, &mut eq3.tangential);
+    }
     model.interface(q, v, &mut eq3.interface);
 }
 
@@ -208,6 +231,11 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
         if self.stepper.is_compliant() {
             return Err("contacts that give way are stepped by the semi-implicit rule");
         }
+        if self.stepper.has_friction() {
+            return Err(
+                "contacts with friction are stepped by the semi-implicit rule: where they start to slide is not located",
+            );
+        }
         if self.stepper.is_sparse() {
             return Err("contacts by the dozen, of which few meet, are stepped by the semi-implicit rule");
         }
@@ -229,9 +257,13 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
         let (own, row) = row.split_at_mut(self.parts[0]);
         let (gaps, row) = row.split_at_mut(self.parts[1]);
         let (forces, contact) = row.split_at_mut(self.parts[2]);
+        let (contact, friction) = contact.split_at_mut(CONTACT_OBSERVABLES.len());
         self.model.observe(&self.stepper.q, &self.stepper.v, own);
         self.find_stiff_forces_here();
         self.stepper.observe(h, gaps, forces, contact);
+        if !friction.is_empty() {
+            self.stepper.observe_friction(friction);
+        }
     }
 
     fn interface_work(&mut self) -> Option<f64> {

@@ -1,5 +1,6 @@
 //! Which of the closed contacts carry impulse at a communication point.
 
+use super::frictional_set::FrictionalSet;
 use super::packed_model::PackedModel;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SolverEntry};
 use crate::error::Failure;
@@ -18,18 +19,62 @@ pub(super) struct ActiveContacts {
     w: Vec<f64>,
     w_free: Vec<f64>,
     impulses: Vec<f64>,
+    friction: Option<Box<FrictionalSet>>,
 }
 
 impl ActiveContacts {
     /// Makes room for models with up to `contacts` contacts and `interface` interface rows.
     pub(super) fn new(contacts: usize, interface: usize, solver: &SolverEntry) -> Self {
         ActiveContacts {
+            friction: None,
             solver: solver.checked(contacts),
             packed: PackedModel::new(contacts, interface),
             w: vec![0.0; contacts + interface],
             w_free: vec![0.0; contacts + interface],
             impulses: vec![0.0; contacts],
         }
+    }
+
+    /// The same for models like this one, with friction if it has that.
+    pub(super) fn of(model: &ReducedInterfaceModel, solver: &SolverEntry) -> Self {
+        let friction = FrictionalSet::of(model, solver);
+        ActiveContacts { friction, ..Self::new(model.interface_start(), model.interface(), solver) }
+    }
+
+    /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N), as [`keep`](Self::keep) does, and writes to the model what
+    /// they do.
+    ///
+    /// # Errors
+    /// Those of the solver.
+    pub(super) fn keep_with_friction(
+        &mut self,
+        closed: &mut Vec<usize>,
+        model: &mut ReducedInterfaceModel,
+        lambda: &[f64],
+        law: bool,
+    ) -> Result<(), Failure> {
+        let (Some(friction), m) = (&mut self.friction, closed.len()) else { return Ok(()) };
+        friction.take(closed, model);
+        let n = friction.rows().len();
+        let rows = n + lambda.len();
+        self.packed.pack(model, friction.rows(), model.mechanics_step);
+        for (w, &row) in self.w.iter_mut().zip(friction.rows()) {
+            *w = model.w[row];
+        }
+        self.w[n..rows].copy_from_slice(&model.w[model.interface_start()..]);
+        self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
+        if law {
+            for (w, &contact) in self.w_free[..m].iter_mut().zip(&*closed) {
+                *w += model.step_gap_velocity(contact);
+            }
+        }
+        friction.solve(&self.packed, &self.w_free[..n], &mut self.impulses[..n])?;
+        for (&contact, state) in closed.iter().zip(friction.states()) {
+            model.states[contact] = *state;
+        }
+        let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
+        closed.retain(|_| carries.next().unwrap_or(false));
+        Ok(())
     }
 
     /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N), with the law of the mechanics' step or
@@ -49,7 +94,7 @@ impl ActiveContacts {
         for (slot, &contact) in closed.iter().enumerate() {
             self.w[slot] = model.w[contact];
         }
-        self.w[n..rows].copy_from_slice(&model.w[model.contacts()..]);
+        self.w[n..rows].copy_from_slice(&model.w[model.interface_start()..]);
         self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
         if law {
             if let Some(spring) = model.spring {
@@ -67,7 +112,11 @@ impl ActiveContacts {
     }
 
     pub(super) fn counters(&self) -> SolverCounters {
-        self.solver.counters()
+        let mut counters = self.solver.counters();
+        if let Some(friction) = &self.friction {
+            counters.add(&friction.counters());
+        }
+        counters
     }
 }
 

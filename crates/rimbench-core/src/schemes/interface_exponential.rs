@@ -29,7 +29,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         family: Family::Model,
         order: 2,
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates],
+        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NoFriction, Need::OutputRates],
         line: LineStyle::new([0x4F, 0x8A, 0x10], Dash::DashDot, Marker::Star),
         ..SchemeEntry::new(
             "interface-exponential",

@@ -36,6 +36,7 @@ pub(super) fn entry() -> SchemeEntry {
         needs: vec![
             Need::ForceDisplacement,
             Need::InterfaceModel,
+            Need::NoFriction,
             Need::OutputRates,
             Need::Rows(MOST_ROWS),
             Need::NotMechanicsFirst,

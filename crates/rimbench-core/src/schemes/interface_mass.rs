@@ -28,7 +28,13 @@ pub(super) fn entry() -> SchemeEntry {
         family: Family::Model,
         order: 2,
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::NotMechanicsFirst],
+        needs: vec![
+            Need::ForceDisplacement,
+            Need::InterfaceModel,
+            Need::NoFriction,
+            Need::OutputRates,
+            Need::NotMechanicsFirst,
+        ],
         gain: Some(Gain {
             about: "κ = 1/(m_v H_ii), the inverse of the copied mass".into(),
             default: 1.0,

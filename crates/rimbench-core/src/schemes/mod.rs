@@ -21,6 +21,7 @@ mod entry;
 mod extrapolation;
 mod first_order_hold;
 mod force_following;
+mod frictional_set;
 mod hydraulic_line;
 mod interface_acceleration;
 mod interface_exponential;

@@ -32,7 +32,13 @@ pub(super) fn entry() -> SchemeEntry {
         family: Family::Model,
         order: 2,
         samples: 2,
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::HeldReturn],
+        needs: vec![
+            Need::ForceDisplacement,
+            Need::InterfaceModel,
+            Need::NoFriction,
+            Need::OutputRates,
+            Need::HeldReturn,
+        ],
         gain: Some(Gain {
             about: "α, the share of the missing impulse that is given back".into(),
             default: 1.0,

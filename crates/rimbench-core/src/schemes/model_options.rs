@@ -89,9 +89,12 @@ impl ModelOptions {
     /// Checks that they go together with what a mechanics offers.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for chosen contacts that bounce: the choice is a prediction of the whole macro step with plastic
+    /// [`Error::Incompatible`] for what knows no friction, where there is some; for chosen contacts that bounce: the choice is a prediction of the whole macro step with plastic
     /// contacts, and a contact that is left out because it will stay open, or whose force is held, may be hit by a rebound.
     pub(super) fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
+        if model.has_friction() {
+            self.check_friction()?;
+        }
         if self.contacts != ContactChoice::All && model.restitution > 0.0 {
             return Err(Error::Incompatible(format!(
                 "contacts = {} does not go with restitution {}: contacts are chosen by a prediction that knows no rebounds; use \
@@ -105,6 +108,30 @@ impl ModelOptions {
                  a contact_compliance_m_n of 0",
                 self.contacts
             )));
+        }
+        Ok(())
+    }
+
+    /// Checks that they go together with friction.
+    fn check_friction(&self) -> Result<()> {
+        let refused = |option: String, reason: &str| {
+            Err(Error::Incompatible(format!("{option} does not go with friction: {reason}")))
+        };
+        if self.contacts != ContactChoice::All {
+            let reason = "contacts are chosen by a prediction that knows none; use contacts `all`";
+            return refused(format!("contacts = {}", self.contacts), reason);
+        }
+        if self.redundancy != Redundancy::Drop {
+            let reason = "of dependent rows that stick or slide the equations drop out; use redundancy `drop`";
+            return refused(format!("redundancy = {}", self.redundancy), reason);
+        }
+        if self.energy_return != EnergyReturn::None {
+            let reason = "the impulse is found by a prediction of the step that knows none; use energy_return `none`";
+            return refused(format!("energy_return = {}", self.energy_return), reason);
+        }
+        if !self.solver.goes_by_active_sets() {
+            let reason = "contacts with friction are solved over their states; use solver `active-set`";
+            return refused(format!("solver = {}", self.solver.name), reason);
         }
         Ok(())
     }

@@ -9,7 +9,7 @@ use crate::interface_model::ReducedInterfaceModel;
 /// extrapolated    H(t) = H_k + (t − t_k) (H_k − H_{k−1})/(t_k − t_{k−1})        a(t) alike
 /// frozen          H(t) = H_k
 /// ```
-/// A model whose closed contacts differ from those of the one before stays frozen.
+/// A model whose closed contacts, or with friction their states, differ from those of the one before stays frozen.
 #[derive(Clone)]
 pub(super) struct MovingModel {
     motion: ModelMotion,
@@ -49,7 +49,8 @@ impl MovingModel {
 
     /// Differences of the last two models, and whether they can be gone on with: not if a contact has opened or closed.
     fn take_rates(&mut self, elapsed: f64, model: &ReducedInterfaceModel) -> bool {
-        if !(elapsed > 0.0 && self.received.at_bound == model.at_bound) {
+        let same = self.received.at_bound == model.at_bound && self.received.states == model.states;
+        if !(elapsed > 0.0 && same) {
             return false;
         }
         let rates = [(&mut self.h_rate, &model.h, &self.received.h), (&mut self.a_rate, &model.a, &self.received.a)];

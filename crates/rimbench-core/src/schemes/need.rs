@@ -9,6 +9,8 @@ pub enum Need {
     ForceDisplacement,
     /// A reduced interface model of the mechanics.
     InterfaceModel,
+    /// Contacts without friction, where there is a reduced interface model: its contact problems are those without.
+    NoFriction,
     /// An interface of at most so many rows.
     Rows(usize),
     /// Directional derivatives of the actuator's outputs.
@@ -36,6 +38,10 @@ impl Need {
                 "a force-displacement coupling is needed: forces to the mechanics, their positions and velocities back",
             ),
             Need::InterfaceModel => (mechanics.abilities().empty_interface_model().is_some(), NO_INTERFACE_MODEL),
+            Need::NoFriction => (
+                mechanics.abilities().empty_interface_model().is_none_or(|model| !model.has_friction()),
+                "its picture of the contacts knows no friction: use a scheme with a reduced interface model, or one without a model",
+            ),
             Need::OilLines => (actuator.abilities().oil_lines().is_some(), NO_OIL_LINES),
             Need::Rows(most) if outputs > most => {
                 return Some(format!("the interface has more than {most} rows"));

@@ -95,9 +95,9 @@ impl PackedModel {
         &self.force_columns[j * rows..(j + 1) * rows]
     }
 
-    /// Packs `model` with the contacts of `set`.
+    /// Packs `model` with the rows `set`: contacts, with friction then the tangential rows of the same.
     pub(super) fn pack(&mut self, model: &ReducedInterfaceModel, set: &[usize], length: f64) {
-        let (n, n_u, n_i) = (set.len(), model.contacts(), model.interface());
+        let (n, n_u, n_i) = (set.len(), model.interface_start(), model.interface());
         let rows = n + n_i;
         (self.contacts, self.length) = (n, length);
         if self.meeting.is_some() {
@@ -181,9 +181,15 @@ impl PackedModel {
         for (drift, a) in self.drift.iter_mut().zip(&model.a) {
             *drift = length * a;
         }
-        // Ĥ_ii is symmetric: its rows are its columns.
+        // Ĥ_ii is symmetric without friction: its rows are its columns.
         for (column, h) in self.force_columns.iter_mut().zip(&model.h) {
             *column = length * h;
+        }
+        if model.is_unsymmetric() {
+            let n = model.a.len();
+            for (at, h) in model.h.iter().enumerate() {
+                self.force_columns[at % n * n + at / n] = length * h;
+            }
         }
     }
 

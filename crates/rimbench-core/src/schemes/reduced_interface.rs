@@ -15,6 +15,7 @@ use super::contact_detection::{ContactDetection, DetectionRule};
 use super::contact_selection::ContactSelection;
 use super::entry::{Family, SchemeEntry};
 use super::force_following::ForceFollowing;
+use super::frictional_set::FrictionalSet;
 use super::model_options::ModelMotion;
 use super::moving_model::MovingModel;
 use super::need::Need;
@@ -69,6 +70,8 @@ pub(super) struct ReducedInterface {
     solver: Checked,
     /// In its place, where few of many contacts meet and all are in the set.
     sparse: Option<SparseActiveSet>,
+    /// In its place, where contacts have friction.
+    friction: Option<Box<FrictionalSet>>,
     active: ActiveContacts,
     selection: ContactSelection,
     /// The model as a micro step uses it.
@@ -87,7 +90,7 @@ pub(super) struct ReducedInterface {
     b_u: Vec<f64>,
     p_u: Vec<f64>,
     /// State of the model between communication points: `[w_u; w_i]` with the contacts in the order of `set` (none
-    /// where they are bilateral), gaps, interface position.
+    /// where they are bilateral; with friction their tangential rows after them), gaps, interface position.
     w: Vec<f64>,
     /// `w⁺` without contact impulses.
     w_free: Vec<f64>,
@@ -133,17 +136,19 @@ impl ReducedInterface {
 
     fn new(contacts: Contacts, construction: &Construction<'_>) -> Result<Self> {
         let ModelConstruction { empty, options, detection } = construction.model()?;
-        let (n_u, n_i) = (empty.contacts(), empty.interface());
+        let (n_u, n_i, first) = (empty.contacts(), empty.interface(), empty.interface_start());
         let solver = options.solver.checked(n_u);
+        let friction = FrictionalSet::of(empty, &options.solver);
         // A solver that was asked for by name is given every problem.
         let affine = options.motion == ModelMotion::Frozen && empty.spring.is_none() && solver.goes_by_active_sets();
-        let affine = affine && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
+        let affine =
+            affine && friction.is_none() && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
         // The set is all contacts, and the model has no more of them than it says.
         let all =
             options.contacts == ContactChoice::All && matches!(detection, None | Some(ContactDetection::MechanicsLaw));
         let sparse =
             empty.meeting().filter(|_| affine && all).map(|meeting| SparseActiveSet::new(meeting, solver.tolerance()));
-        let dense = if sparse.is_some() { 0 } else { n_u };
+        let dense = if sparse.is_some() || friction.is_some() { 0 } else { n_u };
         Ok(ReducedInterface {
             contacts,
             detection,
@@ -160,13 +165,12 @@ impl ReducedInterface {
             set: Vec::with_capacity(n_u),
             previous_set: Vec::with_capacity(n_u),
             condensation: Condensation::of(empty),
-            active: ActiveContacts::new(
-                if contacts == Contacts::BilateralActive { n_u } else { 0 },
-                n_i,
-                &options.solver,
-            ),
+            active: match contacts {
+                Contacts::BilateralActive => ActiveContacts::of(empty, &options.solver),
+                _ => ActiveContacts::new(0, n_i, &options.solver),
+            },
             selection: ContactSelection::new(n_u, n_i, options.contacts, &options.solver),
-            packed: if sparse.is_some() { PackedModel::of_all(empty) } else { PackedModel::new(n_u, n_i) },
+            packed: if sparse.is_some() { PackedModel::of_all(empty) } else { PackedModel::new(first, n_i) },
             packed_anew: true,
             following: ForceFollowing::new(n_i),
             follows: false,
@@ -177,12 +181,13 @@ impl ReducedInterface {
             // A solver that is not asked keeps no room.
             solver: if dense == 0 { solver.without_room() } else { solver },
             sparse,
+            friction,
             gap_motion: GapMotion::default(),
             left: 0.0,
-            b_u: vec![0.0; n_u],
-            p_u: vec![0.0; n_u],
-            w: vec![0.0; n_u + n_i],
-            w_free: vec![0.0; n_u + n_i],
+            b_u: vec![0.0; first],
+            p_u: vec![0.0; first],
+            w: vec![0.0; first + n_i],
+            w_free: vec![0.0; first + n_i],
             gap: vec![0.0; n_u],
             position: vec![0.0; n_i],
             force: vec![0.0; n_i],
@@ -219,6 +224,11 @@ impl ReducedInterface {
         let loaded = self.set.iter().zip(&self.p_u[..self.packed.contacts()]).filter(|(_, impulse)| **impulse > 0.0);
         self.diagnosis.loaded.clear();
         self.diagnosis.loaded.extend(loaded.map(|(&contact, _)| contact));
+        if let Some(friction) = &self.friction {
+            for (&contact, state) in self.set.iter().zip(friction.states()) {
+                self.model.received.states[contact] = *state;
+            }
+        }
     }
 
     /// Whether the set of contacts depends on the actuator's force.
@@ -235,6 +245,9 @@ impl ReducedInterface {
         if self.set != self.previous_set {
             self.model.freeze();
         }
+        if let Some(friction) = &mut self.friction {
+            friction.take(&self.set, &self.model.received);
+        }
         self.prepare()?;
         let (model, time) = (&self.model.received, self.opening_time());
         self.gap_motion = GapMotion {
@@ -248,13 +261,16 @@ impl ReducedInterface {
             closing_time: time,
         };
         let n = self.packed.contacts();
-        for (slot, &contact) in self.set[..n].iter().enumerate() {
-            self.w[slot] = model.w[contact];
-            self.gap[slot] = if self.gap_term == GapTerm::None { 0.0 } else { model.gap[contact] };
+        let rows = self.friction.as_ref().map_or(&self.set[..], |friction| friction.rows());
+        for (w, &row) in self.w.iter_mut().zip(&rows[..n]) {
+            *w = model.w[row];
+        }
+        for (gap, &contact) in self.gap.iter_mut().zip(&self.set[..n.min(self.set.len())]) {
+            *gap = if self.gap_term == GapTerm::None { 0.0 } else { model.gap[contact] };
         }
         let w_i = match self.contacts {
             Contacts::Bilateral | Contacts::BilateralActive => &self.condensation.w[..],
-            Contacts::Unilateral | Contacts::UnilateralWithGaps => &model.w[model.contacts()..],
+            Contacts::Unilateral | Contacts::UnilateralWithGaps => &model.w[model.interface_start()..],
         };
         self.w[n..n + w_i.len()].copy_from_slice(w_i);
         self.position.copy_from_slice(&model.position);
@@ -285,7 +301,8 @@ impl ReducedInterface {
                 }
             }
             Contacts::Unilateral | Contacts::UnilateralWithGaps => {
-                self.packed.pack(&self.model.current, &self.set, self.micro_step);
+                let rows = self.friction.as_ref().map_or(&self.set[..], |friction| friction.rows());
+                self.packed.pack(&self.model.current, rows, self.micro_step);
                 if self.follows {
                     self.packed.follow(&mut self.following)?;
                 }
@@ -325,6 +342,31 @@ impl ReducedInterface {
         }
         let lcp = Lcp::new(self.packed.h_uu(), &self.b_u[..n]);
         if anew { self.solver.solve(lcp, p_u) } else { self.solver.attempt_again(lcp, p_u) }?;
+        Ok(())
+    }
+
+    /// The same with friction.
+    #[cold]
+    fn solve_frictional(&mut self, lambda: &[f64]) -> Result<(), Failure> {
+        let (n, m) = (self.packed.contacts(), self.set.len());
+        let rows = n + lambda.len();
+        self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
+        self.b_u[..n].copy_from_slice(&self.w_free[..n]);
+        for (b, gap) in self.b_u[..m].iter_mut().zip(&self.gap) {
+            *b += self.gap_motion.rates.velocity(*gap);
+        }
+        if self.gap_motion.restitution > 0.0 {
+            self.bounce(m);
+            let along = self.model.received.tangential_restitution;
+            for slot in 0..m {
+                if self.impact(slot).is_some() {
+                    self.b_u[m + slot] += along * self.w[m + slot];
+                }
+            }
+        }
+        if let Some(friction) = &mut self.friction {
+            friction.solve(&self.packed, &self.b_u[..n], &mut self.p_u[..n])?;
+        }
         Ok(())
     }
 
@@ -392,7 +434,10 @@ impl ReducedInterface {
     /// Takes the micro step by solving its contact problem; the velocities are then in `w_free`.
     #[inline(never)]
     fn step_by_solving(&mut self, lambda: &[f64]) -> Result<(), Failure> {
-        self.solve_contacts(lambda)?;
+        match self.friction {
+            None => self.solve_contacts(lambda)?,
+            Some(_) => self.solve_frictional(lambda)?,
+        }
         let n = self.packed.contacts();
         let w = &mut self.w_free[..n + lambda.len()];
         self.packed.add_impulses(&self.p_u[..n], w);
@@ -403,7 +448,7 @@ impl ReducedInterface {
             self.left = -w[..n].iter().zip(&self.gap).map(slack).fold(0.0, f64::min);
         }
         if self.gap_term == GapTerm::Tracked {
-            for (gap, w) in self.gap.iter_mut().zip(&w[..n]) {
+            for (gap, w) in self.gap.iter_mut().zip(&w[..self.set.len()]) {
                 *gap += self.packed.length() * w;
             }
         }
@@ -412,9 +457,8 @@ impl ReducedInterface {
 
     /// Replaces the gap law by the impact law where a contact closes within the micro step.
     fn bounce(&mut self, n: usize) {
-        let GapMotion { restitution, closing_time, .. } = self.gap_motion;
         for slot in 0..n {
-            if let Some(velocity) = impact_velocity(restitution, self.gap[slot], self.w[slot], closing_time) {
+            if let Some(velocity) = self.impact(slot) {
                 self.b_u[slot] = self.w_free[slot] + velocity;
             }
         }
@@ -432,12 +476,23 @@ impl ReducedInterface {
         closing.reduce(f64::min)
     }
 
+    /// What stands for the gap law of a contact that closes within the micro step and bounces, m/s.
+    fn impact(&self, slot: usize) -> Option<f64> {
+        let GapMotion { restitution, closing_time, .. } = self.gap_motion;
+        impact_velocity(restitution, self.gap[slot], self.w[slot], closing_time)
+    }
+
     /// Leaves out of `set` what does not take part in a macro step of `length` (s).
     fn choose_contacts(&mut self, length: f64) -> Result<(), Failure> {
         if self.contacts == Contacts::BilateralActive {
             let law = self.gap_term == GapTerm::Frozen;
             let MovingModel { received, current, .. } = &mut self.model;
-            self.active.keep(&mut self.set, received, &self.force, law)?;
+            if received.has_friction() {
+                self.active.keep_with_friction(&mut self.set, received, &self.force, law)?;
+                current.states.copy_from_slice(&received.states);
+            } else {
+                self.active.keep(&mut self.set, received, &self.force, law)?;
+            }
             if law {
                 // What is bilateral then moves as the law says: w_c⁺ = −gap term.
                 for &contact in &self.set {
@@ -526,6 +581,9 @@ impl CouplingScheme for ReducedInterface {
             }
         };
         let mut counters = self.sparse.as_ref().map_or_else(|| self.solver.counters(), SparseActiveSet::counters);
+        if let Some(friction) = &self.friction {
+            counters.add(&friction.counters());
+        }
         counters.add(&self.active.counters());
         counters.add(&self.selection.counters());
         counters.parametric += self.parametric.as_ref().map_or(0, ParametricStep::steps);

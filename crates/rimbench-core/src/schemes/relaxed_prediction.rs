@@ -27,7 +27,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
         samples: 2,
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates],
+        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NoFriction, Need::OutputRates],
         gain: Some(Gain {
             about: "γ: 1 where the true acceleration leads, 0 where two samples lead".into(),
             default: 1.0,

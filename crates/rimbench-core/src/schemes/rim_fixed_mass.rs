@@ -53,7 +53,7 @@ impl FixedMass {
         FixedMass {
             redundancy,
             closed: Vec::with_capacity(contacts),
-            mobility: Condensation::new(contacts, interface),
+            mobility: Condensation::of(model),
             begun: false,
             position: vec![0.0; interface],
             velocity: vec![0.0; interface],

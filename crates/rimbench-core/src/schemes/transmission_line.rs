@@ -157,9 +157,9 @@ impl CouplingScheme for TransmissionLine {
         match from {
             Side::Mechanics if first => {
                 let model = sent(sample.model)?;
-                let n_u = model.contacts();
+                let first = model.interface_start();
                 for (i, line) in self.lines.iter_mut().enumerate() {
-                    line.mobility = model.entry(n_u + i, n_u + i);
+                    line.mobility = model.entry(first + i, first + i);
                 }
                 self.take_motion(sample.y);
             }

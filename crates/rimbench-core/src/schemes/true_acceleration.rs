@@ -32,7 +32,7 @@ use crate::error::{Failure, Result};
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates],
+        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NoFriction, Need::OutputRates],
         line: LineStyle::new([0xC2, 0x18, 0x5B], Dash::Long, Marker::Circle),
         ..SchemeEntry::new(
             "true-acceleration",

@@ -1,0 +1,63 @@
+//! The contacts of a reduced interface model that take part, where they have friction.
+
+use super::packed_model::PackedModel;
+use crate::complementarity::{SolveStats, SolverCounters, SolverEntry, Unsolved};
+use crate::friction::{ContactState, FrictionProblem, FrictionSolver};
+use crate::interface_model::ReducedInterfaceModel;
+
+/// A set of contacts with their coefficients and a solver, which starts from the states that came with the model.
+#[derive(Clone)]
+pub(super) struct FrictionalSet {
+    /// Rows of the model: the contacts, then their tangential rows.
+    rows: Vec<usize>,
+    friction: Vec<f64>,
+    solver: FrictionSolver,
+}
+
+impl FrictionalSet {
+    /// Makes room for models like this one; none where there is no friction.
+    pub(super) fn of(model: &ReducedInterfaceModel, solver: &SolverEntry) -> Option<Box<Self>> {
+        let n = model.contacts();
+        model.has_friction().then(|| {
+            Box::new(FrictionalSet {
+                rows: Vec::with_capacity(2 * n),
+                friction: Vec::with_capacity(n),
+                solver: FrictionSolver::new(n, solver.tolerance),
+            })
+        })
+    }
+
+    /// Takes the contacts of `set` as the model has them.
+    pub(super) fn take(&mut self, set: &[usize], model: &ReducedInterfaceModel) {
+        let n = model.contacts();
+        self.rows.clear();
+        self.rows.extend(set.iter().copied().chain(set.iter().map(|contact| n + contact)));
+        self.friction.clear();
+        self.friction.extend(set.iter().map(|&contact| model.friction[contact]));
+        self.solver.start_from(set.iter().map(|&contact| model.states[contact]));
+    }
+
+    /// Returns the rows of the model that take part: contacts, then tangential rows.
+    pub(super) fn rows(&self) -> &[usize] {
+        &self.rows
+    }
+
+    /// Returns what the contacts do, in the order of the set.
+    pub(super) fn states(&self) -> &[ContactState] {
+        self.solver.states()
+    }
+
+    /// Solves the packed contacts with the velocities `b`, `[b_n; b_t]` (m/s).
+    pub(super) fn solve(
+        &mut self,
+        packed: &PackedModel,
+        b: &[f64],
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        self.solver.solve(FrictionProblem { h: packed.h_uu(), b, friction: &self.friction }, impulses)
+    }
+
+    pub(super) fn counters(&self) -> SolverCounters {
+        self.solver.counters()
+    }
+}
