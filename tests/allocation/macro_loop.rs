@@ -2,7 +2,7 @@
 
 use crate::asked;
 use crate::support::*;
-use rimbench::cases::Recorder;
+use rimbench::cases::{Case, Recorder};
 use rimbench::complementarity::{ComplementaritySolver, SolverEntry};
 use rimbench::cosim::{
     ActuatorIntegrator, CommunicationGrid, CommunicationPoint, EnergyReturn, ForceReturn, MechanicsIntegrator,
@@ -28,8 +28,7 @@ const FIRST_ORDER: (MechanicsIntegrator, ActuatorIntegrator) =
     (MechanicsIntegrator::SemiImplicit, ActuatorIntegrator::Euler);
 
 /// Allocations between the communication points, the recording of a full row included; and how the run ended.
-fn allocations(variant: &Variant) -> (Vec<u64>, Outcome) {
-    let case = wedge_box_case();
+fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
     let mut system = (case.build)(&case.default_parameters(), &variant.options.solver).unwrap();
     let grid = CommunicationGrid::new(variant.macro_step, 0.6, case.defaults.duration_s).unwrap();
     let mut recorder = Recorder::new(case, &mut system).unwrap();
@@ -164,10 +163,18 @@ fn of_second_order(variant: Variant) -> Vec<Variant> {
 
 /// Runs all variants with some of the solvers; says how many there were, and how many came to the end.
 fn nothing_is_allocated(with: impl Fn(&SolverEntry) -> bool, of: impl Fn(&Arc<SolverEntry>) -> Vec<Variant>) {
+    nothing_is_allocated_in(wedge_box_case(), with, of);
+}
+
+fn nothing_is_allocated_in(
+    case: &Case,
+    with: impl Fn(&SolverEntry) -> bool,
+    of: impl Fn(&Arc<SolverEntry>) -> Vec<Variant>,
+) {
     let (mut runs, mut completed) = (0, 0);
     for solver in solvers().iter().filter(|solver| (solver.build)(4).capacity() >= 4 && with(solver)) {
         for variant in of(solver) {
-            let (counts, outcome) = allocations(&variant);
+            let (counts, outcome) = allocations(case, &variant);
             let name = format!(
                 "{} with {}, {} {} n_m={} H={} {} {} ({outcome})",
                 variant.scheme.name,
@@ -214,6 +221,22 @@ fn the_macro_loop_must_allocate_nothing_once_the_first_macro_step_has_begun() {
 }
 
 #[test]
+fn the_macro_loop_must_allocate_nothing_with_friction() {
+    let that_know_it = |solver: &Arc<SolverEntry>| {
+        let mut variants = variants(solver);
+        variants.retain(|variant| {
+            let options = &variant.options;
+            !variant.scheme.needs.contains(&Need::NoFriction)
+                && options.redundancy == Redundancy::Drop
+                && options.contacts == ContactChoice::All
+        });
+        variants.iter_mut().for_each(|variant| variant.options.energy_return = EnergyReturn::None);
+        variants
+    };
+    nothing_is_allocated_in(case_by_name("wedge-box-friction"), |solver| solver.name == DEFAULT, that_know_it);
+}
+
+#[test]
 fn the_macro_loop_must_allocate_nothing_with_both_sides_of_the_second_order() {
     let once_per_scheme = |solver: &Arc<SolverEntry>| {
         let mut variants = variants(solver);
@@ -245,6 +268,6 @@ fn the_count_must_see_a_solver_that_allocates() {
         integrators: FIRST_ORDER,
         step_rule: None,
     };
-    let (counts, _) = allocations(&variant);
+    let (counts, _) = allocations(wedge_box_case(), &variant);
     assert!(counts[5] > 0, "a solver that allocates goes unseen");
 }

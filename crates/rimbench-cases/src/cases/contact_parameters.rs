@@ -7,7 +7,7 @@ use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::ContactSpring;
-use rimbench_core::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
+use rimbench_core::mechanics::{ContactLaw, Friction, MechanicalModel, NonSmoothMechanics};
 use std::sync::Arc;
 
 const OURS: &str = "ours";
@@ -19,6 +19,25 @@ pub(super) fn stabilisation() -> Parameter {
 pub(super) fn restitution(default: f64, source: &'static str) -> Parameter {
     number("restitution", "-", default, Range::Fraction, "restitution e of the mechanics' contacts", source)
 }
+
+/// Friction of all contacts, for cases whose mechanics has tangential rows; a case whose coefficient is above 0 is always one with friction.
+pub(super) fn friction(coefficient: f64) -> [Parameter; 2] {
+    let range = if coefficient > 0.0 { Range::Positive } else { Range::NotNegative };
+    [
+        number(FRICTION, "-", coefficient, range, "coefficient of friction μ of all contacts; 0: none", OURS),
+        number(
+            ALONG,
+            "-",
+            0.0,
+            Range::Fraction,
+            "restitution along the surface, with friction that along the normal",
+            OURS,
+        ),
+    ]
+}
+
+const FRICTION: &str = "friction";
+const ALONG: &str = "tangential_restitution";
 
 /// What makes contacts give way, for cases whose reference is not an exact solution with rigid ones.
 pub(super) fn compliance() -> [Parameter; 2] {
@@ -36,19 +55,24 @@ pub(super) fn all(e: f64, source: &'static str) -> Vec<Parameter> {
     [stabilisation(), restitution(e, source)].into_iter().chain(compliance()).collect()
 }
 
-/// Event-driven where contacts are rigid, else refined.
+/// Event-driven where contacts are rigid and without friction, else refined.
 pub(super) fn reference() -> ChooseReference {
     Arc::new(|parameters| {
-        let compliant =
-            parameters.iter().any(|(parameter, _)| parameter.name == COMPLIANCE) && parameters.number(COMPLIANCE) > 0.0;
-        Ok(if compliant { ReferenceMethod::Refined } else { ReferenceMethod::EventDriven })
+        let refined = declared(parameters, COMPLIANCE) > 0.0 || declared(parameters, FRICTION) > 0.0;
+        Ok(if refined { ReferenceMethod::Refined } else { ReferenceMethod::EventDriven })
     })
+}
+
+/// A number that not all cases declare; 0 where it is not.
+fn declared(parameters: &Parameters, name: &str) -> f64 {
+    let known = parameters.iter().any(|(parameter, _)| parameter.name == name);
+    if known { parameters.number(name) } else { 0.0 }
 }
 
 /// A force-producing actuator and the mechanics that it drives, with contacts as the parameters say.
 ///
 /// # Errors
-/// [`Error::Incompatible`] for a restitution or a damping that the law of the contacts does not have.
+/// [`Error::Incompatible`] for a restitution, a damping or a friction that the law of the contacts does not have.
 pub(super) fn coupled<M, A>(
     model: M,
     actuator: A,
@@ -61,19 +85,28 @@ where
 {
     let checked = solver.checked(model.size().unilateral);
     let mechanics = NonSmoothMechanics::new(model, law(parameters)?, actuator.ports().facing(), checked);
+    let friction = Friction { coefficient: declared(parameters, FRICTION), restitution: declared(parameters, ALONG) };
+    if friction.coefficient > 0.0 {
+        return Ok(CoupledSystem::new(mechanics.with_friction(friction)?, actuator));
+    }
+    if friction.restitution > 0.0 {
+        return Err(Error::Incompatible(format!(
+            "{ALONG} = {} needs friction: set {FRICTION} above 0",
+            friction.restitution
+        )));
+    }
     Ok(CoupledSystem::new(mechanics, actuator))
 }
 
 /// The contact law as the parameters say.
 fn law(parameters: &Parameters) -> Result<ContactLaw> {
     let restitution = parameters.number("restitution");
-    let has_compliance = parameters.iter().any(|(parameter, _)| parameter.name == COMPLIANCE);
-    let spring = if has_compliance { spring(parameters, restitution)? } else { None };
+    let spring = spring(parameters, restitution)?;
     Ok(ContactLaw { stabilisation: parameters.number("stabilisation"), restitution, spring })
 }
 
 fn spring(parameters: &Parameters, restitution: f64) -> Result<Option<ContactSpring>> {
-    let (compliance, damping) = (parameters.number(COMPLIANCE), parameters.number(DAMPING));
+    let (compliance, damping) = (declared(parameters, COMPLIANCE), declared(parameters, DAMPING));
     match compliance > 0.0 {
         true if restitution > 0.0 => Err(Error::Incompatible(format!(
             "restitution = {restitution} does not go with {COMPLIANCE} = {compliance}: a compliant contact rebounds by its own spring; set \

@@ -34,6 +34,7 @@ mod rocking_block;
 mod slider_between_stops;
 mod two_masses;
 mod wedge_box;
+mod wedge_box_friction;
 mod wedge_box_reversal;
 mod wedge_box_two_ledges;
 
@@ -69,5 +70,6 @@ pub fn standard_cases() -> Vec<Case> {
         n_wedge_box::entry(),
         wedge_box_two_ledges::entry(),
         wedge_box_reversal::entry(),
+        wedge_box_friction::entry(),
     ]
 }

@@ -11,7 +11,8 @@
 //!   ═════════════════════╲════════════════════════  floor y = 0
 //! ```
 //! Six velocities (box and disc, planar), two joint rows: four degrees of freedom, of which the disc's spin is free. Four
-//! contacts: right wedge–floor, left wedge–floor, disc–ledge (plane, vertex, or ramp), disc–floor. No friction.
+//! contacts: right wedge–floor, left wedge–floor, disc–ledge (plane, vertex, or ramp), disc–floor. No
+//! friction unless one is set.
 //!
 //! **Manoeuvre.** The box starts tilted on its right wedge, the disc on the ledge. Pushed forward, the disc rolls over the
 //! corner and down the ramp, the box turns until the left wedge touches. At that instant three contacts with normals that
@@ -147,6 +148,7 @@ pub(super) fn parameters() -> Vec<Parameter> {
             contact_parameters::restitution(0.0, "plastic, as in the paper"),
         ],
         contact_parameters::compliance().to_vec(),
+        contact_parameters::friction(0.0).to_vec(),
     ]
     .concat()
 }

@@ -90,6 +90,13 @@ pub(super) const CONTACT_DISSIPATION: Metric = Metric {
     compute: |evidence| evidence.report.audit.accounts.mechanics.map(|account| account.contact),
 };
 
+pub(super) const FRICTION_DISSIPATION: Metric = Metric {
+    name: "friction_dissipation_j",
+    unit: "J",
+    about: "Energy lost in friction of contacts; 0 where there is none",
+    compute: |evidence| evidence.report.audit.accounts.mechanics.map(|account| account.friction),
+};
+
 pub(super) const SCHEME_DISSIPATION: Metric = Metric {
     name: "scheme_dissipated_j",
     unit: "J",

@@ -52,6 +52,7 @@ pub const METRICS: &[Metric] = &[
     energy::TANK_OUTFLOW,
     energy::VISCOUS_DISSIPATION,
     energy::CONTACT_DISSIPATION,
+    energy::FRICTION_DISSIPATION,
     energy::SCHEME_DISSIPATION,
     energy::INTEGRATION_RESIDUAL,
     energy::AUDIT_CLOSURE,

@@ -1,6 +1,6 @@
-//! Mechanics of the wedge box: a box on two wedges, a disc on a revolute joint, floor, ledge and ramp, no friction.
+//! Mechanics of the wedge box: a box on two wedges, a disc on a revolute joint, floor, ledge and ramp, with tangential rows for friction.
 
-use super::ledge::Ledge;
+use super::ledge::{Ledge, SurfaceContact};
 use super::rotation::rotation;
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
@@ -226,6 +226,25 @@ impl MechanicalModel for WedgeBox {
         rows.convective[DISC_LEDGE] = ledge.curvature * tangential * tangential;
         rows.set_planar_body(DISC_FLOOR, DISC, up, Vector2::zeros());
         rows.position[DISC_FLOOR] = q[4] - radius;
+        rows.convective[DISC_FLOOR] = 0.0;
+    }
+
+    fn tangential_rows(&self) -> usize {
+        4
+    }
+
+    fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        let along = Vector2::new(1.0, 0.0);
+        for (row, arm) in [(RIGHT_WEDGE, self.arms[0]), (LEFT_WEDGE, self.arms[1])] {
+            rows.set_planar_body(row, BOX, along, arm);
+            rows.convective[row] = -v[2] * v[2] * arm.x;
+        }
+        let radius = self.geometry.disc_radius;
+        let SurfaceContact { normal, curvature, .. } = self.ledge.contact(Vector2::new(q[3], q[4]), radius);
+        let velocity = Vector2::new(v[3], v[4]);
+        rows.set_planar_body(DISC_LEDGE, DISC, Vector2::new(normal.y, -normal.x), -radius * normal);
+        rows.convective[DISC_LEDGE] = -curvature * velocity.perp(&normal) * velocity.dot(&normal);
+        rows.set_planar_body(DISC_FLOOR, DISC, along, Vector2::new(0.0, -radius));
         rows.convective[DISC_FLOOR] = 0.0;
     }
 

@@ -1,0 +1,271 @@
+//! Mechanics with Coulomb friction at its contacts: closed forms, the energy account, and what is refused.
+
+use crate::support::*;
+use rimbench::cosim::{Abilities, Outcome, SecondOrder, Subsystem};
+use rimbench::mechanics::{ContactLaw, Friction, NonSmoothMechanics};
+use rimbench::runs::RunRequest;
+
+const G: f64 = 9.81;
+
+const fn coulomb(coefficient: f64) -> Friction {
+    Friction { coefficient, restitution: 0.0 }
+}
+
+/// A point of `mass` on an incline: coordinates down the slope and off it; the interface row pulls down the slope.
+fn on_incline(mass: f64, angle: f64, v: f64) -> LinearModel {
+    LinearModel {
+        mass: vec![mass; 2],
+        force: vec![mass * G * angle.sin(), -mass * G * angle.cos()],
+        unilateral: ConstantRows::new(&[(&[0.0, 1.0], 0.0)]),
+        tangential: ConstantRows::new(&[(&[1.0, 0.0], 0.0)]),
+        interface: ConstantRows::new(&[(&[1.0, 0.0], 0.0)]),
+        q: vec![0.0; 2],
+        v: vec![v, 0.0],
+        ..LinearModel::default()
+    }
+}
+
+fn with_friction(model: LinearModel, law: ContactLaw, friction: Friction) -> NonSmoothMechanics<LinearModel> {
+    stepper(model, law).with_friction(friction).unwrap()
+}
+
+#[test]
+fn a_block_must_rest_on_an_incline_up_to_the_angle_of_friction_and_slide_beyond_it() {
+    let (angle, h, steps) = (0.3_f64, 1e-3, 1000);
+    for (factor, slides) in [(1.0 + 1e-9, false), (1.0 - 1e-9, true), (0.5, true)] {
+        let mu = factor * angle.tan();
+        let mut block = with_friction(on_incline(10.0, angle, 0.0), PLASTIC, coulomb(mu));
+        (0..steps).for_each(|_| block.step(0.0, &[0.0], h).unwrap());
+        let wanted = if slides { G * (angle.sin() - mu * angle.cos()) * h * f64::from(steps) } else { 0.0 };
+        // A few roundings a step, of the speed or of what a step gives.
+        let v = block.velocity()[0];
+        assert!(
+            (v - wanted).abs() <= 4.0 * f64::EPSILON * wanted.max(G * h) * f64::from(steps),
+            "{factor}: {v}, not {wanted}"
+        );
+        assert_eq!(slides, v > 0.0, "{factor}");
+    }
+}
+
+#[test]
+fn a_block_that_slides_down_an_incline_must_stop_after_the_distance_of_theory_and_stay() {
+    let (angle, mu, v0) = (0.3_f64, 0.5, 1.0);
+    let deceleration = G * (mu * angle.cos() - angle.sin());
+    let distance = 0.5 * v0 * v0 / deceleration;
+    assert!((distance - 0.279819).abs() < 5e-7);
+    for h in [4e-3, 1e-3, 2.5e-4] {
+        let mut block = with_friction(on_incline(10.0, angle, v0), PLASTIC, coulomb(mu));
+        let start = block.energy();
+        let steps = (1.0 / h) as usize;
+        (0..steps).for_each(|_| block.step(0.0, &[0.0], h).unwrap());
+        assert!(block.velocity()[0].abs() <= 4.0 * f64::EPSILON * G * h, "it stays");
+        // v⁺ acts over each step: h v₀/2 too short in all, but for what the last step cuts off, a h²/8 at most.
+        let error = block.position()[0] - (distance - 0.5 * h * v0);
+        assert!((0.0..=0.125 * deceleration * h * h + 1e-12).contains(&error), "h = {h}: {error}");
+        // All that is lost is lost to friction.
+        let ledger = block.ledger();
+        let lost = block.energy() - start;
+        assert!(ledger.contact.abs() <= 1e-12 && ledger.slip <= 0.0);
+        assert!((ledger.friction + ledger.applied - ledger.kinetic).abs() <= 1e-12);
+        assert!((ledger.friction - lost).abs() <= 10.0 * G * h * v0 * angle.sin(), "up to the drop of the steps");
+        assert!(ledger.identity_residual <= 1e-14);
+    }
+}
+
+#[test]
+fn a_disc_that_slides_must_roll_with_two_thirds_of_its_speed_and_lose_a_third_of_its_energy_to_friction() {
+    let (mass, radius, mu, v0) = (5.0, 0.2, 0.2, 3.0);
+    let inertia = 0.5 * mass * radius * radius;
+    let rolls_after = v0 / (3.0 * mu * G);
+    for h in [2e-3, 1e-3] {
+        let disc = LinearModel {
+            mass: vec![mass, mass, inertia],
+            force: vec![0.0, -mass * G, 0.0],
+            unilateral: ConstantRows::new(&[(&[0.0, 1.0, 0.0], 0.0)]),
+            tangential: ConstantRows::new(&[(&[1.0, 0.0, radius], 0.0)]),
+            interface: ConstantRows::new(&[(&[1.0, 0.0, 0.0], 0.0)]),
+            q: vec![0.0; 3],
+            v: vec![v0, 0.0, 0.0],
+            ..LinearModel::default()
+        };
+        let mut disc = with_friction(disc, PLASTIC, coulomb(mu));
+        let mut rolling = None;
+        for step in 1..=(1.0 / h) as u32 {
+            disc.step(0.0, &[0.0], h).unwrap();
+            let slides = disc.velocity()[0] + radius * disc.velocity()[2];
+            if rolling.is_none() && slides.abs() <= 1e-14 {
+                rolling = Some(f64::from(step) * h);
+            }
+        }
+        // Friction acts on both, so the speed is that of theory whenever the rolling begins; a thousand steps round it.
+        assert!((disc.velocity()[0] - 2.0 / 3.0 * v0).abs() <= 1e-13, "{}", disc.velocity()[0]);
+        assert!((rolling.unwrap() - rolls_after).abs() <= h, "{rolling:?}");
+        let start = 0.5 * mass * v0 * v0;
+        assert!((disc.ledger().friction + start / 3.0).abs() <= 1e-12 * start, "{}", disc.ledger().friction);
+        assert!(disc.ledger().slip <= 0.0 && disc.ledger().identity_residual <= 1e-14 * start);
+    }
+}
+
+/// A block of mass 1 and half sizes `b`, `h`, level on both corners, turning about the right one so that the left one strikes.
+fn rocking(b: f64, h: f64) -> LinearModel {
+    let omega = 1.0;
+    LinearModel {
+        mass: vec![1.0, 1.0, (b * b + h * h) / 3.0],
+        force: vec![0.0; 3],
+        unilateral: ConstantRows::new(&[(&[0.0, 1.0, -b], 0.0), (&[0.0, 1.0, b], 0.0)]),
+        tangential: ConstantRows::new(&[(&[1.0, 0.0, h], 0.0), (&[1.0, 0.0, h], 0.0)]),
+        interface: ConstantRows::new(&[(&[1.0, 0.0, 0.0], 0.0)]),
+        q: vec![0.0; 3],
+        v: vec![-omega * h, -omega * b, omega],
+        ..LinearModel::default()
+    }
+}
+
+#[test]
+fn a_rocking_block_with_sticking_corners_must_keep_the_angular_velocity_of_housner() {
+    for (b, h) in [(0.3, 1.0), (0.5, 1.0), (0.7, 1.0), (1.0, 1.0)] {
+        let sin2 = b * b / (b * b + h * h);
+        let ratio: f64 = 1.0 - 1.5 * sin2;
+        let least = h / b * (1.0 - ratio) / (1.0 + ratio);
+        for (mu, sticks) in [(least * (1.0 + 1e-9), true), (5.0, true), (least * (1.0 - 1e-3), false)] {
+            let mut block = with_friction(rocking(b, h), PLASTIC, coulomb(mu));
+            block.step(0.0, &[0.0], 1e-9).unwrap();
+            let kept = block.velocity()[2];
+            assert_eq!((kept - ratio).abs() <= 1e-13, sticks, "b = {b}, μ = {mu}: {kept}, not {ratio}");
+        }
+    }
+}
+
+#[test]
+fn an_oblique_impact_must_rebound_along_both_directions_by_the_law_of_moreau() {
+    // A disc with I = m R²/2; sticks up to 3 μ w_n in either case.
+    let e = 0.5;
+    let law = ContactLaw { restitution: e, ..PLASTIC };
+    for (w_t, sticks) in [(0.8, true), (1.0, false)] {
+        let disc = LinearModel {
+            mass: vec![1.0, 1.0, 0.5],
+            force: vec![0.0; 3],
+            unilateral: ConstantRows::new(&[(&[0.0, 1.0, 0.0], 0.0)]),
+            tangential: ConstantRows::new(&[(&[1.0, 0.0, 1.0], 0.0)]),
+            interface: ConstantRows::new(&[(&[1.0, 0.0, 0.0], 0.0)]),
+            q: vec![0.0; 3],
+            v: vec![w_t, -2.0, 0.0],
+            ..LinearModel::default()
+        };
+        let mut disc = with_friction(disc, law, Friction { coefficient: 0.15, restitution: e });
+        disc.step(0.0, &[0.0], 1e-9).unwrap();
+        let v = disc.velocity();
+        assert!((v[1] - 1.0).abs() <= 1e-15);
+        let slip = v[0] + v[2];
+        // Sticks: w_t⁺ = −e w_t; else what friction leaves of it, 3 μ (1 + e) w_n less.
+        let wanted = if sticks { -e * w_t } else { w_t - 3.0 * 0.15 * (1.0 + e) * 2.0 };
+        assert!((slip - wanted).abs() <= 1e-14, "{slip}, not {wanted}");
+        assert!(disc.ledger().slip <= 0.0);
+    }
+}
+
+#[test]
+fn a_coefficient_of_zero_must_give_the_steps_without_friction() {
+    let mut with = wedge_box_mechanics(PLASTIC).with_friction(coulomb(0.0)).unwrap();
+    let mut without = wedge_box_mechanics(PLASTIC);
+    for step in 0..400 {
+        let force = 300.0 * f64::from(step % 100) / 100.0;
+        with.step(0.0, &[force], 5e-3).unwrap();
+        without.step(0.0, &[force], 5e-3).unwrap();
+    }
+    // Two ways to the same numbers: 400 steps with the rounding of metres.
+    assert!(max_difference(with.position(), without.position()) <= 1e-11);
+    assert_eq!(with.ledger().friction, 0.0);
+    assert!(with.friction_impulses().iter().all(|p| *p == 0.0));
+}
+
+#[test]
+fn the_energy_account_with_friction_must_close_and_friction_must_never_push_along() {
+    for scheme in ["rim-nonsmooth-gap", "rim-nonsmooth", "rim-smooth", "rim-smooth-active", "zero-order-hold"] {
+        let request = RunRequest {
+            macro_step_s: Some(2e-3),
+            duration_s: Some(0.8),
+            ..RunRequest::of("wedge-box-friction", scheme)
+        };
+        let run = run(&request.resolve(catalogue()).unwrap());
+        assert!(matches!(run.report.outcome, Outcome::Completed | Outcome::Diverged { .. }), "{scheme}");
+        let audit = run.report.audit;
+        let account = audit.accounts.mechanics.unwrap();
+        let size = audit.accounts.actuator.unwrap().pump.abs().max(account.stored.abs());
+        assert!(account.friction > 1.0, "{scheme}: {} J", account.friction);
+        // Sums over 400 steps of terms up to `size`.
+        assert!(audit.closure().unwrap().abs() <= 1e-10 * size, "{scheme}: {:?} of {size}", audit.closure());
+        assert!(run.report.energy_identity_residual_j.unwrap() <= 1e-12 * size, "{scheme}");
+    }
+    let mut box_ = wedge_box_mechanics(PLASTIC).with_friction(coulomb(0.3)).unwrap();
+    for step in 0..600 {
+        let force = 900.0 * (f64::from(step) * 0.05).sin();
+        let before = box_.ledger().slip;
+        box_.step(0.0, &[force], 2e-3).unwrap();
+        let slip = box_.ledger().slip - before;
+        // Rounding of impulses of some N·s at velocities of some m/s.
+        assert!(slip <= 1e-13, "step {step}: {slip} J");
+    }
+    assert!(box_.ledger().slip < -1.0);
+}
+
+#[test]
+fn what_cannot_be_had_with_friction_must_be_refused_with_the_reason() {
+    let message = |law: ContactLaw, friction: Friction, model: LinearModel| {
+        stepper(model, law).with_friction(friction).map(drop).unwrap_err().to_string()
+    };
+    let block = || on_incline(1.0, 0.3, 0.0);
+    for bad in [-0.1, f64::NAN, f64::INFINITY] {
+        let said = message(PLASTIC, coulomb(bad), block());
+        assert!(said.contains("friction = ") && said.contains("0 or above"), "{said}");
+    }
+    let smooth = LinearModel { tangential: ConstantRows::default(), ..block() };
+    assert!(message(PLASTIC, coulomb(0.3), smooth).contains("0 tangential rows for 1 contacts"));
+    let bouncing = ContactLaw { restitution: 0.5, ..PLASTIC };
+    assert!(message(bouncing, coulomb(0.3), block()).contains("can create energy"));
+    assert!(message(PLASTIC, Friction { coefficient: 0.3, restitution: 0.5 }, block()).contains("can create energy"));
+    let mut mechanics = with_friction(block(), PLASTIC, coulomb(0.3));
+    assert!(mechanics.use_second_order(SecondOrder::EventSplit).unwrap_err().contains("semi-implicit"));
+}
+
+#[test]
+fn a_run_that_friction_rules_out_must_say_so_once() {
+    let refused = |options: &[(&str, &str)], set: &[(&str, &str)]| {
+        let mut request = RunRequest::of("wedge-box-friction", "rim-nonsmooth-gap");
+        request.set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+        request.duration_s = Some(0.05);
+        options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
+        let spec = request.resolve(catalogue());
+        let run = spec.and_then(|spec| {
+            rimbench::runs::simulate(&spec, Default::default(), None, rimbench::cosim::StopFlag::never())
+        });
+        match run {
+            Err(error) => error.to_string(),
+            Ok(run) => match run.report.outcome {
+                Outcome::Skipped { reason } => format!("skipped: {reason}"),
+                outcome => panic!("{options:?} {set:?} ran: {outcome:?}"),
+            },
+        }
+    };
+    for (options, set, wanted) in [
+        (&[][..], &[("friction", "-0.1")][..], "friction = -0.1 is not valid"),
+        (&[], &[("friction", "inf")], "friction = inf is not valid"),
+        (&[], &[("restitution", "0.5")], "can create energy"),
+        (&[], &[("contact_compliance_m_n", "1e-8")], "give way"),
+        (&[("contacts", "near")], &[], "contacts = near does not go with friction"),
+        (&[("redundancy", "pseudo-inverse")], &[], "redundancy = pseudo-inverse does not go with friction"),
+        (&[("energy_return", "pool")], &[], "energy_return = pool does not go with friction"),
+        (&[("solver", "lemke")], &[], "over their states"),
+        (&[("mechanics_integrator", "event-split")], &[], "skipped: mechanics_integrator = event-split"),
+        (&[("mechanics_integrator", "midpoint")], &[], "skipped: mechanics_integrator = midpoint"),
+        (&[("scheme", "interface-jacobian")], &[], "skipped: its picture of the contacts knows no friction"),
+    ] {
+        let said = refused(options, set);
+        assert!(said.contains(wanted), "{options:?} {set:?}: {said}");
+    }
+    let mut request = RunRequest::of("wedge-box", "rim-smooth");
+    request.set = vec![("tangential_restitution".to_owned(), "0.5".to_owned())];
+    let spec = request.resolve(catalogue()).unwrap();
+    let built = (spec.case.build)(&spec.parameters, solver()).map(drop);
+    assert!(built.unwrap_err().to_string().contains("needs friction"));
+}
