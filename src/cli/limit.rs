@@ -17,7 +17,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Ends of the scan where they fit, s.
-const FROM_S: f64 = 1e-4;
+pub(super) const FROM_S: f64 = 1e-4;
 const TO_S: f64 = 0.1;
 
 /// Arguments of `limit`.
@@ -99,7 +99,12 @@ impl Limit {
 /// The longest macro step that is scanned unless one is asked for: what goes on in less than ten of them tells nothing.
 fn longest(request: &RunRequest, catalogue: &Catalogue) -> Result<f64> {
     // The duration, at whatever macro step the case has.
-    Ok(TO_S.min(resolved(request, catalogue)?.duration / 10.0))
+    Ok(longest_within(resolved(request, catalogue)?.duration))
+}
+
+/// The same for a duration, s.
+pub(super) fn longest_within(duration: f64) -> f64 {
+    TO_S.min(duration / 10.0)
 }
 
 /// An error about the macro step under the name of the option that set it.

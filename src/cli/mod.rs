@@ -1,5 +1,7 @@
 //! One file per subcommand.
 
+mod advise;
+mod advise_text;
 mod collect;
 mod corpus;
 mod figures;
@@ -51,6 +53,8 @@ enum Command {
     Verify(verify::Verify),
     /// Find the largest stable macro step of a scheme on a case
     Limit(limit::Limit),
+    /// Say which scheme and macro step are cheapest within an error, and why not the others
+    Advise(advise::Advise),
     /// Record the program's own performance, and compare records or git revisions
     Perf(perf::Perf),
     /// List what there is, by name
@@ -91,6 +95,7 @@ impl Cli {
             Command::Collect(command) => return command.run(catalogue),
             Command::Verify(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,
+            Command::Advise(command) => return command.run(catalogue),
             Command::Figures(command) => return command.run(catalogue),
             Command::Perf(command) => return command.run(),
             Command::List(command) => command.run(catalogue)?,

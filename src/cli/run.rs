@@ -39,12 +39,7 @@ impl Run {
         let experiment = Experiment::read(&self.file)?;
         let total = experiment.plan(catalogue, false)?.len();
         let shard = self.shard.as_deref().map(parse_shard).transpose()?;
-        if let Some(jobs) = self.jobs {
-            if !(1..=1024).contains(&jobs) {
-                return Err(Error::invalid("--jobs", jobs, "a whole number from 1 to 1024").into());
-            }
-            rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global().context("cannot start threads")?;
-        }
+        use_threads(self.jobs)?;
         let folder = self.out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         check_writable_folder(&folder)?;
         let interruption = Interruption::listen()?;
@@ -112,6 +107,15 @@ impl Run {
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// Lets so many threads work, if a number is given.
+pub(super) fn use_threads(jobs: Option<usize>) -> anyhow::Result<()> {
+    let Some(jobs) = jobs else { return Ok(()) };
+    if !(1..=1024).contains(&jobs) {
+        return Err(Error::invalid("--jobs", jobs, "a whole number from 1 to 1024").into());
+    }
+    rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global().context("cannot start threads")
 }
 
 fn parse_shard(text: &str) -> Result<(usize, usize)> {

@@ -8,19 +8,19 @@ use rimbench::runs::{RunOption, RunRequest, RunSpec};
 /// Options that name one run among those that a command makes itself when it scans.
 const SCANNED: [&str; 2] = ["macro_step_s", "phase"];
 
-/// What must be given.
+/// What must be given; the scheme need not where the command goes through those as well.
 const REQUIRED: [&str; 2] = ["case", "scheme"];
 
 /// Case, scheme and everything else that determines a run; without macro step and phase where the command goes through those.
 #[derive(Debug, Clone, Default)]
-pub struct RunOptions<const SCANS: bool> {
+pub struct RunOptions<const SCANS: bool, const ONE_SCHEME: bool = true> {
     /// Keys with the texts given.
     given: Vec<(&'static str, String)>,
     /// Parameters of the case, each as `key=value`.
     set: Vec<String>,
 }
 
-impl<const SCANS: bool> RunOptions<SCANS> {
+impl<const SCANS: bool, const ONE_SCHEME: bool> RunOptions<SCANS, ONE_SCHEME> {
     /// What was asked for.
     pub(super) fn request(&self) -> Result<RunRequest> {
         let mut request = RunRequest::default();
@@ -57,11 +57,24 @@ fn flag(key: &'static str) -> String {
     key.strip_suffix("_s").unwrap_or(key).replace('_', "-")
 }
 
-impl<const SCANS: bool> Args for RunOptions<SCANS> {
+/// The options of a request as they would be typed.
+pub(super) fn typed(request: &RunRequest) -> String {
+    let mut words = String::new();
+    for (key, text) in request.texts() {
+        words += &format!(" --{} {text}", flag(key));
+    }
+    for (key, value) in &request.set {
+        words += &format!(" --set {key}={value}");
+    }
+    words
+}
+
+impl<const SCANS: bool, const ONE_SCHEME: bool> Args for RunOptions<SCANS, ONE_SCHEME> {
     fn augment_args(command: Command) -> Command {
         let command = Self::options().fold(command, |command, option| {
             let arg = Arg::new(option.key).long(flag(option.key)).value_name(option.takes).help(option.about);
-            command.arg(arg.required(REQUIRED.contains(&option.key)).allow_negative_numbers(true))
+            let required = REQUIRED.contains(&option.key) && (ONE_SCHEME || option.key != "scheme");
+            command.arg(arg.required(required).allow_negative_numbers(true))
         });
         let help = "A parameter of the case, key=value (see `rimbench list parameters`); may be repeated";
         command.arg(Arg::new("set").long("set").value_name("KEY=VALUE").action(ArgAction::Append).help(help))
@@ -72,7 +85,7 @@ impl<const SCANS: bool> Args for RunOptions<SCANS> {
     }
 }
 
-impl<const SCANS: bool> FromArgMatches for RunOptions<SCANS> {
+impl<const SCANS: bool, const ONE_SCHEME: bool> FromArgMatches for RunOptions<SCANS, ONE_SCHEME> {
     fn from_arg_matches(matches: &ArgMatches) -> std::result::Result<Self, clap::Error> {
         let mut options = RunOptions::default();
         options.update_from_arg_matches(matches)?;

@@ -13,7 +13,7 @@ use super::stock::Stock;
 use super::store::Store;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{EvaluatedRun, Reference, RunSpec, evaluate, simulate_inside};
+use rimbench_cases::runs::{Clock, EvaluatedRun, Reference, RunResult, RunSpec, evaluate, simulate_inside};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 use std::any::Any;
@@ -156,7 +156,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
             if stop.soon.check().is_err() {
                 return Ok(());
             }
-            let run = evaluated(&planned[index].spec, &bounds, &reference, stop.now)?;
+            let run = evaluated(&planned[index].spec, &bounds, &reference, simulate_inside, stop.now)?;
             // No result: the same command goes on from there.
             if matches!(run.outcome, Outcome::Stopped { .. }) { Ok(()) } else { keep(index, &run) }
         })?;
@@ -271,10 +271,19 @@ fn groups_of_one_reference(planned: &[PlannedRun], indices: &[usize]) -> Vec<Vec
     groups
 }
 
+/// [`simulate`](rimbench_cases::runs::simulate) or [`simulate_inside`].
+pub(super) type Simulate = fn(&RunSpec, Bounds, Option<Clock>, StopFlag<'_>) -> Result<RunResult>;
+
 /// Simulates a run and holds it against its reference. A defect of ours is a record like others: no reason to lose the other runs.
-fn evaluated(spec: &RunSpec, bounds: &Bounds, reference: &Reference, stop: StopFlag<'_>) -> Result<EvaluatedRun> {
+pub(super) fn evaluated(
+    spec: &RunSpec,
+    bounds: &Bounds,
+    reference: &Reference,
+    simulate: Simulate,
+    stop: StopFlag<'_>,
+) -> Result<EvaluatedRun> {
     let attempt = catch_unwind(AssertUnwindSafe(|| {
-        let result = simulate_inside(spec, bounds.clone(), Some(monotonic_clock), stop)?;
+        let result = simulate(spec, bounds.clone(), Some(monotonic_clock), stop)?;
         match result.report.outcome {
             // No result, so nothing to be held against anything; of a long run that would take a while.
             Outcome::Stopped { .. } => Ok(EvaluatedRun::not_evaluated(result.report.outcome)),

@@ -4,6 +4,7 @@
 //! runs what is missing in parallel, against cached references and into a [`Store`] that survives being killed, and exports the
 //! result files; [`check_claims`] holds what the file claims against what came out.
 
+mod advice;
 mod build_info;
 mod cache;
 mod checked_results;
@@ -25,6 +26,10 @@ mod stability;
 mod stock;
 mod store;
 
+pub use advice::{
+    Advice, Budget, Choice, Fallen, Information, LimitFound, METRIC, Prices, Probe, Question, Work, advise,
+    measured_prices,
+};
 pub use build_info::BuildInfo;
 pub use cache::Cache;
 pub use claims::{CheckedClaim, Claim, Verdict, check_claims, write_claims};

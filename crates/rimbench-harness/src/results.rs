@@ -14,7 +14,7 @@
 use super::experiment::{Experiment, PlannedRun};
 use super::provenance::{self, Provenance};
 use super::store::{Record, Store, TraceMark};
-use rimbench_cases::runs::{EvaluatedRun, Fact, Reference};
+use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
@@ -67,15 +67,26 @@ pub(super) fn record(
     provenance: &Provenance,
     trace: Option<TraceMark>,
 ) -> Record {
+    record_of(&planned.id, &planned.spec, run, row(&provenance.row(&planned.id)), trace)
+}
+
+/// The same of a run that is in no plan.
+pub(super) fn record_of(
+    id: &str,
+    spec: &RunSpec,
+    run: &EvaluatedRun,
+    provenance: String,
+    trace: Option<TraceMark>,
+) -> Record {
     let cells = |facts: Vec<Fact>| row(&facts.iter().map(Fact::cell).collect::<Vec<_>>());
     let timed_out = matches!(run.outcome, Outcome::Timeout { .. });
     Record {
-        run_id: planned.id.clone(),
+        run_id: id.to_owned(),
         findings: cells(run.findings()),
         costs: cells(run.costs()),
-        provenance: row(&provenance.row(&planned.id)),
+        provenance,
         trace,
-        wall_limit_s: planned.spec.wall_limit.filter(|_| timed_out).map(|limit| limit.as_secs_f64()),
+        wall_limit_s: spec.wall_limit.filter(|_| timed_out).map(|limit| limit.as_secs_f64()),
     }
 }
 

@@ -10,7 +10,7 @@ use rimbench_core::cosim::{Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 
 /// A spectral radius this close to one is one: the accuracy to which it is probed.
-const NEUTRAL: f64 = 1e-9;
+pub(super) const NEUTRAL: f64 = 1e-9;
 
 /// How a scheme fares at one macro step.
 #[derive(Debug, Clone, PartialEq)]

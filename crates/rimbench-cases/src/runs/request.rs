@@ -47,6 +47,12 @@ macro_rules! run_options {
                 }
                 Ok(())
             }
+
+            /// Writes the options that are given as texts from which [`put`](Self::put) reads the same.
+            pub fn texts(&self) -> Vec<(&'static str, String)> {
+                let texts = [$((stringify!($key), self.$key.as_ref().map(OptionText::write))),+];
+                texts.into_iter().filter_map(|(key, text)| Some((key, text?))).collect()
+            }
         }
     };
 }
@@ -108,17 +114,27 @@ impl RunRequest {
 /// An option that can be written as text.
 trait OptionText: Sized {
     fn read(key: &str, text: &str) -> Result<Self>;
+
+    fn write(&self) -> String;
 }
 
 impl OptionText for String {
     fn read(_key: &str, text: &str) -> Result<Self> {
         Ok(text.to_owned())
     }
+
+    fn write(&self) -> String {
+        self.clone()
+    }
 }
 
 impl OptionText for f64 {
     fn read(key: &str, text: &str) -> Result<Self> {
         text.trim().parse().map_err(|_| Error::invalid(key, text, "a number"))
+    }
+
+    fn write(&self) -> String {
+        format!("{self:?}")
     }
 }
 
@@ -128,6 +144,10 @@ macro_rules! read_by_name {
         $(impl OptionText for $kind {
             fn read(_key: &str, text: &str) -> Result<Self> {
                 text.parse()
+            }
+
+            fn write(&self) -> String {
+                self.to_string()
             }
         })+
     };
@@ -165,6 +185,28 @@ mod tests {
         assert_eq!(refused("gain", "high"), "gain = high is not valid; valid: a number");
         assert!(refused("sequence", "jacoby").contains("did you mean `jacobi`"));
         assert!(refused("gian", "1").contains("did you mean `gain`"));
+    }
+
+    #[test]
+    fn a_request_written_as_texts_is_read_as_the_same() {
+        let mut request = RunRequest::of("wedge-box", "nepce");
+        for (key, text) in [
+            ("sequence", "gauss-seidel-mechanics-first"),
+            ("force_return", "profile"),
+            ("mechanics_steps", "10"),
+            ("redundancy", "regularised:1e-6"),
+            ("contact_detection", "margin:1e-3"),
+            ("contacts", "coupled:0.1"),
+            ("gain", "0.1"),
+            ("macro_step_s", "1.3e-4"),
+            ("step_control", "energy-residual-libcosim"),
+        ] {
+            request.put(key, text).unwrap();
+        }
+        let mut again = RunRequest::default();
+        request.texts().iter().for_each(|(key, text)| again.put(key, text).unwrap());
+        assert_eq!(again, request);
+        assert_eq!(request.texts().len(), 11);
     }
 
     #[test]

@@ -1,0 +1,309 @@
+//! An advice in words and as JSON.
+
+use super::json::Object;
+use super::run_options::typed;
+use super::table;
+use rimbench::harness::{Advice, Choice, Fallen, METRIC, Prices, Probe, Question};
+use rimbench::runs::RunRequest;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// What was asked and what came of it.
+pub(super) struct Asked<'a> {
+    pub(super) question: &'a Question<'a>,
+    pub(super) advice: &'a Advice,
+}
+
+impl Asked<'_> {
+    /// The answer in a sentence; why there is none, where there is none.
+    fn headline(&self) -> String {
+        let Asked { question, advice } = self;
+        let error = percent(question.error);
+        if let Some(best) = &advice.best {
+            let scheme = best.request.scheme.as_deref().unwrap_or_default();
+            return format!("Take `{scheme}` ({}) at H = {}.", best.form, milliseconds(best.macro_step));
+        }
+        if let Some(uncertainty) = advice.reference_uncertainty.filter(|own| *own >= question.error) {
+            return format!(
+                "None can be told: the reference itself is uncertain by {} of its peak, and an error of {error} is less.",
+                percent(uncertainty)
+            );
+        }
+        if advice.open > 0 {
+            return format!("None found before the budget was spent: {} forms are open.", advice.open);
+        }
+        let [from, to] = [question.macro_steps.first(), question.macro_steps.last()]
+            .map(|step| step.copied().map_or_else(String::new, milliseconds));
+        format!("None: no scheme in any form meets an error of {error} at every phase between H = {from} and {to}.")
+    }
+
+    /// What the numbers rest on.
+    fn grounds(&self) -> Vec<String> {
+        let Asked { question, advice } = self;
+        let Question { phases, kept_aside, macro_steps, prices, .. } = question;
+        let mut grounds = vec![format!(
+            "The error is the rms of the interface force over communication points, relative to the peak force of the reference \
+             (`{METRIC}`), the largest over {phases} phases; what is advised also stood {kept_aside} phases kept aside."
+        )];
+        if let (Some(peak), Some(uncertainty)) = (advice.reference_peak_n, advice.reference_uncertainty) {
+            let mut said =
+                format!("The reference has a peak of {peak:.4} N and is uncertain by {} of it", percent(uncertainty));
+            if 3.0 * uncertainty > question.error {
+                said += ": more than a third of the error asked for, so take the advice with care";
+            }
+            grounds.push(said + ".");
+        }
+        let [exchange, mechanics, micro, model] = prices.list();
+        grounds.push(format!(
+            "Cost = {exchange} × exchanges + {mechanics} × mechanics solves + {micro} × micro steps + {model} × model solves. By \
+             default these are instructions of the wedge box over those of a micro step; `rimbench advise --case {} \
+             --measure-costs` measures them here.",
+            question.fixed.case.as_deref().unwrap_or_default()
+        ));
+        if let [first, .., last] = macro_steps {
+            grounds.push(format!(
+                "{} macro steps were open, a factor of {:.2} apart; options and gains are the schemes' own.",
+                macro_steps.len(),
+                (last / first).powf(1.0 / (macro_steps.len() - 1) as f64)
+            ));
+        }
+        if [&advice.best, &advice.runner_up]
+            .into_iter()
+            .flatten()
+            .any(|choice| choice.runs.iter().any(|run| run.model_exact))
+        {
+            grounds.push(
+                "Here the model is the mechanics itself (`model_exact`): of a mechanics that it only approximates, expect more."
+                    .to_owned(),
+            );
+        }
+        if advice.open > 0 {
+            grounds.push(format!(
+                "The budget was spent before the search was done: {} forms are open, and one of them may be cheaper.",
+                advice.open
+            ));
+        }
+        grounds.push(format!("{} runs were made, {} were stored.", advice.computed, advice.reused));
+        grounds
+    }
+
+    fn limit(&self, choice: &Choice) -> String {
+        let factor = choice.limit.last_stable / choice.macro_step;
+        match (choice.limit.first_unstable, &choice.limit.failure) {
+            (Some(unstable), Some(failure)) => format!(
+                "stable up to {} ({factor:.1} times H); at {}: {failure}",
+                milliseconds(choice.limit.last_stable),
+                milliseconds(unstable)
+            ),
+            _ => format!(
+                "stable up to {}, the largest tried ({factor:.1} times H)",
+                milliseconds(choice.limit.last_stable)
+            ),
+        }
+    }
+
+    /// The command that looks for the limit more closely.
+    fn limit_command(&self, choice: &Choice) -> String {
+        let request = RunRequest { macro_step_s: None, phase: None, ..choice.request.clone() };
+        let to = choice.limit.first_unstable.unwrap_or(choice.limit.last_stable);
+        let phases = self.question.phases;
+        format!("rimbench limit{} --from {:?} --to {to:?} --phases {phases}", typed(&request), choice.macro_step)
+    }
+}
+
+/// The run of a choice as it would be typed.
+fn command(request: &RunRequest, run: &Probe) -> String {
+    let (macro_step_s, phase) = (Some(run.macro_step), Some(run.phase));
+    format!("rimbench simulate{}", typed(&RunRequest { macro_step_s, phase, ..request.clone() }))
+}
+
+/// Writes an advice for reading.
+pub(super) fn markdown(asked: &Asked<'_>) -> String {
+    let Asked { question, advice } = asked;
+    let case = question.fixed.case.as_deref().unwrap_or_default();
+    let set: String = question.fixed.set.iter().map(|(key, value)| format!(", {key} = {value}")).collect();
+    let mut text =
+        format!("# {case}{set}: {} of the peak force\n\n**{}**\n", percent(question.error), asked.headline());
+    if advice.best.is_some() {
+        text += "\n| | advised | runner-up |\n|---|---|---|\n";
+        let choices = [&advice.best, &advice.runner_up];
+        let mut row = |name: &str, of: &dyn Fn(&Choice) -> String| {
+            let cells = choices.map(|choice| choice.as_ref().map_or_else(|| "none".to_owned(), of));
+            let _ = writeln!(text, "| {name} | {} | {} |", cells[0], cells[1]);
+        };
+        row("scheme", &|choice| choice.request.scheme.clone().unwrap_or_default());
+        row("form", &|choice| choice.form.clone());
+        row("H", &|choice| milliseconds(choice.macro_step));
+        row("error, worst phase", &|choice| percent(worst(&choice.runs)));
+        row("error, phases kept aside", &|choice| percent(worst(&choice.kept_aside)));
+        row("cost", &|choice| format!("{:.0}", choice.cost));
+        for (kind, name) in Prices::NAMES.iter().enumerate() {
+            row(&format!("{name}s"), &|choice| choice.work.counts()[kind].to_string());
+        }
+        row("stability", &|choice| asked.limit(choice));
+        if choices.iter().any(|choice| choice.as_ref().is_some_and(|choice| choice.spectral_radius.is_some())) {
+            row("spectral radius", &|choice| {
+                choice.spectral_radius.map_or_else(|| "–".to_owned(), |radius| format!("{radius:.6}"))
+            });
+        }
+        for (name, choice) in [("Advised", &advice.best), ("Runner-up", &advice.runner_up)] {
+            let Some(choice) = choice else { continue };
+            let _ = writeln!(text, "\n## {name}: runs\n\n| run id | phase | error |\n|---|---|---|");
+            for run in choice.runs.iter().chain(&choice.kept_aside) {
+                let error = run.error.map_or_else(|| "–".to_owned(), percent);
+                let _ = writeln!(text, "| {} | {:.4} | {error} |", run.run_id, run.phase);
+            }
+            let worst = choice
+                .runs
+                .iter()
+                .chain(&choice.kept_aside)
+                .max_by(|a, b| a.error.unwrap_or(0.0).total_cmp(&b.error.unwrap_or(0.0)));
+            let worst = worst.map(|run| command(&choice.request, run)).unwrap_or_default();
+            let _ = writeln!(text, "\n```sh\n{worst}\n{}\n```", asked.limit_command(choice));
+        }
+    }
+    text += "\n## Why not the others\n\nOf each scheme the form that came nearest; all are in the JSON.\n\n";
+    text += "| scheme | form | why | run id |\n|---|---|---|---|\n";
+    for fallen in nearest(&advice.fallen) {
+        let id = fallen.run.as_ref().map_or("–", |run| &run.run_id);
+        let form = if fallen.form.is_empty() { "–" } else { &fallen.form };
+        let _ = writeln!(text, "| {} | {form} | {} | {id} |", fallen.scheme, fallen.reason.replace('|', "/"));
+    }
+    text += "\n## What this rests on\n\n";
+    for ground in asked.grounds() {
+        let _ = writeln!(text, "- {ground}");
+    }
+    text.trim_end().to_owned()
+}
+
+/// Of each scheme the form that came nearest: the cheapest that meets the error, else that with the least error.
+fn nearest(fallen: &[Fallen]) -> Vec<&Fallen> {
+    let key = |fallen: &Fallen| {
+        let error = fallen.run.as_ref().filter(|run| run.completed()).and_then(|run| run.error);
+        (fallen.cost.unwrap_or(f64::INFINITY), error.unwrap_or(f64::INFINITY))
+    };
+    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut nearest: Vec<&Fallen> = Vec::new();
+    for fallen in fallen {
+        let place = *places.entry(&fallen.scheme).or_insert(nearest.len());
+        match nearest.get_mut(place) {
+            Some(known) if key(fallen) < key(known) => *known = fallen,
+            Some(_) => {}
+            None => nearest.push(fallen),
+        }
+    }
+    nearest
+}
+
+/// Writes an advice for programs.
+pub(super) fn json(asked: &Asked<'_>) -> Value {
+    let Asked { question, advice } = asked;
+    let mut object = Object::default();
+    object.put("case", question.fixed.case.clone());
+    object.put("set", question.fixed.set.iter().map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>());
+    object.put("metric", METRIC);
+    object.number("error", question.error);
+    object.put("phases", question.phases);
+    object.put("kept_aside_phases", question.kept_aside);
+    object.put("macro_steps_s", question.macro_steps);
+    object.put("costs", prices_json(&question.prices));
+    object.number("reference_peak_n", advice.reference_peak_n);
+    object.number("reference_uncertainty_of_peak", advice.reference_uncertainty);
+    object.put("answer", asked.headline());
+    for (key, choice) in [("advised", &advice.best), ("runner_up", &advice.runner_up)] {
+        object.put(key, choice.as_ref().map_or(Value::Null, |choice| choice_json(asked, choice)));
+    }
+    object.put("fallen", advice.fallen.iter().map(fallen_json).collect::<Vec<_>>());
+    object.put("open_forms", advice.open);
+    object.put("runs_made", advice.computed);
+    object.put("runs_stored", advice.reused);
+    object.put("notes", asked.grounds());
+    object.into()
+}
+
+fn choice_json(asked: &Asked<'_>, choice: &Choice) -> Value {
+    let mut object = Object::default();
+    object.put("scheme", choice.request.scheme.clone());
+    object.put("form", choice.form.clone());
+    object.number("macro_step_s", choice.macro_step);
+    object.number("worst_error", choice.worst_error());
+    object.number("cost", choice.cost);
+    object.number("cost_one_step_on", choice.cost_one_step_on);
+    for (key, count) in
+        ["exchanges", "mechanics_solves", "micro_steps", "model_solves"].iter().zip(choice.work.counts())
+    {
+        object.number(*key, count);
+    }
+    object.number("last_stable_s", choice.limit.last_stable);
+    object.number("first_unstable_s", choice.limit.first_unstable);
+    object.put("failure_there", choice.limit.failure.clone());
+    object.put("run_there", choice.limit.run_id.clone());
+    object.number("spectral_radius", choice.spectral_radius);
+    object.put("limit_command", asked.limit_command(choice));
+    let runs = |runs: &[Probe]| runs.iter().map(|run| probe_json(&choice.request, run)).collect::<Vec<_>>();
+    object.put("runs", runs(&choice.runs));
+    object.put("kept_aside", runs(&choice.kept_aside));
+    object.into()
+}
+
+fn probe_json(request: &RunRequest, run: &Probe) -> Value {
+    let mut object = Object::default();
+    object.put("run_id", run.run_id.as_str());
+    object.number("macro_step_s", run.macro_step);
+    object.number("phase", run.phase);
+    object.put("outcome", run.outcome.as_str());
+    object.number("error", run.error);
+    object.put("command", command(request, run));
+    object.into()
+}
+
+fn fallen_json(fallen: &Fallen) -> Value {
+    let mut object = Object::default();
+    object.put("scheme", fallen.scheme.as_str());
+    object.put("form", fallen.form.as_str());
+    object.put("reason", fallen.reason.as_str());
+    object.number("cost", fallen.cost);
+    let run = fallen.request.as_ref().zip(fallen.run.as_ref()).map(|(request, run)| probe_json(request, run));
+    object.put("run", run.unwrap_or(Value::Null));
+    object.into()
+}
+
+fn prices_json(prices: &Prices) -> Value {
+    let mut object = Object::default();
+    for (name, price) in Prices::NAMES.iter().zip(prices.list()) {
+        object.number(name.replace(' ', "_"), price);
+    }
+    object.into()
+}
+
+/// The prices measured here beside the usual ones.
+pub(super) fn prices_table(measured: Prices) -> String {
+    let mut table = table(&["work", "measured here", "usual", "option"]);
+    let options = ["--exchanges-cost", "--mechanics-cost", "--micro-cost", "--model-cost"];
+    let rows = Prices::NAMES.iter().zip(measured.list()).zip(Prices::default().list()).zip(options);
+    for (((name, measured), usual), option) in rows {
+        table.add_row([(*name).to_owned(), format!("{measured:.2}"), usual.to_string(), option.to_owned()]);
+    }
+    format!("In units of one micro step of the actuator:\n{table}")
+}
+
+fn worst(runs: &[Probe]) -> f64 {
+    runs.iter().filter_map(|run| run.error).fold(0.0, f64::max)
+}
+
+/// Three digits.
+fn percent(share: f64) -> String {
+    let share = 100.0 * share;
+    if share > 0.0 && share < 1e-3 {
+        return format!("{share:.1e} %");
+    }
+    let digits = if share >= 1.0 { 2 } else { 4 };
+    let text = format!("{share:.digits$}");
+    format!("{} %", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+fn milliseconds(seconds: f64) -> String {
+    let text = format!("{:.4}", 1e3 * seconds);
+    format!("{} ms", text.trim_end_matches('0').trim_end_matches('.'))
+}
