@@ -11,12 +11,15 @@ mod limit;
 mod list;
 mod perf;
 mod perf_compare;
+mod perf_formats;
 mod plan;
 mod progress;
 mod project;
 mod reproduce;
 mod run;
 mod run_options;
+mod schema;
+mod shell;
 mod simulate;
 mod solvers;
 mod summary;
@@ -63,6 +66,12 @@ enum Command {
     Corpus(corpus::CorpusCommand),
     /// Give the corpus of contact problems to every solver and compare
     Solvers(solvers::Solvers),
+    /// Print a JSON Schema of a kind of file, made from what there is
+    Schema(schema::Schema),
+    /// Print what a shell needs to complete commands and options
+    Completions(shell::Completions),
+    /// Print a manual page
+    Man(shell::ManPage),
 }
 
 /// Width of the printed table of claims where the width of the terminal is not known, characters.
@@ -101,6 +110,9 @@ impl Cli {
             Command::List(command) => command.run(catalogue)?,
             Command::Corpus(command) => command.run()?,
             Command::Solvers(command) => command.run(catalogue)?,
+            Command::Schema(command) => command.run(catalogue)?,
+            Command::Completions(command) => command.run()?,
+            Command::Man(command) => command.run()?,
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -1,6 +1,7 @@
 //! `rimbench perf`: has the program become slower?
 
 use super::perf_compare::Compare;
+use super::perf_formats::ShowFormat;
 use super::{print, table};
 use anyhow::Context;
 use clap::{Args, Subcommand};
@@ -150,6 +151,9 @@ struct Show {
     /// The history
     #[arg(long, value_name = "FILE", default_value = HISTORY)]
     history: PathBuf,
+    /// How to print
+    #[arg(long, value_enum, default_value_t = ShowFormat::Table)]
+    format: ShowFormat,
 }
 
 impl Show {
@@ -157,6 +161,9 @@ impl Show {
         let history = History::read(&self.history)?;
         let rows = history.of_record(history.select(&self.record)?);
         let [first, ..] = rows.as_slice() else { unreachable!("a record has rows") };
+        if let Some(document) = self.format.document(&rows) {
+            return print(&serde_json::to_string_pretty(&document)?);
+        }
         print(&format!(
             "record {}, revision {}, {}, {}, {}",
             first.record, first.git_revision, first.rustc, first.target, first.cpu

@@ -1,10 +1,12 @@
 //! `rimbench plan`: the runs of an experiment, without running them.
 
-use super::{print, table};
+use super::json::Object;
+use super::{Format, print, table};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
-use rimbench::harness::Experiment;
+use rimbench::harness::{Experiment, PlannedRun};
 use rimbench::runs::Fact;
+use serde_json::Value;
 use std::path::PathBuf;
 
 /// Arguments of `plan`.
@@ -15,6 +17,9 @@ pub struct Plan {
     /// Show all runs, however many
     #[arg(long)]
     all: bool,
+    /// How to print; JSON has all runs
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
 }
 
 /// Runs that are shown unless all are asked for.
@@ -24,6 +29,9 @@ impl Plan {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let experiment = Experiment::read(&self.file)?;
         let planned = experiment.plan(catalogue, false)?;
+        if self.format == Format::Json {
+            return print(&serde_json::to_string_pretty(&json(&experiment, &planned))?);
+        }
         print(&format!("{}\n", experiment.question))?;
         print(&format!("{} runs, {} claims", planned.len(), experiment.claims().len()))?;
         let facts: Vec<Vec<Fact>> = planned.iter().map(|run| run.spec.facts()).collect();
@@ -48,4 +56,22 @@ impl Plan {
         }
         Ok(())
     }
+}
+
+/// The plan for programs: each run with its id, its place (shards take every n-th from a place on), and what determines it.
+fn json(experiment: &Experiment, planned: &[PlannedRun]) -> Value {
+    let run = |(place, run): (usize, &PlannedRun)| {
+        let mut object = Object::default();
+        object.put("place", place);
+        object.put("run_id", run.id.as_str());
+        object.put("label", run.label.as_str());
+        run.spec.facts().iter().for_each(|fact| object.fact(fact));
+        Value::from(object)
+    };
+    let mut object = Object::default();
+    object.put("experiment", experiment.name());
+    object.put("question", experiment.question.as_str());
+    object.put("claims", experiment.claims().len());
+    object.put("runs", planned.iter().enumerate().map(run).collect::<Vec<_>>());
+    object.into()
 }

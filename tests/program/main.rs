@@ -8,6 +8,7 @@ mod any_edit;
 mod anywhere;
 mod architecture;
 mod command_line;
+mod conveniences;
 mod corpus;
 mod documents;
 mod examples;

@@ -75,6 +75,9 @@ enum Statistic {
     Order,
 }
 
+/// Names of what a claim may make of several runs, for whoever offers them to a user.
+pub const STATISTICS: [&str; 5] = ["median", "min", "max", "mean", "order"];
+
 /// What came of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]

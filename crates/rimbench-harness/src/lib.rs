@@ -32,7 +32,7 @@ pub use advice::{
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
-pub use claims::{CheckedClaim, Claim, Verdict, check_claims, write_claims};
+pub use claims::{CheckedClaim, Claim, STATISTICS, Verdict, check_claims, write_claims};
 pub use clock::monotonic_clock;
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use execution::{Job, Progress, Step, StopFlags, Summary, collect_shards, run_job, run_job_until};

@@ -1,0 +1,211 @@
+//! `rimbench schema`: what an editor needs to check an experiment file while it is written, from what this program can run.
+
+use super::print;
+use clap::{Args, ValueEnum};
+use rimbench::cases::{Case, Parameter, Range};
+use rimbench::catalogue::Catalogue;
+use rimbench::cosim::Outcome;
+use rimbench::error::Error;
+use rimbench::harness::STATISTICS;
+use rimbench::metrics::METRICS;
+use rimbench::runs::{EvaluatedRun, RunOption, RunRequest};
+use serde_json::{Map, Value, json};
+
+/// Arguments of `schema`.
+#[derive(Debug, Args)]
+pub struct Schema {
+    /// Of which kind of file
+    what: What,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum What {
+    /// An experiment file, `experiments/<group>/<name>.toml`
+    Experiment,
+}
+
+/// A text that no option takes, so that what refuses it says what it would take.
+const NONSENSE: &str = "?";
+
+/// Metrics of a claim that are no metrics of a run.
+const OF_OUTCOMES: [&str; 2] = ["diverged", "diverged_at_s"];
+
+/// Options of a run that the grid sets, not a row.
+const SET_BY_GRID: [&str; 3] = ["case", "macro_step_s", "phase"];
+
+impl Schema {
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+        let What::Experiment = self.what;
+        print(&serde_json::to_string_pretty(&experiment(catalogue))?)
+    }
+}
+
+/// An object that has these keys and no others.
+fn object(required: &[&str], properties: Value) -> Value {
+    json!({ "type": "object", "required": required, "additionalProperties": false, "properties": properties })
+}
+
+fn above_zero(about: &str) -> Value {
+    json!({ "type": "number", "exclusiveMinimum": 0, "description": about })
+}
+
+fn text(about: &str) -> Value {
+    json!({ "type": "string", "description": about })
+}
+
+fn one_of<'a>(names: impl IntoIterator<Item = &'a str>) -> Value {
+    json!({ "enum": names.into_iter().collect::<Vec<_>>() })
+}
+
+fn list_of(items: Value) -> Value {
+    json!({ "type": "array", "items": items })
+}
+
+/// The schema, in the dialect of 2020-12.
+fn experiment(catalogue: &Catalogue) -> Value {
+    let definitions = json!({
+        "macro_steps": { "anyOf": [
+            { "type": "array", "minItems": 1, "items": above_zero("H, s") },
+            object(&["from", "to", "per_decade"], json!({
+                "from": above_zero("s"), "to": above_zero("s"), "per_decade": { "type": "integer", "minimum": 1, "maximum": 1000 },
+            })),
+        ], "description": "Macro steps H, s: a list, or evenly spread in logarithms" },
+        "phases": { "anyOf": [
+            { "type": "integer", "minimum": 1 },
+            list_of(json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 1 })),
+        ], "description": "So many of the phase ensemble, or the phases themselves" },
+    });
+    let [macro_steps, phases] = ["macro_steps", "phases"].map(|name| json!({ "$ref": format!("#/$defs/{name}") }));
+    let properties = json!({
+        "question": text("What the experiment answers, in words"),
+        "macro_steps_s": macro_steps,
+        "phases": phases,
+        "duration_s": above_zero("Simulated time, s"),
+        "micro_step_s": above_zero("Longest micro step of the actuator side, s"),
+        "trace_every_s": above_zero("Store traces, one row per so many seconds"),
+        "traces": list_of(text("A label")),
+        "reference_step_s": above_zero("Coarsest of the three steps of the reference, s"),
+        "wall_limit_s": above_zero("Wall time after which a run ends with outcome `timeout`, s"),
+        "quick": object(&[], json!({ "macro_steps_s": macro_steps, "phases": phases })),
+        "cases": { "type": "array", "minItems": 1, "items": case(catalogue, &macro_steps) },
+        "schemes": { "type": "array", "minItems": 1, "items": scheme_row(catalogue, &macro_steps) },
+        "claims": list_of(claim(catalogue)),
+    });
+    let Value::Object(mut schema) = object(&["question", "macro_steps_s", "cases", "schemes"], properties) else {
+        unreachable!("an object is one")
+    };
+    schema.insert("$schema".into(), "https://json-schema.org/draft/2020-12/schema".into());
+    schema.insert("title".into(), "Experiment of rimbench".into());
+    schema.insert("$defs".into(), definitions);
+    Value::Object(schema)
+}
+
+/// One `[[cases]]`: what may be set depends on its name.
+fn case(catalogue: &Catalogue, macro_steps: &Value) -> Value {
+    let Value::Object(mut entry) = object(
+        &["name"],
+        json!({
+            "name": one_of(catalogue.cases().iter().map(|case| &*case.name)),
+            "set": { "type": "object", "description": "Parameters; a list makes a grid" },
+            "macro_steps_s": macro_steps,
+            "duration_s": above_zero("s"),
+            "micro_step_s": above_zero("s"),
+        }),
+    ) else {
+        unreachable!("an object is one")
+    };
+    let of_case = |case: &std::sync::Arc<Case>| {
+        let own: Map<String, Value> =
+            case.parameters.iter().map(|parameter| (parameter.name.clone().into_owned(), values(parameter))).collect();
+        json!({
+            "if": { "properties": { "name": { "const": &*case.name } } },
+            "then": { "properties": { "set": { "properties": own, "additionalProperties": false } } },
+        })
+    };
+    entry.insert("allOf".into(), catalogue.cases().iter().map(of_case).collect());
+    Value::Object(entry)
+}
+
+/// One value of a parameter, or a list of them.
+fn values(parameter: &Parameter) -> Value {
+    let value = match &parameter.range {
+        Range::Finite => json!({ "type": "number" }),
+        Range::Positive => json!({ "type": "number", "exclusiveMinimum": 0 }),
+        Range::NotNegative => json!({ "type": "number", "minimum": 0 }),
+        Range::Fraction => json!({ "type": "number", "minimum": 0, "maximum": 1 }),
+        Range::Whole(least, most) => {
+            json!({ "type": "number", "multipleOf": 1, "minimum": least, "maximum": most })
+        }
+        Range::OneOf(names) => one_of(names.iter().map(|name| &**name)),
+    };
+    let about = format!("{} ({}; default {})", parameter.about, parameter.unit, parameter.default);
+    json!({ "anyOf": [value, list_of(value.clone())], "description": about })
+}
+
+/// One `[[schemes]]`: a label, macro steps of its own, and any option that a run has.
+fn scheme_row(catalogue: &Catalogue, macro_steps: &Value) -> Value {
+    let mut properties = Map::new();
+    properties.insert("label".into(), text("Name of the row in tables and figures"));
+    properties.insert("macro_steps_s".into(), macro_steps.clone());
+    properties
+        .insert("step_tolerances".into(), list_of(above_zero("Tolerances of a step control, an axis of the grid")));
+    for option in RunRequest::OPTIONS.iter().filter(|option| !SET_BY_GRID.contains(&option.key)) {
+        let mut value = match option.key {
+            "scheme" => one_of(catalogue.schemes().iter().map(|scheme| &*scheme.name)),
+            "solver" => one_of(catalogue.solvers().iter().map(|solver| &*solver.name)),
+            _ => option_values(option),
+        };
+        value["description"] = option.about.into();
+        properties.insert(option.key.into(), value);
+    }
+    object(&["scheme"], Value::Object(properties))
+}
+
+/// What an option takes, as whatever reads it says: the names it knows (of those with a number behind a colon the number is left
+/// open), a number, or a count with a word beside it.
+fn option_values(option: &RunOption) -> Value {
+    match RunRequest::default().put(option.key, NONSENSE) {
+        Err(Error::UnknownName { valid, .. }) => {
+            let (open, closed): (Vec<&String>, Vec<&String>) = valid.iter().partition(|name| name.contains(":<"));
+            let mut choices = vec![one_of(closed.into_iter().map(String::as_str))];
+            for name in open {
+                let name = name.split(":<").next().unwrap_or_default();
+                // What has a number may have a usual one.
+                let alone = RunRequest::default().put(option.key, name).is_ok();
+                choices.push(
+                    json!({ "type": "string", "pattern": format!("^{name}{}$", if alone { "(:.+)?" } else { ":.+" }) }),
+                );
+            }
+            json!({ "anyOf": choices })
+        }
+        _ if RunRequest::default().put(option.key, "0.5").is_ok() => json!({ "type": "number" }),
+        _ => json!({ "anyOf": [{ "type": "integer", "minimum": 1 }, { "type": "string" }] }),
+    }
+}
+
+/// One `[[claims]]`.
+fn claim(catalogue: &Catalogue) -> Value {
+    let counters = EvaluatedRun::not_evaluated(Outcome::Completed).counters();
+    let metrics = METRICS.iter().map(|metric| metric.name).chain(OF_OUTCOMES);
+    let metrics = metrics.chain(counters.iter().map(|counter| counter.name));
+    let cases = catalogue.cases().iter().map(|case| &*case.name).chain(["all"]);
+    object(
+        &["id", "by", "text", "scheme", "metric", "expect", "finding"],
+        json!({
+            "id": text("Short name"),
+            "by": one_of(["paper", "ours"]),
+            "text": text("The claim in words"),
+            "case": one_of(cases),
+            "set": text("Parameters set, as in the column `set` of runs.csv, or `all`"),
+            "scheme": text("Label of a scheme row"),
+            "at_equal": text("A counter: rows are compared where they cost the same"),
+            "relative_to": text("Label of another row: the ratio to it is measured"),
+            "macro_step_s": above_zero("H, s; all if absent"),
+            "metric": one_of(metrics),
+            "statistic": one_of(STATISTICS),
+            "expect": { "type": "string", "pattern": "^\\s*(>=|<=)\\s*[-+0-9.eE]+\\s*$" },
+            "finding": one_of(["reproduced", "not-reproduced", "not-measured"]),
+            "superseded": text("Why another claim has taken its place"),
+        }),
+    )
+}

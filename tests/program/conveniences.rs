@@ -1,0 +1,181 @@
+//! What other programs read: completions, manual pages, the schema of experiment files, plans and records as JSON.
+
+use crate::program::rimbench;
+use jsonschema::Validator;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+fn said(arguments: &[&str]) -> String {
+    String::from_utf8(rimbench().args(arguments).assert().success().get_output().stdout.clone()).unwrap()
+}
+
+fn said_json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&said(arguments)).unwrap()
+}
+
+/// Commands that the program offers, as its help lists them.
+fn commands() -> Vec<String> {
+    let help = said(&["--help"]);
+    let lines = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
+    let lines = lines.take_while(|line| line.starts_with("  "));
+    lines.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").map(str::to_owned).collect()
+}
+
+#[test]
+fn completions_and_manual_pages_know_every_command() {
+    let commands = commands();
+    assert!(commands.len() >= 15, "{commands:?}");
+    for shell in ["bash", "zsh", "fish"] {
+        let script = said(&["completions", shell]);
+        let missing: Vec<&String> = commands.iter().filter(|command| !script.contains(command.as_str())).collect();
+        assert!(missing.is_empty() && script.contains("kept-aside"), "{shell}: {missing:?}");
+    }
+    let page = said(&["man"]);
+    for command in &commands {
+        assert!(page.contains(&format!("rimbench\\-{command}(1)")), "{command}: {page}");
+        let own = said(&["man", command]);
+        assert!(own.contains(".SH SYNOPSIS") && own.contains(".SH OPTIONS"), "{command}");
+    }
+    let output = rimbench().args(["man", "advize"]).assert().code(2).get_output().clone();
+    assert!(String::from_utf8_lossy(&output.stderr).contains("did you mean `advise`"));
+}
+
+fn experiment_files() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
+    let groups = std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir());
+    let files = groups.flat_map(|group| std::fs::read_dir(group).unwrap().map(|entry| entry.unwrap().path()));
+    files.filter(|path| path.extension().is_some_and(|extension| extension == "toml")).collect()
+}
+
+fn schema() -> (Value, Validator) {
+    let schema = said_json(&["schema", "experiment"]);
+    let validator = jsonschema::draft202012::new(&schema).unwrap();
+    (schema, validator)
+}
+
+fn read(text: &str) -> Value {
+    serde_json::to_value(toml::from_str::<toml::Value>(text).unwrap()).unwrap()
+}
+
+#[test]
+fn every_experiment_file_keeps_to_the_schema() {
+    let (_, validator) = schema();
+    let files = experiment_files();
+    assert!(files.len() >= 25, "{} files", files.len());
+    for path in files {
+        let file = read(&std::fs::read_to_string(&path).unwrap());
+        let faults: Vec<String> =
+            validator.iter_errors(&file).map(|error| format!("{}: {error}", error.instance_path())).collect();
+        assert!(faults.is_empty(), "{}: {faults:?}", path.display());
+    }
+}
+
+const PLAIN: &str = r#"
+question = "?"
+macro_steps_s = [1e-3]
+[[cases]]
+name = "wedge-box"
+set = { box_mass_kg = [150.0, 200.0] }
+[[schemes]]
+scheme = "rim-nonsmooth"
+mechanics_steps = "all"
+contact_detection = "margin:1e-3"
+"#;
+
+#[test]
+fn what_the_reader_refuses_the_schema_refuses() {
+    let (_, validator) = schema();
+    assert!(validator.is_valid(&read(PLAIN)));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("one.toml");
+    for (from, to) in [
+        ("question", "qestion"),
+        ("[1e-3]", "1e-3"),
+        ("[1e-3]", "[-1e-3]"),
+        ("[1e-3]", "{ from = 1e-3, to = 1e-2 }"),
+        ("wedge-box", "wedge-bx"),
+        ("box_mass_kg", "box_mas_kg"),
+        ("150.0", "-150.0"),
+        ("rim-nonsmooth", "rim-nonsmoth"),
+        ("\"all\"", "0"),
+        ("margin:1e-3", "margine"),
+        ("contact_detection", "contact_detecton"),
+        ("contact_detection", "phase = 0.5\ncontact_detection"),
+        ("\"margin:1e-3\"", "\"active\"\ngain = \"high\""),
+        ("\"margin:1e-3\"", "\"active\"\nsequence = \"jacoby\""),
+        ("\"margin:1e-3\"", "\"active\"\nsolver = \"lemkee\""),
+    ] {
+        let text = PLAIN.replacen(from, to, 1);
+        assert_ne!(text, PLAIN, "{from}");
+        std::fs::write(&path, &text).unwrap();
+        rimbench().arg("plan").arg(&path).assert().code(2);
+        assert!(!validator.is_valid(&read(&text)), "{from} → {to}");
+    }
+}
+
+/// Names between backquotes behind `expected one of` in the error about a key that is none.
+fn known_keys(text: &str) -> BTreeSet<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("one.toml");
+    std::fs::write(&path, text).unwrap();
+    let output = rimbench().arg("plan").arg(&path).assert().code(2).get_output().stderr.clone();
+    let message = String::from_utf8(output).unwrap();
+    let list = message.split("expected").nth(1).unwrap_or_else(|| panic!("{message}"));
+    list.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_schema_has_the_keys_that_the_reader_has() {
+    let (schema, _) = schema();
+    let keys =
+        |object: &Value| -> BTreeSet<String> { object["properties"].as_object().unwrap().keys().cloned().collect() };
+    let own = &schema["properties"];
+    let begin = "question = \"?\"\nmacro_steps_s = [1e-3]\n";
+    for (text, object) in [
+        ("no_such_key = 1\n".to_owned() + begin, &schema),
+        (format!("{begin}[quick]\nno_such_key = 1\n"), &own["quick"]),
+        (format!("{begin}[[cases]]\nname = \"wedge-box\"\nno_such_key = 1\n"), &own["cases"]["items"]),
+        (format!("{begin}[[claims]]\nno_such_key = 1\n"), &own["claims"]["items"]),
+    ] {
+        assert_eq!(known_keys(&text), keys(object), "{text}");
+    }
+}
+
+#[test]
+fn a_plan_as_json_has_every_run_with_its_id_and_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("one.toml");
+    std::fs::write(&path, PLAIN).unwrap();
+    let plan = said_json(&["plan", path.to_str().unwrap(), "--format", "json"]);
+    let runs = plan["runs"].as_array().unwrap();
+    assert_eq!((runs.len(), plan["experiment"].as_str()), (2, Some("one")));
+    for (place, run) in runs.iter().enumerate() {
+        assert_eq!(run["place"], place);
+        assert_eq!((run["run_id"].as_str().unwrap().len(), &run["scheme"]), (16, &json!("rim-nonsmooth")));
+    }
+    assert_ne!(runs[0]["run_id"], runs[1]["run_id"]);
+}
+
+#[test]
+fn a_record_of_performance_is_told_in_the_formats_of_others() {
+    let history = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/perf/history.csv");
+    let show = |format| said_json(&["perf", "show", "--history", history.to_str().unwrap(), "--format", format]);
+    let all = show("json");
+    let rows = all.as_array().unwrap();
+    let (bencher, action) = (show("bencher"), show("github-action-benchmark"));
+    let mut entries = 0;
+    for row in rows.iter().filter(|row| row["status"] == "ok") {
+        let own = &bencher[row["benchmark"].as_str().unwrap()];
+        for (slug, key, unit) in [("instructions", "instructions", 1.0), ("latency", "wall_s", 1e9)] {
+            let Some(wanted) = row[key].as_f64() else { continue };
+            assert_eq!(own[slug]["value"].as_f64(), Some(unit * wanted));
+            let name = format!("{} {slug}", row["benchmark"].as_str().unwrap());
+            let entry = action.as_array().unwrap().iter().find(|entry| entry["name"] == name.as_str()).unwrap();
+            assert_eq!(entry["value"].as_f64(), Some(unit * wanted));
+            assert!(entry["unit"].is_string());
+            entries += 1;
+        }
+    }
+    assert!(entries > 10 && action.as_array().unwrap().len() == entries);
+}
