@@ -269,3 +269,21 @@ fn a_run_that_friction_rules_out_must_say_so_once() {
     let built = (spec.case.build)(&spec.parameters, solver()).map(drop);
     assert!(built.unwrap_err().to_string().contains("needs friction"));
 }
+
+/// A controller asks the model when the next contact closes: the rows of friction have no gaps.
+#[test]
+fn macro_steps_placed_by_a_model_with_friction_must_come_to_the_end() {
+    for scheme in ["rim-nonsmooth-gap", "rim-nonsmooth", "rim-smooth"] {
+        let mut request = RunRequest::of("wedge-box-friction", scheme);
+        for (key, value) in [
+            ("step_control", "model-defect"),
+            ("step_tolerance", "1e-3"),
+            ("macro_step_s", "1e-2"),
+            ("duration_s", "0.5"),
+        ] {
+            request.put(key, value).unwrap();
+        }
+        let run = run(&request.resolve(catalogue()).unwrap());
+        assert_eq!(run.report.outcome, Outcome::Completed, "{scheme}");
+    }
+}

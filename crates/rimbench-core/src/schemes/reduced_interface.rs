@@ -467,7 +467,8 @@ impl ReducedInterface {
     /// Time until the first of the contacts that are open closes, its acceleration being that of the last micro step, s. Rows of
     /// friction, which stand behind those of the contacts, close nothing.
     fn next_closing(&self) -> Option<f64> {
-        let tracked = (self.gap_term == GapTerm::Tracked).then(|| self.set.len())?;
+        // With friction the packed rows are twice as many.
+        let tracked = (self.gap_term == GapTerm::Tracked).then_some(self.set.len())?;
         let closing = (0..tracked).filter(|&slot| self.gap[slot] > 0.0 && self.p_u[slot] <= 0.0).filter_map(|slot| {
             let (gap, w) = (self.gap[slot], self.w[slot]);
             let a = (w - self.w_free[slot]) / self.micro_step;
