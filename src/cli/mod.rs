@@ -158,7 +158,11 @@ fn width() -> Option<u16> {
 fn claims_table(claims: &[CheckedClaim]) -> String {
     let mut table = table(&["claim", "by", "measured", "expected", "verdict"]);
     for claim in claims {
-        let measured = claim.measured.map_or("–".to_owned(), |value| format!("{value:.4}"));
+        let interval = match (claim.low, claim.high) {
+            (Some(low), Some(high)) => format!(" [{low:.3}, {high:.3}]"),
+            _ => String::new(),
+        };
+        let measured = claim.measured.map_or("–".to_owned(), |value| format!("{value:.4}{interval}"));
         let changed = match claim.finding {
             _ if claim.differs() => " (differs from the recorded finding)",
             Verdict::NotMeasured if claim.verdict != Verdict::NotMeasured => " (no finding is recorded yet)",

@@ -46,6 +46,11 @@ fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
         for (parameters, entry) in
             all.iter().flat_map(|parameters| solvers().iter().map(move |entry| (parameters, entry)))
         {
+            // Contacts with friction have a solver of their own.
+            if has_friction(parameters) && entry.name != "active-set" {
+                assert!((case.build)(parameters, entry).is_err_and(|error| error.to_string().contains("friction")));
+                continue;
+            }
             let mut system = (case.build)(parameters, entry).unwrap();
             let model = system.sides.mechanics.abilities().empty_interface_model();
             let contacts = model.map_or(0, |model| model.contacts());

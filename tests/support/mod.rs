@@ -1,7 +1,7 @@
 //! Builders shared by the tests: the wedge box at its defaults, small systems with constant matrices, simple actuators.
 #![allow(dead_code)]
 
-use rimbench::cases::{Case, CoupledSystem, ExactSolution, Parameters, Recorder, ReferenceMethod};
+use rimbench::cases::{Case, CoupledSystem, ExactSolution, Parameters, Recorder, ReferenceMethod, Value};
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::SolverEntry;
 use rimbench::cosim::{
@@ -65,6 +65,11 @@ pub fn solver() -> &'static Arc<SolverEntry> {
 
 pub fn wedge_box_case() -> &'static Arc<Case> {
     case_by_name("wedge-box")
+}
+
+/// Whether contacts have friction, for which some options are refused.
+pub fn has_friction(parameters: &Parameters) -> bool {
+    parameters.iter().any(|(parameter, value)| parameter.name == "friction" && *value != Value::Number(0.0))
 }
 
 /// Both sides of a case at its defaults.
