@@ -13,7 +13,7 @@
 
   // ---- state: the controls, in the address as well
   const STEPS = [0.2, 0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 17, 20, 25, 30, 35, 40, 50];
-  const START = { h: "5", phase: "1", mass: "200", detection: "", integrator: "", a: "rim-smooth", b: "rim-nonsmooth-gap", t: "1.705" };
+  const START = { h: "5", phase: "1", mass: "200", detection: "", integrator: "", a: "rim-smooth", b: "rim-nonsmooth-gap", t: "1.735" };
   const KEYS = ["phase", "mass", "detection", "integrator", "a", "b"];
   const state = { ...START };
   const readAddress = () => {
@@ -196,7 +196,7 @@
         const top = 12 - height;
         set(lenses[k].group, { transform: `translate(${Math.min(Math.max(left, LENS + 4), 476 - LENS)} ${HEIGHT - LENS - 22})` });
         set(lenses[k].tip, { points: top < -24 ? "" : path([[0, top], [-12, Math.max(top - 18, -30)], [12, Math.max(top - 18, -30)]]) });
-        lenses[k].text.textContent = `${(ty * 1000).toFixed(1)} mm`;
+        lenses[k].text.textContent = `${(Math.round(ty * 1e4) / 10 + 0).toFixed(1)} mm`;
       });
       force.textContent = `F = ${(of("actuator_force_n") / 1000).toFixed(2)} kN`;
     };
