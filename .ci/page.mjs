@@ -83,6 +83,8 @@ async function browse() {
     const shown = await text("cap-b");
     if (!shown.includes(said.run_id) || !shown.includes(`${said.exchanges} exchanges`)) fail(`the page shows \`${shown}\`, the program ${said.run_id}`);
   }
+  // The address is written once the hand rests.
+  await new Promise((resolve) => setTimeout(resolve, 500));
   if (!(await page.evaluate(() => location.hash)).includes("b=rim-smooth")) fail("the address does not say what is shown");
   await enter("in-time", 0.5);
   const pose = () => page.$eval("#box-a .world", (world) => world.getAttribute("transform"));

@@ -304,6 +304,10 @@ fn percent(share: f64) -> String {
 }
 
 fn milliseconds(seconds: f64) -> String {
-    let text = format!("{:.4}", 1e3 * seconds);
+    let milliseconds = 1e3 * seconds;
+    if milliseconds < 0.01 {
+        return format!("{milliseconds:.3e} ms");
+    }
+    let text = format!("{milliseconds:.4}");
     format!("{} ms", text.trim_end_matches('0').trim_end_matches('.'))
 }

@@ -304,6 +304,7 @@ fn nonsense_asked_of_an_advice_is_one_error_with_exit_code_two() {
         (&["--case", "elastic-bar", "--error", "1%", "--jobs", "0"], "--jobs = 0"),
         (&["--case", "elastic-bar", "--error", "1%", "--real-time", "--exchanges-cost", "1"], "cannot be used with"),
         (&["--case", "elastic-bar"], "--error"),
+        (&["--case", "elastic-bar", "--error", "1%", "--no-feedback", "--force-return", "mean"], "`held` only"),
     ] {
         let output = rimbench().arg("advise").args(arguments).assert().code(2).get_output().clone();
         let message = String::from_utf8(output.stderr).unwrap();

@@ -18,17 +18,28 @@
   const state = { ...START };
   const readAddress = () => {
     const address = new URLSearchParams(location.hash.slice(1));
-    if (!address.has("h")) return false;
-    for (const key of Object.keys(START)) if (address.has(key)) state[key] = address.get(key);
+    const known = Object.keys(START).filter((key) => address.has(key));
+    if (!known.length) return false;
+    // A link shows the same wherever one comes from.
+    Object.assign(state, START, Object.fromEntries(known.map((key) => [key, address.get(key)])));
+    const t = Number(state.t);
+    state.t = Number.isFinite(t) ? String(Math.min(Math.max(t, 0), 2.5)) : START.t;
     return true;
   };
-  const writeAddress = () => history.replaceState(null, "", `#${new URLSearchParams(state)}`);
+  // Browsers refuse an address that changes too often: once the hand rests is enough.
+  let writing;
+  const writeAddress = () => {
+    clearTimeout(writing);
+    writing = setTimeout(() => history.replaceState(null, "", `#${new URLSearchParams(state)}`), 200);
+  };
   const nearestStep = (h) => STEPS.reduce((best, step, k) => (Math.abs(step - h) < Math.abs(STEPS[best] - h) ? k : best), 0);
   const showControls = () => {
     $("in-h").value = nearestStep(Number(state.h));
     state.h = String(STEPS[$("in-h").value]);
     for (const key of KEYS) {
       $(`in-${key}`).value = state[key];
+      // What a control does not have is nonsense from an address.
+      if ($(`in-${key}`).value === "" && START[key] !== "") $(`in-${key}`).value = START[key];
       state[key] = $(`in-${key}`).value;
     }
     $("out-h").textContent = `${state.h} ms`;
@@ -55,6 +66,8 @@
     if (state.integrator) lines.push(`mechanics_integrator ${state.integrator}`, "actuator_integrator midpoint");
     return lines;
   };
+  // What both are held against: the case alone, whatever the schemes refuse.
+  const reference = () => ["scheme zero-order-hold", ...request("").filter((line) => /^(case|set\.)/.test(line))].join("\n");
   const simulate = () => {
     wanted = busy;
     if (busy) return;
@@ -63,7 +76,7 @@
     const [a, b] = [request(state.a), request(state.b)].map((lines) => lines.join("\n"));
     // What comes back belongs to what was asked, wherever the controls are by then.
     asked = { schemes: [state.a, state.b], commands: [command(state.a), command(state.b)] };
-    worker.postMessage({ requests: [`run\n${a}`, `run\n${b}`, `reference\n${a}`] });
+    worker.postMessage({ requests: [`run\n${a}`, `run\n${b}`, `reference\n${reference()}`] });
   };
   const trajectory = ({ words, numbers }) => {
     const facts = new Map(words.split("\n").filter(Boolean).map((line) => [line.split(" ", 1)[0], line.slice(line.indexOf(" ") + 1)]));
@@ -89,6 +102,7 @@
   };
   worker.onerror = (event) => missing(event.message || "the worker does not start");
   worker.onmessage = ({ data }) => {
+    if (data.failed) return missing(data.failed);
     if (data.ready) {
       for (const line of data.ready.split("\n").filter(Boolean)) {
         const [, name, kind] = line.split(" ");
@@ -155,6 +169,9 @@
     const lost = make(svg, "text", { x: 240, y: 60, "text-anchor": "middle", "font-size": 18, "font-weight": 700, fill: "var(--b)" });
     const force = make(svg, "text", { x: 8, y: 16, "font-size": 12, fill: "var(--ink)" });
     return (run, t) => {
+      // A run that was refused has nothing to show.
+      for (const part of [world, ...lenses.map((lens) => lens.group)]) set(part, { visibility: run.rows ? "visible" : "hidden" });
+      if (!run.rows) return ([lost.textContent, force.textContent] = ["not run", ""]);
       const gone = t > run.end + 1e-9;
       const place = run.at(Math.min(t, run.end));
       const of = (name) => run.between(place, name);
@@ -188,7 +205,7 @@
       ];
       contacts.forEach(([[cx, cy], [nx, ny], name], k) => {
         const size = Math.min(Math.max(of(name), 0) * ARROW, 0.75) || 0;
-        set(forces[k], { x1: cx, y1: cy, x2: cx + size * nx, y2: cy + size * ny, visibility: size > 0.005 ? "visible" : "hidden" });
+        set(forces[k], { x1: cx, y1: cy, x2: cx + size * nx, y2: cy + size * ny, visibility: size > 0.005 ? "inherit" : "hidden" });
       });
       G.tips.forEach((tip, k) => {
         const [tx, ty] = on(tip), [left] = page([tx, ty]);
@@ -258,7 +275,7 @@
   const pose = () => {
     if (!runs.length) return;
     const t = Number(state.t);
-    [0, 1].forEach((k) => runs[k].rows && boxes[k](runs[k], t));
+    [0, 1].forEach((k) => boxes[k](runs[k], t));
     $("in-time").value = t;
     $("out-time").textContent = `${t.toFixed(3)} s`;
     const cursor = curve.querySelector("#cursor");
@@ -332,7 +349,7 @@
       setTimeout(() => (button.textContent = "Copy"), 1500);
     });
   addEventListener("hashchange", () => {
-    if (!readAddress()) return;
+    if (!kinds.size || !readAddress()) return;
     showControls();
     simulate();
   });

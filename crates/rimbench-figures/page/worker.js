@@ -17,7 +17,12 @@ const ask = (text) => {
 onmessage = async ({ data }) => {
   if (data.module) {
     bytes = data.module;
-    await start();
+    try {
+      await start();
+    } catch (error) {
+      postMessage({ failed: error.message });
+      return;
+    }
     postMessage({ ready: ask("schemes").words });
     return;
   }

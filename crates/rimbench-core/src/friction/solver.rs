@@ -1,15 +1,14 @@
 //! The solver a simulation holds: checked after every problem, with fallbacks, and counted.
 
 use super::{
-    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
-    natural_residual,
+    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem, natural_residual,
 };
 use crate::complementarity::{SolveStats, SolverCounters, Unsolved};
 
 /// Solves one problem after the other, each from the states of the last; every answer is measured by [`natural_residual`].
 ///
-/// `P = 0` where that is a solution. Else the [`ActiveStates`]; where their answer is not good enough [`Enumeration`] up to five contacts,
-/// else [`CopositiveLemke`] and [`ContactSweeps`]. Free of allocation up to the number of contacts it was made for.
+/// `P = 0` where that is a solution. Else the [`ActiveStates`]; where their answer is not good enough, [`Enumeration`] (up to five
+/// contacts), [`CopositiveLemke`] and [`ContactSweeps`] in turn. Free of allocation up to the number of contacts it was made for.
 #[derive(Debug, Clone)]
 pub struct FrictionSolver {
     tolerance: f64,
@@ -31,7 +30,7 @@ impl FrictionSolver {
             len: 0,
             active: ActiveStates::new(contacts),
             enumeration: Enumeration::new(contacts),
-            lemke: CopositiveLemke::new(if contacts > ENUMERATION_LIMIT { contacts } else { 0 }),
+            lemke: CopositiveLemke::new(contacts),
             counters: SolverCounters::default(),
         }
     }

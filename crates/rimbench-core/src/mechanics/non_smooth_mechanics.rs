@@ -10,7 +10,7 @@ use crate::complementarity::Checked;
 use crate::cosim::{
     Abilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, not_offered,
 };
-use crate::error::{Failure, Result};
+use crate::error::{Error, Failure, Result};
 use crate::interface_model::{Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
 
@@ -74,8 +74,13 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// # Errors
     /// [`Error::InvalidValue`](crate::error::Error::InvalidValue) for a coefficient that is none;
     /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts that give way or are kept by the
-    /// dozen, a restitution of one direction alone, or a solver that does not go by active sets.
+    /// dozen, a restitution of one direction alone, a solver that does not go by active sets, or a mechanics that steps at the second order.
     pub fn with_friction(mut self, friction: Friction) -> Result<Self> {
+        if self.second_order.is_some() {
+            return Err(Error::Incompatible(
+                "friction does not go with a rule of the second order, which was asked for before".into(),
+            ));
+        }
         self.stepper.add_friction(friction, self.model.tangential_rows())?;
         self.observables.extend(friction_observables(&self.model.contact_force_names()));
         self.linearise();

@@ -51,7 +51,7 @@ pub(super) fn all(question: &Question<'_>) -> Result<(Vec<Candidate>, Vec<Fallen
         None => catalogue.schemes().to_vec(),
     };
     let (mut candidates, mut fallen, mut seen) = (Vec::new(), Vec::new(), HashSet::new());
-    let mut last_error = None;
+    let mut first_error = None;
     for scheme in schemes {
         let out = |reason: String| Fallen {
             scheme: scheme.name.clone().into_owned(),
@@ -66,22 +66,25 @@ pub(super) fn all(question: &Question<'_>) -> Result<(Vec<Candidate>, Vec<Fallen
             continue;
         }
         let before = candidates.len();
+        let mut refused = None;
         for request in requests(&scheme, fixed, question.information) {
             let request = RunRequest { macro_step_s: macro_steps.first().copied(), ..request };
             match request.resolve_for(catalogue, case, &parameters) {
                 Ok(first) if seen.insert(first.id()) => candidates.push(Candidate::new(request, first, macro_steps)),
                 Ok(_) => {}
-                Err(error) => last_error = Some(error),
+                // The scheme's own form comes first: what is wrong with that is what is asked for.
+                Err(error) => _ = refused.get_or_insert(error),
             }
         }
         if candidates.len() == before {
-            let reason = last_error
+            let reason = refused
                 .as_ref()
                 .map_or_else(|| "no form of it is allowed (--no-feedback)".to_owned(), Error::to_string);
             fallen.push(out(reason));
         }
+        first_error = first_error.or(refused);
     }
-    match (candidates.is_empty(), last_error) {
+    match (candidates.is_empty(), first_error) {
         // What no scheme can do is bad input, unless it was forbidden.
         (true, Some(error)) => Err(error),
         _ => Ok((candidates, fallen)),

@@ -83,8 +83,11 @@ impl<'a> Search<'a> {
                 })
                 .collect();
             if open.is_empty() {
-                if self.stand_all_phases(leaders)? && !(self.question.exhaustive && self.find_beyond(leaders)?) {
-                    return Ok(leaders);
+                if self.stand_all_phases(leaders)? {
+                    self.spent |= self.question.exhaustive && self.budget_is_spent();
+                    if self.spent || !(self.question.exhaustive && self.find_beyond(leaders)?) {
+                        return Ok(leaders);
+                    }
                 }
                 continue;
             }
@@ -92,7 +95,9 @@ impl<'a> Search<'a> {
             if self.spent {
                 // What has been found so far, if it stands all phases.
                 self.stand_all_phases(leaders)?;
-                return Ok(leaders.map(|index| index.filter(|&index| self.candidates[index].checked)));
+                let [first, second] = leaders.map(|index| index.filter(|&index| self.candidates[index].checked));
+                // Where the first does not stand them, the second is the best that is known.
+                return Ok(if first.is_some() { [first, second] } else { [second, None] });
             }
             // What has been begun is brought to its end, so that there is soon something to beat; then the cheapest hope first.
             let begun = |index: usize| self.candidates[index].tries > 0;
