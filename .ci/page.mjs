@@ -8,6 +8,7 @@ import { createRequire } from "node:module";
 import fs from "node:fs";
 import os from "node:os";
 import path from "node:path";
+import vm from "node:vm";
 import zlib from "node:zlib";
 
 const [mode, subject, program, folder] = process.argv.slice(2);
@@ -18,24 +19,23 @@ const fail = (why) => {
 const simulate = (...options) => execFileSync(program, ["simulate", "--case", "wedge-box", ...options], { encoding: "utf8" });
 
 async function digits() {
-  const packed = fs.readFileSync(subject);
-  const { exports: module } = (await WebAssembly.instantiate(zlib.gunzipSync(packed), {})).instance;
-  const ask = (text) => {
-    const bytes = new TextEncoder().encode(text);
-    const place = module.room(bytes.length);
-    new Uint8Array(module.memory.buffer, place, bytes.length).set(bytes);
-    module.answer();
-    const words = new TextDecoder().decode(new Uint8Array(module.memory.buffer, module.words(), module.words_length()));
-    const numbers = new Float64Array(module.memory.buffer, module.numbers(), module.numbers_length()).slice();
-    return { words, numbers };
+  // The page's own worker, outside a page.
+  const source = fs.readFileSync(new URL("../crates/rimbench-figures/page/worker.js", import.meta.url), "utf8");
+  let answer;
+  const worker = { WebAssembly, TextEncoder, TextDecoder, Uint8Array, Float64Array, postMessage: (message) => (answer = message) };
+  vm.runInNewContext(source, worker);
+  const ask = async (request) => {
+    await worker.onmessage({ data: { requests: [request] } });
+    return answer.answers[0];
   };
+  await worker.onmessage({ data: { module: zlib.gunzipSync(fs.readFileSync(subject)) } });
   const number = (text) => ({ inf: Infinity, "-inf": -Infinity, NaN: NaN })[text] ?? Number(text);
   const trace = path.join(fs.mkdtempSync(path.join(os.tmpdir(), "digits-")), "trace.csv");
   let runs = 0, equal = 0;
-  for (const line of ask("schemes").words.trim().split("\n")) {
+  for (const line of answer.ready.trim().split("\n")) {
     const scheme = line.split(" ")[1];
     for (const step of ["2e-3", "5e-3"]) {
-      const own = ask(`run\ncase wedge-box\nscheme ${scheme}\nmacro_step_s ${step}\n`);
+      const own = await ask(`run\ncase wedge-box\nscheme ${scheme}\nmacro_step_s ${step}\n`);
       simulate("--scheme", scheme, "--macro-step", step, "--trace", trace);
       const [header, ...rows] = fs.readFileSync(trace, "utf8").trim().split("\n").map((row) => row.split(","));
       const columns = own.words.match(/^columns (.*)$/m)?.[1].split(" ") ?? [];

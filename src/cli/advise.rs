@@ -9,7 +9,7 @@ use super::run_options::RunOptions;
 use super::{INTERRUPTED, complain, print};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{ForceReturn, Outcome};
+use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
     Budget, Cache, Information, Prices, Question, Step, advise, logarithmic_grid, measured_prices,
@@ -97,10 +97,6 @@ impl Advise {
             use_threads(self.jobs)?;
             print(&prices_table(measured_prices(catalogue, &fixed)?))?;
             return Ok(ExitCode::SUCCESS);
-        }
-        if let Some(kind) = fixed.force_return.filter(|kind| self.no_feedback && *kind != ForceReturn::Held) {
-            let message = format!("--force-return {kind} does not go with --no-feedback, which allows `held` only");
-            return Err(Error::Incompatible(message).into());
         }
         let error = share(self.error.as_deref().unwrap_or_default())?;
         let usual = Prices::default();

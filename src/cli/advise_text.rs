@@ -3,7 +3,7 @@
 use super::json::Object;
 use super::run_options::typed;
 use super::table;
-use rimbench::harness::{Advice, Choice, Fallen, METRIC, Prices, Probe, Question};
+use rimbench::harness::{Advice, Choice, Fallen, METRIC, Prices, Probe, Question, milliseconds};
 use rimbench::runs::RunRequest;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -301,13 +301,4 @@ fn percent(share: f64) -> String {
     let digits = if share >= 1.0 { 2 } else { 4 };
     let text = format!("{share:.digits$}");
     format!("{} %", text.trim_end_matches('0').trim_end_matches('.'))
-}
-
-fn milliseconds(seconds: f64) -> String {
-    let milliseconds = 1e3 * seconds;
-    if milliseconds < 0.01 {
-        return format!("{milliseconds:.3e} ms");
-    }
-    let text = format!("{milliseconds:.4}");
-    format!("{} ms", text.trim_end_matches('0').trim_end_matches('.'))
 }

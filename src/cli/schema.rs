@@ -6,8 +6,7 @@ use rimbench::cases::{Case, Parameter, Range};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
 use rimbench::error::Error;
-use rimbench::harness::STATISTICS;
-use rimbench::metrics::METRICS;
+use rimbench::harness::{STATISTICS, claim_metrics};
 use rimbench::runs::{EvaluatedRun, RunOption, RunRequest};
 use serde_json::{Map, Value, json};
 
@@ -26,9 +25,6 @@ enum What {
 
 /// A text that no option takes, so that what refuses it says what it would take.
 const NONSENSE: &str = "?";
-
-/// Metrics of a claim that are no metrics of a run.
-const OF_OUTCOMES: [&str; 2] = ["diverged", "diverged_at_s"];
 
 /// Options of a run that the grid sets, not a row.
 const SET_BY_GRID: [&str; 3] = ["case", "macro_step_s", "phase"];
@@ -186,8 +182,6 @@ fn option_values(option: &RunOption) -> Value {
 /// One `[[claims]]`.
 fn claim(catalogue: &Catalogue) -> Value {
     let counters = EvaluatedRun::not_evaluated(Outcome::Completed).counters();
-    let metrics = METRICS.iter().map(|metric| metric.name).chain(OF_OUTCOMES);
-    let metrics = metrics.chain(counters.iter().map(|counter| counter.name));
     let cases = catalogue.cases().iter().map(|case| &*case.name).chain(["all"]);
     object(
         &["id", "by", "text", "scheme", "metric", "expect", "finding"],
@@ -198,10 +192,10 @@ fn claim(catalogue: &Catalogue) -> Value {
             "case": one_of(cases),
             "set": text("Parameters set, as in the column `set` of runs.csv, or `all`"),
             "scheme": text("Label of a scheme row"),
-            "at_equal": text("A counter: rows are compared where they cost the same"),
+            "at_equal": one_of(counters.iter().map(|counter| counter.name)),
             "relative_to": text("Label of another row: the ratio to it is measured"),
             "macro_step_s": above_zero("H, s; all if absent"),
-            "metric": one_of(metrics),
+            "metric": one_of(claim_metrics()),
             "statistic": one_of(STATISTICS),
             "expect": { "type": "string", "pattern": "^\\s*(>=|<=)\\s*[-+0-9.eE]+\\s*$" },
             "finding": one_of(["reproduced", "not-reproduced", "not-measured"]),

@@ -27,6 +27,33 @@ pub fn find_by_name<'a, T>(
         .ok_or_else(|| Error::unknown(kind, wanted, entries.iter().map(&name_of)))
 }
 
+/// Writes and reads a kind by its name in a list of its own, `[(name, kind); _]` in the order of the variants; `what` is what an error
+/// calls it.
+///
+/// ```text
+/// by_name!(ModelMotion, NAMES, "model motion");
+/// ```
+#[macro_export]
+macro_rules! by_name {
+    ($kind:ty, $list:ident, $what:literal) => {
+        impl ::std::fmt::Display for $kind {
+            fn fmt(&self, f: &mut ::std::fmt::Formatter<'_>) -> ::std::fmt::Result {
+                f.write_str(Self::$list[*self as usize].0)
+            }
+        }
+
+        impl ::std::str::FromStr for $kind {
+            type Err = $crate::error::Error;
+
+            fn from_str(text: &str) -> $crate::error::Result<Self> {
+                $crate::name::find_by_name($what, &Self::$list, |(name, _)| name, text).map(|(_, kind)| *kind)
+            }
+        }
+    };
+}
+
+pub use crate::by_name;
+
 /// Checks a name that is to be added to a list: kebab-case, and not in the list yet.
 ///
 /// # Errors

@@ -164,6 +164,11 @@ pub struct CheckedClaim {
 /// Quantities of a claim besides the metrics.
 const OUTCOMES: [&str; 2] = ["diverged", "diverged_at_s"];
 
+/// Names of what a claim may be about: the metrics, and how runs ended.
+pub fn claim_metrics() -> impl Iterator<Item = &'static str> {
+    METRICS.iter().map(|metric| metric.name).chain(OUTCOMES)
+}
+
 /// What a claim says for its case or its set when it is about all of them.
 const ALL: &str = "all";
 
@@ -191,9 +196,8 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
             return Err(Error::Incompatible(format!("two claims have the id `{}`", claim.id)));
         }
         claim.check_equal_cost()?;
-        let names = || METRICS.iter().map(|metric| metric.name).chain(OUTCOMES);
-        if !names().any(|name| name == claim.metric) {
-            return Err(Error::unknown("metric of a claim", &claim.metric, names()));
+        if !claim_metrics().any(|name| name == claim.metric) {
+            return Err(Error::unknown("metric of a claim", &claim.metric, claim_metrics()));
         }
         for label in std::iter::once(&claim.scheme).chain(&claim.relative_to) {
             let of_label = || planned.iter().filter(|run| run.label == *label);

@@ -28,11 +28,11 @@ mod store;
 
 pub use advice::{
     Advice, Budget, Choice, Fallen, Information, LimitFound, METRIC, Prices, Probe, Question, Work, advise,
-    measured_prices,
+    measured_prices, milliseconds,
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
-pub use claims::{CheckedClaim, Claim, STATISTICS, Verdict, check_claims, write_claims};
+pub use claims::{CheckedClaim, Claim, STATISTICS, Verdict, check_claims, claim_metrics, write_claims};
 pub use clock::monotonic_clock;
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use execution::{Job, Progress, Step, StopFlags, Summary, collect_shards, run_job, run_job_until};

@@ -36,6 +36,15 @@ use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
 use rimbench_core::name::names;
 
+/// Times of a manoeuvre of this box.
+pub(super) const DEFAULTS: CaseDefaults = CaseDefaults {
+    duration_s: 2.5,
+    macro_step_s: 5e-3,
+    micro_step_s: 5e-5,
+    reference_step_s: 2.5e-5,
+    reference_sampling_s: 5e-5,
+};
+
 pub(super) fn entry() -> Case {
     recorded(Case {
         parameters: parameters(),
@@ -43,13 +52,7 @@ pub(super) fn entry() -> Case {
         ..Case::new(
             "wedge-box",
             "Box on two wedges with a disc on a ledge, pushed by a hydraulic cylinder (the source paper's example)",
-            CaseDefaults {
-                duration_s: 2.5,
-                macro_step_s: 5e-3,
-                micro_step_s: 5e-5,
-                reference_step_s: 2.5e-5,
-                reference_sampling_s: 5e-5,
-            },
+            DEFAULTS,
             build,
         )
     })

@@ -23,7 +23,7 @@
 //!
 //! Geometry, masses, cylinder and valve are those of the wedge box; what is new is *ours*. It was chosen because it sticks.
 
-use super::case::{Case, CaseDefaults, CoupledSystem};
+use super::case::{Case, CoupledSystem};
 use super::contact_parameters;
 use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
@@ -40,13 +40,7 @@ pub(super) fn entry() -> Case {
         ..Case::new(
             "wedge-box-friction",
             "Wedge box with friction at its contacts, pushed and pulled by a swinging spool until it sticks",
-            CaseDefaults {
-                duration_s: 2.5,
-                macro_step_s: 5e-3,
-                micro_step_s: 5e-5,
-                reference_step_s: 2.5e-5,
-                reference_sampling_s: 5e-5,
-            },
+            wedge_box::DEFAULTS,
             build,
         )
     });

@@ -3,9 +3,7 @@
 use rimbench_core::ceilings::StepDoubling;
 use rimbench_core::cosim::{StepController, StepRule};
 use rimbench_core::error::{Error, Result};
-use rimbench_core::name::find_by_name;
-use std::fmt;
-use std::str::FromStr;
+use rimbench_core::name::by_name;
 
 /// By what the length of the macro steps is found.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -36,19 +34,7 @@ impl StepControlKind {
     ];
 }
 
-impl fmt::Display for StepControlKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(Self::NAMES[*self as usize].0)
-    }
-}
-
-impl FromStr for StepControlKind {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        find_by_name("step control", &Self::NAMES, |(name, _)| name, text).map(|(_, kind)| *kind)
-    }
-}
+by_name!(StepControlKind, NAMES, "step control");
 
 /// How the length of the macro steps is found, and what it is to keep to.
 ///

@@ -31,7 +31,6 @@ pub struct EnergyAccount {
     /// What the subsystem's own discretisation created (above 0) or lost (below 0). Vanishes with the subsystem's step.
     pub integration: f64,
     /// Lost in friction of contacts.
-    // Last: sums of neighbours are made in pairs in each micro step of a cylinder.
     pub friction: f64,
 }
 

@@ -3,12 +3,11 @@
 use super::interface_work::InterfaceWork;
 use super::step_prediction::StepPrediction;
 use crate::complementarity::{SolverCounters, SolverEntry};
-use crate::error::{Error, Failure, Result};
+use crate::error::{Failure, Result};
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
 use crate::linear_algebra::{Lu, body_dot};
-use crate::name::find_by_name;
+use crate::name::by_name;
 use std::fmt;
-use std::str::FromStr;
 
 /// What becomes of energy that the coupling creates, as an option of every scheme with an interface model.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -27,19 +26,7 @@ impl EnergyReturn {
         [("none", EnergyReturn::None), ("pool", EnergyReturn::Pool), ("balance", EnergyReturn::Balance)];
 }
 
-impl fmt::Display for EnergyReturn {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(Self::NAMES[*self as usize].0)
-    }
-}
-
-impl FromStr for EnergyReturn {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        find_by_name("energy return", &Self::NAMES, |(name, _)| name, text).map(|(_, kind)| *kind)
-    }
-}
+by_name!(EnergyReturn, NAMES, "energy return");
 
 /// What was created and what was taken out since the start.
 ///

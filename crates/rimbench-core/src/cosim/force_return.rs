@@ -2,6 +2,7 @@
 
 use super::side::Side;
 use crate::error::{Error, Result};
+use crate::name::by_name;
 use std::fmt;
 use std::str::FromStr;
 
@@ -89,23 +90,7 @@ impl ForceReturn {
     }
 }
 
-impl fmt::Display for ForceReturn {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (name, _) = ForceReturn::ALL[*self as usize];
-        f.write_str(name)
-    }
-}
-
-impl FromStr for ForceReturn {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        let found = ForceReturn::ALL.iter().find(|(name, _)| *name == text);
-        found
-            .map(|(_, value)| *value)
-            .ok_or_else(|| Error::unknown("force return", text, ForceReturn::ALL.iter().map(|(name, _)| *name)))
-    }
-}
+by_name!(ForceReturn, ALL, "force return");
 
 #[cfg(test)]
 mod tests {

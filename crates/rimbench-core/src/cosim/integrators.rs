@@ -1,9 +1,6 @@
 //! By which rule each side advances its own state.
 
-use crate::error::{Error, Result};
-use crate::name::find_by_name;
-use std::fmt;
-use std::str::FromStr;
+use crate::name::by_name;
 
 /// The rule by which the mechanics takes a step of its own.
 ///
@@ -73,33 +70,9 @@ impl ActuatorIntegrator {
         [("euler", ActuatorIntegrator::Euler), ("midpoint", ActuatorIntegrator::Midpoint)];
 }
 
-impl fmt::Display for MechanicsIntegrator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(Self::ALL[*self as usize].0)
-    }
-}
+by_name!(MechanicsIntegrator, ALL, "mechanics_integrator");
 
-impl FromStr for MechanicsIntegrator {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        find_by_name("mechanics_integrator", &Self::ALL, |(name, _)| name, text).map(|(_, kind)| *kind)
-    }
-}
-
-impl fmt::Display for ActuatorIntegrator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(Self::ALL[*self as usize].0)
-    }
-}
-
-impl FromStr for ActuatorIntegrator {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        find_by_name("actuator_integrator", &Self::ALL, |(name, _)| name, text).map(|(_, kind)| *kind)
-    }
-}
+by_name!(ActuatorIntegrator, ALL, "actuator_integrator");
 
 #[cfg(test)]
 mod tests {

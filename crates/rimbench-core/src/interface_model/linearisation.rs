@@ -145,7 +145,7 @@ impl MassMatrix {
                 let n = other.len();
                 sum.iter_mut().step_by(n + 1).zip(other).for_each(|(sum, other)| *sum += factor * other);
             }
-            (MassMatrix::Diagonal(_), MassMatrix::Dense(_)) => debug_assert!(false, "a diagonal keeps no dense matrix"),
+            (MassMatrix::Diagonal(_), MassMatrix::Dense(_)) => unreachable!("a diagonal keeps no dense matrix"),
         }
     }
 

@@ -6,9 +6,7 @@ use crate::complementarity::SolverEntry;
 use crate::cosim::EnergyReturn;
 use crate::error::{Error, Result};
 use crate::interface_model::{ReducedInterfaceModel, Redundancy};
-use crate::name::find_by_name;
-use std::fmt;
-use std::str::FromStr;
+use crate::name::by_name;
 use std::sync::Arc;
 
 /// What happens to the matrices of a reduced interface model within a macro step.
@@ -26,19 +24,7 @@ impl ModelMotion {
         [("frozen", ModelMotion::Frozen), ("extrapolated", ModelMotion::Extrapolated)];
 }
 
-impl fmt::Display for ModelMotion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(Self::NAMES[*self as usize].0)
-    }
-}
-
-impl FromStr for ModelMotion {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        find_by_name("model motion", &Self::NAMES, |(name, _)| name, text).map(|(_, motion)| *motion)
-    }
-}
+by_name!(ModelMotion, NAMES, "model motion");
 
 /// Options of a reduced interface model.
 #[derive(Debug, Clone)]

@@ -48,8 +48,9 @@ impl Information {
         }
     }
 
-    /// Whether a form may compete: without feedback the force of a macro step does not go back to the mechanics within it.
-    fn allows(self, (_, force_return, _): Form) -> bool {
+    /// Whether a form with this force return may compete: without feedback the force of a macro step does not go back to the mechanics
+    /// within it.
+    pub(super) fn allows(self, force_return: Option<ForceReturn>) -> bool {
         self.feedback || force_return.is_none_or(|kind| kind == ForceReturn::Held)
     }
 }
@@ -79,7 +80,7 @@ fn forms() -> [Form; 6] {
 /// request is resolved.
 pub(super) fn requests(scheme: &SchemeEntry, fixed: &RunRequest, information: Information) -> Vec<RunRequest> {
     let named = RunRequest { scheme: Some(scheme.name.clone().into_owned()), ..fixed.clone() };
-    let own = information.allows((None, scheme.sequence_and_return(None, None).ok().map(|(_, kind)| kind), None));
+    let own = information.allows(scheme.sequence_and_return(None, None).ok().map(|(_, kind)| kind));
     let of_form = |form: Form| {
         let (sequence, force_return, mechanics_steps) = form;
         RunRequest {
@@ -91,7 +92,9 @@ pub(super) fn requests(scheme: &SchemeEntry, fixed: &RunRequest, information: In
     };
     let forms: &[Form] = if scheme.real_time() { &forms() } else { &[] };
     let mut requests: Vec<RunRequest> = own.then(|| named.clone()).into_iter().collect();
-    requests.extend(forms.iter().filter(|form| information.allows(**form)).map(|form| of_form(*form)));
+    requests.extend(
+        forms.iter().filter(|(_, force_return, _)| information.allows(*force_return)).map(|form| of_form(*form)),
+    );
     requests
 }
 

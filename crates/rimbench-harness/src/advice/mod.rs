@@ -21,6 +21,7 @@ pub use limit::LimitFound;
 pub use measure::measured_prices;
 pub use price::{Prices, Work};
 pub use probe::{METRIC, Probe};
+pub use search::milliseconds;
 
 use super::cache::Cache;
 use super::execution::Progress;
@@ -210,6 +211,10 @@ impl Question<'_> {
             if !(least..=1000).contains(&count) {
                 return Err(Error::invalid(key, count, format!("a whole number from {least} to 1000")));
             }
+        }
+        if let Some(kind) = self.fixed.force_return.filter(|kind| !self.information.allows(Some(*kind))) {
+            let message = format!("--force-return {kind} does not go with --no-feedback, which allows `held` only");
+            return Err(Error::Incompatible(message));
         }
         self.prices.check()
     }

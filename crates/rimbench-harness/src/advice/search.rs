@@ -352,7 +352,11 @@ pub(super) fn dearest(runs: &[Probe]) -> Work {
     runs.iter().fold(Work::default(), |most, run| most.max(&run.work))
 }
 
-/// A macro step, s, as text; six digits behind the point are more than a grid has.
-pub(super) fn milliseconds(step: f64) -> String {
-    format!("{} ms", (1e9 * step).round() / 1e6)
+/// Writes a macro step (s) in milliseconds; six digits behind the point are more than a grid has, but for the shortest steps.
+pub fn milliseconds(step: f64) -> String {
+    let milliseconds = 1e3 * step;
+    if milliseconds < 1e-3 {
+        return format!("{milliseconds:.3e} ms");
+    }
+    format!("{} ms", (1e6 * milliseconds).round() / 1e6)
 }
