@@ -27,6 +27,7 @@ mod friction_mechanics;
 mod golden;
 mod hydraulic_line;
 mod impact;
+mod kinks;
 mod many_contacts;
 mod model_steps;
 mod oscillator_theory;

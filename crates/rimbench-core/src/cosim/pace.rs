@@ -133,13 +133,18 @@ impl Pace {
 
     /// Length by the defect of the last macro step, which was `done` (s) long.
     ///
-    /// A step that was cut short for a closing says nothing about how long one may be, unless its defect was too large all the same.
+    /// A step that was cut short for a closing says nothing about how long one may be, and is not remembered, unless its defect was too
+    /// large all the same.
     #[cold]
     fn length_by_defect(&mut self, rule: StepRule, order: u32, done: f64, defect: ModelDefect) -> f64 {
         let error = within_decades(defect.relative / rule.tolerance);
-        let last = self.last_error.replace(error).unwrap_or(error);
-        let change = change(DEFECT_SAFETY, order, [error, last]);
-        let length = self.uncut.take().map_or(done * change, |uncut| uncut * change.min(1.0));
+        let length = match self.uncut.take() {
+            Some(uncut) if error <= 1.0 => uncut,
+            _ => {
+                let last = self.last_error.replace(error).unwrap_or(error);
+                done * change(DEFECT_SAFETY, order, [error, last])
+            }
+        };
         length.clamp(rule.shortest, self.grid.macro_step())
     }
 
@@ -257,7 +262,11 @@ mod tests {
         approx::assert_relative_eq!(cut.step.length, 0.0105, max_relative = 1e-12);
         // The step that was cut had no large defect: the next is as long as it would have been.
         let uncut = after(cut, 0.08, None);
-        approx::assert_relative_eq!(uncut.step.length, expected * libm::pow(8.0_f64, -0.1), max_relative = 1e-12);
+        let as_planned = expected * libm::pow(8.0_f64, -0.1);
+        approx::assert_relative_eq!(uncut.step.length, as_planned, max_relative = 1e-12);
+        // Nor is its small defect remembered: ε = 1 after 8, not after 0.8.
+        let next = after(uncut, 0.1, None);
+        approx::assert_relative_eq!(next.step.length, as_planned * libm::pow(8.0_f64, 0.4 / 3.0), max_relative = 1e-12);
         // What is about to close gives the shortest step, what is not a number a fifth of the last.
         assert_eq!(after(uncut, 0.1, Some(1e-6)).step.length, 1e-3);
         let lost = after(uncut, f64::NAN, None);

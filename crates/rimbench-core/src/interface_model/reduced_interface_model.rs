@@ -2,6 +2,7 @@
 
 use super::contact_law::gap_velocity;
 use super::contact_spring::ContactSpring;
+use super::kinks::Kinks;
 use crate::friction::ContactState;
 use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
@@ -58,6 +59,8 @@ pub struct ReducedInterfaceModel {
     pub states: Vec<ContactState>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
+    /// Kinks of the geometry that lie ahead, where they are asked for.
+    pub kinks: Kinks,
 }
 
 impl ReducedInterfaceModel {
@@ -95,6 +98,7 @@ impl ReducedInterfaceModel {
             friction: Vec::new(),
             states: Vec::new(),
             tangential_restitution: 0.0,
+            kinks: Kinks::default(),
         }
     }
 
@@ -182,6 +186,7 @@ impl ReducedInterfaceModel {
         self.friction.copy_from_slice(&other.friction);
         self.states.copy_from_slice(&other.states);
         self.tangential_restitution = other.tangential_restitution;
+        self.kinks.copy_from(&other.kinks);
     }
 
     /// Lists the contacts that the mechanics' own last step found closed: the definition that no option changes.

@@ -6,6 +6,7 @@
 mod contact_stepper;
 mod cubic;
 mod energy_ledger;
+mod kink_finder;
 mod mechanical_model;
 mod monolithic;
 mod non_smooth_mechanics;

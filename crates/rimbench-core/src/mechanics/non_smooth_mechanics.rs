@@ -4,6 +4,7 @@ use super::contact_stepper::{
     CONTACT_OBSERVABLES, ContactLaw, ContactStepper, Friction, ImplicitPart, friction_observables,
 };
 use super::energy_ledger::EnergyLedger;
+use super::kink_finder::KinkFinder;
 use super::mechanical_model::MechanicalModel;
 use super::second_order::{Drive, SecondOrderSteps};
 use crate::complementarity::Checked;
@@ -11,7 +12,7 @@ use crate::cosim::{
     Abilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, not_offered,
 };
 use crate::error::{Error, Failure, Result};
-use crate::interface_model::{Linearisation, ReducedInterfaceModel};
+use crate::interface_model::{Kinks, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
 
 /// Steps a mechanical model with contacts.
@@ -29,6 +30,8 @@ pub struct NonSmoothMechanics<M> {
     pub(super) stepper: ContactStepper,
     /// Where steps are of the second order.
     second_order: Option<Box<SecondOrderSteps>>,
+    /// Where the geometry has kinks.
+    kinks: Option<Box<KinkFinder>>,
     ports: Ports,
     observables: Vec<Name>,
     /// How many of them are the model's own, gaps, contact forces.
@@ -56,6 +59,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 solver,
             ),
             second_order: None,
+            kinks: KinkFinder::of(&model),
             ports,
             parts: [parts[0].len(), parts[1].len(), parts[2].len()],
             observables: parts.into_iter().flatten().chain(CONTACT_OBSERVABLES.map(Name::from)).collect(),
@@ -223,12 +227,20 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
     not_offered!(output_rates, input_polynomials, oil_lines);
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        Some(self.stepper.empty_model())
+        let mut model = self.stepper.empty_model();
+        model.kinks = Kinks::with_room(self.model.switches(), model.interface_start() + model.interface());
+        Some(model)
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
         self.find_stiff_forces_here();
         self.stepper.interface_model(h, model)?;
+        if model.kinks.wanted
+            && let Some(finder) = &mut self.kinks
+        {
+            let ContactStepper { q, v, .. } = &self.stepper;
+            finder.find(&mut self.model, (q, v), &mut model.kinks);
+        }
         Ok(true)
     }
 

@@ -4,7 +4,7 @@ use super::construction::{Construction, ModelConstruction};
 use super::contact_detection::{ContactDetection, DetectionRule};
 use super::coupling::Coupling;
 use super::line_style::LineStyle;
-use super::model_options::ModelOptions;
+use super::model_options::{ModelMotion, ModelOptions};
 use super::need::Need;
 use crate::ceilings::Driver;
 use crate::cosim::{
@@ -116,6 +116,9 @@ impl SchemeEntry {
         let usual = ModelOptions::default();
         let options = options.unwrap_or(&usual);
         let detection = self.detection(options.detection)?;
+        if let Some(model) = &mut attachments.interface_model {
+            model.kinks.wanted = options.motion == ModelMotion::Piecewise;
+        }
         let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
         if let Some(ModelConstruction { empty, options, .. }) = model {
             options.check()?;

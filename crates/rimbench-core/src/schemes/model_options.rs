@@ -17,11 +17,17 @@ pub enum ModelMotion {
     Frozen,
     /// `H` and `a` go on linearly from the last two communication points; frozen after a change of the contact set.
     Extrapolated,
+    /// `H` stays as it was, `a` jumps where the geometry has its next kink: gap functions are sent with their curvature and the place
+    /// where it changes.
+    Piecewise,
 }
 
 impl ModelMotion {
-    const NAMES: [(&'static str, ModelMotion); 2] =
-        [("frozen", ModelMotion::Frozen), ("extrapolated", ModelMotion::Extrapolated)];
+    const NAMES: [(&'static str, ModelMotion); 3] = [
+        ("frozen", ModelMotion::Frozen),
+        ("extrapolated", ModelMotion::Extrapolated),
+        ("piecewise", ModelMotion::Piecewise),
+    ];
 }
 
 by_name!(ModelMotion, NAMES, "model motion");
@@ -31,7 +37,7 @@ by_name!(ModelMotion, NAMES, "model motion");
 pub struct ModelOptions {
     /// Treatment of dependent contacts where they become bilateral.
     pub redundancy: Redundancy,
-    /// Frozen or extrapolated model.
+    /// Frozen model, or one that moves.
     pub motion: ModelMotion,
     /// Which contacts count as closed at a communication point; the scheme's default if not said.
     pub detection: Option<ContactDetection>,
@@ -60,13 +66,13 @@ impl ModelOptions {
     /// Checks that the options go together.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for chosen contacts with an extrapolated model, whose rates would take up the loads of contacts left
-    /// out.
+    /// [`Error::Incompatible`] for chosen contacts with a model that moves: the loads of contacts left out would get into the rates of
+    /// an extrapolated one, and the choice is a prediction with the accelerations at the communication point.
     pub fn check(&self) -> Result<()> {
-        if self.contacts != ContactChoice::All && self.motion == ModelMotion::Extrapolated {
+        if self.contacts != ContactChoice::All && self.motion != ModelMotion::Frozen {
             return Err(Error::Incompatible(format!(
-                "contacts = {} does not go with an extrapolated model: use model_motion `frozen` or contacts `all`",
-                self.contacts
+                "contacts = {} does not go with model_motion = {}: use model_motion `frozen` or contacts `all`",
+                self.contacts, self.motion
             )));
         }
         Ok(())

@@ -1,6 +1,7 @@
-//! A reduced interface model as received, and as it stands within the macro step: frozen, or extrapolated.
+//! A reduced interface model as received, and as it stands within the macro step: frozen, extrapolated, or from kink to kink.
 
 use super::model_options::ModelMotion;
+use crate::cosim::MicroStep;
 use crate::interface_model::ReducedInterfaceModel;
 
 /// The model between two communication points.
@@ -8,6 +9,7 @@ use crate::interface_model::ReducedInterfaceModel;
 /// ```text
 /// extrapolated    H(t) = H_k + (t − t_k) (H_k − H_{k−1})/(t_k − t_{k−1})        a(t) alike
 /// frozen          H(t) = H_k
+/// piecewise       H(t) = H_k                                                    a(t) = a_k + Σ Δa_j over the kinks with t_j ≤ t
 /// ```
 /// A model whose closed contacts, or with friction their states, differ from those of the one before stays frozen.
 #[derive(Clone)]
@@ -67,13 +69,36 @@ impl MovingModel {
         self.extrapolating = false;
     }
 
-    /// Brings the model to time `since` (s) after the communication point; says whether it moves at all.
+    /// Brings the model to a micro step: to its middle, or with the share of it that lies behind a kink; says whether it has moved.
     #[inline]
-    pub(super) fn move_to(&mut self, since: f64) -> bool {
-        if self.extrapolating {
-            self.extrapolate(since);
+    pub(super) fn move_to(&mut self, at: MicroStep) -> bool {
+        match self.motion {
+            ModelMotion::Frozen => false,
+            ModelMotion::Extrapolated => {
+                if self.extrapolating {
+                    self.extrapolate(at.since_exchange + 0.5 * at.length);
+                }
+                self.extrapolating
+            }
+            ModelMotion::Piecewise => self.pass_kinks(at),
         }
-        self.extrapolating
+    }
+
+    /// A kink moves the model in the micro step that it falls into, and in the one after, which lies behind it as a whole.
+    fn pass_kinks(&mut self, at: MicroStep) -> bool {
+        let (start, end) = (at.since_exchange, at.since_exchange + at.length);
+        let near = |time: f64| time < end && time > start - 1.5 * at.length;
+        let passes = self.received.kinks.iter().any(|(time, _)| near(time));
+        if passes {
+            self.current.a.copy_from_slice(&self.received.a);
+            for (time, jumps) in self.received.kinks.iter() {
+                let share = ((end - time) / at.length).clamp(0.0, 1.0);
+                for (a, jump) in self.current.a.iter_mut().zip(jumps) {
+                    *a += share * jump;
+                }
+            }
+        }
+        passes
     }
 
     fn extrapolate(&mut self, since: f64) {

@@ -101,14 +101,16 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             return Some(earlier);
         }
         let (_, event) = found?;
-        let [value, rate] = match event {
+        let (before, [value, rate]) = match event {
             Event::Closing(contact) => {
                 let rows = &self.stepper.eq3.unilateral;
-                [rows.position[contact], rows.velocity(contact, &self.stepper.v)]
+                (steps.start.gap[contact], [rows.position[contact], rows.velocity(contact, &self.stepper.v)])
             }
-            Event::Switch(switch) => steps.switches[switch],
+            Event::Switch(switch) => (steps.start.switches[switch][0], steps.switches[switch]),
         };
-        let later = -value / rate;
+        // Under this force it may turn back before it gets there.
+        let turned = before * value > 0.0 && value * rate >= 0.0;
+        let later = if turned { f64::INFINITY } else { -value / rate };
         match later > close {
             // It is not in this step at all.
             true if time >= left => None,

@@ -1,0 +1,50 @@
+//! Places ahead at which the geometry of a mechanical model has a kink.
+
+/// When the free accelerations of a model will jump, and by how much.
+///
+/// ```text
+/// t_j = t_k − d_j/ḋ_j          d_j distance from the kink, ḋ_j < 0 its rate at t_k
+/// Δa_x = (Ȧ_x v)⁺ − (Ȧ_x v)⁻     at q + (t_j − t_k) v, on both sides of the kink
+/// ```
+/// Gaps and rows are continuous there: a plane becomes an arc, or an arc a plane, and the gap's second derivative jumps with the curvature
+/// under the same velocity. Both numbers are those of a motion with constant velocity, and off by `O((t_j − t_k)²)` and `O(t_j − t_k)`: the
+/// velocity of the model by `O(H²)`, as it is without a kink.
+/// # Shapes and units
+/// Times since `t_k`, s; jumps `[n; t; i]` like [`a`](super::ReducedInterfaceModel::a), m/s².
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Kinks {
+    /// Whether somebody asks for them: to find one costs two evaluations of the model's rows.
+    pub wanted: bool,
+    rows: usize,
+    times: Vec<f64>,
+    jumps: Vec<f64>,
+}
+
+impl Kinks {
+    /// Makes room for `places` kinks of models with `rows` rows.
+    pub fn with_room(places: usize, rows: usize) -> Self {
+        let (times, jumps) = (Vec::with_capacity(places), Vec::with_capacity(places * rows));
+        Kinks { wanted: false, rows, times, jumps }
+    }
+
+    /// Adds a kink `time` (s) after the communication point; returns where its jumps belong, all zero.
+    pub fn add(&mut self, time: f64) -> &mut [f64] {
+        self.times.push(time);
+        let first = self.jumps.len();
+        self.jumps.resize(first + self.rows, 0.0);
+        &mut self.jumps[first..]
+    }
+
+    /// Returns the kinks: when each is reached, and by how much accelerations jump there.
+    pub fn iter(&self) -> impl Iterator<Item = (f64, &[f64])> {
+        self.times.iter().copied().zip(self.jumps.chunks_exact(self.rows.max(1)))
+    }
+
+    /// Takes over the kinks of another model without allocating.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.times.clear();
+        self.times.extend_from_slice(&other.times);
+        self.jumps.clear();
+        self.jumps.extend_from_slice(&other.jumps);
+    }
+}

@@ -1,0 +1,97 @@
+//! Gap functions that are sent with the place where their curvature changes.
+
+use crate::support::*;
+use approx::assert_relative_eq;
+use rimbench::cosim::{ActuatorIntegrator, MechanicsIntegrator, StopFlag};
+use rimbench::runs::{Reference, RunRequest, RunSpec, evaluate};
+use rimbench::schemes::{ContactChoice, ModelMotion, ModelOptions};
+use rimbench_statistics::median;
+
+fn moving(motion: ModelMotion) -> Option<ModelOptions> {
+    Some(ModelOptions { motion, ..ModelOptions::default() })
+}
+
+/// The road of the half car is flat, then `½ h (1 − cos k(x − x₀))`: where it begins its curvature is `½ h k²`, and the gap of a wheel that
+/// comes to it at speed v gets `−½ h k² v²`. Front and rear come to it at `(x₀ − x)/v`.
+#[test]
+fn the_kink_of_a_road_lies_where_the_car_will_be_and_bends_the_gap_by_its_curvature() {
+    let spec = usual_spec("half-car", "rim-nonsmooth-gap", 5e-3);
+    let number = |name: &str| spec.parameters.number(name);
+    let mut system = usual_system(&spec.case);
+    let mechanics = system.sides.mechanics.abilities();
+    let mut model = mechanics.empty_interface_model().unwrap();
+    // Nobody asks.
+    assert!(mechanics.interface_model(5e-3, &mut model).unwrap());
+    assert_eq!(model.kinks.iter().count(), 0);
+    let quiet = model.clone();
+    model.kinks.wanted = true;
+    assert!(mechanics.interface_model(5e-3, &mut model).unwrap());
+    let kinks: Vec<(f64, Vec<f64>)> = model.kinks.iter().map(|(time, jumps)| (time, jumps.to_vec())).collect();
+    assert_eq!(kinks.len(), 2);
+    let (start, speed) = (number("road_start_m"), number("speed_m_s"));
+    let axles = number("front_axle_m") + number("rear_axle_m");
+    let wave = std::f64::consts::TAU / number("wavelength_m");
+    let bend = 0.5 * number("road_height_m") * wave.powi(2);
+    // The sides are looked at 10 nm aside; meanwhile the curvature under the other wheel changes by its own rate.
+    let smooth = 2e-8 * bend * wave * speed * speed;
+    for (axle, (time, jumps)) in kinks.iter().enumerate() {
+        assert_relative_eq!(*time, (start + axle as f64 * axles) / speed, max_relative = 1e-12);
+        assert_relative_eq!(jumps[axle], -bend * speed * speed, max_relative = 1e-12);
+        assert!(jumps[1 - axle].abs() < 1.0001 * smooth && jumps[2..] == [0.0, 0.0], "{jumps:?}");
+    }
+    // The rest of the model is what it was, to the bit, and stays so.
+    model.kinks.clone_from(&quiet.kinks);
+    assert_eq!(model, quiet);
+}
+
+/// On the wedge box the disc comes to the corner and to the ramp.
+#[test]
+fn a_model_that_knows_the_next_kink_has_less_error_on_the_wedge_box() {
+    let spec = |motion, phase: u32| RunSpec {
+        mechanics_integrator: MechanicsIntegrator::EventSplit,
+        actuator_integrator: ActuatorIntegrator::Midpoint,
+        model: moving(motion),
+        phase: f64::from(phase) / 8.0,
+        ..usual_spec("wedge-box", "rim-nonsmooth-gap", 5e-3)
+    };
+    let reference = Reference::compute(&spec(ModelMotion::Frozen, 8), StopFlag::never()).unwrap();
+    let error = |motion| {
+        let errors: Vec<f64> = (1..=8)
+            .map(|phase| {
+                let spec = spec(motion, phase);
+                let facts = evaluate(&spec, run(&spec), &reference).unwrap().findings();
+                facts.into_iter().find(|fact| fact.name == "force_error_rms_n").unwrap().cell().parse().unwrap()
+            })
+            .collect();
+        median(errors).unwrap()
+    };
+    let [frozen, piecewise] = [ModelMotion::Frozen, ModelMotion::Piecewise].map(error);
+    println!("{piecewise} N instead of {frozen} N");
+    assert!(piecewise < 0.7 * frozen, "{piecewise} N instead of {frozen} N");
+}
+
+/// Without a kink nothing moves.
+#[test]
+fn where_the_geometry_has_no_kink_a_piecewise_model_is_a_frozen_one_to_the_bit() {
+    for case in ["crane-set-down", "disc-row", "gripper"] {
+        let digits = |motion| {
+            let spec = RunSpec { model: moving(motion), duration: 0.5, ..usual_spec(case, "rim-nonsmooth-gap", 5e-3) };
+            let trace = run(&spec).trajectory;
+            trace.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
+        };
+        assert_eq!(digits(ModelMotion::Piecewise), digits(ModelMotion::Frozen), "{case}");
+    }
+}
+
+#[test]
+fn contacts_that_are_chosen_beforehand_do_not_go_with_a_model_that_moves() {
+    for motion in [ModelMotion::Piecewise, ModelMotion::Extrapolated] {
+        let request = RunRequest {
+            model_motion: Some(motion),
+            contacts: Some(ContactChoice::Near),
+            ..RunRequest::of("wedge-box", "rim-nonsmooth-gap")
+        };
+        let error = request.resolve(catalogue()).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(&format!("model_motion = {motion}")) && error.contains("frozen"), "{error}");
+    }
+}
