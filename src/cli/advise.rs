@@ -2,7 +2,6 @@
 
 use super::advise_text::{Asked, json, markdown, prices_table};
 use super::interruption::Interruption;
-use super::limit::{FROM_S, longest_within};
 use super::progress::Progress;
 use super::run::use_threads;
 use super::run_options::RunOptions;
@@ -12,7 +11,8 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
-    Budget, Cache, Information, Prices, Question, Step, advise, logarithmic_grid, measured_prices,
+    Budget, Cache, Information, Prices, Question, Step, advise, logarithmic_grid, longest_macro_step, measured_prices,
+    shortest_macro_step,
 };
 use rimbench::runs::RunRequest;
 use std::process::ExitCode;
@@ -157,11 +157,11 @@ impl Advise {
     fn grid(&self, catalogue: &Catalogue, fixed: &RunRequest) -> Result<Vec<f64>> {
         let case = catalogue.case(fixed.case.as_deref().unwrap_or_default())?;
         let duration = fixed.duration_s.unwrap_or(case.defaults.duration_s);
-        let to = self.to.unwrap_or_else(|| longest_within(duration));
+        let to = self.to.unwrap_or_else(|| longest_macro_step(duration));
         if to > duration {
             return Err(Error::invalid("to", to, format!("at most the duration, {duration} s")));
         }
-        let steps = logarithmic_grid(self.from.unwrap_or_else(|| FROM_S.min(to / 100.0)), to, self.per_decade)?;
+        let steps = logarithmic_grid(self.from.unwrap_or_else(|| shortest_macro_step(to)), to, self.per_decade)?;
         let digits = if self.per_decade <= 12 { 1 } else { 4 };
         let mut rounded: Vec<f64> = steps
             .iter()

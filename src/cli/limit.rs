@@ -2,23 +2,17 @@
 
 use super::json::Object;
 use super::progress::{Heartbeat, plain_time};
-use super::run_options::{RunOptions, resolved};
+use super::run_options::RunOptions;
 use super::{Format, complain, print, table};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
-use rimbench::error::{Error, Result};
+use rimbench::cosim::StopFlag;
 use rimbench::harness::{
-    Cache, LimitSearch, StabilityLimit, StabilityPoint, logarithmic_grid, phase_ensemble, spectral_stability_limit,
-    stability_limit,
+    Cache, LimitSearch, Scan, StabilityLimit, StabilityPoint, spectral_stability_limit, stability_limit,
 };
-use rimbench::runs::RunRequest;
 use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Ends of the scan where they fit, s.
-pub(super) const FROM_S: f64 = 1e-4;
-const TO_S: f64 = 0.1;
 
 /// Arguments of `limit`.
 #[derive(Debug, Args)]
@@ -59,15 +53,9 @@ enum Method {
 
 impl Limit {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        if !(1..=10_000).contains(&self.phases) {
-            return Err(Error::invalid("phases", self.phases, "a whole number from 1 to 10000").into());
-        }
         let request = self.run.request()?;
-        let to = self.to.map_or_else(|| longest(&request, catalogue), Ok)?;
-        let grid = logarithmic_grid(self.from.unwrap_or_else(|| FROM_S.min(to / 100.0)), to, self.per_decade)?;
-        // The coarsest macro step must fit into the duration.
-        let request = RunRequest { macro_step_s: Some(to), ..request };
-        let coarsest = resolved(&request, catalogue).map_err(said_of_the_scan)?;
+        let Limit { from, to, per_decade, phases, .. } = self;
+        let (coarsest, grid, phases) = Scan { from, to, per_decade, phases }.resolve(&request, catalogue)?;
         let (done, scan) = (Arc::new(AtomicUsize::new(0)), grid.len());
         let told = Arc::clone(&done);
         let alive = Heartbeat::lines(move |elapsed| {
@@ -81,10 +69,11 @@ impl Limit {
             progress: &|_| {
                 done.fetch_add(1, Ordering::Relaxed);
             },
+            stop: StopFlag::never(),
         };
         let cache = Cache::of_user();
         let found = match self.method {
-            Method::Run => stability_limit(&coarsest, search, &phase_ensemble(self.phases), &cache)?,
+            Method::Run => stability_limit(&coarsest, search, &phases, &cache)?,
             Method::Spectral => spectral_stability_limit(&coarsest, search)?,
         };
         drop(alive);
@@ -93,27 +82,6 @@ impl Limit {
             Format::Json => print(&serde_json::to_string_pretty(&facts(&found))?),
             Format::Table => print_table(&found),
         }
-    }
-}
-
-/// The longest macro step that is scanned unless one is asked for: what goes on in less than ten of them tells nothing.
-fn longest(request: &RunRequest, catalogue: &Catalogue) -> Result<f64> {
-    // The duration, at whatever macro step the case has.
-    Ok(longest_within(resolved(request, catalogue)?.duration))
-}
-
-/// The same for a duration, s.
-pub(super) fn longest_within(duration: f64) -> f64 {
-    TO_S.min(duration / 10.0)
-}
-
-/// An error about the macro step under the name of the option that set it.
-fn said_of_the_scan(error: Error) -> Error {
-    match error {
-        Error::InvalidValue { key, found, expected } if key == "macro-step" => {
-            Error::InvalidValue { key: "to".to_owned(), found, expected }
-        }
-        other => other,
     }
 }
 

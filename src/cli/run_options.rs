@@ -1,9 +1,8 @@
 //! The options that determine a run as flags, shared by the commands that make runs: one flag per option of a request.
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
-use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
-use rimbench::runs::{RunOption, RunRequest, RunSpec};
+use rimbench::runs::{RunOption, RunRequest};
 
 /// Options that name one run among those that a command makes itself when it scans.
 const SCANNED: [&str; 2] = ["macro_step_s", "phase"];
@@ -43,13 +42,6 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> RunOptions<SCANS, ONE_SCHEME> {
     fn options() -> impl Iterator<Item = &'static RunOption> {
         RunRequest::OPTIONS.iter().filter(|option| !(SCANS && SCANNED.contains(&option.key)))
     }
-}
-
-/// The run that is asked for; parameters that make no system are found before anything is computed.
-pub(super) fn resolved(request: &RunRequest, catalogue: &Catalogue) -> Result<RunSpec> {
-    let spec = request.resolve(catalogue)?;
-    (spec.case.build)(&spec.parameters, &spec.solver)?;
-    Ok(spec)
 }
 
 /// The flag of an option: its key without the unit of time.

@@ -2,7 +2,7 @@
 
 use super::json::Object;
 use super::progress::Heartbeat;
-use super::run_options::{RunOptions, resolved};
+use super::run_options::RunOptions;
 use super::{Format, complain, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
@@ -31,7 +31,7 @@ pub struct Simulate {
 
 impl Simulate {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        let spec = resolved(&self.run.request()?, catalogue)?;
+        let spec = self.run.request()?.resolve_built(catalogue)?;
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
             check_writable_file(path)?;

@@ -43,6 +43,7 @@ pub use provenance::Provenance;
 pub use references::obtain_reference;
 pub use spectral::spectral_radius;
 pub use stability::{
-    LimitSearch, StabilityLimit, StabilityPoint, logarithmic_grid, spectral_stability_limit, stability_limit,
+    LimitSearch, Scan, StabilityLimit, StabilityPoint, logarithmic_grid, longest_macro_step, shortest_macro_step,
+    spectral_stability_limit, stability_limit,
 };
 pub use store::{Record, Store, TraceMark};

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// How often the wall limit of a reference is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// Computes the reference of a run within the run's wall limit, or takes it from the cache.
+/// Computes the reference of a run within the run's wall limit, or takes it from the cache, where no case from outside is kept.
 ///
 /// # Errors
 /// Bad parameters, or parameters for which the monolithic solution itself fails; [`Error::Stopped`]; [`Error::Overdue`].
@@ -19,8 +19,10 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     if let Some(reference) = Reference::exact(spec)? {
         return Ok(reference);
     }
+    let spec = &spec.of_the_reference();
     let key = content_key(spec);
-    if let Some(data) = cache.read(&key)
+    let kept = if spec.case.from_outside { None } else { cache.read(&key) };
+    if let Some(data) = kept
         && let Some(reference) = Reference::unpack(&spec.case, data)
     {
         return Ok(reference);
@@ -29,7 +31,9 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
         unreachable!("three refinements give three solutions")
     };
     let reference = Reference::compared(spec, [coarse, middle, fine])?;
-    cache.write(&key, &reference.pack());
+    if !spec.case.from_outside {
+        cache.write(&key, &reference.pack());
+    }
     Ok(reference)
 }
 

@@ -2,10 +2,12 @@
 
 use super::cache::Cache;
 use super::clock::monotonic_clock;
+use super::grid::phase_ensemble;
 use super::references::obtain_reference;
 use super::spectral::spectral_radius;
 use rayon::prelude::*;
-use rimbench_cases::runs::{RunSpec, simulate};
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
 use rimbench_core::cosim::{Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 
@@ -47,6 +49,67 @@ pub struct LimitSearch<'a> {
     pub fixed_micro_step: bool,
     /// Told of each macro step that is done; called from several threads.
     pub progress: &'a (dyn Fn(&StabilityPoint) + Sync),
+    /// Ends the search with [`Error::Stopped`].
+    pub stop: StopFlag<'a>,
+}
+
+/// Where to scan, as it is asked for; what is left out is as it is usual.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scan {
+    /// Smallest macro step, s; usually 1e-4, or a hundredth of the largest if that is less.
+    pub from: Option<f64>,
+    /// Largest macro step, s; usually 0.1, or a tenth of the duration if that is less.
+    pub to: Option<f64>,
+    /// Macro steps per decade.
+    pub per_decade: usize,
+    /// Number of phases of the ensemble.
+    pub phases: usize,
+}
+
+/// Ends of a scan where they fit, s.
+const FROM_S: f64 = 1e-4;
+const TO_S: f64 = 0.1;
+
+impl Scan {
+    /// The run at the coarsest macro step, the macro steps, and the phases.
+    ///
+    /// # Errors
+    /// Those of resolving the run and of [`logarithmic_grid`]; [`Error::InvalidValue`] for a number of phases that is none, or a
+    /// largest macro step that does not fit into the duration.
+    pub fn resolve(&self, request: &RunRequest, catalogue: &Catalogue) -> Result<(RunSpec, Vec<f64>, Vec<f64>)> {
+        if !(1..=10_000).contains(&self.phases) {
+            return Err(Error::invalid("phases", self.phases, "a whole number from 1 to 10000"));
+        }
+        // The duration, at whatever macro step the case has.
+        let longest = || Ok(longest_macro_step(request.resolve_built(catalogue)?.duration));
+        let to = self.to.map_or_else(longest, Ok)?;
+        let grid = logarithmic_grid(self.from.unwrap_or_else(|| shortest_macro_step(to)), to, self.per_decade)?;
+        // The coarsest macro step must fit into the duration.
+        let request = RunRequest { macro_step_s: Some(to), ..request.clone() };
+        let coarsest = request.resolve_built(catalogue).map_err(said_of_the_scan)?;
+        Ok((coarsest, grid, phase_ensemble(self.phases)))
+    }
+}
+
+/// The longest macro step that is scanned within a duration (s) unless one is asked for: what goes on in less than ten of them tells
+/// nothing.
+pub fn longest_macro_step(duration: f64) -> f64 {
+    TO_S.min(duration / 10.0)
+}
+
+/// The shortest macro step of a scan up to `to` (s) unless one is asked for.
+pub fn shortest_macro_step(to: f64) -> f64 {
+    FROM_S.min(to / 100.0)
+}
+
+/// An error about the macro step under the name of the option that set it.
+fn said_of_the_scan(error: Error) -> Error {
+    match error {
+        Error::InvalidValue { key, found, expected } if key == "macro-step" => {
+            Error::InvalidValue { key: "to".to_owned(), found, expected }
+        }
+        other => other,
+    }
 }
 
 /// Narrower than round-off in H a bracket cannot get, and wider than this it says nothing.
@@ -58,21 +121,24 @@ const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=0.5;
 /// is not monotone in H; then the bracket around the *first* unstable macro step is halved until it is narrow enough.
 ///
 /// # Errors
-/// Bad input; a scheme that does not apply to the case.
+/// Bad input; a scheme that does not apply to the case; [`Error::Stopped`].
 pub fn stability_limit(
     spec: &RunSpec,
     search: LimitSearch<'_>,
     phases: &[f64],
     cache: &Cache,
 ) -> Result<StabilityLimit> {
-    let bounds = obtain_reference(spec, cache, StopFlag::never())?.bounds(spec)?;
+    let bounds = obtain_reference(spec, cache, search.stop)?.bounds(spec)?;
     search.run(|macro_step| {
         let run = at_macro_step(spec, macro_step, search.fixed_micro_step);
         let outcomes: Result<Vec<Outcome>> = phases
             .par_iter()
             .map(|&phase| {
                 let run = RunSpec { phase, ..run.clone() };
-                Ok(simulate(&run, bounds.clone(), Some(monotonic_clock), StopFlag::never())?.report.outcome)
+                match simulate(&run, bounds.clone(), Some(monotonic_clock), search.stop)?.report.outcome {
+                    Outcome::Stopped { .. } => Err(Error::Stopped),
+                    outcome => Ok(outcome),
+                }
             })
             .collect();
         let outcomes = outcomes?;
@@ -95,7 +161,7 @@ pub fn stability_limit(
 /// linear cases.
 ///
 /// # Errors
-/// Bad input; a case that is not linear.
+/// Bad input; a case that is not linear; [`Error::Stopped`].
 pub fn spectral_stability_limit(spec: &RunSpec, search: LimitSearch<'_>) -> Result<StabilityLimit> {
     search.run(|macro_step| {
         let radius = spectral_radius(&at_macro_step(spec, macro_step, search.fixed_micro_step))?;
@@ -118,6 +184,7 @@ impl LimitSearch<'_> {
             return Err(Error::invalid("relative-tolerance", self.relative_tolerance, expected));
         }
         let probe = |macro_step: f64| {
+            self.stop.check().map_err(|_| Error::Stopped)?;
             let point = probe(macro_step)?;
             (self.progress)(&point);
             Ok(point)

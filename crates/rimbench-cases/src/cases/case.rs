@@ -128,6 +128,10 @@ pub struct Case {
     pub constant_mechanics: bool,
     /// What runs are held against.
     pub reference: ChooseReference,
+    /// The case whose reference runs are held against instead, with the same parameters; none: they are held against their own.
+    pub judged_by: Option<Arc<Case>>,
+    /// Whether code from outside has a part in it: no reference of it is kept then, because nothing tells when that code changes.
+    pub from_outside: bool,
     /// Builds both sides.
     pub build: BuildCase,
 }
@@ -158,6 +162,8 @@ impl Case {
             linear_state: Vec::new(),
             constant_mechanics: false,
             reference: Arc::new(|_| Ok(ReferenceMethod::Refined)),
+            judged_by: None,
+            from_outside: false,
             build: Arc::new(build),
         }
     }

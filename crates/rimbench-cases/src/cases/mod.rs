@@ -25,6 +25,7 @@ mod impact_oscillator;
 mod linear_oscillator;
 mod loader;
 mod n_wedge_box;
+mod outside;
 mod parameters;
 mod precice_oscillator;
 mod quarter_car;
@@ -42,6 +43,7 @@ pub use case::{
     BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, RowFunction,
     StateVariable,
 };
+pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters, Range, Value};
 pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};

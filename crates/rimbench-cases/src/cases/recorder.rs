@@ -30,6 +30,33 @@ pub struct Recorder {
     late_rows: bool,
 }
 
+/// The names of everything that a communication point shows, derived columns aside, in the order of [`Recorder`]'s `seen`, with the
+/// end of each part.
+fn seen(system: &mut CoupledSystem) -> (Vec<Name>, [usize; 5]) {
+    let names_of = |ports: &[Port]| -> Vec<Name> { ports.iter().map(|port| port.name.clone()).collect() };
+    let observables = |side: &mut Box<dyn Subsystem>| side.abilities().observables().to_vec();
+    let y = system.sides.as_ref().map(|side| names_of(&side.ports().outputs));
+    // Of the forces received only the first two have a column.
+    let mut received = vec![Name::default(); y.actuator.len()];
+    received
+        .iter_mut()
+        .zip(["force_to_mechanics_n", "force_2_to_mechanics_n"])
+        .for_each(|(to, name)| *to = name.into());
+    let shown = system.sides.as_mut().map(observables);
+    let parts = [y.mechanics, y.actuator, received, shown.mechanics, shown.actuator];
+    let mut names = vec![Name::from("time_s")];
+    let ends = parts.map(|part| {
+        names.extend(part);
+        names.len()
+    });
+    (names, ends)
+}
+
+/// The names of the columns that a system can fill without deriving them from others.
+pub(super) fn sources(system: &mut CoupledSystem) -> Vec<Name> {
+    seen(system).0.into_iter().filter(|name| !name.is_empty()).collect()
+}
+
 impl Recorder {
     /// Finds the source of each of the case's columns.
     ///
@@ -59,22 +86,7 @@ impl Recorder {
                 })
             })
             .collect::<Result<_>>()?;
-        let names_of = |ports: &[Port]| -> Vec<Name> { ports.iter().map(|port| port.name.clone()).collect() };
-        let observables = |side: &mut Box<dyn Subsystem>| side.abilities().observables().to_vec();
-        let y = system.sides.as_ref().map(|side| names_of(&side.ports().outputs));
-        // Of the forces received only the first two have a column.
-        let mut received = vec![Name::default(); y.actuator.len()];
-        received
-            .iter_mut()
-            .zip(["force_to_mechanics_n", "force_2_to_mechanics_n"])
-            .for_each(|(to, name)| *to = name.into());
-        let seen = system.sides.as_mut().map(observables);
-        let parts = [y.mechanics, y.actuator, received, seen.mechanics, seen.actuator];
-        let mut names = vec![Name::from("time_s")];
-        let ends = parts.map(|part| {
-            names.extend(part);
-            names.len()
-        });
+        let (mut names, ends) = seen(system);
         names.extend(derived.iter().map(|derived| recorded[derived.column].clone().into()));
         let index_of = |name: &String| {
             let index = names.iter().position(|known| known == name);

@@ -126,13 +126,20 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
             position: column(&row.position),
             velocity: column(&row.velocity),
             force: column(&row.force),
-            reference_force_peak: reference.largest[column(&row.force)],
+            reference_force_peak: reference
+                .trajectory
+                .index_of(&row.force)
+                .map_or(0.0, |force| reference.largest[force]),
             reference_touch_down_peak: reference.touch_down_peak(&row.force),
         })
         .collect();
     let gaps: Vec<usize> = gap_columns(result.trajectory.columns()).collect();
-    let exact = exact_at(spec, result.trajectory.columns(), result.trajectory.column(0))?;
+    let exact = exact_at(spec, reference, result.trajectory.column(0))?;
     let aligned = exact.unwrap_or_else(|| reference.judged.resampled(result.trajectory.column(0)));
+    let reference_contacts: Vec<_> = gaps
+        .iter()
+        .map(|&gap| reference.contacts_of(&result.trajectory.columns()[gap]).cloned().unwrap_or_default())
+        .collect();
     let run_contacts: Vec<_> = gaps.iter().map(|&gap| contact_intervals(&result.trajectory, gap)).collect();
     let inside = match result.report.inside.as_ref().filter(|log| !log.is_empty()) {
         Some(log) => Some(Inside {
@@ -145,7 +152,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         run: &result.trajectory,
         reference: &aligned,
         run_contacts: &run_contacts,
-        reference_contacts: &reference.contacts,
+        reference_contacts: &reference_contacts,
         report: &result.report,
         interface: &interface,
         effective_mass: result.trajectory.index_of("effective_mass_kg"),
@@ -189,18 +196,19 @@ fn without_account(metrics: &[Option<f64>]) -> Option<&'static str> {
 /// The closed form at the communication points of a run, where the case has one: no error of interpolation.
 fn exact_at(
     spec: &RunSpec,
-    columns: &[String],
+    reference: &Reference,
     times: impl ExactSizeIterator<Item = f64>,
 ) -> Result<Option<Trajectory>> {
-    let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters)? else { return Ok(None) };
-    let mut exact = Trajectory::with_capacity(columns.to_vec(), times.len());
+    let case = &spec.of_the_reference().case;
+    let ReferenceMethod::Exact(solution) = (case.reference)(&spec.parameters)? else { return Ok(None) };
+    let mut exact = Trajectory::with_capacity(reference.trajectory.columns().to_vec(), times.len());
     times.for_each(|time| solution(time, exact.push_row()));
     Ok((!exact.is_empty()).then_some(exact))
 }
 
 /// Forces (`time` 0) or positions (`time` 1) of the reference's interface at the times in that column of the log.
 fn reference_at(spec: &RunSpec, reference: &Reference, log: &Trajectory, time: usize) -> Result<Trajectory> {
-    if let Some(exact) = exact_at(spec, reference.trajectory.columns(), log.column(time))? {
+    if let Some(exact) = exact_at(spec, reference, log.column(time))? {
         return Ok(exact);
     }
     let names = spec.case.interface_columns.iter().map(|row| if time == 0 { &row.force } else { &row.position });

@@ -7,6 +7,7 @@ use crate::metrics::{ContactInterval, contact_intervals, impulse_column, touch_d
 use rimbench_core::cosim::{ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Side, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
+use std::borrow::Cow;
 
 /// A run counts as diverged when an interface quantity exceeds this many times its reference maximum.
 pub const DIVERGENCE_FACTOR: f64 = 3.0;
@@ -53,6 +54,7 @@ impl Reference {
         if let Some(reference) = Self::exact(spec)? {
             return Ok(reference);
         }
+        let spec = &spec.of_the_reference();
         let [coarse, middle, fine] = Self::REFINEMENTS.map(|refinement| Self::solution(spec, refinement, stop));
         Self::compared(spec, [coarse?, middle?, fine?])
     }
@@ -62,8 +64,9 @@ impl Reference {
     /// # Errors
     /// Bad parameters.
     pub fn exact(spec: &RunSpec) -> Result<Option<Self>> {
+        let spec = spec.of_the_reference();
         let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters)? else { return Ok(None) };
-        Ok(Some(Self::sample(spec, &solution)))
+        Ok(Some(Self::sample(&spec, &solution)))
     }
 
     /// Integrates the whole system with the reference step over `refinement`.
@@ -168,6 +171,12 @@ impl Reference {
         Ok(PerSide::from_fn(largest))
     }
 
+    /// When the contact of a gap column is closed, if the reference has that column.
+    pub fn contacts_of(&self, gap: &str) -> Option<&Vec<ContactInterval>> {
+        let column = gap_columns(self.judged.columns()).position(|index| self.judged.columns()[index] == gap)?;
+        self.contacts.get(column)
+    }
+
     /// Returns the largest magnitude of a column while a touch-down shows; 0 where none does.
     pub fn touch_down_peak(&self, column: &str) -> f64 {
         let Some(index) = self.judged.index_of(column) else { return 0.0 };
@@ -201,6 +210,14 @@ impl Reference {
 }
 
 impl RunSpec {
+    /// The run whose reference this one is held against: that of the case that judges, if another does.
+    pub fn of_the_reference(&self) -> Cow<'_, RunSpec> {
+        match &self.case.judged_by {
+            None => Cow::Borrowed(self),
+            Some(judge) => Cow::Owned(RunSpec { case: judge.clone(), ..self.clone() }),
+        }
+    }
+
     /// Tells whether two runs are held against the same reference.
     pub fn shares_reference_with(&self, other: &RunSpec) -> bool {
         self.case.name == other.case.name

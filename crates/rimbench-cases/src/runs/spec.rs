@@ -70,6 +70,16 @@ impl RunRequest {
         self.resolve_for(catalogue, case, &parameters)
     }
 
+    /// Does the same, and builds both sides once: parameters that make no system are found before anything is computed.
+    ///
+    /// # Errors
+    /// As [`resolve`](Self::resolve), and those of building the case.
+    pub fn resolve_built(&self, catalogue: &Catalogue) -> Result<RunSpec> {
+        let spec = self.resolve(catalogue)?;
+        (spec.case.build)(&spec.parameters, &spec.solver)?;
+        Ok(spec)
+    }
+
     /// Does the same for a case and parameters that are at hand, whatever the request says of them.
     ///
     /// # Errors
