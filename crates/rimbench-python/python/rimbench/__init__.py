@@ -1,0 +1,212 @@
+"""Co-simulation of mechanical systems with contact: stability, energy, accuracy and cost of coupling schemes.
+
+Times are in seconds, lengths in metres, forces in newtons; every other name ends in its unit. Digits are those of the command line,
+to the bit. Bad input raises `RimbenchError`, in the words of the command line; a run that fails is a result, with its outcome and
+the reason.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from ._native import Case, MicroStep, RimbenchError, Sample, Scheme, __version__, cases, metrics, schemes
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = [
+    "Case",
+    "Limit",
+    "MicroStep",
+    "RimbenchError",
+    "Result",
+    "Rows",
+    "Sample",
+    "Scheme",
+    "__version__",
+    "cases",
+    "limit",
+    "metrics",
+    "run",
+    "schemes",
+    "simulate",
+]
+
+Progress = Callable[[int, int], object]
+Setting = float | int | str
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """One run, evaluated against its reference."""
+
+    #: Hash of everything that determines the run.
+    run_id: str
+    #: `completed`, `diverged`, `out-of-range`, `solver-failed`, `subsystem-failed`, `timeout` or `skipped`.
+    outcome: str
+    #: When the run left the path of a completed one, s; `None` if it did not.
+    outcome_at_s: float | None
+    #: Why, in words; empty for a completed run.
+    reason: str
+    #: Time of the last communication point reached, s.
+    ended_at_s: float
+    #: Every metric by name (see `metrics()` for units and meaning); `None` where it does not apply.
+    metrics: dict[str, float | None] = field(repr=False)
+    #: One array per column, one number per communication point; names end in their units.
+    trace: dict[str, NDArray[np.float64]] = field(repr=False)
+    #: Everything that determines the run, by the names of experiment files.
+    settings: dict[str, str | float | int | None] = field(repr=False)
+    #: Exact counts of the work.
+    counters: dict[str, int] = field(repr=False)
+    #: Wall time (s) and latencies (s) on this machine.
+    costs: dict[str, float | int | None] = field(repr=False)
+    #: What a callback raised, if that is what ended the run; `raise result.exception` shows where.
+    exception: BaseException | None = None
+
+    @property
+    def completed(self) -> bool:
+        """Whether the run came to its end within bounds."""
+        return self.outcome == "completed"
+
+    def __getitem__(self, column: str) -> NDArray[np.float64]:
+        """A column of the trace."""
+        return self.trace[column]
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The trace as a pandas DataFrame, one row per communication point."""
+        import pandas
+
+        return pandas.DataFrame(self.trace)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The largest stable macro step, as far as a scan can tell."""
+
+    #: Largest stable macro step below the first unstable one, s; `None` if the whole scan is stable, or nothing is.
+    stability_limit_s: float | None
+    #: The same, also where nothing was unstable, s.
+    last_stable_s: float | None
+    #: Smallest unstable macro step, s.
+    first_unstable_s: float | None
+    #: Every macro step that was tried, ascending: `macro_step_s`, `fraction_stable`, `failure`, `spectral_radius`.
+    points: list[dict[str, Any]] = field(repr=False)
+
+
+class Rows(list[dict[str, Any]]):
+    """The rows of an experiment's `runs.csv`, and the folder that holds all its result files."""
+
+    def __init__(self, folder: Path, rows: list[dict[str, Any]]) -> None:
+        super().__init__(rows)
+        self.folder = folder
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The rows as a pandas DataFrame."""
+        import pandas
+
+        return pandas.DataFrame(list(self))
+
+
+def simulate(
+    case: str | Case, scheme: str | Scheme, macro_step_s: float | None = None, **settings: Setting
+) -> Result:
+    """Runs a case with a scheme, and evaluates it against the reference.
+
+    Parameters
+    ----------
+    case, scheme : names (see `cases()` and `schemes()`), or a `Case` or `Scheme` of your own.
+    macro_step_s : macro step H, s; that of the case if not given.
+    **settings : parameters of the case (`box_mass_kg=250`), and options of a run by the names that they have in experiment files
+        (`phase`, `duration_s`, `force_return`, `mechanics_steps`, `gain`, ...).
+
+    Raises
+    ------
+    RimbenchError : names that are none and values that are not valid; a case that has no reference with these parameters.
+    KeyboardInterrupt : Ctrl-C ends the run in its next step.
+    """
+    if macro_step_s is not None:
+        settings["macro_step_s"] = macro_step_s
+    return Result(**_native.simulate(case, scheme, settings))
+
+
+def limit(
+    case: str | Case,
+    scheme: str | Scheme,
+    *,
+    from_s: float | None = None,
+    to_s: float | None = None,
+    per_decade: int = 12,
+    phases: int = 1,
+    relative_tolerance: float = 0.01,
+    method: Literal["run", "spectral"] = "run",
+    progress: Progress | None = None,
+    **settings: Setting,
+) -> Limit:
+    """Searches the largest stable macro step: scans, then narrows the bracket around the first unstable macro step.
+
+    Parameters
+    ----------
+    from_s, to_s : ends of the scan, s; 1e-4 and 0.1 if not given, less for a short run.
+    per_decade : macro steps per decade of the scan.
+    phases : size of the ensemble of communication phases; a macro step is stable if all of them are.
+    relative_tolerance : relative width to which the bracket is narrowed.
+    method : `run` to the end within bounds, or take the `spectral` radius of the macro-step map (linear cases).
+    progress : called with macro steps done and macro steps in the scan.
+    **settings : as for `simulate`, without macro step and phase.
+    """
+    found = _native.limit(
+        case, scheme, settings, from_s, to_s, per_decade, phases, relative_tolerance, method, progress
+    )
+    return Limit(**found)
+
+
+#: Columns whose cells are texts, whatever they look like.
+_TEXTS = frozenset(("run_id", "label", "set", "reason", "trace"))
+
+
+def _cell(column: str, text: str) -> Any:
+    if not text:
+        return None
+    if column in _TEXTS:
+        return text
+    if text in ("true", "false"):
+        return text == "true"
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def run(
+    file: str | PathLike[str],
+    out: str | PathLike[str] | None = None,
+    *,
+    quick: bool = False,
+    fresh: bool = False,
+    progress: Progress | None = None,
+) -> Rows:
+    """Runs what is missing of an experiment on all cores, and returns its rows.
+
+    Parameters
+    ----------
+    file : the experiment file.
+    out : folder for results; `results/<group>/<name>` if not given, as on the command line.
+    quick : the quick form of the experiment.
+    fresh : forget what is stored and start anew.
+    progress : called with runs done and runs to do.
+
+    Ctrl-C raises `KeyboardInterrupt`; what is stored is kept, and the same call goes on from there.
+    """
+    folder = _native.run(file, out, quick, fresh, progress)
+    with open(folder / "runs.csv", newline="", encoding="utf-8") as table:
+        rows = [{column: _cell(column, text) for column, text in row.items()} for row in csv.DictReader(table)]
+    return Rows(folder, rows)

@@ -1,0 +1,172 @@
+from collections.abc import Callable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal, Protocol, TypedDict
+
+from numpy.typing import ArrayLike
+
+__version__: str
+
+class RimbenchError(ValueError):
+    """Bad input, in the words of the command line: what is wrong, and what would be valid."""
+
+class Subsystem(Protocol):
+    """What `mechanics` and `actuator` of a `Case` return.
+
+    It may have more: `direct_feedthrough` (bool); `observables` (names) and `observe()`, their values; `interface_work()`, the work
+    received through the interface since the start (J); and `interface_model(h)`, the system reduced to its interface for its own step h
+    (s), with the number of `contacts`, their `stabilisation` and `restitution` (pure numbers in [0, 1]). It returns a dictionary:
+    `H` (1/kg), `a` (m/s²), `w` (m/s), rows of contacts first, then of the interface; `gap` (m) of the contacts, `position` (m) of the
+    interface; `closed`, which contacts carried impulse, if it knows.
+    """
+
+    def outputs(self, u: tuple[float, ...], /) -> ArrayLike:
+        """The outputs of the present state; `u` matters only with direct feedthrough."""
+    def step(self, t: float, u: tuple[float, ...], h: float, /) -> ArrayLike | None:
+        """Advances from `t` (s) by `h` (s) with the input held; may return the outputs of the state that it has come to."""
+
+class CouplingScheme(Protocol):
+    """What `make` of a `Scheme` returns."""
+
+    def receive(self, side: Literal["mechanics", "actuator"], sample: Sample, /) -> None:
+        """Takes note of what a side sends at a communication point."""
+    def input(self, side: Literal["mechanics", "actuator"], at: MicroStep, own: tuple[float, ...], /) -> ArrayLike:
+        """The mean input of a side over a micro step; `own` is what that side puts out itself."""
+
+class Case:
+    """A case of which Python makes one side or both.
+
+    `like` names a built-in case: what is not given is as there. Without it give `mechanics`, `actuator`, `interface`, `duration_s` and
+    `macro_step_s`. `mechanics` and `actuator` are called once per run with the parameters by name. `reference` is "own" (both sides in
+    one loop with small steps, from `reference_step_s`) or "original" (that of the case it is like). All times in s.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        like: str | None = None,
+        mechanics: Callable[[dict[str, Any]], Subsystem] | None = None,
+        actuator: Callable[[dict[str, Any]], Subsystem] | None = None,
+        parameters: dict[str, float] | None = None,
+        interface: Sequence[tuple[str, str, str]] | None = None,
+        duration_s: float | None = None,
+        macro_step_s: float | None = None,
+        micro_step_s: float | None = None,
+        reference_step_s: float | None = None,
+        reference: Literal["own", "original"] = "own",
+    ) -> None: ...
+    @property
+    def name(self) -> Path: ...
+
+class Scheme:
+    """A coupling scheme written in Python.
+
+    `make` is called once per run with the names of what each side puts out, by side. `order` is the declared order in H, `samples` how
+    many samples of the past it goes through; with `interface_model` the samples of the mechanics carry its reduced interface model.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        make: Callable[[dict[str, tuple[str, ...]]], CouplingScheme],
+        *,
+        order: int = 1,
+        samples: int = 1,
+        interface_model: bool = False,
+    ) -> None: ...
+    @property
+    def name(self) -> Path: ...
+
+class Sample:
+    """What one side sends at a communication point: time (s), outputs `y`, and the macro step that starts here (s)."""
+
+    @property
+    def time(self) -> float: ...
+    @property
+    def y(self) -> tuple[float, ...]: ...
+    @property
+    def model(self) -> dict[str, Any] | None: ...
+    @property
+    def index(self) -> int: ...
+    @property
+    def start(self) -> float: ...
+    @property
+    def length(self) -> float: ...
+
+class MicroStep:
+    """One micro step inside a macro step; times in s."""
+
+    @property
+    def index(self) -> int: ...
+    @property
+    def count(self) -> int: ...
+    @property
+    def length(self) -> float: ...
+    @property
+    def start(self) -> float: ...
+    @property
+    def middle(self) -> float: ...
+    @property
+    def since_exchange(self) -> float: ...
+
+class ParameterEntry(TypedDict):
+    name: str
+    unit: str
+    default: float | str
+    valid: str
+    about: str
+
+class CaseEntry(TypedDict):
+    name: str
+    about: str
+    duration_s: float
+    macro_step_s: float
+    micro_step_s: float
+    columns: list[str]
+    parameters: list[ParameterEntry]
+
+class SchemeEntry(TypedDict):
+    name: str
+    about: str
+    order: int
+    sequence: str
+    gain: float | None
+    real_time: bool
+
+class MetricEntry(TypedDict):
+    name: str
+    unit: str
+    about: str
+
+def cases() -> list[CaseEntry]:
+    """All cases with their times (s), columns and parameters."""
+
+def schemes() -> list[SchemeEntry]:
+    """All schemes with their order in H, usual sequence and gain."""
+
+def metrics() -> list[MetricEntry]:
+    """All metrics with their units."""
+
+def simulate(case: str | Case, scheme: str | Scheme, settings: dict[str, Any], /) -> dict[str, Any]: ...
+def limit(
+    case: str | Case,
+    scheme: str | Scheme,
+    settings: dict[str, Any],
+    from_s: float | None,
+    to_s: float | None,
+    per_decade: int,
+    phases: int,
+    relative_tolerance: float,
+    method: str,
+    progress: Callable[[int, int], object] | None,
+    /,
+) -> dict[str, Any]: ...
+def run(
+    file: str | PathLike[str],
+    out: str | PathLike[str] | None,
+    quick: bool,
+    fresh: bool,
+    progress: Callable[[int, int], object] | None,
+    /,
+) -> Path: ...

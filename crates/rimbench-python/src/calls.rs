@@ -1,0 +1,338 @@
+//! What Python calls: lists, one run, the stability limit, an experiment.
+
+use crate::case::PyCase;
+use crate::errors::{Raised, RimbenchError};
+use crate::interruption::interruptible;
+use crate::scheme::PyScheme;
+use numpy::PyArray1;
+use pyo3::exceptions::{PyRuntimeWarning, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyString};
+use rimbench::cases::Value;
+use rimbench::catalogue::Catalogue;
+use rimbench::cosim::{Outcome, StopFlag};
+use rimbench::error::{Error, Result};
+use rimbench::harness::{
+    Cache, Experiment, Job, LimitSearch, Scan, StabilityPoint, Step, StopFlags, monotonic_clock, obtain_reference,
+    run_job_until, spectral_stability_limit, stability_limit,
+};
+use rimbench::metrics::METRICS;
+use rimbench::runs::{EvaluatedRun, Fact, FactValue, RunRequest, RunSpec, evaluate, simulate_inside};
+use std::ffi::CString;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, LazyLock};
+
+/// Everything that the command line can run by name.
+pub fn everything() -> &'static Catalogue {
+    static EVERYTHING: LazyLock<Catalogue> =
+        LazyLock::new(|| rimbench::everything().unwrap_or_else(|_| Catalogue::standard()));
+    &EVERYTHING
+}
+
+fn refused(error: Error) -> PyErr {
+    RimbenchError::new_err(error.to_string())
+}
+
+/// A value of an option or a parameter as the command line would be given it, to the bit.
+fn text(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(text.to_str()?.to_owned());
+    }
+    if let Ok(whole) = value.extract::<i64>() {
+        return Ok(whole.to_string());
+    }
+    let number: f64 = value
+        .extract()
+        .map_err(|_| PyTypeError::new_err(format!("{key} is {} and not a number or a name", value.get_type())))?;
+    Ok(format!("{number:?}"))
+}
+
+/// What a call asks for.
+struct Asked {
+    catalogue: Catalogue,
+    request: RunRequest,
+    /// The case, if Python made it.
+    case: Option<Py<PyCase>>,
+    raised: Vec<Raised>,
+}
+
+impl Asked {
+    /// Reads case, scheme, and settings: options of a run and parameters of the case by name. `own` are options that the call itself
+    /// sets.
+    fn read(
+        case: &Bound<'_, PyAny>,
+        scheme: &Bound<'_, PyAny>,
+        settings: &Bound<'_, PyDict>,
+        own: &[&str],
+    ) -> PyResult<Self> {
+        let mut asked =
+            Asked { catalogue: everything().clone(), request: RunRequest::default(), case: None, raised: Vec::new() };
+        if let Ok(case) = case.cast::<PyCase>() {
+            let made = case.get();
+            asked.catalogue.add_case(made.case.clone()).map_err(refused)?;
+            asked.request.case = Some(made.case.name.to_string());
+            asked.raised.push(made.raised.clone());
+            asked.case = Some(case.clone().unbind());
+        } else {
+            asked.request.case = Some(text("case", case)?);
+        }
+        if let Ok(scheme) = scheme.cast::<PyScheme>() {
+            let made = scheme.get();
+            asked.catalogue.add_scheme(made.entry.clone()).map_err(refused)?;
+            asked.request.scheme = Some(made.entry.name.to_string());
+            asked.raised.push(made.raised.clone());
+        } else {
+            asked.request.scheme = Some(text("scheme", scheme)?);
+        }
+        let known = asked.request.case.as_deref().unwrap_or_default();
+        let parameters = &asked.catalogue.case(known).map_err(refused)?.parameters;
+        for (key, value) in settings.iter() {
+            let key: String = key.extract()?;
+            let value = text(&key, &value)?;
+            let options = RunRequest::OPTIONS.iter().map(|option| option.key);
+            let mut options = options.filter(|key| !["case", "scheme"].contains(key) && !own.contains(key));
+            if options.clone().any(|option| option == key) {
+                asked.request.put(&key, &value).map_err(refused)?;
+            } else if parameters.iter().any(|parameter| parameter.name == key) {
+                asked.request.set.push((key, value));
+            } else {
+                let names = parameters.iter().map(|parameter| &*parameter.name).chain(&mut options);
+                return Err(refused(Error::unknown("parameter or option", &key, names)));
+            }
+        }
+        Ok(asked)
+    }
+
+    /// Runs and evaluates as the command `simulate` does.
+    fn simulate(&self, stop: StopFlag<'_>, cache: &Cache) -> Result<(RunSpec, EvaluatedRun)> {
+        let spec = self.request.resolve_built(&self.catalogue)?;
+        let own = self.case.as_ref().map(Py::get).filter(|_| spec.case.judged_by.is_none());
+        let reference = match own.and_then(|case| case.reference(&spec)) {
+            Some(reference) => reference,
+            None => {
+                let computed = Arc::new(obtain_reference(&spec, cache, stop)?);
+                if let Some(case) = own {
+                    case.keep(&spec, &computed);
+                }
+                computed
+            }
+        };
+        let result = simulate_inside(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
+        let run = evaluate(&spec, result, &reference)?;
+        if matches!(run.outcome, Outcome::Stopped { .. }) { Err(Error::Stopped) } else { Ok((spec, run)) }
+    }
+}
+
+/// Says that references are computed again by every call, if they are.
+fn complain(py: Python<'_>, cache: &Cache) -> PyResult<()> {
+    let Some(complaint) = cache.complaint() else { return Ok(()) };
+    let message = CString::new(format!("references are not kept: {complaint}"))?;
+    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &message, 2)
+}
+
+/// Facts as a dictionary; what does not apply is `None`.
+fn facts<'py>(py: Python<'py>, facts: &[Fact]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for fact in facts {
+        match &fact.value {
+            Some(FactValue::Text(text)) => dict.set_item(fact.name, text)?,
+            Some(FactValue::Number(number)) => dict.set_item(fact.name, number)?,
+            Some(FactValue::Count(count)) => dict.set_item(fact.name, count)?,
+            None => dict.set_item(fact.name, py.None())?,
+        }
+    }
+    Ok(dict)
+}
+
+/// One run, as a dictionary.
+#[pyfunction]
+pub fn simulate<'py>(
+    py: Python<'py>,
+    case: &Bound<'py, PyAny>,
+    scheme: &Bound<'py, PyAny>,
+    settings: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let asked = Asked::read(case, scheme, settings, &[])?;
+    let cache = Cache::of_user();
+    let (spec, run) = interruptible(py, &asked.raised, None, |stop, _| asked.simulate(stop, &cache))?;
+    complain(py, &cache)?;
+    let trace = PyDict::new(py);
+    for (index, name) in run.trajectory.columns().iter().enumerate() {
+        trace.set_item(name, PyArray1::from_iter(py, run.trajectory.column(index)))?;
+    }
+    let metrics = PyDict::new(py);
+    for (metric, value) in METRICS.iter().zip(&run.metrics) {
+        metrics.set_item(metric.name, value)?;
+    }
+    let result = PyDict::new(py);
+    result.set_item("run_id", spec.id())?;
+    result.set_item("outcome", run.outcome.name())?;
+    result.set_item("outcome_at_s", run.outcome.at_s())?;
+    result.set_item("reason", run.outcome.reason())?;
+    result.set_item("ended_at_s", run.ended_at_s)?;
+    result.set_item("metrics", metrics)?;
+    result.set_item("trace", trace)?;
+    result.set_item("settings", facts(py, &spec.facts())?)?;
+    result.set_item("counters", facts(py, &run.counters())?)?;
+    result.set_item("costs", facts(py, &run.costs())?)?;
+    let raised = asked.raised.iter().find_map(Raised::take);
+    result.set_item("exception", raised.map(|raised| raised.into_value(py)))?;
+    Ok(result)
+}
+
+/// The stability limit, as a dictionary.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "arguments with names, of Python")]
+pub fn limit<'py>(
+    py: Python<'py>,
+    case: &Bound<'py, PyAny>,
+    scheme: &Bound<'py, PyAny>,
+    settings: &Bound<'py, PyDict>,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+    per_decade: usize,
+    phases: usize,
+    relative_tolerance: f64,
+    method: &str,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    if !["run", "spectral"].contains(&method) {
+        return Err(refused(Error::invalid("method", method, "run, spectral")));
+    }
+    let asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
+    let scan = Scan { from: from_s, to: to_s, per_decade, phases };
+    let cache = Cache::of_user();
+    let found = interruptible(py, &asked.raised, progress.as_ref(), |stop, count| {
+        let (coarsest, grid, phases) = scan.resolve(&asked.request, &asked.catalogue)?;
+        count.total.store(grid.len(), Ordering::Relaxed);
+        let search = LimitSearch {
+            macro_steps: &grid,
+            relative_tolerance,
+            fixed_micro_step: asked.request.micro_step_s.is_some(),
+            progress: &|_| {
+                count.done.fetch_add(1, Ordering::Relaxed);
+            },
+            stop,
+        };
+        match method {
+            "spectral" => spectral_stability_limit(&coarsest, search),
+            _ => stability_limit(&coarsest, search, &phases, &cache),
+        }
+    })?;
+    complain(py, &cache)?;
+    let points = PyList::empty(py);
+    for StabilityPoint { macro_step, fraction_stable, failure, spectral_radius } in &found.points {
+        let point = PyDict::new(py);
+        point.set_item("macro_step_s", macro_step)?;
+        point.set_item("fraction_stable", fraction_stable)?;
+        point.set_item("failure", failure)?;
+        point.set_item("spectral_radius", spectral_radius)?;
+        points.append(point)?;
+    }
+    let result = PyDict::new(py);
+    result.set_item("stability_limit_s", found.last_stable.filter(|_| found.first_unstable.is_some()))?;
+    result.set_item("last_stable_s", found.last_stable)?;
+    result.set_item("first_unstable_s", found.first_unstable)?;
+    result.set_item("points", points)?;
+    Ok(result)
+}
+
+/// Runs what is missing of an experiment; returns the folder with the result files.
+#[pyfunction]
+pub fn run(
+    py: Python<'_>,
+    file: PathBuf,
+    out: Option<PathBuf>,
+    quick: bool,
+    fresh: bool,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<PathBuf> {
+    let cache = Cache::of_user();
+    let folder = interruptible(py, &[], progress.as_ref(), |stop, count| {
+        let experiment = Experiment::read(&file)?;
+        let folder = out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
+        let job = Job {
+            experiment: &experiment,
+            catalogue: everything(),
+            folder: &folder,
+            quick,
+            fresh,
+            shard: None,
+            cache: &cache,
+            build: &rimbench::BUILD,
+        };
+        let told = |step: Step<'_>| {
+            match step {
+                Step::ToDo(runs) => count.total.store(runs, Ordering::Relaxed),
+                Step::Done(_) => drop(count.done.fetch_add(1, Ordering::Relaxed)),
+            };
+        };
+        run_job_until(job, &told, StopFlags { soon: stop, now: stop })?;
+        Ok(folder)
+    })?;
+    complain(py, &cache)?;
+    Ok(folder)
+}
+
+/// All cases with their parameters.
+#[pyfunction]
+pub fn cases(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let list = PyList::empty(py);
+    for case in everything().cases() {
+        let parameters = PyList::empty(py);
+        for parameter in &case.parameters {
+            let entry = PyDict::new(py);
+            entry.set_item("name", &*parameter.name)?;
+            entry.set_item("unit", &*parameter.unit)?;
+            match &parameter.default {
+                Value::Number(number) => entry.set_item("default", number)?,
+                Value::Choice(choice) => entry.set_item("default", &**choice)?,
+            }
+            entry.set_item("valid", parameter.range.to_string())?;
+            entry.set_item("about", &*parameter.about)?;
+            parameters.append(entry)?;
+        }
+        let entry = PyDict::new(py);
+        entry.set_item("name", &*case.name)?;
+        entry.set_item("about", &*case.about)?;
+        entry.set_item("duration_s", case.defaults.duration_s)?;
+        entry.set_item("macro_step_s", case.defaults.macro_step_s)?;
+        entry.set_item("micro_step_s", case.defaults.micro_step_s)?;
+        entry.set_item("columns", case.recorded_columns())?;
+        entry.set_item("parameters", parameters)?;
+        list.append(entry)?;
+    }
+    Ok(list)
+}
+
+/// All schemes.
+#[pyfunction]
+pub fn schemes(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let list = PyList::empty(py);
+    for scheme in everything().schemes() {
+        let entry = PyDict::new(py);
+        entry.set_item("name", &*scheme.name)?;
+        entry.set_item("about", &*scheme.about)?;
+        entry.set_item("order", scheme.order)?;
+        entry.set_item("sequence", scheme.sequence.to_string())?;
+        entry.set_item("gain", scheme.gain.as_ref().map(|gain| gain.default))?;
+        entry.set_item("real_time", scheme.real_time())?;
+        list.append(entry)?;
+    }
+    Ok(list)
+}
+
+/// Names and units of the metrics, with what they measure.
+#[pyfunction]
+pub fn metrics(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let list = PyList::empty(py);
+    for metric in METRICS {
+        let entry = PyDict::new(py);
+        entry.set_item("name", metric.name)?;
+        entry.set_item("unit", metric.unit)?;
+        entry.set_item("about", metric.about)?;
+        list.append(entry)?;
+    }
+    Ok(list)
+}

@@ -1,0 +1,212 @@
+//! A case of which Python makes one side or both.
+
+use crate::calls::everything;
+use crate::errors::{Raised, RimbenchError, exception};
+use crate::subsystem::PySubsystem;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rimbench::cases::{
+    BuildSide, Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range, Value,
+};
+use rimbench::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem};
+use rimbench::error::{Error, Result};
+use rimbench::name::Name;
+use rimbench::runs::{Reference, RunSpec};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A case of which Python makes one side or both.
+///
+/// Parameters
+/// ----------
+/// name : kebab-case, not taken by a built-in case.
+/// like : a built-in case; what is not given here is as there: parameters, times, the other side, columns of the trace.
+/// mechanics, actuator : called once per run with the parameters, a dictionary; return an object with `outputs(u)` and `step(t, u, h)`.
+/// parameters : names (ending in their units) and defaults, for a case that is like no other.
+/// interface : `(position, velocity, force)` names per interface row, for a case that is like no other: the mechanics puts out positions,
+///     then velocities, and gets forces.
+/// duration_s, macro_step_s, micro_step_s : times used unless others are asked for, s.
+/// reference_step_s : coarsest of the three steps of the reference, s; the micro step if not given.
+/// reference : "own", both sides in one loop with small steps; or "original", that of the case it is like.
+#[pyclass(frozen, name = "Case", module = "rimbench")]
+pub struct PyCase {
+    pub case: Case,
+    pub raised: Raised,
+    /// References of this case, for as long as it lives: on disk there are none of code that may change.
+    references: Mutex<Vec<(RunSpec, Arc<Reference>)>>,
+}
+
+impl PyCase {
+    /// The reference of a run of this case, if it has been computed.
+    pub fn reference(&self, spec: &RunSpec) -> Option<Arc<Reference>> {
+        let known = self.references.lock().unwrap_or_else(PoisonError::into_inner);
+        known.iter().find(|(of, _)| of.shares_reference_with(spec)).map(|(_, reference)| reference.clone())
+    }
+
+    /// Keeps a reference.
+    pub fn keep(&self, spec: &RunSpec, reference: &Arc<Reference>) {
+        let mut known = self.references.lock().unwrap_or_else(PoisonError::into_inner);
+        known.push((spec.clone(), reference.clone()));
+    }
+}
+
+/// One side, made by calling `make` with the parameters.
+fn side(name: &str, side: Side, make: Py<PyAny>, raised: &Raised) -> BuildSide {
+    let which = if side == Side::Mechanics { "mechanics" } else { "actuator" };
+    let (whose, raised) = (format!("the {which} of case {name}"), raised.clone());
+    Arc::new(move |parameters: &Parameters, ports: &Ports| {
+        let built = |py: Python<'_>| -> PyResult<PySubsystem> {
+            let values = PyDict::new(py);
+            for (parameter, value) in parameters.iter() {
+                match value {
+                    Value::Number(number) => values.set_item(&*parameter.name, number)?,
+                    Value::Choice(choice) => values.set_item(&*parameter.name, &**choice)?,
+                }
+            }
+            PySubsystem::new(&make.bind(py).call1((values,))?, ports, &whose, &raised)
+        };
+        let built = Python::attach(|py| built(py).map_err(|error| raised.error(py, error)))?;
+        Ok(Box::new(built) as Box<dyn Subsystem>)
+    })
+}
+
+/// What is said of a case that is like no other.
+struct Description {
+    parameters: Vec<(String, f64)>,
+    interface: Vec<(String, String, String)>,
+    times: CaseDefaults,
+}
+
+/// A case both sides of which are made here.
+fn of_both(name: &str, description: Description, [mechanics, actuator]: [BuildSide; 2]) -> Result<Case> {
+    let Description { parameters, interface, times } = description;
+    let port = |name: &String, quantity| Port::new(name.clone(), quantity);
+    let positions = interface.iter().map(|(position, ..)| port(position, Quantity::Position));
+    let velocities = interface.iter().map(|(_, velocity, _)| port(velocity, Quantity::Velocity));
+    let motion = positions.chain(velocities).collect();
+    let forces = interface.iter().map(|(.., force)| port(force, Quantity::Force)).collect();
+    let ports = Ports { inputs: motion, outputs: forces, direct_feedthrough: false };
+    let build = {
+        let ports = ports.clone();
+        move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
+            Ok(CoupledSystem::of(PerSide {
+                mechanics: mechanics(parameters, &ports.facing())?,
+                actuator: actuator(parameters, &ports)?,
+            }))
+        }
+    };
+    let given = |(name, default): (String, f64)| {
+        Parameter::number(name, "-", default, Range::Finite, "a parameter from Python", "given in Python")
+    };
+    let row = |(position, velocity, force): (String, String, String)| InterfaceColumns::new(position, velocity, force);
+    let mut case = Case {
+        parameters: parameters.into_iter().map(given).collect(),
+        interface_columns: interface.into_iter().map(row).collect(),
+        from_outside: true,
+        ..Case::new(name.to_owned(), "A case written in Python", times, build)
+    };
+    let solver = everything().solvers()[0].clone();
+    let mut system = (case.build)(&case.default_parameters(), &solver)?;
+    case.trace_columns.extend(ports.inputs.iter().chain(&ports.outputs).map(|port| port.name.clone()));
+    case.trace_columns.push(Name::from("force_to_mechanics_n"));
+    for side in Side::BOTH {
+        case.trace_columns.extend_from_slice(system.sides[side].abilities().observables());
+    }
+    Ok(case)
+}
+
+#[pymethods]
+impl PyCase {
+    #[new]
+    #[pyo3(signature = (name, *, like=None, mechanics=None, actuator=None, parameters=None, interface=None, duration_s=None,
+        macro_step_s=None, micro_step_s=None, reference_step_s=None, reference="own"))]
+    #[allow(clippy::too_many_arguments, reason = "arguments with names, of Python")]
+    fn new(
+        py: Python<'_>,
+        name: String,
+        like: Option<&str>,
+        mechanics: Option<Py<PyAny>>,
+        actuator: Option<Py<PyAny>>,
+        parameters: Option<&Bound<'_, PyDict>>,
+        interface: Option<Vec<(String, String, String)>>,
+        duration_s: Option<f64>,
+        macro_step_s: Option<f64>,
+        micro_step_s: Option<f64>,
+        reference_step_s: Option<f64>,
+        reference: &str,
+    ) -> PyResult<Self> {
+        let raised = Raised::default();
+        let refused = |message: String| RimbenchError::new_err(message);
+        if !["own", "original"].contains(&reference) {
+            return Err(refused(Error::invalid("reference", reference, "own, original").to_string()));
+        }
+        let given = PerSide { mechanics, actuator };
+        let wrong = |error: Error| exception(py, &error, std::slice::from_ref(&raised));
+        let mut case = match like {
+            Some(like) => {
+                if parameters.is_some() || interface.is_some() {
+                    let message = "parameters and interface are those of the case that it is like: give neither";
+                    return Err(refused(message.to_owned()));
+                }
+                let original = everything().case(like).map_err(wrong)?;
+                let mut case = Case::clone(original);
+                for which in Side::BOTH {
+                    let make = if which == Side::Mechanics { &given.mechanics } else { &given.actuator };
+                    if let Some(make) = make {
+                        let made = side(&name, which, make.clone_ref(py), &raised);
+                        case = case.with_side(name.clone(), which, made).map_err(wrong)?;
+                    }
+                }
+                if !case.from_outside {
+                    return Err(refused("a case like another needs a mechanics or an actuator of its own".to_owned()));
+                }
+                case.judged_by = (reference == "original").then(|| original.clone());
+                case.about = Name::from(format!("{like}, with a side written in Python"));
+                case.defaults.duration_s = duration_s.unwrap_or(case.defaults.duration_s);
+                case.defaults.macro_step_s = macro_step_s.unwrap_or(case.defaults.macro_step_s);
+                case.defaults.micro_step_s = micro_step_s.unwrap_or(case.defaults.micro_step_s);
+                case.defaults.reference_step_s = reference_step_s.unwrap_or(case.defaults.reference_step_s);
+                case
+            }
+            None => {
+                let (Some(mechanics), Some(actuator), Some(interface), Some(duration_s), Some(macro_step_s)) =
+                    (given.mechanics, given.actuator, interface, duration_s, macro_step_s)
+                else {
+                    let message = "a case that is like no other needs mechanics, actuator, interface, duration_s and macro_step_s";
+                    return Err(refused(message.to_owned()));
+                };
+                if reference == "original" {
+                    return Err(refused("reference = original: the case is like no other".to_owned()));
+                }
+                let micro_step_s = micro_step_s.unwrap_or(macro_step_s);
+                let times = CaseDefaults {
+                    duration_s,
+                    macro_step_s,
+                    micro_step_s,
+                    reference_step_s: reference_step_s.unwrap_or(micro_step_s),
+                    reference_sampling_s: macro_step_s.max(micro_step_s),
+                };
+                let parameters = parameters.map_or(Ok(Vec::new()), |given| {
+                    given.iter().map(|(key, value)| Ok((key.extract()?, value.extract()?))).collect::<PyResult<_>>()
+                })?;
+                let description = Description { parameters, interface, times };
+                let sides = [(Side::Mechanics, mechanics), (Side::Actuator, actuator)];
+                of_both(&name, description, sides.map(|(which, make)| side(&name, which, make, &raised)))
+                    .map_err(wrong)?
+            }
+        };
+        case.name = Name::from(name);
+        // A name that cannot be is found here and not in every run.
+        everything().clone().add_case(case.clone()).map_err(wrong)?;
+        Ok(PyCase { case, raised, references: Mutex::default() })
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.case.name
+    }
+
+    fn __repr__(&self) -> String {
+        format!("rimbench.Case({:?})", self.case.name)
+    }
+}

@@ -1,0 +1,90 @@
+//! The reduced interface model as a dictionary, in both directions.
+
+use crate::numbers::attribute;
+use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods};
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rimbench::interface_model::{ReducedInterfaceModel, TOUCHING};
+
+/// What a model has before it is filled: an empty one, from the attributes `contacts`, `stabilisation` and `restitution`.
+pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInterfaceModel> {
+    let number = |name: &str| attribute(object, name)?.map_or(Ok(0.0), |value| value.extract::<f64>());
+    let contacts = attribute(object, "contacts")?.map_or(Ok(0), |value| value.extract::<usize>())?;
+    let (stabilisation, restitution) = (number("stabilisation")?, number("restitution")?);
+    for (name, value) in [("stabilisation", stabilisation), ("restitution", restitution)] {
+        if !(0.0..=1.0).contains(&value) {
+            return Err(PyValueError::new_err(format!("{name} = {value} is not valid; valid: a number in [0, 1]")));
+        }
+    }
+    let mut model = ReducedInterfaceModel::zeros(contacts, interface);
+    (model.stabilisation, model.restitution) = (stabilisation, restitution);
+    Ok(model)
+}
+
+/// Fills a model whose size is known from what `interface_model` returned.
+pub fn read(value: &Bound<'_, PyAny>, h: f64, model: &mut ReducedInterfaceModel) -> PyResult<()> {
+    let dict = value.cast::<PyDict>()?;
+    let part = |name: &str| {
+        let found = dict.get_item(name)?;
+        found.ok_or_else(|| PyKeyError::new_err(format!("interface_model gives no `{name}`")))
+    };
+    let copy = |name: &str, to: &mut [f64]| -> PyResult<()> {
+        let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = part(name)?.extract()?;
+        let array = array.as_array();
+        if array.len() != to.len() {
+            let message = format!("interface_model: `{name}` has {} numbers instead of {}", array.len(), to.len());
+            return Err(PyValueError::new_err(message));
+        }
+        to.iter_mut().zip(array.iter()).for_each(|(to, number)| *to = *number);
+        Ok(())
+    };
+    copy("H", &mut model.h)?;
+    copy("a", &mut model.a)?;
+    copy("w", &mut model.w)?;
+    copy("position", &mut model.position)?;
+    if model.contacts() > 0 {
+        copy("gap", &mut model.gap)?;
+    }
+    for (at_bound, gap) in model.at_bound.iter_mut().zip(&model.gap) {
+        *at_bound = *gap <= TOUCHING;
+    }
+    if let Some(closed) = dict.get_item("closed")? {
+        let closed: Vec<bool> = closed.try_iter()?.map(|item| item?.is_truthy()).collect::<PyResult<_>>()?;
+        if closed.len() != model.contacts() {
+            let (found, wanted) = (closed.len(), model.contacts());
+            let message = format!("interface_model: `closed` has {found} entries instead of {wanted}");
+            return Err(PyValueError::new_err(message));
+        }
+        model.at_bound.copy_from_slice(&closed);
+    }
+    model.mechanics_step = h;
+    Ok(())
+}
+
+/// The same dictionary for a scheme.
+pub fn written<'py>(py: Python<'py>, model: &ReducedInterfaceModel) -> PyResult<Bound<'py, PyDict>> {
+    let rows = model.interface_start() + model.interface();
+    let array = |numbers: &[f64]| PyArray1::from_slice(py, numbers);
+    let h = PyArray2::zeros(py, [rows, rows], false);
+    {
+        let mut h = h.try_readwrite()?;
+        let mut entries = h.as_array_mut();
+        for row in 0..rows {
+            for column in 0..rows {
+                entries[[row, column]] = model.entry(row, column);
+            }
+        }
+    }
+    let dict = PyDict::new(py);
+    dict.set_item("H", h)?;
+    dict.set_item("a", array(&model.a))?;
+    dict.set_item("w", array(&model.w))?;
+    dict.set_item("gap", array(&model.gap))?;
+    dict.set_item("position", array(&model.position))?;
+    dict.set_item("closed", &model.at_bound)?;
+    dict.set_item("stabilisation", model.stabilisation)?;
+    dict.set_item("restitution", model.restitution)?;
+    dict.set_item("mechanics_step", model.mechanics_step)?;
+    Ok(dict)
+}

@@ -1,0 +1,195 @@
+//! A coupling scheme that is an object of Python.
+
+use crate::errors::{Raised, RimbenchError};
+use crate::model;
+use crate::numbers::{copied, fill, method};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use rimbench::cosim::{CouplingScheme, MicroStep, Ports, Sample, SchemeReport, Side};
+use rimbench::error::Failure;
+use rimbench::schemes::{Family, Need, SchemeEntry};
+use std::sync::Arc;
+
+/// What one side sends at a communication point.
+#[pyclass(frozen, name = "Sample", module = "rimbench")]
+pub struct PySample {
+    /// When it was taken, s.
+    #[pyo3(get)]
+    time: f64,
+    /// The outputs of the sending side, a tuple.
+    #[pyo3(get)]
+    y: Py<PyTuple>,
+    /// The reduced interface model of the mechanics, a dictionary, if the scheme asked for it and this is the sample of the mechanics.
+    #[pyo3(get)]
+    model: Option<Py<PyDict>>,
+    /// Index of the macro step that starts here, from 0.
+    #[pyo3(get)]
+    index: usize,
+    /// Its start, s.
+    #[pyo3(get)]
+    start: f64,
+    /// Its length, s.
+    #[pyo3(get)]
+    length: f64,
+}
+
+/// One micro step inside a macro step.
+#[pyclass(frozen, name = "MicroStep", module = "rimbench")]
+pub struct PyMicroStep(MicroStep);
+
+#[pymethods]
+impl PyMicroStep {
+    /// Its number in the macro step, from 0.
+    #[getter]
+    fn index(&self) -> usize {
+        self.0.index
+    }
+
+    /// Number of micro steps in the macro step.
+    #[getter]
+    fn count(&self) -> usize {
+        self.0.count
+    }
+
+    /// δ, s.
+    #[getter]
+    fn length(&self) -> f64 {
+        self.0.length
+    }
+
+    /// Absolute time at its start, s.
+    #[getter]
+    fn start(&self) -> f64 {
+        self.0.start
+    }
+
+    /// Time since the communication point at its start, s.
+    #[getter]
+    fn since_exchange(&self) -> f64 {
+        self.0.since_exchange
+    }
+
+    /// Absolute time at its middle, s.
+    #[getter]
+    fn middle(&self) -> f64 {
+        self.0.middle()
+    }
+}
+
+/// How a side is called.
+fn name(side: Side) -> &'static str {
+    match side {
+        Side::Mechanics => "mechanics",
+        Side::Actuator => "actuator",
+    }
+}
+
+/// An object with `receive(side, sample)` and `input(side, at, own)`.
+struct SchemeObject {
+    object: Py<PyAny>,
+    receive: Py<PyAny>,
+    input: Py<PyAny>,
+    raised: Raised,
+}
+
+impl SchemeObject {
+    fn new(object: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self> {
+        let method = |name| method(object, name, "the scheme");
+        let (receive, input) = (method("receive")?, method("input")?);
+        Ok(SchemeObject { object: object.clone().unbind(), receive, input, raised: raised.clone() })
+    }
+}
+
+impl CouplingScheme for SchemeObject {
+    fn receive(&mut self, from: Side, sample: &Sample<'_>) -> Result<(), Failure> {
+        let call = |py: Python<'_>| -> PyResult<()> {
+            let sample = PySample {
+                time: sample.time,
+                y: PyTuple::new(py, sample.y)?.unbind(),
+                model: sample.model.map(|model| model::written(py, model).map(Bound::unbind)).transpose()?,
+                index: sample.step.index,
+                start: sample.step.start,
+                length: sample.step.length,
+            };
+            self.receive.bind(py).call1((name(from), sample)).map(drop)
+        };
+        Python::attach(|py| call(py).map_err(|error| self.raised.failure(py, error)))
+    }
+
+    fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
+        let mut call = |py: Python<'_>| -> PyResult<()> {
+            let value = self.input.bind(py).call1((name(to), PyMicroStep(at), PyTuple::new(py, own)?))?;
+            fill(&value, "input", u)
+        };
+        Python::attach(|py| call(py).map_err(|error| self.raised.failure(py, error)))
+    }
+
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport::default()
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
+        let object = copied(&self.object)?;
+        let copy = Python::attach(|py| SchemeObject::new(object.bind(py), &self.raised)).ok()?;
+        Some(Box::new(copy))
+    }
+}
+
+/// A coupling scheme written in Python.
+///
+/// Parameters
+/// ----------
+/// name : kebab-case, not taken by a built-in scheme.
+/// make : called once per run with the names of what each side puts out, `{"mechanics": (...), "actuator": (...)}`; returns an object
+///     with `receive(side, sample)`, called for each side at each communication point, and `input(side, at, own)`, called for each
+///     micro step of each side: it returns the numbers that this side gets, in the order of the other side's outputs, as their mean
+///     over the micro step. `own` is what that side itself puts out.
+/// order : declared order in H, a pure number.
+/// samples : samples of the past that it needs to be what it is.
+/// interface_model : whether the samples of the mechanics are to come with its reduced interface model.
+#[pyclass(frozen, name = "Scheme", module = "rimbench")]
+pub struct PyScheme {
+    pub entry: SchemeEntry,
+    pub raised: Raised,
+}
+
+#[pymethods]
+impl PyScheme {
+    #[new]
+    #[pyo3(signature = (name, make, *, order=1, samples=1, interface_model=false))]
+    fn new(name: String, make: Py<PyAny>, order: u32, samples: usize, interface_model: bool) -> PyResult<Self> {
+        let raised = Raised::default();
+        let of_the_run = raised.clone();
+        let make = Arc::new(make);
+        let entry = SchemeEntry::new(name, "A scheme written in Python", move |construction| {
+            let names = |ports: &Ports| ports.outputs.iter().map(|port| port.name.to_string()).collect::<Vec<_>>();
+            let built = |py: Python<'_>| -> PyResult<SchemeObject> {
+                let outputs = PyDict::new(py);
+                outputs.set_item("mechanics", PyTuple::new(py, names(construction.ports.mechanics))?)?;
+                outputs.set_item("actuator", PyTuple::new(py, names(construction.ports.actuator))?)?;
+                SchemeObject::new(&make.bind(py).call1((outputs,))?, &of_the_run)
+            };
+            let built = Python::attach(|py| built(py).map_err(|error| of_the_run.error(py, error)))?;
+            Ok(Box::new(built))
+        });
+        let family = if interface_model { Family::Model } else { Family::Signal };
+        let needs = if interface_model { vec![Need::InterfaceModel] } else { Vec::new() };
+        let entry = SchemeEntry { order, samples, family, needs, ..entry };
+        // A name that cannot be is found here and not in every run.
+        crate::calls::everything()
+            .clone()
+            .add_scheme(entry.clone())
+            .map_err(|error| RimbenchError::new_err(error.to_string()))?;
+        Ok(PyScheme { entry, raised })
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.entry.name
+    }
+
+    fn __repr__(&self) -> String {
+        format!("rimbench.Scheme({:?})", self.entry.name)
+    }
+}

@@ -1,0 +1,189 @@
+//! A subsystem that is an object of Python.
+
+use crate::errors::Raised;
+use crate::model;
+use crate::numbers::{attribute, copied, fill, method};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use rimbench::cosim::{Abilities, Ports, Subsystem, SubsystemCounters, not_offered};
+use rimbench::error::Failure;
+use rimbench::interface_model::ReducedInterfaceModel;
+use rimbench::name::Name;
+
+/// An object with `outputs(u)` and `step(t, u, h)`.
+///
+/// `step` may return the outputs of the state that it has come to: they are used until the next step, and the step costs one callback.
+pub struct PySubsystem {
+    object: Py<PyAny>,
+    outputs: Py<PyAny>,
+    step: Py<PyAny>,
+    ports: Ports,
+    /// Names, and the method that gives the values.
+    observables: Vec<Name>,
+    observe: Option<Py<PyAny>>,
+    /// Work received through the interface, J.
+    work: Option<Py<PyAny>>,
+    /// An empty interface model, and the method that fills it.
+    model: Option<(ReducedInterfaceModel, Py<PyAny>)>,
+    /// Outputs that `step` has returned, if it has.
+    known: Vec<f64>,
+    is_known: bool,
+    /// What `observe` raised, which cannot fail itself.
+    failed: Option<Failure>,
+    counters: SubsystemCounters,
+    raised: Raised,
+}
+
+impl PySubsystem {
+    /// Takes an object that stands for a side with these ports; `whose` says which in errors.
+    ///
+    /// # Errors
+    /// Methods that are missing, attributes that are no numbers.
+    pub fn new(object: &Bound<'_, PyAny>, ports: &Ports, whose: &str, raised: &Raised) -> PyResult<Self> {
+        let feedthrough = attribute(object, "direct_feedthrough")?;
+        let direct_feedthrough = feedthrough.map_or(Ok(ports.direct_feedthrough), |value| value.is_truthy())?;
+        let names: Vec<String> = attribute(object, "observables")?.map_or(Ok(Vec::new()), |names| names.extract())?;
+        let observe = if names.is_empty() { None } else { Some(method(object, "observe", whose)?) };
+        let work = match attribute(object, "interface_work")? {
+            Some(_) => Some(method(object, "interface_work", whose)?),
+            None => None,
+        };
+        let model = match attribute(object, "interface_model")? {
+            Some(_) => {
+                let filled = method(object, "interface_model", whose)?;
+                let forces = ports.inputs.len().min(ports.outputs.len());
+                Some((model::empty(object, forces)?, filled))
+            }
+            None => None,
+        };
+        Ok(PySubsystem {
+            outputs: method(object, "outputs", whose)?,
+            step: method(object, "step", whose)?,
+            object: object.clone().unbind(),
+            known: vec![0.0; ports.outputs.len()],
+            is_known: false,
+            ports: Ports { direct_feedthrough, ..ports.clone() },
+            observables: names.into_iter().map(Name::from).collect(),
+            observe,
+            work,
+            model,
+            failed: None,
+            counters: SubsystemCounters::default(),
+            raised: raised.clone(),
+        })
+    }
+
+    /// Calls back, and keeps what is raised.
+    fn call(&mut self, back: impl FnOnce(&mut Self, Python<'_>) -> PyResult<()>) -> Result<(), Failure> {
+        if let Some(failure) = self.failed.take() {
+            return Err(failure);
+        }
+        Python::attach(|py| back(self, py).map_err(|error| self.raised.failure(py, error)))
+    }
+}
+
+impl Subsystem for PySubsystem {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        if self.is_known {
+            y.copy_from_slice(&self.known);
+            return Ok(());
+        }
+        self.call(|this, py| {
+            let value = this.outputs.bind(py).call1((PyTuple::new(py, u)?,))?;
+            fill(&value, "outputs", y)
+        })
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.counters.micro_steps += 1;
+        self.is_known = false;
+        self.call(|this, py| {
+            let value = this.step.bind(py).call1((t, PyTuple::new(py, u)?, h))?;
+            if value.is_none() {
+                return Ok(());
+            }
+            if this.ports.direct_feedthrough {
+                let message = "step gives outputs, which with direct feedthrough depend on the next input: return None";
+                return Err(PyTypeError::new_err(message));
+            }
+            fill(&value, "step", &mut this.known)?;
+            this.is_known = true;
+            Ok(())
+        })
+    }
+
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        let object = copied(&self.object)?;
+        let copy =
+            Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy", &self.raised)).ok()?;
+        let (known, is_known, counters) = (self.known.clone(), self.is_known, self.counters);
+        Some(Box::new(PySubsystem { known, is_known, counters, ..copy }))
+    }
+}
+
+impl Abilities for PySubsystem {
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        self.model.as_ref().map(|(empty, _)| empty.clone())
+    }
+
+    fn interface_model(&mut self, h: f64, into: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        if self.model.is_none() {
+            return Ok(false);
+        }
+        self.counters.eliminations += 1;
+        self.call(|this, py| match &this.model {
+            Some((_, filled)) => model::read(&filled.bind(py).call1((h,))?, h, into),
+            None => Ok(()),
+        })?;
+        Ok(true)
+    }
+
+    fn observables(&mut self) -> &[Name] {
+        &self.observables
+    }
+
+    fn observe(&mut self, _h: f64, row: &mut [f64]) {
+        row.fill(f64::NAN);
+        let seen = self.call(|this, py| match &this.observe {
+            Some(observe) => fill(&observe.bind(py).call0()?, "observe", row),
+            None => Ok(()),
+        });
+        self.failed = seen.err();
+    }
+
+    fn interface_work(&mut self) -> Option<f64> {
+        let work = self.work.as_ref()?;
+        let worked = Python::attach(|py| {
+            let number = || work.bind(py).call0()?.extract();
+            number().map_err(|error| self.raised.failure(py, error))
+        });
+        Some(worked.unwrap_or_else(|failure| {
+            self.failed = Some(failure);
+            f64::NAN
+        }))
+    }
+
+    not_offered!(
+        output_rates,
+        input_polynomials,
+        use_second_order,
+        joint_steps,
+        oil_lines,
+        interface_displacement,
+        energy_identity_residual,
+        energy_account,
+    );
+}

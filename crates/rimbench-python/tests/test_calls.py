@@ -1,0 +1,204 @@
+"""Calls of what is built in: the digits and the words of the command line."""
+
+import csv
+import json
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import rimbench
+
+
+def command(program, *arguments):
+    return subprocess.run([program, *arguments], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(
+    ("case", "scheme", "macro_step_s", "settings"),
+    [
+        ("bouncing-ball", "zero-order-hold", 1e-3, {"restitution": 0.8, "duration_s": 0.5}),
+        ("bouncing-ball", "rim-nonsmooth-gap", 1.3e-3, {"force_return": "profile", "phase": 0.3}),
+        ("linear-oscillator", "nepce", 1e-3, {"gain": 0.1, "variant": "1", "mechanics_steps": 3}),
+    ],
+)
+def test_digits_are_those_of_the_command_line_to_the_bit(program, tmp_path, case, scheme, macro_step_s, settings):
+    options = {"duration_s": "--duration", "force_return": "--force-return", "phase": "--phase", "gain": "--gain"}
+    options["mechanics_steps"] = "--mechanics-steps"
+    typed = ["--case", case, "--scheme", scheme, "--macro-step", repr(macro_step_s)]
+    for key, value in settings.items():
+        typed += [options[key], str(value)] if key in options else ["--set", f"{key}={value}"]
+    done = command(program, "simulate", *typed, "--trace", str(tmp_path / "trace.csv"), "--format", "json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    result = rimbench.simulate(case, scheme, macro_step_s, **settings)
+    assert said["run_id"] == result.run_id
+    assert said["outcome"] == result.outcome
+    # JSON knows no infinity.
+    finite = {name: value if value is None or np.isfinite(value) else None for name, value in result.metrics.items()}
+    assert {name: said[name] for name in result.metrics} == finite
+    assert {name: said[name] for name in result.counters} == result.counters
+    with open(tmp_path / "trace.csv", newline="") as file:
+        header, *rows = csv.reader(file)
+    for index, column in enumerate(header):
+        np.testing.assert_array_equal(result[column], [float(row[index]) for row in rows], column)
+
+
+@pytest.mark.parametrize(
+    ("typed", "call"),
+    [
+        (["simulate", "--case", "wedge-boxx"], lambda: rimbench.simulate("wedge-boxx", "nepce")),
+        (["simulate", "--scheme", "nepc"], lambda: rimbench.simulate("wedge-box", "nepc")),
+        (["simulate", "--gain", "7"], lambda: rimbench.simulate("wedge-box", "nepce", gain=7)),
+        (["simulate", "--phase", "2"], lambda: rimbench.simulate("wedge-box", "nepce", phase=2)),
+        (["simulate", "--macro-step", "nan"], lambda: rimbench.simulate("wedge-box", "nepce", float("nan"))),
+        (["simulate", "--set", "box_mass_kg=-1"], lambda: rimbench.simulate("wedge-box", "nepce", box_mass_kg=-1)),
+        (["limit", "--to", "9"], lambda: rimbench.limit("wedge-box", "nepce", to_s=9.0)),
+        (["limit", "--method", "spectral"], lambda: rimbench.limit("wedge-box", "nepce", method="spectral")),
+        (["run", "missing.toml"], lambda: rimbench.run("missing.toml")),
+    ],
+)
+def test_errors_are_exceptions_with_the_same_words(program, tmp_path, monkeypatch, typed, call):
+    monkeypatch.chdir(tmp_path)
+    usual = [] if typed[0] == "run" else ["--case", "wedge-box", "--scheme", "nepce"]
+    given = [word for pair in zip(usual[::2], usual[1::2]) if pair[0] not in typed for word in pair]
+    done = command(program, *typed, *given)
+    assert done.returncode == 2
+    with pytest.raises(rimbench.RimbenchError) as raised:
+        call()
+    assert str(raised.value) in done.stderr
+
+
+def test_lists_have_everything_with_units():
+    cases = {case["name"]: case for case in rimbench.cases()}
+    mass = next(entry for entry in cases["wedge-box"]["parameters"] if entry["name"] == "box_mass_kg")
+    assert (mass["unit"], mass["default"]) == ("kg", 200.0)
+    assert cases["wedge-box"]["duration_s"] == 2.5
+    assert {"zero-order-hold", "rim-nonsmooth-gap"} <= {scheme["name"] for scheme in rimbench.schemes()}
+    assert {metric["name"]: metric["unit"] for metric in rimbench.metrics()}["force_error_rms_n"] == "N"
+
+
+def test_a_diverged_run_is_data_with_its_reason():
+    result = rimbench.simulate("linear-oscillator", "zero-order-hold", 0.05)
+    assert (result.outcome, result.completed, result.exception) == ("diverged", False, None)
+    assert "beyond 3 times the reference maximum" in result.reason
+    assert 0.0 < result.outcome_at_s < 10.0
+    assert result["time_s"][-1] == result.ended_at_s
+
+
+def test_a_setting_that_is_none_is_refused_by_name():
+    with pytest.raises(rimbench.RimbenchError, match="unknown parameter or option `box_mas_kg` .did you mean `box_mass_kg`"):
+        rimbench.simulate("wedge-box", "nepce", box_mas_kg=1)
+    with pytest.raises(rimbench.RimbenchError, match="unknown parameter or option `phase`"):
+        rimbench.limit("wedge-box", "nepce", phase=0.5)
+    with pytest.raises(TypeError, match="box_mass_kg is .*list.* and not a number or a name"):
+        rimbench.simulate("wedge-box", "nepce", box_mass_kg=[1])
+
+
+def test_numbers_of_numpy_are_numbers():
+    plain = rimbench.simulate("bouncing-ball", "zero-order-hold", 1e-3, restitution=0.7, duration_s=0.2)
+    same = rimbench.simulate(
+        "bouncing-ball", "zero-order-hold", np.float64(1e-3), restitution=np.float64(0.7), duration_s=0.2
+    )
+    assert plain.run_id == same.run_id
+
+
+def test_the_limit_is_that_of_the_command_line(program):
+    settings = {"variant": 1, "duration_s": 1.0}
+    found = rimbench.limit("linear-oscillator", "zero-order-hold", to_s=0.05, per_decade=4, **settings)
+    typed = ["--case", "linear-oscillator", "--scheme", "zero-order-hold", "--set", "variant=1", "--duration", "1"]
+    done = command(program, "limit", *typed, "--to", "0.05", "--per-decade", "4", "--format", "json")
+    said = json.loads(done.stdout)
+    assert said["stability_limit_s"] == found.stability_limit_s
+    assert [point["macro_step_s"] for point in said["fraction_stable"]] == [p["macro_step_s"] for p in found.points]
+
+
+EXPERIMENT = """
+question = "Does a small experiment come back?"
+macro_steps_s = [1e-3, 2e-3]
+
+[[cases]]
+name = "bouncing-ball"
+
+[[schemes]]
+scheme = "zero-order-hold"
+"""
+
+
+def test_an_experiment_gives_its_rows_and_goes_on_from_there(tmp_path):
+    file = tmp_path / "small.toml"
+    file.write_text(EXPERIMENT)
+    told = []
+    rows = rimbench.run(file, tmp_path / "out", progress=lambda done, total: told.append((done, total)))
+    assert told[-1] == (2, 2)
+    assert [row["macro_step_s"] for row in rows] == [1e-3, 2e-3]
+    for row in rows:
+        result = rimbench.simulate("bouncing-ball", "zero-order-hold", row["macro_step_s"])
+        assert row["run_id"] == result.run_id
+        assert row["force_error_rms_n"] == result.metrics["force_error_rms_n"]
+        assert (row["gain"], row["model_exact"], row["scheme"]) == (None, False, "zero-order-hold")
+    told.clear()
+    assert rimbench.run(file, tmp_path / "out", progress=lambda *step: told.append(step)) == rows
+    assert told == []
+
+
+def test_tables_of_pandas():
+    pytest.importorskip("pandas")
+    result = rimbench.simulate("bouncing-ball", "zero-order-hold", 1e-2, duration_s=0.2)
+    table = result.to_dataframe()
+    assert list(table) == list(result.trace) and len(table) == len(result["time_s"])
+    rows = rimbench.Rows(None, [{"a": 1.0}, {"a": 2.0}])
+    assert rows.to_dataframe()["a"].sum() == 3.0
+
+
+def test_other_threads_go_on_while_a_run_computes():
+    beats, over = [], threading.Event()
+
+    def beat():
+        while not over.wait(1e-3):
+            beats.append(time.monotonic())
+
+    heart = threading.Thread(target=beat)
+    heart.start()
+    started = time.monotonic()
+    result = rimbench.simulate("wedge-box", "zero-order-hold", 2e-5, micro_step_s=2e-5)
+    ended = time.monotonic()
+    over.set()
+    heart.join()
+    assert result.ended_at_s > 0.0
+    # Without the interpreter's lock there is no gap as long as the run.
+    inside = [started, *(beat for beat in beats if started < beat < ended), ended]
+    assert max(after - before for before, after in zip(inside, inside[1:])) < 0.5 * (ended - started)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of another kind")
+@pytest.mark.parametrize(
+    "call",
+    [
+        "rimbench.simulate('wedge-box', 'zero-order-hold', 1e-6, micro_step_s=1e-6, duration_s=9)",
+        "rimbench.limit('wedge-box', 'zero-order-hold', from_s=1e-6, duration_s=9, micro_step_s=1e-6)",
+    ],
+)
+def test_ctrl_c_ends_a_call(call):
+    # The run asks for its own end, from a thread, once it computes.
+    code = f"""
+import os, signal, threading, rimbench
+threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+try:
+    {call}
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout.strip() == "interrupted", done.stderr
+
+
+def test_an_exception_of_progress_ends_the_call():
+    def broken(done, total):
+        raise LookupError("no more")
+
+    with pytest.raises(LookupError, match="no more"):
+        rimbench.limit("bouncing-ball", "zero-order-hold", per_decade=3, progress=broken)

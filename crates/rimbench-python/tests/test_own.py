@@ -1,0 +1,226 @@
+"""Subsystems, cases and schemes written in Python."""
+
+import inspect
+import traceback
+
+import numpy as np
+import pytest
+
+import rimbench
+
+#: Semi-implicit Euler in Rust and in Python are the same operations in the same order.
+SETTINGS = {"integrator": "semi-implicit-euler", "duration_s": 1.0}
+
+
+def test_what_is_written_in_python_is_short(example):
+    for module, kind in [("own_mechanics", "Mass"), ("own_scheme", "Line"), ("own_case", "Weight")]:
+        assert len(inspect.getsource(getattr(example(module), kind)).splitlines()) < 40
+
+
+@pytest.mark.parametrize("scheme", ["zero-order-hold", "first-order-hold", "rim-smooth", "interface-jacobian"])
+def test_a_mechanics_in_python_has_the_digits_of_the_one_in_rust(example, scheme):
+    # Each step of the one in Python differs by at most a few roundings (a quotient against a product with a reciprocal); with
+    # 10^4 steps of a system that neither grows nor decays they add up to at most 10^4 · 8 ε of the largest magnitude.
+    own = rimbench.simulate(example("own_mechanics").case, scheme, 1e-3, **SETTINGS)
+    built_in = rimbench.simulate("linear-oscillator", scheme, 1e-3, **SETTINGS)
+    assert own.outcome == built_in.outcome == "completed"
+    bound = 1e4 * 8 * np.finfo(float).eps
+    for column, values in own.trace.items():
+        largest = np.abs(built_in[column]).max()
+        np.testing.assert_allclose(values, built_in[column], rtol=0, atol=bound * largest, err_msg=column)
+    assert own.metrics["position_error_rms_m"] == pytest.approx(built_in.metrics["position_error_rms_m"], rel=1e-6)
+    assert own.counters["mechanics_micro_steps"] == built_in.counters["mechanics_micro_steps"] == 10_000
+
+
+def test_a_step_that_returns_its_outputs_costs_one_callback(example):
+    Mass = example("own_mechanics").Mass
+    calls = {"outputs": 0, "step": 0}
+
+    class Counted(Mass):
+        def outputs(self, u):
+            calls["outputs"] += 1
+            return super().outputs(u)
+
+        def step(self, t, u, h):
+            calls["step"] += 1
+            return super().step(t, u, h)
+
+    case = rimbench.Case("counted", like="linear-oscillator", mechanics=Counted, reference="original")
+    result = rimbench.simulate(case, "zero-order-hold", 1e-3, **SETTINGS)
+    assert calls == {"outputs": 2, "step": result.counters["mechanics_micro_steps"]}
+
+
+def test_a_mechanics_is_deep_copied_where_steps_are_taken_again(example):
+    own = rimbench.simulate(example("own_mechanics").case, "iterated-aitken", 1e-3, **SETTINGS)
+    built_in = rimbench.simulate("linear-oscillator", "iterated-aitken", 1e-3, **SETTINGS)
+    assert own.outcome == "completed"
+    assert own.counters == built_in.counters
+    np.testing.assert_allclose(own["x2_m"], built_in["x2_m"], rtol=0, atol=1e-9 * np.abs(own["x2_m"]).max())
+
+
+@pytest.mark.parametrize("case", ["wedge-box", "linear-oscillator"])
+def test_a_scheme_in_python_has_the_digits_of_the_one_in_rust(example, case):
+    settings = SETTINGS if case == "linear-oscillator" else {"duration_s": 0.3}
+    own = rimbench.simulate(case, example("own_scheme").scheme, 1.3e-3, phase=0.4, **settings)
+    built_in = rimbench.simulate(case, "first-order-hold", 1.3e-3, phase=0.4, **settings)
+    assert own.outcome == built_in.outcome == "completed"
+    for column, values in own.trace.items():
+        np.testing.assert_array_equal(values, built_in[column], column)
+    assert own.metrics == built_in.metrics
+
+
+def test_a_case_in_python_meets_every_kind_of_scheme(example):
+    case = example("own_case").case
+    lifted = {}
+    for scheme in ["zero-order-hold", "second-order-hold", "rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"]:
+        result = rimbench.simulate(case, scheme, 5e-4)
+        assert result.outcome == "completed", (scheme, result.reason)
+        lifted[scheme] = result["gap_floor_m"].max()
+        assert result["gap_floor_m"].min() > -1e-12
+    # One motion, however it is coupled; at rest the weight stays where it is.
+    assert np.ptp(list(lifted.values())) < 0.1 * min(lifted.values())
+    still = rimbench.simulate(case, "rim-nonsmooth-gap", amplitude_m=0.0)
+    assert still.outcome == "completed" and np.abs(still["height_m"]).max() == 0.0
+
+
+def test_the_limit_of_a_case_in_python(example):
+    found = rimbench.limit(example("own_case").case, "zero-order-hold", from_s=1e-3, to_s=0.1, per_decade=3)
+    assert found.first_unstable_s is not None and found.last_stable_s < found.first_unstable_s <= 0.1
+
+
+def test_a_scheme_gets_the_interface_model(example):
+    seen = []
+
+    class Curious(example("own_scheme").Line):
+        def receive(self, side, sample):
+            if side == "mechanics":
+                seen.append(sample.model)
+            super().receive(side, sample)
+
+    scheme = rimbench.Scheme("curious", Curious, interface_model=True)
+    rimbench.simulate("wedge-box", scheme, 1e-2, duration_s=0.1)
+    model = seen[0]
+    contacts = len(model["gap"])
+    assert contacts == 4 and model["H"].shape == (contacts + 1, contacts + 1)
+    np.testing.assert_allclose(model["H"], model["H"].T, rtol=0, atol=1e-12)
+    assert np.linalg.eigvalsh(model["H"]).min() > -1e-12 and len(model["closed"]) == contacts
+
+
+class Broken:
+    """Goes on for a while, and then does what it is told."""
+
+    def __init__(self, parameters):
+        self.steps = 0
+
+    def outputs(self, u):
+        return 0.0, 0.0
+
+    def step(self, t, u, h):
+        self.steps += 1
+        if self.steps == 100:
+            return self.fail()
+
+    def fail(self):
+        raise ZeroDivisionError("out of zeros")
+
+
+def broken(fail, **more):
+    kind = type("Told", (Broken,), {"fail": fail, **more})
+    return rimbench.Case("broken", like="linear-oscillator", mechanics=kind, reference="original")
+
+
+def test_an_exception_in_a_callback_is_an_outcome_with_its_traceback():
+    def fail(self):
+        raise ZeroDivisionError("out of zeros")
+
+    result = rimbench.simulate(broken(fail), "zero-order-hold", 1e-3, mechanics_steps=1)
+    assert result.outcome == "subsystem-failed" and 0.09 < result.outcome_at_s < 0.11
+    assert result.reason.startswith("ZeroDivisionError: out of zeros (test_own.py, line ")
+    assert isinstance(result.exception, ZeroDivisionError)
+    shown = "".join(traceback.format_exception(result.exception))
+    assert 'raise ZeroDivisionError("out of zeros")' in shown and "in step" in shown
+
+
+@pytest.mark.parametrize(
+    ("answer", "reason"),
+    [
+        ((1.0, 2.0, 3.0), "ValueError: step gives 3 numbers instead of 2"),
+        ("nonsense", "TypeError: step gives <class 'str'> instead of a sequence of 2 numbers"),
+        (("a", "b"), "TypeError: "),
+        (np.zeros(3), "ValueError: step gives 3 numbers instead of 2"),
+    ],
+)
+def test_answers_of_the_wrong_kind_are_outcomes(answer, reason):
+    result = rimbench.simulate(broken(lambda self: answer), "zero-order-hold", 1e-3, mechanics_steps=1)
+    assert (result.outcome, result.reason[: len(reason)]) == ("subsystem-failed", reason)
+
+
+def test_numbers_that_are_none_are_a_divergence():
+    result = rimbench.simulate(broken(lambda self: (np.nan, 0.0)), "zero-order-hold", 1e-3, mechanics_steps=1)
+    assert result.outcome == "diverged" and "not finite" in result.reason
+
+
+def test_an_observable_that_fails_ends_the_run():
+    def observe(self):
+        raise OSError("blind")
+
+    case = broken(lambda self: None, observables=("seen_m",), observe=observe)
+    result = rimbench.simulate(case, "zero-order-hold", 1e-3)
+    assert result.outcome == "subsystem-failed" and "OSError: blind" in result.reason
+
+
+def test_what_cannot_be_built_is_an_exception_with_its_cause():
+    def explode(parameters):
+        raise RuntimeError("no such mechanics")
+
+    with pytest.raises(rimbench.RimbenchError, match="RuntimeError: no such mechanics") as raised:
+        rimbench.Case("exploding", like="linear-oscillator", mechanics=explode)
+    assert isinstance(raised.value.__cause__, RuntimeError)
+    with pytest.raises(rimbench.RimbenchError, match="the mechanics of case empty, .* has no method `outputs`"):
+        rimbench.Case("empty", like="linear-oscillator", mechanics=lambda parameters: object())
+
+
+def test_a_case_without_a_reference_is_an_exception_with_its_cause():
+    class Failing(Broken):
+        def step(self, t, u, h):
+            raise ArithmeticError("never")
+
+    case = rimbench.Case("no-reference", like="linear-oscillator", mechanics=Failing)
+    with pytest.raises(rimbench.RimbenchError, match="has no reference .*ArithmeticError: never") as raised:
+        rimbench.simulate(case, "zero-order-hold", 1e-3, duration_s=0.1)
+    assert isinstance(raised.value.__cause__, ArithmeticError)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"name": "Wedge", "like": "wedge-box", "mechanics": Broken}, "kebab-case"),
+        ({"name": "wedge-box", "like": "wedge-box", "mechanics": Broken}, "not taken yet"),
+        ({"name": "mine", "like": "wedge-boxx", "mechanics": Broken}, "did you mean `wedge-box`"),
+        ({"name": "mine", "like": "wedge-box"}, "needs a mechanics or an actuator of its own"),
+        ({"name": "mine", "mechanics": Broken}, "needs mechanics, actuator, interface, duration_s and macro_step_s"),
+        ({"name": "mine", "like": "wedge-box", "mechanics": Broken, "reference": "none"}, "valid: own, original"),
+        ({"name": "mine", "like": "wedge-box", "mechanics": Broken, "parameters": {}}, "give neither"),
+    ],
+)
+def test_descriptions_that_make_no_case_are_refused(arguments, words):
+    with pytest.raises(rimbench.RimbenchError, match=words):
+        rimbench.Case(**arguments)
+
+
+def test_a_model_of_the_wrong_size_is_an_outcome(example):
+    class Wide(example("own_mechanics").Mass):
+        contacts = 2
+
+    case = rimbench.Case("wide", like="linear-oscillator", mechanics=Wide, reference="original")
+    result = rimbench.simulate(case, "rim-smooth", 1e-3, **SETTINGS)
+    assert "`H` has 1 numbers instead of 9" in result.reason
+
+
+def test_a_scheme_that_fails_is_an_outcome(example):
+    class Lost(example("own_scheme").Line):
+        def input(self, side, at, own):
+            raise IndexError("lost")
+
+    result = rimbench.simulate("bouncing-ball", rimbench.Scheme("lost", Lost), 1e-3)
+    assert result.outcome == "subsystem-failed" and isinstance(result.exception, IndexError)
