@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import EXAMPLES, HERE
+from conftest import EXAMPLES, HERE, ROOT
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
@@ -28,6 +28,17 @@ def test_a_notebook_runs_and_is_kept_without_what_it_printed(path, tmp_path):
     nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
     drawn = [output for cell in notebook.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})]
     assert drawn
+
+
+def test_the_programs_of_the_guide_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs" / "guide" / "python.md").read_text(encoding="utf-8")
+    blocks = [part.split("```")[0] for part in text.split("```python\n")[1:]]
+    assert len(blocks) >= 5
+    names = {"__name__": "guide"}
+    for block in blocks:
+        exec(compile(block, "python.md", "exec"), names)
+    assert names["run"].completed and names["found"].stability_limit_s is not None
 
 
 def test_the_package_says_its_types():
