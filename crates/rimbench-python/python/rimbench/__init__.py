@@ -8,6 +8,7 @@ the reason.
 from __future__ import annotations
 
 import csv
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from os import PathLike
@@ -41,8 +42,21 @@ __all__ = [
     "simulate",
 ]
 
-Progress = Callable[[int, int], object]
+#: Told how much is done of how much; `True` draws a bar on standard error.
+Progress = Callable[[int, int], object] | bool
 Setting = float | int | str
+
+
+def _told(progress: Progress | None) -> Callable[[int, int], object] | None:
+    return _bar if progress is True else progress or None
+
+
+def _bar(done: int, total: int) -> None:
+    if done > total:
+        return  # a search goes on after its scan
+    full = 30 * done // max(total, 1)
+    sys.stderr.write(f"\r[{'#' * full}{' ' * (30 - full)}] {done}/{total}" + "\n" * (done == total))
+    sys.stderr.flush()
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,11 +174,11 @@ def limit(
     phases : size of the ensemble of communication phases; a macro step is stable if all of them are.
     relative_tolerance : relative width to which the bracket is narrowed.
     method : `run` to the end within bounds, or take the `spectral` radius of the macro-step map (linear cases).
-    progress : called with macro steps done and macro steps in the scan.
+    progress : called with macro steps done and macro steps in the scan; `True` draws a bar.
     **settings : as for `simulate`, without macro step and phase.
     """
     found = _native.limit(
-        case, scheme, settings, from_s, to_s, per_decade, phases, relative_tolerance, method, progress
+        case, scheme, settings, from_s, to_s, per_decade, phases, relative_tolerance, method, _told(progress)
     )
     return Limit(**found)
 
@@ -202,11 +216,11 @@ def run(
     out : folder for results; `results/<group>/<name>` if not given, as on the command line.
     quick : the quick form of the experiment.
     fresh : forget what is stored and start anew.
-    progress : called with runs done and runs to do.
+    progress : called with runs done and runs to do; `True` draws a bar.
 
     Ctrl-C raises `KeyboardInterrupt`; what is stored is kept, and the same call goes on from there.
     """
-    folder = _native.run(file, out, quick, fresh, progress)
+    folder = _native.run(file, out, quick, fresh, _told(progress))
     with open(folder / "runs.csv", newline="", encoding="utf-8") as table:
         rows = [{column: _cell(column, text) for column, text in row.items()} for row in csv.DictReader(table)]
     return Rows(folder, rows)
