@@ -80,3 +80,36 @@ fn content_key(spec: &RunSpec) -> String {
     }
     key
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rimbench_cases::cases::Case;
+    use rimbench_cases::catalogue::Catalogue;
+    use rimbench_cases::runs::RunRequest;
+
+    #[test]
+    fn a_reference_is_kept_unless_code_from_outside_has_a_part_in_it() {
+        let mut catalogue = Catalogue::standard();
+        let built_in = catalogue.case("wedge-box").unwrap().clone();
+        let outside = Case { name: "outside".into(), from_outside: true, ..Case::clone(&built_in) };
+        let judged = Case { name: "judged".into(), judged_by: Some(built_in), ..outside.clone() };
+        [outside, judged].into_iter().for_each(|case| catalogue.add_case(case).unwrap());
+        let kept = |case: &str, folder: &std::path::Path| {
+            let mut request = RunRequest::of(case, "zero-order-hold");
+            request.put("duration_s", "0.01").unwrap();
+            let spec = request.resolve(&catalogue).unwrap();
+            let reference = obtain_reference(&spec, &Cache::in_folder(folder), StopFlag::never()).unwrap();
+            (reference, std::fs::read_dir(folder).unwrap().count())
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let (own, after_outside) = kept("outside", folder.path());
+        assert_eq!(after_outside, 0);
+        let (built_in, after_built_in) = kept("wedge-box", folder.path());
+        assert_eq!(after_built_in, 1);
+        // That of the case that judges, and so found there.
+        let (judged, after_judged) = kept("judged", folder.path());
+        assert_eq!(after_judged, 1);
+        assert_eq!((&own.trajectory, &judged.trajectory), (&built_in.trajectory, &built_in.trajectory));
+    }
+}

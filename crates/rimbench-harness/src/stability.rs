@@ -246,6 +246,41 @@ pub fn logarithmic_grid(from: f64, to: f64, per_decade: usize) -> Result<Vec<f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::AtomicBool;
+
+    const USUAL: Scan = Scan { from: None, to: None, per_decade: 3, phases: 2 };
+
+    #[test]
+    fn a_scan_goes_as_far_as_a_tenth_of_the_duration_and_no_further_than_it_fits() {
+        let mut request = RunRequest::of("bouncing-ball", "zero-order-hold");
+        request.put("duration_s", "0.05").unwrap();
+        let (coarsest, grid, phases) = USUAL.resolve(&request, &Catalogue::standard()).unwrap();
+        let (first, last) = (grid[0], grid[grid.len() - 1]);
+        approx::assert_relative_eq!(last, 0.005, max_relative = 1e-12);
+        approx::assert_relative_eq!(first, 5e-5, max_relative = 1e-12);
+        assert_eq!((coarsest.macro_step, phases.len()), (last, 2));
+        let refused = |scan: Scan| scan.resolve(&request, &Catalogue::standard()).unwrap_err().to_string();
+        assert!(refused(Scan { to: Some(1.0), ..USUAL }).starts_with("to = 1 is not valid"));
+        assert!(refused(Scan { phases: 0, ..USUAL }).starts_with("phases = 0 is not valid"));
+    }
+
+    #[test]
+    fn a_search_that_is_asked_to_stop_does() {
+        let (coarsest, grid, phases) =
+            USUAL.resolve(&RunRequest::of("bouncing-ball", "zero-order-hold"), &Catalogue::standard()).unwrap();
+        let raised = AtomicBool::new(true);
+        let search = LimitSearch {
+            macro_steps: &grid,
+            relative_tolerance: 0.1,
+            fixed_micro_step: false,
+            progress: &|_| {},
+            stop: StopFlag::new(&raised),
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::in_folder(folder.path());
+        assert!(matches!(stability_limit(&coarsest, search, &phases, &cache), Err(Error::Stopped)));
+        assert!(matches!(spectral_stability_limit(&coarsest, search), Err(Error::Stopped)));
+    }
 
     #[test]
     fn a_logarithmic_grid_has_both_ends_and_equal_ratios() {
