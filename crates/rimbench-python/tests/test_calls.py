@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -181,12 +182,18 @@ def test_other_threads_go_on_while_a_run_computes():
     [
         "rimbench.simulate('wedge-box', 'zero-order-hold', 1e-6, micro_step_s=1e-6, duration_s=9)",
         "rimbench.limit('wedge-box', 'zero-order-hold', from_s=1e-6, duration_s=9, micro_step_s=1e-6)",
+        "rimbench.simulate(endless, 'zero-order-hold', 1e-3, mechanics_steps=100, duration_s=1000)",
     ],
 )
 def test_ctrl_c_ends_a_call(call):
     # The run asks for its own end, from a thread, once it computes.
     code = f"""
 import os, signal, threading, rimbench
+class Still:
+    def __init__(self, parameters): pass
+    def outputs(self, u): return 0.0, 0.0
+    def step(self, t, u, h): pass
+endless = rimbench.Case("endless", like="linear-oscillator", mechanics=Still, reference="original")
 threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
 try:
     {call}
@@ -195,6 +202,15 @@ except KeyboardInterrupt:
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
     assert done.stdout.strip() == "interrupted", done.stderr
+
+
+def test_calls_from_several_threads_are_those_of_one():
+    def error(scheme):
+        return rimbench.simulate("bouncing-ball", scheme, 1e-3, duration_s=0.3).metrics
+
+    schemes = ["zero-order-hold", "first-order-hold", "rim-smooth", "rim-nonsmooth-gap"]
+    with ThreadPoolExecutor(4) as several:
+        assert list(several.map(error, schemes)) == [error(scheme) for scheme in schemes]
 
 
 def test_a_progress_bar_comes_to_its_end(capsys):
