@@ -194,6 +194,8 @@ class Still:
     def outputs(self, u): return 0.0, 0.0
     def step(self, t, u, h): pass
 endless = rimbench.Case("endless", like="linear-oscillator", mechanics=Still, reference="original")
+# Whoever is started in the background of a shell inherits that the signal is ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
 try:
     {call}
