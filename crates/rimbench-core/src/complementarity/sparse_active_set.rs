@@ -1,9 +1,10 @@
 //! Keller's pivots for many contacts of which few meet: the method of [`ActiveSet`](super::ActiveSet) on a sparse factor.
 //!
 //! What differs from the dense one: the factor keeps one order for all sets, so that a contact enters or leaves by a change along its
-//! path in the elimination tree; whatever would push with the wrong sign after a change of the matrix leaves at once, as long as it is
-//! not by far less than the worst; and every answer is measured here by the natural residual, as [`Checked`](super::Checked) does with
-//! others. An answer that is not good enough is looked for once more from the empty set.
+//! path in the elimination tree; several enter one after the other before velocities are computed anew; whatever would push with the wrong
+//! sign after a change of the matrix leaves at once, as long as it is not by far less than the worst; and every answer is measured here by
+//! the natural residual, as [`Checked`](super::Checked) does with others. An answer that is not good enough is looked for once more from
+//! the empty set.
 
 use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE, REFRESH};
 use super::{SolveStats, SolverCounters, Unsolved};
@@ -12,6 +13,19 @@ use std::sync::Arc;
 
 /// Members that pull by at least this part of the worst (squared) leave together.
 const TOGETHER: f64 = 0.1;
+/// Contacts that promise at least this part of the best enter one after the other, before velocities are computed anew.
+const ENTER: f64 = 0.5;
+
+/// Where the next problem stands in its series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Series {
+    /// The first.
+    Starts,
+    /// The second.
+    GoesOn,
+    /// A later one, or there is no series.
+    Goes,
+}
 
 /// Solves contact problems whose matrix has a fixed pattern, from the set of the last one.
 #[derive(Debug, Clone)]
@@ -21,6 +35,12 @@ pub struct SparseActiveSet {
     /// Changes since the factor was computed; `None` if it is not that of the last matrix.
     age: Option<u32>,
     set: Vec<usize>,
+    /// The set of the first problem of a series, and of the last one of the series before; which of them the next problem starts from.
+    first: Vec<usize>,
+    later: Vec<usize>,
+    next: Series,
+    /// Contacts that may enter.
+    violated: Vec<u32>,
     /// `q + M z`, and the direction of a drive; by contacts.
     w: Vec<f64>,
     p: Vec<f64>,
@@ -36,6 +56,10 @@ impl SparseActiveSet {
             factor: SparseFactor::new(Arc::new(EliminationOrder::new(pattern))),
             age: None,
             set: Vec::with_capacity(n),
+            first: Vec::with_capacity(n),
+            later: Vec::with_capacity(n),
+            next: Series::Goes,
+            violated: Vec::with_capacity(n),
             w: vec![0.0; n],
             p: vec![0.0; n],
             counters: SolverCounters::default(),
@@ -62,6 +86,42 @@ impl SparseActiveSet {
         self.age = None;
     }
 
+    /// Says that a series of problems with another matrix starts, the first like the first of the last series and the others like the last
+    /// of it: each is looked for from the set of the one that it is like.
+    pub fn start_series(&mut self) {
+        match self.next {
+            Series::Starts => {}
+            Series::GoesOn => {
+                self.first.clone_from(&self.set);
+                self.later.clone_from(&self.set);
+            }
+            Series::Goes => {
+                std::mem::swap(&mut self.set, &mut self.later);
+                self.set.clone_from(&self.first);
+            }
+        }
+        self.next = Series::Starts;
+        self.age = None;
+    }
+
+    /// Takes the set that the next problem is looked for from.
+    fn go_on(&mut self) {
+        match self.next {
+            Series::Starts => self.next = Series::GoesOn,
+            Series::Goes => {}
+            Series::GoesOn => {
+                self.next = Series::Goes;
+                self.first.clone_from(&self.set);
+                let Self { factor, set, later, .. } = self;
+                let same = later.len() == set.len() && later.iter().all(|&contact| factor.contains(contact));
+                if !same && !later.is_empty() {
+                    self.set.clone_from(&self.later);
+                    self.age = None;
+                }
+            }
+        }
+    }
+
     /// Writes a solution of `w = M z + q`, `0 ≤ w ⟂ z ≥ 0` to `z`.
     ///
     /// # Errors
@@ -77,6 +137,7 @@ impl SparseActiveSet {
         if finite != 0.0 {
             return self.failed(Unsolved::NonFinite);
         }
+        self.go_on();
         if nonnegative {
             z.fill(0.0);
             self.w.copy_from_slice(q);
@@ -192,42 +253,57 @@ impl SparseActiveSet {
             self.factorise(m, stats);
             self.make_feasible(m, q, z, stats);
             self.compute_velocities(m, q, z);
-            let Some(j) = self.most_violated(m, z, NEGLIGIBLE * q_max, stats.pivots > bland_after) else {
-                return Ok(());
-            };
-            let w_j = self.w[j];
-            if !self.drive(m, z, j, stats, bound)? {
-                return if w_j >= -RAY_NOISE * q_max {
-                    Ok(())
+            let (negligible, bland) = (NEGLIGIBLE * q_max, stats.pivots > bland_after);
+            let Some(least) = self.list_violated(m, z, negligible, bland) else { return Ok(()) };
+            let mut entered = false;
+            for at in 0..self.violated.len() {
+                let j = self.violated[at] as usize;
+                if self.age.is_none_or(|age| age >= REFRESH) {
+                    break;
+                }
+                // What entered before has changed it.
+                let w_j = if entered { q[j] + m.row(j).map(|(i, m)| m * z[i]).sum::<f64>() } else { self.w[j] };
+                if w_j >= -negligible || w_j * w_j < least * m.diagonal(j) {
+                    continue;
+                }
+                self.w[j] = w_j;
+                if self.drive(m, z, j, stats, bound)? {
+                    entered = true;
+                } else if !entered {
+                    return if w_j >= -RAY_NOISE * q_max {
+                        Ok(())
+                    } else {
+                        Err(Unsolved::NotFound { residual: f64::INFINITY })
+                    };
                 } else {
-                    Err(Unsolved::NotFound { residual: f64::INFINITY })
-                };
+                    break;
+                }
             }
         }
     }
 
-    /// The contact that promises the largest decrease of the objective, or with `bland` the first; violations within the rounding of
-    /// `w` do not count.
-    fn most_violated(&self, m: SymmetricRows<'_>, z: &[f64], negligible: f64, bland: bool) -> Option<usize> {
-        let (mut best, mut promise) = (None, 0.0);
-        for (j, &w) in self.w.iter().enumerate() {
-            if w >= -negligible || self.factor.contains(j) {
-                continue;
-            }
-            let m_jj = m.diagonal(j);
-            if w * w <= promise * m_jj {
+    /// Lists the contacts that go further than they may, those first that promise the largest decrease of the objective, `w²/m`, and
+    /// returns what they must promise to enter together with the first; with `bland` only the first of all contacts is listed. Violations
+    /// within the rounding of `w` do not count.
+    fn list_violated(&mut self, m: SymmetricRows<'_>, z: &[f64], negligible: f64, bland: bool) -> Option<f64> {
+        let Self { violated, w, factor, .. } = self;
+        violated.clear();
+        for (j, &w) in w.iter().enumerate() {
+            if w >= -negligible || factor.contains(j) {
                 continue;
             }
             let summed: f64 = m.row(j).map(|(i, m)| m.abs() * z[i]).sum();
             if w >= -negligible - 16.0 * f64::EPSILON * summed {
                 continue;
             }
-            (best, promise) = (Some(j), w * w / m_jj);
+            violated.push(j as u32);
             if bland {
-                break;
+                return Some(0.0);
             }
         }
-        best
+        let promise = |j: u32| w[j as usize] * w[j as usize] / m.diagonal(j as usize);
+        violated.sort_unstable_by(|&a, &b| promise(b).total_cmp(&promise(a)).then(a.cmp(&b)));
+        violated.first().map(|&j| ENTER * promise(j))
     }
 
     /// Raises `z_j` until `w_j = 0`, removing the members that reach zero on the way; false if nothing stops it.
@@ -328,8 +404,10 @@ mod tests {
                 for q in &mut q {
                     *q = 0.7 * *q + rng.random_range(-1.0..0.9);
                 }
-                if turn % 6 == 0 {
-                    sparse.forget_matrix();
+                match turn % 12 {
+                    0 => sparse.forget_matrix(),
+                    6 => sparse.start_series(),
+                    _ => {}
                 }
                 let rows = SymmetricRows { pattern: &pattern, entries: &entries };
                 let (mut z, mut z_dense) = (vec![0.0; n], vec![0.0; n]);

@@ -1,6 +1,8 @@
 //! Factorisation of a principal submatrix of a sparse matrix, in one order and one pattern for all of them.
 
 use super::symmetric_rows::{SymmetricPattern, SymmetricRows};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::sync::Arc;
 
 /// Order of elimination of a [`SymmetricPattern`], and where the entries of its factor stand.
@@ -31,14 +33,18 @@ impl EliminationOrder {
         let mut known: Vec<Vec<u32>> = (0..n).map(|i| others(i).collect()).collect();
         let mut place_of = vec![u32::MAX; n];
         let (mut row_at, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        for place in 0..n {
-            let left = (0..n).filter(|&i| place_of[i] == u32::MAX);
-            let Some(next) = left.min_by_key(|&i| known[i].len()) else { break };
-            place_of[next] = place as u32;
+        // By how many others they know; entries that are out of date are passed over.
+        let mut waiting: BinaryHeap<_> = (0..n).map(|i| Reverse((known[i].len(), i))).collect();
+        while let Some(Reverse((degree, next))) = waiting.pop() {
+            if place_of[next] != u32::MAX || degree != known[next].len() {
+                continue;
+            }
+            place_of[next] = row_at.len() as u32;
             row_at.push(next as u32);
             let column = std::mem::take(&mut known[next]);
             for &i in &column {
                 known[i as usize] = merged(&known[i as usize], &column, [i, next as u32]);
+                waiting.push(Reverse((known[i as usize].len(), i as usize)));
             }
             columns.push(column);
         }
@@ -86,6 +92,20 @@ fn merged(a: &[u32], b: &[u32], without: [u32; 2]) -> Vec<u32> {
         }
     }
     all
+}
+
+/// `Σ l x` over the places of the entries, in four sums that need not wait for each other.
+fn gathered(l: &[f64], places: &[u32], x: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (l_fours, l_rest) = l.as_chunks::<4>();
+    let (place_fours, place_rest) = places.as_chunks::<4>();
+    for (l, places) in l_fours.iter().zip(place_fours) {
+        for k in 0..4 {
+            sums[k] += l[k] * x[places[k] as usize];
+        }
+    }
+    let rest: f64 = l_rest.iter().zip(place_rest).map(|(l, &place)| l * x[place as usize]).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// `M_AA = L D Lᵀ` for a set A that rows enter and leave, with the entries of L where they are for all rows.
@@ -277,14 +297,10 @@ impl SparseFactor {
             }
         }
         for k in (0..n).rev() {
-            let mut x_k = x[k] / self.d[k];
             if self.inside[k] {
                 let column = starts[k]..starts[k + 1];
-                for (&place, l) in places[column.clone()].iter().zip(&self.l[column]) {
-                    x_k -= l * x[place as usize];
-                }
+                x[k] = x[k] / self.d[k] - gathered(&self.l[column.clone()], &places[column], x);
             }
-            x[k] = x_k;
         }
         for (x, &row) in x.iter_mut().zip(row_at) {
             b[row as usize] = std::mem::take(x);

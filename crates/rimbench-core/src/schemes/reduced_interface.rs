@@ -338,7 +338,8 @@ impl ReducedInterface {
         let p_u = &mut self.p_u[..n];
         if let (Some(solver), Some(rows)) = (&mut self.sparse, self.packed.contact_rows()) {
             if anew {
-                solver.forget_matrix();
+                // Macro steps begin alike: with penetrations, and with the force of the point itself.
+                solver.start_series();
             }
             solver.solve(rows, &self.b_u[..n], p_u)?;
             return Ok(());
