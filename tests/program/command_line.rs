@@ -226,6 +226,15 @@ fn names_that_do_not_exist_are_named_with_what_is_valid() {
 }
 
 #[test]
+fn a_case_beyond_memory_is_refused_with_the_size_needed_and_the_limit() {
+    let row = ["simulate", "--case", "disc-row", "--scheme", "rim-nonsmooth-gap", "--set", "discs=2500"];
+    let message = refused(rimbench().args(row).args(["--solver", "lemke"]));
+    for said in ["disc-row: discs = 2500", "5001 contacts", "fits into 4.0 GiB", "need up to 5.0 GiB"] {
+        assert!(message.contains(said), "{said}: {message}");
+    }
+}
+
+#[test]
 fn nonsense_values_are_refused_before_anything_runs() {
     for (arguments, wanted) in [
         (&["--macro-step", "0"] as &[&str], "macro-step = 0"),

@@ -1,13 +1,14 @@
 //! The contact law as parameters, and the two sides made with it; shared by the contact cases.
 
 use super::case::{ChooseReference, CoupledSystem};
+use super::memory;
 use super::parameters::{Parameter, Parameters, Range, number};
 use super::reference_method::ReferenceMethod;
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::ContactSpring;
-use rimbench_core::mechanics::{ContactLaw, Friction, MechanicalModel, NonSmoothMechanics};
+use rimbench_core::mechanics::{ContactLaw, Friction, MechanicalModel, NonSmoothMechanics, bytes_needed};
 use std::sync::Arc;
 
 const OURS: &str = "ours";
@@ -72,7 +73,8 @@ fn declared(parameters: &Parameters, name: &str) -> f64 {
 /// A force-producing actuator and the mechanics that it drives, with contacts as the parameters say.
 ///
 /// # Errors
-/// [`Error::Incompatible`] for a restitution, a damping or a friction that the law of the contacts does not have.
+/// [`Error::Incompatible`] for a restitution, a damping or a friction that the law of the contacts does not have;
+/// [`Error::InvalidValue`] for more contacts than memory may hold.
 pub(super) fn coupled<M, A>(
     model: M,
     actuator: A,
@@ -83,8 +85,10 @@ where
     M: MechanicalModel + Clone + 'static,
     A: Subsystem + 'static,
 {
+    let law = law(parameters)?;
+    memory::must_hold(bytes_needed(&model, law, solver.goes_by_active_sets()), model.size().unilateral, parameters)?;
     let checked = solver.checked(model.size().unilateral);
-    let mechanics = NonSmoothMechanics::new(model, law(parameters)?, actuator.ports().facing(), checked);
+    let mechanics = NonSmoothMechanics::new(model, law, actuator.ports().facing(), checked);
     let friction = Friction { coefficient: declared(parameters, FRICTION), restitution: declared(parameters, ALONG) };
     if friction.coefficient > 0.0 {
         return Ok(CoupledSystem::new(mechanics.with_friction(friction)?, actuator));

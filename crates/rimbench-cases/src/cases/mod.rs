@@ -24,6 +24,7 @@ mod hydraulics;
 mod impact_oscillator;
 mod linear_oscillator;
 mod loader;
+mod memory;
 mod n_wedge_box;
 mod outside;
 mod parameters;

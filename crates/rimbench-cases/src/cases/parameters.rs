@@ -171,6 +171,11 @@ impl Parameters {
         Parameters { case, declared: declared.into(), values, given: Arc::new(vec![false; declared.len()]) }
     }
 
+    /// Returns the name of the case.
+    pub fn case(&self) -> &str {
+        &self.case
+    }
+
     /// Sets one parameter from text.
     ///
     /// # Errors

@@ -12,6 +12,7 @@ pub(super) use middle_step::{ContactSet, MiddleStep};
 
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::ModelSize;
+use super::room::keeps_what_meets;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSet};
 use crate::cosim::{EnergyAccount, SubsystemCounters};
 use crate::error::Failure;
@@ -34,7 +35,7 @@ pub struct ContactLaw {
 }
 
 /// Contacts from which on only what is not zero is kept, where few of them meet (`benches/scaling.rs`).
-const MANY: usize = 48;
+pub(super) const MANY: usize = 48;
 
 /// State, Eq. 3 and Eq. 4 of a mechanical system, and its contact solver.
 #[derive(Clone)]
@@ -92,11 +93,7 @@ impl ContactStepper {
         law: ContactLaw,
         solver: Checked,
     ) -> Self {
-        let local = size.unilateral >= MANY
-            && size.bilateral == 0
-            && matches!(mass, MassMatrix::Diagonal(_))
-            && law.spring.is_none()
-            && solver.goes_by_active_sets();
+        let local = keeps_what_meets(size, &mass, law, solver.goes_by_active_sets());
         let eq3 = Linearisation {
             mass,
             force: vec![0.0; size.velocities],

@@ -10,6 +10,7 @@ mod kink_finder;
 mod mechanical_model;
 mod monolithic;
 mod non_smooth_mechanics;
+mod room;
 mod second_order;
 mod stiff_forces;
 
@@ -18,4 +19,5 @@ pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelSize};
 pub use monolithic::{ReferenceSteps, monolithic};
 pub use non_smooth_mechanics::NonSmoothMechanics;
+pub use room::bytes_needed;
 pub use stiff_forces::StiffForces;
