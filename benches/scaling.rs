@@ -11,6 +11,9 @@
 //! model's copy and packing `n_u²`, a micro step of the model `2 n_u²` with a warm active set plus what its right-hand side changes
 //! in it. Exponents are slopes of least squares in logarithms, over the systems with 64 contacts or more.
 //!
+//! Settled, that is the state at the end, again and again; in motion, every macro step on the way there is made once more from its start,
+//! with the set of the one before, so that all changes of the set are in it (each macro step the shortest of three passes).
+//!
 //! Nothing is timed before it is verified: the model, used with one micro step of H, must give the velocity that the mechanics itself
 //! reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall. Without `--bench` only that is
 //! done, on the small systems.
@@ -32,6 +35,8 @@ const LARGE: usize = 64;
 /// Time for each measurement, and least and greatest number of repetitions.
 const BUDGET: Duration = Duration::from_millis(300);
 const REPETITIONS: [usize; 2] = [5, 20_000];
+/// Passes over a motion, of which each macro step keeps its shortest times.
+const PASSES: usize = 3;
 /// Of the forces: contacts hold to the solver's tolerance, and what moves at the end of the manoeuvre decays.
 const FORCE_TOLERANCE: f64 = 1e-6;
 
@@ -99,8 +104,12 @@ fn families(whole: bool) -> [Family; 3] {
 
 /// A run stopped at a communication point: both samples and the mechanics in that state.
 struct Stopped {
+    /// Both as they are at the start, and the mechanics as it is now.
+    start: Box<dyn Subsystem>,
     mechanics: Box<dyn Subsystem>,
     scheme: Box<dyn CouplingScheme>,
+    /// Outputs of both sides at all communication points.
+    points: Vec<[Vec<f64>; 2]>,
     model: ReducedInterfaceModel,
     motion: Vec<f64>,
     force: Vec<f64>,
@@ -123,17 +132,32 @@ impl Stopped {
         let setup = spec.setup(Bounds::default()).unwrap();
         let coupling = spec.scheme.couple(system.sides.lend(), spec.model.as_ref(), spec.gain).unwrap();
         let scheme = coupling.scheme.try_clone().unwrap();
-        let (mut motion, mut force) = (Vec::new(), Vec::new());
+        let start = system.sides.mechanics.try_clone().unwrap();
+        let mut points = Vec::new();
         let report = coupling.run(&setup, None, system.sides.lend(), Supervision::default(), &mut |point| {
-            motion = point.y.mechanics.to_vec();
-            force = point.y.actuator.to_vec();
+            points.push([point.y.mechanics.to_vec(), point.y.actuator.to_vec()]);
         });
         assert_eq!(report.outcome, Outcome::Completed, "{} {:?}", family.case, size.set);
         let mut mechanics = system.sides.mechanics;
         let mut model = mechanics.abilities().empty_interface_model().unwrap();
         assert!(mechanics.abilities().interface_model(H, &mut model).unwrap());
         let step = setup.grid.step(0);
-        Stopped { mechanics, scheme, model, motion, force, step }
+        let [motion, force] = points.last().unwrap().clone();
+        Stopped { start, mechanics, scheme, points, model, motion, force, step }
+    }
+
+    /// The same system at its start.
+    fn at_start(&self) -> Self {
+        Stopped {
+            start: self.start.try_clone().unwrap(),
+            mechanics: self.start.try_clone().unwrap(),
+            scheme: self.scheme.try_clone().unwrap(),
+            points: Vec::new(),
+            model: self.model.clone(),
+            motion: self.motion.clone(),
+            force: self.force.clone(),
+            step: self.step,
+        }
     }
 
     /// The scheme takes the model, for micro steps of `H / count`.
@@ -198,23 +222,23 @@ impl Stopped {
         [spent.pivots, spent.factorisations, spent.fallbacks].map(|count| count as f64 / MICRO_STEPS as f64)
     }
 
-    /// Medians, s: building the model, taking it, using it for a macro step, the mechanics' step.
-    fn measure(&mut self) -> [f64; 4] {
+    /// Times, s: building the model, taking it, using it for a macro step, the mechanics' step; of each what `usual` makes of many.
+    fn measure(&mut self, usual: fn(Vec<f64>) -> f64) -> Times {
         // The reduction is kept for the step it was made for; a step of another length asks for a new one.
         let mut model = self.model.clone();
         let mut length = H;
-        let build = median(|| {
+        let build = repeated(usual, || {
             length = if length == H { 0.5 * H } else { H };
             timed(|| self.mechanics.abilities().interface_model(black_box(length), &mut model).unwrap())
         });
-        let take = median(|| timed(|| self.receive(MICRO_STEPS)));
-        let using = median(|| {
+        let take = repeated(usual, || timed(|| self.receive(MICRO_STEPS)));
+        let using = repeated(usual, || {
             self.receive(MICRO_STEPS);
             timed(|| self.inputs(MICRO_STEPS))
         });
         let mut copy = self.mechanics.try_clone().unwrap();
         let mut steps = 0;
-        let step = median(|| {
+        let step = repeated(usual, || {
             if steps % 20 == 0 {
                 copy = self.mechanics.try_clone().unwrap();
             }
@@ -226,23 +250,90 @@ impl Stopped {
     }
 }
 
+/// Times of building, taking, using and stepping.
+type Times = [f64; 4];
+
+/// The same for every macro step of the motion, s, with the actuator's force held over each.
+fn measure_motion(stopped: &Stopped) -> Vec<Times> {
+    let mut shortest = Vec::new();
+    for _ in 0..PASSES {
+        let (mut mechanics, scheme) = (stopped.start.try_clone().unwrap(), stopped.scheme.try_clone().unwrap());
+        let mut at = Stopped { scheme, ..stopped.at_start() };
+        for (index, [motion, force]) in stopped.points[..stopped.points.len() - 1].iter().enumerate() {
+            at.motion.clone_from(motion);
+            at.force.clone_from(force);
+            let build = timed(|| mechanics.abilities().interface_model(H, &mut at.model).unwrap());
+            let take = timed(|| at.receive(MICRO_STEPS));
+            let using = timed(|| at.inputs(MICRO_STEPS));
+            let step = timed(|| mechanics.step(0.0, force, H).unwrap());
+            let times = [build, take, using, step];
+            match shortest.get_mut(index) {
+                None => shortest.push(times),
+                Some(kept) => {
+                    kept.iter_mut().zip(times).for_each(|(kept, time): (&mut f64, f64)| *kept = kept.min(time))
+                }
+            }
+        }
+    }
+    shortest
+}
+
 fn timed<T>(task: impl FnOnce() -> T) -> f64 {
     let started = Instant::now();
     black_box(task());
     started.elapsed().as_secs_f64()
 }
 
-fn median(mut once: impl FnMut() -> f64) -> f64 {
+fn median(times: Vec<f64>) -> f64 {
+    statistics::median(times).expect("times")
+}
+
+fn shortest(times: Vec<f64>) -> f64 {
+    times.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+fn repeated(usual: fn(Vec<f64>) -> f64, mut once: impl FnMut() -> f64) -> f64 {
     let (started, [least, most]) = (Instant::now(), REPETITIONS);
     let mut times = Vec::new();
     while times.len() < least || (started.elapsed() < BUDGET && times.len() < most) {
         times.push(once());
     }
-    statistics::median(times).expect("times")
+    usual(times)
+}
+
+/// Largest system of [`print_csv`].
+const LARGEST_COMPARED: usize = 1200;
+
+/// Prints systems, answers and shortest times as CSV, for a comparison with others (`benches/peers`).
+fn print_csv() {
+    println!("case,parameters,contacts,closed,push_n,contact_force_n,build_us,take_us,use_us,step_us");
+    for family in families(true) {
+        for size in &family.sizes {
+            let mut stopped = Stopped::new(&family, size);
+            let contacts = stopped.model.contacts();
+            if contacts > LARGEST_COMPARED {
+                break;
+            }
+            let [closed, _] = stopped.verify(size);
+            let mut after = stopped.mechanics.try_clone().unwrap();
+            after.step(0.0, &stopped.force, H).unwrap();
+            let [_, _, carried] = Stopped::observed(&mut *after);
+            let parameters: Vec<String> = size.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
+            let (case, parameters, push) = (family.case, parameters.join(";"), stopped.force[0]);
+            let [build, take, using, step] = stopped.measure(shortest).map(|time| 1e6 * time);
+            println!(
+                "{case},{parameters},{contacts},{closed},{push},{carried},{build:.3},{take:.3},{using:.3},{step:.3}"
+            );
+        }
+    }
 }
 
 fn main() {
-    let whole = std::env::args().any(|argument| argument == "--bench");
+    let asked = |name: &str| std::env::args().any(|argument| argument == name);
+    let whole = asked("--bench");
+    if asked("--csv") {
+        return print_csv();
+    }
     println!(
         "One macro step of {SCHEME} at H = 5 ms, ns: building the model, taking it, {MICRO_STEPS} micro steps with it,"
     );
@@ -252,9 +343,10 @@ fn main() {
         println!(
             "  bodies contacts closed rank      build       take        use       step  share of H  pivots factorisations fallbacks per micro step"
         );
-        let mut points: [Vec<(f64, f64)>; 4] = Default::default();
+        let [mut points, mut moving]: [[Vec<(f64, f64)>; 4]; 2] = Default::default();
         for size in &family.sizes {
             let mut stopped = Stopped::new(&family, size);
+            let motion = if whole { measure_motion(&stopped) } else { Vec::new() };
             let [closed, rank] = stopped.verify(size);
             let contacts = stopped.model.contacts();
             print!("  {:6} {contacts:8} {closed:6} {rank:4}", size.bodies);
@@ -262,21 +354,31 @@ fn main() {
                 println!(" verified");
                 continue;
             }
-            let times = stopped.measure();
+            let times = stopped.measure(median);
             times.iter().for_each(|time| print!(" {:10.0}", 1e9 * time));
             let [pivots, factorisations, fallbacks] = stopped.work();
             print!(" {:9.3} %", 100.0 * times.iter().sum::<f64>() / H);
             println!(" {pivots:7.2} {factorisations:14.2} {fallbacks:9.2}");
+            let medians = [0, 1, 2, 3].map(|part| median(motion.iter().map(|times| times[part]).collect()));
+            let mut shares: Vec<f64> = motion.iter().map(|times| 100.0 * times.iter().sum::<f64>() / H).collect();
+            shares.sort_by(f64::total_cmp);
+            print!("  {:>27}", "in motion");
+            medians.iter().for_each(|time| print!(" {:10.0}", 1e9 * time));
+            println!(" {:9.3} %, at most {:.3} %", shares[shares.len() / 2], shares[shares.len() - 1]);
             if contacts >= LARGE {
-                points.iter_mut().zip(times).for_each(|(points, time)| points.push((contacts as f64, time)));
+                let size = contacts as f64;
+                points.iter_mut().zip(times).for_each(|(points, time)| points.push((size, time)));
+                moving.iter_mut().zip(medians).for_each(|(points, time)| points.push((size, time)));
             }
         }
         if whole {
-            print!("  exponent in contacts, from {LARGE} on");
-            // One system alone has no exponent.
-            let exponents = points.iter().map(|points| order_of_convergence(points).unwrap_or(f64::NAN));
-            exponents.for_each(|exponent| print!(" {exponent:9.2} "));
-            println!();
+            for (name, points) in [("settled", points), ("in motion", moving)] {
+                print!("  exponent in contacts, from {LARGE} on, {name}:");
+                // One system alone has no exponent.
+                let exponents = points.iter().map(|points| order_of_convergence(points).unwrap_or(f64::NAN));
+                exponents.for_each(|exponent| print!(" {exponent:9.2} "));
+                println!();
+            }
         }
     }
 }
