@@ -8,7 +8,7 @@ use rimbench::runs::RunRequest;
 const G: f64 = 9.81;
 
 const fn coulomb(coefficient: f64) -> Friction {
-    Friction { coefficient, restitution: 0.0 }
+    Friction { coefficient, at_rest: coefficient, restitution: 0.0 }
 }
 
 /// A point of `mass` on an incline: coordinates down the slope and off it; the interface row pulls down the slope.
@@ -152,7 +152,7 @@ fn an_oblique_impact_must_rebound_along_both_directions_by_the_law_of_moreau() {
             v: vec![w_t, -2.0, 0.0],
             ..LinearModel::default()
         };
-        let mut disc = with_friction(disc, law, Friction { coefficient: 0.15, restitution: e });
+        let mut disc = with_friction(disc, law, Friction { restitution: e, ..coulomb(0.15) });
         disc.step(0.0, &[0.0], 1e-9).unwrap();
         let v = disc.velocity();
         assert!((v[1] - 1.0).abs() <= 1e-15);
@@ -223,7 +223,11 @@ fn what_cannot_be_had_with_friction_must_be_refused_with_the_reason() {
     assert!(message(PLASTIC, coulomb(0.3), smooth).contains("0 tangential rows for 1 contacts"));
     let bouncing = ContactLaw { restitution: 0.5, ..PLASTIC };
     assert!(message(bouncing, coulomb(0.3), block()).contains("can create energy"));
-    assert!(message(PLASTIC, Friction { coefficient: 0.3, restitution: 0.5 }, block()).contains("can create energy"));
+    assert!(message(PLASTIC, Friction { restitution: 0.5, ..coulomb(0.3) }, block()).contains("can create energy"));
+    for bad in [0.2, f64::NAN, f64::INFINITY] {
+        let said = message(PLASTIC, Friction { at_rest: bad, ..coulomb(0.3) }, block());
+        assert!(said.contains("friction at rest = ") && said.contains("at least that in motion, 0.3"), "{said}");
+    }
     let mut mechanics = with_friction(block(), PLASTIC, coulomb(0.3));
     assert!(mechanics.use_second_order(SecondOrder::EventSplit).unwrap_err().contains("semi-implicit"));
 }

@@ -37,7 +37,23 @@ pub(super) fn friction(coefficient: f64) -> [Parameter; 2] {
     ]
 }
 
+/// Friction of all contacts with another coefficient at rest, for cases that stick and slip in turn.
+pub(super) fn stick_slip(at_rest: f64, in_motion: f64) -> [Parameter; 2] {
+    let about = "coefficient of friction μ_s of a contact that sticks; 0: that of contacts that slide";
+    [
+        number(FRICTION, "-", in_motion, Range::Positive, "coefficient of friction μ_k of contacts that slide", OURS),
+        number(AT_REST, "-", at_rest, Range::NotNegative, about, OURS),
+    ]
+}
+
+/// Coefficients of friction at rest and in motion as the parameters say.
+pub(super) fn coefficients(parameters: &Parameters) -> [f64; 2] {
+    let (in_motion, at_rest) = (declared(parameters, FRICTION), declared(parameters, AT_REST));
+    [if at_rest == 0.0 { in_motion } else { at_rest }, in_motion]
+}
+
 const FRICTION: &str = "friction";
+const AT_REST: &str = "static_friction";
 const ALONG: &str = "tangential_restitution";
 
 /// What makes contacts give way, for cases whose reference is not an exact solution with rigid ones.
@@ -89,7 +105,12 @@ where
     memory::must_hold(bytes_needed(&model, law, solver.goes_by_active_sets()), model.size().unilateral, parameters)?;
     let checked = solver.checked(model.size().unilateral);
     let mechanics = NonSmoothMechanics::new(model, law, actuator.ports().facing(), checked);
-    let friction = Friction { coefficient: declared(parameters, FRICTION), restitution: declared(parameters, ALONG) };
+    let [at_rest, coefficient] = coefficients(parameters);
+    let friction = Friction { coefficient, at_rest, restitution: declared(parameters, ALONG) };
+    if at_rest < coefficient {
+        let expected = format!("0, or at least {FRICTION} = {coefficient}");
+        return Err(Error::invalid(AT_REST, at_rest, expected));
+    }
     if friction.coefficient > 0.0 {
         return Ok(CoupledSystem::new(mechanics.with_friction(friction)?, actuator));
     }
@@ -104,7 +125,7 @@ where
 
 /// The contact law as the parameters say.
 fn law(parameters: &Parameters) -> Result<ContactLaw> {
-    let restitution = parameters.number("restitution");
+    let restitution = declared(parameters, "restitution");
     let spring = spring(parameters, restitution)?;
     Ok(ContactLaw { stabilisation: parameters.number("stabilisation"), restitution, spring })
 }

@@ -16,6 +16,8 @@
 //! | `E_σ`, `F_σ` | rows that stand still, columns that push, for a combination σ of states; see [`StateSystem`] | |
 //! | `r` | natural residual, see [`natural_residual`] | |
 //!
+//! A coefficient at rest above that in motion is [`Stiction`]: each problem has the one of the two that its history says.
+//!
 //! Methods propose, [`natural_residual`] decides: [`FrictionSolver`] asks the warm active set first, then the others.
 //!
 //! | method | starts from | for |
@@ -34,6 +36,7 @@ mod natural_residual;
 mod problem;
 mod solver;
 mod state_system;
+mod stiction;
 
 pub use active_states::ActiveStates;
 pub use contact_state::ContactState;
@@ -44,3 +47,4 @@ pub use natural_residual::natural_residual;
 pub use problem::FrictionProblem;
 pub use solver::FrictionSolver;
 pub use state_system::StateSystem;
+pub use stiction::Stiction;

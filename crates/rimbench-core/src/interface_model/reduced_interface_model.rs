@@ -3,7 +3,7 @@
 use super::contact_law::gap_velocity;
 use super::contact_spring::ContactSpring;
 use super::kinks::Kinks;
-use crate::friction::ContactState;
+use crate::friction::{ContactState, Stiction};
 use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
 
@@ -53,8 +53,10 @@ pub struct ReducedInterfaceModel {
     pub mechanics_step: f64,
     /// Spring and damper of contacts that give way; none where they are rigid.
     pub spring: Option<ContactSpring>,
-    /// Coefficient of friction of each contact; empty where there is no friction.
+    /// Coefficient of friction of each contact in the step that starts here; empty where there is no friction.
     pub friction: Vec<f64>,
+    /// The coefficients at rest and in motion, where they differ: `friction` then is what the last step has left of them.
+    pub stiction: Option<Stiction>,
     /// What each contact did in the mechanics' last step, of those at their bound what they do along the surface; empty without friction.
     pub states: Vec<ContactState>,
     /// Restitution along the surface of contacts that close.
@@ -96,6 +98,7 @@ impl ReducedInterfaceModel {
             mechanics_step: 0.0,
             spring: None,
             friction: Vec::new(),
+            stiction: None,
             states: Vec::new(),
             tangential_restitution: 0.0,
             kinks: Kinks::default(),
@@ -184,9 +187,19 @@ impl ReducedInterfaceModel {
         self.mechanics_step = other.mechanics_step;
         self.spring = other.spring;
         self.friction.copy_from_slice(&other.friction);
+        self.stiction = other.stiction;
         self.states.copy_from_slice(&other.states);
         self.tangential_restitution = other.tangential_restitution;
         self.kinks.copy_from(&other.kinks);
+    }
+
+    /// Notes what a contact with friction did in a step, and with it the coefficient of the next one.
+    #[inline]
+    pub fn note_state(&mut self, contact: usize, state: ContactState) {
+        self.states[contact] = state;
+        if let Some(stiction) = self.stiction {
+            self.friction[contact] = stiction.after(state);
+        }
     }
 
     /// Lists the contacts that the mechanics' own last step found closed: the definition that no option changes.

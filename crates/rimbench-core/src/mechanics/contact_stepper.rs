@@ -4,9 +4,9 @@ mod frictional_step;
 mod implicit_step;
 mod middle_step;
 
-pub use frictional_step::Friction;
 use frictional_step::FrictionalContacts;
 pub(super) use frictional_step::friction_observables;
+pub use frictional_step::{CONTACT_STATE, Friction};
 pub(super) use implicit_step::ImplicitPart;
 pub(super) use middle_step::{ContactSet, MiddleStep};
 

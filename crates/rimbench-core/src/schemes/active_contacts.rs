@@ -70,7 +70,7 @@ impl ActiveContacts {
         }
         friction.solve(&self.packed, &self.w_free[..n], &mut self.impulses[..n])?;
         for (&contact, state) in closed.iter().zip(friction.states()) {
-            model.states[contact] = *state;
+            model.note_state(contact, *state);
         }
         let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
         closed.retain(|_| carries.next().unwrap_or(false));

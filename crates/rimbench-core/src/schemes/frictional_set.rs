@@ -2,15 +2,17 @@
 
 use super::packed_model::PackedModel;
 use crate::complementarity::{SolveStats, SolverCounters, SolverEntry, Unsolved};
-use crate::friction::{ContactState, FrictionProblem, FrictionSolver};
+use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 use crate::interface_model::ReducedInterfaceModel;
 
-/// A set of contacts with their coefficients and a solver, which starts from the states that came with the model.
+/// A set of contacts with their coefficients and a solver, which starts from the states that came with the model. Where a contact at rest
+/// has a coefficient of its own, each problem finds the coefficients that the one before has left.
 #[derive(Clone)]
 pub(super) struct FrictionalSet {
     /// Rows of the model: the contacts, then their tangential rows.
     rows: Vec<usize>,
     friction: Vec<f64>,
+    stiction: Option<Stiction>,
     solver: FrictionSolver,
 }
 
@@ -22,6 +24,7 @@ impl FrictionalSet {
             Box::new(FrictionalSet {
                 rows: Vec::with_capacity(2 * n),
                 friction: Vec::with_capacity(n),
+                stiction: model.stiction,
                 solver: FrictionSolver::new(n, solver.tolerance),
             })
         })
@@ -54,7 +57,13 @@ impl FrictionalSet {
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        self.solver.solve(FrictionProblem { h: packed.h_uu(), b, friction: &self.friction }, impulses)
+        let solved = self.solver.solve(FrictionProblem { h: packed.h_uu(), b, friction: &self.friction }, impulses)?;
+        if let Some(stiction) = self.stiction {
+            for (coefficient, state) in self.friction.iter_mut().zip(self.solver.states()) {
+                *coefficient = stiction.after(*state);
+            }
+        }
+        Ok(solved)
     }
 
     pub(super) fn counters(&self) -> SolverCounters {

@@ -229,7 +229,7 @@ impl ReducedInterface {
         self.diagnosis.loaded.extend(loaded.map(|(&contact, _)| contact));
         if let Some(friction) = &self.friction {
             for (&contact, state) in self.set.iter().zip(friction.states()) {
-                self.model.received.states[contact] = *state;
+                self.model.received.note_state(contact, *state);
             }
         }
     }
@@ -502,6 +502,7 @@ impl ReducedInterface {
             if received.has_friction() {
                 self.active.keep_with_friction(&mut self.set, received, &self.force, law)?;
                 current.states.copy_from_slice(&received.states);
+                current.friction.copy_from_slice(&received.friction);
             } else {
                 self.active.keep(&mut self.set, received, &self.force, law)?;
             }

@@ -3,7 +3,7 @@
 use super::ContactStepper;
 use crate::complementarity::SolverCounters;
 use crate::error::{Error, Failure, Result};
-use crate::friction::{ContactState, FrictionProblem, FrictionSolver};
+use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 use crate::interface_model::{Condensation, Elimination, ReducedInterfaceModel, Rows, TOUCHING, impact_velocity};
 use crate::linear_algebra::body_dot;
 use crate::mechanics::energy_ledger::EnergyLedger;
@@ -21,8 +21,18 @@ use crate::name::Name;
 pub struct Friction {
     /// Coefficient μ ≥ 0 of all contacts.
     pub coefficient: f64,
+    /// Coefficient of a contact that stuck in the last step, at least that of the others; see [`Stiction`].
+    pub at_rest: f64,
     /// Restitution along the surface of contacts that rebound: that along the normal.
     pub restitution: f64,
+}
+
+impl Friction {
+    /// Coefficients at rest and in motion, where they differ.
+    fn stiction(self) -> Option<Stiction> {
+        let Friction { coefficient, at_rest, .. } = self;
+        (at_rest > coefficient).then_some(Stiction { at_rest, in_motion: coefficient })
+    }
 }
 
 /// Contacts with friction, in the place of those without.
@@ -42,11 +52,29 @@ impl FrictionalContacts {
     pub(super) fn empty_model(&self, interface: usize) -> ReducedInterfaceModel {
         let mut empty = ReducedInterfaceModel::zeros_with_friction(&self.coefficients, interface);
         empty.tangential_restitution = self.law.restitution;
+        empty.stiction = self.law.stiction();
         empty
     }
 
     pub(super) fn counters(&self) -> SolverCounters {
         self.solver.counters()
+    }
+
+    /// Velocity up to which the solution of the last step stands still, m/s: the solver's tolerance.
+    fn standstill(&self) -> f64 {
+        self.solver.tolerance() * self.b.iter().fold(0.0, |max: f64, b| max.max(b.abs()))
+    }
+
+    /// The last step's state of a contact as it is shown. One of several redundant contacts that the solver loads up to its border stands still with
+    /// the others: of what is not unique the motion is.
+    fn shown(&self, contact: usize, state: ContactState, standstill: f64) -> ContactState {
+        match state {
+            ContactState::SlipPositive | ContactState::SlipNegative => {
+                let w_t = self.w[self.coefficients.len() + contact];
+                if w_t.abs() <= standstill { ContactState::Stick } else { state }
+            }
+            known => known,
+        }
     }
 
     /// What the last step adds to the ledger besides: `work` of the tangential impulses with the mean velocity, and with that of the law.
@@ -56,11 +84,14 @@ impl FrictionalContacts {
     }
 }
 
+/// With this the names of observables begin that are the state of a contact with friction: 0 open, 1 stick, 2 slip forwards, 3 slip backwards.
+pub const CONTACT_STATE: &str = "contact_state_";
+
 /// Names what is observed of contacts with friction besides: from `contact_force_left_n` the friction force `friction_force_left_n` and the state
 /// `contact_state_left`, and how many contacts stick.
 ///
 /// The state is 0 for open, 1 for stick, 2 for slip forwards, 3 for slip backwards, as the solver of the last step has it; of a contact that is
-/// closed and carries nothing, as it moves.
+/// closed and carries nothing, or that is redundant, as it moves, to the tolerance of the solver.
 pub(in crate::mechanics) fn friction_observables(force_names: &[Name]) -> Vec<Name> {
     let contact = |name: &Name| {
         let name = name.strip_prefix("contact_").unwrap_or(name);
@@ -68,7 +99,7 @@ pub(in crate::mechanics) fn friction_observables(force_names: &[Name]) -> Vec<Na
         name.strip_suffix("_n").unwrap_or(name).to_owned()
     };
     let forces = force_names.iter().map(|name| format!("friction_force_{}_n", contact(name)));
-    let states = force_names.iter().map(|name| format!("contact_state_{}", contact(name)));
+    let states = force_names.iter().map(|name| format!("{CONTACT_STATE}{}", contact(name)));
     forces.chain(states).chain(["sticking_contacts".to_owned()]).map(Name::from).collect()
 }
 
@@ -78,9 +109,13 @@ impl ContactStepper {
     /// # Errors
     /// [`Error::Incompatible`] or [`Error::InvalidValue`] for a law that cannot be, or a system that has no friction to offer.
     pub(in crate::mechanics) fn add_friction(&mut self, friction: Friction, tangential_rows: usize) -> Result<()> {
-        let Friction { coefficient, restitution } = friction;
+        let Friction { coefficient, at_rest, restitution } = friction;
         if !(coefficient.is_finite() && coefficient >= 0.0) {
             return Err(Error::invalid("friction", coefficient, "a finite number, 0 or above"));
+        }
+        if !(at_rest.is_finite() && at_rest >= coefficient) {
+            let expected = format!("a finite number, at least that in motion, {coefficient}");
+            return Err(Error::invalid("friction at rest", at_rest, expected));
         }
         let n = self.eq4.contacts();
         let refused = |reason: String| Err(Error::Incompatible(format!("friction = {coefficient}: {reason}")));
@@ -136,6 +171,10 @@ impl ContactStepper {
     /// ```
     pub(super) fn solve_frictional(&mut self, h: f64) -> Result<(), Failure> {
         let (n, rows, first) = (self.eq4.contacts(), self.impulses.len(), self.eq4.interface_start());
+        if self.eq4.stiction.is_some() && self.last_step.is_infinite() {
+            // What stands still before the first step is held.
+            self.find_closed();
+        }
         let Some(mut contacts) = self.friction.take() else { return Ok(()) };
         for row in 0..first {
             let (h_cc, h_ci) = self.eq4.h[row * rows..(row + 1) * rows].split_at(first);
@@ -144,10 +183,15 @@ impl ContactStepper {
             contacts.b[row] = free + term;
             contacts.h[row * first..(row + 1) * first].copy_from_slice(h_cc);
         }
-        let problem = FrictionProblem { h: &contacts.h, b: &contacts.b, friction: &contacts.coefficients };
+        let problem = FrictionProblem { h: &contacts.h, b: &contacts.b, friction: &self.eq4.friction };
         let impulses = &mut self.impulses[..first];
         let solved = contacts.solver.solve(problem, impulses);
         problem.velocities(impulses, &mut contacts.w);
+        if let Some(stiction) = self.eq4.stiction {
+            for (coefficient, state) in self.eq4.friction.iter_mut().zip(contacts.solver.states()) {
+                *coefficient = stiction.after(*state);
+            }
+        }
         self.friction = Some(contacts);
         solved?;
         Ok(())
@@ -166,8 +210,7 @@ impl ContactStepper {
     pub(super) fn find_states(&mut self) {
         let (n, started) = (self.eq4.contacts(), self.last_step.is_finite());
         let Some(contacts) = &self.friction else { return };
-        let scale = contacts.b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
-        let bound = contacts.solver.tolerance() * scale;
+        let bound = contacts.standstill();
         for contact in 0..n {
             let (closed, w_t, found) = if started {
                 let bounces = self.law.restitution > 0.0 && self.rebounded[contact];
@@ -182,6 +225,9 @@ impl ContactStepper {
                 (true, ContactState::Open) => ContactState::of_closed(w_t, if started { bound } else { 0.0 }),
                 (true, loaded) => loaded,
             };
+            if let (Some(stiction), false) = (self.eq4.stiction, started) {
+                self.eq4.friction[contact] = stiction.after(self.eq4.states[contact]);
+            }
         }
     }
 
@@ -193,9 +239,13 @@ impl ContactStepper {
         for (force, impulse) in forces.iter_mut().zip(self.friction_impulses()) {
             *force = impulse / self.last_step;
         }
-        for (shown, state) in states.iter_mut().zip(&self.eq4.states) {
-            *shown = f64::from(*state as u8);
+        sticking[0] = 0.0;
+        let Some(contacts) = &self.friction else { return };
+        let standstill = contacts.standstill();
+        for (contact, (shown, state)) in states.iter_mut().zip(&self.eq4.states).enumerate() {
+            let state = if self.last_step.is_finite() { contacts.shown(contact, *state, standstill) } else { *state };
+            *shown = f64::from(state as u8);
+            sticking[0] += f64::from(u8::from(state == ContactState::Stick));
         }
-        sticking[0] = self.eq4.states.iter().filter(|state| **state == ContactState::Stick).count() as f64;
     }
 }
