@@ -11,7 +11,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::error::Result;
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
-use rimbench::metrics::METRICS;
+use rimbench::metrics::{METRICS, is_of_friction};
 use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate_inside};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -81,7 +81,9 @@ fn json(spec: &RunSpec, run: &EvaluatedRun) -> Value {
     object.put("parameters", parameters);
     let diverged = matches!(run.outcome, Outcome::Diverged { .. });
     object.number("diverged_at_s", run.outcome.at_s().filter(|_| diverged));
-    run.findings().iter().chain(&run.costs()).for_each(|fact| object.fact(fact));
+    let findings = run.findings();
+    let shown = findings.iter().filter(|fact| spec.case.records_friction() || !is_of_friction(fact.name));
+    shown.chain(&run.costs()).for_each(|fact| object.fact(fact));
     object.into()
 }
 
@@ -96,7 +98,8 @@ fn print_tables(spec: &RunSpec, run: &EvaluatedRun) -> anyhow::Result<()> {
         run.outcome
     ))?;
     let mut metrics = table(&["metric", "value", "unit"]);
-    for (metric, value) in METRICS.iter().zip(&run.metrics) {
+    let shown = |name: &str| spec.case.records_friction() || !is_of_friction(name);
+    for (metric, value) in METRICS.iter().zip(&run.metrics).filter(|(metric, _)| shown(metric.name)) {
         let value = value.map_or("–".to_owned(), |value| format!("{value:.6e}"));
         metrics.add_row([metric.name, &value, metric.unit]);
     }

@@ -123,6 +123,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     let renewed = todo.iter().filter(|&&index| store.allowed_s(&planned[index].id).is_some()).count();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect(job.build);
+    let friction = results::knows_friction(&planned);
     let mut held = None;
     for group in groups_of_one_reference(&planned, &todo) {
         let first = most_patient(&planned, &group);
@@ -133,7 +134,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
             let name = results::trace_name(&planned.id);
             let mark =
                 trace.map(|every| results::write_trace(job.folder, &name, &run.trajectory, every)).transpose()?;
-            store.append(&results::record(planned, run, &provenance, mark))?;
+            store.append(&results::record(planned, run, friction, &provenance, mark))?;
             computed.fetch_add(1, Ordering::Relaxed);
             if run.outcome != Outcome::Completed {
                 not_completed.fetch_add(1, Ordering::Relaxed);

@@ -14,6 +14,7 @@
 use super::experiment::{Experiment, PlannedRun};
 use super::provenance::{self, Provenance};
 use super::store::{Record, Store, TraceMark};
+use rimbench_cases::metrics::is_of_friction;
 use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
@@ -37,9 +38,19 @@ pub(super) fn plan_cells(run: &PlannedRun) -> Vec<String> {
 /// Columns of `runs.csv`: what the plan says, what was found, the wall limit of a run that took longer, the trace.
 pub(super) fn runs_header(planned: &[PlannedRun]) -> Vec<&'static str> {
     let mut header = plan_header(planned);
-    header.extend(nothing_found().findings().iter().map(|fact| fact.name));
+    header.extend(shown(nothing_found().findings(), knows_friction(planned)).iter().map(|fact| fact.name));
     header.extend(["wall_limit_s", "trace"]);
     header
+}
+
+/// Whether any of the runs records what contacts with friction do. Where none does, no column speaks of it.
+pub(super) fn knows_friction(planned: &[PlannedRun]) -> bool {
+    planned.iter().any(|run| run.spec.case.records_friction())
+}
+
+fn shown(mut findings: Vec<Fact>, friction: bool) -> Vec<Fact> {
+    findings.retain(|fact| friction || !is_of_friction(fact.name));
+    findings
 }
 
 /// Columns of `cost.csv` that the plan says.
@@ -60,17 +71,19 @@ fn nothing_found() -> EvaluatedRun {
     EvaluatedRun::not_evaluated(Outcome::Completed)
 }
 
-/// What is kept of one run.
+/// What is kept of one run of a plan that [knows friction](knows_friction) or does not.
 pub(super) fn record(
     planned: &PlannedRun,
     run: &EvaluatedRun,
+    friction: bool,
     provenance: &Provenance,
     trace: Option<TraceMark>,
 ) -> Record {
-    record_of(&planned.id, &planned.spec, run, row(&provenance.row(&planned.id)), trace)
+    let findings = shown(run.findings(), friction);
+    record_with(&planned.id, &planned.spec, run, findings, row(&provenance.row(&planned.id)), trace)
 }
 
-/// The same of a run that is in no plan.
+/// The same of a run that is in no plan, with all that was found.
 pub(super) fn record_of(
     id: &str,
     spec: &RunSpec,
@@ -78,11 +91,22 @@ pub(super) fn record_of(
     provenance: String,
     trace: Option<TraceMark>,
 ) -> Record {
+    record_with(id, spec, run, run.findings(), provenance, trace)
+}
+
+fn record_with(
+    id: &str,
+    spec: &RunSpec,
+    run: &EvaluatedRun,
+    findings: Vec<Fact>,
+    provenance: String,
+    trace: Option<TraceMark>,
+) -> Record {
     let cells = |facts: Vec<Fact>| row(&facts.iter().map(Fact::cell).collect::<Vec<_>>());
     let timed_out = matches!(run.outcome, Outcome::Timeout { .. });
     Record {
         run_id: id.to_owned(),
-        findings: cells(run.findings()),
+        findings: cells(findings),
         costs: cells(run.costs()),
         provenance,
         trace,

@@ -2,6 +2,7 @@
 
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
+use crate::metrics::is_state;
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{MechanicsSteps, PerSide, Subsystem};
 use rimbench_core::error::Result;
@@ -123,8 +124,8 @@ pub struct Case {
     /// All state variables, positions first, then their velocities in the same order, if the case is linear for at
     /// least some of its parameters; else none.
     pub linear_state: Vec<StateVariable>,
-    /// Whether mass matrix, applied forces and Jacobians of the mechanics are the same in all states, joints closed, no friction:
-    /// an interface model with all contacts then *is* the mechanics (see [`RunSpec::model_is_exact`](crate::runs::RunSpec)).
+    /// Whether mass matrix, applied forces and Jacobians of the mechanics are the same in all states, joints closed, friction at most at
+    /// contacts that are not redundant: an interface model with all contacts then *is* the mechanics (see [`RunSpec::model_is_exact`](crate::runs::RunSpec)).
     pub constant_mechanics: bool,
     /// What runs are held against.
     pub reference: ChooseReference,
@@ -177,6 +178,11 @@ impl Case {
     /// that what is seen is the coupling.
     pub fn usual_mechanics_steps(&self) -> MechanicsSteps {
         if self.linear_state.is_empty() { MechanicsSteps::ONE } else { MechanicsSteps::AsActuator }
+    }
+
+    /// Tells whether runs record what contacts with friction do.
+    pub fn records_friction(&self) -> bool {
+        self.trace_columns.iter().chain(&self.drawing_columns).any(|column| is_state(column))
     }
 
     /// Returns all columns that a run records: those of the trace, then those of drawings.

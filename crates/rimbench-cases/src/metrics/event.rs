@@ -15,7 +15,7 @@ pub(super) const TIME_SHIFT_MAX: Metric = Metric {
     unit: "s",
     about: "Largest shift in time, early or late, of a contact that closes in both run and reference",
     compute: |evidence| {
-        let matched = contacts(evidence)?.flat_map(|contact| contact.matched().collect::<Vec<_>>());
+        let matched = contacts(evidence)?.flat_map(|contact| contact.matched());
         matched.map(|(run, reference)| (run - reference).abs()).reduce(f64::max)
     },
 };
@@ -27,7 +27,7 @@ pub(super) const MISSED: Metric = Metric {
     compute: |evidence| {
         Some(
             contacts(evidence)?
-                .map(|contact| contact.reference_events().count() - contact.matched().count())
+                .map(|contact| contact.reference_events().count() - contact.matched().len())
                 .sum::<usize>() as f64,
         )
     },
@@ -73,18 +73,23 @@ impl Contact {
         self.reference.iter().filter_map(|phase| phase.closed_at).filter(|time| *time <= self.end)
     }
 
-    /// Pairs (run, reference) of events that are each other's nearest.
-    fn matched(&self) -> impl Iterator<Item = (f64, f64)> {
-        self.run_events().filter_map(|event| {
-            let reference = nearest(self.reference_events(), event)?;
-            let mutual = nearest(self.run_events(), reference)? == event;
-            (mutual && (event - reference).abs() <= SAME_EVENT).then_some((event, reference))
-        })
+    fn matched(&self) -> Vec<(f64, f64)> {
+        let [run, reference] = [self.run_events().collect::<Vec<_>>(), self.reference_events().collect()];
+        matched(&run, &reference).collect()
     }
 }
 
-fn nearest(events: impl Iterator<Item = f64>, to: f64) -> Option<f64> {
-    events.min_by(|a, b| (a - to).abs().total_cmp(&(b - to).abs()))
+/// Pairs (run, reference) of events that are each other's nearest and within 0.1 s, s.
+pub(super) fn matched(run: &[f64], reference: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+    run.iter().filter_map(move |&event| {
+        let counterpart = nearest(reference, event)?;
+        let mutual = nearest(run, counterpart)? == event;
+        (mutual && (event - counterpart).abs() <= SAME_EVENT).then_some((event, counterpart))
+    })
+}
+
+fn nearest(events: &[f64], to: f64) -> Option<f64> {
+    events.iter().copied().min_by(|a, b| (a - to).abs().total_cmp(&(b - to).abs()))
 }
 
 /// All contacts; `None` where the case has none or the run has no interval.
@@ -145,6 +150,8 @@ mod tests {
             reference: &aligned,
             run_contacts: &[1, 2].map(|gap| contact_intervals(run, gap)),
             reference_contacts: &[1, 2].map(|gap| contact_intervals(reference, gap)),
+            run_friction: &[],
+            reference_friction: &[],
             report: &Report::not_run(Outcome::Completed),
             interface: &[],
             effective_mass: None,

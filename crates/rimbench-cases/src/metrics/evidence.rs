@@ -1,6 +1,7 @@
 //! What a metric may look at.
 
 use super::contact_phase::ContactInterval;
+use super::friction::FrictionPhase;
 use rimbench_core::cosim::{Report, Trajectory};
 
 /// A run, its reference, and which columns are which.
@@ -13,6 +14,10 @@ pub struct Evidence<'a> {
     pub run_contacts: &'a [Vec<ContactInterval>],
     /// When each contact is closed in the reference at its own sampling, in the order of `gaps`.
     pub reference_contacts: &'a [Vec<ContactInterval>],
+    /// What each contact with friction does in the run, in the order of the columns; none without friction.
+    pub run_friction: &'a [Vec<FrictionPhase>],
+    /// The same in the reference at its own sampling.
+    pub reference_friction: &'a [Vec<FrictionPhase>],
     /// How the run ended.
     pub report: &'a Report,
     /// The rows of the interface.

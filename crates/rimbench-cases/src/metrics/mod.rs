@@ -9,6 +9,7 @@ mod contact_phase;
 mod energy;
 mod event;
 mod evidence;
+mod friction;
 mod impulse;
 mod inside;
 mod pace;
@@ -18,6 +19,8 @@ mod tests;
 pub use contact_phase::{ContactInterval, contact_intervals};
 pub(crate) use event::touch_downs;
 pub use evidence::{Evidence, Inside, InterfaceRow, Metric};
+pub(crate) use friction::is_state;
+pub use friction::{FrictionPhase, friction_phases};
 pub(crate) use impulse::impulse_column;
 
 /// Every metric, in the order of the columns in data.
@@ -41,6 +44,11 @@ pub const METRICS: &[Metric] = &[
     event::TIME_SHIFT_MAX,
     event::MISSED,
     event::WRONG_STATE,
+    friction::WRONG_STATE,
+    friction::RELEASE_SHIFT_MAX,
+    friction::RELEASES_MISSED,
+    friction::STICK_INTERVALS,
+    friction::SLIP_REVERSALS,
     energy::WORK_SENT,
     energy::WORK_RECEIVED,
     energy::INTERFACE_RESIDUAL,
@@ -60,3 +68,17 @@ pub const METRICS: &[Metric] = &[
     pace::MEAN_MACRO_STEP,
     pace::DEFECT_RANK,
 ];
+
+/// The metrics of cases whose contacts have friction in every run. Tables without such a case have no column of theirs.
+const OF_FRICTION: [&str; 5] = [
+    friction::WRONG_STATE.name,
+    friction::RELEASE_SHIFT_MAX.name,
+    friction::RELEASES_MISSED.name,
+    friction::STICK_INTERVALS.name,
+    friction::SLIP_REVERSALS.name,
+];
+
+/// Tells whether a metric, by name, says something of cases with friction only.
+pub fn is_of_friction(name: &str) -> bool {
+    OF_FRICTION.contains(&name)
+}

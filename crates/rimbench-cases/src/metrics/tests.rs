@@ -40,6 +40,8 @@ impl Given<'_> {
             reference: &self.reference,
             run_contacts: &[contact_intervals(&self.run, 3)],
             reference_contacts: &[],
+            run_friction: &[],
+            reference_friction: &[],
             report: &self.report,
             interface: &[row],
             effective_mass: None,

@@ -2,7 +2,7 @@
 
 use super::facts::Fact;
 use super::latency::Latency;
-use super::reference::{Reference, gap_columns};
+use super::reference::{Reference, friction_of, gap_columns};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::ReferenceMethod;
@@ -141,6 +141,9 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         .map(|&gap| reference.contacts_of(&result.trajectory.columns()[gap]).cloned().unwrap_or_default())
         .collect();
     let run_contacts: Vec<_> = gaps.iter().map(|&gap| contact_intervals(&result.trajectory, gap)).collect();
+    // A reference from outside may not say who sticks.
+    let mut run_friction = friction_of(&result.trajectory);
+    run_friction.retain(|_| !reference.friction.is_empty());
     let inside = match result.report.inside.as_ref().filter(|log| !log.is_empty()) {
         Some(log) => Some(Inside {
             log,
@@ -153,6 +156,8 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         reference: &aligned,
         run_contacts: &run_contacts,
         reference_contacts: &reference_contacts,
+        run_friction: &run_friction,
+        reference_friction: &reference.friction,
         report: &result.report,
         interface: &interface,
         effective_mass: result.trajectory.index_of("effective_mass_kg"),

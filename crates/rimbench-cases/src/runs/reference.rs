@@ -3,7 +3,9 @@
 use super::spec::RunSpec;
 use super::spec::use_integrators;
 use crate::cases::{Case, ExactSolution, Recorder, ReferenceMethod};
-use crate::metrics::{ContactInterval, contact_intervals, impulse_column, touch_downs};
+use crate::metrics::{
+    ContactInterval, FrictionPhase, contact_intervals, friction_phases, impulse_column, is_state, touch_downs,
+};
 use rimbench_core::cosim::{ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Side, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
@@ -36,6 +38,8 @@ pub struct Reference {
     pub judged: Trajectory,
     /// When each contact is closed, one list per gap column.
     pub contacts: Vec<Vec<ContactInterval>>,
+    /// What each contact with friction does, one list per state column.
+    pub friction: Vec<Vec<FrictionPhase>>,
     /// Times at which a touch-down shows, from and to, s.
     pub touch_downs: Vec<[f64; 2]>,
     /// Its finest step, s.
@@ -138,7 +142,18 @@ impl Reference {
         let judged = with_impulses(case, trajectory.selected(&columns));
         let contacts: Vec<_> = gap_columns(judged.columns()).map(|gap| contact_intervals(&judged, gap)).collect();
         let touch_downs = touch_downs(&contacts);
-        Reference { largest: largest(&trajectory), judged, touch_downs, contacts, trajectory, uncertainty, order, step }
+        let friction = friction_of(&trajectory);
+        Reference {
+            largest: largest(&trajectory),
+            judged,
+            touch_downs,
+            contacts,
+            friction,
+            trajectory,
+            uncertainty,
+            order,
+            step,
+        }
     }
 
     fn sample(spec: &RunSpec, solution: &ExactSolution) -> Self {
@@ -268,6 +283,12 @@ fn with_impulses(case: &Case, judged: Trajectory) -> Trajectory {
 /// Positions of the gap columns among the recorded ones.
 pub(super) fn gap_columns(columns: &[String]) -> impl Iterator<Item = usize> + '_ {
     (0..columns.len()).filter(|&index| columns[index].starts_with("gap_"))
+}
+
+/// What each contact with friction does, one list per state column.
+pub(super) fn friction_of(trajectory: &Trajectory) -> Vec<Vec<FrictionPhase>> {
+    let states = (0..trajectory.columns().len()).filter(|&column| is_state(&trajectory.columns()[column]));
+    states.map(|column| friction_phases(trajectory, column)).collect()
 }
 
 /// Largest magnitude of each column.
