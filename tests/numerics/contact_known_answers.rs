@@ -1,34 +1,10 @@
 //! Contact cases with known answers: what theory says must come out of the mechanics, coupled or not.
 
 use crate::support::*;
-use rimbench::cases::{Case, Parameters, Recorder};
-use rimbench::cosim::{StopFlag, Trajectory};
-use rimbench::mechanics::monolithic;
-use std::sync::Arc;
+use rimbench::cases::{Case, Parameters};
+use rimbench::cosim::Trajectory;
 
 const ROCKING: &str = "rocking-block";
-
-fn case_with(name: &str, set: &[(&str, &str)]) -> (&'static Arc<Case>, Parameters) {
-    let case = case_by_name(name);
-    let mut parameters = case.default_parameters();
-    for (key, value) in set {
-        parameters.set(key, value).unwrap();
-    }
-    (case, parameters)
-}
-
-/// Both sides in one loop with step `h` for `steps` steps, a row after every `every`.
-fn march(name: &str, set: &[(&str, &str)], h: f64, steps: usize, every: usize) -> Trajectory {
-    let (case, parameters) = case_with(name, set);
-    let mut system = (case.build)(&parameters, solver()).unwrap();
-    let mut recorder = Recorder::new(case, &mut system).unwrap();
-    let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps / every + 2);
-    monolithic(system.sides.lend(), reference_steps(h, steps, every), StopFlag::never(), &mut |point| {
-        recorder.record(point, &mut trajectory)
-    })
-    .unwrap();
-    trajectory
-}
 
 /// The row of the exact solution at time `t`.
 fn exact_row(case: &Case, parameters: &Parameters, t: f64) -> Vec<f64> {

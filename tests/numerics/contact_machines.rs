@@ -121,6 +121,7 @@ fn the_convective_terms_of_all_machines_are_what_is_left_of_the_second_derivativ
         box_size: [0.3, 0.4],
         pad_heights: [0.1, 0.3],
         clearances: [0.02, 0.05],
+        floor_drop: 0.0,
         actuator_length: 0.6,
         gravity: 9.81,
     };

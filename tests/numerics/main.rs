@@ -23,6 +23,7 @@ mod elimination;
 mod energy_audit;
 mod energy_return;
 mod friction;
+mod friction_cases;
 mod friction_mechanics;
 mod golden;
 mod hydraulic_line;

@@ -108,6 +108,29 @@ pub fn exact_solution(case: &Case, parameters: &Parameters) -> ExactSolution {
     }
 }
 
+/// A case with some of its parameters set.
+pub fn case_with(name: &str, set: &[(&str, &str)]) -> (&'static Arc<Case>, Parameters) {
+    let case = case_by_name(name);
+    let mut parameters = case.default_parameters();
+    for (key, value) in set {
+        parameters.set(key, value).unwrap();
+    }
+    (case, parameters)
+}
+
+/// Both sides in one loop with step `h` for `steps` steps, a row after every `every`.
+pub fn march(name: &str, set: &[(&str, &str)], h: f64, steps: usize, every: usize) -> Trajectory {
+    let (case, parameters) = case_with(name, set);
+    let mut system = (case.build)(&parameters, solver()).unwrap();
+    let mut recorder = Recorder::new(case, &mut system).unwrap();
+    let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), steps / every + 2);
+    monolithic(system.sides.lend(), reference_steps(h, steps, every), StopFlag::never(), &mut |point| {
+        recorder.record(point, &mut trajectory)
+    })
+    .unwrap();
+    trajectory
+}
+
 /// Both sides, lent.
 pub fn sides<'a>(
     mechanics: &'a mut (impl Subsystem + 'static),

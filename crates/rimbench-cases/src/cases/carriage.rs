@@ -71,6 +71,7 @@ pub(super) fn of(parameters: &Parameters) -> SpringActuatorParameters {
         base_damping: get("base_damping_n_s_m"),
         base: BaseMotion {
             position: get("base_position_m"),
+            velocity: 0.0,
             amplitude: get("base_amplitude_m"),
             angular_frequency: TAU * get("base_frequency_hz"),
             phase: get("base_phase_rad"),

@@ -72,7 +72,7 @@ pub(super) fn entry() -> Case {
 const LIM: &str = "LIM cosim-benchmarks";
 const OURS: &str = "ours";
 
-fn parameters() -> Vec<Parameter> {
+pub(super) fn parameters() -> Vec<Parameter> {
     use Range::{Finite, Fraction, NotNegative, Positive};
     [
         vec![
@@ -112,9 +112,10 @@ fn parameters() -> Vec<Parameter> {
     .concat()
 }
 
-fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
+/// The crane as the parameters say.
+pub(super) fn geometry(parameters: &Parameters) -> CraneGeometry {
     let get = |name: &str| parameters.number(name);
-    let geometry = CraneGeometry {
+    CraneGeometry {
         link_1_length: get("link_1_length_m"),
         link_2_length: get("rope_length_m"),
         rod_mass: get("rod_mass_kg"),
@@ -124,8 +125,12 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         attachment: get("attachment_m"),
         start_angles: [get("theta_1_start_rad"), 0.0],
         gravity: get("gravity_m_s2"),
-    };
-    let model = CraneWithRope::new(geometry, get("ground_height_m"))?;
+    }
+}
+
+fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
+    let get = |name: &str| parameters.number(name);
+    let model = CraneWithRope::new(geometry(parameters), get("ground_height_m"))?;
     let (pressures, centre) = hydraulics::equilibrium(parameters, model.taut().equilibrium_force())?;
     let (change, ramp) = (get("spool_change"), get("spool_ramp_s"));
     let [lower, hold, lift] = ["lower_start_s", "lower_end_s", "lift_start_s"].map(|key| (key, get(key)));

@@ -28,7 +28,7 @@ use super::contact_parameters;
 use super::fluid;
 use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
-use crate::models::{ActuatorNames, ActuatorPair, Gripper, GripperGeometry};
+use crate::models::{ActuatorNames, ActuatorPair, Gripper, GripperGeometry, Spool};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
 use rimbench_core::name::names;
@@ -113,21 +113,12 @@ const OURS: &str = "ours";
 
 fn parameters() -> Vec<Parameter> {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    [
-        vec![
-            p("jaw_mass_kg", "kg", 30.0, Positive, "mass of each jaw with its piston", OURS),
-            p("box_mass_kg", "kg", 50.0, Positive, "mass of the box", OURS),
-            p("box_width_m", "m", 0.3, Positive, "width of the box", OURS),
-            p("box_height_m", "m", 0.4, Positive, "height of the box", OURS),
-            p("lower_pad_m", "m", 0.1, Finite, "height of the lower pads", OURS),
-            p("upper_pad_m", "m", 0.3, Finite, "height of the upper pads", OURS),
-            p("left_clearance_m", "m", 0.02, Finite, "distance of the left jaw from the box at the start", OURS),
-            p("right_clearance_m", "m", 0.05, Finite, "distance of the right jaw from the box at the start", OURS),
-            p("actuator_length_m", "m", 0.6, Positive, "length of both actuators at the start", OURS),
-            p("piston_area_m2", "m²", 1e-3, Positive, "piston area A", OURS),
-            p("cylinder_length_m", "m", 0.6, Positive, "length l of both chambers together", OURS),
-            p("viscous_friction_n_s_m", "N·s/m", 5e3, NotNegative, "viscous friction c of a cylinder", OURS),
-            p("valve_area_m2", "m²", 4e-6, Positive, "valve area a_v", OURS),
+    let mut machine = machine();
+    let at = |name: &str| machine.iter().position(|known| known.name == name).unwrap_or(machine.len());
+    let (clearances, pressure) = (at("actuator_length_m"), at("valve_area_m2") + 1);
+    machine.splice(
+        pressure..pressure,
+        [
             p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in all chambers at the start", OURS),
             p("spool_close", "-", 0.4, Fraction, "spool command while closing; below 0.5 extends", OURS),
             p("spool_open", "-", 0.6, Fraction, "spool command while opening", OURS),
@@ -135,17 +126,69 @@ fn parameters() -> Vec<Parameter> {
             p("open_start_s", "s", 1.5, NotNegative, "start of opening", OURS),
             p("spool_ramp_s", "s", 0.02, Positive, "time in which the spools move", OURS),
         ],
-        fluid::parameters(),
-        vec![
-            p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-            contact_parameters::stabilisation(),
-            p("restitution", "-", 0.0, Fraction, "restitution e of pads and corners", OURS),
+    );
+    machine.splice(
+        clearances..clearances,
+        [
+            p("left_clearance_m", "m", 0.02, Finite, "distance of the left jaw from the box at the start", OURS),
+            p("right_clearance_m", "m", 0.05, Finite, "distance of the right jaw from the box at the start", OURS),
         ],
+    );
+    [machine, fluid::parameters(), law()].concat()
+}
+
+/// Masses, lengths and cylinders.
+pub(super) fn machine() -> Vec<Parameter> {
+    use Range::{Finite, NotNegative, Positive};
+    vec![
+        p("jaw_mass_kg", "kg", 30.0, Positive, "mass of each jaw with its piston", OURS),
+        p("box_mass_kg", "kg", 50.0, Positive, "mass of the box", OURS),
+        p("box_width_m", "m", 0.3, Positive, "width of the box", OURS),
+        p("box_height_m", "m", 0.4, Positive, "height of the box", OURS),
+        p("lower_pad_m", "m", 0.1, Finite, "height of the lower pads", OURS),
+        p("upper_pad_m", "m", 0.3, Finite, "height of the upper pads", OURS),
+        p("actuator_length_m", "m", 0.6, Positive, "length of both actuators at the start", OURS),
+        p("piston_area_m2", "m²", 1e-3, Positive, "piston area A", OURS),
+        p("cylinder_length_m", "m", 0.6, Positive, "length l of both chambers together", OURS),
+        p("viscous_friction_n_s_m", "N·s/m", 5e3, NotNegative, "viscous friction c of a cylinder", OURS),
+        p("valve_area_m2", "m²", 4e-6, Positive, "valve area a_v", OURS),
     ]
-    .concat()
+}
+
+/// Gravity, and the law of the contacts.
+pub(super) fn law() -> Vec<Parameter> {
+    vec![
+        p("gravity_m_s2", "m/s²", 9.81, Range::NotNegative, "gravity", "standard"),
+        contact_parameters::stabilisation(),
+        p("restitution", "-", 0.0, Range::Fraction, "restitution e of pads and corners", OURS),
+    ]
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
+    let get = |name: &str| parameters.number(name);
+    let (close, open, ramp) = (get("close_start_s"), get("open_start_s"), get("spool_ramp_s"));
+    let spool = || {
+        hydraulics::spool(&[
+            ("close_start_s", close, 0.5),
+            ("close_start_s", close + ramp, get("spool_close")),
+            ("open_start_s", open, get("spool_close")),
+            ("open_start_s", open + ramp, get("spool_open")),
+        ])
+    };
+    let clearances = [get("left_clearance_m"), get("right_clearance_m")];
+    system(parameters, solver, clearances, 0.0, [get("start_pressure_pa"); 2], spool)
+}
+
+/// Both sides: jaws so far from the box (m), the box so high above the floor (m), chambers at these pressures (Pa), and the same command for
+/// both valves, which is made once the geometry has been found possible.
+pub(super) fn system(
+    parameters: &Parameters,
+    solver: &SolverEntry,
+    clearances: [f64; 2],
+    floor_drop: f64,
+    pressures: [f64; 2],
+    spool: impl FnOnce() -> Result<Spool>,
+) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
     let length = get("actuator_length_m");
     let model = Gripper::new(GripperGeometry {
@@ -153,18 +196,13 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         box_mass: get("box_mass_kg"),
         box_size: [get("box_width_m"), get("box_height_m")],
         pad_heights: [get("lower_pad_m"), get("upper_pad_m")],
-        clearances: [get("left_clearance_m"), get("right_clearance_m")],
+        clearances,
+        floor_drop,
         actuator_length: length,
         gravity: get("gravity_m_s2"),
     })?;
-    let (close, open, ramp) = (get("close_start_s"), get("open_start_s"), get("spool_ramp_s"));
-    let spool = hydraulics::spool(&[
-        ("close_start_s", close, 0.5),
-        ("close_start_s", close + ramp, get("spool_close")),
-        ("open_start_s", open, get("spool_close")),
-        ("open_start_s", open + ramp, get("spool_open")),
-    ])?;
-    let unit = || hydraulics::cylinder(parameters, length, [get("start_pressure_pa"); 2], spool.clone());
+    let spool = spool()?;
+    let unit = || hydraulics::cylinder(parameters, length, pressures, spool.clone());
     let actuators = ActuatorPair::new([unit()?, unit()?], NAMES);
     contact_parameters::coupled(model, actuators, parameters, solver)
 }

@@ -52,10 +52,7 @@ pub(super) fn entry() -> Case {
             "closed_contacts",
         ]),
         drawing_columns: names(&["front_gas_pressure_pa", "rear_gas_pressure_pa"]),
-        interface_columns: vec![
-            InterfaceColumns::new("front_length_m", "front_velocity_m_s", "front_force_n"),
-            InterfaceColumns::new("rear_length_m", "rear_velocity_m_s", "rear_force_n"),
-        ],
+        interface_columns: interfaces(),
         reference: contact_parameters::reference(),
         ..Case::new(
             "half-car",
@@ -70,6 +67,14 @@ pub(super) fn entry() -> Case {
             build,
         )
     }
+}
+
+/// The interface of two struts.
+pub(super) fn interfaces() -> Vec<InterfaceColumns> {
+    vec![
+        InterfaceColumns::new("front_length_m", "front_velocity_m_s", "front_force_n"),
+        InterfaceColumns::new("rear_length_m", "rear_velocity_m_s", "rear_force_n"),
+    ]
 }
 
 const NAMES: [ActuatorNames; 2] = [
@@ -128,7 +133,14 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         road_start: get("road_start_m"),
         gravity: get("gravity_m_s2"),
     })?;
-    let [front, rear] = model.equilibrium_forces().map(|start_force| {
+    let struts = struts(parameters, model.equilibrium_forces())?;
+    contact_parameters::coupled(model, struts, parameters, solver)
+}
+
+/// Front and rear strut as the parameters say, with these forces (N) at the start.
+pub(super) fn struts(parameters: &Parameters, start_forces: [f64; 2]) -> Result<ActuatorPair<HydropneumaticStrut>> {
+    let get = |name: &str| parameters.number(name);
+    let [front, rear] = start_forces.map(|start_force| {
         HydropneumaticStrut::new(StrutParameters {
             piston_area: get("piston_area_m2"),
             gas_volume: get("gas_volume_m3"),
@@ -137,6 +149,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
             start_force,
         })
     });
-    let struts = ActuatorPair::new([front?, rear?], NAMES);
-    contact_parameters::coupled(model, struts, parameters, solver)
+    Ok(ActuatorPair::new([front?, rear?], NAMES))
 }

@@ -8,6 +8,7 @@ mod carriage;
 mod case;
 mod contact_parameters;
 mod cradle;
+mod crane_drag;
 mod crane_set_down;
 mod cylinder;
 mod disc_pile;
@@ -17,7 +18,9 @@ mod elastic_bar;
 mod event_driven;
 mod fluid;
 mod gripper;
+mod gripper_friction;
 mod half_car;
+mod half_car_braking;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
 mod hydraulics;
@@ -33,7 +36,9 @@ mod quarter_car;
 mod recorder;
 mod reference_method;
 mod rocking_block;
+mod rocking_block_friction;
 mod slider_between_stops;
+mod towed_block;
 mod two_masses;
 mod wedge_box;
 mod wedge_box_friction;
@@ -74,5 +79,10 @@ pub fn standard_cases() -> Vec<Case> {
         wedge_box_two_ledges::entry(),
         wedge_box_reversal::entry(),
         wedge_box_friction::entry(),
+        towed_block::entry(),
+        half_car_braking::entry(),
+        gripper_friction::entry(),
+        rocking_block_friction::entry(),
+        crane_drag::entry(),
     ]
 }

@@ -16,7 +16,7 @@ use rimbench_core::name::{Name, names};
 /// M = diag(L²(m/3 + m_p), m_h, m_h)          f = [−L g (m/2 + m_p) cos θ, 0, −m_h g]
 /// g_rope   = ℓ_rope − |d|,  d = (x, y) − P(θ),  n = d/|d|        A_rope = [n·P', −n_x, −n_y]
 /// Ȧv_rope  = n·P'' θ̇² − |ḋ_⊥|²/|d|                              force: tension of the rope
-/// g_ground = y − y_ground                                        A_ground = [0, 0, 1]
+/// g_ground = y − y_ground                                        A_ground = [0, 0, 1]       A_t = [0, 1, 0]
 /// ```
 /// While the rope is taut this is [`Crane`] with link 2 as the rope.
 /// # Source
@@ -26,6 +26,8 @@ pub struct CraneWithRope {
     geometry: CraneGeometry,
     crane: Crane,
     ground_height: f64,
+    /// Where the load starts.
+    load: [f64; 2],
     /// `P'` at the prepared angle; `P = [P'_y, −P'_x]`.
     tip_rate: Vector2<f64>,
 }
@@ -41,17 +43,48 @@ impl CraneWithRope {
     pub fn new(mut geometry: CraneGeometry, ground_height: f64) -> Result<Self> {
         geometry.start_angles[1] = -std::f64::consts::FRAC_PI_2;
         let crane = Crane::new(geometry)?;
-        let load = geometry.link_1_length * libm::sin(geometry.start_angles[0]) - geometry.link_2_length;
-        if load < ground_height {
+        let (sin, cos) = libm::sincos(geometry.start_angles[0]);
+        let load = [geometry.link_1_length * cos, geometry.link_1_length * sin - geometry.link_2_length];
+        if load[1] < ground_height {
             return Err(Error::Incompatible(format!(
-                "impossible geometry: the load would start at a height of {load:.6} m, inside the ground at \
-                 ground_height_m = {ground_height}"
+                "impossible geometry: the load would start at a height of {:.6} m, inside the ground at \
+                 ground_height_m = {ground_height}",
+                load[1]
             )));
         }
-        let mut model = CraneWithRope { geometry, crane, ground_height, tip_rate: Vector2::zeros() };
+        Ok(Self::started(geometry, crane, ground_height, load))
+    }
+
+    /// Lets the load lie on the ground `offset` (m) further out than the end of the link, the rope straight and without tension.
+    ///
+    /// # Errors
+    /// Those of [`Crane::new`]; [`Error::Incompatible`] if the rope does not reach as far.
+    pub fn with_load_on_ground(mut geometry: CraneGeometry, offset: f64) -> Result<Self> {
+        geometry.start_angles[1] = -std::f64::consts::FRAC_PI_2;
+        let crane = Crane::new(geometry)?;
+        let rope = geometry.link_2_length;
+        if offset.abs() >= rope {
+            return Err(Error::Incompatible(format!(
+                "impossible geometry: the load would start {offset} m aside of the end of the link, beyond the rope of {rope} m"
+            )));
+        }
+        let (sin, cos) = libm::sincos(geometry.start_angles[0]);
+        let height = geometry.link_1_length * sin - (rope * rope - offset * offset).sqrt();
+        Ok(Self::started(geometry, crane, height, [geometry.link_1_length * cos + offset, height]))
+    }
+
+    fn started(geometry: CraneGeometry, crane: Crane, ground_height: f64, load: [f64; 2]) -> Self {
+        let mut model = CraneWithRope { geometry, crane, ground_height, load, tip_rate: Vector2::zeros() };
         let (q, v) = model.initial_state();
         model.prepare(&q, &v);
-        Ok(model)
+        model
+    }
+
+    /// Returns the actuator force that balances the weight of the link alone at the start, N.
+    pub fn link_force(&self) -> f64 {
+        let g = &self.geometry;
+        let (_, lever, _) = self.crane.actuator();
+        g.gravity * (0.5 * g.rod_mass + g.joint_mass) * g.link_1_length * libm::cos(g.start_angles[0]) / lever
     }
 
     /// Returns the crane it is while the rope is taut and hangs straight down.
@@ -71,10 +104,7 @@ impl MechanicalModel for CraneWithRope {
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
-        let g = &self.geometry;
-        let (sin, cos) = libm::sincos(g.start_angles[0]);
-        let load = [g.link_1_length * cos, g.link_1_length * sin - g.link_2_length];
-        (vec![g.start_angles[0], load[0], load[1]], vec![0.0; 3])
+        (vec![self.geometry.start_angles[0], self.load[0], self.load[1]], vec![0.0; 3])
     }
 
     fn prepare(&mut self, q: &[f64], v: &[f64]) {
@@ -112,6 +142,15 @@ impl MechanicalModel for CraneWithRope {
         rows.convective[ROPE] = normal.dot(&bend) * v[0] * v[0] - across * across / length;
         rows.jacobian[5] = 1.0;
         rows.position[GROUND] = q[2] - self.ground_height;
+    }
+
+    fn tangential_rows(&self) -> usize {
+        2
+    }
+
+    /// The rope has no surface: its row stays zero, so whatever the coefficient it has no friction.
+    fn tangential(&self, _q: &[f64], _v: &[f64], rows: &mut Rows) {
+        rows.jacobian[3 * GROUND + 1] = 1.0;
     }
 
     fn interface(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {

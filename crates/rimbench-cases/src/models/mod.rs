@@ -2,6 +2,7 @@
 
 mod actuator_pair;
 mod bare_coupling;
+mod braking_car;
 mod crane;
 mod crane_with_rope;
 mod discs;
@@ -18,6 +19,7 @@ mod modal_beam;
 mod pressure_coupling;
 mod published_driver;
 mod rotation;
+mod sliding_block;
 mod spring_actuator;
 mod supported_box;
 mod two_masses;
@@ -26,6 +28,7 @@ mod wedge_box;
 
 pub use actuator_pair::{ActuatorNames, ActuatorPair};
 pub use bare_coupling::{CouplingForce, FreeMasses};
+pub use braking_car::{BrakingCar, BrakingCarGeometry};
 pub use crane::{Crane, CraneGeometry};
 pub use crane_with_rope::CraneWithRope;
 pub use discs::{Discs, DiscsGeometry};
@@ -40,6 +43,7 @@ pub use line_masses::{LineContact, LineDescription, LineMass, LineMasses, LineSp
 pub use modal_beam::{BeamGeometry, BeamStop, BeamSupport, MOST_MODES, ModalBeam};
 pub use pressure_coupling::{PressureDrivenMechanics, PressureOutput};
 pub use published_driver::{OwnPosition, PublishedClock, StaleFeedthrough};
+pub use sliding_block::SlidingBlock;
 pub use spring_actuator::{BaseMotion, SpringActuator, SpringActuatorParameters};
 pub use supported_box::{LedgeDisc, SupportedBox, SupportedBoxGeometry};
 pub use two_masses::{CouplingElement, MassRole, MassSide, WalledMass};

@@ -8,11 +8,13 @@ use rimbench_core::cosim::{
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 
-/// Prescribed motion `x_b = x₀ + A sin(ω t + φ)`.
+/// Prescribed motion `x_b = x₀ + V t + A sin(ω t + φ)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaseMotion {
     /// x₀, m.
     pub position: f64,
+    /// V, m/s.
+    pub velocity: f64,
     /// A, m.
     pub amplitude: f64,
     /// ω, rad/s.
@@ -28,7 +30,11 @@ impl BaseMotion {
         let omega = self.angular_frequency;
         let (sine, cosine) = libm::sincos(omega * t + self.phase);
         let swing = self.amplitude * sine;
-        [self.position + swing, self.amplitude * omega * cosine, -omega * omega * swing]
+        [
+            self.position + self.velocity * t + swing,
+            self.velocity + self.amplitude * omega * cosine,
+            -omega * omega * swing,
+        ]
     }
 }
 
@@ -225,7 +231,7 @@ mod tests {
             carriage_mass,
             base_stiffness: 500.0,
             base_damping: 2.0,
-            base: BaseMotion { position: 0.1, amplitude: 0.05, angular_frequency: 12.0, phase: 0.4 },
+            base: BaseMotion { position: 0.1, velocity: 0.0, amplitude: 0.05, angular_frequency: 12.0, phase: 0.4 },
             start: [0.1, 0.0],
         }
     }

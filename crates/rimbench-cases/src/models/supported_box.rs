@@ -1,4 +1,5 @@
-//! Mechanics of a box on any number of supports, with discs on ledges beside it: the wedge box, multiplied. No friction.
+//! Mechanics of a box on any number of supports, with discs on ledges beside it: the wedge box, multiplied. With tangential
+//! rows for friction where it stands on a level floor without discs.
 
 use super::ledge::Ledge;
 use super::rotation::rotation;
@@ -270,6 +271,23 @@ impl MechanicalModel for SupportedBox {
             rows.convective[row] = contact.curvature * tangential * tangential;
             rows.set_planar_body(row + 1, first, Vector2::new(0.0, 1.0), Vector2::zeros());
             rows.position[row + 1] = q[first + 1] - disc.radius;
+        }
+    }
+
+    /// The force of a support is vertical, which on a slope is not along the normal; ledges of discs are not offered.
+    fn tangential_rows(&self) -> usize {
+        if self.geometry.discs.is_empty() && self.geometry.washboard[0] == 0.0 {
+            self.geometry.supports.len()
+        } else {
+            0
+        }
+    }
+
+    fn tangential(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {
+        for (support, tip) in self.geometry.supports.iter().enumerate() {
+            let arm = self.arm(*tip);
+            rows.set_planar_body(support, 0, Vector2::new(1.0, 0.0), arm);
+            rows.convective[support] = -v[2] * v[2] * arm.x;
         }
     }
 
