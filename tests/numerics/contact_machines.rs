@@ -349,7 +349,7 @@ fn impossible_machines_are_refused_with_the_numbers() {
     for (case, key, value, wanted) in [
         ("crane-set-down", "ground_height_m", 0.1, "height of 0.000000 m, inside the ground"),
         ("crane-set-down", "cylinder_length_m", 1.2, "cylinder_length_m = 1.2 is not valid; valid: below 1.000000"),
-        ("crane-set-down", "load_mass_kg", 1e5, "the weight needs chamber pressures of"),
+        ("crane-set-down", "load_mass_kg", 1e5, "N needs chamber pressures of"),
         ("crane-set-down", "lower_end_s", 0.1, "lower_end_s = 0.1 is not valid; valid: at least 0.22"),
         ("half-car", "start_height_m", -0.02, "the front wheel would start at -0.020000 m, inside the road"),
         ("half-car", "road_start_m", -0.3, "front wheel would start at -0.0"),

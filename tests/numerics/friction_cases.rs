@@ -171,8 +171,8 @@ fn a_dragged_load_must_let_go_at_the_tension_of_theory_and_press_by_what_the_rop
     let [theta, x, tension, ground, friction] = names.map(|name| column(&run, name));
     let state = column(&run, "contact_state_ground");
     let let_go = state.iter().position(|state| *state == 3.0).expect("the load never slides");
-    let sine = 0.2 / rope;
-    let cosine = (1.0 - sine * sine as f64).sqrt();
+    let sine: f64 = 0.2 / rope;
+    let cosine = (1.0 - sine * sine).sqrt();
     let theory = mu * mass * G / (sine + mu * cosine);
     // The rope is drawn by less than 0.05 m/s against 2 MN/m of oil and steel: 10 N in a step of 1e-4 s.
     assert!((tension[let_go] - theory).abs() <= 10.0, "{} N, not {theory} N", tension[let_go]);

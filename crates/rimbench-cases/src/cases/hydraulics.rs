@@ -76,7 +76,7 @@ pub(super) fn equilibrium(parameters: &Parameters, force: f64) -> Result<([f64; 
     let pressures = [mean - half, mean + half];
     if pressures.iter().any(|p| !(tank..=supply).contains(p)) {
         return Err(Error::Incompatible(format!(
-            "the weight needs chamber pressures of {:.0} and {:.0} Pa, outside tank ({tank} Pa) and pump ({supply} Pa)",
+            "holding {force:.0} N needs chamber pressures of {:.0} and {:.0} Pa, outside tank ({tank} Pa) and pump ({supply} Pa)",
             pressures[0], pressures[1]
         )));
     }
