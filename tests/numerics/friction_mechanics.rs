@@ -209,6 +209,37 @@ fn the_energy_account_with_friction_must_close_and_friction_must_never_push_alon
     assert!(box_.ledger().slip < -1.0);
 }
 
+/// Their rows along the surface are the same, so the solver loads one foot up to its border before the other takes anything.
+#[test]
+fn two_feet_at_rest_must_hold_with_the_coefficient_at_rest_of_both() {
+    let (mass, h) = (2.0, 1e-3);
+    let weight = mass * G;
+    // Pulled at the height of the floor, the feet half a metre ahead of the centre and one metre behind it.
+    let block = || LinearModel {
+        mass: vec![mass, mass, 0.4],
+        force: vec![0.0, -weight, 0.0],
+        unilateral: ConstantRows::new(&[(&[0.0, 1.0, 0.5], 0.0), (&[0.0, 1.0, -1.0], 0.0)]),
+        tangential: ConstantRows::new(&[(&[1.0, 0.0, 0.2], 0.0), (&[1.0, 0.0, 0.2], 0.0)]),
+        interface: ConstantRows::new(&[(&[1.0, 0.0, 0.2], 0.0)]),
+        q: vec![0.0; 3],
+        v: vec![0.0; 3],
+        ..LinearModel::default()
+    };
+    let law = Friction { at_rest: 0.5, ..coulomb(0.3) };
+    for (share, holds) in [(0.49, true), (0.31, true), (0.51, false)] {
+        let mut block = with_friction(block(), PLASTIC, law);
+        (0..50).for_each(|_| block.step(0.0, &[share * weight], h).unwrap());
+        let v = block.velocity()[0];
+        if holds {
+            assert!(v.abs() <= 1e-13, "{share}: {v}");
+        } else {
+            // One step with what held it, then with the coefficient in motion.
+            let wanted = G * h * ((share - 0.5) + 49.0 * (share - 0.3));
+            assert!((v - wanted).abs() <= 1e-12, "{share}: {v}, not {wanted}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_had_with_friction_must_be_refused_with_the_reason() {
     let message = |law: ContactLaw, friction: Friction, model: LinearModel| {

@@ -29,6 +29,18 @@ impl ContactState {
         }
     }
 
+    /// Returns what the contact did in a solution in which it moves by `w_t` (m/s), standing still up to `tolerance` (m/s).
+    ///
+    /// One of several redundant contacts may be loaded up to its border and stand still with the others: it has not slid. States are not unique
+    /// there, velocities are.
+    #[inline]
+    pub fn moving(self, w_t: f64, tolerance: f64) -> Self {
+        match self {
+            ContactState::SlipPositive | ContactState::SlipNegative if w_t.abs() <= tolerance => ContactState::Stick,
+            known => known,
+        }
+    }
+
     /// Returns the state of a closed contact that moves so (m/s), standing still up to `tolerance` (m/s).
     #[inline]
     pub fn of_closed(w_t: f64, tolerance: f64) -> Self {

@@ -5,7 +5,7 @@ use super::ContactState;
 /// Coefficients of friction where they differ: which of them holds in a step is history.
 ///
 /// ```text
-/// μ of a step = μ_s  if the contact stuck in the solution of the step before, loaded
+/// μ of a step = μ_s  if the contact carried load in the solution of the step before and stood still along the surface
 ///               μ_k  if it slid, was open or carried nothing
 /// ```
 /// Within a step the law is Coulomb's with one coefficient per contact, so nothing else changes. A contact that lets go slides through the
@@ -21,7 +21,7 @@ pub struct Stiction {
 }
 
 impl Stiction {
-    /// Returns the coefficient of the step that follows one in which the solver found this state.
+    /// Returns the coefficient of the step that follows one in which the contact did this.
     #[inline]
     pub fn after(self, state: ContactState) -> f64 {
         if state == ContactState::Stick { self.at_rest } else { self.in_motion }

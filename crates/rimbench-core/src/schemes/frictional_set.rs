@@ -59,8 +59,13 @@ impl FrictionalSet {
     ) -> Result<SolveStats, Unsolved> {
         let solved = self.solver.solve(FrictionProblem { h: packed.h_uu(), b, friction: &self.friction }, impulses)?;
         if let Some(stiction) = self.stiction {
-            for (coefficient, state) in self.friction.iter_mut().zip(self.solver.states()) {
-                *coefficient = stiction.after(*state);
+            let (m, h) = (self.friction.len(), packed.h_uu());
+            let standstill = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
+            for (contact, (coefficient, state)) in self.friction.iter_mut().zip(self.solver.states()).enumerate() {
+                let row = m + contact;
+                let pushed: f64 =
+                    h[row * 2 * m..(row + 1) * 2 * m].iter().zip(impulses.iter()).map(|(h, p)| h * p).sum();
+                *coefficient = stiction.after(state.moving(b[row] + pushed, standstill));
             }
         }
         Ok(solved)

@@ -65,18 +65,6 @@ impl FrictionalContacts {
         self.solver.tolerance() * self.b.iter().fold(0.0, |max: f64, b| max.max(b.abs()))
     }
 
-    /// The last step's state of a contact as it is shown. One of several redundant contacts that the solver loads up to its border stands still with
-    /// the others: of what is not unique the motion is.
-    fn shown(&self, contact: usize, state: ContactState, standstill: f64) -> ContactState {
-        match state {
-            ContactState::SlipPositive | ContactState::SlipNegative => {
-                let w_t = self.w[self.coefficients.len() + contact];
-                if w_t.abs() <= standstill { ContactState::Stick } else { state }
-            }
-            known => known,
-        }
-    }
-
     /// What the last step adds to the ledger besides: `work` of the tangential impulses with the mean velocity, and with that of the law.
     pub(super) fn book(&self, work: f64, impulses: &[f64]) -> EnergyLedger {
         let slip = self.w[self.coefficients.len()..].iter().zip(impulses).map(|(w, p)| w * p).sum();
@@ -188,8 +176,9 @@ impl ContactStepper {
         let solved = contacts.solver.solve(problem, impulses);
         problem.velocities(impulses, &mut contacts.w);
         if let Some(stiction) = self.eq4.stiction {
-            for (coefficient, state) in self.eq4.friction.iter_mut().zip(contacts.solver.states()) {
-                *coefficient = stiction.after(*state);
+            let (states, standstill) = (contacts.solver.states(), contacts.standstill());
+            for ((coefficient, state), w_t) in self.eq4.friction.iter_mut().zip(states).zip(&contacts.w[first / 2..]) {
+                *coefficient = stiction.after(state.moving(*w_t, standstill));
             }
         }
         self.friction = Some(contacts);
@@ -242,8 +231,9 @@ impl ContactStepper {
         sticking[0] = 0.0;
         let Some(contacts) = &self.friction else { return };
         let standstill = contacts.standstill();
-        for (contact, (shown, state)) in states.iter_mut().zip(&self.eq4.states).enumerate() {
-            let state = if self.last_step.is_finite() { contacts.shown(contact, *state, standstill) } else { *state };
+        let moved = &contacts.w[self.eq4.contacts()..];
+        for ((shown, state), w_t) in states.iter_mut().zip(&self.eq4.states).zip(moved) {
+            let state = if self.last_step.is_finite() { state.moving(*w_t, standstill) } else { *state };
             *shown = f64::from(state as u8);
             sticking[0] += f64::from(u8::from(state == ContactState::Stick));
         }
