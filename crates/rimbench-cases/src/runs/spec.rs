@@ -170,8 +170,7 @@ impl RunRequest {
 }
 
 impl RunSpec {
-    /// Checks everything that can be checked without running. Both sides are built only if contacts are chosen, which not all
-    /// mechanics allow.
+    /// Checks everything that can be checked without running. Both sides are built only for options that not all mechanics allow.
     ///
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
@@ -218,7 +217,7 @@ impl RunSpec {
         if let Some(model) = &self.model {
             model.check()?;
             self.scheme.detection(model.detection)?;
-            if model.contacts != ContactChoice::All {
+            if model.depends_on_mechanics() {
                 let mut system = (self.case.build)(&self.parameters, &self.solver)?;
                 if self.scheme.incompatibility(system.sides.lend()).is_none() {
                     self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;

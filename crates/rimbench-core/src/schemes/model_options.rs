@@ -78,6 +78,13 @@ impl ModelOptions {
         Ok(())
     }
 
+    /// Tells whether there is one among them that not all mechanics go together with.
+    pub fn depends_on_mechanics(&self) -> bool {
+        self.contacts != ContactChoice::All
+            || self.redundancy != Redundancy::Drop
+            || self.energy_return != EnergyReturn::None
+    }
+
     /// Checks that they go together with what a mechanics offers.
     ///
     /// # Errors
