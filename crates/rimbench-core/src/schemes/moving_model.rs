@@ -2,6 +2,7 @@
 
 use super::model_options::ModelMotion;
 use crate::cosim::MicroStep;
+use crate::friction::ContactState;
 use crate::interface_model::ReducedInterfaceModel;
 
 /// The model between two communication points.
@@ -20,6 +21,8 @@ pub(super) struct MovingModel {
     /// As it is used in the present micro step.
     pub(super) current: ReducedInterfaceModel,
     received_at: f64,
+    /// What contacts with friction did when it was sent; a scheme writes to `received` what they do later.
+    sent_states: Vec<ContactState>,
     /// Rates of `H` and `a`; used only where `extrapolating`.
     h_rate: Vec<f64>,
     a_rate: Vec<f64>,
@@ -34,6 +37,7 @@ impl MovingModel {
             received: empty.clone(),
             current: empty.clone(),
             received_at: f64::NAN,
+            sent_states: empty.states.clone(),
             h_rate: vec![0.0; empty.h.len()],
             a_rate: vec![0.0; empty.a.len()],
             extrapolating: false,
@@ -46,12 +50,13 @@ impl MovingModel {
             self.motion == ModelMotion::Extrapolated && self.take_rates(time - self.received_at, model);
         self.received.copy_from(model);
         self.current.copy_from(model);
+        self.sent_states.copy_from_slice(&model.states);
         self.received_at = time;
     }
 
     /// Differences of the last two models, and whether they can be gone on with: not if a contact has opened or closed.
     fn take_rates(&mut self, elapsed: f64, model: &ReducedInterfaceModel) -> bool {
-        let same = self.received.at_bound == model.at_bound && self.received.states == model.states;
+        let same = self.received.at_bound == model.at_bound && self.sent_states == model.states;
         if !(elapsed > 0.0 && same) {
             return false;
         }
@@ -111,5 +116,35 @@ impl MovingModel {
                 *current = received + since * rate;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A micro step whose middle is 50 ms after the communication point.
+    const MIDDLE: MicroStep = MicroStep { index: 2, count: 5, length: 0.02, start: 0.14, since_exchange: 0.04 };
+
+    /// One contact with friction, one interface row.
+    fn model(entry: f64, state: ContactState) -> ReducedInterfaceModel {
+        let mut model = ReducedInterfaceModel::zeros_with_friction(&[0.5], 1);
+        model.h.fill(entry);
+        model.states[0] = state;
+        model
+    }
+
+    #[test]
+    fn a_model_with_friction_must_go_on_while_the_mechanics_says_the_same_of_its_contacts() {
+        let mut moving = MovingModel::new(&model(0.0, ContactState::Open), ModelMotion::Extrapolated);
+        moving.receive(0.0, &model(1.0, ContactState::Stick));
+        // A scheme notes what the contact did within the macro step.
+        moving.received.states[0] = ContactState::SlipPositive;
+        moving.receive(0.1, &model(2.0, ContactState::Stick));
+        assert!(moving.move_to(MIDDLE));
+        assert!((moving.current.h[0] - 2.5).abs() < 1e-15);
+        moving.received.states[0] = ContactState::SlipPositive;
+        moving.receive(0.2, &model(3.0, ContactState::SlipPositive));
+        assert!(!moving.move_to(MIDDLE), "the mechanics says that it slides now");
     }
 }
