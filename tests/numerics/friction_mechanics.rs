@@ -2,6 +2,7 @@
 
 use crate::support::*;
 use rimbench::cosim::{Abilities, Outcome, SecondOrder, Subsystem};
+use rimbench::friction::ContactState;
 use rimbench::mechanics::{ContactLaw, Friction, NonSmoothMechanics};
 use rimbench::runs::RunRequest;
 
@@ -44,6 +45,22 @@ fn a_block_must_rest_on_an_incline_up_to_the_angle_of_friction_and_slide_beyond_
             "{factor}: {v}, not {wanted}"
         );
         assert_eq!(slides, v > 0.0, "{factor}");
+    }
+}
+
+#[test]
+fn a_model_must_say_what_a_contact_does_and_from_which_states_the_mechanics_itself_goes_on() {
+    let mut floating = LinearModel { force: vec![0.0; 2], ..on_incline(10.0, 0.0, 1.0) };
+    floating.v = vec![1.0, 0.0];
+    for (pressed, found) in [(0.0, ContactState::Open), (-1.0, ContactState::SlipPositive)] {
+        let mut block = LinearModel { force: vec![0.0, pressed], ..floating.clone() };
+        block.v = vec![1.0, 0.0];
+        let mut block = with_friction(block, PLASTIC, coulomb(0.3));
+        block.step(0.0, &[0.0], 1e-3).unwrap();
+        let mut model = block.empty_interface_model().unwrap();
+        block.interface_model(1e-3, &mut model).unwrap();
+        assert_eq!(model.states, [ContactState::SlipPositive], "it slides along its floor, loaded or not");
+        assert_eq!(model.solved_states, [found], "with {pressed} N");
     }
 }
 
@@ -271,6 +288,8 @@ fn a_run_that_friction_rules_out_must_say_so_once() {
         request.duration_s = Some(0.05);
         options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
         let spec = request.resolve(catalogue());
+        let of_model = options.iter().any(|(key, _)| ["contacts", "redundancy", "energy_return"].contains(key));
+        assert!(!of_model || spec.is_err(), "{options:?}: what can be known before anything runs is said before");
         let run = spec.and_then(|spec| {
             rimbench::runs::simulate(&spec, Default::default(), None, rimbench::cosim::StopFlag::never())
         });

@@ -55,9 +55,28 @@ pub fn impact_velocity(restitution: f64, gap: f64, w: f64, h: f64) -> Option<f64
     (restitution > 0.0 && closes).then_some(restitution * w)
 }
 
+/// An approach below this part of the largest velocity of the contacts is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Tells whether a contact that closes with `w` (m/s) is hit, and does not rest with a velocity of rounding; `velocities` are those of all
+/// contacts, along the surface too (m/s).
+///
+/// Along the normal a rebound of rounding is rounding. Along the surface it is the whole velocity of a contact that slides, and would turn it
+/// round with e.
+pub fn is_hit(w: f64, velocities: &[f64]) -> bool {
+    w < -ROUNDING * velocities.iter().fold(0.0, |largest: f64, w| largest.max(w.abs()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_contact_that_slides_and_rests_is_not_hit() {
+        assert!(is_hit(-1e-6, &[-1e-6, 0.5]));
+        assert!(!is_hit(-1e-17, &[-1e-17, 0.5]));
+        assert!(!is_hit(0.0, &[0.0, 0.0]) && !is_hit(0.5, &[0.5, 0.0]));
+    }
 
     #[test]
     fn a_contact_bounces_only_if_it_closes_within_the_step() {

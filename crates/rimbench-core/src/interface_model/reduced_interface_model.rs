@@ -59,6 +59,9 @@ pub struct ReducedInterfaceModel {
     pub stiction: Option<Stiction>,
     /// What each contact did in the mechanics' last step, of those at their bound what they do along the surface; empty without friction.
     pub states: Vec<ContactState>,
+    /// Those from which the mechanics' next contact problem starts, as its solver found them in the last. They differ from `states` for a
+    /// contact that is closed and carries nothing. Of several solutions whoever starts here reaches the same; empty without friction.
+    pub solved_states: Vec<ContactState>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
     /// Kinks of the geometry that lie ahead, where they are asked for.
@@ -77,6 +80,7 @@ impl ReducedInterfaceModel {
         ReducedInterfaceModel {
             friction: friction.to_vec(),
             states: vec![ContactState::Open; contacts],
+            solved_states: vec![ContactState::Open; contacts],
             ..Self::zeros_of_rows(contacts, 2 * contacts + interface, interface)
         }
     }
@@ -100,6 +104,7 @@ impl ReducedInterfaceModel {
             friction: Vec::new(),
             stiction: None,
             states: Vec::new(),
+            solved_states: Vec::new(),
             tangential_restitution: 0.0,
             kinks: Kinks::default(),
         }
@@ -174,6 +179,12 @@ impl ReducedInterfaceModel {
         self.h[meeting.entries() + (column - n) * (n + self.interface) + row]
     }
 
+    /// Returns one row of the stacked `H`, which must be dense.
+    #[inline]
+    pub(super) fn row(&self, row: usize) -> &[f64] {
+        &self.h[row * self.rows..(row + 1) * self.rows]
+    }
+
     /// Copies another model of the same size without allocating.
     pub fn copy_from(&mut self, other: &Self) {
         self.h.copy_from_slice(&other.h);
@@ -189,6 +200,7 @@ impl ReducedInterfaceModel {
         self.friction.copy_from_slice(&other.friction);
         self.stiction = other.stiction;
         self.states.copy_from_slice(&other.states);
+        self.solved_states.copy_from_slice(&other.solved_states);
         self.tangential_restitution = other.tangential_restitution;
         self.kinks.copy_from(&other.kinks);
     }

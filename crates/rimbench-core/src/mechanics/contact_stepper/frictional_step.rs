@@ -4,7 +4,9 @@ use super::ContactStepper;
 use crate::complementarity::SolverCounters;
 use crate::error::{Error, Failure, Result};
 use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
-use crate::interface_model::{Condensation, Elimination, ReducedInterfaceModel, Rows, TOUCHING, impact_velocity};
+use crate::interface_model::{
+    Condensation, Elimination, ReducedInterfaceModel, Rows, TOUCHING, impact_velocity, is_hit,
+};
 use crate::linear_algebra::body_dot;
 use crate::mechanics::energy_ledger::EnergyLedger;
 use crate::name::Name;
@@ -189,7 +191,8 @@ impl ContactStepper {
     /// What stands in the tangential row (stacked) of a contact that rebounds.
     fn rebound_along(&self, row: usize, law: Friction, h: f64) -> f64 {
         let contact = row - self.eq4.contacts();
-        let rebounds = impact_velocity(self.law.restitution, self.eq4.gap[contact], self.eq4.w[contact], h);
+        let (w, all) = (self.eq4.w[contact], &self.eq4.w[..self.eq4.interface_start()]);
+        let rebounds = impact_velocity(self.law.restitution, self.eq4.gap[contact], w, h).filter(|_| is_hit(w, all));
         rebounds.map_or(0.0, |_| law.restitution * self.eq4.w[row])
     }
 
@@ -200,6 +203,9 @@ impl ContactStepper {
         let (n, started) = (self.eq4.contacts(), self.last_step.is_finite());
         let Some(contacts) = &self.friction else { return };
         let bound = contacts.standstill();
+        if started {
+            self.eq4.solved_states.copy_from_slice(contacts.solver.states());
+        }
         for contact in 0..n {
             let (closed, w_t, found) = if started {
                 let bounces = self.law.restitution > 0.0 && self.rebounded[contact];
