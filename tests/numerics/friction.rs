@@ -5,7 +5,7 @@
 use crate::support::solver;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use rimbench::complementarity::{ComplementaritySolver, Lcp, Unsolved};
+use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
     FrictionSolver, natural_residual,
@@ -317,4 +317,103 @@ fn the_states_of_the_last_problem_must_solve_the_next_in_one_go() {
     let counters = solver.counters();
     assert_eq!((counters.solves, counters.fallbacks, counters.failures), (3, 0, 0));
     assert!(counters.worst_residual <= ROUND_OFF);
+}
+
+#[test]
+fn the_worst_violation_of_a_contact_must_decide_and_not_the_one_that_is_looked_at_first() {
+    // Two points apart: the first touches with a pull of round-off and slides backwards, the second is pressed.
+    let points = FrictionProblem {
+        h: &[[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]].concat(),
+        b: &[1e-13, -1.0, -1.0, 0.0],
+        friction: &[0.5, 0.5],
+    };
+    let (mut states, mut impulses) = ([SlipPositive, Stick], [0.0; 4]);
+    let stats = ActiveStates::new(2).attempt(points, &mut states, &mut impulses).unwrap();
+    assert!(stats.pivots > 0 && states[0] != SlipPositive, "it does not slide forwards: {states:?}");
+    assert!(natural_residual(points, &impulses) <= 1e-12);
+}
+
+#[test]
+fn the_states_that_a_method_reports_must_be_those_of_its_impulses() {
+    let mut rng = Pcg64::seed_from_u64(17);
+    let mut degenerate = 0;
+    for problem in 0..600 {
+        let n = 1 + problem % ENUMERATION_LIMIT;
+        let mut bodies = random_bodies(&mut rng, n);
+        if problem % 3 == 0 {
+            // Contacts that only just touch, and twice the same one: bases with zeros in them.
+            bodies.b[0] = 0.0;
+            if n > 1 {
+                for (to, from) in [(1, 0), (n + 1, n)] {
+                    bodies.rows[to] = bodies.rows[from].clone();
+                    bodies.b[to] = bodies.b[from];
+                    for k in 0..2 * n {
+                        bodies.h[to * 2 * n + k] = bodies.h[from * 2 * n + k];
+                    }
+                    for k in 0..2 * n {
+                        bodies.h[k * 2 * n + to] = bodies.h[k * 2 * n + from];
+                    }
+                }
+                bodies.friction[1] = bodies.friction[0];
+            }
+            degenerate += 1;
+        }
+        let problem = bodies.problem();
+        let (mut states, mut impulses) = (vec![Open; n], vec![0.0; 2 * n]);
+        let check = |name: &str, found: Result<SolveStats, Unsolved>, states: &[ContactState], impulses: &[f64]| {
+            if found.is_err() || natural_residual(problem, impulses) > 1e-9 {
+                return;
+            }
+            let scale = impulses.iter().fold(1e-300, |max: f64, p| max.max(p.abs()));
+            for (c, state) in states.iter().enumerate() {
+                let (p_n, p_t, mu) = (impulses[c], impulses[n + c], problem.friction[c]);
+                let off = match state {
+                    Open => p_n.abs() + p_t.abs(),
+                    Stick => (p_t.abs() - mu * p_n).max(0.0),
+                    slips => (p_t - slips.friction() * mu * p_n).abs(),
+                };
+                assert!(off <= 1e-8 * scale, "{name}: {state:?} with {p_n:e}, {p_t:e} at μ = {mu}");
+            }
+        };
+        let found = CopositiveLemke::new(n).attempt(problem, &mut states, &mut impulses);
+        check("Lemke", found, &states, &impulses);
+        let found = ContactSweeps.attempt(problem, 1e-11, &mut states, &mut impulses);
+        check("sweeps", found, &states, &impulses);
+        let found = Enumeration::new(n).attempt(problem, 1e-11, &mut states, &mut impulses);
+        check("enumeration", found, &states, &impulses);
+        states.fill(Open);
+        let found = ActiveStates::new(n).attempt(problem, &mut states, &mut impulses);
+        check("active states", found, &states, &impulses);
+    }
+    assert_eq!(degenerate, 200);
+}
+
+#[test]
+fn a_matrix_that_stays_must_be_factorised_once_per_combination_of_states() {
+    let block = on_floor(&[[-0.5, -0.2], [0.5, -0.1]], 0.3, [0.1, -1.0, 0.1], 0.4);
+    let (mut solver, mut impulses) = (FrictionSolver::new(2, 1e-9), [0.0; 4]);
+    let first = solver.solve(block.problem(), &mut impulses).unwrap();
+    assert!(first.factorisations > 0);
+    for push in [0.11, 0.12, 0.13] {
+        let mut pushed = block.clone();
+        pushed.b = on_floor(&[[-0.5, -0.2], [0.5, -0.1]], 0.3, [push, -1.0, 0.1], 0.4).b;
+        let stats = solver.solve_again(pushed.problem(), &mut impulses).unwrap();
+        assert_eq!((stats.pivots, stats.factorisations), (0, 0), "{push}");
+        assert!(stats.residual <= ROUND_OFF);
+    }
+    // Another matrix with the same states is another matrix.
+    let heavier = on_floor(&[[-0.5, -0.2], [0.5, -0.1]], 0.9, [0.13, -1.0, 0.1], 0.4);
+    let stats = solver.solve(heavier.problem(), &mut impulses).unwrap();
+    assert!(stats.factorisations > 0 && stats.residual <= ROUND_OFF && !stats.fallback);
+}
+
+#[test]
+fn a_coefficient_that_changes_must_be_seen_where_states_and_matrix_stay() {
+    let block = |mu: f64| on_floor(&[[-0.5, -0.2], [0.5, -0.2]], 0.3, [3.0, -1.0, 0.0], mu);
+    let (mut solver, mut impulses) = (FrictionSolver::new(2, 1e-9), [0.0; 4]);
+    for mu in [0.0, 0.3, 0.1] {
+        let stats = solver.solve(block(mu).problem(), &mut impulses).unwrap();
+        assert!(stats.residual <= ROUND_OFF && !stats.fallback, "μ = {mu}: {stats:?}");
+        assert!((impulses[2] + impulses[3] + mu).abs() <= ROUND_OFF, "μ = {mu}: {impulses:?}");
+    }
 }

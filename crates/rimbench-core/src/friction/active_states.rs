@@ -1,5 +1,6 @@
 //! The active set of a contact problem with friction: states instead of members.
 
+use super::natural_residual::violation;
 use super::{ContactState, FrictionProblem, StateSystem};
 use crate::complementarity::{SolveStats, Unsolved};
 
@@ -12,7 +13,7 @@ const NEGLIGIBLE: f64 = 1e-11;
 ///
 /// ```text
 /// open     −w_n > 0          → stick                 slip±   ∓w_t > 0   → stick
-/// closed   −H_nn P_n > 0     → open                  stick   H_tt (|P_t| − μ P_n) > 0   → slip against P_t
+/// closed   −H_nn P_n > 0     → open                  stick   H_tt (|P_t| − μ max(P_n, 0)) > 0   → slip against P_t
 /// ```
 /// With the states of the last problem of a simulation the first solve is almost always the last. No guarantee: what it proposes is checked,
 /// and there are other methods.
@@ -21,17 +22,16 @@ const NEGLIGIBLE: f64 = 1e-11;
 #[derive(Debug, Clone)]
 pub struct ActiveStates {
     system: StateSystem,
-    x: Vec<f64>,
     w: Vec<f64>,
 }
 
 impl ActiveStates {
     /// Makes room for this many contacts.
     pub fn new(contacts: usize) -> Self {
-        ActiveStates { system: StateSystem::new(contacts), x: vec![0.0; 2 * contacts], w: vec![0.0; 2 * contacts] }
+        ActiveStates { system: StateSystem::new(contacts), w: vec![0.0; 2 * contacts] }
     }
 
-    /// Goes on from `states`; writes a proposal to `impulses`, and its states.
+    /// Goes on from `states`; writes a proposal to `impulses`, and its states. The natural residual of the proposal is that of the stats.
     ///
     /// # Errors
     /// [`Unsolved::NotFound`] after twelve changes.
@@ -41,19 +41,55 @@ impl ActiveStates {
         states: &mut [ContactState],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
+        self.attempt_with(problem, false, states, impulses)
+    }
+
+    /// The same with the matrix and the coefficients of the last problem: in its last states nothing is factorised.
+    ///
+    /// # Errors
+    /// As [`attempt`](Self::attempt).
+    pub fn attempt_again(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        states: &mut [ContactState],
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        self.attempt_with(problem, true, states, impulses)
+    }
+
+    #[inline]
+    fn attempt_with(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        same_matrix: bool,
+        states: &mut [ContactState],
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
         let n = problem.contacts();
         if self.w.len() < 2 * n {
             *self = ActiveStates::new(n);
         }
-        let negligible = NEGLIGIBLE * problem.scale();
+        let scale = problem.scale();
+        let negligible = NEGLIGIBLE * scale;
+        let mut factorisations = 0;
         for changes in 0..=MOST_CHANGES {
-            solve_states(&mut self.system, problem, states, &mut self.x, impulses);
+            if !(same_matrix && self.system.is_of(states)) {
+                factorise_states(&mut self.system, problem, states);
+                factorisations += 1;
+            }
+            self.system.impulses(problem.b, impulses);
             problem.velocities(impulses, &mut self.w);
-            match most_violated(problem, states, impulses, &self.w, negligible) {
+            let worst = violation(problem, impulses, |row| self.w[row]);
+            let next = if worst <= negligible && slides_as_said(states, &self.w, negligible) {
+                None
+            } else {
+                most_violated(problem, states, impulses, &self.w, negligible)
+            };
+            match next {
                 Some((contact, state)) => states[contact] = state,
                 None => {
-                    let factorisations = changes + 1;
-                    return Ok(SolveStats { pivots: changes, factorisations, ..SolveStats::default() });
+                    let residual = worst / scale.max(f64::MIN_POSITIVE);
+                    return Ok(SolveStats { pivots: changes, factorisations, residual, ..SolveStats::default() });
                 }
             }
         }
@@ -66,18 +102,26 @@ pub(super) fn solve_states(
     system: &mut StateSystem,
     problem: FrictionProblem<'_>,
     states: &[ContactState],
-    x: &mut [f64],
     impulses: &mut [f64],
 ) {
-    system.factorise(problem.friction, states, |row, column| problem.row(row)[column]);
-    for (x, &row) in x.iter_mut().zip(system.rows()) {
-        *x = -problem.b[row];
-    }
-    system.solve(x);
-    system.impulses(problem.friction, states, x, impulses);
+    factorise_states(system, problem, states);
+    system.impulses(problem.b, impulses);
+}
+
+#[inline]
+fn factorise_states(system: &mut StateSystem, problem: FrictionProblem<'_>, states: &[ContactState]) {
+    system.factorise(problem.friction, states, |row| problem.row(row));
+}
+
+/// Whether contacts that slide do so in the direction of their state: of one that hardly presses no residual tells.
+#[inline]
+fn slides_as_said(states: &[ContactState], w: &[f64], negligible: f64) -> bool {
+    let w_t = &w[states.len()..];
+    states.iter().zip(w_t).all(|(state, w_t)| state.friction() * w_t <= negligible)
 }
 
 /// The contact that violates its state most, and the state it would rather have.
+#[cold]
 fn most_violated(
     problem: FrictionProblem<'_>,
     states: &[ContactState],
@@ -90,22 +134,25 @@ fn most_violated(
     for (contact, &state) in states.iter().enumerate() {
         let (p_n, p_t, mu) = (impulses[contact], impulses[n + contact], problem.friction[contact]);
         let (w_n, w_t) = (w[contact], w[n + contact]);
-        let pull = -p_n * problem.row(contact)[contact];
         // Without friction there is nothing to stick with.
         let closed = if mu > 0.0 { ContactState::Stick } else { ContactState::SlipPositive };
-        let (violation, rather) = match state {
+        let own = match state {
             ContactState::Open => (-w_n, closed),
-            _ if p_n < 0.0 => (pull, ContactState::Open),
             ContactState::Stick => {
                 let against = if p_t > 0.0 { ContactState::SlipNegative } else { ContactState::SlipPositive };
-                ((p_t.abs() - mu * p_n) * problem.row(n + contact)[n + contact], against)
+                ((p_t.abs() - mu * p_n.max(0.0)) * problem.row(n + contact)[n + contact], against)
             }
-            _ if mu == 0.0 => continue,
+            // Without friction one slip is as good as the other.
+            _ if mu == 0.0 => (0.0, state),
             ContactState::SlipPositive => (-w_t, ContactState::Stick),
             ContactState::SlipNegative => (w_t, ContactState::Stick),
         };
-        if violation > worst {
-            (worst, change) = (violation, Some((contact, rather)));
+        // A closed contact can violate its state in two ways; a pull that is rounding must not hide that it slides the wrong way.
+        let pull = (-p_n * problem.row(contact)[contact], ContactState::Open);
+        for (violation, rather) in [own, pull] {
+            if violation > worst {
+                (worst, change) = (violation, Some((contact, rather)));
+            }
         }
     }
     change

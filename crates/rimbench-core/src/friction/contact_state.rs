@@ -1,5 +1,8 @@
 //! What a contact with friction does.
 
+/// So near the border of the cone, in parts of it, an impulse is on it.
+const BORDER: f64 = 1e-12;
+
 /// State of a contact over a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum ContactState {
@@ -38,6 +41,21 @@ impl ContactState {
         match self {
             ContactState::SlipPositive | ContactState::SlipNegative if w_t.abs() <= tolerance => ContactState::Stick,
             known => known,
+        }
+    }
+
+    /// Returns the state that impulses (N·s) are those of: nothing, within the cone, or on its border.
+    #[inline]
+    pub fn of_impulses(p_n: f64, p_t: f64, mu: f64) -> Self {
+        let bound = mu * p_n;
+        if p_n <= 0.0 {
+            ContactState::Open
+        } else if p_t.abs() < bound * (1.0 - BORDER) {
+            ContactState::Stick
+        } else if p_t > 0.0 {
+            ContactState::SlipNegative
+        } else {
+            ContactState::SlipPositive
         }
     }
 

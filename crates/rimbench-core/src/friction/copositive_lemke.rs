@@ -28,7 +28,6 @@ pub struct CopositiveLemke {
     /// Which of `[P_n; β⁺; β⁻; σ]` are basic.
     basic: Vec<bool>,
     system: StateSystem,
-    x: Vec<f64>,
     afresh: Vec<f64>,
 }
 
@@ -40,7 +39,6 @@ impl CopositiveLemke {
             scale: vec![0.0; contacts],
             basic: vec![false; 4 * contacts],
             system: StateSystem::new(contacts),
-            x: vec![0.0; 2 * contacts],
             afresh: vec![0.0; 2 * contacts],
         }
     }
@@ -67,9 +65,15 @@ impl CopositiveLemke {
         let b_max = self.start(problem);
         let pivots = self.tableau.run()?;
         self.read(n, b_max, states, impulses);
-        solve_states(&mut self.system, problem, states, &mut self.x, &mut self.afresh[..2 * n]);
+        solve_states(&mut self.system, problem, states, &mut self.afresh[..2 * n]);
         if natural_residual(problem, &self.afresh[..2 * n]) < natural_residual(problem, impulses) {
             impulses.copy_from_slice(&self.afresh[..2 * n]);
+        } else {
+            // A basis that is singular or degenerate: what its variables are worth says what the contacts do.
+            for (contact, state) in states.iter_mut().enumerate() {
+                let (p_n, p_t) = (impulses[contact], impulses[n + contact]);
+                *state = ContactState::of_impulses(p_n, p_t, problem.friction[contact]);
+            }
         }
         Ok(SolveStats { pivots, factorisations: 1, ..SolveStats::default() })
     }

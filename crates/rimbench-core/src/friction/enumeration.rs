@@ -23,7 +23,6 @@ pub struct FrictionSolution {
 #[derive(Debug, Clone)]
 pub struct Enumeration {
     system: StateSystem,
-    x: Vec<f64>,
     trial: Vec<f64>,
     states: Vec<ContactState>,
 }
@@ -32,12 +31,7 @@ impl Enumeration {
     /// Makes room for this many contacts, or as many as it takes on.
     pub fn new(contacts: usize) -> Self {
         let n = contacts.min(ENUMERATION_LIMIT);
-        Enumeration {
-            system: StateSystem::new(n),
-            x: vec![0.0; 2 * n],
-            trial: vec![0.0; 2 * n],
-            states: vec![ContactState::Open; n],
-        }
+        Enumeration { system: StateSystem::new(n), trial: vec![0.0; 2 * n], states: vec![ContactState::Open; n] }
     }
 
     /// Writes the impulses and states of the first combination with a natural residual up to `tolerance`, or of the best.
@@ -97,7 +91,7 @@ impl Enumeration {
         if self.states.len() < n {
             *self = Enumeration::new(n);
         }
-        let Enumeration { system, x, trial, states } = self;
+        let Enumeration { system, trial, states } = self;
         let (states, trial) = (&mut states[..n], &mut trial[..2 * n]);
         for combination in 0..1_usize << (2 * n) {
             for (contact, state) in states.iter_mut().enumerate() {
@@ -110,7 +104,7 @@ impl Enumeration {
             if states.iter().zip(problem.friction).any(redundant) {
                 continue;
             }
-            solve_states(system, problem, states, x, trial);
+            solve_states(system, problem, states, trial);
             if enough(states, trial, natural_residual(problem, trial)) {
                 return Ok(());
             }

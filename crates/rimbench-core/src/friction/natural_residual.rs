@@ -20,10 +20,19 @@ use super::FrictionProblem;
 pub fn natural_residual(problem: FrictionProblem<'_>, impulses: &[f64]) -> f64 {
     let n = problem.contacts();
     assert_eq!(impulses.len(), 2 * n, "P has two entries per contact");
+    let worst = violation(problem, impulses, |row| {
+        problem.b[row] + problem.row(row).iter().zip(impulses).map(|(h, p)| h * p).sum::<f64>()
+    });
+    worst / problem.scale().max(f64::MIN_POSITIVE)
+}
+
+/// The residual times `‖b‖_∞`, m/s, from velocities `H P + b` that may be at hand already. Infinite where something is not finite.
+#[inline(always)]
+pub(super) fn violation(problem: FrictionProblem<'_>, impulses: &[f64], velocity: impl Fn(usize) -> f64) -> f64 {
+    let n = problem.friction.len();
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
     let (mut worst, mut not_finite) = (0.0, 0.0);
     for contact in 0..n {
-        let velocity =
-            |row: usize| problem.b[row] + problem.row(row).iter().zip(impulses).map(|(h, p)| h * p).sum::<f64>();
         let weight = |row: usize| {
             let h = problem.row(row)[row];
             if h > 0.0 { h } else { 1.0 }
@@ -32,13 +41,14 @@ pub fn natural_residual(problem: FrictionProblem<'_>, impulses: &[f64]) -> f64 {
         not_finite += w_n * 0.0 + w_t * 0.0;
         let (h_nn, h_tt) = (weight(contact), weight(n + contact));
         let (p_n, p_t) = (impulses[contact], impulses[n + contact]);
-        let bound = problem.friction[contact] * p_n.max(0.0);
-        // Not `clamp`, which panics where the bound is not a number.
-        let projected = (p_t - w_t / h_tt).min(bound).max(-bound);
-        let violations = [(h_nn * p_n).min(w_n).abs(), h_tt * (p_t - projected).abs()];
-        worst = violations.into_iter().fold(worst, |worst, v| if v > worst { v } else { worst });
+        let (pressing, bound) = (h_nn * p_n, problem.friction[contact] * larger(0.0, p_n));
+        let wanted = p_t - w_t / h_tt;
+        let wanted = if wanted > bound { bound } else { wanted };
+        let projected = if wanted < -bound { -bound } else { wanted };
+        worst = larger(worst, if pressing < w_n { pressing } else { w_n }.abs());
+        worst = larger(worst, h_tt * (p_t - projected).abs());
     }
-    if not_finite == 0.0 { worst / problem.scale().max(f64::MIN_POSITIVE) } else { f64::INFINITY }
+    if not_finite == 0.0 { worst } else { f64::INFINITY }
 }
 
 #[cfg(test)]

@@ -53,9 +53,32 @@ impl FrictionProblem<'_> {
     /// Writes `w = H P + b`.
     #[inline]
     pub fn velocities(&self, impulses: &[f64], w: &mut [f64]) {
-        let n = self.b.len();
-        for (row, w) in w[..n].iter_mut().enumerate() {
-            *w = self.b[row] + self.row(row).iter().zip(impulses).map(|(h, p)| h * p).sum::<f64>();
+        match self.b.len() {
+            2 => self.velocities_of_few::<2>(impulses, w),
+            4 => self.velocities_of_few::<4>(impulses, w),
+            6 => self.velocities_of_few::<6>(impulses, w),
+            8 => self.velocities_of_few::<8>(impulses, w),
+            n => self.velocities_of(n, impulses, w),
+        }
+    }
+
+    #[inline(never)]
+    fn velocities_of_few<const N: usize>(&self, impulses: &[f64], w: &mut [f64]) {
+        self.velocities_of(N, impulses, w);
+    }
+
+    #[inline(always)]
+    fn velocities_of(&self, n: usize, impulses: &[f64], w: &mut [f64]) {
+        let (h, b, impulses, w) = (&self.h[..n * n], &self.b[..n], &impulses[..n], &mut w[..n]);
+        for (row, w) in w.iter_mut().enumerate() {
+            // Two entries at once: their number is even.
+            let (mut even, mut odd) = (0.0, 0.0);
+            let line = h[row * n..(row + 1) * n].as_chunks::<2>().0;
+            for (h, p) in line.iter().zip(impulses.as_chunks::<2>().0) {
+                even += h[0] * p[0];
+                odd += h[1] * p[1];
+            }
+            *w = b[row] + (even + odd);
         }
     }
 

@@ -15,6 +15,8 @@ pub struct FrictionSolver {
     states: Vec<ContactState>,
     /// Of the last problem.
     len: usize,
+    /// Whether the active states have seen the present matrix.
+    same_matrix: bool,
     active: ActiveStates,
     enumeration: Enumeration,
     lemke: CopositiveLemke,
@@ -28,6 +30,7 @@ impl FrictionSolver {
             tolerance,
             states: vec![ContactState::Open; contacts],
             len: 0,
+            same_matrix: false,
             active: ActiveStates::new(contacts),
             enumeration: Enumeration::new(contacts),
             lemke: CopositiveLemke::new(contacts),
@@ -68,6 +71,15 @@ impl FrictionSolver {
     /// # Errors
     /// [`Unsolved::NotFound`] with the least residual of all attempts: a jam that loads itself, or a problem beyond the methods.
     pub fn solve(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        self.same_matrix = false;
+        self.solve_again(problem, impulses)
+    }
+
+    /// The same with the matrix and the coefficients of the last problem, which is not looked at: what was factorised serves again.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_again(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = problem.contacts();
         if n != self.len {
             self.start_from((0..n).map(|_| ContactState::Open));
@@ -79,8 +91,13 @@ impl FrictionSolver {
             states.fill(ContactState::Open);
             return Ok(SolveStats::default());
         }
-        let (residual, stats) = match self.active.attempt(problem, states, impulses) {
-            Ok(stats) => (natural_residual(problem, impulses), stats),
+        let attempted = if std::mem::replace(&mut self.same_matrix, true) {
+            self.active.attempt_again(problem, states, impulses)
+        } else {
+            self.active.attempt(problem, states, impulses)
+        };
+        let (residual, stats) = match attempted {
+            Ok(stats) => (stats.residual, stats),
             Err(_) => (f64::INFINITY, SolveStats::default()),
         };
         if residual <= self.tolerance {

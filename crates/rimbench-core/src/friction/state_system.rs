@@ -4,6 +4,9 @@ use super::ContactState;
 
 /// A pivot below this part of the first one is zero: its row depends on those before.
 const DEPENDENT: f64 = 1e-11;
+/// Pivots in the order of the last matrix serve while no row is subtracted more often than this: complete pivoting, which searches all
+/// that is left at every step, has 1.
+const GROWTH: f64 = 8.0;
 
 /// The equations that hold once it is known what each contact does.
 ///
@@ -14,20 +17,58 @@ const DEPENDENT: f64 = 1e-11;
 /// ```
 /// `K` is unsymmetric where a contact slides. Rows that depend on others drop out with their unknowns (elimination with complete pivoting):
 /// redundant contacts are the rule. Serves the contact problem and what is condensed from it alike.
+///
+/// Matrices of one combination of states after the other are much alike: they are taken apart in the order of the last one, and searched
+/// for pivots only where that order does not serve.
 /// # Shapes and units
 /// `K` up to 2n×2n, 1/kg; `x` N·s.
 #[derive(Debug, Clone)]
 pub struct StateSystem {
     /// Stacked row of each unknown: the contact, or n plus the contact where it is tangential.
     rows: Vec<usize>,
+    /// Of each unknown what its column is made of: `H_·row`, plus so many times the tangential one.
+    columns: Vec<Column>,
+    /// The states of the last matrix.
+    states: Vec<ContactState>,
     len: usize,
     rank: usize,
-    /// `K`, then its factors.
+    /// Whether one of them slides.
+    slides: bool,
+    /// `K` in the order of its pivots, then its upper factor, from the diagonal on; row after row, as the lower one, and one over the pivots.
     matrix: Vec<f64>,
+    lower: Vec<f64>,
+    inverse: Vec<f64>,
     row_order: Vec<usize>,
     column_order: Vec<usize>,
+    /// Rows and columns of the unknowns in that order.
+    ordered_rows: Vec<usize>,
+    ordered_columns: Vec<Column>,
     /// Room for a permuted right-hand side.
     permuted: Vec<f64>,
+}
+
+/// Column of `F_σ` of one unknown.
+#[derive(Debug, Clone, Copy, Default)]
+struct Column {
+    row: usize,
+    tangential: usize,
+    /// `∓μ` of a contact that slides; else 0.
+    factor: f64,
+}
+
+impl Column {
+    #[inline(always)]
+    fn of(self, line: &[f64]) -> f64 {
+        line[self.row] + self.factor * line[self.tangential]
+    }
+}
+
+/// `y − factor · x`.
+#[inline(always)]
+fn subtract<const K: usize>(y: &mut [f64; K], x: &[f64; K], factor: f64) {
+    for at in 0..K {
+        y[at] -= factor * x[at];
+    }
 }
 
 impl StateSystem {
@@ -36,9 +77,16 @@ impl StateSystem {
         let n = 2 * contacts;
         StateSystem {
             rows: vec![0; n],
+            columns: vec![Column::default(); n],
+            states: Vec::with_capacity(contacts),
             len: 0,
             rank: 0,
+            slides: false,
             matrix: vec![0.0; n * n],
+            lower: vec![0.0; n * n],
+            inverse: vec![0.0; n],
+            ordered_rows: vec![0; n],
+            ordered_columns: vec![Column::default(); n],
             row_order: vec![0; n],
             column_order: vec![0; n],
             permuted: vec![0.0; n],
@@ -64,24 +112,56 @@ impl StateSystem {
         self.rank
     }
 
-    /// Returns one entry of `row F_σ` for the unknown `k`, from a row of stacked `[n; t]` entries.
+    /// Returns the entry of `line F_σ` for the unknown `k`; `line` are stacked entries, `[n; t]` first.
     #[inline]
-    pub fn column_of(&self, k: usize, friction: &[f64], states: &[ContactState], row: impl Fn(usize) -> f64) -> f64 {
-        let (source, n) = (self.rows[k], states.len());
-        let own = row(source);
-        if source >= n {
-            return own;
+    pub fn column_of(&self, k: usize, line: &[f64]) -> f64 {
+        self.columns[k].of(line)
+    }
+
+    /// Tells whether the last matrix was one of these states.
+    #[inline]
+    pub fn is_of(&self, states: &[ContactState]) -> bool {
+        self.states == states
+    }
+
+    /// Takes the equations of these states and factorises them; `line` gives a stacked row of `H`, contacts and tangential rows first.
+    #[inline]
+    pub fn factorise<'a>(&mut self, friction: &[f64], states: &[ContactState], line: impl Fn(usize) -> &'a [f64]) {
+        let again = self.is_of(states);
+        if !again {
+            self.take_states(states);
         }
-        match states[source] {
-            ContactState::Open | ContactState::Stick => own,
-            slips => own + slips.friction() * friction[source] * row(n + source),
+        // Coefficients count where something slides.
+        if !again || self.slides {
+            self.take_columns(friction);
+        }
+        if !(again && self.eliminate_in_order(&line)) {
+            self.eliminate(&line);
         }
     }
 
-    /// Takes the equations of these states and factorises them; `entry` gives `H`.
-    pub fn factorise(&mut self, friction: &[f64], states: &[ContactState], entry: impl Fn(usize, usize) -> f64) {
+    fn take_columns(&mut self, friction: &[f64]) {
+        let n = self.states.len();
+        self.slides = false;
+        for (column, &row) in self.columns.iter_mut().zip(&self.rows[..self.len]) {
+            *column = Column { row, tangential: row, factor: 0.0 };
+            if row < n {
+                column.tangential = n + row;
+                let direction = self.states[row].friction();
+                column.factor = direction * friction[row];
+                self.slides |= direction != 0.0;
+            }
+        }
+        for (ordered, &column) in self.ordered_columns.iter_mut().zip(&self.column_order[..self.len]) {
+            *ordered = self.columns[column];
+        }
+    }
+
+    fn take_states(&mut self, states: &[ContactState]) {
         let n = states.len();
         self.grow(n);
+        self.states.clear();
+        self.states.extend_from_slice(states);
         self.len = 0;
         for (contact, state) in states.iter().enumerate() {
             if *state != ContactState::Open {
@@ -93,22 +173,85 @@ impl StateSystem {
                 self.len += 1;
             }
         }
-        let k = self.len;
-        let mut matrix = std::mem::take(&mut self.matrix);
-        for (slot, target) in matrix[..k * k].chunks_exact_mut(k.max(1)).enumerate() {
-            let row = self.rows[slot];
-            for (other, target) in target.iter_mut().enumerate() {
-                *target = self.column_of(other, friction, states, |column| entry(row, column));
+    }
+
+    /// Elimination in the order of the last matrix; says whether that serves this one: as many pivots, and none too small.
+    #[inline]
+    fn eliminate_in_order<'a>(&mut self, line: &impl Fn(usize) -> &'a [f64]) -> bool {
+        match self.len {
+            0 => true,
+            1 => self.eliminate_few::<1>(line),
+            2 => self.eliminate_few::<2>(line),
+            3 => self.eliminate_few::<3>(line),
+            4 => self.eliminate_few::<4>(line),
+            5 => self.eliminate_few::<5>(line),
+            6 => self.eliminate_few::<6>(line),
+            7 => self.eliminate_few::<7>(line),
+            8 => self.eliminate_few::<8>(line),
+            _ => false,
+        }
+    }
+
+    /// The same with a size that the compiler knows; more unknowns are searched for pivots each time.
+    ///
+    /// Whole lines are subtracted, what is finished included: that is faster than lines of different lengths.
+    #[inline(never)]
+    fn eliminate_few<'a, const K: usize>(&mut self, line: &impl Fn(usize) -> &'a [f64]) -> bool {
+        let StateSystem { matrix, lower, inverse, ordered_rows, ordered_columns, rank, slides, .. } = self;
+        let rank = (*rank).min(K);
+        let (columns, inverse) = (&ordered_columns[..K], &mut inverse[..K]);
+        let lines = &mut matrix.as_chunks_mut::<K>().0[..K];
+        let lower = &mut lower.as_chunks_mut::<K>().0[..K];
+        if *slides {
+            for (target, &row) in lines.iter_mut().zip(&*ordered_rows) {
+                let source = line(row);
+                for (target, column) in target.iter_mut().zip(columns) {
+                    *target = column.of(source);
+                }
+            }
+        } else {
+            let mut from = [0; K];
+            for (from, column) in from.iter_mut().zip(columns) {
+                *from = column.row;
+            }
+            for (target, &row) in lines.iter_mut().zip(&*ordered_rows) {
+                let source = line(row);
+                *target = from.map(|column| source[column]);
             }
         }
-        self.matrix = matrix;
-        self.eliminate();
+        let (mut largest, mut growth, mut served) = (0.0, 0.0, true);
+        for step in 0..rank {
+            let (above, below) = lines.split_at_mut(step + 1);
+            let line = &above[step];
+            let pivot = line[step];
+            largest = if pivot.abs() > largest { pivot.abs() } else { largest };
+            served &= pivot.abs() > DEPENDENT * largest;
+            inverse[step] = 1.0 / pivot;
+            for (target, kept) in below.iter_mut().zip(&mut lower[step + 1..]) {
+                let factor = target[step] * inverse[step];
+                growth = if factor * factor > growth { factor * factor } else { growth };
+                kept[step] = factor;
+                subtract(target, line, factor);
+            }
+        }
+        // What depended on the pivots must do so still.
+        for line in &lines[rank..] {
+            served &= line[rank..].iter().all(|entry| entry.abs() <= DEPENDENT * largest);
+        }
+        served && growth <= GROWTH * GROWTH
     }
 
     /// Elimination with complete pivoting, up to the first pivot that is zero.
-    fn eliminate(&mut self) {
+    #[cold]
+    fn eliminate<'a>(&mut self, line: &impl Fn(usize) -> &'a [f64]) {
         let k = self.len;
-        let StateSystem { matrix, row_order, column_order, .. } = self;
+        let StateSystem { rows, columns, matrix, row_order, column_order, .. } = self;
+        for (target, &row) in matrix[..k * k].chunks_exact_mut(k.max(1)).zip(&*rows) {
+            let source = line(row);
+            for (target, column) in target.iter_mut().zip(&*columns) {
+                *target = column.of(source);
+            }
+        }
         let (matrix, row_order, column_order) = (&mut matrix[..k * k], &mut row_order[..k], &mut column_order[..k]);
         row_order.iter_mut().enumerate().for_each(|(i, order)| *order = i);
         column_order.iter_mut().enumerate().for_each(|(i, order)| *order = i);
@@ -126,7 +269,7 @@ impl StateSystem {
             largest = if step == 0 { pivot } else { largest };
             if pivot.is_nan() || pivot <= DEPENDENT * largest {
                 self.rank = step;
-                return;
+                break;
             }
             if row != step {
                 let (above, below) = matrix.split_at_mut(row * k);
@@ -152,38 +295,85 @@ impl StateSystem {
                 }
             }
         }
+        self.keep_factors();
+    }
+
+    /// Puts factors and order where they are used.
+    fn keep_factors(&mut self) {
+        let (k, rank) = (self.len, self.rank);
+        self.lower[..k * k].copy_from_slice(&self.matrix[..k * k]);
+        for step in 0..rank {
+            self.inverse[step] = 1.0 / self.matrix[step * k + step];
+        }
+        for (to, (&row, &column)) in self.row_order[..k].iter().zip(&self.column_order).enumerate() {
+            self.ordered_rows[to] = self.rows[row];
+            self.ordered_columns[to] = self.columns[column];
+        }
     }
 
     /// Replaces `x`, one entry per unknown, by `K⁻¹ x`; unknowns of dependent rows are 0.
     pub fn solve(&mut self, x: &mut [f64]) {
-        let (k, rank) = (self.len, self.rank);
-        let StateSystem { matrix, row_order, column_order, permuted, .. } = self;
-        let y = &mut permuted[..rank];
-        for i in 0..rank {
-            let known: f64 = matrix[i * k..i * k + i].iter().zip(&*y).map(|(l, y)| l * y).sum();
-            y[i] = x[row_order[i]] - known;
+        let k = self.len;
+        for at in 0..k {
+            self.permuted[at] = x[self.row_order[at]];
         }
+        self.solve_ordered();
         x[..k].fill(0.0);
-        for i in (0..rank).rev() {
-            let line = &matrix[i * k..i * k + rank];
-            let known: f64 = line[i + 1..].iter().zip(&y[i + 1..]).map(|(u, y)| u * y).sum();
-            y[i] = (y[i] - known) / line[i];
-        }
-        for (y, &column) in y.iter().zip(&*column_order) {
+        for (y, &column) in self.permuted[..self.rank].iter().zip(&self.column_order) {
             x[column] = *y;
         }
     }
 
-    /// Writes `P = F_σ x`.
-    pub fn impulses(&self, friction: &[f64], states: &[ContactState], x: &[f64], impulses: &mut [f64]) {
-        let n = states.len();
-        impulses[..2 * n].fill(0.0);
-        for (&row, &x) in self.rows().iter().zip(x) {
-            impulses[row] = x;
-            if row < n {
-                // One that sticks has its own unknown, which comes next.
-                impulses[n + row] = states[row].friction() * friction[row] * x;
+    /// Writes `P = −F_σ K⁻¹ E_σ b`, for as many contacts as the states had.
+    #[inline]
+    pub fn impulses(&mut self, b: &[f64], impulses: &mut [f64]) {
+        for (y, &row) in self.permuted.iter_mut().zip(&self.ordered_rows[..self.len]) {
+            *y = -b[row];
+        }
+        self.solve_ordered();
+        impulses[..2 * self.states.len()].fill(0.0);
+        for (column, &x) in self.ordered_columns.iter().zip(&self.permuted[..self.rank]) {
+            impulses[column.row] = x;
+            if column.factor != 0.0 {
+                impulses[column.tangential] = column.factor * x;
             }
+        }
+    }
+
+    /// Solves for what stands in `permuted`, rows and unknowns in the order of the pivots.
+    #[inline]
+    fn solve_ordered(&mut self) {
+        match self.len {
+            1 => self.solve_few::<1>(),
+            2 => self.solve_few::<2>(),
+            3 => self.solve_few::<3>(),
+            4 => self.solve_few::<4>(),
+            5 => self.solve_few::<5>(),
+            6 => self.solve_few::<6>(),
+            7 => self.solve_few::<7>(),
+            8 => self.solve_few::<8>(),
+            k => self.solve_lines(k, self.rank),
+        }
+    }
+
+    #[inline(never)]
+    fn solve_few<const K: usize>(&mut self) {
+        if self.rank == K { self.solve_lines(K, K) } else { self.solve_lines(K, self.rank) }
+    }
+
+    #[inline(always)]
+    fn solve_lines(&mut self, k: usize, rank: usize) {
+        let StateSystem { matrix, lower, inverse, permuted, .. } = self;
+        let (lower, upper, inverse) = (&lower[..k * k], &matrix[..k * k], &inverse[..k]);
+        let (y, rank) = (&mut permuted[..k], rank.min(k));
+        for i in 1..rank {
+            let known: f64 = lower[i * k..i * k + i].iter().zip(&*y).map(|(l, y)| l * y).sum();
+            y[i] -= known;
+        }
+        for i in (0..rank).rev() {
+            let line = &upper[i * k..(i + 1) * k];
+            let known: f64 = line[i + 1..rank].iter().zip(&y[i + 1..rank]).map(|(u, y)| u * y).sum();
+            y[i] = (y[i] - known) * inverse[i];
         }
     }
 }

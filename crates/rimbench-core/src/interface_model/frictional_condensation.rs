@@ -54,7 +54,7 @@ impl StateWork {
                 known => known,
             };
         }
-        system.factorise(&model.friction, states, |row, column| model.entry(row, column));
+        system.factorise(&model.friction, states, |row| model.row(row));
         // Right-hand sides: the interface columns, then a, then w.
         for column in 0..n_i + 2 {
             let of = |row: usize| match column.checked_sub(n_i) {
@@ -67,7 +67,7 @@ impl StateWork {
             }
             system.solve(x);
             for i in 0..n_i {
-                let pushed = |k: usize| system.column_of(k, &model.friction, states, |c| model.entry(first + i, c));
+                let pushed = |k: usize| system.column_of(k, model.row(first + i));
                 let known: f64 = x[..system.rows().len()].iter().enumerate().map(|(k, x)| pushed(k) * x).sum();
                 let left = of(first + i) - known;
                 match column.checked_sub(n_i) {
