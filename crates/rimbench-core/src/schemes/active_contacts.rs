@@ -68,7 +68,7 @@ impl ActiveContacts {
                 *w += model.step_gap_velocity(contact);
             }
         }
-        friction.solve(&self.packed, &self.w_free[..n], &mut self.impulses[..n])?;
+        friction.solve(&self.packed, true, &self.w_free[..n], &mut self.impulses[..n])?;
         for (&contact, state) in closed.iter().zip(friction.states()) {
             model.note_state(contact, *state);
         }

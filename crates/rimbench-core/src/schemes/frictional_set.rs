@@ -5,8 +5,8 @@ use crate::complementarity::{SolveStats, SolverCounters, SolverEntry, Unsolved};
 use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 use crate::interface_model::ReducedInterfaceModel;
 
-/// A set of contacts with their coefficients and a solver, which starts from the states that came with the model. Where a contact at rest
-/// has a coefficient of its own, each problem finds the coefficients that the one before has left.
+/// A set of contacts with their coefficients and a solver, which starts from the states that the mechanics' own solver would start from.
+/// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before has left.
 #[derive(Clone)]
 pub(super) struct FrictionalSet {
     /// Rows of the model: the contacts, then their tangential rows.
@@ -37,7 +37,7 @@ impl FrictionalSet {
         self.rows.extend(set.iter().copied().chain(set.iter().map(|contact| n + contact)));
         self.friction.clear();
         self.friction.extend(set.iter().map(|&contact| model.friction[contact]));
-        self.solver.start_from(set.iter().map(|&contact| model.states[contact]));
+        self.solver.start_from(set.iter().map(|&contact| model.solved_states[contact]));
     }
 
     /// Returns the rows of the model that take part: contacts, then tangential rows.
@@ -50,14 +50,22 @@ impl FrictionalSet {
         self.solver.states()
     }
 
-    /// Solves the packed contacts with the velocities `b`, `[b_n; b_t]` (m/s).
+    /// Returns their coefficients, in the same order.
+    pub(super) fn friction(&self) -> &[f64] {
+        &self.friction
+    }
+
+    /// Solves the packed contacts with the velocities `b`, `[b_n; b_t]` (m/s); `anew` says that they have been packed since the last time.
     pub(super) fn solve(
         &mut self,
         packed: &PackedModel,
+        anew: bool,
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        let solved = self.solver.solve(FrictionProblem { h: packed.h_uu(), b, friction: &self.friction }, impulses)?;
+        let problem = FrictionProblem { h: packed.h_uu(), b, friction: &self.friction };
+        let solved =
+            if anew { self.solver.solve(problem, impulses) } else { self.solver.solve_again(problem, impulses) }?;
         if let Some(stiction) = self.stiction {
             let (m, h) = (self.friction.len(), packed.h_uu());
             let standstill = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));

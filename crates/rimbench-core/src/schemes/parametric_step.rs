@@ -17,8 +17,17 @@
 //! - `−δ (γ/h)² g` for one that is penetrated: from one micro step to the next it shrinks by `ρ = 1 − γδ/h`, for all of them alike.
 //!
 //! One solve more therefore serves for as long as `r` keeps its direction. `A` are the contacts with `P > 0` of the last problem.
+//!
+//! With friction it is the states σ of the last problem that stay the same, `E_σ` and `F_σ` in the place of A, see
+//! [`StateSystem`](crate::friction::StateSystem), and what is checked besides is what the states say:
+//!
+//! ```text
+//! P    = −F_σ K⁻¹ E_σ [ r + δ (a + H_·i λ) ]          |P_t| ≤ μ P_n (stick)      ±w_t⁺ ≥ 0 (slip)
+//! w⁺   = w + δ (a + H_·i λ) + H P                     and P = 0 must not do: who solves would take that
+//! ```
 
 use super::packed_model::{PackedModel, add_multiple};
+use crate::friction::{ContactState, StateSystem};
 use crate::interface_model::GapRates;
 use crate::linear_algebra::{Factor, SparseFactor};
 
@@ -65,6 +74,16 @@ enum SetFactor {
     Dense(Box<Factor>),
     /// Where few of many contacts meet: the factor, and a column over all contacts.
     Sparse(SparseFactor, Vec<f64>),
+    /// With friction: `K`.
+    States(Box<StateFactor>),
+}
+
+/// The equations of the states of contacts with friction.
+#[derive(Clone)]
+struct StateFactor {
+    system: StateSystem,
+    states: Vec<ContactState>,
+    friction: Vec<f64>,
 }
 
 impl SetFactor {
@@ -77,6 +96,19 @@ impl SetFactor {
                 factor.solve(column);
                 set.iter().zip(x).for_each(|(&contact, x)| *x = column[contact]);
             }
+            SetFactor::States(factor) => factor.system.solve(x),
+        }
+    }
+
+    /// Adds to `w` what the impulse of one member gives, with friction that of a contact that slides included.
+    fn push(&self, model: &PackedModel, row: usize, impulse: f64, w: &mut [f64]) {
+        model.add_impulse(row, impulse, w);
+        if let SetFactor::States(factor) = self
+            && let Some(state) = factor.states.get(row)
+            && state.friction() != 0.0
+        {
+            let along = state.friction() * factor.friction[row] * impulse;
+            model.add_impulse(factor.states.len() + row, along, w);
         }
     }
 }
@@ -118,6 +150,16 @@ impl ParametricStep {
     /// The same with the order and pattern of this factor, where few of many contacts meet.
     pub(super) fn sparse(contacts: usize, interface: usize, factor: &SparseFactor) -> Self {
         Self::with_factor(contacts, interface, SetFactor::Sparse(factor.clone(), vec![0.0; contacts]))
+    }
+
+    /// The same for contacts with friction.
+    pub(super) fn with_friction(contacts: usize, interface: usize) -> Self {
+        let factor = StateFactor {
+            system: StateSystem::new(contacts),
+            states: Vec::with_capacity(contacts),
+            friction: Vec::with_capacity(contacts),
+        };
+        Self::with_factor(2 * contacts, interface, SetFactor::States(Box::new(factor)))
     }
 
     fn with_factor(contacts: usize, interface: usize, factor: SetFactor) -> Self {
@@ -180,7 +222,7 @@ impl ParametricStep {
                     self.set.extend((0..n).filter(|&contact| solved.contains(contact)));
                 }
             }
-            (SetFactor::Sparse(..), None) => return,
+            (SetFactor::Sparse(..), None) | (SetFactor::States(_), _) => return,
             (SetFactor::Dense(factor), _) => {
                 factor.clear(n);
                 for (contact, &impulse) in impulses.iter().enumerate() {
@@ -195,7 +237,35 @@ impl ParametricStep {
                 }
             }
         }
-        let (rows, k) = (n + self.interface, self.set.len());
+        self.find_response(model, motion);
+    }
+
+    /// The same with friction: for contacts in these states.
+    pub(super) fn find_of_states(
+        &mut self,
+        model: &PackedModel,
+        motion: &GapMotion,
+        states: &[ContactState],
+        friction: &[f64],
+        left: f64,
+    ) {
+        let n = model.contacts();
+        (self.contacts, self.left) = (n, left);
+        let SetFactor::States(factor) = &mut self.factor else { return };
+        factor.states.clear();
+        factor.states.extend_from_slice(states);
+        factor.friction.clear();
+        factor.friction.extend_from_slice(friction);
+        factor.system.factorise(friction, states, |row| &model.h_uu()[row * n..(row + 1) * n]);
+        self.set.clear();
+        self.set.extend_from_slice(factor.system.rows());
+        self.find_response(model, motion);
+    }
+
+    /// Finds the response of the members, which have been factorised.
+    fn find_response(&mut self, model: &PackedModel, motion: &GapMotion) {
+        let (n, k) = (self.contacts, self.set.len());
+        let rows = n + self.interface;
         self.known = true;
         for j in 0..=self.interface {
             // The column of r stands between that of a and those of the forces.
@@ -229,7 +299,7 @@ impl ParametricStep {
         state: MicroState<'_>,
     ) -> bool {
         let Ok(&force) = <&[f64; 1]>::try_from(lambda) else {
-            return self.step_of_size(self.contacts, model, motion, lambda, state);
+            return self.step_of_size::<false>(self.contacts, model, motion, lambda, state);
         };
         match self.contacts {
             0 => self.step_of_few::<0>(model, motion, force, state),
@@ -237,8 +307,40 @@ impl ParametricStep {
             2 => self.step_of_few::<2>(model, motion, force, state),
             3 => self.step_of_few::<3>(model, motion, force, state),
             4 => self.step_of_few::<4>(model, motion, force, state),
-            n => self.step_of_size(n, model, motion, &force, state),
+            n => self.step_of_size::<false>(n, model, motion, &force, state),
         }
+    }
+
+    /// The same with friction, impulses `[P_n; P_t]`.
+    #[inline]
+    pub(super) fn step_with_friction(
+        &mut self,
+        model: &PackedModel,
+        motion: &GapMotion,
+        lambda: &[f64],
+        state: MicroState<'_>,
+    ) -> bool {
+        let Ok(&force) = <&[f64; 1]>::try_from(lambda) else {
+            return self.step_of_size::<true>(self.contacts, model, motion, lambda, state);
+        };
+        match self.contacts {
+            2 => self.step_of_few_with_friction::<2>(model, motion, force, state),
+            4 => self.step_of_few_with_friction::<4>(model, motion, force, state),
+            6 => self.step_of_few_with_friction::<6>(model, motion, force, state),
+            8 => self.step_of_few_with_friction::<8>(model, motion, force, state),
+            n => self.step_of_size::<true>(n, model, motion, &force, state),
+        }
+    }
+
+    #[inline(never)]
+    fn step_of_few_with_friction<const N: usize>(
+        &mut self,
+        model: &PackedModel,
+        motion: &GapMotion,
+        force: [f64; 1],
+        state: MicroState<'_>,
+    ) -> bool {
+        self.step_of_size::<true>(N, model, motion, &force, state)
     }
 
     #[inline(never)]
@@ -249,11 +351,11 @@ impl ParametricStep {
         force: [f64; 1],
         state: MicroState<'_>,
     ) -> bool {
-        self.step_of_size(N, model, motion, &force, state)
+        self.step_of_size::<false>(N, model, motion, &force, state)
     }
 
     #[inline(always)]
-    fn step_of_size(
+    fn step_of_size<const FRICTION: bool>(
         &mut self,
         n: usize,
         model: &PackedModel,
@@ -263,11 +365,16 @@ impl ParametricStep {
     ) -> bool {
         let rows = n + lambda.len();
         let MicroState { w, next, gap, impulses } = state;
-        let (w, next, gap, impulses) = (&w[..rows], &mut next[..rows], &mut gap[..n], &mut impulses[..n]);
+        // Tangential rows have no gaps.
+        let gaps = if FRICTION { n / 2 } else { n };
+        let (w, next, gap, impulses) = (&w[..rows], &mut next[..rows], &mut gap[..gaps], &mut impulses[..n]);
         self.factor_of_r *= self.decay;
         let mut tolerance = self.tolerance(lambda);
         // A force that is not finite is for the solver to complain about.
         if !tolerance.is_finite() || motion.restitution > 0.0 && closes(motion, w, gap, tolerance) {
+            return false;
+        }
+        if FRICTION && self.is_solved_by_zero(model, motion.rates, w, lambda, gap) {
             return false;
         }
         self.velocities_after(w, lambda, next);
@@ -284,7 +391,12 @@ impl ParametricStep {
                 return false;
             }
         }
-        if !self.impulses_after(lambda, impulses) {
+        let fits = if FRICTION {
+            self.frictional_impulses_after(model, lambda, next, impulses, tolerance)
+        } else {
+            self.impulses_after(lambda, impulses)
+        };
+        if !fits {
             return false;
         }
         for (gap, w) in gap.iter_mut().zip(&*next) {
@@ -345,10 +457,64 @@ impl ParametricStep {
         true
     }
 
+    /// Whether contacts that push need not: no impulse at all would do.
+    #[inline(always)]
+    fn is_solved_by_zero(&self, model: &PackedModel, rates: GapRates, w: &[f64], lambda: &[f64], gap: &[f64]) -> bool {
+        let rows = w.len();
+        !self.set.is_empty()
+            && gap.iter().enumerate().all(|(contact, gap)| {
+                let mut free = w[contact] + model.drift(rows)[contact] + rates.velocity(*gap);
+                for (j, force) in lambda.iter().enumerate() {
+                    free += force * model.force_column(j, rows)[contact];
+                }
+                free >= 0.0
+            })
+    }
+
+    /// Writes the impulses, as long as each contact keeps to its state; says whether all do.
+    #[inline(always)]
+    fn frictional_impulses_after(
+        &self,
+        model: &PackedModel,
+        lambda: &[f64],
+        next: &[f64],
+        impulses: &mut [f64],
+        tolerance: f64,
+    ) -> bool {
+        let SetFactor::States(factor) = &self.factor else { return false };
+        let n = impulses.len();
+        let contacts = n / 2;
+        let (drift, columns) = self.impulses[..n * (lambda.len() + 2)].split_at(n);
+        let (of_r, forces) = columns.split_at(n);
+        for (slot, ((&row, drift), of_r)) in self.set.iter().zip(drift).zip(of_r).enumerate() {
+            let mut impulse = drift + self.factor_of_r * of_r;
+            for (force, column) in lambda.iter().zip(forces.chunks_exact(n)) {
+                impulse += force * column[slot];
+            }
+            if row >= contacts {
+                // Its normal impulse is the one before.
+                let beyond = impulse.abs() - factor.friction[row - contacts] * impulses[row - contacts];
+                if beyond > 0.0 && beyond * model.h_uu()[row * n + row] > tolerance {
+                    return false;
+                }
+            } else {
+                let (direction, mu) = (factor.states[row].friction(), factor.friction[row]);
+                // Its friction points against its velocity.
+                let slides = mu == 0.0 || direction * next[contacts + row] <= tolerance;
+                if impulse < 0.0 || !slides {
+                    return false;
+                }
+                impulses[contacts + row] = direction * mu * impulse;
+            }
+            impulses[row] = impulse;
+        }
+        true
+    }
+
     /// Whether `w_A⁺ = −t_A`, that is, `r` is what the present multiple of its column says.
     #[inline(always)]
     fn rests(&self, rates: GapRates, next: &[f64], gap: &[f64], tolerance: f64) -> bool {
-        self.set.iter().all(|&contact| (next[contact] + rates.velocity(gap[contact])).abs() <= tolerance)
+        self.set.iter().all(|&row| (next[row] + gap_velocity(rates, gap, row)).abs() <= tolerance)
     }
 
     /// Looks at `r` as it is, and solves for it unless it is zero; false if it was as foreseen.
@@ -358,7 +524,7 @@ impl ParametricStep {
         let (of_r, impulses) = (&mut self.velocities[rows..2 * rows], &mut self.impulses[n..n + k]);
         let mut as_foreseen = true;
         for (r, &contact) in self.r[..k].iter_mut().zip(&self.set) {
-            *r = w[contact] + rates.velocity(gap[contact]);
+            *r = w[contact] + gap_velocity(rates, gap, contact);
             as_foreseen &= (*r + self.factor_of_r * of_r[contact]).abs() <= tolerance;
         }
         if as_foreseen {
@@ -375,7 +541,7 @@ impl ParametricStep {
         of_r.fill(0.0);
         for (&contact, impulse) in self.set.iter().zip(impulses) {
             *impulse = -*impulse;
-            model.add_impulse(contact, *impulse, of_r);
+            self.factor.push(model, contact, *impulse, of_r);
         }
         // To the digit, so that no rounding is left for the next micro step.
         for (&contact, r) in self.set.iter().zip(r) {
@@ -403,7 +569,7 @@ fn respond(
     left.copy_from_slice(column);
     for (answer, &contact) in answer.iter_mut().zip(set) {
         *answer = -*answer;
-        model.add_impulse(contact, *answer, left);
+        factor.push(model, contact, *answer, left);
     }
     let error = set.iter().fold(0.0, |worst: f64, &contact| worst.max(left[contact].abs()));
     let exact = error <= INEXACT * set.iter().fold(0.0, |most: f64, &contact| most.max(column[contact].abs()));
@@ -416,6 +582,12 @@ fn respond(
         }
     }
     exact
+}
+
+/// The gap term of a row, m/s: tangential rows, which come after those with gaps, have none.
+#[inline(always)]
+fn gap_velocity(rates: GapRates, gap: &[f64], row: usize) -> f64 {
+    gap.get(row).map_or(0.0, |gap| rates.velocity(*gap))
 }
 
 /// Whether a contact goes further than its gap term allows.

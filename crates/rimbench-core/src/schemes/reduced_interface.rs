@@ -25,7 +25,7 @@ use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSe
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Failure, Result};
 use crate::interface_model::{
-    Condensation, GapRates, ReducedInterfaceModel, Redundancy, TOUCHING, condense, impact_velocity,
+    Condensation, GapRates, ReducedInterfaceModel, Redundancy, TOUCHING, condense, impact_velocity, is_hit,
 };
 
 /// Where no other is asked for, the smooth model counts a contact as closed up to this gap, m. Ours: the source paper does not say
@@ -144,8 +144,7 @@ impl ReducedInterface {
         // A solver that was asked for by name is given every problem.
         let affine =
             options.motion != ModelMotion::Extrapolated && empty.spring.is_none() && solver.goes_by_active_sets();
-        let affine =
-            affine && friction.is_none() && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
+        let affine = affine && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
         // The set is all contacts, and the model has no more of them than it says.
         let all =
             options.contacts == ContactChoice::All && matches!(detection, None | Some(ContactDetection::MechanicsLaw));
@@ -179,6 +178,7 @@ impl ReducedInterface {
             follows: false,
             parametric: affine.then(|| match &sparse {
                 Some(sparse) => ParametricStep::sparse(n_u, n_i, sparse.factor()),
+                None if friction.is_some() => ParametricStep::with_friction(n_u, n_i),
                 None => ParametricStep::new(n_u, n_i),
             }),
             // A solver that is not asked keeps no room.
@@ -363,13 +363,14 @@ impl ReducedInterface {
             self.bounce(m);
             let along = self.model.received.tangential_restitution;
             for slot in 0..m {
-                if self.impact(slot).is_some() {
+                if self.impact(slot).is_some() && is_hit(self.w[slot], &self.w[..n]) {
                     self.b_u[m + slot] += along * self.w[m + slot];
                 }
             }
         }
+        let anew = std::mem::replace(&mut self.packed_anew, false);
         if let Some(friction) = &mut self.friction {
-            friction.solve(&self.packed, &self.b_u[..n], &mut self.p_u[..n])?;
+            friction.solve(&self.packed, anew, &self.b_u[..n], &mut self.p_u[..n])?;
         }
         Ok(())
     }
@@ -424,11 +425,22 @@ impl ReducedInterface {
             if self.packed_anew {
                 return false;
             }
-            let solved = self.sparse.as_ref().map(SparseActiveSet::factor);
-            parametric.find(&self.packed, &self.gap_motion, &self.p_u[..self.packed.contacts()], self.left, solved);
+            if let Some(friction) = &self.friction {
+                let (states, mu) = (friction.states(), friction.friction());
+                parametric.find_of_states(&self.packed, &self.gap_motion, states, mu, self.left);
+            } else {
+                let solved = self.sparse.as_ref().map(SparseActiveSet::factor);
+                parametric.find(&self.packed, &self.gap_motion, &self.p_u[..self.packed.contacts()], self.left, solved);
+            }
         }
         let state = MicroState { w: &self.w, next: &mut self.w_free, gap: &mut self.gap, impulses: &mut self.p_u };
-        if parametric.is_known() && parametric.step(&self.packed, &self.gap_motion, lambda, state) {
+        let (packed, motion) = (&self.packed, &self.gap_motion);
+        if parametric.is_known()
+            && match self.friction {
+                None => parametric.step(packed, motion, lambda, state),
+                Some(_) => parametric.step_with_friction(packed, motion, lambda, state),
+            }
+        {
             return true;
         }
         parametric.forget();
@@ -449,7 +461,8 @@ impl ReducedInterface {
         self.left = 0.0;
         if self.parametric.is_some() && self.gap_motion.restitution == 0.0 {
             let slack = |(w, gap): (&f64, &f64)| w + self.gap_motion.rates.velocity(*gap);
-            self.left = -w[..n].iter().zip(&self.gap).map(slack).fold(0.0, f64::min);
+            // Tangential rows, behind those of the contacts, have no gaps.
+            self.left = -w[..n.min(self.set.len())].iter().zip(&self.gap).map(slack).fold(0.0, f64::min);
         }
         if self.gap_term == GapTerm::Tracked {
             for (gap, w) in self.gap.iter_mut().zip(&w[..self.set.len()]) {
