@@ -23,7 +23,8 @@ pub fn natural_residual(problem: FrictionProblem<'_>, impulses: &[f64]) -> f64 {
     let worst = violation(problem, impulses, |row| {
         problem.b[row] + problem.row(row).iter().zip(impulses).map(|(h, p)| h * p).sum::<f64>()
     });
-    worst / problem.scale().max(f64::MIN_POSITIVE)
+    // ‖b‖_∞ may be infinite, too.
+    if worst.is_finite() { worst / problem.scale().max(f64::MIN_POSITIVE) } else { f64::INFINITY }
 }
 
 /// The residual times `‖b‖_∞`, m/s, from velocities `H P + b` that may be at hand already. Infinite where something is not finite.
