@@ -59,9 +59,6 @@ impl Fact {
     }
 }
 
-/// Parameters that came after runs had been recorded; 0 says that there is nothing of the kind, as before.
-const ADDED: [&str; 2] = ["friction", "tangential_restitution"];
-
 impl RunSpec {
     /// Lists everything that determines the run.
     pub fn facts(&self) -> Vec<Fact> {
@@ -117,7 +114,7 @@ impl RunSpec {
     }
 
     /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, and the version of the
-    /// numerics. A parameter that is set to its default is as one that is not set; one that came later and is 0 is as one that is not there.
+    /// numerics. A parameter that is set to its default is as one that is not set.
     pub fn id(&self) -> String {
         let text = |fact: &Fact| if fact.name == "set" { self.parameters.changed() } else { fact.cell() };
         let facts = self.facts();
@@ -127,10 +124,7 @@ impl RunSpec {
         };
         let mut hash = Sha256::new();
         hash.update(format!("numerics {NUMERICS_VERSION}\n"));
-        let there = |(parameter, value): &(&crate::cases::Parameter, &Value)| {
-            !(ADDED.contains(&&*parameter.name) && **value == Value::Number(0.0))
-        };
-        for (name, text) in facts.chain(self.parameters.iter().filter(there).map(parameter)) {
+        for (name, text) in facts.chain(self.parameters.iter().map(parameter)) {
             hash.update(format!("{name} = {text}\n"));
         }
         hash.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect()

@@ -64,8 +64,10 @@ impl FrictionalSet {
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
         let problem = FrictionProblem { h: packed.h_uu(), b, friction: &self.friction };
+        // Coefficients that change make another problem of the same matrix.
+        let same = !anew && self.stiction.is_none();
         let solved =
-            if anew { self.solver.solve(problem, impulses) } else { self.solver.solve_again(problem, impulses) }?;
+            if same { self.solver.solve_again(problem, impulses) } else { self.solver.solve(problem, impulses) }?;
         if let Some(stiction) = self.stiction {
             let (m, h) = (self.friction.len(), packed.h_uu());
             let standstill = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));

@@ -144,7 +144,10 @@ impl ReducedInterface {
         // A solver that was asked for by name is given every problem.
         let affine =
             options.motion != ModelMotion::Extrapolated && empty.spring.is_none() && solver.goes_by_active_sets();
-        let affine = affine && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
+        // A coefficient that a contact has at rest only changes from micro step to micro step.
+        let affine = affine
+            && empty.stiction.is_none()
+            && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
         // The set is all contacts, and the model has no more of them than it says.
         let all =
             options.contacts == ContactChoice::All && matches!(detection, None | Some(ContactDetection::MechanicsLaw));
