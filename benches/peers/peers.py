@@ -18,8 +18,10 @@ RADIUS = 0.1
 BLADE_KG = 100.0
 ROW_DISC_KG = 20.0
 BOX_KG, PENDULUM_KG = 200.0, 50.0
-# Steps until a system has settled, then batches of steps that are timed: of a batch the mean, of all the shortest, as of ours.
-SETTLE, BATCHES, BATCH = 50, 15, 10
+# Steps from one look at whether a system has settled to the next, looks, and the speed below which it has, m/s or rad/s; then batches of
+# steps that are timed: of a batch the mean, of all the shortest.
+SETTLE, LOOKS, STILL = 50, 100, 1e-3
+BATCHES, BATCH = 15, 10
 # Lemke on a dense matrix takes seconds per step from some hundred contacts on.
 SICONOS_CONTACTS = 150
 # Of what forces must carry. Soft contacts still sink while they are timed; rigid ones hold to their solver's tolerance.
@@ -94,7 +96,12 @@ def with_mujoco(row, mujoco, numpy):
     is_box = row["case"] == "n-wedge-box"
     if not is_box:
         data.qfrc_applied[0] = float(row["push_n"])
-    mujoco.mj_step(model, data, nstep=SETTLE)
+    for _ in range(LOOKS):
+        mujoco.mj_step(model, data, nstep=SETTLE)
+        if numpy.abs(data.qvel).max(initial=0.0) < STILL:
+            break
+    else:
+        raise Disagreement(f"after {LOOKS * SETTLE} steps something still moves at {numpy.abs(data.qvel).max():.2g} m/s")
     times = []
     for _ in range(BATCHES):
         start = time.perf_counter()

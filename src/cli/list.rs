@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::figures::{FigureKey, figure_keys};
-use rimbench::metrics::METRICS;
+use rimbench::metrics::{METRICS, is_of_friction};
 use serde_json::Value;
 
 /// Arguments of `list`.
@@ -77,6 +77,10 @@ impl List {
                 .map(|metric| {
                     let mut entry = named(metric.name, metric.about);
                     entry.push(("unit", metric.unit.to_owned()));
+                    entry.push((
+                        "where",
+                        if is_of_friction(metric.name) { "contacts have friction" } else { "" }.to_owned(),
+                    ));
                     entry
                 })
                 .collect(),

@@ -8,7 +8,9 @@ use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::ContactSpring;
-use rimbench_core::mechanics::{ContactLaw, Friction, MechanicalModel, NonSmoothMechanics, bytes_needed};
+use rimbench_core::mechanics::{
+    ContactLaw, Friction, MANY_CONTACTS, MechanicalModel, NonSmoothMechanics, bytes_needed,
+};
 use std::sync::Arc;
 
 const OURS: &str = "ours";
@@ -74,8 +76,15 @@ pub(super) fn all(e: f64, source: &'static str) -> Vec<Parameter> {
 
 /// Event-driven where contacts are rigid and without friction, else refined.
 pub(super) fn reference() -> ChooseReference {
-    Arc::new(|parameters| {
-        let refined = declared(parameters, COMPLIANCE) > 0.0 || declared(parameters, FRICTION) > 0.0;
+    reference_of(|_| 0)
+}
+
+/// The same where parameters say how many contacts there are: those that are kept by the dozen are not stepped from event to event.
+pub(super) fn reference_of(contacts: fn(&Parameters) -> usize) -> ChooseReference {
+    Arc::new(move |parameters| {
+        let refined = declared(parameters, COMPLIANCE) > 0.0
+            || declared(parameters, FRICTION) > 0.0
+            || contacts(parameters) >= MANY_CONTACTS;
         Ok(if refined { ReferenceMethod::Refined } else { ReferenceMethod::EventDriven })
     })
 }

@@ -32,7 +32,8 @@ pub(super) fn entry() -> Case {
         drawing_columns: names(&loader::DRAWING_COLUMNS),
         interface_columns: vec![cylinder::interface()],
         constant_mechanics: true,
-        reference: contact_parameters::reference(),
+        // Each disc on the floor, and between blade, discs and wall.
+        reference: contact_parameters::reference_of(|parameters| 2 * parameters.number("discs") as usize + 1),
         ..Case::new(
             "disc-row",
             "A loader's blade pushes a row of discs together and against a wall (a contact chain)",

@@ -6,6 +6,7 @@ use crate::cases::{Case, ExactSolution, Recorder, ReferenceMethod};
 use crate::metrics::{
     ContactInterval, FrictionPhase, contact_intervals, friction_phases, impulse_column, is_state, touch_downs,
 };
+use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Side, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
@@ -79,7 +80,8 @@ impl Reference {
     /// As for [`compute`](Self::compute).
     pub fn solution(spec: &RunSpec, refinement: u32, stop: StopFlag<'_>) -> Result<Trajectory> {
         let case = &spec.case;
-        let mut system = (case.build)(&spec.parameters, &spec.solver)?;
+        // The run's own solver has no say in what it is held against: references are kept and shared.
+        let mut system = (case.build)(&spec.parameters, &SolverEntry::active_set())?;
         let mut recorder = Recorder::new(case, &mut system)?.with_active_effective_mass(&mut system);
         let steps = reference_steps(spec, refinement);
         let mut trajectory = Trajectory::with_capacity(case.recorded_columns(), points(spec) + 1);

@@ -215,7 +215,7 @@ impl RunSpec {
             )));
         }
         if let Some(model) = &self.model {
-            model.check()?;
+            self.scheme.check_options(model)?;
             self.scheme.detection(model.detection)?;
             if model.depends_on_mechanics() {
                 let mut system = (self.case.build)(&self.parameters, &self.solver)?;

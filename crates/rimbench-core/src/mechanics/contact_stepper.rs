@@ -18,7 +18,7 @@ use crate::cosim::{EnergyAccount, SubsystemCounters};
 use crate::error::Failure;
 use crate::interface_model::{
     Condensation, ContactSpring, Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows,
-    TOUCHING, condense, gap_velocity, impact_velocity,
+    TOUCHING, condense, gap_velocity, impact_velocity, resting_approach,
 };
 use crate::linear_algebra::body_dot;
 
@@ -35,7 +35,7 @@ pub struct ContactLaw {
 }
 
 /// Contacts from which on only what is not zero is kept, where few of them meet (`benches/scaling.rs`).
-pub(super) const MANY: usize = 48;
+pub const MANY_CONTACTS: usize = 48;
 
 /// State, Eq. 3 and Eq. 4 of a mechanical system, and its contact solver.
 #[derive(Clone)]
@@ -66,7 +66,7 @@ pub(super) struct ContactStepper {
     /// `w⁺` plus gap terms of the last step; whether `eq4.at_bound` has been found from it.
     slack: Vec<f64>,
     closed_known: bool,
-    /// Contacts that rebounded in the last step. Written only where contacts bounce.
+    /// Contacts that rebounded in the last step, by more than what the solver leaves. Written only where contacts bounce.
     rebounded: Vec<bool>,
     /// `[P_u; h λ_i]`; with friction `[P_u; P_t; h λ_i]`.
     impulses: Vec<f64>,
@@ -432,8 +432,10 @@ impl ContactStepper {
     }
 
     fn note_rebounds(&mut self, h: f64) {
+        let rows = self.eq4.w.iter().zip(&self.eq4.a).map(|(w, a)| (*w, h * a));
+        let rests = -resting_approach(self.solver.tolerance(), rows.take(self.eq4.interface_start()));
         for (rebounds, (gap, w)) in self.rebounded.iter_mut().zip(self.eq4.gap.iter().zip(&self.eq4.w)) {
-            *rebounds = impact_velocity(self.law.restitution, *gap, *w, h).is_some();
+            *rebounds = *w < rests && impact_velocity(self.law.restitution, *gap, *w, h).is_some();
         }
     }
 

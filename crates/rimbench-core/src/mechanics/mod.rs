@@ -14,7 +14,7 @@ mod room;
 mod second_order;
 mod stiff_forces;
 
-pub use contact_stepper::{CONTACT_STATE, ContactLaw, Friction};
+pub use contact_stepper::{CONTACT_STATE, ContactLaw, Friction, MANY_CONTACTS};
 pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelSize};
 pub use monolithic::{ReferenceSteps, monolithic};

@@ -1,6 +1,6 @@
 //! How much memory a mechanical system takes, before any of it is taken.
 
-use super::contact_stepper::{ContactLaw, MANY};
+use super::contact_stepper::{ContactLaw, MANY_CONTACTS};
 use super::mechanical_model::{MechanicalModel, ModelSize};
 use crate::interface_model::MassMatrix;
 
@@ -15,7 +15,7 @@ const PER_CONTACT: u64 = 16 << 10;
 /// Tells whether only what is not zero is kept of the contacts: many, of which few meet, without joints, springs or a solver that is
 /// given whole matrices.
 pub(super) fn keeps_what_meets(size: ModelSize, mass: &MassMatrix, law: ContactLaw, by_active_sets: bool) -> bool {
-    size.unilateral >= MANY
+    size.unilateral >= MANY_CONTACTS
         && size.bilateral == 0
         && matches!(mass, MassMatrix::Diagonal(_))
         && law.spring.is_none()

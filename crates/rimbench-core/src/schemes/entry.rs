@@ -62,6 +62,8 @@ pub struct SchemeEntry {
     /// Whether its frozen model has all contacts under the mechanics' own contact law, so that it is the mechanics itself where that
     /// does not change within a macro step.
     pub has_mechanics_law: bool,
+    /// The scheme moves a reduced interface model within the macro step, which may be frozen or not.
+    pub moves_model: bool,
     /// By what it is run. Only what the loop itself runs can run in real time.
     pub driver: Driver,
     /// How it is drawn.
@@ -97,6 +99,7 @@ impl SchemeEntry {
             contact_detection: None,
             gain: None,
             has_mechanics_law: false,
+            moves_model: false,
             driver: Driver::Explicit,
             build: Arc::new(build),
         }
@@ -121,7 +124,7 @@ impl SchemeEntry {
         }
         let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
         if let Some(ModelConstruction { empty, options, .. }) = model {
-            options.check()?;
+            self.check_options(options)?;
             options.check_model(empty)?;
         }
         let gain = self.gain_value(gain)?.unwrap_or(1.0);
@@ -133,6 +136,21 @@ impl SchemeEntry {
             EnergyPool::new(options.energy_return, empty, &options.solver)
         });
         Ok(Coupling { scheme, attachments, driver: self.driver })
+    }
+
+    /// Checks that options of a reduced interface model go together, and with the scheme.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only, and those of [`ModelOptions::check`].
+    pub fn check_options(&self, options: &ModelOptions) -> Result<()> {
+        if options.motion != ModelMotion::Frozen && !self.moves_model {
+            return Err(Error::Incompatible(format!(
+                "model_motion = {} does not go with scheme {}, which looks at the model at communication points only: use model_motion \
+                 `frozen`, or a scheme that moves a model within the macro step",
+                options.motion, self.name
+            )));
+        }
+        options.check()
     }
 
     /// Tells whether the scheme is made from a reduced interface model, and so has the options of one.

@@ -81,6 +81,11 @@ impl FrictionalSet {
         Ok(solved)
     }
 
+    /// Returns the solver's tolerance.
+    pub(super) fn tolerance(&self) -> f64 {
+        self.solver.tolerance()
+    }
+
     pub(super) fn counters(&self) -> SolverCounters {
         self.solver.counters()
     }

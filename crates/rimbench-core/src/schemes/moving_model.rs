@@ -96,8 +96,8 @@ impl MovingModel {
         let passes = self.received.kinks.iter().any(|(time, _)| near(time));
         if passes {
             self.current.a.copy_from_slice(&self.received.a);
-            for (time, jumps) in self.received.kinks.iter() {
-                let share = ((end - time) / at.length).clamp(0.0, 1.0);
+            for (time, jumps) in self.received.kinks.iter().filter(|(time, _)| *time < end) {
+                let share = ((end - time) / at.length).min(1.0);
                 for (a, jump) in self.current.a.iter_mut().zip(jumps) {
                     *a += share * jump;
                 }

@@ -25,7 +25,7 @@ use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSe
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Failure, Result};
 use crate::interface_model::{
-    Condensation, GapRates, ReducedInterfaceModel, Redundancy, TOUCHING, condense, impact_velocity, is_hit,
+    Condensation, GapRates, ReducedInterfaceModel, Redundancy, TOUCHING, condense, impact_velocity, resting_approach,
 };
 
 /// Where no other is asked for, the smooth model counts a contact as closed up to this gap, m. Ours: the source paper does not say
@@ -132,6 +132,7 @@ impl ReducedInterface {
             order: 2,
             sequence: Sequence::GaussSeidel { first: Side::Actuator },
             needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
+            moves_model: true,
             ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))
         }
     }
@@ -365,8 +366,11 @@ impl ReducedInterface {
         if self.gap_motion.restitution > 0.0 {
             self.bounce(m);
             let along = self.model.received.tangential_restitution;
+            let tolerance = self.friction.as_ref().map_or(0.0, |friction| friction.tolerance());
+            let rows = self.w.iter().zip(self.packed.drift(n)).map(|(w, drift)| (*w, *drift));
+            let rests = -resting_approach(tolerance, rows);
             for slot in 0..m {
-                if self.impact(slot).is_some() && is_hit(self.w[slot], &self.w[..n]) {
+                if self.w[slot] < rests && self.impact(slot).is_some() {
                     self.b_u[m + slot] += along * self.w[m + slot];
                 }
             }

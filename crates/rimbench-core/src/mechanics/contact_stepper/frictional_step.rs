@@ -4,9 +4,7 @@ use super::ContactStepper;
 use crate::complementarity::SolverCounters;
 use crate::error::{Error, Failure, Result};
 use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
-use crate::interface_model::{
-    Condensation, Elimination, ReducedInterfaceModel, Rows, TOUCHING, impact_velocity, is_hit,
-};
+use crate::interface_model::{Condensation, Elimination, ReducedInterfaceModel, Rows, TOUCHING};
 use crate::linear_algebra::body_dot;
 use crate::mechanics::energy_ledger::EnergyLedger;
 use crate::name::Name;
@@ -169,7 +167,7 @@ impl ContactStepper {
         for row in 0..first {
             let (h_cc, h_ci) = self.eq4.h[row * rows..(row + 1) * rows].split_at(first);
             let free = self.eq4.w[row] + h * self.eq4.a[row] + body_dot(h_ci, &self.impulses[first..]);
-            let term = if row < n { self.contact_term(row, h) } else { self.rebound_along(row, contacts.law, h) };
+            let term = if row < n { self.contact_term(row, h) } else { self.rebound_along(row, contacts.law) };
             contacts.b[row] = free + term;
             contacts.h[row * first..(row + 1) * first].copy_from_slice(h_cc);
         }
@@ -189,11 +187,9 @@ impl ContactStepper {
     }
 
     /// What stands in the tangential row (stacked) of a contact that rebounds.
-    fn rebound_along(&self, row: usize, law: Friction, h: f64) -> f64 {
-        let contact = row - self.eq4.contacts();
-        let (w, all) = (self.eq4.w[contact], &self.eq4.w[..self.eq4.interface_start()]);
-        let rebounds = impact_velocity(self.law.restitution, self.eq4.gap[contact], w, h).filter(|_| is_hit(w, all));
-        rebounds.map_or(0.0, |_| law.restitution * self.eq4.w[row])
+    fn rebound_along(&self, row: usize, law: Friction) -> f64 {
+        let rebounds = self.law.restitution > 0.0 && self.rebounded[row - self.eq4.contacts()];
+        if rebounds { law.restitution * self.eq4.w[row] } else { 0.0 }
     }
 
     /// Finds the contacts whose row was at its bound in the last step, and what they did along the surface.
