@@ -22,6 +22,7 @@ mod schema;
 mod shell;
 mod simulate;
 mod solvers;
+mod submit;
 mod summary;
 mod verify;
 
@@ -50,6 +51,8 @@ enum Command {
     Plan(plan::Plan),
     /// Run what is missing of an experiment
     Run(run::Run),
+    /// Hand what is missing of an experiment to an engine that works through it, here or on a cluster
+    Submit(submit::Submit),
     /// Merge the shards of an experiment, and list what is missing
     Collect(collect::Collect),
     /// Check the claims of experiments against their stored results
@@ -101,6 +104,7 @@ impl Cli {
             Command::Simulate(command) => command.run(catalogue)?,
             Command::Plan(command) => command.run(catalogue)?,
             Command::Run(command) => return command.run(catalogue),
+            Command::Submit(command) => return command.run(catalogue),
             Command::Collect(command) => return command.run(catalogue),
             Command::Verify(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,

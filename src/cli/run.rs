@@ -11,7 +11,7 @@ use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
-use rimbench::harness::{Cache, Experiment, Job, Step, check_claims, run_job_until};
+use rimbench::harness::{Cache, Experiment, Job, Shard, Step, check_claims, run_job_until};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -29,6 +29,12 @@ pub struct Run {
     /// Only part i of n, for several processes or machines
     #[arg(long, value_name = "I/N")]
     shard: Option<String>,
+    /// Number of the first shard: some engines count from 0
+    #[arg(long, value_name = "0|1", default_value_t = 1, requires = "shard", value_parser = clap::value_parser!(u8).range(0..=1))]
+    first_shard: u8,
+    /// Only the runs at these places of the plan, from 0: the task of an engine, after which `collect` writes the result files
+    #[arg(long, value_name = "FIRST-LAST", conflicts_with_all = ["shard", "fresh"])]
+    places: Option<String>,
     /// Forget what is stored and start anew
     #[arg(long)]
     fresh: bool,
@@ -37,8 +43,12 @@ pub struct Run {
 impl Run {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let experiment = Experiment::read(&self.file)?;
+        let shard = match (&self.shard, &self.places) {
+            (Some(text), _) => Some(parse_shard(text, self.first_shard.into())?),
+            (None, Some(text)) => Some(parse_places(text)?),
+            (None, None) => None,
+        };
         let total = experiment.plan(catalogue, false)?.len();
-        let shard = self.shard.as_deref().map(parse_shard).transpose()?;
         use_threads(self.jobs)?;
         let folder = self.out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         check_writable_folder(&folder)?;
@@ -93,7 +103,9 @@ impl Run {
             print("Stopped. What is stored is kept; the same command goes on from there.")?;
             return Ok(ExitCode::from(INTERRUPTED));
         }
-        if summary.missing > 0 {
+        if matches!(shard, Some(Shard::Places { .. })) {
+            // Whether that was all is for `collect` to find out.
+        } else if summary.missing > 0 {
             print(&format!("{} runs are missing: run the other shards, then `rimbench collect`", summary.missing))?;
         } else {
             for remark in remarks(&experiment, &folder)? {
@@ -118,9 +130,25 @@ pub(super) fn use_threads(jobs: Option<usize>) -> anyhow::Result<()> {
     rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global().context("cannot start threads")
 }
 
-fn parse_shard(text: &str) -> Result<(usize, usize)> {
-    let parsed = text.split_once('/').and_then(|(part, parts)| Some((part.parse().ok()?, parts.parse().ok()?)));
-    parsed
-        .filter(|(part, parts)| (1..=*parts).contains(part))
-        .ok_or_else(|| Error::invalid("--shard", text, "i/n with 1 ≤ i ≤ n, for example 2/4"))
+fn parse_shard(text: &str, first: usize) -> Result<Shard> {
+    let (part, of) = two_numbers(text, '/').unwrap_or_default();
+    if part >= first && part - first < of {
+        return Ok(Shard::Every { part: part + 1 - first, of });
+    }
+    Err(Error::invalid(
+        "--shard",
+        text,
+        format!("i/n with {first} ≤ i {} n, for example 2/4", if first == 0 { "<" } else { "≤" }),
+    ))
+}
+
+fn parse_places(text: &str) -> Result<Shard> {
+    let places = two_numbers(text, '-').filter(|(first, last)| first <= last);
+    let (first, last) = places.ok_or_else(|| Error::invalid("--places", text, "first-last, for example 0-99"))?;
+    Ok(Shard::Places { first, last })
+}
+
+fn two_numbers(text: &str, between: char) -> Option<(usize, usize)> {
+    let (one, other) = text.split_once(between)?;
+    Some((one.parse().ok()?, other.parse().ok()?))
 }

@@ -82,6 +82,7 @@ fn experiment(catalogue: &Catalogue) -> Value {
         "traces": list_of(text("A label")),
         "reference_step_s": above_zero("Coarsest of the three steps of the reference, s"),
         "wall_limit_s": above_zero("Wall time after which a run ends with outcome `timeout`, s"),
+        "timed": { "type": "boolean", "description": "Whether wall times are compared, so that nothing may run beside a run" },
         "quick": object(&[], json!({ "macro_steps_s": macro_steps, "phases": phases })),
         "cases": { "type": "array", "minItems": 1, "items": case(catalogue, &macro_steps) },
         "schemes": { "type": "array", "minItems": 1, "items": scheme_row(catalogue, &macro_steps) },

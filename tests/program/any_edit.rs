@@ -8,7 +8,7 @@ use rimbench::checksums;
 use rimbench::cosim::StopFlag;
 use rimbench::error::Result;
 use rimbench::everything;
-use rimbench::harness::{Cache, Experiment, Job, check_claims, collect_shards, run_job};
+use rimbench::harness::{Cache, Experiment, Job, Shard, check_claims, collect_shards, run_job};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -71,7 +71,7 @@ fn experiment() -> Experiment {
     Experiment::parse(Path::new("edit.toml"), TEXT.to_owned()).unwrap()
 }
 
-fn with_job<T>(folder: &Path, shard: Option<(usize, usize)>, act: impl FnOnce(Job<'_>) -> T) -> T {
+fn with_job<T>(folder: &Path, shard: Option<Shard>, act: impl FnOnce(Job<'_>) -> T) -> T {
     static CACHE: LazyLock<Cache> = LazyLock::new(|| Cache::in_folder(cache()));
     let experiment = experiment();
     let build = &rimbench::BUILD;
@@ -87,7 +87,7 @@ fn with_job<T>(folder: &Path, shard: Option<(usize, usize)>, act: impl FnOnce(Jo
     })
 }
 
-fn run(folder: &Path, shard: Option<(usize, usize)>) -> Result<()> {
+fn run(folder: &Path, shard: Option<Shard>) -> Result<()> {
     with_job(folder, shard, |job| run_job(job, &|_| {}, StopFlag::never()).map(drop))
 }
 
@@ -294,7 +294,7 @@ proptest! {
         let place = tempfile::tempdir().unwrap();
         let folders: Vec<PathBuf> = (0..parts).map(|part| place.path().join(format!("part-{part}"))).collect();
         for (part, folder) in folders.iter().enumerate() {
-            run(folder, Some((part + 1, parts))).unwrap();
+            run(folder, Some(Shard::Every { part: part + 1, of: parts })).unwrap();
         }
         // In any order, some more than once; with `lost` some perhaps not at all.
         let mut list: Vec<usize> = order.iter().map(|part| part % parts).collect();

@@ -11,6 +11,7 @@ mod command_line;
 mod conveniences;
 mod corpus;
 mod documents;
+mod engines;
 mod examples;
 mod figures;
 mod interruption;

@@ -10,7 +10,7 @@ use super::provenance::Provenance;
 use super::references::obtain_reference;
 use super::results;
 use super::stock::Stock;
-use super::store::Store;
+use super::store::{Record, Store};
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{Clock, EvaluatedRun, Reference, RunResult, RunSpec, evaluate, simulate_inside};
@@ -35,18 +35,48 @@ pub struct Job<'a> {
     pub quick: bool,
     /// Forget what is stored.
     pub fresh: bool,
-    /// Only part i of n, from 1.
-    pub shard: Option<(usize, usize)>,
+    /// Only a part of the plan; all of it if absent.
+    pub shard: Option<Shard>,
     /// Where references are kept.
     pub cache: &'a Cache,
     /// What the program was built from, for the rows of provenance.
     pub build: &'a BuildInfo,
 }
 
+/// A part of a plan, by the places of its runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shard {
+    /// Part i of n, from 1: every n-th run. Who is last writes the result files.
+    Every {
+        /// Which part, from 1.
+        part: usize,
+        /// Of how many.
+        of: usize,
+    },
+    /// Neighbours, which mostly share a reference: from one place to another, both included, counted from 0. These are one task of
+    /// many, so none of them looks after the whole: [`collect_shards`] writes the result files.
+    Places {
+        /// Place of the first run.
+        first: usize,
+        /// Place of the last.
+        last: usize,
+    },
+}
+
+impl Shard {
+    /// Whether the run at a place belongs to it.
+    fn has(self, place: usize) -> bool {
+        match self {
+            Shard::Every { part, of } => place % of == part - 1,
+            Shard::Places { first, last } => (first..=last).contains(&place),
+        }
+    }
+}
+
 /// What a job did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Summary {
-    /// Runs of the whole experiment.
+    /// Runs of the whole experiment; those of its places only, for a job of [`Shard::Places`], here and in `missing`.
     pub planned: usize,
     /// Runs that were stored before.
     pub reused: usize,
@@ -104,19 +134,18 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
         refuse_foreign(&job, &planned)?;
         Store::clear(job.folder)?;
     }
-    let mut stock = Stock::open(job.folder, job.experiment, &planned)?;
-    refuse_foreign(&job, &planned)?;
-    if stock.store.is_empty() && !job.fresh {
-        let exported = exported_records(job.folder, job.experiment, &planned)?;
-        exported.iter().try_for_each(|record| stock.store.append(record))?;
-        stock.store.sync()?;
-        stock = Stock::open(job.folder, job.experiment, &planned)?;
-    }
+    let stock = stock_with_exported(&job, &planned)?;
     note_origin(&job)?;
     job.experiment.copy_to(job.folder)?;
-    let in_shard = |index: &usize| job.shard.is_none_or(|(part, parts)| index % parts == part - 1);
-    let missing = stock.missing(&planned)?;
-    let reused = planned.len() - missing.len();
+    let in_shard = |index: &usize| job.shard.is_none_or(|shard| shard.has(*index));
+    // A task of many asks only for its own.
+    let asked = match job.shard {
+        Some(Shard::Places { first, last }) => first..check_places(&planned, first, last)? + 1,
+        _ => 0..planned.len(),
+    };
+    let missing: Vec<usize> =
+        stock.missing(&planned[asked.clone()])?.into_iter().map(|index| asked.start + index).collect();
+    let reused = asked.len() - missing.len();
     let todo: Vec<usize> = missing.into_iter().filter(in_shard).collect();
     progress(Step::ToDo(todo.len()));
     let store = &stock.store;
@@ -164,6 +193,19 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
         held = Some((first, reference));
     }
     store.sync()?;
+    let mut summary = Summary {
+        planned: asked.len(),
+        reused,
+        renewed,
+        computed: computed.into_inner(),
+        not_completed: not_completed.into_inner(),
+        damaged: store.damaged,
+        missing: 0,
+    };
+    if matches!(job.shard, Some(Shard::Places { .. })) {
+        summary.missing = todo.len() - summary.computed;
+        return Ok(summary);
+    }
     let missing = export_if_complete(&job, &planned, held, stop.soon)?;
     let gone = missing.iter().filter(|&index| in_shard(index)).count();
     if gone > 0 && stop.soon.check().is_ok() {
@@ -173,15 +215,48 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
         );
         return Err(Error::file(job.folder, message));
     }
-    Ok(Summary {
-        planned: planned.len(),
-        reused,
-        renewed,
-        computed: computed.into_inner(),
-        not_completed: not_completed.into_inner(),
-        damaged: store.damaged,
-        missing: missing.len(),
-    })
+    summary.missing = missing.len();
+    Ok(summary)
+}
+
+/// Opens the store of a job, and reads the rows of sealed result files in its folder if the store is empty.
+pub(super) fn stored<'a>(job: &Job<'a>, planned: &[PlannedRun]) -> Result<(Stock<'a>, Vec<Record>)> {
+    let stock = Stock::open(job.folder, job.experiment, planned)?;
+    refuse_foreign(job, planned)?;
+    let asks = stock.store.is_empty() && !job.fresh;
+    let exported = if asks { exported_records(job.folder, job.experiment, planned)? } else { Vec::new() };
+    Ok((stock, exported))
+}
+
+/// The same, the rows having become records.
+fn stock_with_exported<'a>(job: &Job<'a>, planned: &[PlannedRun]) -> Result<Stock<'a>> {
+    let (stock, exported) = stored(job, planned)?;
+    if exported.is_empty() {
+        return Ok(stock);
+    }
+    exported.iter().try_for_each(|record| stock.store.append(record))?;
+    stock.store.sync()?;
+    Stock::open(job.folder, job.experiment, planned)
+}
+
+/// Makes the results folder of a job ready for processes that run parts of it at once.
+///
+/// # Errors
+/// Bad input; a folder that belongs to something else; a disk that is full.
+pub fn prepare_folder(job: Job<'_>) -> Result<()> {
+    let planned = job.experiment.plan(job.catalogue, job.quick)?;
+    stock_with_exported(&job, &planned)?;
+    note_origin(&job)?;
+    job.experiment.copy_to(job.folder)
+}
+
+/// Returns the last of some places, if a plan has them.
+fn check_places(planned: &[PlannedRun], first: usize, last: usize) -> Result<usize> {
+    if first <= last && last < planned.len() {
+        return Ok(last);
+    }
+    let expected = format!("places of the plan in order, within 0-{}", planned.len() - 1);
+    Err(Error::invalid("places", format!("{first}-{last}"), expected))
 }
 
 /// The run of a group that may take longest: the reference of all of them may take as long.

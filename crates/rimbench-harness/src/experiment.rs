@@ -46,6 +46,9 @@ pub struct Experiment {
     reference_step_s: Option<f64>,
     /// Wall time after which a run ends with outcome `timeout`, s; none if absent.
     wall_limit_s: Option<f64>,
+    /// Whether the wall times of its runs are to be compared, so that nothing else may run beside them.
+    #[serde(default)]
+    pub timed: bool,
     quick: Option<Quick>,
     #[serde(default)]
     claims: Vec<Claim>,

@@ -11,6 +11,7 @@ mod checked_results;
 mod claims;
 mod clock;
 mod comparison;
+mod engines;
 mod equal_cost;
 mod execution;
 mod experiment;
@@ -35,7 +36,10 @@ pub use cache::Cache;
 pub use claims::{CheckedClaim, Claim, STATISTICS, Verdict, check_claims, claim_metrics, write_claims};
 pub use clock::monotonic_clock;
 pub use comparison::{Comparison, ComparisonRow, compare};
-pub use execution::{Job, Progress, Step, StopFlags, Summary, collect_shards, run_job, run_job_until};
+pub use engines::{Chunk, ChunkLimits, Chunking, Engine, Order, Submission, Words, missing_chunks, next_place};
+pub use execution::{
+    Job, Progress, Shard, Step, StopFlags, Summary, collect_shards, prepare_folder, run_job, run_job_until,
+};
 pub use experiment::{Experiment, PlannedRun};
 pub use grid::phase_ensemble;
 pub use load::Load;

@@ -39,11 +39,22 @@ impl<'a> Stock<'a> {
         if !self.store.holds(&run.id, run.spec.wall_limit) {
             return Ok(false);
         }
-        let Some(every_s) = self.experiment.trace_of(&run.label) else { return Ok(true) };
+        // Without a trace there is nothing in the record to look at.
+        Ok(self.experiment.trace_of(&run.label).is_none() || self.has_trace(run, self.store.read(&run.id)?.as_ref()))
+    }
+
+    /// The same of a record that is not in the store yet.
+    pub(super) fn would_have(&self, run: &PlannedRun, record: &Record) -> bool {
+        let wanted_s = run.spec.wall_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+        record.wall_limit_s.unwrap_or(f64::INFINITY) >= wanted_s && self.has_trace(run, Some(record))
+    }
+
+    /// Whether the trace that is asked for is there, as it was written with a record.
+    fn has_trace(&self, run: &PlannedRun, record: Option<&Record>) -> bool {
+        let Some(every_s) = self.experiment.trace_of(&run.label) else { return true };
         let path = self.folder.join("traces").join(trace_name(&run.id));
         let found = || Some(TraceMark { every_s, sha256: sha256_of_file(&path)? });
-        let record: Option<Record> = self.store.read(&run.id)?;
-        Ok(record.and_then(|record| record.trace).is_some_and(|kept| found().as_ref() == Some(&kept)))
+        record.and_then(|record| record.trace.as_ref()).is_some_and(|kept| found().as_ref() == Some(kept))
     }
 
     /// Positions of the runs that are still to be computed.

@@ -1,0 +1,163 @@
+//! What is missing of an experiment, in chunks that last about equally long.
+
+use crate::execution::{Job, stored};
+use crate::experiment::PlannedRun;
+use crate::results::{COST_PLAN, cost_header};
+use crate::store::Record;
+use rimbench_core::error::Result;
+use std::collections::{BTreeMap, HashMap};
+
+/// Neighbours in the plan of which some are missing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chunk {
+    /// Place of the first run, from 0.
+    pub first: usize,
+    /// Place of the last run.
+    pub last: usize,
+    /// Missing runs among them.
+    pub runs: usize,
+    /// Expected time on one core, s.
+    pub seconds: f64,
+}
+
+impl Chunk {
+    /// Returns its places as `run --places` takes them.
+    pub fn places(&self) -> String {
+        format!("{}-{}", self.first, self.last)
+    }
+}
+
+/// How long a chunk is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChunkLimits {
+    /// Time of a chunk on one core, s. A run that takes longer is a chunk of its own.
+    pub seconds: f64,
+    /// Time of a run where the store has measured none to go by, s.
+    pub unmeasured_run_s: f64,
+}
+
+/// What is missing of an experiment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chunking {
+    /// Runs of the experiment.
+    pub planned: usize,
+    /// Runs that are not stored.
+    pub missing: usize,
+    /// Missing runs whose time was guessed from stored ones.
+    pub measured: usize,
+    /// The missing runs.
+    pub chunks: Vec<Chunk>,
+}
+
+impl Chunking {
+    /// Returns the time of all chunks on one core, s.
+    pub fn seconds(&self) -> f64 {
+        self.chunks.iter().map(|chunk| chunk.seconds).sum()
+    }
+}
+
+/// Stored runs of a scheme row on a case at one macro step that are looked at: their times differ little.
+const LOOKED_AT: usize = 4;
+
+/// Divides what is missing of a job into chunks, by the times that the store has; writes nothing.
+///
+/// # Errors
+/// Bad input; a folder that belongs to something else.
+pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
+    let planned = job.experiment.plan(job.catalogue, job.quick)?;
+    let (stock, exported) = stored(&job, &planned)?;
+    let exported: HashMap<&str, &Record> = exported.iter().map(|record| (record.run_id.as_str(), record)).collect();
+    let lacking = |place: &usize| {
+        let run = &planned[*place];
+        exported.get(run.id.as_str()).is_none_or(|record| !stock.would_have(run, record))
+    };
+    let missing = match exported.is_empty() {
+        true => stock.missing(&planned)?,
+        false => (0..planned.len()).filter(lacking).collect(),
+    };
+    let mut times = Times::default();
+    // Nobody asks what is done how long it took.
+    if !missing.is_empty() {
+        for run in &planned {
+            if !times.wants(run) {
+                continue;
+            }
+            let record = match exported.get(run.id.as_str()) {
+                Some(record) => Some((*record).clone()),
+                None => stock.store.read(&run.id)?,
+            };
+            if let Some(seconds) = record.as_ref().and_then(wall_s) {
+                times.learn(run, seconds);
+            }
+        }
+    }
+    let mut chunking = Chunking { planned: planned.len(), missing: missing.len(), measured: 0, chunks: Vec::new() };
+    for place in missing {
+        let run = &planned[place];
+        let known = times.of(run);
+        chunking.measured += usize::from(known.is_some());
+        let most = run.spec.wall_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+        let seconds = known.unwrap_or(limits.unmeasured_run_s).min(most);
+        match chunking.chunks.last_mut().filter(|chunk| chunk.seconds + seconds <= limits.seconds) {
+            Some(chunk) => {
+                *chunk = Chunk { last: place, runs: chunk.runs + 1, seconds: chunk.seconds + seconds, ..*chunk }
+            }
+            None => chunking.chunks.push(Chunk { first: place, last: place, runs: 1, seconds }),
+        }
+    }
+    Ok(chunking)
+}
+
+/// The wall time of a stored run, s; none if it has none.
+fn wall_s(record: &Record) -> Option<f64> {
+    let column = cost_header().iter().position(|name| *name == "wall_s")? - COST_PLAN.len();
+    record.costs.split(',').nth(column)?.parse().ok().filter(|seconds: &f64| seconds.is_finite())
+}
+
+/// Measured times, by case and scheme row.
+#[derive(Debug, Default)]
+struct Times<'a>(BTreeMap<(&'a str, &'a str), Vec<OfStep>>);
+
+/// The times at one macro step.
+#[derive(Debug, Clone, Copy)]
+struct OfStep {
+    macro_step: f64,
+    sum_s: f64,
+    count: usize,
+}
+
+impl<'a> Times<'a> {
+    fn key(run: &'a PlannedRun) -> (&'a str, &'a str) {
+        (&run.spec.case.name, &run.label)
+    }
+
+    /// Whether another time of such a run would tell anything.
+    fn wants(&self, run: &PlannedRun) -> bool {
+        let known = self.0.get(&(&*run.spec.case.name, run.label.as_str())).into_iter().flatten();
+        let mut at_step = known.filter(|of| of.macro_step == run.spec.macro_step);
+        at_step.next().is_none_or(|of| of.count < LOOKED_AT)
+    }
+
+    fn learn(&mut self, run: &'a PlannedRun, seconds: f64) {
+        let known = self.0.entry(Self::key(run)).or_default();
+        match known.iter_mut().find(|of| of.macro_step == run.spec.macro_step) {
+            Some(of) => *of = OfStep { sum_s: of.sum_s + seconds, count: of.count + 1, ..*of },
+            None => known.push(OfStep { macro_step: run.spec.macro_step, sum_s: seconds, count: 1 }),
+        }
+    }
+
+    /// The mean time at the macro step nearest in ratio, of the same scheme row on the same case; else of any scheme on that case.
+    fn of(&self, run: &PlannedRun) -> Option<f64> {
+        let far = |of: &OfStep| (of.macro_step / run.spec.macro_step).ln().abs();
+        let nearest = |all: &mut dyn Iterator<Item = &OfStep>| {
+            let best = all.min_by(|a, b| far(a).total_cmp(&far(b)))?;
+            Some(best.sum_s / best.count as f64)
+        };
+        let own = self.0.get(&(&*run.spec.case.name, run.label.as_str()));
+        own.and_then(|own| nearest(&mut own.iter())).or_else(|| {
+            let of_case = self.0.iter().filter(|((case, _), _)| *case == run.spec.case.name);
+            let of_case: Vec<f64> = of_case.filter_map(|(_, own)| nearest(&mut own.iter())).collect();
+            (!of_case.is_empty()).then(|| of_case.iter().sum::<f64>() / of_case.len() as f64)
+        })
+    }
+}
