@@ -48,7 +48,11 @@ impl Run {
             (None, Some(text)) => Some(parse_places(text)?),
             (None, None) => None,
         };
-        let total = experiment.plan(catalogue, false)?.len();
+        let total = match shard {
+            // A plan takes its time where it is long, and the task of an engine is one of many.
+            Some(Shard::Places { first, last }) => (last - first).saturating_add(1),
+            _ => experiment.plan(catalogue, false)?.len(),
+        };
         use_threads(self.jobs)?;
         let folder = self.out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         check_writable_folder(&folder)?;
