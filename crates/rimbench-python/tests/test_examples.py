@@ -50,6 +50,61 @@ def test_the_package_says_its_types():
     assert status == 0, said + complained
 
 
+#: What users write; each line that ends in `# wrong` must be refused.
+SNIPPET = """
+from collections.abc import Sequence
+
+import rimbench
+
+
+class Mass:
+    def __init__(self, parameters: dict[str, float]) -> None:
+        self.x = parameters["x2_0_m"]
+
+    def outputs(self, u: tuple[float, ...]) -> Sequence[float]:
+        return self.x, 0.0
+
+    def step(self, t: float, u: tuple[float, ...], h: float) -> None:
+        self.x += h * u[0]
+
+
+case = rimbench.Case("mine", like="linear-oscillator", mechanics=Mass, reference="original")
+name: str = case.name.upper()
+suffix = case.name.suffix  # wrong
+result = rimbench.simulate(case, "zero-order-hold", 1e-3, duration_s=0.1)
+largest: float = result["x2_m"].max()
+error: float = result.metrics["position_error_rms_m"]  # wrong
+
+
+class Hold:
+    def __init__(self, outputs: dict[str, tuple[str, ...]]) -> None:
+        self.held: dict[str, tuple[float, ...]] = {}
+
+    def receive(self, side: str, sample: rimbench.Sample) -> None:
+        self.held[side] = sample.y
+
+    def input(self, side: str, at: rimbench.MicroStep, own: tuple[float, ...]) -> tuple[float, ...]:
+        return self.held[side]
+
+
+scheme = rimbench.Scheme("hold", Hold)
+print(scheme.name.split("-"), rimbench.limit(case, scheme, per_decade=3).stability_limit_s)
+rimbench.Scheme("none", Mass)  # wrong
+rimbench.simulate(scheme, case)  # wrong
+"""
+
+
+def test_what_users_write_has_the_types_that_they_see(tmp_path):
+    pytest.importorskip("mypy")
+    from mypy import api
+
+    (tmp_path / "snippet.py").write_text(SNIPPET)
+    said, complained, _ = api.run(["--strict", "--cache-dir", str(tmp_path), str(tmp_path / "snippet.py")])
+    refused = {int(line.split(":")[1]) for line in said.splitlines() if "snippet.py:" in line and " error: " in line}
+    wrong = {number for number, line in enumerate(SNIPPET.splitlines(), 1) if line.endswith("# wrong")}
+    assert refused == wrong, said + complained
+
+
 def test_the_stub_has_everything_that_the_module_has():
     import ast
 

@@ -37,8 +37,9 @@ class Case:
     """A case of which Python makes one side or both.
 
     `like` names a built-in case: what is not given is as there. Without it give `mechanics`, `actuator`, `interface`, `duration_s` and
-    `macro_step_s`. `mechanics` and `actuator` are called once per run with the parameters by name. `reference` is "own" (both sides in
-    one loop with small steps, from `reference_step_s`) or "original" (that of the case it is like). All times in s.
+    `macro_step_s`. `mechanics` and `actuator` are called with the parameters by name whenever a new side is needed, more than once per run.
+    `reference` is "own" (both sides in one loop with small steps, from `reference_step_s`) or "original" (that of the case it is like).
+    All times in s.
     """
 
     def __init__(
@@ -57,12 +58,12 @@ class Case:
         reference: Literal["own", "original"] = "own",
     ) -> None: ...
     @property
-    def name(self) -> Path: ...
+    def name(self) -> str: ...
 
 class Scheme:
     """A coupling scheme written in Python.
 
-    `make` is called once per run with the names of what each side puts out, by side. `order` is the declared order in H, `samples` how
+    `make` is called for each run with the names of what each side puts out, by side. `order` is the declared order in H, `samples` how
     many samples of the past it goes through; with `interface_model` the samples of the mechanics carry its reduced interface model.
     """
 
@@ -76,7 +77,7 @@ class Scheme:
         interface_model: bool = False,
     ) -> None: ...
     @property
-    def name(self) -> Path: ...
+    def name(self) -> str: ...
 
 class Sample:
     """What one side sends at a communication point: time (s), outputs `y`, and the macro step that starts here (s)."""
