@@ -1,7 +1,7 @@
 //! What Python calls: lists, one run, the stability limit, an experiment.
 
 use crate::case::PyCase;
-use crate::errors::{Raised, RimbenchError};
+use crate::errors::{RimbenchError, raised_so_far};
 use crate::interruption::interruptible;
 use crate::scheme::PyScheme;
 use numpy::PyArray1;
@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyList, PyString};
 use rimbench::cases::Value;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
-use rimbench::error::{Error, Result};
+use rimbench::error::{Cause, Error, Result};
 use rimbench::harness::{
     Cache, Experiment, Job, LimitSearch, Scan, StabilityPoint, Step, StopFlags, monotonic_clock, obtain_reference,
     run_job_until, spectral_stability_limit, stability_limit,
@@ -54,7 +54,8 @@ struct Asked {
     request: RunRequest,
     /// The case, if Python made it.
     case: Option<Py<PyCase>>,
-    raised: Vec<Raised>,
+    /// Whether Python made the case or the scheme.
+    of_python: bool,
 }
 
 impl Asked {
@@ -67,12 +68,12 @@ impl Asked {
         own: &[&str],
     ) -> PyResult<Self> {
         let mut asked =
-            Asked { catalogue: everything().clone(), request: RunRequest::default(), case: None, raised: Vec::new() };
+            Asked { catalogue: everything().clone(), request: RunRequest::default(), case: None, of_python: false };
         if let Ok(case) = case.cast::<PyCase>() {
             let made = case.get();
             asked.catalogue.add_case(made.case.clone()).map_err(refused)?;
             asked.request.case = Some(made.case.name.to_string());
-            asked.raised.push(made.raised.clone());
+            asked.of_python = true;
             asked.case = Some(case.clone().unbind());
         } else {
             asked.request.case = Some(text("case", case)?);
@@ -81,7 +82,7 @@ impl Asked {
             let made = scheme.get();
             asked.catalogue.add_scheme(made.entry.clone()).map_err(refused)?;
             asked.request.scheme = Some(made.entry.name.to_string());
-            asked.raised.push(made.raised.clone());
+            asked.of_python = true;
         } else {
             asked.request.scheme = Some(text("scheme", scheme)?);
         }
@@ -112,13 +113,21 @@ impl Asked {
             Some(reference) => reference,
             None => {
                 let computed = Arc::new(obtain_reference(&spec, cache, stop)?);
+                if let Some(words) = raised_so_far() {
+                    return Err(Error::Incompatible(format!("case {} has no reference: {words}", spec.case.name)));
+                }
                 if let Some(case) = own {
                     case.keep(&spec, &computed);
                 }
                 computed
             }
         };
-        let result = simulate_inside(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
+        let mut result = simulate_inside(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
+        // Raised where nothing can fail (an observation) and nothing was called any more that could.
+        if let (Outcome::Completed, Some(message)) = (&result.report.outcome, raised_so_far()) {
+            let at_s = result.report.ended_at_s;
+            result.report.outcome = Outcome::SubsystemFailed { at_s, cause: Cause::Reported { message } };
+        }
         let run = evaluate(&spec, result, &reference)?;
         if matches!(run.outcome, Outcome::Stopped { .. }) { Err(Error::Stopped) } else { Ok((spec, run)) }
     }
@@ -155,7 +164,7 @@ pub fn simulate<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let asked = Asked::read(case, scheme, settings, &[])?;
     let cache = Cache::of_user();
-    let (spec, run) = interruptible(py, &asked.raised, None, |stop, _| asked.simulate(stop, &cache))?;
+    let ((spec, run), raised) = interruptible(py, asked.of_python, None, |stop, _| asked.simulate(stop, &cache))?;
     complain(py, &cache)?;
     let trace = PyDict::new(py);
     for (index, name) in run.trajectory.columns().iter().enumerate() {
@@ -176,7 +185,6 @@ pub fn simulate<'py>(
     result.set_item("settings", facts(py, &spec.facts())?)?;
     result.set_item("counters", facts(py, &run.counters())?)?;
     result.set_item("costs", facts(py, &run.costs())?)?;
-    let raised = asked.raised.iter().find_map(Raised::take);
     result.set_item("exception", raised.map(|raised| raised.into_value(py)))?;
     Ok(result)
 }
@@ -203,7 +211,7 @@ pub fn limit<'py>(
     let asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
     let scan = Scan { from: from_s, to: to_s, per_decade, phases };
     let cache = Cache::of_user();
-    let found = interruptible(py, &asked.raised, progress.as_ref(), |stop, count| {
+    let (found, _) = interruptible(py, asked.of_python, progress.as_ref(), |stop, count| {
         let (coarsest, grid, phases) = scan.resolve(&asked.request, &asked.catalogue)?;
         count.total.store(grid.len(), Ordering::Relaxed);
         let search = LimitSearch {
@@ -249,7 +257,7 @@ pub fn run(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PathBuf> {
     let cache = Cache::of_user();
-    let folder = interruptible(py, &[], progress.as_ref(), |stop, count| {
+    let (folder, _) = interruptible(py, false, progress.as_ref(), |stop, count| {
         let experiment = Experiment::read(&file)?;
         let folder = out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         let job = Job {

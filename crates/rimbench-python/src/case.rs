@@ -1,7 +1,7 @@
 //! A case of which Python makes one side or both.
 
 use crate::calls::everything;
-use crate::errors::{Raised, RimbenchError, exception};
+use crate::errors::{self, RimbenchError, exception, with_raised};
 use crate::subsystem::PySubsystem;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -11,7 +11,7 @@ use rimbench::cases::{
 use rimbench::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem};
 use rimbench::error::{Error, Result};
 use rimbench::name::Name;
-use rimbench::runs::{Reference, RunSpec};
+use rimbench::runs::{Reference, RunRequest, RunSpec};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A case of which Python makes one side or both.
@@ -20,8 +20,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// ----------
 /// name : kebab-case, not taken by a built-in case.
 /// like : a built-in case; what is not given here is as there: parameters, times, the other side, columns of the trace.
-/// mechanics, actuator : called once per run with the parameters, a dictionary; return an object with `outputs(u)` and `step(t, u, h)`.
-/// parameters : names (ending in their units) and defaults, for a case that is like no other.
+/// mechanics, actuator : called with the parameters, a dictionary, whenever a new side is needed: when the case is made, for each run, and
+///     for each of the three solutions of an own reference; return an object with `outputs(u)` and `step(t, u, h)`.
+/// parameters : names (ending in their units) and defaults, for a case that is like no other; no option of a call may have such a name.
 /// interface : `(position, velocity, force)` names per interface row, for a case that is like no other: the mechanics puts out positions,
 ///     then velocities, and gets forces.
 /// duration_s, macro_step_s, micro_step_s : times used unless others are asked for, s.
@@ -30,7 +31,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[pyclass(frozen, name = "Case", module = "rimbench")]
 pub struct PyCase {
     pub case: Case,
-    pub raised: Raised,
     /// References of this case, for as long as it lives: on disk there are none of code that may change.
     references: Mutex<Vec<(RunSpec, Arc<Reference>)>>,
 }
@@ -50,9 +50,9 @@ impl PyCase {
 }
 
 /// One side, made by calling `make` with the parameters.
-fn side(name: &str, side: Side, make: Py<PyAny>, raised: &Raised) -> BuildSide {
+fn side(name: &str, side: Side, make: Py<PyAny>) -> BuildSide {
     let which = if side == Side::Mechanics { "mechanics" } else { "actuator" };
-    let (whose, raised) = (format!("the {which} of case {name}"), raised.clone());
+    let whose = format!("the {which} of case {name}");
     Arc::new(move |parameters: &Parameters, ports: &Ports| {
         let built = |py: Python<'_>| -> PyResult<PySubsystem> {
             let values = PyDict::new(py);
@@ -62,11 +62,17 @@ fn side(name: &str, side: Side, make: Py<PyAny>, raised: &Raised) -> BuildSide {
                     Value::Choice(choice) => values.set_item(&*parameter.name, &**choice)?,
                 }
             }
-            PySubsystem::new(&make.bind(py).call1((values,))?, ports, &whose, &raised)
+            PySubsystem::new(&make.bind(py).call1((values,))?, ports, &whose)
         };
-        let built = Python::attach(|py| built(py).map_err(|error| raised.error(py, error)))?;
+        let built = Python::attach(|py| built(py).map_err(|error| errors::error(py, error)))?;
         Ok(Box::new(built) as Box<dyn Subsystem>)
     })
+}
+
+/// Whether a call would take a setting of this name for something else than a parameter of the case.
+fn is_option(name: &str) -> bool {
+    const OF_LIMIT: [&str; 7] = ["from_s", "to_s", "per_decade", "phases", "relative_tolerance", "method", "progress"];
+    RunRequest::OPTIONS.iter().any(|option| option.key == name) || OF_LIMIT.contains(&name)
 }
 
 /// What is said of a case that is like no other.
@@ -134,70 +140,84 @@ impl PyCase {
         reference_step_s: Option<f64>,
         reference: &str,
     ) -> PyResult<Self> {
-        let raised = Raised::default();
         let refused = |message: String| RimbenchError::new_err(message);
-        if !["own", "original"].contains(&reference) {
-            return Err(refused(Error::invalid("reference", reference, "own, original").to_string()));
-        }
-        let given = PerSide { mechanics, actuator };
-        let wrong = |error: Error| exception(py, &error, std::slice::from_ref(&raised));
-        let mut case = match like {
-            Some(like) => {
-                if parameters.is_some() || interface.is_some() {
-                    let message = "parameters and interface are those of the case that it is like: give neither";
-                    return Err(refused(message.to_owned()));
-                }
-                let original = everything().case(like).map_err(wrong)?;
-                let mut case = Case::clone(original);
-                for which in Side::BOTH {
-                    let make = if which == Side::Mechanics { &given.mechanics } else { &given.actuator };
-                    if let Some(make) = make {
-                        let made = side(&name, which, make.clone_ref(py), &raised);
-                        case = case.with_side(name.clone(), which, made).map_err(wrong)?;
+        let wrong = |error: Error| exception(py, &error, None);
+        let make = || -> PyResult<Case> {
+            if !["own", "original"].contains(&reference) {
+                return Err(refused(Error::invalid("reference", reference, "own, original").to_string()));
+            }
+            let given = PerSide { mechanics, actuator };
+            let mut case = match like {
+                Some(like) => {
+                    if parameters.is_some() || interface.is_some() {
+                        let message = "parameters and interface are those of the case that it is like: give neither";
+                        return Err(refused(message.to_owned()));
                     }
+                    let original = everything().case(like).map_err(wrong)?;
+                    let mut case = Case::clone(original);
+                    for which in Side::BOTH {
+                        let make = if which == Side::Mechanics { &given.mechanics } else { &given.actuator };
+                        if let Some(make) = make {
+                            let made = side(&name, which, make.clone_ref(py));
+                            case = case.with_side(name.clone(), which, made).map_err(wrong)?;
+                        }
+                    }
+                    if !case.from_outside {
+                        return Err(refused(
+                            "a case like another needs a mechanics or an actuator of its own".to_owned(),
+                        ));
+                    }
+                    case.judged_by = (reference == "original").then(|| original.clone());
+                    case.about = Name::from(format!("{like}, with a side written in Python"));
+                    case.defaults.duration_s = duration_s.unwrap_or(case.defaults.duration_s);
+                    case.defaults.macro_step_s = macro_step_s.unwrap_or(case.defaults.macro_step_s);
+                    case.defaults.micro_step_s = micro_step_s.unwrap_or(case.defaults.micro_step_s);
+                    case.defaults.reference_step_s = reference_step_s.unwrap_or(case.defaults.reference_step_s);
+                    case
                 }
-                if !case.from_outside {
-                    return Err(refused("a case like another needs a mechanics or an actuator of its own".to_owned()));
+                None => {
+                    let (Some(mechanics), Some(actuator), Some(interface), Some(duration_s), Some(macro_step_s)) =
+                        (given.mechanics, given.actuator, interface, duration_s, macro_step_s)
+                    else {
+                        let message = "a case that is like no other needs mechanics, actuator, interface, duration_s and macro_step_s";
+                        return Err(refused(message.to_owned()));
+                    };
+                    if reference == "original" {
+                        return Err(refused("reference = original: the case is like no other".to_owned()));
+                    }
+                    let micro_step_s = micro_step_s.unwrap_or(macro_step_s);
+                    let times = CaseDefaults {
+                        duration_s,
+                        macro_step_s,
+                        micro_step_s,
+                        reference_step_s: reference_step_s.unwrap_or(micro_step_s),
+                        reference_sampling_s: macro_step_s.max(micro_step_s),
+                    };
+                    let parameters: Vec<(String, f64)> = parameters.map_or(Ok(Vec::new()), |given| {
+                        given.iter().map(|(key, value)| Ok((key.extract()?, value.extract()?))).collect::<PyResult<_>>()
+                    })?;
+                    if let Some((name, _)) = parameters.iter().find(|(name, _)| is_option(name)) {
+                        return Err(refused(format!(
+                            "parameter `{name}`: an option of a run or of a call has that name; valid: another"
+                        )));
+                    }
+                    let description = Description { parameters, interface, times };
+                    let sides = [(Side::Mechanics, mechanics), (Side::Actuator, actuator)];
+                    of_both(&name, description, sides.map(|(which, make)| side(&name, which, make))).map_err(wrong)?
                 }
-                case.judged_by = (reference == "original").then(|| original.clone());
-                case.about = Name::from(format!("{like}, with a side written in Python"));
-                case.defaults.duration_s = duration_s.unwrap_or(case.defaults.duration_s);
-                case.defaults.macro_step_s = macro_step_s.unwrap_or(case.defaults.macro_step_s);
-                case.defaults.micro_step_s = micro_step_s.unwrap_or(case.defaults.micro_step_s);
-                case.defaults.reference_step_s = reference_step_s.unwrap_or(case.defaults.reference_step_s);
-                case
-            }
-            None => {
-                let (Some(mechanics), Some(actuator), Some(interface), Some(duration_s), Some(macro_step_s)) =
-                    (given.mechanics, given.actuator, interface, duration_s, macro_step_s)
-                else {
-                    let message = "a case that is like no other needs mechanics, actuator, interface, duration_s and macro_step_s";
-                    return Err(refused(message.to_owned()));
-                };
-                if reference == "original" {
-                    return Err(refused("reference = original: the case is like no other".to_owned()));
-                }
-                let micro_step_s = micro_step_s.unwrap_or(macro_step_s);
-                let times = CaseDefaults {
-                    duration_s,
-                    macro_step_s,
-                    micro_step_s,
-                    reference_step_s: reference_step_s.unwrap_or(micro_step_s),
-                    reference_sampling_s: macro_step_s.max(micro_step_s),
-                };
-                let parameters = parameters.map_or(Ok(Vec::new()), |given| {
-                    given.iter().map(|(key, value)| Ok((key.extract()?, value.extract()?))).collect::<PyResult<_>>()
-                })?;
-                let description = Description { parameters, interface, times };
-                let sides = [(Side::Mechanics, mechanics), (Side::Actuator, actuator)];
-                of_both(&name, description, sides.map(|(which, make)| side(&name, which, make, &raised)))
-                    .map_err(wrong)?
-            }
+            };
+            case.name = Name::from(name);
+            // A name that cannot be is found here and not in every run.
+            everything().clone().add_case(case.clone()).map_err(wrong)?;
+            Ok(case)
         };
-        case.name = Name::from(name);
-        // A name that cannot be is found here and not in every run.
-        everything().clone().add_case(case.clone()).map_err(wrong)?;
-        Ok(PyCase { case, raised, references: Mutex::default() })
+        let (made, raised) = with_raised(make);
+        let case = made.inspect_err(|error| {
+            if raised.is_some() {
+                error.set_cause(py, raised);
+            }
+        })?;
+        Ok(PyCase { case, references: Mutex::default() })
     }
 
     /// Its name.

@@ -4,7 +4,7 @@ use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rimbench::error::{Error, Failure};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::cell::Cell;
 
 create_exception!(
     rimbench,
@@ -13,32 +13,51 @@ create_exception!(
     "Bad input, in the words of the command line: what is wrong, and what would be valid."
 );
 
-/// The first exception that a callback raised during a call, kept whole: the run itself only knows it in words.
-#[derive(Debug, Clone, Default)]
-pub struct Raised(Arc<Mutex<Option<PyErr>>>);
+/// An exception kept whole, and in words, which is all that the run itself knows of it.
+struct Raised {
+    error: PyErr,
+    words: String,
+}
 
-impl Raised {
-    /// Keeps an exception unless there is one, and puts it in words.
-    fn keep(&self, py: Python<'_>, error: PyErr) -> String {
-        let words = in_words(py, &error);
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-        words
-    }
+thread_local! {
+    /// The first exception that a callback raised during the call that this thread works for. All callbacks of a call come from one
+    /// thread, so that calls from several threads, with the same case even, have nothing in common.
+    static RAISED: Cell<Option<Raised>> = const { Cell::new(None) };
+}
 
-    /// Keeps an exception that ends a run.
-    pub fn failure(&self, py: Python<'_>, error: PyErr) -> Failure {
-        Failure::reported(self.keep(py, error))
-    }
+/// Does `work`, and gives out the first exception that its callbacks raised on this thread.
+pub fn with_raised<T>(work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
+    // A callback may make a case, which calls back in turn.
+    let outer = RAISED.take();
+    let done = work();
+    (done, RAISED.replace(outer).map(|raised| raised.error))
+}
 
-    /// Keeps an exception for which there is nothing to run.
-    pub fn error(&self, py: Python<'_>, error: PyErr) -> Error {
-        Error::Incompatible(self.keep(py, error))
-    }
+/// Keeps an exception unless there is one, and puts it in words.
+fn keep(py: Python<'_>, error: PyErr) -> String {
+    let words = in_words(py, &error);
+    let raised = Raised { error, words: words.clone() };
+    let first = RAISED.take().unwrap_or(raised);
+    RAISED.set(Some(first));
+    words
+}
 
-    /// Gives out what was kept.
-    pub fn take(&self) -> Option<PyErr> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
-    }
+/// Keeps an exception that ends a run.
+pub fn failure(py: Python<'_>, error: PyErr) -> Failure {
+    Failure::reported(keep(py, error))
+}
+
+/// Keeps an exception for which there is nothing to run.
+pub fn error(py: Python<'_>, error: PyErr) -> Error {
+    Error::Incompatible(keep(py, error))
+}
+
+/// What was raised so far, in words.
+pub fn raised_so_far() -> Option<String> {
+    let raised = RAISED.take();
+    let words = raised.as_ref().map(|raised| raised.words.clone());
+    RAISED.set(raised);
+    words
 }
 
 /// An exception in one line: kind, message, and where it was raised.
@@ -62,10 +81,10 @@ fn in_words(py: Python<'_>, error: &PyErr) -> String {
 }
 
 /// The exception for an error, with the exception of a callback that caused it, if one did.
-pub fn exception(py: Python<'_>, error: &Error, raised: &[Raised]) -> PyErr {
+pub fn exception(py: Python<'_>, error: &Error, raised: Option<PyErr>) -> PyErr {
     let exception = RimbenchError::new_err(error.to_string());
-    if let Some(cause) = raised.iter().find_map(Raised::take) {
-        exception.set_cause(py, Some(cause));
+    if raised.is_some() {
+        exception.set_cause(py, raised);
     }
     exception
 }

@@ -1,6 +1,6 @@
 //! Work without the lock of the interpreter, that Ctrl-C ends.
 
-use crate::errors::{Raised, exception};
+use crate::errors::{exception, with_raised};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
@@ -30,21 +30,19 @@ impl Count {
 }
 
 /// Does `work` on a thread of its own, while this one lends the interpreter to whoever needs it, looks at signals, and tells `progress`.
-/// `raised` has an entry for everything that Python made; with none all cores may work.
-/// A signal, or an exception of `progress`, raises the flag that the runs look at in every step.
+/// With a part `of_python` one thread works, from which all callbacks come; without one all cores may. Gives out the result, and the first
+/// exception that a callback raised. A signal, or an exception of `progress`, raises the flag that the runs look at in every step.
 ///
 /// # Errors
 /// What the signal or `progress` raised; the error of the work as an exception.
 pub fn interruptible<T: Send>(
     py: Python<'_>,
-    raised: &[Raised],
+    of_python: bool,
     progress: Option<&Py<PyAny>>,
     work: impl FnOnce(StopFlag<'_>, &Count) -> Result<T> + Send,
-) -> PyResult<T> {
-    // Of an earlier call.
-    raised.iter().for_each(|raised| drop(raised.take()));
+) -> PyResult<(T, Option<PyErr>)> {
     let (flag, count) = (AtomicBool::new(false), Count::default());
-    let (done, asked) = py.detach(|| {
+    let ((done, raised), asked) = py.detach(|| {
         std::thread::scope(|scope| {
             let (end, ended) = channel::<()>();
             let (flag, count) = (&flag, &count);
@@ -52,15 +50,18 @@ pub fn interruptible<T: Send>(
                 // Closed when the work ends, in whatever way.
                 let _end = end;
                 let work = || work(StopFlag::new(flag), count);
-                if raised.is_empty() {
-                    return work();
+                if !of_python {
+                    return (work(), None);
                 }
-                // Whoever calls back finds this thread known to the interpreter, which otherwise would be told of it each time; and
-                // several threads would only wait for each other.
-                match ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
-                    Ok(alone) => Python::attach(|py| py.detach(|| alone.install(work))),
-                    Err(error) => Err(Error::Incompatible(format!("no thread for what Python makes: {error}"))),
-                }
+                // Several threads would only wait for each other. A pool that takes in this thread would never be freed.
+                let alone = match ThreadPoolBuilder::new().num_threads(1).build() {
+                    Ok(alone) => alone,
+                    Err(error) => {
+                        return (Err(Error::Incompatible(format!("no thread for what Python makes: {error}"))), None);
+                    }
+                };
+                // Whoever calls back finds the thread known to the interpreter, which otherwise would be told of it each time.
+                alone.install(|| Python::attach(|py| py.detach(|| with_raised(work))))
             });
             let mut asked = None;
             let mut told = (0, 0);
@@ -87,8 +88,9 @@ pub fn interruptible<T: Send>(
     if let Some(asked) = asked {
         return Err(asked);
     }
-    done.map_err(|error| match error {
-        Error::Stopped => PyKeyboardInterrupt::new_err(()),
-        error => exception(py, &error, raised),
-    })
+    match done {
+        Ok(done) => Ok((done, raised)),
+        Err(Error::Stopped) => Err(PyKeyboardInterrupt::new_err(())),
+        Err(error) => Err(exception(py, &error, raised)),
+    }
 }

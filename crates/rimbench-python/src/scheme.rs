@@ -1,6 +1,6 @@
 //! A coupling scheme that is an object of Python.
 
-use crate::errors::{Raised, RimbenchError};
+use crate::errors::{self, RimbenchError};
 use crate::model;
 use crate::numbers::{copied, fill, method};
 use pyo3::prelude::*;
@@ -89,14 +89,13 @@ struct SchemeObject {
     object: Py<PyAny>,
     receive: Py<PyAny>,
     input: Py<PyAny>,
-    raised: Raised,
 }
 
 impl SchemeObject {
-    fn new(object: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self> {
+    fn new(object: &Bound<'_, PyAny>) -> PyResult<Self> {
         let method = |name| method(object, name, "the scheme");
         let (receive, input) = (method("receive")?, method("input")?);
-        Ok(SchemeObject { object: object.clone().unbind(), receive, input, raised: raised.clone() })
+        Ok(SchemeObject { object: object.clone().unbind(), receive, input })
     }
 }
 
@@ -113,7 +112,7 @@ impl CouplingScheme for SchemeObject {
             };
             self.receive.bind(py).call1((name(from), sample)).map(drop)
         };
-        Python::attach(|py| call(py).map_err(|error| self.raised.failure(py, error)))
+        Python::attach(|py| call(py).map_err(|error| errors::failure(py, error)))
     }
 
     fn input(&mut self, to: Side, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
@@ -121,7 +120,7 @@ impl CouplingScheme for SchemeObject {
             let value = self.input.bind(py).call1((name(to), PyMicroStep(at), PyTuple::new(py, own)?))?;
             fill(&value, "input", u)
         };
-        Python::attach(|py| call(py).map_err(|error| self.raised.failure(py, error)))
+        Python::attach(|py| call(py).map_err(|error| errors::failure(py, error)))
     }
 
     fn report(&mut self) -> SchemeReport {
@@ -130,7 +129,7 @@ impl CouplingScheme for SchemeObject {
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
         let object = copied(&self.object)?;
-        let copy = Python::attach(|py| SchemeObject::new(object.bind(py), &self.raised)).ok()?;
+        let copy = Python::attach(|py| SchemeObject::new(object.bind(py))).ok()?;
         Some(Box::new(copy))
     }
 }
@@ -140,7 +139,7 @@ impl CouplingScheme for SchemeObject {
 /// Parameters
 /// ----------
 /// name : kebab-case, not taken by a built-in scheme.
-/// make : called once per run with the names of what each side puts out, `{"mechanics": (...), "actuator": (...)}`; returns an object
+/// make : called for each run with the names of what each side puts out, `{"mechanics": (...), "actuator": (...)}`; returns an object
 ///     with `receive(side, sample)`, called for each side at each communication point, and `input(side, at, own)`, called for each
 ///     micro step of each side: it returns the numbers that this side gets, in the order of the other side's outputs, as their mean
 ///     over the micro step. `own` is what that side itself puts out.
@@ -150,7 +149,6 @@ impl CouplingScheme for SchemeObject {
 #[pyclass(frozen, name = "Scheme", module = "rimbench")]
 pub struct PyScheme {
     pub entry: SchemeEntry,
-    pub raised: Raised,
 }
 
 #[pymethods]
@@ -158,8 +156,6 @@ impl PyScheme {
     #[new]
     #[pyo3(signature = (name, make, *, order=1, samples=1, interface_model=false))]
     fn new(name: String, make: Py<PyAny>, order: u32, samples: usize, interface_model: bool) -> PyResult<Self> {
-        let raised = Raised::default();
-        let of_the_run = raised.clone();
         let make = Arc::new(make);
         let entry = SchemeEntry::new(name, "A scheme written in Python", move |construction| {
             let names = |ports: &Ports| ports.outputs.iter().map(|port| port.name.to_string()).collect::<Vec<_>>();
@@ -167,20 +163,20 @@ impl PyScheme {
                 let outputs = PyDict::new(py);
                 outputs.set_item("mechanics", PyTuple::new(py, names(construction.ports.mechanics))?)?;
                 outputs.set_item("actuator", PyTuple::new(py, names(construction.ports.actuator))?)?;
-                SchemeObject::new(&make.bind(py).call1((outputs,))?, &of_the_run)
+                SchemeObject::new(&make.bind(py).call1((outputs,))?)
             };
-            let built = Python::attach(|py| built(py).map_err(|error| of_the_run.error(py, error)))?;
+            let built = Python::attach(|py| built(py).map_err(|error| errors::error(py, error)))?;
             Ok(Box::new(built))
         });
         let family = if interface_model { Family::Model } else { Family::Signal };
-        let needs = if interface_model { vec![Need::InterfaceModel] } else { Vec::new() };
+        let needs = if interface_model { vec![Need::InterfaceModel, Need::NoFriction] } else { Vec::new() };
         let entry = SchemeEntry { order, samples, family, needs, ..entry };
         // A name that cannot be is found here and not in every run.
         crate::calls::everything()
             .clone()
             .add_scheme(entry.clone())
             .map_err(|error| RimbenchError::new_err(error.to_string()))?;
-        Ok(PyScheme { entry, raised })
+        Ok(PyScheme { entry })
     }
 
     /// Its name.

@@ -1,6 +1,6 @@
 //! A subsystem that is an object of Python.
 
-use crate::errors::Raised;
+use crate::errors::failure;
 use crate::model;
 use crate::numbers::{attribute, copied, fill, method};
 use pyo3::exceptions::PyTypeError;
@@ -32,7 +32,6 @@ pub struct PySubsystem {
     /// What `observe` raised, which cannot fail itself.
     failed: Option<Failure>,
     counters: SubsystemCounters,
-    raised: Raised,
 }
 
 impl PySubsystem {
@@ -40,7 +39,7 @@ impl PySubsystem {
     ///
     /// # Errors
     /// Methods that are missing, attributes that are no numbers.
-    pub fn new(object: &Bound<'_, PyAny>, ports: &Ports, whose: &str, raised: &Raised) -> PyResult<Self> {
+    pub fn new(object: &Bound<'_, PyAny>, ports: &Ports, whose: &str) -> PyResult<Self> {
         let feedthrough = attribute(object, "direct_feedthrough")?;
         let direct_feedthrough = feedthrough.map_or(Ok(ports.direct_feedthrough), |value| value.is_truthy())?;
         let names: Vec<String> = attribute(object, "observables")?.map_or(Ok(Vec::new()), |names| names.extract())?;
@@ -70,7 +69,6 @@ impl PySubsystem {
             model,
             failed: None,
             counters: SubsystemCounters::default(),
-            raised: raised.clone(),
         })
     }
 
@@ -79,7 +77,7 @@ impl PySubsystem {
         if let Some(failure) = self.failed.take() {
             return Err(failure);
         }
-        Python::attach(|py| back(self, py).map_err(|error| self.raised.failure(py, error)))
+        Python::attach(|py| back(self, py).map_err(|error| failure(py, error)))
     }
 }
 
@@ -127,8 +125,7 @@ impl Subsystem for PySubsystem {
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
         let object = copied(&self.object)?;
-        let copy =
-            Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy", &self.raised)).ok()?;
+        let copy = Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy")).ok()?;
         let (known, is_known, counters) = (self.known.clone(), self.is_known, self.counters);
         Some(Box::new(PySubsystem { known, is_known, counters, ..copy }))
     }
@@ -168,7 +165,7 @@ impl Abilities for PySubsystem {
         let work = self.work.as_ref()?;
         let worked = Python::attach(|py| {
             let number = || work.bind(py).call0()?.extract();
-            number().map_err(|error| self.raised.failure(py, error))
+            number().map_err(|error| failure(py, error))
         });
         Some(worked.unwrap_or_else(|failure| {
             self.failed = Some(failure);

@@ -1,7 +1,9 @@
 """Subsystems, cases and schemes written in Python."""
 
 import inspect
+import sys
 import traceback
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -139,6 +141,36 @@ def test_a_scheme_gets_the_interface_model(example):
     assert np.linalg.eigvalsh(model["H"]).min() > -1e-12 and len(model["closed"]) == contacts
 
 
+@pytest.mark.parametrize("interface_model", [True, False])
+def test_a_scheme_is_not_given_a_model_with_friction(example, interface_model):
+    scheme = rimbench.Scheme("modelled", example("own_scheme").Line, interface_model=interface_model)
+    result = rimbench.simulate("wedge-box-friction", scheme, 1e-3, duration_s=0.01)
+    expected = ("skipped", True) if interface_model else ("completed", False)
+    assert (result.outcome, "knows no friction" in result.reason) == expected
+
+
+def test_how_often_a_side_is_made(example):
+    made = []
+
+    class Weight(example("own_case").Weight):
+        def __init__(self, parameters):
+            made.append(parameters)
+            super().__init__(parameters)
+
+    own = example("own_case")
+    case = rimbench.Case(
+        "counted", mechanics=Weight, actuator=own.ShakenSpring, duration_s=0.01, macro_step_s=1e-3,
+        parameters={"mass_kg": 2.0, "stiffness_n_m": 1000.0, "amplitude_m": 0.03},
+        interface=[("height_m", "speed_m_s", "spring_force_n")],
+    )
+    counts = [len(made)]
+    for _ in range(3):
+        rimbench.simulate(case, "zero-order-hold")
+        counts.append(len(made))
+    # To know its observables; then for the reference and the run; then for runs.
+    assert [after - before for before, after in zip([0] + counts, counts)] == [1, 6, 3, 3]
+
+
 class Broken:
     """Goes on for a while, and then does what it is told."""
 
@@ -202,6 +234,107 @@ def test_an_observable_that_fails_ends_the_run():
     assert result.outcome == "subsystem-failed" and "OSError: blind" in result.reason
 
 
+@pytest.mark.parametrize("name", ["observe", "interface_work"])
+def test_what_is_raised_at_the_last_communication_point_is_not_lost(name):
+    class Late(Broken):
+        observables = ("seen_m",)
+
+        def observe(self):
+            return self.late("observe", (0.0,))
+
+        def interface_work(self):
+            return self.late("interface_work", 0.0)
+
+        def late(self, asked, answer):
+            if asked == name and self.steps == 10:
+                raise OSError("blind at the end")
+            return answer
+
+    case = rimbench.Case("late", like="linear-oscillator", mechanics=Late, reference="original")
+    result = rimbench.simulate(case, "zero-order-hold", 1e-2, micro_step_s=1e-2, mechanics_steps=1, duration_s=0.1)
+    assert (result.outcome, result.outcome_at_s) == ("subsystem-failed", pytest.approx(0.1))
+    assert result.reason.startswith("OSError: blind at the end") and isinstance(result.exception, OSError)
+
+
+def test_an_observation_that_fails_at_the_end_of_a_reference_leaves_none(example):
+    class Late(example("own_case").Weight):
+        time = 0.0
+
+        def step(self, t, u, h):
+            self.time = t + h
+            return super().step(t, u, h)
+
+        def observe(self):
+            # The end of the run, within less than any step.
+            if self.time > 0.01 - 1e-6:
+                raise OSError("blind at the end")
+            return super().observe()
+
+    own = example("own_case")
+    case = rimbench.Case(
+        "late-reference", mechanics=Late, actuator=own.ShakenSpring, duration_s=0.01, macro_step_s=1e-3,
+        parameters={"mass_kg": 2.0, "stiffness_n_m": 1000.0, "amplitude_m": 0.03}, reference_step_s=1e-4,
+        interface=[("height_m", "speed_m_s", "spring_force_n")],
+    )
+    for _ in range(2):
+        with pytest.raises(rimbench.RimbenchError, match="has no reference.*OSError: blind at the end") as raised:
+            rimbench.simulate(case, "zero-order-hold", 1e-3, micro_step_s=1e-3)
+        assert isinstance(raised.value.__cause__, OSError)
+
+
+def test_runs_of_one_case_in_several_threads_keep_their_exceptions(example):
+    class Counted(Broken):
+        """Raises its number, if that is odd."""
+
+        def __init__(self, parameters):
+            super().__init__(parameters)
+            # Parameters are all that a side is told; the velocity at the start is of no use to this one.
+            self.number = parameters["v2_0_m_s"]
+
+        def fail(self):
+            if self.number % 2 == 1:
+                raise LookupError(self.number)
+
+    case = rimbench.Case("threads", like="linear-oscillator", mechanics=Counted, reference="original")
+    scheme = rimbench.Scheme("threads", example("own_scheme").Line)
+
+    def once(number):
+        return rimbench.simulate(case, scheme, 1e-3, mechanics_steps=1, duration_s=0.2, v2_0_m_s=number)
+
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            results = list(pool.map(once, range(1, 41)))
+    finally:
+        sys.setswitchinterval(usual)
+    for number, result in enumerate(results, 1):
+        if number % 2 == 1:
+            assert result.outcome == "subsystem-failed" and result.exception.args == (number,), number
+            assert result.reason.startswith(f"LookupError: {float(number)} (test_own.py")
+        else:
+            assert result.outcome != "subsystem-failed" and result.exception is None, number
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_calls_leave_no_memory_behind(example):
+    case = example("own_mechanics").case
+
+    def kilobytes():
+        with open("/proc/self/smaps_rollup") as file:
+            return next(int(line.split()[1]) for line in file if line.startswith("Anonymous:"))
+
+    def calls(count):
+        for _ in range(count):
+            rimbench.simulate(case, "zero-order-hold", 1e-2, duration_s=0.02)
+
+    calls(300)
+    before = kilobytes()
+    calls(1000)
+    # A pool of threads that stays takes 7.7 kB a call.
+    assert kilobytes() - before < 2000
+
+
 def test_what_cannot_be_built_is_an_exception_with_its_cause():
     def explode(parameters):
         raise RuntimeError("no such mechanics")
@@ -224,6 +357,12 @@ def test_a_case_without_a_reference_is_an_exception_with_its_cause():
     assert isinstance(raised.value.__cause__, ArithmeticError)
 
 
+OF_BOTH = {
+    "name": "mine", "mechanics": Broken, "actuator": Broken, "interface": [("x_m", "v_m_s", "f_n")],
+    "duration_s": 1.0, "macro_step_s": 1e-3,
+}
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -234,6 +373,8 @@ def test_a_case_without_a_reference_is_an_exception_with_its_cause():
         ({"name": "mine", "mechanics": Broken}, "needs mechanics, actuator, interface, duration_s and macro_step_s"),
         ({"name": "mine", "like": "wedge-box", "mechanics": Broken, "reference": "none"}, "valid: own, original"),
         ({"name": "mine", "like": "wedge-box", "mechanics": Broken, "parameters": {}}, "give neither"),
+        ({**OF_BOTH, "parameters": {"phase": 0.5}}, "parameter `phase`: an option of a run"),
+        ({**OF_BOTH, "parameters": {"mass_kg": 1.0, "from_s": 0.5}}, "parameter `from_s`: an option"),
     ],
 )
 def test_descriptions_that_make_no_case_are_refused(arguments, words):
