@@ -16,6 +16,9 @@ try:
 except ImportError:
     print("skipped: the wheel `mujoco` is not installed")
     sys.exit()
+if int(mujoco.__version__.split(".")[0]) < 4:
+    print(f"skipped: mujoco {mujoco.__version__} is installed, and 4 or later is needed")
+    sys.exit()
 
 TIP = 0.05  # radius of the spheres that stand for the wedges, m; their floor is as much lower
 XML = """

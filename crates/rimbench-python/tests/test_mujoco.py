@@ -5,7 +5,8 @@ import pytest
 
 import rimbench
 
-pytest.importorskip("mujoco")
+# `mj_fullM` has another signature before.
+pytest.importorskip("mujoco", minversion="4.0")
 
 
 @pytest.fixture
