@@ -1,6 +1,7 @@
 """A case of one's own, both sides of it: a weight on the floor under a spring whose upper end is shaken.
 
-The weight reports its contact and its reduced interface model, so every scheme of the family runs on it.
+The weight reports its contact and its reduced interface model, so schemes that move a model run on it. Those that ask for derivatives of
+the actuator's outputs do not: a side in Python has none to give.
 """
 
 import math

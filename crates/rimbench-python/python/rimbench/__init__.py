@@ -174,7 +174,8 @@ def limit(
     phases : size of the ensemble of communication phases; a macro step is stable if all of them are.
     relative_tolerance : relative width to which the bracket is narrowed.
     method : `run` to the end within bounds, or take the `spectral` radius of the macro-step map (linear cases).
-    progress : called with macro steps done and macro steps in the scan; `True` draws a bar.
+    progress : called with macro steps done and macro steps in the scan; the bracket around the first unstable one takes more, so that
+        what is done goes beyond. `True` draws a bar, of the scan.
     **settings : as for `simulate`, without macro step and phase.
     """
     found = _native.limit(
