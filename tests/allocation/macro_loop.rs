@@ -86,6 +86,11 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
         }
         let models: &[(ModelMotion, Redundancy)] = match scheme.family {
             Family::Signal => &[(ModelMotion::Frozen, Redundancy::Drop)],
+            _ if !scheme.moves_model => &[
+                (ModelMotion::Frozen, Redundancy::Drop),
+                (ModelMotion::Frozen, Redundancy::PseudoInverse),
+                (ModelMotion::Frozen, Redundancy::Regularised { epsilon: 1e-9 }),
+            ],
             Family::Model => &[
                 (ModelMotion::Frozen, Redundancy::Drop),
                 (ModelMotion::Extrapolated, Redundancy::PseudoInverse),
