@@ -5,7 +5,7 @@ use rimbench::cases::Recorder;
 use rimbench::cosim::{Abilities, Bounds, Outcome, StopFlag, Subsystem};
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics, monolithic};
-use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec, evaluate};
+use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec};
 use rimbench::schemes::ContactDetection;
 
 fn margin(width: f64) -> ContactDetection {
@@ -71,15 +71,15 @@ fn a_contact_that_rebounded_is_on_its_way_out_and_not_closed() {
     assert_eq!(closed(&mut mechanics, 1e-3), [false, true]);
 }
 
-/// What rests approaches by rounding, and rebounds by rounding: with restitution it is closed all the same. Until the left wedge comes
-/// down nothing hits anything.
+/// What rests approaches by rounding, and rebounds by rounding: with restitution it is closed all the same. As long as the disc is on the
+/// ledge rows do not turn, and nothing hits anything.
 #[test]
 fn contacts_that_rest_are_closed_whatever_their_restitution() {
     let closed = |e: &str| {
         let set = vec![("restitution".to_owned(), e.to_owned())];
         let request = RunRequest {
             macro_step_s: Some(2e-3),
-            duration_s: Some(1.0),
+            duration_s: Some(0.4),
             set,
             ..RunRequest::of("wedge-box", "rim-nonsmooth")
         };
@@ -89,26 +89,8 @@ fn contacts_that_rest_are_closed_whatever_their_restitution() {
     let [plastic, bouncing] = ["0", "0.5"].map(closed);
     assert_eq!(plastic[0], bouncing[0]);
     let apart = largest(plastic[1].iter().zip(&bouncing[1]).map(|(a, b)| (a - b).abs()));
-    // The peak is a kilonewton.
-    assert!(apart < 1.0, "{apart} N");
-}
-
-/// With friction: wheels that brake stay on the road, and slide, as they do in the reference.
-#[test]
-fn a_contact_that_slides_and_rests_has_the_state_of_the_reference_whatever_its_restitution() {
-    let set = ["restitution", "tangential_restitution"].map(|name| (name.to_owned(), "0.3".to_owned()));
-    let request = RunRequest {
-        macro_step_s: Some(2e-3),
-        duration_s: Some(0.5),
-        set: set.to_vec(),
-        ..RunRequest::of("half-car-braking", "rim-nonsmooth")
-    };
-    let spec = request.resolve(catalogue()).unwrap();
-    let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
-    let facts = evaluate(&spec, run(&spec), &reference).unwrap().findings();
-    let number = |name: &str| -> f64 { facts.iter().find(|fact| fact.name == name).unwrap().cell().parse().unwrap() };
-    let (wrong, force) = (number("wrong_friction_state_share"), number("force_error_rms_n"));
-    assert!(wrong < 0.05 && force < 5.0, "{wrong} of the time, {force} N");
+    // The peak is a kilonewton; forces were 137 N apart (rms) when an approach of rounding counted as an impact.
+    assert!(apart < 1e-3, "{apart} N");
 }
 
 /// References are kept, and shared between runs.
