@@ -184,9 +184,9 @@ mod tests {
         Order {
             name: "cost",
             program: Path::new("/opt/rim bench/rimbench"),
-            file: Path::new("/work/it's/cost.toml"),
-            folder: Path::new("/work/results/cost"),
-            place: Path::new("/work/results/cost/records/submissions/1"),
+            file: Path::new("/data/it's/cost.toml"),
+            folder: Path::new("/data/results/cost"),
+            place: Path::new("/data/results/cost/records/submissions/1"),
             cache: None,
             chunks,
             cpus: 1,
@@ -249,7 +249,7 @@ mod tests {
         std::fs::write(&chunks, list(&CHUNKS)).unwrap();
         let mut shell = std::process::Command::new("sh");
         let output = shell.args(["-c", &script, "sh"]).arg(&chunks).env("TASK", "2").output().unwrap();
-        let said = "run /work/it's/cost.toml --out /work/results/cost --jobs 1 --places 100-100\n";
+        let said = "run /data/it's/cost.toml --out /data/results/cost --jobs 1 --places 100-100\n";
         assert_eq!(String::from_utf8_lossy(&output.stdout), said);
     }
 
