@@ -33,16 +33,7 @@ impl Collect {
             }
         }
         let cache = Cache::of_user();
-        let job = Job {
-            experiment: &experiment,
-            catalogue,
-            folder: first,
-            quick: false,
-            fresh: false,
-            shard: None,
-            cache: &cache,
-            build: &BUILD,
-        };
+        let job = Job::new(&experiment, catalogue, first, &cache, &BUILD);
         let others: Vec<&Path> = others.iter().map(PathBuf::as_path).collect();
         let (summary, missing) = collect_shards(job, &others)?;
         complain(&cache);

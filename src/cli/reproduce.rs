@@ -50,16 +50,8 @@ impl Reproduce {
         for experiment in &experiments {
             progress.about(experiment.name());
             let folder = group.join(experiment.name());
-            let job = Job {
-                experiment,
-                catalogue,
-                folder: &folder,
-                quick: self.quick,
-                fresh: true,
-                shard: None,
-                cache: &cache,
-                build: &BUILD,
-            };
+            let job =
+                Job { quick: self.quick, fresh: true, ..Job::new(experiment, catalogue, &folder, &cache, &BUILD) };
             // Everything anew: the sum over the experiments is known.
             let told = |step: Step<'_>| {
                 if let Step::Done(outcome) = step {

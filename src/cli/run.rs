@@ -59,16 +59,7 @@ impl Run {
         let interruption = Interruption::listen()?;
         let progress = Progress::begin("run", total);
         let cache = Cache::of_user();
-        let job = Job {
-            experiment: &experiment,
-            catalogue,
-            folder: &folder,
-            quick: false,
-            fresh: self.fresh,
-            shard,
-            cache: &cache,
-            build: &BUILD,
-        };
+        let job = Job { fresh: self.fresh, shard, ..Job::new(&experiment, catalogue, &folder, &cache, &BUILD) };
         let told = |step: Step<'_>| match step {
             Step::ToDo(count) => progress.to_do(count),
             Step::Done(outcome) => progress.done(*outcome == Outcome::Completed),

@@ -80,16 +80,7 @@ impl Submit {
         let folder = self.out.clone().unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         let folder = absolute(&folder).context("the current folder is not known")?;
         let cache = Cache::of_user();
-        let job = Job {
-            experiment: &experiment,
-            catalogue,
-            folder: &folder,
-            quick: false,
-            fresh: false,
-            shard: None,
-            cache: &cache,
-            build: &BUILD,
-        };
+        let job = Job::new(&experiment, catalogue, &folder, &cache, &BUILD);
         // On several cores a chunk takes as long as one on one.
         let seconds = self.chunk_time * f64::from(self.cpus);
         let limits = ChunkLimits { seconds, unmeasured_run_s: self.run_time };

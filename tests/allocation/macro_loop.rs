@@ -95,6 +95,7 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                 (ModelMotion::Frozen, Redundancy::Drop),
                 (ModelMotion::Extrapolated, Redundancy::PseudoInverse),
                 (ModelMotion::Extrapolated, Redundancy::Regularised { epsilon: 1e-9 }),
+                (ModelMotion::Piecewise, Redundancy::Drop),
             ],
         };
         ways.retain(|way| scheme.check_force_return(way.1).is_ok());

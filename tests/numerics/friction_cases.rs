@@ -4,7 +4,7 @@ use crate::support::*;
 use rimbench::cosim::{Outcome, Subsystem};
 use rimbench::interface_model::Rows;
 use rimbench::mechanics::{Friction, MechanicalModel};
-use rimbench::models::{BrakingCar, BrakingCarGeometry, Gripper, GripperGeometry, SupportedBox, SupportedBoxGeometry};
+use rimbench::models::{BrakingCar, BrakingCarGeometry, Gripper, SupportedBox, SupportedBoxGeometry};
 use rimbench::runs::{RunRequest, RunSpec};
 
 const CASES: [&str; 5] =
@@ -235,17 +235,7 @@ fn the_convective_terms_along_surfaces_must_be_the_rates_of_their_rows() {
         gravity: G,
     });
     check(&mut car, &[0.1, 0.5, -0.05, 1.3, 0.3, -1.3, 0.31], &[7.0, 0.1, 0.3, 7.1, 0.2, 6.9, -0.1]);
-    let mut gripper = Gripper::new(GripperGeometry {
-        jaw_mass: 30.0,
-        box_mass: 50.0,
-        box_size: [0.3, 0.4],
-        pad_heights: [0.1, 0.3],
-        clearances: [0.02, 0.05],
-        floor_drop: 0.1,
-        actuator_length: 0.6,
-        gravity: G,
-    })
-    .unwrap();
+    let mut gripper = Gripper::new(gripper_geometry(0.1)).unwrap();
     check(&mut gripper, &[-0.2, 0.22, 0.01, 0.21, 0.1], &[0.2, -0.1, 0.3, 0.1, 0.4]);
     let mut block = SupportedBox::new(SupportedBoxGeometry {
         box_mass: 200.0,

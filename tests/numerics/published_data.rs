@@ -242,16 +242,8 @@ fn the_published_experiments_run_and_their_findings_stand() {
         let experiment = Experiment::read(&entry.unwrap().path()).unwrap();
         assert!(!experiment.plan(catalogue(), false).unwrap().is_empty());
         let results = folder.path().join(experiment.name());
-        let job = Job {
-            experiment: &experiment,
-            catalogue: catalogue(),
-            folder: &results,
-            quick: true,
-            fresh: true,
-            shard: None,
-            cache: &cache,
-            build: &rimbench::BUILD,
-        };
+        let job =
+            Job { quick: true, fresh: true, ..Job::new(&experiment, catalogue(), &results, &cache, &rimbench::BUILD) };
         run_job(job, &|_| (), StopFlag::never()).unwrap();
         for claim in check_claims(&experiment, catalogue(), &results).unwrap() {
             assert!(!claim.differs(), "{}: {} measured {:?}", claim.experiment, claim.id, claim.measured);

@@ -1,7 +1,7 @@
 //! Whatever happens to the files of an experiment (a subset, another order, twice, edited), running it again gives what a fresh run
 //! gives, and checking its claims gives the verdicts of a fresh run; or either is an error that says why.
 
-use crate::program::cache;
+use crate::program::{cache, two_sets_with};
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
@@ -12,24 +12,17 @@ use rimbench::harness::{Cache, Experiment, Job, Shard, check_claims, collect_sha
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-const TEXT: &str = r#"
+const TEXT: &str = concat!(
+    r#"
 question = "Does any edit change a result without a word?"
 macro_steps_s = [5e-3, 1e-2]
 phases = 2
 duration_s = 0.04
 trace_every_s = 1e-2
 traces = ["rim-smooth"]
-
-[[cases]]
-name = "wedge-box"
-set = { box_mass_kg = [200.0, 210.0] }
-
-[[schemes]]
-scheme = "zero-order-hold"
-
-[[schemes]]
-scheme = "rim-smooth"
-
+"#,
+    two_sets_with!("rim-smooth"),
+    r#"
 [[claims]]
 id = "one"
 by = "ours"
@@ -50,7 +43,8 @@ metric = "force_error_rms_n"
 statistic = "order"
 expect = ">= 0.5"
 finding = "not-reproduced"
-"#;
+"#
+);
 
 /// What does not depend on the machine.
 const SAME_EVERYWHERE: [&str; 4] = ["runs.csv", "parameters.csv", "reference.csv", "experiment.toml"];
@@ -75,16 +69,7 @@ fn with_job<T>(folder: &Path, shard: Option<Shard>, act: impl FnOnce(Job<'_>) ->
     static CACHE: LazyLock<Cache> = LazyLock::new(|| Cache::in_folder(cache()));
     let experiment = experiment();
     let build = &rimbench::BUILD;
-    act(Job {
-        experiment: &experiment,
-        catalogue: &CATALOGUE,
-        folder,
-        quick: false,
-        fresh: false,
-        shard,
-        cache: &CACHE,
-        build,
-    })
+    act(Job { shard, ..Job::new(&experiment, &CATALOGUE, folder, &CACHE, build) })
 }
 
 fn run(folder: &Path, shard: Option<Shard>) -> Result<()> {

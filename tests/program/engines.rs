@@ -1,30 +1,23 @@
 //! What is missing of an experiment, handed to engines: the commands to the letter, and results that are those of `rimbench run` to the
 //! byte, whatever the engine loses, begins twice or says of itself.
 
-use crate::program::{cache, executable, rimbench};
+use crate::program::{cache, executable, rimbench, two_sets_with};
 use assert_cmd::Command;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-const EXPERIMENT: &str = r#"
+const EXPERIMENT: &str = concat!(
+    r#"
 question = "Does an engine do what a laptop does?"
 macro_steps_s = [2e-3, 5e-3]
 phases = 6
 duration_s = 0.2
 trace_every_s = 5e-3
 traces = ["rim-nonsmooth"]
-
-[[cases]]
-name = "wedge-box"
-set = { box_mass_kg = [200.0, 210.0] }
-
-[[schemes]]
-scheme = "zero-order-hold"
-
-[[schemes]]
-scheme = "rim-nonsmooth"
-"#;
+"#,
+    two_sets_with!("rim-nonsmooth"),
+);
 
 /// Runs of the experiment: 2 parameter sets, 2 schemes, 2 macro steps, 6 phases.
 const RUNS: usize = 48;

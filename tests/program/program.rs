@@ -4,6 +4,27 @@ use assert_cmd::Command;
 use std::path::{Path, PathBuf};
 use std::process::Command as Process;
 
+/// The part of an experiment that says what runs: two sets of the wedge box, a hold, and this scheme beside it.
+macro_rules! two_sets_with {
+    ($scheme:literal) => {
+        concat!(
+            r#"
+[[cases]]
+name = "wedge-box"
+set = { box_mass_kg = [200.0, 210.0] }
+
+[[schemes]]
+scheme = "zero-order-hold"
+
+[[schemes]]
+scheme = ""#,
+            $scheme,
+            "\"\n"
+        )
+    };
+}
+pub(crate) use two_sets_with;
+
 /// Returns the cache of references that all tests share.
 pub fn cache() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache")

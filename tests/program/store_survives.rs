@@ -1,27 +1,20 @@
 //! A sweep that is killed, split, damaged or repeated ends with every record present once, equal to an undisturbed sweep.
 
-use crate::program::{cache, executable, process, rimbench};
+use crate::program::{cache, executable, process, rimbench, two_sets_with};
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Stdio};
 use std::time::Duration;
 
-const EXPERIMENT: &str = r#"
+const EXPERIMENT: &str = concat!(
+    r#"
 question = "Does the store survive?"
 macro_steps_s = [2e-3, 5e-3, 1e-2]
 phases = 6
 duration_s = 0.4
 trace_every_s = 5e-3
-
-[[cases]]
-name = "wedge-box"
-set = { box_mass_kg = [200.0, 210.0] }
-
-[[schemes]]
-scheme = "zero-order-hold"
-
-[[schemes]]
-scheme = "rim-nonsmooth"
-
+"#,
+    two_sets_with!("rim-nonsmooth"),
+    r#"
 [[claims]]
 id = "diverges"
 by = "ours"
@@ -32,7 +25,8 @@ macro_step_s = 5e-3
 metric = "diverged"
 expect = ">= 1"
 finding = "reproduced"
-"#;
+"#
+);
 
 /// Runs of the experiment: 2 parameter sets, 2 schemes, 3 macro steps, 6 phases.
 const RUNS: usize = 72;

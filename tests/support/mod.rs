@@ -13,7 +13,7 @@ use rimbench::error::{Failure, Result};
 use rimbench::harness::monotonic_clock;
 use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
 use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, ReferenceSteps, monolithic};
-use rimbench::models::{WedgeBox, WedgeBoxGeometry};
+use rimbench::models::{GripperGeometry, WedgeBox, WedgeBoxGeometry};
 use rimbench::name::{Name, names};
 use rimbench::runs::{RunRequest, RunResult, RunSpec, simulate};
 use rimbench::schemes::{Coupling, SchemeEntry};
@@ -32,6 +32,20 @@ pub const ALL: MechanicsSteps = MechanicsSteps::AsActuator;
 pub fn catalogue() -> &'static Catalogue {
     static CATALOGUE: OnceLock<Catalogue> = OnceLock::new();
     CATALOGUE.get_or_init(|| rimbench::everything().unwrap())
+}
+
+/// A gripper above a floor by so much, m.
+pub fn gripper_geometry(floor_drop: f64) -> GripperGeometry {
+    GripperGeometry {
+        jaw_mass: 30.0,
+        box_mass: 50.0,
+        box_size: [0.3, 0.4],
+        pad_heights: [0.1, 0.3],
+        clearances: [0.02, 0.05],
+        floor_drop,
+        actuator_length: 0.6,
+        gravity: 9.81,
+    }
 }
 
 /// Every solver, the rivals among them.

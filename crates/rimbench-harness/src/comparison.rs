@@ -53,7 +53,7 @@ pub fn compare(
     build: &BuildInfo,
 ) -> Result<Comparison> {
     let (folder, cache) = (experiment.results_folder(results), Cache::in_folder(results.join("references")));
-    let job = Job { experiment, catalogue, folder: &folder, quick, fresh: false, shard: None, cache: &cache, build };
+    let job = Job { quick, ..Job::new(experiment, catalogue, &folder, &cache, build) };
     run_job(job, &|_| {}, StopFlag::never())?;
     Comparison::read(&folder.join("runs.csv"))
 }

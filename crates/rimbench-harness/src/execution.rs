@@ -43,6 +43,19 @@ pub struct Job<'a> {
     pub build: &'a BuildInfo,
 }
 
+impl<'a> Job<'a> {
+    /// The whole plan of an experiment, on top of what its folder holds already.
+    pub fn new(
+        experiment: &'a Experiment,
+        catalogue: &'a Catalogue,
+        folder: &'a Path,
+        cache: &'a Cache,
+        build: &'a BuildInfo,
+    ) -> Self {
+        Job { experiment, catalogue, folder, quick: false, fresh: false, shard: None, cache, build }
+    }
+}
+
 /// A part of a plan, by the places of its runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shard {

@@ -260,16 +260,7 @@ pub fn run(
     let (folder, _) = interruptible(py, false, progress.as_ref(), |stop, count| {
         let experiment = Experiment::read(&file)?;
         let folder = out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
-        let job = Job {
-            experiment: &experiment,
-            catalogue: everything(),
-            folder: &folder,
-            quick,
-            fresh,
-            shard: None,
-            cache: &cache,
-            build: &rimbench::BUILD,
-        };
+        let job = Job { quick, fresh, ..Job::new(&experiment, everything(), &folder, &cache, &rimbench::BUILD) };
         let told = |step: Step<'_>| {
             match step {
                 Step::ToDo(runs) => count.total.store(runs, Ordering::Relaxed),

@@ -33,12 +33,7 @@ use std::f64::consts::FRAC_PI_2;
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "interface_position_m",
-            "interface_velocity_m_s",
-            "actuator_force_n",
-            "force_to_mechanics_n",
+        trace_columns: carriage::trace_columns(&[
             "carriage_position_m",
             "end_deflection_m",
             "effective_mass_kg",

@@ -33,12 +33,7 @@ use std::sync::Arc;
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "interface_position_m",
-            "interface_velocity_m_s",
-            "actuator_force_n",
-            "force_to_mechanics_n",
+        trace_columns: carriage::trace_columns(&[
             "carriage_position_m",
             "carriage_velocity_m_s",
             "effective_mass_kg",

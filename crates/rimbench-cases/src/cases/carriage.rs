@@ -4,6 +4,7 @@ use super::case::InterfaceColumns;
 use super::parameters::{Parameter, Parameters, Range, number};
 use crate::models::{BaseMotion, SpringActuator, SpringActuatorParameters};
 use rimbench_core::error::Result;
+use rimbench_core::name::{Name, names};
 use std::f64::consts::TAU;
 
 const OURS: &str = "ours";
@@ -11,6 +12,13 @@ const OURS: &str = "ours";
 /// The interface of a carriage and what it pushes.
 pub(super) fn interface() -> InterfaceColumns {
     InterfaceColumns::new("interface_position_m", "interface_velocity_m_s", "actuator_force_n")
+}
+
+/// The columns of a trace: time, the interface of the carriage, and those of the case's own.
+pub(super) fn trace_columns(own: &[&'static str]) -> Vec<Name> {
+    const SHARED: [&str; 5] =
+        ["time_s", "interface_position_m", "interface_velocity_m_s", "actuator_force_n", "force_to_mechanics_n"];
+    names(&[&SHARED, own].concat())
 }
 
 pub(super) fn stiffness(default: f64) -> Parameter {

@@ -28,12 +28,7 @@ use rimbench_core::name::names;
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "interface_position_m",
-            "interface_velocity_m_s",
-            "actuator_force_n",
-            "force_to_mechanics_n",
+        trace_columns: carriage::trace_columns(&[
             "carriage_position_m",
             "ball_2_x_m",
             "ball_3_x_m",

@@ -24,49 +24,54 @@ use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{ActuatorNames, ActuatorPair, HalfCar, HalfCarGeometry, HydropneumaticStrut, StrutParameters};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
-use rimbench_core::name::names;
+use rimbench_core::name::{Name, names};
 
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "travel_x_m",
-            "body_z_m",
-            "pitch_rad",
-            "front_wheel_z_m",
-            "rear_wheel_z_m",
-            "front_length_m",
-            "rear_length_m",
-            "front_velocity_m_s",
-            "rear_velocity_m_s",
-            "front_force_n",
-            "rear_force_n",
-            "force_to_mechanics_n",
-            "force_2_to_mechanics_n",
-            "effective_mass_kg",
-            "gap_front_wheel_m",
-            "gap_rear_wheel_m",
-            "contact_force_front_wheel_n",
-            "contact_force_rear_wheel_n",
-            "closed_contacts",
-        ]),
+        trace_columns: trace_columns(
+            &["time_s", "travel_x_m", "body_z_m", "pitch_rad", "front_wheel_z_m", "rear_wheel_z_m"],
+            &["closed_contacts"],
+        ),
         drawing_columns: names(&["front_gas_pressure_pa", "rear_gas_pressure_pa"]),
         interface_columns: interfaces(),
         reference: contact_parameters::reference(),
         ..Case::new(
             "half-car",
             "Half car on two hydropneumatic struts over a washboard, wheels lift off (two interface rows)",
-            CaseDefaults {
-                duration_s: 2.0,
-                macro_step_s: 5e-3,
-                micro_step_s: 1e-4,
-                reference_step_s: 5e-5,
-                reference_sampling_s: 1e-4,
-            },
+            DEFAULTS,
             build,
         )
     }
+}
+
+/// How long a car is looked at, and by which steps.
+pub(super) const DEFAULTS: CaseDefaults = CaseDefaults {
+    duration_s: 2.0,
+    macro_step_s: 5e-3,
+    micro_step_s: 1e-4,
+    reference_step_s: 5e-5,
+    reference_sampling_s: 1e-4,
+};
+
+/// The columns of a trace: those of the body, struts and wheels, and what a case has besides.
+pub(super) fn trace_columns(body: &[&'static str], besides: &[&'static str]) -> Vec<Name> {
+    const STRUTS_AND_WHEELS: [&str; 13] = [
+        "front_length_m",
+        "rear_length_m",
+        "front_velocity_m_s",
+        "rear_velocity_m_s",
+        "front_force_n",
+        "rear_force_n",
+        "force_to_mechanics_n",
+        "force_2_to_mechanics_n",
+        "effective_mass_kg",
+        "gap_front_wheel_m",
+        "gap_rear_wheel_m",
+        "contact_force_front_wheel_n",
+        "contact_force_rear_wheel_n",
+    ];
+    names(&[body, &STRUTS_AND_WHEELS, besides].concat())
 }
 
 /// The interface of two struts.
@@ -96,17 +101,15 @@ const OURS: &str = "ours";
 
 fn parameters() -> Vec<Parameter> {
     use Range::{Finite, Fraction, NotNegative, Positive};
-    vec![
+    let body = [
         p("body_mass_kg", "kg", 500.0, Positive, "mass of the body", OURS),
         p("pitch_inertia_kg_m2", "kg·m²", 600.0, Positive, "inertia of the body about its centre of mass", OURS),
         p("wheel_mass_kg", "kg", 40.0, Positive, "mass of each wheel", OURS),
         p("front_axle_m", "m", 1.2, Positive, "distance of the front axle from the centre of mass", OURS),
         p("rear_axle_m", "m", 1.4, Positive, "distance of the rear axle from the centre of mass", OURS),
         p("strut_length_m", "m", 0.5, Positive, "length of each strut at the start", OURS),
-        p("piston_area_m2", "m²", 1e-3, Positive, "piston area A of a strut", OURS),
-        p("gas_volume_m3", "m³", 2e-4, Positive, "gas volume V₀ of a strut at the start", OURS),
-        p("gas_exponent", "-", 1.4, Positive, "polytropic exponent of the gas, above 1", "adiabatic, two-atomic gas"),
-        p("strut_damping_n_s_m", "N·s/m", 1500.0, NotNegative, "damping c of a strut's orifice", OURS),
+    ];
+    let own = [
         p("speed_m_s", "m/s", 8.0, NotNegative, "travelling speed at the start", OURS),
         p("road_height_m", "m", 0.05, NotNegative, "washboard, peak to valley", OURS),
         p("wavelength_m", "m", 0.8, Positive, "washboard, wavelength", OURS),
@@ -115,7 +118,8 @@ fn parameters() -> Vec<Parameter> {
         p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", "standard"),
         contact_parameters::stabilisation(),
         p("restitution", "-", 0.0, Fraction, "restitution e of the wheels", OURS),
-    ]
+    ];
+    [&body[..], &strut_parameters(1500.0), &own].concat()
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
@@ -135,6 +139,17 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     })?;
     let struts = struts(parameters, model.equilibrium_forces())?;
     contact_parameters::coupled(model, struts, parameters, solver)
+}
+
+/// The numbers of a strut, with this damping, N·s/m.
+pub(super) fn strut_parameters(damping: f64) -> [Parameter; 4] {
+    use Range::{NotNegative, Positive};
+    [
+        p("piston_area_m2", "m²", 1e-3, Positive, "piston area A of a strut", OURS),
+        p("gas_volume_m3", "m³", 2e-4, Positive, "gas volume V₀ of a strut at the start", OURS),
+        p("gas_exponent", "-", 1.4, Positive, "polytropic exponent of the gas, above 1", "adiabatic, two-atomic gas"),
+        p("strut_damping_n_s_m", "N·s/m", damping, NotNegative, "damping c of a strut's orifice", OURS),
+    ]
 }
 
 /// Front and rear strut as the parameters say, with these forces (N) at the start.

@@ -20,7 +20,7 @@
 //!
 //! **Source**: *ours*; gas and orifice of the size of a car's.
 
-use super::case::{Case, CaseDefaults, CoupledSystem};
+use super::case::{Case, CoupledSystem};
 use super::contact_parameters;
 use super::half_car;
 use super::parameters::{Parameter, Parameters, Range, number as p};
@@ -32,31 +32,16 @@ use rimbench_core::name::names;
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "travel_x_m",
-            "speed_m_s",
-            "body_z_m",
-            "pitch_rad",
-            "front_length_m",
-            "rear_length_m",
-            "front_velocity_m_s",
-            "rear_velocity_m_s",
-            "front_force_n",
-            "rear_force_n",
-            "force_to_mechanics_n",
-            "force_2_to_mechanics_n",
-            "effective_mass_kg",
-            "gap_front_wheel_m",
-            "gap_rear_wheel_m",
-            "contact_force_front_wheel_n",
-            "contact_force_rear_wheel_n",
-            "friction_force_front_wheel_n",
-            "friction_force_rear_wheel_n",
-            "contact_state_front_wheel",
-            "contact_state_rear_wheel",
-            "closed_contacts",
-        ]),
+        trace_columns: half_car::trace_columns(
+            &["time_s", "travel_x_m", "speed_m_s", "body_z_m", "pitch_rad"],
+            &[
+                "friction_force_front_wheel_n",
+                "friction_force_rear_wheel_n",
+                "contact_state_front_wheel",
+                "contact_state_rear_wheel",
+                "closed_contacts",
+            ],
+        ),
         drawing_columns: names(&[
             "front_wheel_x_m",
             "front_wheel_z_m",
@@ -70,13 +55,7 @@ pub(super) fn entry() -> Case {
         ..Case::new(
             "half-car-braking",
             "Half car on two hydropneumatic struts brakes with locked wheels to a stop (two interface rows, friction)",
-            CaseDefaults {
-                duration_s: 2.0,
-                macro_step_s: 5e-3,
-                micro_step_s: 1e-4,
-                reference_step_s: 5e-5,
-                reference_sampling_s: 1e-4,
-            },
+            half_car::DEFAULTS,
             build,
         )
     }
@@ -86,7 +65,7 @@ const OURS: &str = "ours";
 
 fn parameters() -> Vec<Parameter> {
     use Range::{NotNegative, Positive};
-    let own = [
+    let body = [
         p("body_mass_kg", "kg", 1120.0, Positive, "mass of the body", OURS),
         p("pitch_inertia_kg_m2", "kg·m²", 1800.0, Positive, "inertia of the body about its centre of mass", OURS),
         p("wheel_mass_kg", "kg", 40.0, Positive, "mass of each wheel", OURS),
@@ -94,16 +73,14 @@ fn parameters() -> Vec<Parameter> {
         p("front_axle_m", "m", 1.2, Positive, "distance of the front axle from the centre of mass", OURS),
         p("rear_axle_m", "m", 1.4, Positive, "distance of the rear axle from the centre of mass", OURS),
         p("strut_length_m", "m", 0.25, Positive, "height of the centre of mass above the axles at the start", OURS),
-        p("piston_area_m2", "m²", 1e-3, Positive, "piston area A of a strut", OURS),
-        p("gas_volume_m3", "m³", 2e-4, Positive, "gas volume V₀ of a strut at the start", OURS),
-        p("gas_exponent", "-", 1.4, Positive, "polytropic exponent of the gas, above 1", "adiabatic, two-atomic gas"),
-        p("strut_damping_n_s_m", "N·s/m", 3000.0, NotNegative, "damping c of a strut's orifice", OURS),
+    ];
+    let own = [
         p("speed_m_s", "m/s", 8.0, NotNegative, "speed at the start", OURS),
         p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", "standard"),
         contact_parameters::stabilisation(),
         contact_parameters::restitution(0.0, "plastic"),
     ];
-    own.into_iter().chain(contact_parameters::friction(0.8)).collect()
+    [&body[..], &half_car::strut_parameters(3000.0), &own, &contact_parameters::friction(0.8)].concat()
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {

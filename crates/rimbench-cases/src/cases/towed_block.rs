@@ -26,19 +26,13 @@ use super::reference_method::{ExactSolution, ReferenceMethod};
 use crate::models::{BaseMotion, SlidingBlock, SpringActuator, SpringActuatorParameters};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
-use rimbench_core::name::names;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "interface_position_m",
-            "interface_velocity_m_s",
-            "actuator_force_n",
-            "force_to_mechanics_n",
+        trace_columns: carriage::trace_columns(&[
             "effective_mass_kg",
             "gap_floor_m",
             "contact_force_floor_n",

@@ -145,19 +145,12 @@ mod tests {
 
     fn values(run: &Trajectory, reference: &Trajectory) -> [Option<f64>; 3] {
         let aligned = reference.resampled(run.column(0));
+        let report = Report::not_run(Outcome::Completed);
         let evidence = Evidence {
-            run,
-            reference: &aligned,
             run_contacts: &[1, 2].map(|gap| contact_intervals(run, gap)),
             reference_contacts: &[1, 2].map(|gap| contact_intervals(reference, gap)),
-            run_friction: &[],
-            reference_friction: &[],
-            report: &Report::not_run(Outcome::Completed),
-            interface: &[],
-            effective_mass: None,
             gaps: &[1, 2],
-            touch_downs: &[],
-            inside: None,
+            ..Evidence::bare(run, &aligned, &report)
         };
         [TIME_SHIFT_MAX, MISSED, WRONG_STATE].map(|metric| (metric.compute)(&evidence))
     }

@@ -69,6 +69,27 @@ pub struct Metric {
     pub compute: fn(&Evidence<'_>) -> Option<f64>,
 }
 
+#[cfg(test)]
+impl<'a> Evidence<'a> {
+    /// A run and its reference of which nothing else is known.
+    pub(super) fn bare(run: &'a Trajectory, reference: &'a Trajectory, report: &'a Report) -> Self {
+        Evidence {
+            run,
+            reference,
+            run_contacts: &[],
+            reference_contacts: &[],
+            run_friction: &[],
+            reference_friction: &[],
+            report,
+            interface: &[],
+            effective_mass: None,
+            gaps: &[],
+            touch_downs: &[],
+            inside: None,
+        }
+    }
+}
+
 impl Evidence<'_> {
     /// Pairs (run, reference) of one column of the run at its communication points; none if the reference lacks it.
     pub(super) fn pairs(&self, column: usize) -> impl Iterator<Item = (f64, f64)> + '_ {

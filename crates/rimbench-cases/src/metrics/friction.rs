@@ -184,19 +184,11 @@ mod tests {
 
     fn values(run: &Trajectory, reference: &Trajectory) -> [Option<f64>; 5] {
         let phases = |trajectory: &Trajectory| vec![friction_phases(trajectory, 1)];
+        let (aligned, report) = (reference.resampled(run.column(0)), Report::not_run(Outcome::Completed));
         let evidence = Evidence {
-            run,
-            reference: &reference.resampled(run.column(0)),
-            run_contacts: &[],
-            reference_contacts: &[],
             run_friction: &phases(run),
             reference_friction: &phases(reference),
-            report: &Report::not_run(Outcome::Completed),
-            interface: &[],
-            effective_mass: None,
-            gaps: &[],
-            touch_downs: &[],
-            inside: None,
+            ..Evidence::bare(run, &aligned, &report)
         };
         [WRONG_STATE, RELEASE_SHIFT_MAX, RELEASES_MISSED, STICK_INTERVALS, SLIP_REVERSALS]
             .map(|metric| (metric.compute)(&evidence))
@@ -260,20 +252,8 @@ mod tests {
     #[test]
     fn a_case_without_friction_has_none_of_it() {
         let plain = Trajectory::from_data(vec!["time_s".to_owned()], vec![0.0, 1.0]);
-        let evidence = Evidence {
-            run: &plain,
-            reference: &plain,
-            run_contacts: &[],
-            reference_contacts: &[],
-            run_friction: &[],
-            reference_friction: &[],
-            report: &Report::not_run(Outcome::Completed),
-            interface: &[],
-            effective_mass: None,
-            gaps: &[],
-            touch_downs: &[],
-            inside: None,
-        };
+        let report = Report::not_run(Outcome::Completed);
+        let evidence = Evidence::bare(&plain, &plain, &report);
         for metric in [WRONG_STATE, RELEASE_SHIFT_MAX, RELEASES_MISSED, STICK_INTERVALS, SLIP_REVERSALS] {
             assert_eq!((metric.compute)(&evidence), None, "{}", metric.name);
         }

@@ -36,18 +36,12 @@ impl Given<'_> {
         // Position and velocity are not looked at: any column will do.
         let row = InterfaceRow { position: 3, velocity: 3, force: 1, reference_force_peak, reference_touch_down_peak };
         (metric.compute)(&Evidence {
-            run: &self.run,
-            reference: &self.reference,
             run_contacts: &[contact_intervals(&self.run, 3)],
-            reference_contacts: &[],
-            run_friction: &[],
-            reference_friction: &[],
-            report: &self.report,
             interface: &[row],
-            effective_mass: None,
             gaps: &[3],
             touch_downs: &self.touch_downs,
             inside: self.inside.as_ref(),
+            ..Evidence::bare(&self.run, &self.reference, &self.report)
         })
     }
 }

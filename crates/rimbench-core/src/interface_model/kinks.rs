@@ -11,13 +11,28 @@
 /// velocity of the model by `O(H²)`, as it is without a kink.
 /// # Shapes and units
 /// Times since `t_k`, s; jumps `[n; t; i]` like [`a`](super::ReducedInterfaceModel::a), m/s².
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Kinks {
     /// Whether somebody asks for them: to find one costs two evaluations of the model's rows.
     pub wanted: bool,
     rows: usize,
     times: Vec<f64>,
     jumps: Vec<f64>,
+}
+
+impl Clone for Kinks {
+    /// Copies with the room: a vector's own copy has room for what it holds and no more, and whoever receives the copy of a model before
+    /// the loop is to take the model's first kink within it.
+    fn clone(&self) -> Self {
+        let mut copy = Kinks {
+            wanted: self.wanted,
+            rows: self.rows,
+            times: Vec::with_capacity(self.times.capacity()),
+            jumps: Vec::with_capacity(self.jumps.capacity()),
+        };
+        copy.copy_from(self);
+        copy
+    }
 }
 
 impl Kinks {

@@ -289,9 +289,10 @@ impl ParametricStep {
     /// Takes a micro step under the force `lambda` if the active set stays the same: `next`, gaps and impulses are then those at its end.
     /// If not, only `next` and the impulses have lost their meaning.
     ///
-    /// The same text for all sizes; one force and a few contacts are a size that the compiler knows, for half of the instructions.
+    /// With FRICTION impulses are `[P_n; P_t]`. The same text for all sizes; one force and a few contacts are a size that the compiler
+    /// knows, for half of the instructions.
     #[inline]
-    pub(super) fn step(
+    pub(super) fn step<const FRICTION: bool>(
         &mut self,
         model: &PackedModel,
         motion: &GapMotion,
@@ -299,59 +300,30 @@ impl ParametricStep {
         state: MicroState<'_>,
     ) -> bool {
         let Ok(&force) = <&[f64; 1]>::try_from(lambda) else {
-            return self.step_of_size::<false>(self.contacts, model, motion, lambda, state);
+            return self.step_of_size::<FRICTION>(self.contacts, model, motion, lambda, state);
         };
         match self.contacts {
-            0 => self.step_of_few::<0>(model, motion, force, state),
-            1 => self.step_of_few::<1>(model, motion, force, state),
-            2 => self.step_of_few::<2>(model, motion, force, state),
-            3 => self.step_of_few::<3>(model, motion, force, state),
-            4 => self.step_of_few::<4>(model, motion, force, state),
-            n => self.step_of_size::<false>(n, model, motion, &force, state),
-        }
-    }
-
-    /// The same with friction, impulses `[P_n; P_t]`.
-    #[inline]
-    pub(super) fn step_with_friction(
-        &mut self,
-        model: &PackedModel,
-        motion: &GapMotion,
-        lambda: &[f64],
-        state: MicroState<'_>,
-    ) -> bool {
-        let Ok(&force) = <&[f64; 1]>::try_from(lambda) else {
-            return self.step_of_size::<true>(self.contacts, model, motion, lambda, state);
-        };
-        match self.contacts {
-            2 => self.step_of_few_with_friction::<2>(model, motion, force, state),
-            4 => self.step_of_few_with_friction::<4>(model, motion, force, state),
-            6 => self.step_of_few_with_friction::<6>(model, motion, force, state),
-            8 => self.step_of_few_with_friction::<8>(model, motion, force, state),
-            n => self.step_of_size::<true>(n, model, motion, &force, state),
+            0 => self.step_of_few::<FRICTION, 0>(model, motion, force, state),
+            1 => self.step_of_few::<FRICTION, 1>(model, motion, force, state),
+            2 => self.step_of_few::<FRICTION, 2>(model, motion, force, state),
+            3 => self.step_of_few::<FRICTION, 3>(model, motion, force, state),
+            4 => self.step_of_few::<FRICTION, 4>(model, motion, force, state),
+            // Three and four contacts with two rows each.
+            6 if FRICTION => self.step_of_few::<FRICTION, 6>(model, motion, force, state),
+            8 if FRICTION => self.step_of_few::<FRICTION, 8>(model, motion, force, state),
+            n => self.step_of_size::<FRICTION>(n, model, motion, &force, state),
         }
     }
 
     #[inline(never)]
-    fn step_of_few_with_friction<const N: usize>(
+    fn step_of_few<const FRICTION: bool, const N: usize>(
         &mut self,
         model: &PackedModel,
         motion: &GapMotion,
         force: [f64; 1],
         state: MicroState<'_>,
     ) -> bool {
-        self.step_of_size::<true>(N, model, motion, &force, state)
-    }
-
-    #[inline(never)]
-    fn step_of_few<const N: usize>(
-        &mut self,
-        model: &PackedModel,
-        motion: &GapMotion,
-        force: [f64; 1],
-        state: MicroState<'_>,
-    ) -> bool {
-        self.step_of_size::<false>(N, model, motion, &force, state)
+        self.step_of_size::<FRICTION>(N, model, motion, &force, state)
     }
 
     #[inline(always)]

@@ -444,8 +444,8 @@ impl ReducedInterface {
         let (packed, motion) = (&self.packed, &self.gap_motion);
         if parametric.is_known()
             && match self.friction {
-                None => parametric.step(packed, motion, lambda, state),
-                Some(_) => parametric.step_with_friction(packed, motion, lambda, state),
+                None => parametric.step::<false>(packed, motion, lambda, state),
+                Some(_) => parametric.step::<true>(packed, motion, lambda, state),
             }
         {
             return true;
