@@ -4,7 +4,9 @@ mod advise;
 mod advise_text;
 mod collect;
 mod corpus;
+mod export;
 mod figures;
+mod import;
 mod interruption;
 mod json;
 mod limit;
@@ -57,6 +59,10 @@ enum Command {
     Collect(collect::Collect),
     /// Check the claims of experiments against their stored results
     Verify(verify::Verify),
+    /// Write the results of an experiment as a data package that others can cite, read and check
+    Export(export::Export),
+    /// Check a data package, and compute some of its runs once more
+    Import(import::Import),
     /// Find the largest stable macro step of a scheme on a case
     Limit(limit::Limit),
     /// Say which scheme and macro step are cheapest within an error, and why not the others
@@ -107,6 +113,8 @@ impl Cli {
             Command::Submit(command) => return command.run(catalogue),
             Command::Collect(command) => return command.run(catalogue),
             Command::Verify(command) => return command.run(catalogue),
+            Command::Export(command) => command.run(catalogue)?,
+            Command::Import(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,
             Command::Advise(command) => return command.run(catalogue),
             Command::Figures(command) => return command.run(catalogue),

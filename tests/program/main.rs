@@ -10,6 +10,7 @@ mod architecture;
 mod command_line;
 mod conveniences;
 mod corpus;
+mod data_package;
 mod documents;
 mod engines;
 mod examples;

@@ -9,19 +9,26 @@ use rimbench_results::results_table::ResultsTable;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Reads the `runs.csv` of an experiment's results folder, which must hold the runs of its plan, or of its quick plan.
+/// Reads the `runs.csv` of an experiment's results folder, which must hold the runs of its plan, or of its quick plan; says whether they
+/// are those of the quick one.
 ///
 /// # Errors
 /// [`Error::File`] with the counts of what is missing, unplanned, there twice or different; with the files that are not as they
 /// were written; for results that were held against another reference.
-pub(super) fn checked_runs(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<ResultsTable> {
+pub(super) fn checked_runs(
+    experiment: &Experiment,
+    catalogue: &Catalogue,
+    folder: &Path,
+) -> Result<(ResultsTable, bool)> {
     let runs = ResultsTable::read(&folder.join("runs.csv"))?;
     let planned = experiment.plan(catalogue, false)?;
+    let mut quick = false;
     if let Err(incomplete) = check_rows(experiment, &planned, &runs) {
-        let quick = || check_rows(experiment, &experiment.plan(catalogue, true)?, &runs);
-        if !experiment.has_quick_plan() || quick().is_err() {
+        let quick_plan = || check_rows(experiment, &experiment.plan(catalogue, true)?, &runs);
+        if !experiment.has_quick_plan() || quick_plan().is_err() {
             return Err(incomplete);
         }
+        quick = true;
     }
     checksums::verify(folder)?;
     let copy = Experiment::read_from_results(folder)?;
@@ -29,7 +36,7 @@ pub(super) fn checked_runs(experiment: &Experiment, catalogue: &Catalogue, folde
         let message = format!("was computed with another reference_step_s than {} has", experiment.path().display());
         return Err(Error::file(folder, format!("{message}: run the experiment again")));
     }
-    Ok(runs)
+    Ok((runs, quick))
 }
 
 /// Holds the rows against the plan, whatever their order.

@@ -161,6 +161,28 @@ pub struct CheckedClaim {
     pub run_ids: String,
 }
 
+/// Columns of `claims.csv`: name, whether it is a number, what it is.
+pub(crate) const CLAIM_COLUMNS: [(&str, bool, &str); 14] = [
+    ("experiment", false, "Experiment the claim stands in"),
+    ("id", false, "Short name of the claim"),
+    ("by", false, "Who claims it: the paper, or ours"),
+    ("text", false, "The claim in words"),
+    ("quantity", false, "Metric and statistic"),
+    ("measured", true, "What was measured, in the unit of the metric"),
+    (
+        "low",
+        true,
+        "Lower end of its 95 % interval, by the bootstrap over cases, or over phases where there is one case",
+    ),
+    ("high", true, "Upper end of it"),
+    ("without_exact", true, "The same without cases in which the model is the mechanics itself"),
+    ("expected", false, "What is expected"),
+    ("verdict", false, "Whether it holds"),
+    ("finding", false, "What was found when the experiment was last looked at"),
+    ("superseded", false, "Why the claim has been replaced by another"),
+    ("run_ids", false, "The runs it rests on"),
+];
+
 /// Quantities of a claim besides the metrics.
 const OUTCOMES: [&str; 2] = ["diverged", "diverged_at_s"];
 
@@ -181,7 +203,7 @@ const NO_ANSWER: [&str; 3] = ["skipped", "timeout", "panicked"];
 /// # Errors
 /// [`Error::File`] for results that are not there, not whole, or not as they were written.
 pub fn check_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<Vec<CheckedClaim>> {
-    let runs = checked_runs(experiment, catalogue, folder)?;
+    let (runs, _) = checked_runs(experiment, catalogue, folder)?;
     experiment.claims().iter().map(|claim| check(claim, &experiment.name(), &runs)).collect()
 }
 

@@ -19,6 +19,7 @@ mod exported;
 mod foreign;
 mod grid;
 mod load;
+mod package;
 mod provenance;
 mod references;
 mod results;
@@ -43,6 +44,7 @@ pub use execution::{
 pub use experiment::{Experiment, PlannedRun};
 pub use grid::phase_ensemble;
 pub use load::Load;
+pub use package::{Citation, Differing, Package, Rerun, export, rerun_sample};
 pub use provenance::Provenance;
 pub use references::obtain_reference;
 pub use spectral::spectral_radius;

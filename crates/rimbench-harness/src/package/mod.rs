@@ -1,0 +1,351 @@
+//! A data package: the results of an experiment as others can cite, read and check them, without this program.
+//!
+//! ```text
+//! <package>/
+//!     datapackage.json    what each file and each column is (Data Package with Table Schema, version 1)
+//!     README.md           the same for people, and how to load it
+//!     CITATION.cff        how to cite it
+//!     load.py, load.jl, load.m, load.R
+//!     runs.csv, cost.csv, provenance.csv, parameters.csv, reference.csv, traces/, experiment.toml
+//!     claims.csv          what the experiment claims and what came out, if it claims anything
+//!     results.sha256      checksums of the files as the results folder had them
+//!     SHA256SUMS          checksums of the package
+//! ```
+//! Tables are those of the results folder but for one thing: an infinite number is `INF` or `-INF`, as a Table Schema wants it.
+//! [`import`] turns that back, so that the files are what they were to the byte.
+
+mod columns;
+mod describe;
+mod rerun;
+
+pub use rerun::{Differing, Rerun, rerun_sample};
+
+use crate::checked_results::checked_runs;
+use crate::claims::{check_claims, write_claims};
+use crate::experiment::{COPY, Experiment, PlannedRun};
+use columns::{Column, Kind};
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_core::error::{Error, Result};
+use rimbench_core::numerics_version::NUMERICS_VERSION;
+use rimbench_results::atomic_file::write_atomically;
+use rimbench_results::checksums::{self, CHECKSUMS};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// Name of the description.
+pub const DESCRIPTION: &str = "datapackage.json";
+/// Name of the checksums of the results folder.
+const AS_STORED: &str = "results.sha256";
+
+/// What a package says of itself that no file of the results does.
+#[derive(Debug, Clone)]
+pub struct Citation {
+    /// Title; what the experiment asks, if absent.
+    pub title: Option<String>,
+    /// Authors, `Family, Given` or the name of a group.
+    pub authors: Vec<String>,
+    /// Licence of the data by its SPDX identifier.
+    pub licence: String,
+    /// Day of the release, `YYYY-MM-DD`.
+    pub released: Option<String>,
+}
+
+impl Citation {
+    /// # Errors
+    /// [`Error::InvalidValue`] for no author, for a licence that is no identifier, for a day that is none.
+    pub fn check(&self) -> Result<()> {
+        let blank = |text: &String| text.trim().is_empty() || text.contains(char::is_control);
+        if self.authors.is_empty() || self.authors.iter().any(blank) {
+            let found = self.authors.iter().find(|author| blank(author)).map_or("", String::as_str);
+            return Err(Error::invalid("author", found, "at least one author, `Family, Given` or the name of a group"));
+        }
+        if let Some(title) = self.title.as_ref().filter(|title| blank(title)) {
+            return Err(Error::invalid("title", title, "a title in words"));
+        }
+        let plain = |c: char| c.is_ascii_alphanumeric() || ".-+".contains(c);
+        if self.licence.is_empty() || !self.licence.chars().all(plain) {
+            return Err(Error::invalid("license", &self.licence, "an SPDX identifier, such as CC-BY-4.0 or MIT"));
+        }
+        let day = |text: &str| {
+            let parts: Vec<&str> = text.split('-').collect();
+            let number = |part: &str, digits: usize| {
+                part.parse::<u32>().ok().filter(|_| part.len() == digits && !part.starts_with('+'))
+            };
+            let [year, month, day] = parts[..] else { return None };
+            let (year, month, day) = (number(year, 4)?, number(month, 2)?, number(day, 2)?);
+            let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+            let days = [31, if leap { 29 } else { 28 }, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+            (1..=*days.get(month.checked_sub(1)? as usize)?).contains(&day).then_some(())
+        };
+        match &self.released {
+            Some(text) if day(text).is_none() => Err(Error::invalid("released", text, "a day, YYYY-MM-DD")),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A file of a package.
+struct Resource {
+    /// Path below the package, with `/`.
+    path: String,
+    /// Names and columns of a table; none for what is no table.
+    columns: Option<Vec<(String, Column)>>,
+    bytes: u64,
+    sha256: String,
+}
+
+/// Writes the results of an experiment, which must be whole, as a package into a folder that is empty or not there yet, and says how
+/// many files it has.
+///
+/// # Errors
+/// Those of the results (see [`check_claims`]) and of the citation; [`Error::File`] for a folder that holds something.
+pub fn export(
+    experiment: &Experiment,
+    catalogue: &Catalogue,
+    folder: &Path,
+    out: &Path,
+    citation: &Citation,
+) -> Result<usize> {
+    citation.check()?;
+    let (runs, quick) = checked_runs(experiment, catalogue, folder)?;
+    refuse_filled(out)?;
+    let claims = check_claims(experiment, catalogue, folder)?;
+    let stored = checksums::read(folder)?.unwrap_or_default();
+    make_folder(out)?;
+    let mut resources = Vec::new();
+    for name in stored.keys() {
+        let columns = copy(folder, out, name, infinities_of_schema)?;
+        resources.push(resource(out, name, columns)?);
+    }
+    if !claims.is_empty() {
+        write_claims(&out.join("claims.csv"), &claims)?;
+        let columns = columns_of(&out.join("claims.csv"), "claims.csv")?;
+        resources.push(resource(out, "claims.csv", Some(columns))?);
+    }
+    let stored = read_text(&folder.join(CHECKSUMS))?;
+    let write = |name: &str, text: String| write_atomically(&out.join(name), |file| file.write_all(text.as_bytes()));
+    write(AS_STORED, stored)?;
+    let about =
+        describe::About { experiment, citation, quick, runs: runs.len(), claims: claims.len(), resources: &resources };
+    let mut files: Vec<String> = resources.iter().map(|resource| resource.path.clone()).collect();
+    files.push(AS_STORED.to_owned());
+    for (name, text) in about.files() {
+        write(name, text)?;
+        files.push(name.to_owned());
+    }
+    checksums::write(out, files.iter().cloned())?;
+    Ok(files.len() + 1)
+}
+
+/// A package that has been read: every file is as it was written.
+#[derive(Debug)]
+pub struct Package {
+    folder: PathBuf,
+    /// The experiment whose results it holds.
+    pub experiment: Experiment,
+    /// Its plan, or its quick plan, whichever the results are of.
+    pub planned: Vec<PlannedRun>,
+    /// Whether it is the quick one.
+    pub quick: bool,
+}
+
+impl Package {
+    /// Reads a package and holds its files against their checksums.
+    ///
+    /// # Errors
+    /// [`Error::File`] for what is no package, for files that are missing or changed, and for one that another version of the numerics
+    /// has computed: its runs are no runs of this program.
+    pub fn read(folder: &Path, catalogue: &Catalogue) -> Result<Self> {
+        let path = folder.join(DESCRIPTION);
+        let wrong = |message: String| Error::file(&path, message);
+        let description: Value =
+            serde_json::from_str(&read_text(&path)?).map_err(|error| wrong(format!("is no data package: {error}")))?;
+        let own = &description["rimbench"];
+        let (Some(name), Some(version), Some(quick)) =
+            (own["experiment"].as_str(), own["numerics_version"].as_u64(), own["quick"].as_bool())
+        else {
+            return Err(wrong(
+                "is no data package of rimbench: it lacks `rimbench.experiment` and its like".to_owned(),
+            ));
+        };
+        checksums::verify(folder)?;
+        if version != u64::from(NUMERICS_VERSION) {
+            return Err(wrong(format!(
+                "rimbench.numerics_version = {version}, and this program has {NUMERICS_VERSION}: what it says can be read, but only \
+                 rimbench {} computes the same digits",
+                own["version"].as_str().unwrap_or("of that time")
+            )));
+        }
+        let experiment = Experiment::parse(&PathBuf::from(format!("{name}.toml")), read_text(&folder.join(COPY))?)?;
+        let planned = experiment.plan(catalogue, quick)?;
+        Ok(Package { folder: folder.to_owned(), experiment, planned, quick })
+    }
+
+    /// Writes the results folder that the package was made from, to the byte, into a folder that is empty or not there yet.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a folder that holds something, or for tables that do not become what they were.
+    pub fn unpack(&self, catalogue: &Catalogue, out: &Path) -> Result<()> {
+        refuse_filled(out)?;
+        make_folder(out)?;
+        let sums = read_text(&self.folder.join(AS_STORED))?;
+        // By the rules of a list of checksums: no name leads out of the folder.
+        let scratch = out.join(CHECKSUMS);
+        write_atomically(&scratch, |file| file.write_all(sums.as_bytes()))?;
+        for name in checksums::read(out)?.unwrap_or_default().keys() {
+            copy(&self.folder, out, name, infinities_of_rust)?;
+        }
+        checked_runs(&self.experiment, catalogue, out).map(drop)
+    }
+}
+
+/// Refuses a place where something is already.
+fn refuse_filled(out: &Path) -> Result<()> {
+    match std::fs::read_dir(out).map(|mut entries| entries.next().is_none()) {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(Error::file(out, "is not empty: choose a folder that is, or none that is there")),
+        Err(_) if out.exists() => Err(Error::file(out, "is no folder")),
+        Err(_) => Ok(()),
+    }
+}
+
+fn make_folder(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))
+}
+
+fn read_text(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))
+}
+
+fn resource(out: &Path, name: &str, columns: Option<Vec<(String, Column)>>) -> Result<Resource> {
+    let path = out.join(name);
+    let gone = || Error::file(&path, "has gone while the package was written");
+    let bytes = path.metadata().map_err(|_| gone())?.len();
+    let sha256 = checksums::sha256_of_file(&path).ok_or_else(gone)?;
+    Ok(Resource { path: name.to_owned(), columns, bytes, sha256 })
+}
+
+/// Names and columns of a table.
+fn columns_of(path: &Path, name: &str) -> Result<Vec<(String, Column)>> {
+    let wrong = |error: csv::Error| Error::file(path, error);
+    let mut reader = csv::Reader::from_path(path).map_err(wrong)?;
+    let trace = name.starts_with("traces/");
+    let column = |header: &str| {
+        let known = if trace { Some(columns::trace_column(header)) } else { columns::column(header) };
+        let known = known.ok_or_else(|| Error::file(path, format!("has a column `{header}` that nobody can explain")));
+        Ok((header.to_owned(), known?))
+    };
+    reader.headers().map_err(wrong)?.iter().map(column).collect()
+}
+
+/// Copies a file; cells of a table that are numbers pass through `number`.
+fn copy(from: &Path, to: &Path, name: &str, number: fn(&str) -> &str) -> Result<Option<Vec<(String, Column)>>> {
+    let (source, target) = (from.join(name), to.join(name));
+    if let Some(parent) = target.parent() {
+        make_folder(parent)?;
+    }
+    if !name.ends_with(".csv") {
+        let bytes = std::fs::read(&source).map_err(|error| Error::file(&source, format!("cannot be read: {error}")))?;
+        write_atomically(&target, |file| file.write_all(&bytes))?;
+        return Ok(None);
+    }
+    let columns = columns_of(&source, name)?;
+    let mut reader = csv::Reader::from_path(&source).map_err(|error| Error::file(&source, error))?;
+    write_atomically(&target, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        writer.write_record(columns.iter().map(|(name, _)| name))?;
+        let mut row = csv::StringRecord::new();
+        while reader.read_record(&mut row)? {
+            let cells = row.iter().zip(&columns);
+            writer.write_record(cells.map(|(cell, (_, column))| match column.kind {
+                Kind::Number => number(cell),
+                _ => cell,
+            }))?;
+        }
+        writer.flush()
+    })?;
+    Ok(Some(columns))
+}
+
+/// What a Table Schema calls a number that is infinite.
+fn infinities_of_schema(cell: &str) -> &str {
+    match cell {
+        "inf" => "INF",
+        "-inf" => "-INF",
+        cell => cell,
+    }
+}
+
+/// What the result files call it.
+fn infinities_of_rust(cell: &str) -> &str {
+    match cell {
+        "INF" => "inf",
+        "-INF" => "-inf",
+        cell => cell,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::{cost_header, runs_header};
+
+    fn citation() -> Citation {
+        Citation {
+            title: None,
+            authors: vec!["Doe, Jane".to_owned()],
+            licence: "CC-BY-4.0".to_owned(),
+            released: Some("2024-02-29".to_owned()),
+        }
+    }
+
+    #[test]
+    fn a_citation_needs_an_author_a_licence_and_a_day_that_was() {
+        citation().check().unwrap();
+        let wrong = [
+            ("author", Citation { authors: Vec::new(), ..citation() }),
+            ("author", Citation { authors: vec![" ".to_owned()], ..citation() }),
+            ("title", Citation { title: Some(String::new()), ..citation() }),
+            ("license", Citation { licence: "do what you like".to_owned(), ..citation() }),
+            ("released", Citation { released: Some("2023-02-29".to_owned()), ..citation() }),
+            ("released", Citation { released: Some("2023-2-9".to_owned()), ..citation() }),
+            ("released", Citation { released: Some("2023-00-10".to_owned()), ..citation() }),
+            ("released", Citation { released: Some("yesterday".to_owned()), ..citation() }),
+        ];
+        for (key, citation) in wrong {
+            let said = citation.check().unwrap_err().to_string();
+            assert!(said.starts_with(&format!("{key} = ")), "{said}");
+        }
+    }
+
+    /// What is new in a table must be explained: nobody reads the code beside it.
+    #[test]
+    fn every_column_of_every_table_is_explained() {
+        let catalogue = Catalogue::standard();
+        let text = r#"
+question = "?"
+macro_steps_s = [5e-3]
+[[cases]]
+name = "wedge-box-friction"
+[[schemes]]
+scheme = "rim-nonsmooth"
+"#;
+        let experiment = Experiment::parse(Path::new("e.toml"), text.to_owned()).unwrap();
+        let planned = experiment.plan(&catalogue, false).unwrap();
+        let tables = [runs_header(&planned), cost_header(), crate::provenance::HEADER.to_vec()];
+        for name in tables.concat() {
+            let column = columns::column(name).unwrap_or_else(|| panic!("{name} is not explained"));
+            assert!(!column.about.is_empty(), "{name}");
+        }
+        let kind = |name| columns::column(name).unwrap().kind;
+        assert_eq!(
+            [kind("macro_step_s"), kind("phase"), kind("mechanics_steps")],
+            [Kind::Number, Kind::Number, Kind::Text]
+        );
+        assert_eq!(columns::column("interface_residual_j").unwrap().unit, "J");
+        assert_eq!(
+            columns::trace_column("box_angle_rad"),
+            Column { kind: Kind::Number, unit: "rad".into(), about: "box angle".into() }
+        );
+    }
+}
