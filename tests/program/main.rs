@@ -17,6 +17,7 @@ mod examples;
 mod figures;
 mod interruption;
 mod outputs;
+mod parsers;
 mod perf;
 mod perf_command_line;
 mod program;

@@ -1,0 +1,331 @@
+//! Whatever a file says, reading it ends in what it means or in one error that says something; never in a panic, and never in memory
+//! that the file's size cannot explain.
+//!
+//! Texts that are valid are mangled: bytes flipped, pieces cut out, repeated, moved, replaced by what numbers and names stumble over, or by a
+//! piece of another kind of file. `PROPTEST_CASES` says how often (256 times each if not set).
+
+use proptest::prelude::*;
+use rimbench::catalogue::Catalogue;
+use rimbench::checksums;
+use rimbench::corpus::Corpus;
+use rimbench::error::Error;
+use rimbench::everything;
+use rimbench::figures::FigureList;
+use rimbench::harness::{Experiment, Package, Store};
+use rimbench::perf::History;
+use rimbench::results_table::ResultsTable;
+use rimbench::runs::RunRequest;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+static CATALOGUE: LazyLock<Catalogue> = LazyLock::new(|| everything().unwrap());
+
+/// What readers of numbers, names, tables and texts stumble over.
+const TOKENS: [&str; 34] = [
+    "nan",
+    "-inf",
+    "inf",
+    "1e999",
+    "-0.0",
+    "5e-324",
+    "-1",
+    "0",
+    "18446744073709551616",
+    "0x7f",
+    "1_0",
+    "٣",
+    "é",
+    "\u{feff}",
+    "\0",
+    "\r\n",
+    "\n\n",
+    "\t",
+    "\"",
+    "\"\"\"",
+    "'",
+    "\\",
+    "[[",
+    "]]",
+    "{",
+    "}",
+    "= ",
+    ",",
+    ",,,",
+    "#",
+    "../",
+    "true",
+    "[1e-9, 1e9]",
+    "{ from = 1e-9, to = 1.0, per_decade = 99999999 }",
+];
+
+/// One change; numbers choose the place.
+#[derive(Debug, Clone)]
+enum Change {
+    Flip(usize, u8),
+    Cut(usize, usize),
+    Repeat(usize, usize),
+    Move(usize, usize, usize),
+    Insert(usize, usize),
+    /// A word (letters, digits, signs) becomes a token.
+    Replace(usize, usize),
+    /// A piece of another file.
+    Splice(usize, usize, usize),
+    DropLine(usize),
+    RepeatLine(usize),
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    let at = || any::<u32>().prop_map(|at| at as usize);
+    let short = || 1..40_usize;
+    prop_oneof![
+        (at(), 1..=255_u8).prop_map(|(at, mask)| Change::Flip(at, mask)),
+        (at(), short()).prop_map(|(at, length)| Change::Cut(at, length)),
+        (at(), short()).prop_map(|(at, length)| Change::Repeat(at, length)),
+        (at(), at(), short()).prop_map(|(from, to, length)| Change::Move(from, to, length)),
+        (at(), 0..TOKENS.len()).prop_map(|(at, token)| Change::Insert(at, token)),
+        (at(), 0..TOKENS.len()).prop_map(|(at, token)| Change::Replace(at, token)),
+        (at(), at(), short()).prop_map(|(at, from, length)| Change::Splice(at, from, length)),
+        at().prop_map(Change::DropLine),
+        at().prop_map(Change::RepeatLine),
+    ]
+}
+
+fn changes() -> impl Strategy<Value = Vec<Change>> {
+    prop::collection::vec(change(), 1..6)
+}
+
+fn mangled(seed: &[u8], changes: &[Change]) -> Vec<u8> {
+    let mut bytes = seed.to_vec();
+    for change in changes {
+        let count = bytes.len();
+        if count == 0 {
+            break;
+        }
+        let end = |at: usize, length: usize| (at % count + length).min(count);
+        let lines = |bytes: &[u8]| bytes.split_inclusive(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect::<Vec<_>>();
+        match *change {
+            Change::Flip(at, mask) => bytes[at % count] ^= mask,
+            Change::Cut(at, length) => drop(bytes.drain(at % count..end(at, length))),
+            Change::Repeat(at, length) => {
+                let piece = bytes[at % count..end(at, length)].to_vec();
+                let to = end(at, length);
+                drop(bytes.splice(to..to, piece));
+            }
+            Change::Move(from, to, length) => {
+                let piece: Vec<u8> = bytes.drain(from % count..end(from, length)).collect();
+                let to = to % (bytes.len() + 1);
+                drop(bytes.splice(to..to, piece));
+            }
+            Change::Insert(at, token) => drop(bytes.splice(at % count..at % count, TOKENS[token].bytes())),
+            Change::Replace(at, token) => {
+                let of_word = |byte: &u8| byte.is_ascii_alphanumeric() || b"+-._".contains(byte);
+                let from = at % count - bytes[..at % count].iter().rev().take_while(|byte| of_word(byte)).count();
+                let to = from + bytes[from..].iter().take_while(|byte| of_word(byte)).count();
+                drop(bytes.splice(from..to, TOKENS[token].bytes()));
+            }
+            Change::Splice(at, from, length) => {
+                let other = &SEEDS[from % SEEDS.len()].1;
+                let first = from % other.len().max(1);
+                let piece = other[first..(first + length).min(other.len())].to_vec();
+                drop(bytes.splice(at % count..at % count, piece));
+            }
+            Change::DropLine(line) => {
+                let mut all = lines(&bytes);
+                all.remove(line % all.len());
+                bytes = all.concat();
+            }
+            Change::RepeatLine(line) => {
+                let mut all = lines(&bytes);
+                all.push(all[line % all.len()].clone());
+                bytes = all.concat();
+            }
+        }
+    }
+    bytes
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The first bytes of a file of this project, whole lines.
+fn beginning(path: &str, bytes: usize) -> Vec<u8> {
+    let all = std::fs::read(root().join(path)).unwrap();
+    let end = all.iter().enumerate().filter(|(at, byte)| **byte == b'\n' && *at < bytes).map(|(at, _)| at + 1).last();
+    all[..end.unwrap_or(all.len())].to_vec()
+}
+
+/// A valid text of every kind.
+static SEEDS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
+    let all = 1 << 20;
+    vec![
+        ("experiment", beginning("experiments/paper/phases.toml", all)),
+        ("experiment", beginning("experiments/study/friction.toml", all)),
+        ("experiment", beginning("experiments/study/model_steps.toml", all)),
+        ("figures", beginning("paper/figures.toml", 6000)),
+        ("history", beginning("results/perf/history.csv", 6000)),
+        ("table", beginning("results/study/friction/runs.csv", 9000)),
+        ("table", beginning("results/paper/claims.csv", 4000)),
+        ("checksums", beginning("results/paper/fig2/SHA256SUMS", all)),
+        ("store", STORE.as_bytes().to_vec()),
+        ("package", PACKAGE.as_bytes().to_vec()),
+    ]
+});
+
+const STORE: &str = "rimbench-store 2 e 123456789abc\nwrong  0123456789abcdef\tcompleted,,,2.5,false\t0.1,2\trow\t\t\n";
+
+const PACKAGE: &str = r#"{ "name": "rimbench-e", "rimbench": { "experiment": "e", "numerics_version": 6, "quick": false, "version": "0.1.0" },
+"resources": [{ "name": "runs", "path": "runs.csv", "schema": { "fields": [{ "name": "run_id", "type": "string" }] } }] }"#;
+
+fn seeds(kind: &str) -> Vec<&'static [u8]> {
+    SEEDS.iter().filter(|seed| seed.0 == kind).map(|seed| seed.1.as_slice()).collect()
+}
+
+/// An error that says something, on a few lines.
+fn says(error: &Error) {
+    let said = error.to_string();
+    assert!(said.len() > 8 && said.len() < 40_000, "says {} bytes: {}", said.len(), &said[..said.len().min(400)]);
+}
+
+fn file_with(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(&path, bytes).unwrap();
+    (folder, path)
+}
+
+#[test]
+fn what_is_mangled_was_valid() {
+    for text in seeds("experiment") {
+        let text = String::from_utf8(text.to_vec()).unwrap();
+        Experiment::parse(Path::new("e.toml"), text).unwrap().plan(&CATALOGUE, false).unwrap();
+    }
+    for text in seeds("figures") {
+        FigureList::parse(Path::new("f.toml"), std::str::from_utf8(text).unwrap()).unwrap();
+    }
+    let (_folder, path) = file_with("history.csv", seeds("history")[0]);
+    assert!(!History::read(&path).unwrap().rows.is_empty());
+    let (_folder, path) = file_with("runs.csv", seeds("table")[0]);
+    assert!(!ResultsTable::read(&path).unwrap().is_empty());
+    let (folder, _) = file_with("SHA256SUMS", seeds("checksums")[0]);
+    assert!(checksums::read(folder.path()).unwrap().is_some_and(|sums| sums.len() > 3));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_experiment_is_a_plan_or_an_error(which in 0..3_usize, changes in changes()) {
+        let text = mangled(seeds("experiment")[which], &changes);
+        let Ok(text) = String::from_utf8(text) else { return Ok(()) };
+        match Experiment::parse(Path::new("e.toml"), text) {
+            Err(error) => says(&error),
+            Ok(experiment) => for quick in [false, true] {
+                match experiment.plan(&CATALOGUE, quick) {
+                    Err(error) => says(&error),
+                    Ok(planned) => for run in planned.iter().step_by(97) {
+                        prop_assert_eq!(run.id.len(), 16);
+                    },
+                }
+            },
+        }
+    }
+
+    #[test]
+    fn any_list_of_figures_is_one_or_an_error(changes in changes()) {
+        let text = mangled(seeds("figures")[0], &changes);
+        let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
+        if let Err(error) = FigureList::parse(Path::new("f.toml"), text) {
+            says(&error);
+        }
+    }
+
+    #[test]
+    fn any_table_history_and_list_of_checksums_is_one_or_an_error(changes in changes(), which in 0..2_usize) {
+        let (_table, path) = file_with("runs.csv", &mangled(seeds("table")[which], &changes));
+        match ResultsTable::read(&path) {
+            Err(error) => says(&error),
+            Ok(table) => for name in ["run_id", "outcome", "nothing"] {
+                let _ = table.column(name).map(|column| (0..table.len()).map(|row| table.number(row, column)).sum::<f64>());
+            },
+        }
+        let (_history, path) = file_with("history.csv", &mangled(seeds("history")[0], &changes));
+        if let Err(error) = History::read(&path) {
+            says(&error);
+        }
+        let (folder, _) = file_with("SHA256SUMS", &mangled(seeds("checksums")[0], &changes));
+        match checksums::read(folder.path()) {
+            Err(error) => says(&error),
+            // No name leads out of the folder.
+            Ok(sums) => for name in sums.unwrap_or_default().keys() {
+                prop_assert!(!name.starts_with('/') && !name.split('/').any(|part| part == ".."), "{name}");
+            },
+        }
+        if let Err(error) = checksums::verify(folder.path()) {
+            says(&error);
+        }
+    }
+
+    #[test]
+    fn any_log_of_a_store_is_records_or_an_error(changes in changes()) {
+        let (folder, _) = file_with("records/1-1.log", &mangled(STORE.as_bytes(), &changes));
+        match Store::open(folder.path(), "e", "columns") {
+            Err(error) => says(&error),
+            // A record without its checksum is as good as never written.
+            Ok(store) => prop_assert!(store.read("0123456789abcdef").unwrap().is_none()),
+        }
+    }
+
+    #[test]
+    fn any_description_of_a_package_is_one_or_an_error(changes in changes(), sealed in any::<bool>()) {
+        let bytes = mangled(PACKAGE.as_bytes(), &changes);
+        let (folder, _) = file_with("datapackage.json", &bytes);
+        std::fs::write(folder.path().join("experiment.toml"), seeds("experiment")[1]).unwrap();
+        std::fs::write(folder.path().join("runs.csv"), "run_id\n").unwrap();
+        if sealed {
+            let names = ["datapackage.json", "experiment.toml", "runs.csv"].map(str::to_owned);
+            checksums::write(folder.path(), names).unwrap();
+        }
+        match Package::read(folder.path(), &CATALOGUE) {
+            Err(error) => says(&error),
+            Ok(package) => prop_assert!(sealed && !package.planned.is_empty()),
+        }
+    }
+
+    /// With a checksum that fits: a file that somebody made up.
+    #[test]
+    fn any_corpus_is_one_or_an_error(changes in changes(), cut in 0..40_000_usize, sealed in any::<bool>()) {
+        static CORPUS: LazyLock<Vec<u8>> = LazyLock::new(|| std::fs::read(root().join("data/contact-problems/corpus.lcp")).unwrap());
+        let mut bytes = mangled(&CORPUS[..cut.min(CORPUS.len())], &changes);
+        if sealed {
+            let sum = Sha256::digest(&bytes);
+            bytes.extend(&sum[..]);
+        }
+        if let Err(said) = Corpus::from_bytes(&bytes) {
+            prop_assert!(said.len() > 8);
+        }
+    }
+
+    #[test]
+    fn any_text_of_an_option_or_a_parameter_is_a_value_or_an_error(changes in changes(), which in any::<u32>()) {
+        let which = which as usize;
+        let texts = ["rim-nonsmooth", "gauss-seidel", "margin:1e-3", "0.5", "regularised:1e-9", "coupled:1e-6", "all", "1e-3", "3"];
+        let Ok(text) = String::from_utf8(mangled(texts[which % texts.len()].as_bytes(), &changes)) else { return Ok(()) };
+        for option in RunRequest::OPTIONS {
+            let mut request = RunRequest::of("wedge-box", "rim-nonsmooth-gap");
+            request.duration_s = Some(0.01);
+            let taken = request.put(option.key, &text).and_then(|()| request.resolve(&CATALOGUE).map(drop));
+            if let Err(error) = taken {
+                says(&error);
+            }
+        }
+        let case = &CATALOGUE.cases()[which % CATALOGUE.cases().len()];
+        for parameter in &case.parameters {
+            if let Err(error) = case.default_parameters().set(&parameter.name, &text) {
+                says(&error);
+            }
+        }
+    }
+}
