@@ -69,6 +69,22 @@ fn a_regression_has_exit_code_one_and_is_named() {
     assert!(text(&back.stdout).contains("improved") && text(&back.stdout).contains("No regression."));
 }
 
+/// What stands in a file for another program is not run here: at least it must call what is there.
+#[test]
+fn the_action_calls_a_command_that_exists() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(".github/actions/perf-compare/action.yml");
+    let action = fs::read_to_string(file).unwrap().replace("\\\n", " ");
+    let call = action.lines().find_map(|line| line.split_once(" -- perf compare ")).unwrap().1;
+    let options: Vec<&str> = call.split_whitespace().filter(|word| word.starts_with("--")).collect();
+    assert!(options.len() >= 4, "{options:?}");
+    let help = text(&perf(&["compare", "--help"]).assert().success().get_output().stdout).to_owned();
+    for option in options {
+        assert!(help.contains(option), "{option} is no option of perf compare");
+    }
+    // Without rounds only what is exact is compared.
+    assert!(action.contains(r#"default: "0""#) && help.contains("0 measures none"));
+}
+
 #[test]
 fn bad_input_is_one_clear_error_with_exit_code_two() {
     let folder = tempfile::tempdir().unwrap();
