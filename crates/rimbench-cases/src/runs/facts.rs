@@ -1,10 +1,9 @@
 //! What determines a run, as one list: run id, tables, JSON and plans all read it.
 
 use super::spec::RunSpec;
-use crate::cases::Value;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use sha2::{Digest, Sha256};
-use std::fmt;
+use std::fmt::{self, Write};
 
 /// What a fact says.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,18 +115,22 @@ impl RunSpec {
     /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, and the version of the
     /// numerics. A parameter that is set to its default is as one that is not set.
     pub fn id(&self) -> String {
-        let text = |fact: &Fact| if fact.name == "set" { self.parameters.changed() } else { fact.cell() };
-        let facts = self.facts();
-        let facts = facts.iter().map(|fact| (fact.name.to_owned(), text(fact)));
-        let parameter = |(parameter, value): (&crate::cases::Parameter, &Value)| {
-            (parameter.name.clone().into_owned(), value.to_string())
+        let mut text = format!("numerics {NUMERICS_VERSION}\n");
+        let mut line = |name: &str, value: &dyn fmt::Display| {
+            // Writing to memory cannot fail.
+            let _ = writeln!(text, "{name} = {value}");
         };
-        let mut hash = Sha256::new();
-        hash.update(format!("numerics {NUMERICS_VERSION}\n"));
-        for (name, text) in facts.chain(self.parameters.iter().map(parameter)) {
-            hash.update(format!("{name} = {text}\n"));
+        for fact in self.facts() {
+            match &fact.value {
+                _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),
+                Some(value) => line(fact.name, value),
+                None => line(fact.name, &""),
+            }
         }
-        hash.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+        for (parameter, value) in self.parameters.iter() {
+            line(&parameter.name, value);
+        }
+        Sha256::digest(text)[..8].iter().map(|byte| format!("{byte:02x}")).collect()
     }
 }
 

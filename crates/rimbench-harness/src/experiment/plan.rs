@@ -3,6 +3,7 @@
 use super::{CaseEntry, Experiment};
 use crate::claims::check_claims_against_plan;
 use crate::grid::parameter_grid;
+use rayon::prelude::*;
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, RunSpec};
@@ -92,11 +93,14 @@ impl Experiment {
                     let (steps, requests) = (steps.list()?, row.requests());
                     let of_step = |step: f64| requests.iter().map(move |request| (step, request));
                     for (macro_step, request) in steps.into_iter().flat_map(of_step) {
-                        for &phase in &phases {
+                        // Phases are what there may be many of. The first error is that of the first phase.
+                        let of_phase = |&phase: &f64| {
                             let request = self.request(entry, request, macro_step, phase);
                             let planned = planned(catalogue, (case, parameters), &request, &row.label);
-                            runs.push(planned.map_err(|error| row.place(&error, &entry.name))?);
-                        }
+                            planned.map_err(|error| row.place(&error, &entry.name))
+                        };
+                        let planned: Vec<Result<PlannedRun>> = phases.par_iter().map(of_phase).collect();
+                        planned.into_iter().try_for_each(|run| run.map(|run| runs.push(run)))?;
                     }
                 }
             }
