@@ -25,6 +25,7 @@ mod energy_return;
 mod friction;
 mod friction_cases;
 mod friction_mechanics;
+mod friction_mechanisms;
 mod friction_of_others;
 mod golden;
 mod hydraulic_line;

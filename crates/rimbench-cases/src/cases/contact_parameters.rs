@@ -25,18 +25,25 @@ pub(super) fn restitution(default: f64, source: &'static str) -> Parameter {
 
 /// Friction of all contacts, for cases whose mechanics has tangential rows; a case whose coefficient is above 0 is always one with friction.
 pub(super) fn friction(coefficient: f64) -> [Parameter; 2] {
+    friction_of(coefficient, OURS)
+}
+
+/// The same with a coefficient that somebody else chose.
+pub(super) fn friction_of(coefficient: f64, source: &'static str) -> [Parameter; 2] {
     let range = if coefficient > 0.0 { Range::Positive } else { Range::NotNegative };
-    [
-        number(FRICTION, "-", coefficient, range, "coefficient of friction μ of all contacts; 0: none", OURS),
-        number(
-            ALONG,
-            "-",
-            0.0,
-            Range::Fraction,
-            "restitution along the surface, with friction that along the normal",
-            OURS,
-        ),
-    ]
+    let about = "coefficient of friction μ of all contacts; 0: none";
+    [number(FRICTION, "-", coefficient, range, about, source), restitution_along(0.0)]
+}
+
+/// The same with contacts that rebound along the surface as along the normal.
+pub(super) fn rebounding_friction(coefficient: f64, e: f64, source: &'static str) -> [Parameter; 2] {
+    let [coefficient, _] = friction_of(coefficient, source);
+    [coefficient, restitution_along(e)]
+}
+
+fn restitution_along(default: f64) -> Parameter {
+    let about = "restitution along the surface, with friction that along the normal";
+    number(ALONG, "-", default, Range::Fraction, about, OURS)
 }
 
 /// Friction of all contacts with another coefficient at rest, for cases that stick and slip in turn.

@@ -38,12 +38,14 @@ mod reference_method;
 mod rocking_block;
 mod rocking_block_friction;
 mod slider_between_stops;
+mod slider_crank;
 mod towed_block;
 mod two_masses;
 mod wedge_box;
 mod wedge_box_friction;
 mod wedge_box_reversal;
 mod wedge_box_two_ledges;
+mod woodpecker;
 
 pub use case::{
     BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, RowFunction,
@@ -84,5 +86,7 @@ pub fn standard_cases() -> Vec<Case> {
         gripper_friction::entry(),
         rocking_block_friction::entry(),
         crane_drag::entry(),
+        slider_crank::entry(),
+        woodpecker::entry(),
     ]
 }

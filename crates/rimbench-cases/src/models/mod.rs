@@ -19,12 +19,14 @@ mod modal_beam;
 mod pressure_coupling;
 mod published_driver;
 mod rotation;
+mod slider_crank;
 mod sliding_block;
 mod spring_actuator;
 mod supported_box;
 mod two_masses;
 mod washboard;
 mod wedge_box;
+mod woodpecker;
 
 pub use actuator_pair::{ActuatorNames, ActuatorPair};
 pub use bare_coupling::{CouplingForce, FreeMasses};
@@ -43,9 +45,11 @@ pub use line_masses::{LineContact, LineDescription, LineMass, LineMasses, LineSp
 pub use modal_beam::{BeamGeometry, BeamStop, BeamSupport, MOST_MODES, ModalBeam};
 pub use pressure_coupling::{PressureDrivenMechanics, PressureOutput};
 pub use published_driver::{OwnPosition, PublishedClock, StaleFeedthrough};
+pub use slider_crank::{SliderCrank, SliderCrankGeometry};
 pub use sliding_block::SlidingBlock;
 pub use spring_actuator::{BaseMotion, SpringActuator, SpringActuatorParameters};
 pub use supported_box::{LedgeDisc, SupportedBox, SupportedBoxGeometry};
 pub use two_masses::{CouplingElement, MassRole, MassSide, WalledMass};
 pub use washboard::Washboard;
 pub use wedge_box::{WedgeBox, WedgeBoxGeometry};
+pub use woodpecker::{Woodpecker, WoodpeckerGeometry};
