@@ -4,39 +4,55 @@ use super::print;
 use super::progress::Every;
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, check_writable_folder};
-use rimbench::corpus::{Corpus, Harvest, harvest};
+use rimbench::corpus::{Corpus, Harvest, Posed, harvest, harvest_with_friction};
+use rimbench::error::Result;
 use rimbench::shipped;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `corpus`.
 #[derive(Debug, Args)]
 pub struct CorpusCommand {
-    /// The file to write
-    #[arg(long, value_name = "FILE", default_value = shipped::CORPUS.0)]
-    out: PathBuf,
+    /// Problems with friction, of the cases that have it, as text
+    #[arg(long)]
+    friction: bool,
+    /// The file to write [default: data/contact-problems/corpus.lcp, with friction friction.txt beside it]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
 }
 
 impl CorpusCommand {
     pub(super) fn run(self) -> anyhow::Result<()> {
+        let out = if self.friction { shipped::FRICTION_CORPUS.0 } else { shipped::CORPUS.0 };
+        let out = self.out.unwrap_or_else(|| PathBuf::from(out));
         // A place that cannot be written is found before anything is computed.
-        check_writable_folder(self.out.parent().unwrap_or(Path::new(".")))?;
-        check_writable_file(&self.out)?;
+        check_writable_folder(out.parent().unwrap_or(Path::new(".")))?;
+        check_writable_file(&out)?;
         let mut lines = Every::seconds(2.0);
         let mut runs = 0;
-        let corpus = harvest(&Harvest::default(), &mut |source| {
+        let mut progress = |source: &str| {
             runs += 1;
             if lines.is_due() {
                 eprintln!("run {runs}: {source}");
             }
-        })?;
-        corpus.write(&self.out)?;
-        print(&summary(&corpus, &self.out))
+        };
+        if self.friction {
+            let corpus = harvest_with_friction(&Harvest::with_friction(), &mut progress)?;
+            written(corpus.write_text(&out), &corpus, &out)
+        } else {
+            let corpus = harvest(&Harvest::default(), &mut progress)?;
+            written(corpus.write(&out), &corpus, &out)
+        }
     }
 }
 
-fn summary(corpus: &Corpus, path: &Path) -> String {
+fn written<P: Posed>(written: Result<()>, corpus: &Corpus<P>, path: &Path) -> anyhow::Result<()> {
+    written?;
+    print(&summary(corpus, path))
+}
+
+fn summary<P: Posed>(corpus: &Corpus<P>, path: &Path) -> String {
     let bytes = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
-    let mut sizes: Vec<usize> = corpus.problems().map(|problem| problem.q.len()).collect();
+    let mut sizes: Vec<usize> = corpus.problems().map(P::contacts).collect();
     sizes.sort_unstable();
     let counted = sizes.chunk_by(|a, b| a == b).map(|chunk| format!("{} with n = {}", chunk.len(), chunk[0]));
     format!(

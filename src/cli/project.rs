@@ -1,7 +1,7 @@
 //! The experiments, figures and texts that commands go by: those of the project's folder where the command is called from there,
 //! else those that the program carries. The folder that the program was built in is nowhere looked at.
 
-use rimbench::corpus::Corpus;
+use rimbench::corpus::{Corpus, FrictionalProblem};
 use rimbench::error::{Error, Result};
 use rimbench::figures::FigureList;
 use rimbench::harness::Experiment;
@@ -68,6 +68,18 @@ impl Project {
         match self {
             Project::Here => Corpus::read(Path::new(path)),
             Project::Carried => Corpus::from_bytes(carried).map_err(|message| Error::file(path, message)),
+        }
+    }
+
+    /// The corpus of contact problems with friction.
+    ///
+    /// # Errors
+    /// Those of [`Corpus::read_text`].
+    pub(super) fn friction_corpus(self) -> Result<Corpus<FrictionalProblem>> {
+        let (path, carried) = shipped::FRICTION_CORPUS;
+        match self {
+            Project::Here => Corpus::read_text(Path::new(path)),
+            Project::Carried => Corpus::from_text(carried).map_err(|message| Error::file(path, message)),
         }
     }
 

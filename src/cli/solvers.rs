@@ -7,8 +7,10 @@ use super::{Format, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
-use rimbench::complementarity::SolverEntry;
-use rimbench::corpus::{Corpus, Replay, Solve, Start, draw_profile, replay};
+use rimbench::corpus::{
+    Corpus, FrictionMethod, FrictionalProblem, Posed, Replay, Solve, Start, Uniqueness, draw_profile, replay,
+    replay_with_friction,
+};
 use rimbench::error::{Error, Result};
 use rimbench::figures::render;
 use rimbench::name::Name;
@@ -16,12 +18,15 @@ use rimbench::runs::FactValue;
 use rimbench::statistics::{nearest_rank, performance_ratios, share_within};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 
 /// Arguments of `solvers`.
 #[derive(Debug, Args)]
 pub struct Solvers {
+    /// Problems with friction, and the methods that solve them: active-states, enumeration, lemke, sweeps, and in-turn, which is what simulations
+    /// have
+    #[arg(long)]
+    friction: bool,
     /// The corpus of contact problems (see `rimbench corpus`) [default: that of the project's folder, or the one built in]
     #[arg(long, value_name = "FILE")]
     corpus: Option<PathBuf>,
@@ -51,68 +56,116 @@ type Row = Vec<(Name, FactValue)>;
 
 impl Solvers {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        let chosen = self.chosen(catalogue)?;
-        if let Some(folder) = &self.out {
-            check_writable_folder(folder)?;
+        if self.friction { self.compare_with_friction() } else { self.compare(catalogue) }
+    }
+
+    fn compare(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+        let chosen = if self.solver.is_empty() {
+            catalogue.solvers().to_vec()
+        } else {
+            self.solver.iter().map(|name| catalogue.solver(name).cloned()).collect::<Result<_>>()?
+        };
+        self.check_folder()?;
+        let corpus = self.corpus.as_deref().map_or_else(|| Project::find().corpus(), Corpus::read)?;
+        let corpus = self.of_source(corpus)?;
+        let names: Vec<Name> = chosen.iter().map(|solver| solver.name.clone()).collect();
+        let replays = replays(&names, |at, start| replay(&corpus, &chosen[at], start));
+        let known: Vec<Name> = catalogue.solvers().iter().map(|solver| solver.name.clone()).collect();
+        self.say(&replays, &known, work, None)
+    }
+
+    fn compare_with_friction(self) -> anyhow::Result<()> {
+        let known = FrictionMethod::NAMES.map(|(_, method)| method);
+        let chosen: Vec<FrictionMethod> = if self.solver.is_empty() {
+            known.to_vec()
+        } else {
+            self.solver.iter().map(|name| name.parse()).collect::<Result<_>>()?
+        };
+        self.check_folder()?;
+        let corpus = self.corpus.as_deref().map_or_else(|| Project::find().friction_corpus(), Corpus::read_text)?;
+        let corpus = self.of_source(corpus)?;
+        let names: Vec<Name> = chosen.iter().map(|method| method.name()).collect();
+        let replays = replays(&names, |at, start| replay_with_friction(&corpus, chosen[at], start));
+        self.say(&replays, &known.map(FrictionMethod::name), frictional_work, Some(uniqueness(&corpus)))
+    }
+
+    fn check_folder(&self) -> Result<()> {
+        self.out.as_deref().map_or(Ok(()), check_writable_folder)
+    }
+
+    /// Only what was asked for.
+    fn of_source<P: Posed>(&self, corpus: Corpus<P>) -> Result<Corpus<P>> {
+        let Some(source) = &self.source else { return Ok(corpus) };
+        let chosen = corpus.of_source(source);
+        if chosen.is_empty() {
+            let expected = "the beginning of a source in the corpus, for example the name of a case";
+            return Err(Error::invalid("--source", source, expected));
         }
-        let mut corpus = self.corpus.as_deref().map_or_else(|| Project::find().corpus(), Corpus::read)?;
-        if let Some(source) = &self.source {
-            corpus = corpus.of_source(source);
-            if corpus.is_empty() {
-                let expected = "the beginning of a source in the corpus, for example the name of a case";
-                return Err(Error::invalid("--source", source, expected).into());
-            }
-        }
-        let replays = replays(&corpus, &chosen);
-        let work: Vec<Row> =
-            replays.iter().flat_map(|replay| grouped(replay).map(|(group, s)| work(group, &s))).collect();
-        let time: Vec<Row> =
-            replays.iter().flat_map(|replay| grouped(replay).map(|(group, s)| time(group, &s))).collect();
-        let profile = profile(&replays);
+        Ok(chosen)
+    }
+
+    /// Writes and prints it all; `solutions` says how many problems have several.
+    fn say(self, replays: &[Replay], known: &[Name], work: Work, solutions: Option<Row>) -> anyhow::Result<()> {
+        let by_size = |of: fn(Row, &[Solve]) -> Row| -> Vec<Row> {
+            replays.iter().flat_map(|replay| grouped(replay).map(move |(group, s)| of(group, &s))).collect()
+        };
+        let (done, time, profile) = (by_size(work), by_size(time), profile(replays));
+        let solutions: Vec<Row> = solutions.into_iter().collect();
         if let Some(folder) = &self.out {
-            for (name, rows) in [("work.csv", &work), ("time.csv", &time), ("profile.csv", &profile)] {
+            for (name, rows) in [("work.csv", &done), ("time.csv", &time), ("profile.csv", &profile)] {
                 write_csv(&folder.join(name), rows)?;
             }
-            render::write(&draw_profile(&replays, catalogue.solvers()), folder, "profile")?;
+            if !solutions.is_empty() {
+                write_csv(&folder.join("solutions.csv"), &solutions)?;
+            }
+            render::write(&draw_profile(replays, known), folder, "profile")?;
         }
+        let whole = |replay: &Replay| work(named(replay), &replay.solves);
         match self.format {
             Format::Json => {
-                let overall: Vec<Row> = replays.iter().map(overall).collect();
-                let parts = [("overall", &overall), ("work", &work), ("time", &time), ("profile", &profile)];
-                let object = parts.map(|(name, rows)| (name.to_owned(), json(rows))).into_iter();
+                let overall: Vec<Row> =
+                    replays.iter().map(|replay| with_mean(self::time(whole(replay), &replay.solves), replay)).collect();
+                let parts = [("overall", &overall), ("work", &done), ("time", &time), ("profile", &profile)];
+                let with_friction = (!solutions.is_empty()).then_some(("solutions", &solutions));
+                let object = parts.into_iter().chain(with_friction).map(|(name, rows)| (name.to_owned(), json(rows)));
                 print(&serde_json::to_string_pretty(&Value::Object(object.collect()))?)
             }
             Format::Table => {
                 // One row per solver and start is too wide for most terminals: what was done, and how long it took, apart.
-                print(&text(&replays.iter().map(whole_work).collect::<Vec<_>>()))?;
+                print(&text(&replays.iter().map(whole).collect::<Vec<_>>()))?;
                 print("\nTimes of problems solved, ns:")?;
-                print(&text(&replays.iter().map(whole_time).collect::<Vec<_>>()))?;
+                let mut times: Vec<Row> = replays.iter().map(whole_time).collect();
+                put_ratios(&mut times, replays);
+                print(&text(&times))?;
                 print("\nFraction of problems solved within a factor of the fastest, warm:")?;
-                print(&text(&profile))
+                print(&text(&profile))?;
+                if !solutions.is_empty() {
+                    print(
+                        "\nProblems with more than one solution, among those with few enough contacts to list them all:",
+                    )?;
+                    print(&text(&solutions))?;
+                }
+                Ok(())
             }
         }
     }
-
-    fn chosen(&self, catalogue: &Catalogue) -> Result<Vec<Arc<SolverEntry>>> {
-        if self.solver.is_empty() {
-            return Ok(catalogue.solvers().to_vec());
-        }
-        self.solver.iter().map(|name| catalogue.solver(name).cloned()).collect()
-    }
 }
 
+/// What of a group of solves does not depend on the machine.
+type Work = fn(Row, &[Solve]) -> Row;
+
 /// Gives the corpus to each solver, and says how far it is: solvers differ too much for an estimate before the first is done.
-fn replays(corpus: &Corpus, chosen: &[Arc<SolverEntry>]) -> Vec<Replay> {
+fn replays(names: &[Name], replay: impl Fn(usize, Start) -> Replay) -> Vec<Replay> {
     let began = Instant::now();
     let mut replays = Vec::new();
-    for (done, solver) in chosen.iter().enumerate() {
+    for (done, name) in names.iter().enumerate() {
         let elapsed = began.elapsed().as_secs_f64();
-        let left = (done > 0).then(|| elapsed / done as f64 * (chosen.len() - done) as f64);
+        let left = (done > 0).then(|| elapsed / done as f64 * (names.len() - done) as f64);
         let left = left.map_or_else(String::new, |left| format!(", about {} left", plain_time(left)));
-        eprintln!("{} of {}: {}{left}", done + 1, chosen.len(), solver.name);
-        replays.extend([Start::Warm, Start::Cold].map(|start| replay(corpus, solver, start)));
+        eprintln!("{} of {}: {name}{left}", done + 1, names.len());
+        replays.extend([Start::Warm, Start::Cold].map(|start| replay(done, start)));
         if let Some(panic) = replays.iter().rev().take(2).find_map(|replay| replay.panic.as_ref()) {
-            eprintln!("note: {} panicked, which is a defect of it and counts as failures: {panic}", solver.name);
+            eprintln!("note: {name} panicked, which is a defect of it and counts as failures: {panic}");
         }
     }
     replays
@@ -136,7 +189,7 @@ fn grouped(replay: &Replay) -> impl Iterator<Item = (Row, Vec<Solve>)> {
 
 fn named(replay: &Replay) -> Row {
     let start = if replay.start == Start::Warm { "warm" } else { "cold" };
-    vec![("solver".into(), text_of(&replay.solver.name)), ("start".into(), text_of(start))]
+    vec![("solver".into(), text_of(&replay.solver)), ("start".into(), text_of(start))]
 }
 
 fn text_of(text: &str) -> FactValue {
@@ -181,19 +234,41 @@ fn time(mut row: Row, solves: &[Solve]) -> Row {
     row
 }
 
-/// Over all sizes.
-fn whole_work(replay: &Replay) -> Row {
-    work(named(replay), &replay.solves)
+/// The same with friction, where a method may be one that has others behind it.
+fn frictional_work(row: Row, solves: &[Solve]) -> Row {
+    let mut row = work(row, solves);
+    put(&mut row, [("fallbacks", count(solves.iter().filter(|solve| solve.stats.fallback).count()))]);
+    row
 }
 
-/// Likewise.
+fn uniqueness(corpus: &Corpus<FrictionalProblem>) -> Row {
+    let Uniqueness { listed, several, several_impulses, none, least_margin, beyond_painleve } = Uniqueness::of(corpus);
+    let mut row = vec![("problems".into(), count(corpus.len()))];
+    put(
+        &mut row,
+        [
+            ("listed", count(listed)),
+            ("several_velocities", count(several)),
+            ("several_impulses_only", count(several_impulses)),
+            ("without_solution", count(none)),
+            ("least_margin", FactValue::Number(least_margin)),
+            ("margin_not_above_0", count(beyond_painleve)),
+        ],
+    );
+    row
+}
+
+/// Over all sizes.
 fn whole_time(replay: &Replay) -> Row {
     with_mean(time(named(replay), &replay.solves), replay)
 }
 
-/// Both in one row.
-fn overall(replay: &Replay) -> Row {
-    with_mean(time(whole_work(replay), &replay.solves), replay)
+/// Puts the mean time over that of the first beside it: ratios carry from machine to machine better than times.
+fn put_ratios(rows: &mut [Row], replays: &[Replay]) {
+    let Some(first) = replays.first().map(|replay| replay.mean_ns) else { return };
+    for (row, replay) in rows.iter_mut().zip(replays) {
+        row.push(("over_the_first".into(), FactValue::Number((100.0 * replay.mean_ns / first).round() / 100.0)));
+    }
 }
 
 fn with_mean(mut row: Row, replay: &Replay) -> Row {
@@ -207,7 +282,7 @@ fn profile(replays: &[Replay]) -> Vec<Row> {
     let ratios = performance_ratios(&warm.iter().map(|replay| replay.costs()).collect::<Vec<_>>());
     let row = |factor: f64| {
         let share = |ratios: &Vec<f64>| FactValue::Number((1e4 * share_within(ratios, factor)).round() / 1e4);
-        let columns = warm.iter().zip(&ratios).map(|(replay, ratios)| (replay.solver.name.clone(), share(ratios)));
+        let columns = warm.iter().zip(&ratios).map(|(replay, ratios)| (replay.solver.clone(), share(ratios)));
         std::iter::once(("factor".into(), FactValue::Number(factor))).chain(columns).collect()
     };
     FACTORS.into_iter().map(row).collect()

@@ -4,7 +4,10 @@ use crate::program::rimbench;
 use crate::support::{case_by_name, cases, data_of_others, solver_by_name, solvers};
 use assert_cmd::Command;
 use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry, Unsolved};
-use rimbench::corpus::{ContactProblem, Corpus, Harvest, Start, Stretch, VARIATIONS, harvest, replay};
+use rimbench::corpus::{
+    ContactProblem, Corpus, FRICTION_VARIATIONS, FrictionMethod, FrictionalProblem, Harvest, Solve, Start, Stretch,
+    Uniqueness, VARIATIONS, harvest, harvest_with_friction, replay, replay_with_friction,
+};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -97,7 +100,7 @@ fn two_harvests_give_the_same_file() {
 
 #[test]
 fn every_variation_is_one_its_case_allows() {
-    for variation in VARIATIONS {
+    for variation in VARIATIONS.iter().chain(FRICTION_VARIATIONS) {
         let case = cases().iter().find(|case| case.name == variation.case).expect("a case of the list");
         let mut parameters = case.default_parameters();
         for (key, value) in variation.settings {
@@ -105,6 +108,112 @@ fn every_variation_is_one_its_case_allows() {
         }
         assert_ne!(parameters, case.default_parameters(), "{variation:?} changes nothing");
     }
+}
+
+/// A case whose contacts have friction is one for the other harvest; that of the cases without must not stumble over it.
+#[test]
+fn each_case_is_harvested_in_the_corpus_that_its_contacts_belong_to() {
+    let cases = vec![case_by_name("towed-block").clone(), case_by_name("bouncing-ball").clone()];
+    let plan = Harvest { cases, bytes_per_solver: 500 };
+    let only = |mut sources: Vec<&str>, case: &str| {
+        sources.retain(|source| !source.starts_with(case));
+        assert!(sources.is_empty(), "{sources:?}");
+    };
+    let without = harvest(&plan, &mut |_| {}).unwrap();
+    assert!(!without.is_empty());
+    only(without.stretches.iter().map(|stretch| &*stretch.source).collect(), "bouncing-ball ");
+    let with = harvest_with_friction(&plan, &mut |_| {}).unwrap();
+    assert!(!with.is_empty());
+    only(with.stretches.iter().map(|stretch| &*stretch.source).collect(), "towed-block ");
+    assert_eq!(with.to_text(), harvest_with_friction(&plan, &mut |_| {}).unwrap().to_text(), "not the same twice");
+}
+
+const FRICTION_FILE: &str = "data/contact-problems/friction.txt";
+
+fn committed_with_friction() -> Corpus<FrictionalProblem> {
+    Corpus::read_text(&Path::new(env!("CARGO_MANIFEST_DIR")).join(FRICTION_FILE)).unwrap()
+}
+
+#[test]
+fn the_committed_corpus_with_friction_holds_problems_of_every_case_that_has_it() {
+    let corpus = committed_with_friction();
+    assert!(corpus.len() >= 2000, "{}", corpus.len());
+    assert!(corpus.to_text().len() < 2 << 20);
+    for case in cases() {
+        let declared = case.parameters.iter().any(|parameter| parameter.name == "friction");
+        let frictional = declared && case.default_parameters().number("friction") > 0.0;
+        let harvested = !corpus.of_source(&format!("{} ", case.name)).is_empty();
+        assert_eq!(harvested, frictional, "{}", case.name);
+    }
+}
+
+/// Every problem has been solved in a run. Alone the active set of states gives up on some; with the others behind it nothing is left.
+#[test]
+fn the_methods_for_friction_solve_the_whole_corpus_in_turn_and_lemke_does_alone() {
+    let corpus = committed_with_friction();
+    let outcome = |method: FrictionMethod, start: Start| {
+        let replay = replay_with_friction(&corpus, method, start);
+        assert_eq!((replay.solves.len(), &replay.panic), (corpus.len(), &None));
+        let failed = |solve: &&Solve| !solve.solved && !solve.refused;
+        let changes: u64 = replay.solves.iter().map(|solve| u64::from(solve.stats.pivots)).sum();
+        (replay.solves.iter().filter(failed).count(), changes)
+    };
+    for start in [Start::Warm, Start::Cold] {
+        for method in [FrictionMethod::InTurn, FrictionMethod::Lemke, FrictionMethod::Enumeration] {
+            assert_eq!(outcome(method, start).0, 0, "{method} {start:?}");
+        }
+    }
+    let [warm, cold] = [Start::Warm, Start::Cold].map(|start| outcome(FrictionMethod::ActiveStates, start));
+    assert!(warm.0 < cold.0 && 5 * warm.1 < cold.1, "{warm:?} warm, {cold:?} cold");
+    assert!(50 * cold.0 < corpus.len(), "{cold:?}");
+}
+
+fn alone(problem: FrictionalProblem) -> Corpus<FrictionalProblem> {
+    Corpus { stretches: vec![Stretch { source: "made up".to_owned(), first: 0, problems: vec![problem] }] }
+}
+
+/// The rod of Painlevé at tan θ = 2 has one solution below μ = 4/3 and three above; impulses of redundant contacts are not unique at any.
+#[test]
+fn problems_with_several_solutions_are_counted() {
+    let (cos, sin) = (0.2_f64.sqrt(), 0.8_f64.sqrt());
+    // Mass and half length 1, inertia 1/3.
+    let of_rod = [1.0 + 3.0 * cos * cos, -3.0 * sin * cos, -3.0 * sin * cos, 1.0 + 3.0 * sin * sin];
+    let found = |mu: f64| {
+        let b = vec![1e-3, -1.0];
+        Uniqueness::of(&alone(FrictionalProblem { h: of_rod.into(), b, friction: vec![mu] }))
+    };
+    let (below, above) = (found(1.3), found(1.4));
+    assert_eq!((below.listed, below.several, below.beyond_painleve), (1, 0, 0), "{below:?}");
+    assert_eq!((above.listed, above.several, above.beyond_painleve), (1, 1, 1), "{above:?}");
+    // Twice the same contact.
+    let same = |row: usize, column: usize| f64::from(u8::from(row / 2 == column / 2));
+    let h: Vec<f64> = (0..16).map(|at| same(at / 4, at % 4)).collect();
+    let b = vec![-1.0, -1.0, 0.1, 0.1];
+    let redundant = Uniqueness::of(&alone(FrictionalProblem { h: h.into(), b, friction: vec![0.3; 2] }));
+    assert_eq!((redundant.several, redundant.several_impulses, redundant.none), (0, 1, 0), "{redundant:?}");
+}
+
+#[test]
+fn the_comparison_with_friction_is_written_with_what_has_several_solutions() {
+    let folder = scratch("friction");
+    let arguments = ["solvers", "--friction", "--source", "woodpecker", "--format", "json"];
+    let run = || {
+        let output = in_tree().args(arguments).arg("--out").arg(&folder).assert().success().get_output().clone();
+        let work = std::fs::read_to_string(folder.join("work.csv")).unwrap();
+        (serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap(), work)
+    };
+    let ((facts, work), (_, again)) = (run(), run());
+    assert_eq!(work, again, "work depends on the problems alone");
+    assert!(work.lines().next().unwrap().ends_with("worst_accepted_residual,fallbacks"), "{work}");
+    let overall = facts["overall"].as_array().unwrap();
+    assert_eq!(overall.len(), 2 * FrictionMethod::NAMES.len());
+    assert!(overall.iter().all(|row| row["fallbacks"].is_number()));
+    let solutions = &facts["solutions"][0];
+    assert_eq!(solutions["problems"], solutions["listed"], "the toy has three contacts");
+    let written = std::fs::read_to_string(folder.join("solutions.csv")).unwrap();
+    assert!(written.starts_with("problems,listed,several_velocities"), "{written}");
+    let figure = std::fs::read_to_string(folder.join("profile.svg")).unwrap();
+    assert!(FrictionMethod::NAMES.iter().all(|(name, _)| figure.contains(name)));
 }
 
 #[test]
@@ -214,6 +323,11 @@ fn what_cannot_be_read_or_written_is_said_in_one_error() {
         (["solvers", "--corpus", &path(&damaged)], "its checksum does not fit"),
         (["solvers", "--corpus", &path(&scratch("missing.lcp"))], "missing.lcp"),
         (["solvers", "--solver", "dantzik"], "did you mean `dantzig`?"),
+        (["solvers", "--friction", "--solver=lemk"], "did you mean `lemke`?"),
+        (["solvers", "--friction", "--source=wedge-bx"], "--source = wedge-bx is not valid"),
+        (["solvers", "--friction", &format!("--corpus={}", path(&text))], "is not a corpus of contact problems with"),
+        (["solvers", "--friction", &format!("--corpus={FILE}")], "is not a corpus of contact problems with"),
+        (["corpus", "--friction", &format!("--out={}", path(folder_of(&text)))], "is a folder; the name of a file"),
         (["solvers", "--source", "wedge-bx"], "--source = wedge-bx is not valid"),
         (["corpus", "--out", &path(&text.join("below-a-file.lcp"))], "no file can be written here"),
         // Found before the harvest, which takes half a minute.

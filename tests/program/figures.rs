@@ -18,6 +18,7 @@ use rimbench::figures::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, 
 use rimbench::figures::render;
 use rimbench::figures::style::{SeriesStyle, Styles};
 use rimbench::figures::{FigureKey, FigureList, figure_keys};
+use rimbench::name::Name;
 
 /// Every solver on 60 made-up problems, warm and cold: each slower than the one before, and the last three fail on some.
 fn replays() -> Vec<Replay> {
@@ -29,13 +30,17 @@ fn replays() -> Vec<Replay> {
             refused: false,
             time_ns: 50.0 * 1.7_f64.powi(index as i32) * (1.0 + ((7 * problem + 3 * index) % 11) as f64),
         };
-        Replay { solver: solver.clone(), start, solves: (0..60).map(solve).collect(), mean_ns: 100.0, panic: None }
+        Replay { solver: solver.name.clone(), start, solves: (0..60).map(solve).collect(), mean_ns: 100.0, panic: None }
     };
     solvers()
         .iter()
         .enumerate()
         .flat_map(|entry| [Start::Warm, Start::Cold].map(|start| replay(entry, start)))
         .collect()
+}
+
+fn solver_names() -> Vec<Name> {
+    solvers().iter().map(|solver| solver.name.clone()).collect()
 }
 
 /// The style of a built-in scheme, or a variant of one.
@@ -79,12 +84,12 @@ fn manoeuvre_sequence() {
 
 #[test]
 fn performance_profile_of_all_solvers() {
-    let drawing = draw_profile(&replays(), solvers());
+    let drawing = draw_profile(&replays(), &solver_names());
     let mut labels = vec!["60 contact problems, warm", "share of problems solved"];
     labels.extend(solvers().iter().map(|entry| &*entry.name));
     check(&drawing, "solver-profile", &labels);
     // A solver keeps its line when others are left out.
-    let alone = draw_profile(&replays()[4..6], solvers());
+    let alone = draw_profile(&replays()[4..6], &solver_names());
     let lines = |drawing: &Drawing| {
         let stroke = |shape: &Shape| match shape {
             Shape::Path { stroke, closed: false, .. } => stroke.filter(|stroke| stroke.width > 1.0),

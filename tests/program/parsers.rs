@@ -7,7 +7,7 @@
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
-use rimbench::corpus::Corpus;
+use rimbench::corpus::{Corpus, FrictionalProblem};
 use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
@@ -305,6 +305,29 @@ proptest! {
         }
         if let Err(said) = Corpus::from_bytes(&bytes) {
             prop_assert!(said.len() > 8);
+        }
+    }
+
+    /// The same of the text that problems with friction are kept in.
+    #[test]
+    fn any_corpus_with_friction_is_one_or_an_error(changes in changes(), lines in 0..60_usize, sealed in any::<bool>()) {
+        static CORPUS: LazyLock<String> =
+            LazyLock::new(|| std::fs::read_to_string(root().join("data/contact-problems/friction.txt")).unwrap());
+        let head: String = CORPUS.split_inclusive('\n').take(lines).collect();
+        let Ok(mut text) = String::from_utf8(mangled(head.as_bytes(), &changes)) else { return Ok(()) };
+        if sealed {
+            let sum: String = Sha256::digest(&text).iter().map(|byte| format!("{byte:02x}")).collect();
+            text += &format!("sha256 {sum}\n");
+        }
+        match Corpus::from_text(&text) {
+            Err(said) => prop_assert!(said.len() > 8),
+            Ok(corpus) => {
+                // What reads back is a problem: sizes fit, and nothing is infinite.
+                let sound = |problem: &FrictionalProblem| {
+                    problem.problem().contacts() > 0 && problem.b.iter().chain(&*problem.h).all(|x| x.is_finite())
+                };
+                prop_assert!(sealed && corpus.problems().all(sound));
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! The solver a simulation holds: checked after every problem, with a fallback, and counted.
 
 use super::natural_residual::natural_residual_of_rows;
-use super::{ComplementaritySolver, Lcp, Lemke, SolveStats, Solver, Unsolved, natural_residual};
+use super::{ComplementaritySolver, Lcp, Lemke, SolveStats, Solver, Unsolved, Witness, natural_residual};
 use crate::linear_algebra::SparseRows;
 
 /// Exact work counts of many solves.
@@ -65,13 +65,33 @@ pub struct Checked {
     /// The matrix of the last problem, read once it comes again.
     rows: SparseRows,
     rows_read: bool,
+    /// For the solvers of contacts with friction that are made after this one.
+    witness: Option<Witness>,
 }
 
 impl Checked {
     /// Wraps a solver; `fallback` is tried when the residual of `primary` exceeds `tolerance`.
     pub fn new(primary: Solver, fallback: Option<Lemke>, tolerance: f64) -> Self {
         let rows = SparseRows::new(primary.capacity());
-        Checked { primary, fallback, tolerance, counters: SolverCounters::default(), rows, rows_read: false }
+        Checked {
+            primary,
+            fallback,
+            tolerance,
+            counters: SolverCounters::default(),
+            rows,
+            rows_read: false,
+            witness: None,
+        }
+    }
+
+    /// Hands on who is told of problems with friction.
+    pub fn witnessed_by(self, witness: Option<Witness>) -> Self {
+        Checked { witness, ..self }
+    }
+
+    /// Returns who is told of problems with friction.
+    pub fn witness(&self) -> Option<&Witness> {
+        self.witness.as_ref()
     }
 
     /// Gives the workspace back; the next problem allocates it again.
@@ -81,7 +101,7 @@ impl Checked {
             other => other,
         };
         let fallback = self.fallback.map(|_| Lemke::new(0));
-        Checked { counters: self.counters, ..Checked::new(primary, fallback, self.tolerance) }
+        Checked { counters: self.counters, witness: self.witness, ..Checked::new(primary, fallback, self.tolerance) }
     }
 
     /// Returns the natural residual up to which an answer is accepted.

@@ -26,6 +26,7 @@ mod natural_residual;
 mod solver;
 mod sparse_active_set;
 mod unsolved;
+mod witness;
 
 pub use active_set::ActiveSet;
 pub use checked::{Checked, SolverCounters};
@@ -37,6 +38,7 @@ pub use natural_residual::natural_residual;
 pub use solver::Solver;
 pub use sparse_active_set::SparseActiveSet;
 pub use unsolved::Unsolved;
+pub use witness::{Witness, Witnessed};
 
 /// What a solver did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

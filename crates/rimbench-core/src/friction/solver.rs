@@ -3,7 +3,7 @@
 use super::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem, natural_residual,
 };
-use crate::complementarity::{SolveStats, SolverCounters, Unsolved};
+use crate::complementarity::{SolveStats, SolverCounters, Unsolved, Witness, Witnessed};
 
 /// Solves one problem after the other, each from the states of the last; every answer is measured by [`natural_residual`].
 ///
@@ -21,6 +21,8 @@ pub struct FrictionSolver {
     enumeration: Enumeration,
     lemke: CopositiveLemke,
     counters: SolverCounters,
+    /// Its number, and who is told.
+    witness: Option<(usize, Witness)>,
 }
 
 impl FrictionSolver {
@@ -35,7 +37,13 @@ impl FrictionSolver {
             enumeration: Enumeration::new(contacts),
             lemke: CopositiveLemke::new(contacts),
             counters: SolverCounters::default(),
+            witness: None,
         }
+    }
+
+    /// Tells `witness` of every problem and its answer.
+    pub fn witnessed_by(self, witness: Option<&Witness>) -> Self {
+        FrictionSolver { witness: witness.map(|witness| (witness.number(), witness.clone())), ..self }
     }
 
     /// Returns the natural residual up to which an answer is accepted.
@@ -80,6 +88,16 @@ impl FrictionSolver {
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn solve_again(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        let solved = self.find(problem, impulses);
+        if let Some((solver, witness)) = &self.witness {
+            let FrictionProblem { h, b, friction } = problem;
+            witness.tell(Witnessed { solver: *solver, h, b, friction, impulses });
+        }
+        solved
+    }
+
+    #[inline]
+    fn find(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = problem.contacts();
         if n != self.len {
             self.start_from((0..n).map(|_| ContactState::Open));

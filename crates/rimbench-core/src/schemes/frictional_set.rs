@@ -25,7 +25,7 @@ impl FrictionalSet {
                 rows: Vec::with_capacity(2 * n),
                 friction: Vec::with_capacity(n),
                 stiction: model.stiction,
-                solver: FrictionSolver::new(n, solver.tolerance),
+                solver: FrictionSolver::new(n, solver.tolerance).witnessed_by(solver.witness.as_ref()),
             })
         })
     }

@@ -116,7 +116,7 @@ fn put_matrix(m: &[f64], n: usize, bytes: &mut Vec<u8>) {
 }
 
 /// Row and column of each entry of the upper triangle, by rows.
-fn triangle(n: usize) -> impl Iterator<Item = (usize, usize)> {
+pub(super) fn triangle(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(move |i| (i..n).map(move |j| (i, j)))
 }
 

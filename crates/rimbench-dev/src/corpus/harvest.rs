@@ -1,18 +1,17 @@
 //! Runs cases that have contacts and keeps stretches of the problems their solvers were given.
 
-use super::contact_problem::{ContactProblem, Corpus, Stretch};
-use super::format::{matrix_bytes, same_bits};
-use super::recorder::recording;
-use super::selection::{Mark, select};
-use rimbench_cases::cases::Case;
+use super::contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
+use super::recorder::{recording, witnessing};
+use super::tape::Tape;
+use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
-use rimbench_core::complementarity::{Lcp, SolverEntry};
+use rimbench_core::complementarity::{Lcp, SolverEntry, Witnessed};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::Result;
+use rimbench_core::friction::ContactState;
 use rimbench_core::schemes::ModelOptions;
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Parameters of a case that a harvest sets, besides a harvest at the defaults.
@@ -45,6 +44,17 @@ pub const VARIATIONS: &[Variation] = &[
     Variation { case: "gripper", settings: &[("box_mass_kg", "500")] },
 ];
 
+/// The same for the cases with friction, which are harvested apart.
+pub const FRICTION_VARIATIONS: &[Variation] = &[
+    Variation { case: "wedge-box-friction", settings: &[("friction", "0.5")] },
+    Variation { case: "wedge-box-friction", settings: &[("friction", "0.3"), ("ledge_lead_m", "0")] },
+    Variation { case: "half-car-braking", settings: &[("restitution", "0.3"), ("tangential_restitution", "0.3")] },
+    Variation { case: "rocking-block-friction", settings: &[("friction", "0.15")] },
+    Variation { case: "slider-crank", settings: &[("friction", "0.3")] },
+    Variation { case: "slider-crank", settings: &[("restitution", "0.4"), ("tangential_restitution", "0.4")] },
+    Variation { case: "woodpecker", settings: &[("restitution", "0"), ("tangential_restitution", "0")] },
+];
+
 /// Schemes that differ in what their complementarity problems look like: none in the scheme, contacts closed at `t_k`,
 /// all contacts with gaps, one problem per macro step.
 const SCHEMES: [&str; 4] = ["zero-order-hold", "rim-nonsmooth", "rim-nonsmooth-gap", "rim-smooth-active"];
@@ -66,7 +76,14 @@ impl Default for Harvest {
     }
 }
 
-/// Runs every case that has contacts, at its defaults and with its [`VARIATIONS`], under four schemes and two macro
+impl Harvest {
+    /// What the corpus of problems with friction is made by: in text a number takes twice the bytes, and these problems are all small.
+    pub fn with_friction() -> Self {
+        Harvest { bytes_per_solver: 1500, ..Harvest::default() }
+    }
+}
+
+/// Runs every case that has contacts without friction, at its defaults and with its [`VARIATIONS`], under four schemes and two macro
 /// steps, and keeps stretches of the problems of every solver; `progress` is told the source of each run.
 ///
 /// Runs that do not complete are left out: their last problems are those of a state that has left all bounds. So are
@@ -77,29 +94,65 @@ impl Default for Harvest {
 /// # Errors
 /// A variation that the case does not allow.
 pub fn harvest(plan: &Harvest, progress: &mut dyn FnMut(&str)) -> Result<Corpus> {
-    let (mut corpus, catalogue) = (Corpus::default(), Catalogue::standard());
+    let mut corpus = Corpus::default();
+    for_every_run(plan, VARIATIONS, |spec, source| {
+        if has_friction(&spec.parameters) {
+            return Ok(());
+        }
+        let mechanics_solvers = solvers_of_mechanics(spec)?;
+        if mechanics_solvers > 0 {
+            progress(source);
+            corpus.stretches.extend(stretches_of(spec, source, mechanics_solvers, plan.bytes_per_solver)?);
+        }
+        Ok(())
+    })?;
+    Ok(corpus)
+}
+
+/// Does the same for the cases that have friction, with the [`FRICTION_VARIATIONS`].
+///
+/// Micro steps of a model that go on with their states pose no problem, and are not among them.
+///
+/// # Errors
+/// A variation that the case does not allow.
+pub fn harvest_with_friction(plan: &Harvest, progress: &mut dyn FnMut(&str)) -> Result<Corpus<FrictionalProblem>> {
+    let mut corpus = Corpus::default();
+    for_every_run(plan, FRICTION_VARIATIONS, |spec, source| {
+        if has_friction(&spec.parameters) {
+            progress(source);
+            corpus.stretches.extend(frictional_stretches_of(spec, source, plan.bytes_per_solver)?);
+        }
+        Ok(())
+    })?;
+    Ok(corpus)
+}
+
+/// Whether the case has friction with these parameters.
+fn has_friction(parameters: &Parameters) -> bool {
+    let declared = parameters.iter().any(|(parameter, _)| parameter.name == "friction");
+    declared && parameters.number("friction") > 0.0
+}
+
+/// Every case at its defaults and with its variations, under all schemes and macro steps.
+fn for_every_run(
+    plan: &Harvest,
+    variations: &[Variation],
+    mut run: impl FnMut(&RunSpec, &str) -> Result<()>,
+) -> Result<()> {
+    let catalogue = Catalogue::standard();
     for case in &plan.cases {
-        let variations = VARIATIONS.iter().filter(|variation| variation.case == case.name);
+        let variations = variations.iter().filter(|variation| variation.case == case.name);
         for settings in std::iter::once(&[][..]).chain(variations.map(|variation| variation.settings)) {
             for scheme in SCHEMES {
                 for factor in MACRO_STEPS {
                     let macro_step = factor * case.defaults.macro_step_s;
                     let (spec, source) = run_of(&catalogue, case, settings, scheme, macro_step)?;
-                    let mechanics_solvers = solvers_of_mechanics(&spec)?;
-                    if mechanics_solvers > 0 {
-                        progress(&source);
-                        corpus.stretches.extend(stretches_of(
-                            &spec,
-                            &source,
-                            mechanics_solvers,
-                            plan.bytes_per_solver,
-                        )?);
-                    }
+                    run(&spec, &source)?;
                 }
             }
         }
     }
-    Ok(corpus)
+    Ok(())
 }
 
 /// A run, and what to call it.
@@ -135,101 +188,86 @@ fn solvers_of_mechanics(spec: &RunSpec) -> Result<usize> {
 
 /// The stretches of one run that are kept.
 fn stretches_of(spec: &RunSpec, source: &str, mechanics_solvers: usize, budget: usize) -> Result<Vec<Stretch>> {
-    let tapes: Arc<Mutex<BTreeMap<usize, Tape>>> = Arc::default();
-    let locked = || tapes.lock().unwrap_or_else(PoisonError::into_inner);
-    let on_tape = |note: fn(&mut Tape, Lcp<'_>, &[f64])| {
-        let tapes = Arc::clone(&tapes);
-        let (solver, _) = recording(move |solver, lcp, z| {
-            note(tapes.lock().unwrap_or_else(PoisonError::into_inner).entry(solver).or_default(), lcp, z);
-        });
-        simulate(&with_solver(spec, &solver), Bounds::default(), None, StopFlag::never())
+    let tapes: Tapes<ContactProblem, Vec<bool>> = Tapes::default();
+    let run = |note: fn(&mut Tape<ContactProblem, Vec<bool>>, Lcp<'_>, &[f64])| {
+        let tapes = tapes.clone();
+        let (solver, _) = recording(move |solver, lcp, z| tapes.of(solver, |tape| note(tape, lcp, z)));
+        completes(&with_solver(spec, &solver))
     };
-    if on_tape(Tape::mark)?.report.outcome != Outcome::Completed {
+    if !run(|tape, lcp, z| tape.mark(problem_of(lcp), z.iter().map(|z| *z > 0.0).collect()))? {
         return Ok(Vec::new());
     }
-    for tape in locked().values_mut() {
-        tape.rewind(budget);
-    }
-    on_tape(|tape, lcp, _| tape.keep(lcp))?;
-    let name = |solver: usize| if solver < mechanics_solvers { "mechanics" } else { "scheme" };
-    let tapes = std::mem::take(&mut *locked()).into_iter();
-    Ok(tapes.flat_map(|(solver, tape)| tape.stretches(&format!("{source} {}", name(solver)))).collect())
+    tapes.rewind(budget);
+    run(|tape, lcp, _| tape.keep(|| problem_of(lcp)))?;
+    Ok(tapes.stretches(source, mechanics_solvers))
 }
 
-/// The problems of one solver: first all of them, marked; then those chosen.
-#[derive(Default)]
-struct Tape {
-    marks: Vec<Mark>,
-    previous: Option<ContactProblem>,
-    active: Vec<bool>,
-    position: usize,
-    chosen: Vec<Range<usize>>,
-    kept: Vec<Vec<ContactProblem>>,
+fn problem_of(lcp: Lcp<'_>) -> ContactProblem {
+    ContactProblem { m: lcp.m.into(), q: lcp.q.to_vec() }
 }
 
-impl Tape {
-    /// The problem with the matrix of the one before, if it is the same.
-    fn take(&mut self, lcp: Lcp<'_>) -> (ContactProblem, bool) {
-        let shared = self.previous.take().filter(|previous| same_bits(&previous.m, lcp.m)).map(|previous| previous.m);
-        let same = shared.is_some();
-        (ContactProblem { m: shared.unwrap_or_else(|| lcp.m.into()), q: lcp.q.to_vec() }, same)
+/// The same with friction, where a change is one of states.
+fn frictional_stretches_of(spec: &RunSpec, source: &str, budget: usize) -> Result<Vec<Stretch<FrictionalProblem>>> {
+    let (solver, witness) = witnessing(|_| {});
+    (spec.case.build)(&spec.parameters, &solver)?;
+    let mechanics_solvers = witness.solvers();
+    let tapes: Tapes<FrictionalProblem, Vec<ContactState>> = Tapes::default();
+    let run = |note: fn(&mut Tape<FrictionalProblem, Vec<ContactState>>, Witnessed<'_>)| {
+        let tapes = tapes.clone();
+        let (solver, _) = witnessing(move |witnessed| tapes.of(witnessed.solver, |tape| note(tape, witnessed)));
+        completes(&with_solver(spec, &solver))
+    };
+    if !run(|tape, witnessed| tape.mark(frictional_problem_of(witnessed), states_of(witnessed)))? {
+        return Ok(Vec::new());
     }
+    tapes.rewind(budget);
+    run(|tape, witnessed| tape.keep(|| frictional_problem_of(witnessed)))?;
+    Ok(tapes.stretches(source, mechanics_solvers))
+}
 
-    fn mark(&mut self, lcp: Lcp<'_>, z: &[f64]) {
-        let n = lcp.q.len();
-        let (problem, same_matrix) = self.take(lcp);
-        let active: Vec<bool> = z.iter().map(|z| *z > 0.0).collect();
-        let matrix_bytes = match self.marks.last() {
-            Some(mark) if same_matrix => mark.matrix_bytes,
-            _ => matrix_bytes(lcp.m, n),
-        };
-        let trivial = lcp.q.iter().all(|q| *q >= 0.0);
-        self.marks.push(Mark { n, changed: active != self.active, trivial, same_matrix, matrix_bytes });
-        (self.previous, self.active) = (Some(problem), active);
-    }
+fn frictional_problem_of(witnessed: Witnessed<'_>) -> FrictionalProblem {
+    let Witnessed { h, b, friction, .. } = witnessed;
+    FrictionalProblem { h: h.into(), b: b.to_vec(), friction: friction.to_vec() }
+}
 
-    fn rewind(&mut self, budget: usize) {
-        self.chosen = select(&self.marks, budget);
-        self.kept = self.chosen.iter().map(|stretch| Vec::with_capacity(stretch.len())).collect();
-        (self.marks, self.previous, self.position) = (Vec::new(), None, 0);
-    }
+fn states_of(witnessed: Witnessed<'_>) -> Vec<ContactState> {
+    let (p_n, p_t) = witnessed.impulses.split_at(witnessed.friction.len());
+    let state = |((p_n, p_t), mu): ((&f64, &f64), &f64)| ContactState::of_impulses(*p_n, *p_t, *mu);
+    p_n.iter().zip(p_t).zip(witnessed.friction).map(state).collect()
+}
 
-    fn keep(&mut self, lcp: Lcp<'_>) {
-        let position = self.position;
-        self.position += 1;
-        if let Some(slot) = self.chosen.iter().position(|stretch| stretch.contains(&position)) {
-            let (problem, _) = self.take(lcp);
-            self.kept[slot].push(problem.clone());
-            self.previous = Some(problem);
-        }
-    }
+fn completes(spec: &RunSpec) -> Result<bool> {
+    let run = simulate(spec, Bounds::default(), None, StopFlag::never())?;
+    Ok(run.report.outcome == Outcome::Completed)
+}
 
-    /// Problems without contact need no solver and are left out; they were marked, so that the choice is one of the run.
-    fn stretches(self, source: &str) -> Vec<Stretch> {
-        let with_contact = |problem: &ContactProblem| !problem.q.is_empty();
-        let stretch = |(range, problems): (Range<usize>, Vec<ContactProblem>)| {
-            let skipped = problems.iter().position(with_contact)?;
-            let problems = problems.into_iter().filter(with_contact).collect();
-            Some(Stretch { source: source.to_owned(), first: (range.start + skipped) as u64, problems })
-        };
-        self.chosen.into_iter().zip(self.kept).filter_map(stretch).collect()
+/// The tapes of all solvers of a run, in the order in which these were built.
+struct Tapes<P, S>(Arc<Mutex<BTreeMap<usize, Tape<P, S>>>>);
+
+impl<P, S> Default for Tapes<P, S> {
+    fn default() -> Self {
+        Tapes(Arc::default())
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl<P, S> Clone for Tapes<P, S> {
+    fn clone(&self) -> Self {
+        Tapes(Arc::clone(&self.0))
+    }
+}
 
-    #[test]
-    fn problems_without_contact_are_left_out_and_the_others_keep_their_place() {
-        let mut tape = Tape { chosen: vec![3..8, 9..11], kept: vec![Vec::new(); 2], ..Tape::default() };
-        for position in 0..12 {
-            let (m, q) = ([1.0], [f64::from(position)]);
-            let contacts = usize::from(![3, 4, 6, 9, 10].contains(&position));
-            tape.keep(Lcp::new(&m[..contacts], &q[..contacts]));
-        }
-        let stretches = tape.stretches("ball");
-        let q: Vec<f64> = stretches[0].problems.iter().map(|problem| problem.q[0]).collect();
-        assert_eq!((stretches.len(), stretches[0].first, q), (1, 5, vec![5.0, 7.0]));
+impl<P: Posed, S: PartialEq> Tapes<P, S> {
+    fn of(&self, solver: usize, note: impl FnOnce(&mut Tape<P, S>)) {
+        note(self.0.lock().unwrap_or_else(PoisonError::into_inner).entry(solver).or_default());
+    }
+
+    fn rewind(&self, budget: usize) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).values_mut().for_each(|tape| tape.rewind(budget));
+    }
+
+    fn stretches(&self, source: &str, mechanics_solvers: usize) -> Vec<Stretch<P>> {
+        let name = |solver: usize| if solver < mechanics_solvers { "mechanics" } else { "scheme" };
+        let tapes = std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner)).into_iter();
+        tapes.flat_map(|(solver, tape)| tape.stretches(&format!("{source} {}", name(solver)))).collect()
     }
 }

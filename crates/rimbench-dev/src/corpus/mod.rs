@@ -12,13 +12,17 @@
 
 mod contact_problem;
 mod format;
+mod friction_method;
 mod harvest;
 mod plot;
 mod recorder;
 mod replay;
 mod selection;
+mod tape;
+mod text;
 
-pub use contact_problem::{ContactProblem, Corpus, Stretch};
-pub use harvest::{Harvest, VARIATIONS, Variation, harvest};
+pub use contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
+pub use friction_method::{FrictionMethod, Uniqueness};
+pub use harvest::{FRICTION_VARIATIONS, Harvest, VARIATIONS, Variation, harvest, harvest_with_friction};
 pub use plot::draw_profile;
-pub use replay::{Replay, Solve, Start, replay};
+pub use replay::{Replay, Solve, Start, replay, replay_with_friction};

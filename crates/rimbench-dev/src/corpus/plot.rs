@@ -1,12 +1,11 @@
 //! The performance profile as a figure.
 
 use super::replay::{Replay, Start};
-use rimbench_core::complementarity::SolverEntry;
+use rimbench_core::name::Name;
 use rimbench_figures::chart::{Axis, Figure, LegendPlace, Mode, Panel, Series};
 use rimbench_figures::drawing::Drawing;
 use rimbench_figures::style::style_in_list;
 use rimbench_statistics::{performance_ratios, share_within};
-use std::sync::Arc;
 
 const WIDTH: f64 = 940.0;
 const HEIGHT: f64 = 520.0;
@@ -19,7 +18,7 @@ const DECADES: f64 = 6.0;
 ///
 /// A solver has the same line in every such figure, whichever others are beside it, by its place among all that are `known`; the
 /// line ends where it has solved all problems.
-pub fn draw_profile(replays: &[Replay], known: &[Arc<SolverEntry>]) -> Drawing {
+pub fn draw_profile(replays: &[Replay], known: &[Name]) -> Drawing {
     let warm: Vec<&Replay> = replays.iter().filter(|replay| replay.start == Start::Warm).collect();
     let costs: Vec<Vec<f64>> = warm.iter().map(|replay| replay.costs()).collect();
     let (problems, ratios) = (costs.first().map_or(0, Vec::len), performance_ratios(&costs));
@@ -40,8 +39,8 @@ pub fn draw_profile(replays: &[Replay], known: &[Arc<SolverEntry>]) -> Drawing {
         let mut all = false;
         let share = |share: f64| if std::mem::replace(&mut all, share >= 1.0) { f64::NAN } else { share };
         let curve = factors.iter().copied().zip(shares.iter().map(|row| row[solver]).map(share)).collect();
-        let in_list = known.iter().position(|entry| entry.name == replay.solver.name).unwrap_or(known.len());
-        let (name, style) = (&*replay.solver.name, style_in_list(in_list));
+        let in_list = known.iter().position(|name| *name == replay.solver).unwrap_or(known.len());
+        let (name, style) = (&*replay.solver, style_in_list(in_list));
         panel = panel.series(Series::new(name, curve, style).mode(Mode::LineMarkers));
     }
     Figure::new(WIDTH, HEIGHT).columns(1).legend(LegendPlace::Right).panel(panel).draw()

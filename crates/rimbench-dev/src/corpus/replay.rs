@@ -1,7 +1,9 @@
 //! Gives a corpus to a solver and measures what it does.
 
-use super::contact_problem::{ContactProblem, Corpus, Stretch};
-use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, SolverEntry, Unsolved};
+use super::contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
+use super::friction_method::{BareFriction, FrictionMethod};
+use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, Solver, SolverEntry, Unsolved};
+use rimbench_core::name::Name;
 use rimbench_statistics::median;
 use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -35,8 +37,8 @@ pub struct Solve {
 /// What a solver made of a corpus.
 #[derive(Debug, Clone)]
 pub struct Replay {
-    /// The solver.
-    pub solver: Arc<SolverEntry>,
+    /// The solver's name.
+    pub solver: Name,
     /// What it knew.
     pub start: Start,
     /// One per problem, in the order of the corpus.
@@ -65,26 +67,79 @@ const REPETITIONS: usize = 31;
 /// Everything but the times is the same at every call. A time is the median over repetitions of the whole stretch, so
 /// that a warm start always has the same past; the clock's own time, measured first, is subtracted.
 pub fn replay(corpus: &Corpus, solver: &Arc<SolverEntry>, start: Start) -> Replay {
-    catch_unwind(AssertUnwindSafe(|| replay_or_panic(corpus, solver, start))).unwrap_or_else(|panic| {
+    let build = || (solver.build)(corpus.largest());
+    caught(corpus, &solver.name, solver.tolerance, start, build)
+}
+
+/// Does the same with problems that have friction and a method that solves them.
+pub fn replay_with_friction(corpus: &Corpus<FrictionalProblem>, method: FrictionMethod, start: Start) -> Replay {
+    let build = || method.build(corpus.largest());
+    caught(corpus, &method.name(), FrictionMethod::TOLERANCE, start, build)
+}
+
+/// A solver without its fallback.
+trait Bare<P> {
+    /// Forgets the problems before.
+    fn reset(&mut self);
+
+    /// Writes impulses, and says how good they are.
+    fn solve(&mut self, problem: &P, z: &mut [f64]) -> Result<SolveStats, Unsolved>;
+}
+
+impl Bare<ContactProblem> for Solver {
+    fn reset(&mut self) {
+        ComplementaritySolver::reset(self);
+    }
+
+    fn solve(&mut self, problem: &ContactProblem, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        ComplementaritySolver::solve(self, black_box(problem.lcp()), z)
+    }
+}
+
+impl Bare<FrictionalProblem> for BareFriction {
+    fn reset(&mut self) {
+        self.forget();
+    }
+
+    fn solve(&mut self, problem: &FrictionalProblem, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        self.attempt(black_box(problem.problem()), z)
+    }
+}
+
+/// A solver that panics fails at every problem.
+fn caught<P: Posed, B: Bare<P>>(
+    corpus: &Corpus<P>,
+    name: &Name,
+    tolerance: f64,
+    start: Start,
+    build: impl Fn() -> B,
+) -> Replay {
+    let replayed = catch_unwind(AssertUnwindSafe(|| replay_or_panic(corpus, name, tolerance, start, build())));
+    replayed.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-        let failed = |problem: &ContactProblem| judge(problem.q.len(), Err(Unsolved::NonFinite), solver.tolerance);
+        let failed = |problem: &P| judge(problem.contacts(), Err(Unsolved::NonFinite), tolerance);
         let solves = corpus.problems().map(failed).collect();
         let panic = Some(text.unwrap_or("no message").to_owned());
-        Replay { solver: solver.clone(), start, solves, mean_ns: f64::NAN, panic }
+        Replay { solver: name.clone(), start, solves, mean_ns: f64::NAN, panic }
     })
 }
 
-fn replay_or_panic(corpus: &Corpus, solver: &Arc<SolverEntry>, start: Start) -> Replay {
-    let mut bare = (solver.build)(corpus.largest());
-    let mut z = vec![0.0; corpus.largest()];
+fn replay_or_panic<P: Posed, B: Bare<P>>(
+    corpus: &Corpus<P>,
+    name: &Name,
+    tolerance: f64,
+    start: Start,
+    mut bare: B,
+) -> Replay {
+    let mut z = vec![0.0; corpus.problems().map(P::unknowns).max().unwrap_or(0)];
     let clock_ns = clock_ns();
     let solves = Vec::with_capacity(corpus.len());
-    let mut replay = Replay { solver: solver.clone(), start, solves, mean_ns: f64::NAN, panic: None };
+    let mut replay = Replay { solver: name.clone(), start, solves, mean_ns: f64::NAN, panic: None };
     let (mut total_ns, mut count) = (0.0, 0.0);
     for stretch in &corpus.stretches {
         let first = replay.solves.len();
         let began = Instant::now();
-        pass(stretch, &mut bare, start, &mut z, |n, result, _| replay.solves.push(judge(n, result, solver.tolerance)));
+        pass(stretch, &mut bare, start, &mut z, |n, result, _| replay.solves.push(judge(n, result, tolerance)));
         let repetitions =
             (ENOUGH.as_secs_f64() / began.elapsed().as_secs_f64()).clamp(1.0, REPETITIONS as f64) as usize;
         let mut times = vec![Vec::with_capacity(repetitions); stretch.problems.len()];
@@ -109,9 +164,9 @@ fn replay_or_panic(corpus: &Corpus, solver: &Arc<SolverEntry>, start: Start) -> 
 }
 
 /// One pass over a stretch, with a clock around every solve.
-fn pass(
-    stretch: &Stretch,
-    solver: &mut dyn ComplementaritySolver,
+fn pass<P: Posed>(
+    stretch: &Stretch<P>,
+    solver: &mut impl Bare<P>,
     start: Start,
     z: &mut [f64],
     mut done: impl FnMut(usize, Result<SolveStats, Unsolved>, Duration),
@@ -121,23 +176,22 @@ fn pass(
         if start == Start::Cold {
             solver.reset();
         }
-        let n = problem.q.len();
         let began = Instant::now();
-        let result = solver.solve(black_box(problem.lcp()), &mut z[..n]);
+        let result = solver.solve(problem, &mut z[..problem.unknowns()]);
         let elapsed = began.elapsed();
-        done(n, result, elapsed);
+        done(problem.contacts(), result, elapsed);
     }
 }
 
 /// One pass over a stretch, with a clock around the whole.
-fn untimed_pass_ns(stretch: &Stretch, solver: &mut dyn ComplementaritySolver, start: Start, z: &mut [f64]) -> f64 {
+fn untimed_pass_ns<P: Posed>(stretch: &Stretch<P>, solver: &mut impl Bare<P>, start: Start, z: &mut [f64]) -> f64 {
     solver.reset();
     let began = Instant::now();
     for problem in &stretch.problems {
         if start == Start::Cold {
             solver.reset();
         }
-        black_box(solver.solve(black_box(problem.lcp()), &mut z[..problem.q.len()])).ok();
+        black_box(solver.solve(problem, &mut z[..problem.unknowns()])).ok();
     }
     began.elapsed().as_nanos() as f64
 }

@@ -124,6 +124,7 @@ fn rival(
         about: about.into(),
         guaranteed: guaranteed.into(),
         build: Arc::new(build),
+        witness: None,
         ..SolverEntry::active_set()
     }
 }

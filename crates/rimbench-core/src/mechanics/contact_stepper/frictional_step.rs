@@ -128,7 +128,7 @@ impl ContactStepper {
         let contacts = FrictionalContacts {
             law: friction,
             coefficients: vec![coefficient; n],
-            solver: FrictionSolver::new(n, self.solver.tolerance()),
+            solver: FrictionSolver::new(n, self.solver.tolerance()).witnessed_by(self.solver.witness()),
             h: vec![0.0; 4 * n * n],
             b: vec![0.0; 2 * n],
             w: vec![0.0; 2 * n],
