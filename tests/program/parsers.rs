@@ -152,8 +152,8 @@ fn root() -> &'static Path {
 /// The first bytes of a file of this project, whole lines.
 fn beginning(path: &str, bytes: usize) -> Vec<u8> {
     let all = std::fs::read(root().join(path)).unwrap();
-    let end = all.iter().enumerate().filter(|(at, byte)| **byte == b'\n' && *at < bytes).map(|(at, _)| at + 1).last();
-    all[..end.unwrap_or(all.len())].to_vec()
+    let end = all[..bytes.min(all.len())].iter().rposition(|byte| *byte == b'\n');
+    all[..end.map_or(all.len(), |at| at + 1)].to_vec()
 }
 
 /// A valid text of every kind.
