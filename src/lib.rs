@@ -13,6 +13,7 @@
 //! | package | rooms | what they hold |
 //! |---|---|---|
 //! | `rimbench-dev` | [`perf`], [`corpus`], [`panel`] | performance tracker, contact problems of actual runs, rival solvers |
+//! | `rimbench-fmi` | [`fmi`] | sides of cases as FMUs for others, FMUs of others as sides of cases |
 //! | `rimbench-figures` | [`figures`] | figures and the report, from result files; never simulates |
 //! | `rimbench-harness` | [`harness`] | experiment file → plan → runs → result files |
 //! | `rimbench-results` | [`atomic_file`], [`results_table`], [`checksums`] | files written whole or not at all, read back by column name, checked |
@@ -42,6 +43,7 @@ pub use rimbench_core::{
 };
 pub use rimbench_dev::{corpus, panel, perf};
 pub use rimbench_figures as figures;
+pub use rimbench_fmi as fmi;
 pub use rimbench_harness as harness;
 pub use rimbench_results::{atomic_file, checksums, results_table};
 pub use rimbench_statistics as statistics;

@@ -6,6 +6,7 @@ mod collect;
 mod corpus;
 mod export;
 mod figures;
+mod fmu;
 mod import;
 mod interruption;
 mod json;
@@ -29,8 +30,14 @@ mod summary;
 mod verify;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use rimbench::catalogue::Catalogue;
+use rimbench::error::{Error, Result};
 use rimbench::everything;
+use rimbench::fmi::import::read_case;
 use rimbench::harness::{Cache, CheckedClaim, Verdict};
+use rimbench::runs::RunRequest;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Benchmark of non-iterative co-simulation of mechanical systems with contact.
@@ -39,6 +46,9 @@ use std::process::ExitCode;
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// A file that makes a case of two FMUs, which is then there by its name; may be repeated
+    #[arg(long, value_name = "FILE.toml", global = true)]
+    case_file: Vec<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -67,6 +77,8 @@ enum Command {
     Limit(limit::Limit),
     /// Say which scheme and macro step are cheapest within an error, and why not the others
     Advise(advise::Advise),
+    /// Write one side of a case as an FMU, for other masters
+    Fmu(fmu::Fmu),
     /// Record the program's own performance, and compare records or git revisions
     Perf(perf::Perf),
     /// List what there is, by name
@@ -77,6 +89,9 @@ enum Command {
     Solvers(solvers::Solvers),
     /// Print a JSON Schema of a kind of file, made from what there is
     Schema(schema::Schema),
+    /// Drive an FMU for another process of this program
+    #[command(name = rimbench::fmi::import::WORKER, hide = true)]
+    FmuWorker,
     /// Print what a shell needs to complete commands and options
     Completions(shell::Completions),
     /// Print a manual page
@@ -104,7 +119,13 @@ impl Cli {
     /// # Errors
     /// Bad input, or a place that cannot be written.
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        let catalogue = &everything()?;
+        if matches!(self.command, Command::FmuWorker) {
+            rimbench::fmi::import::serve()?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let mut catalogue = everything()?;
+        self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, file).map(drop))?;
+        let catalogue = &catalogue;
         match self.command {
             Command::Reproduce(command) => command.run(catalogue)?,
             Command::Simulate(command) => command.run(catalogue)?,
@@ -118,6 +139,7 @@ impl Cli {
             Command::Limit(command) => command.run(catalogue)?,
             Command::Advise(command) => return command.run(catalogue),
             Command::Figures(command) => return command.run(catalogue),
+            Command::Fmu(command) => command.run(catalogue)?,
             Command::Perf(command) => return command.run(),
             Command::List(command) => command.run(catalogue)?,
             Command::Corpus(command) => command.run()?,
@@ -125,9 +147,31 @@ impl Cli {
             Command::Schema(command) => command.run(catalogue)?,
             Command::Completions(command) => command.run()?,
             Command::Man(command) => command.run()?,
+            Command::FmuWorker => {}
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// Adds the case that a file makes of two FMUs; returns its name.
+fn add_case_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
+    // FMUs in processes of their own: those of this program.
+    let program = std::env::current_exe()
+        .map_err(|error| Error::file(file, format!("this program cannot find itself: {error}")))?;
+    let case = read_case(file, Some(&program))?;
+    let name = case.name.to_string();
+    catalogue.add_case(case)?;
+    Ok(name)
+}
+
+/// The same catalogue, with the case of a request in it where that is given as a file that makes a case of FMUs.
+fn with_case_file<'a>(catalogue: &'a Catalogue, request: &mut RunRequest) -> Result<Cow<'a, Catalogue>> {
+    let Some(file) = request.case.as_ref().filter(|case| case.ends_with(".toml")) else {
+        return Ok(Cow::Borrowed(catalogue));
+    };
+    let mut catalogue = catalogue.clone();
+    request.case = Some(add_case_file(&mut catalogue, Path::new(file))?);
+    Ok(Cow::Owned(catalogue))
 }
 
 /// Prints to standard output; a reader that closed the pipe early is no error.

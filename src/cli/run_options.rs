@@ -26,22 +26,29 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> RunOptions<SCANS, ONE_SCHEME> {
         for (key, text) in &self.given {
             request.put(key, text)?;
         }
-        for assignment in &self.set {
-            let (key, value) = assignment
-                .split_once('=')
-                .ok_or_else(|| Error::invalid("--set", assignment, "key=value, for example box_mass_kg=250"))?;
-            let (key, value) = (key.trim().to_owned(), value.trim().to_owned());
-            if let Some((_, earlier)) = request.set.iter().find(|(known, _)| *known == key) {
-                return Err(Error::invalid("--set", assignment, format!("each key once; {key} is {earlier} already")));
-            }
-            request.set.push((key, value));
-        }
+        request.set = assignments(&self.set)?;
         Ok(request)
     }
 
     fn options() -> impl Iterator<Item = &'static RunOption> {
         RunRequest::OPTIONS.iter().filter(|option| !(SCANS && SCANNED.contains(&option.key)))
     }
+}
+
+/// Reads parameters of the case, each as `key=value`.
+pub(super) fn assignments(texts: &[String]) -> Result<Vec<(String, String)>> {
+    let mut set: Vec<(String, String)> = Vec::with_capacity(texts.len());
+    for assignment in texts {
+        let (key, value) = assignment
+            .split_once('=')
+            .ok_or_else(|| Error::invalid("--set", assignment, "key=value, for example box_mass_kg=250"))?;
+        let (key, value) = (key.trim().to_owned(), value.trim().to_owned());
+        if let Some((_, earlier)) = set.iter().find(|(known, _)| *known == key) {
+            return Err(Error::invalid("--set", assignment, format!("each key once; {key} is {earlier} already")));
+        }
+        set.push((key, value));
+    }
+    Ok(set)
 }
 
 /// The flag of an option: its key without the unit of time.

@@ -3,7 +3,7 @@
 use super::json::Object;
 use super::progress::Heartbeat;
 use super::run_options::RunOptions;
-use super::{Format, complain, print, table};
+use super::{Format, complain, print, table, with_case_file};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::cases::Value as ParameterValue;
@@ -31,7 +31,9 @@ pub struct Simulate {
 
 impl Simulate {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        let spec = self.run.request()?.resolve_built(catalogue)?;
+        let mut request = self.run.request()?;
+        let catalogue = with_case_file(catalogue, &mut request)?;
+        let spec = request.resolve_built(&catalogue)?;
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
             check_writable_file(path)?;
@@ -55,7 +57,7 @@ impl Simulate {
 }
 
 /// Writes the trace columns of a case, every communication point.
-fn write_trace(path: &Path, trajectory: &Trajectory, columns: usize) -> Result<()> {
+pub(super) fn write_trace(path: &Path, trajectory: &Trajectory, columns: usize) -> Result<()> {
     write_atomically(path, |file| {
         let mut writer = csv::Writer::from_writer(file);
         writer.write_record(&trajectory.columns()[..columns])?;

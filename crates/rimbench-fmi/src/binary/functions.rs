@@ -1,0 +1,406 @@
+//! The functions of FMI 3.0 as a master calls them, written by hand after the standard's `fmi3FunctionTypes.h`.
+//!
+//! Every call is held: a panic is `fmi3Fatal` and never goes through the caller. What the master hands over are pointers that it
+//! vouches for, as the standard asks.
+
+#![allow(unsafe_code, reason = "functions with names and pointers of another language")]
+
+use super::instance::{Instance, Kept};
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::ptr;
+
+const OK: i32 = 0;
+const ERROR: i32 = 3;
+const FATAL: i32 = 4;
+
+/// Environment of the master, status, category, message.
+type Log = Option<unsafe extern "C" fn(*mut c_void, i32, *const c_char, *const c_char)>;
+
+/// An instance, and where it may speak.
+pub struct Handle {
+    instance: Instance,
+    environment: *mut c_void,
+    log: Log,
+    /// Texts that were asked for last.
+    texts: Vec<CString>,
+}
+
+/// A state that a master keeps.
+pub struct KeptState(Kept);
+
+fn say(environment: *mut c_void, log: Log, status: i32, message: &str) {
+    if let Some(log) = log {
+        let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
+        // SAFETY: the master gave the function for this environment, and both texts outlive the call.
+        unsafe { log(environment, status, c"error".as_ptr(), message.as_ptr()) };
+    }
+}
+
+/// Calls `act` on an instance; a refusal is told and becomes `fmi3Error`, a panic `fmi3Fatal`.
+fn with(handle: *mut Handle, act: impl FnOnce(&mut Handle) -> Result<(), String>) -> i32 {
+    // SAFETY: the master hands over what `fmi3InstantiateCoSimulation` gave it, from one thread at a time.
+    let Some(handle) = (unsafe { handle.as_mut() }) else { return ERROR };
+    let (environment, log) = (handle.environment, handle.log);
+    match catch_unwind(AssertUnwindSafe(|| act(handle))) {
+        Ok(Ok(())) => OK,
+        Ok(Err(message)) => {
+            say(environment, log, ERROR, &message);
+            ERROR
+        }
+        Err(_) => {
+            say(environment, log, FATAL, "a defect of rimbench: the model panicked");
+            FATAL
+        }
+    }
+}
+
+/// A list that a master hands over.
+///
+/// # Safety
+/// `first` points to `count` values, or `count` is 0.
+unsafe fn list<'a, T>(first: *const T, count: usize) -> &'a [T] {
+    if count == 0 || first.is_null() { &[] } else { unsafe { std::slice::from_raw_parts(first, count) } }
+}
+
+/// Room that a master hands over.
+///
+/// # Safety
+/// `first` points to `count` values that nobody else uses, or `count` is 0.
+unsafe fn room<'a, T>(first: *mut T, count: usize) -> &'a mut [T] {
+    if count == 0 || first.is_null() { &mut [] } else { unsafe { std::slice::from_raw_parts_mut(first, count) } }
+}
+
+/// # Safety
+/// A text that ends in zero, or null.
+unsafe fn words<'a>(text: *const c_char) -> &'a str {
+    if text.is_null() { "" } else { unsafe { CStr::from_ptr(text) }.to_str().unwrap_or_default() }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn fmi3GetVersion() -> *const c_char {
+    c"3.0".as_ptr()
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3InstantiateCoSimulation(
+    _name: *const c_char,
+    token: *const c_char,
+    resources: *const c_char,
+    _visible: bool,
+    _logging: bool,
+    event_mode: bool,
+    _early_return: bool,
+    _intermediate: *const u32,
+    _intermediates: usize,
+    environment: *mut c_void,
+    log: Log,
+    _update: *const c_void,
+) -> *mut Handle {
+    let (token, resources) = unsafe { (words(token), words(resources)) };
+    let made = catch_unwind(|| {
+        if event_mode {
+            return Err("event mode is not offered".to_owned());
+        }
+        Instance::new(token, Path::new(resources.strip_prefix("file://").unwrap_or(resources)))
+    });
+    match made {
+        Ok(Ok(instance)) => Box::into_raw(Box::new(Handle { instance, environment, log, texts: Vec::new() })),
+        Ok(Err(message)) => {
+            say(environment, log, ERROR, &message);
+            ptr::null_mut()
+        }
+        Err(_) => ptr::null_mut(),
+    }
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3FreeInstance(handle: *mut Handle) {
+    if !handle.is_null() {
+        // SAFETY: it came from `Box::into_raw`, and the master gives it back once.
+        let owned = unsafe { Box::from_raw(handle) };
+        let _ = catch_unwind(AssertUnwindSafe(|| drop(owned)));
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn fmi3EnterInitializationMode(
+    handle: *mut Handle,
+    _has_tolerance: bool,
+    _tolerance: f64,
+    start: f64,
+    _has_stop: bool,
+    _stop: f64,
+) -> i32 {
+    with(handle, |handle| {
+        handle.instance.enter_initialization(start);
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn fmi3ExitInitializationMode(handle: *mut Handle) -> i32 {
+    with(handle, |handle| handle.instance.exit_initialization())
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn fmi3Terminate(handle: *mut Handle) -> i32 {
+    with(handle, |_| Ok(()))
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn fmi3Reset(handle: *mut Handle) -> i32 {
+    with(handle, |handle| handle.instance.reset())
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn fmi3SetDebugLogging(
+    handle: *mut Handle,
+    _on: bool,
+    _count: usize,
+    _categories: *const *const c_char,
+) -> i32 {
+    with(handle, |_| Ok(()))
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3GetFloat64(h: *mut Handle, refs: *const u32, n: usize, values: *mut f64, count: usize) -> i32 {
+    let (refs, values) = unsafe { (list(refs, n), room(values, count)) };
+    with(h, |handle| handle.instance.get_numbers(refs, values))
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3SetFloat64(
+    h: *mut Handle,
+    refs: *const u32,
+    n: usize,
+    values: *const f64,
+    count: usize,
+) -> i32 {
+    let (refs, values) = unsafe { (list(refs, n), list(values, count)) };
+    with(h, |handle| pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_number(*at, *value)))
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3GetBoolean(
+    h: *mut Handle,
+    refs: *const u32,
+    n: usize,
+    values: *mut bool,
+    count: usize,
+) -> i32 {
+    let (refs, values) = unsafe { (list(refs, n), room(values, count)) };
+    with(h, |handle| handle.instance.get_booleans(refs, values))
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3SetBoolean(
+    h: *mut Handle,
+    refs: *const u32,
+    n: usize,
+    values: *const bool,
+    count: usize,
+) -> i32 {
+    let (refs, values) = unsafe { (list(refs, n), list(values, count)) };
+    with(h, |handle| pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_boolean(*at, *value)))
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3GetString(
+    h: *mut Handle,
+    refs: *const u32,
+    n: usize,
+    values: *mut *const c_char,
+    count: usize,
+) -> i32 {
+    let (refs, values) = unsafe { (list(refs, n), room(values, count)) };
+    with(h, |handle| {
+        pairs(refs, values).map(drop)?;
+        let texts = refs.iter().map(|at| Ok(CString::new(handle.instance.get_text(*at)?).unwrap_or_default()));
+        handle.texts = texts.collect::<Result<_, String>>()?;
+        values.iter_mut().zip(&handle.texts).for_each(|(value, text)| *value = text.as_ptr());
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3SetString(
+    h: *mut Handle,
+    refs: *const u32,
+    n: usize,
+    values: *const *const c_char,
+    count: usize,
+) -> i32 {
+    let (refs, values) = unsafe { (list(refs, n), list(values, count)) };
+    with(h, |handle| {
+        pairs(refs, values)?.try_for_each(|(at, text)| handle.instance.set_text(*at, unsafe { words(*text) }))
+    })
+}
+
+/// Variables with their values, one each.
+fn pairs<'a, T>(references: &'a [u32], values: &'a [T]) -> Result<impl Iterator<Item = (&'a u32, &'a T)>, String> {
+    if references.len() == values.len() {
+        Ok(references.iter().zip(values))
+    } else {
+        Err(format!("{} variables have {} values", references.len(), values.len()))
+    }
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3DoStep(
+    h: *mut Handle,
+    t: f64,
+    length: f64,
+    _no_way_back: bool,
+    event: *mut bool,
+    terminate: *mut bool,
+    early: *mut bool,
+    last: *mut f64,
+) -> i32 {
+    let said = |place: *mut bool| {
+        if let Some(place) = unsafe { place.as_mut() } {
+            *place = false;
+        }
+    };
+    [event, terminate, early].into_iter().for_each(said);
+    let put = |time: f64| {
+        if let Some(last) = unsafe { last.as_mut() } {
+            *last = time;
+        }
+    };
+    put(t);
+    let status = with(h, |handle| handle.instance.do_step(t, length));
+    if status == OK {
+        put(t + length);
+    }
+    status
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3GetDirectionalDerivative(
+    h: *mut Handle,
+    unknowns: *const u32,
+    n_unknowns: usize,
+    knowns: *const u32,
+    n_knowns: usize,
+    seed: *const f64,
+    n_seed: usize,
+    out: *mut f64,
+    n_out: usize,
+) -> i32 {
+    let (unknowns, knowns) = unsafe { (list(unknowns, n_unknowns), list(knowns, n_knowns)) };
+    let (seed, out) = unsafe { (list(seed, n_seed), room(out, n_out)) };
+    with(h, |handle| handle.instance.directional(unknowns, knowns, seed, out))
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3GetFMUState(h: *mut Handle, state: *mut *mut KeptState) -> i32 {
+    with(h, |handle| {
+        let place = unsafe { state.as_mut() }.ok_or("there is no room for a state")?;
+        let kept = KeptState(handle.instance.keep()?);
+        // A state that is there already is written over, as the standard says.
+        match unsafe { place.as_mut() } {
+            Some(old) => *old = kept,
+            None => *place = Box::into_raw(Box::new(kept)),
+        }
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3SetFMUState(h: *mut Handle, state: *mut KeptState) -> i32 {
+    with(h, |handle| handle.instance.restore(&unsafe { state.as_ref() }.ok_or("there is no state")?.0))
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3FreeFMUState(h: *mut Handle, state: *mut *mut KeptState) -> i32 {
+    with(h, |_| {
+        let place = unsafe { state.as_mut() }.ok_or("there is no state")?;
+        if !place.is_null() {
+            // SAFETY: it came from `Box::into_raw` and is given back once: null stands there afterwards.
+            drop(unsafe { Box::from_raw(*place) });
+            *place = ptr::null_mut();
+        }
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3SerializedFMUStateSize(h: *mut Handle, state: *mut KeptState, size: *mut usize) -> i32 {
+    with(h, |handle| {
+        let (state, size) =
+            unsafe { (state.as_ref().ok_or("there is no state")?, size.as_mut().ok_or("there is no room")?) };
+        *size = handle.instance.serialised_len(&state.0)?;
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3SerializeFMUState(h: *mut Handle, state: *mut KeptState, bytes: *mut u8, size: usize) -> i32 {
+    with(h, |handle| {
+        let (state, bytes) = unsafe { (state.as_ref().ok_or("there is no state")?, room(bytes, size)) };
+        let serialised = handle.instance.serialised(&state.0)?;
+        if serialised.len() != bytes.len() {
+            return Err(format!("the state has {} bytes, and there is room for {}", serialised.len(), bytes.len()));
+        }
+        bytes.copy_from_slice(&serialised);
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3DeserializeFMUState(
+    h: *mut Handle,
+    bytes: *const u8,
+    size: usize,
+    state: *mut *mut KeptState,
+) -> i32 {
+    with(h, |handle| {
+        let (bytes, place) = unsafe { (list(bytes, size), state.as_mut().ok_or("there is no room for a state")?) };
+        let kept = KeptState(handle.instance.deserialised(bytes)?);
+        match unsafe { place.as_mut() } {
+            Some(old) => *old = kept,
+            None => *place = Box::into_raw(Box::new(kept)),
+        }
+        Ok(())
+    })
+}
+
+/// Kinds of FMU that these are not.
+macro_rules! no_instance {
+    ($($name:ident)*) => {
+        $(
+            #[unsafe(no_mangle)]
+            extern "C" fn $name() -> *mut c_void {
+                ptr::null_mut()
+            }
+        )*
+    };
+}
+
+no_instance! { fmi3InstantiateModelExchange fmi3InstantiateScheduledExecution }
+
+/// What the standard lists and this library refuses, whatever the arguments.
+macro_rules! refused {
+    ($($name:ident)*) => {
+        $(
+            #[unsafe(no_mangle)]
+            extern "C" fn $name() -> i32 {
+                ERROR
+            }
+        )*
+    };
+}
+
+refused! {
+    fmi3ActivateModelPartition fmi3CompletedIntegratorStep fmi3EnterConfigurationMode fmi3EnterContinuousTimeMode fmi3EnterEventMode
+    fmi3EnterStepMode fmi3EvaluateDiscreteStates fmi3ExitConfigurationMode fmi3GetAdjointDerivative fmi3GetBinary fmi3GetClock
+    fmi3GetContinuousStateDerivatives fmi3GetContinuousStates fmi3GetEventIndicators fmi3GetFloat32 fmi3GetInt16 fmi3GetInt32
+    fmi3GetInt64 fmi3GetInt8 fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetNominalsOfContinuousStates
+    fmi3GetNumberOfContinuousStates fmi3GetNumberOfEventIndicators fmi3GetNumberOfVariableDependencies fmi3GetOutputDerivatives
+    fmi3GetShiftDecimal fmi3GetShiftFraction fmi3GetUInt16 fmi3GetUInt32 fmi3GetUInt64 fmi3GetUInt8 fmi3GetVariableDependencies
+    fmi3SetBinary fmi3SetClock fmi3SetContinuousStates fmi3SetFloat32 fmi3SetInt16 fmi3SetInt32 fmi3SetInt64 fmi3SetInt8
+    fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction fmi3SetTime fmi3SetUInt16 fmi3SetUInt32
+    fmi3SetUInt64 fmi3SetUInt8 fmi3UpdateDiscreteStates
+}

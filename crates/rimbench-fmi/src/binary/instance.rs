@@ -1,0 +1,512 @@
+//! One instance of an exported FMU, without the boundary.
+
+use super::history::{History, Taken};
+use crate::export::{Contents, Kind, Model, RESOURCE, Variable, Variables, build_side, side_name, text};
+use rimbench_cases::cases::{Case, Parameters, Value};
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_core::cosim::{MacroStep, MicroStep, OutputRates, Side, Subsystem, division};
+use rimbench_core::interface_model::ReducedInterfaceModel;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Why a call failed.
+pub(super) type Refusal = String;
+
+/// The model as it has been built, with what has been asked of it since it last moved.
+struct Built {
+    subsystem: Box<dyn Subsystem>,
+    y: Vec<f64>,
+    y_known: bool,
+    rates: OutputRates,
+    rates_known: bool,
+    observed: Vec<f64>,
+    observed_known: bool,
+    model: Option<ReducedInterfaceModel>,
+    model_known: bool,
+}
+
+impl Built {
+    fn new(mut subsystem: Box<dyn Subsystem>) -> Self {
+        let (outputs, inputs) = (subsystem.ports().outputs.len(), subsystem.ports().inputs.len());
+        let observed = subsystem.abilities().observables().len();
+        let model = subsystem.abilities().empty_interface_model();
+        Built {
+            y: vec![0.0; outputs],
+            y_known: false,
+            rates: OutputRates::zeros(outputs, inputs),
+            rates_known: false,
+            observed: vec![0.0; observed],
+            observed_known: false,
+            model,
+            model_known: false,
+            subsystem,
+        }
+    }
+
+    fn forget(&mut self) {
+        (self.y_known, self.rates_known, self.observed_known, self.model_known) = (false, false, false, false);
+    }
+
+    fn try_clone(&self) -> Option<Built> {
+        Some(Built::new(self.subsystem.try_clone()?))
+    }
+}
+
+/// Everything that a state holds.
+struct State {
+    parameters: Parameters,
+    longest: f64,
+    model_step: f64,
+    serialisable: bool,
+    u: Vec<f64>,
+    time: f64,
+    begun: bool,
+    history: History,
+    built: Option<Built>,
+}
+
+impl State {
+    fn try_clone(&self) -> Option<State> {
+        let built = match &self.built {
+            Some(built) => Some(built.try_clone()?),
+            None => None,
+        };
+        Some(State {
+            parameters: self.parameters.clone(),
+            u: self.u.clone(),
+            history: self.history.clone(),
+            built,
+            ..*self
+        })
+    }
+}
+
+/// A state that a master keeps.
+pub(super) struct Kept(State);
+
+/// An instance.
+pub(super) struct Instance {
+    case: Arc<Case>,
+    side: Side,
+    contents: Contents,
+    variables: Variables,
+    state: State,
+}
+
+/// First bytes of a serialised state: format and its version.
+const MARK: &[u8; 8] = b"rimfmu01";
+
+impl Instance {
+    /// Reads what it is from the FMU's resources.
+    pub(super) fn new(token: &str, resources: &Path) -> Result<Self, Refusal> {
+        let file = resources.join(RESOURCE);
+        let text =
+            std::fs::read_to_string(&file).map_err(|error| format!("{}: cannot be read: {error}", file.display()))?;
+        let contents: Contents =
+            serde_json::from_str(&text).map_err(|error| format!("{}: is none of ours: {error}", file.display()))?;
+        if contents.sources != crate::sources() {
+            return Err(format!("{}: the library of this FMU was built from other sources", file.display()));
+        }
+        if contents.token() != token {
+            return Err(format!("instantiation token {token} is not that of this FMU, {}", contents.token()));
+        }
+        let side = Side::BOTH.into_iter().find(|side| side_name(*side) == contents.side);
+        let side = side.ok_or_else(|| format!("{}: side = {} is none", file.display(), contents.side))?;
+        let case = Catalogue::standard().case(&contents.case).map_err(|error| error.to_string())?.clone();
+        let parameters = initial(&case, &contents)?;
+        let variables = Variables::of(&case, side, &parameters).map_err(|error| error.to_string())?;
+        let state = start(&contents, parameters, variables.inputs);
+        Ok(Instance { case, side, contents, variables, state })
+    }
+
+    /// Goes back to the state after instantiation.
+    pub(super) fn reset(&mut self) -> Result<(), Refusal> {
+        self.state = start(&self.contents, initial(&self.case, &self.contents)?, self.variables.inputs);
+        Ok(())
+    }
+
+    pub(super) fn enter_initialization(&mut self, start: f64) {
+        self.state.time = start;
+    }
+
+    /// From here on parameters are fixed.
+    pub(super) fn exit_initialization(&mut self) -> Result<(), Refusal> {
+        self.built()?;
+        self.state.begun = true;
+        Ok(())
+    }
+
+    fn variable(&self, reference: u32, of: fn(&Variable) -> bool, what: &str) -> Result<&Variable, Refusal> {
+        let found = self.variables.get(reference).filter(|variable| of(variable));
+        found.ok_or_else(|| format!("value reference {reference} is no {what}"))
+    }
+
+    fn built(&mut self) -> Result<&mut Built, Refusal> {
+        let State { built, parameters, .. } = &mut self.state;
+        if let Some(built) = built {
+            return Ok(built);
+        }
+        let subsystem = build_side(&self.case, self.side, parameters).map_err(|error| error.to_string())?;
+        Ok(built.insert(Built::new(subsystem)))
+    }
+
+    fn outputs(&mut self) -> Result<&[f64], Refusal> {
+        self.built()?;
+        let State { built: Some(built), u, .. } = &mut self.state else { unreachable!("built above") };
+        if !built.y_known {
+            built.subsystem.outputs(u, &mut built.y).map_err(|failure| failure.to_string())?;
+            built.y_known = true;
+        }
+        Ok(&built.y)
+    }
+
+    fn rates(&mut self) -> Result<&OutputRates, Refusal> {
+        self.built()?;
+        let State { built: Some(built), u, time, .. } = &mut self.state else { unreachable!("built above") };
+        if !built.rates_known {
+            let offered = built.subsystem.abilities().output_rates(*time, u, &mut built.rates);
+            if !offered.map_err(|failure| failure.to_string())? {
+                return Err("the outputs have no known rates".to_owned());
+            }
+            built.rates_known = true;
+        }
+        Ok(&built.rates)
+    }
+
+    fn observed(&mut self) -> Result<&[f64], Refusal> {
+        let h = self.state.model_step;
+        let built = self.built()?;
+        if !built.observed_known {
+            built.subsystem.abilities().observe(h, &mut built.observed);
+            built.observed_known = true;
+        }
+        Ok(&built.observed)
+    }
+
+    fn model(&mut self) -> Result<&ReducedInterfaceModel, Refusal> {
+        let h = self.state.model_step;
+        let built = self.built()?;
+        let model = built.model.as_mut().ok_or("no interface model is offered with these parameters")?;
+        if !built.model_known {
+            let offered = built.subsystem.abilities().interface_model(h, model);
+            if !offered.map_err(|failure| failure.to_string())? {
+                return Err("no interface model is offered in this state".to_owned());
+            }
+            built.model_known = true;
+        }
+        Ok(model)
+    }
+
+    /// Writes the values of some variables one after the other; says how many they were.
+    pub(super) fn get_numbers(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Refusal> {
+        let mut room = values.iter_mut();
+        let mut put = |value: f64| match room.next() {
+            Some(place) => {
+                *place = value;
+                Ok(())
+            }
+            None => Err("there is less room than the variables have values".to_owned()),
+        };
+        for &reference in references {
+            let kind = self.variable(reference, |_| true, "variable")?.kind;
+            match kind {
+                Kind::Time => put(self.state.time)?,
+                Kind::Input(k) => put(self.state.u[k])?,
+                Kind::Output(k) => put(self.outputs()?[k])?,
+                Kind::Rate(k) => put(self.rates()?.rate[k])?,
+                Kind::LongestStep => put(self.state.longest)?,
+                Kind::ModelStep => put(self.state.model_step)?,
+                Kind::Observable(k) => put(self.observed()?[k])?,
+                Kind::InterfaceWork => {
+                    let work = self.built()?.subsystem.abilities().interface_work();
+                    put(work.ok_or("no account of work is kept")?)?;
+                }
+                Kind::Parameter(k) => match self.state.parameters.iter().nth(k) {
+                    Some((_, Value::Number(number))) => put(*number)?,
+                    _ => return Err(format!("value reference {reference} is no number")),
+                },
+                Kind::Model(part) => {
+                    let model = self.model()?;
+                    let rows = model.interface_start() + model.interface();
+                    match part {
+                        Model::H => (0..rows * rows).try_for_each(|at| put(model.entry(at / rows, at % rows)))?,
+                        Model::A => model.a.iter().try_for_each(|value| put(*value))?,
+                        Model::W => model.w.iter().try_for_each(|value| put(*value))?,
+                        Model::Gap => model.gap.iter().try_for_each(|value| put(*value))?,
+                        Model::Position => model.position.iter().try_for_each(|value| put(*value))?,
+                        Model::Stabilisation => put(model.stabilisation)?,
+                        Model::Restitution => put(model.restitution)?,
+                        Model::Stiffness => put(model.spring.map_or(0.0, |spring| spring.stiffness))?,
+                        Model::Damping => put(model.spring.map_or(0.0, |spring| spring.damping))?,
+                        Model::AtBound => return Err("rim.at_bound is Boolean".to_owned()),
+                    }
+                }
+                Kind::Serialisable => return Err("serialisable is Boolean".to_owned()),
+            }
+        }
+        match room.next() {
+            None => Ok(()),
+            Some(_) => Err("there is more room than the variables have values".to_owned()),
+        }
+    }
+
+    pub(super) fn get_booleans(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), Refusal> {
+        let mut found = Vec::with_capacity(values.len());
+        for &reference in references {
+            match self.variable(reference, |_| true, "variable")?.kind {
+                Kind::Serialisable => found.push(self.state.serialisable),
+                Kind::Model(Model::AtBound) => found.extend_from_slice(&self.model()?.at_bound),
+                _ => return Err(format!("value reference {reference} is not Boolean")),
+            }
+        }
+        if found.len() != values.len() {
+            return Err(format!("there is room for {} values, and the variables have {}", values.len(), found.len()));
+        }
+        values.copy_from_slice(&found);
+        Ok(())
+    }
+
+    /// The text of a parameter that is one of some names.
+    pub(super) fn get_text(&self, reference: u32) -> Result<String, Refusal> {
+        let variable = self.variable(reference, |variable| matches!(variable.kind, Kind::Parameter(_)), "text")?;
+        let value = self
+            .state
+            .parameters
+            .iter()
+            .find(|(parameter, _)| *parameter.name == variable.name)
+            .map(|(_, value)| value);
+        match value {
+            Some(Value::Choice(choice)) => Ok(choice.to_string()),
+            _ => Err(format!("`{}` is no text", variable.name)),
+        }
+    }
+
+    fn set_parameter(&mut self, reference: u32, value: &str, choice: bool) -> Result<(), Refusal> {
+        let name =
+            self.variable(reference, |variable| matches!(variable.kind, Kind::Parameter(_)), "parameter")?.name.clone();
+        if self.state.begun {
+            return Err(format!("`{name}` is fixed once the model has begun"));
+        }
+        let known = self.state.parameters.iter().find(|(parameter, _)| *parameter.name == name);
+        if known.is_some_and(|(_, known)| matches!(known, Value::Choice(_)) != choice) {
+            return Err(format!("`{name}` is of another type"));
+        }
+        self.state.parameters.set(&name, value).map_err(|error| error.to_string())?;
+        self.state.built = None;
+        Ok(())
+    }
+
+    pub(super) fn set_number(&mut self, reference: u32, value: f64) -> Result<(), Refusal> {
+        match self.variable(reference, |_| true, "variable")?.kind {
+            Kind::Input(k) => {
+                self.state.u[k] = value;
+                if let Some(built) = &mut self.state.built {
+                    // What depends on inputs; the state has not moved.
+                    (built.rates_known, built.y_known) = (false, built.y_known && !self.variables.feedthrough);
+                }
+            }
+            Kind::LongestStep if value >= 0.0 && value.is_finite() => self.state.longest = value,
+            Kind::LongestStep => {
+                return Err(format!("longest_step_s = {value} is not valid; valid: a finite number, 0 or above"));
+            }
+            Kind::ModelStep if value > 0.0 && value.is_finite() => {
+                self.state.model_step = value;
+                if let Some(built) = &mut self.state.built {
+                    (built.model_known, built.observed_known) = (false, false);
+                }
+            }
+            Kind::ModelStep => return Err(format!("rim.step = {value} is not valid; valid: a finite number above 0")),
+            Kind::Parameter(_) => self.set_parameter(reference, &format!("{value:?}"), false)?,
+            _ => return Err(format!("value reference {reference} is no input and no parameter")),
+        }
+        Ok(())
+    }
+
+    pub(super) fn set_boolean(&mut self, reference: u32, value: bool) -> Result<(), Refusal> {
+        self.variable(reference, |variable| variable.kind == Kind::Serialisable, "Boolean that can be set")?;
+        if self.state.begun {
+            return Err("`serialisable` is fixed once the model has begun".to_owned());
+        }
+        self.state.serialisable = value;
+        Ok(())
+    }
+
+    pub(super) fn set_text(&mut self, reference: u32, value: &str) -> Result<(), Refusal> {
+        self.set_parameter(reference, value, true)
+    }
+
+    /// Covers a communication step; inputs are held.
+    pub(super) fn do_step(&mut self, t: f64, h: f64) -> Result<(), Refusal> {
+        if !(h.is_finite() && h > 0.0 && t.is_finite()) {
+            return Err(format!("a communication step of {h} s from {t} s is not valid; valid: finite, above 0 s"));
+        }
+        self.built()?;
+        let State { built: Some(built), u, longest, serialisable, history, time, .. } = &mut self.state else {
+            unreachable!("built above")
+        };
+        built.forget();
+        advance(built, u, t, h, *longest)?;
+        if *serialisable {
+            history.push(Taken { t, h, longest: *longest, u: u.as_slice().into() });
+        }
+        *time = t + h;
+        Ok(())
+    }
+
+    /// `Σ ∂unknown/∂known · seed` for each unknown: outputs and their rates, by inputs.
+    pub(super) fn directional(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seed: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), Refusal> {
+        if seed.len() != knowns.len() || out.len() != unknowns.len() {
+            return Err("as many seeds as knowns and as much room as unknowns are needed".to_owned());
+        }
+        let inputs = self.variables.inputs;
+        for (&unknown, out) in unknowns.iter().zip(out) {
+            *out = 0.0;
+            let of = self.variable(unknown, |_| true, "variable")?.kind;
+            for (&known, seed) in knowns.iter().zip(seed) {
+                let Kind::Input(column) = self.variable(known, |_| true, "variable")?.kind else {
+                    return Err(format!("value reference {known} is no input"));
+                };
+                *out += seed
+                    * match of {
+                        Kind::Output(_) if !self.variables.feedthrough => 0.0,
+                        Kind::Output(row) => self.rates()?.feedthrough[row * inputs + column],
+                        Kind::Rate(row) => self.rates()?.rate_gain[row * inputs + column],
+                        _ => return Err(format!("value reference {unknown} is no output and no rate of one")),
+                    };
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn keep(&self) -> Result<Kept, Refusal> {
+        self.state.try_clone().map(Kept).ok_or_else(|| "this model cannot be copied".to_owned())
+    }
+
+    pub(super) fn restore(&mut self, kept: &Kept) -> Result<(), Refusal> {
+        self.state = kept.0.try_clone().ok_or("this model cannot be copied")?;
+        Ok(())
+    }
+
+    /// A state as bytes: its parameters, and the steps that led to it. The same library comes to the same bits from there.
+    pub(super) fn serialised(&self, kept: &Kept) -> Result<Vec<u8>, Refusal> {
+        let state = &kept.0;
+        if !state.serialisable {
+            return Err("`serialisable` was set to false: no steps are noted".to_owned());
+        }
+        let mut bytes = MARK.to_vec();
+        let mut words = format!("{}\n", self.contents.token());
+        for (parameter, value) in state.parameters.iter() {
+            words += &format!("{}={}\n", parameter.name, text(value));
+        }
+        bytes.extend((words.len() as u64).to_le_bytes());
+        bytes.extend(words.as_bytes());
+        let flags = if state.begun { 1.0 } else { 0.0 };
+        let mut numbers = vec![flags, state.built.is_some().into(), state.longest, state.model_step, state.time];
+        numbers.extend(&state.u);
+        for Taken { t, h, longest, u } in state.history.steps() {
+            numbers.extend([t, h, longest]);
+            numbers.extend(u);
+        }
+        numbers.iter().for_each(|number: &f64| bytes.extend(number.to_le_bytes()));
+        Ok(bytes)
+    }
+
+    /// Returns the length of [`serialised`](Self::serialised).
+    pub(super) fn serialised_len(&self, kept: &Kept) -> Result<usize, Refusal> {
+        let state = &kept.0;
+        let steps = state.history.len();
+        let without = State { history: History::default(), ..kept.0.try_clone().ok_or("this model cannot be copied")? };
+        Ok(self.serialised(&Kept(without))?.len() + 8 * steps * (3 + state.u.len()))
+    }
+
+    /// Reads a state back, by taking its steps again.
+    pub(super) fn deserialised(&self, bytes: &[u8]) -> Result<Kept, Refusal> {
+        let none = || "these bytes are no state of this FMU".to_owned();
+        let rest = bytes.strip_prefix(MARK).ok_or_else(none)?;
+        let (length, rest) = rest.split_first_chunk::<8>().ok_or_else(none)?;
+        let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| none())?;
+        let (words, numbers) = rest.split_at_checked(length).ok_or_else(none)?;
+        let words = std::str::from_utf8(words).map_err(|_| none())?;
+        let (token, words) = words.split_once('\n').ok_or_else(none)?;
+        if token != self.contents.token() || !numbers.len().is_multiple_of(8) {
+            return Err(none());
+        }
+        let mut parameters = self.case.default_parameters();
+        for line in words.lines() {
+            let (name, value) = line.split_once('=').ok_or_else(none)?;
+            parameters.set(name, value).map_err(|error| error.to_string())?;
+        }
+        let numbers: Vec<f64> =
+            numbers.chunks_exact(8).map(|chunk| f64::from_le_bytes(chunk.try_into().unwrap_or_default())).collect();
+        let inputs = self.variables.inputs;
+        let (&[begun, built, longest, model_step, time], rest) = numbers.split_first_chunk::<5>().ok_or_else(none)?;
+        let (u, steps) = rest.split_at_checked(inputs).ok_or_else(none)?;
+        if !steps.len().is_multiple_of(3 + inputs) {
+            return Err(none());
+        }
+        let mut history = History::default();
+        let mut made = None;
+        if built != 0.0 {
+            let subsystem = build_side(&self.case, self.side, &parameters).map_err(|error| error.to_string())?;
+            let made = made.insert(Built::new(subsystem));
+            for step in steps.chunks_exact(3 + inputs) {
+                let (&[t, h, longest], u) = step.split_first_chunk::<3>().ok_or_else(none)?;
+                advance(made, u, t, h, longest)?;
+                history.push(Taken { t, h, longest, u: u.into() });
+            }
+        }
+        Ok(Kept(State {
+            parameters,
+            longest,
+            model_step,
+            serialisable: true,
+            u: u.to_vec(),
+            time,
+            begun: begun != 0.0,
+            history,
+            built: made,
+        }))
+    }
+}
+
+/// The parameters that an FMU begins with.
+fn initial(case: &Case, contents: &Contents) -> Result<Parameters, Refusal> {
+    let mut parameters = case.default_parameters();
+    for (name, value) in &contents.set {
+        parameters.set(name, value).map_err(|error| error.to_string())?;
+    }
+    Ok(parameters)
+}
+
+fn start(contents: &Contents, parameters: Parameters, inputs: usize) -> State {
+    State {
+        parameters,
+        longest: contents.longest_step_s,
+        model_step: contents.model_step_s,
+        serialisable: true,
+        u: vec![0.0; inputs],
+        time: 0.0,
+        begun: false,
+        history: History::default(),
+        built: None,
+    }
+}
+
+/// The steps of a macro step as the macro loop takes them.
+fn advance(built: &mut Built, u: &[f64], t: f64, h: f64, longest: f64) -> Result<(), Refusal> {
+    let count = if longest > 0.0 { division(h, longest) } else { 1 };
+    let step = MacroStep { index: 0, start: t, length: h };
+    let Built { subsystem, y, .. } = built;
+    for index in 0..count {
+        let at = MicroStep::new(step, index, count);
+        let moved = subsystem.outputs(u, y).and_then(|()| subsystem.step(at.start, u, at.length));
+        moved.map_err(|failure| format!("at {:.6} s: {failure}", at.start))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,95 @@
+//! One side of a case as an FMU for FMI 3.0 co-simulation.
+
+mod archive;
+mod description;
+mod golden;
+mod units;
+mod variables;
+
+pub(crate) use archive::platform;
+pub use archive::{find_library, pack};
+pub use golden::golden_run;
+pub use variables::{Kind, Model, Variable, Variables};
+
+use rimbench_cases::cases::{Case, CoupledSystem, Parameters, Value};
+use rimbench_cases::runs::RunSpec;
+use rimbench_core::complementarity::SolverEntry;
+use rimbench_core::cosim::{Side, Subsystem};
+use rimbench_core::error::Result;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+
+/// Name of the file among the FMU's resources that says what it is.
+pub const RESOURCE: &str = "rimbench.json";
+
+/// The proposed layered standard for reduced interface models: name and version. Its manifest lies in `extra/<name>/`.
+pub const LAYERED_STANDARD: [&str; 2] = ["rimbench.reduced-interface", "0.1.0"];
+
+/// What the library needs to know to be one side of a case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Contents {
+    /// What the library must have been built from: [`sources`](crate::sources).
+    pub sources: String,
+    /// The case, by name.
+    pub case: String,
+    /// `mechanics` or `actuator`.
+    pub side: String,
+    /// The parameters that are not at their defaults, as texts.
+    pub set: BTreeMap<String, String>,
+    /// Longest step that the subsystem takes by itself, s; 0: as long as the communication step.
+    pub longest_step_s: f64,
+    /// Step for which the interface model is given at first, s.
+    pub model_step_s: f64,
+}
+
+/// Name of a side.
+pub fn side_name(side: Side) -> &'static str {
+    match side {
+        Side::Mechanics => "mechanics",
+        Side::Actuator => "actuator",
+    }
+}
+
+/// Builds one side of a case.
+///
+/// # Errors
+/// Those of building the case.
+pub fn build_side(case: &Case, side: Side, parameters: &Parameters) -> Result<Box<dyn Subsystem>> {
+    let CoupledSystem { sides, .. } = (case.build)(parameters, &SolverEntry::active_set())?;
+    Ok(match side {
+        Side::Mechanics => sides.mechanics,
+        Side::Actuator => sides.actuator,
+    })
+}
+
+impl Contents {
+    /// Describes one side of the case of a run, with the run's parameters and steps.
+    pub fn of(spec: &RunSpec, side: Side) -> Self {
+        let set = spec.parameters.iter().filter(|(parameter, value)| parameter.default != **value);
+        let set = set.map(|(parameter, value)| (parameter.name.to_string(), text(value))).collect();
+        let alone = side == Side::Mechanics && spec.case.linear_state.is_empty();
+        Contents {
+            sources: crate::sources(),
+            case: spec.case.name.to_string(),
+            side: side_name(side).to_owned(),
+            set,
+            longest_step_s: if alone { 0.0 } else { spec.micro_step },
+            model_step_s: spec.macro_step,
+        }
+    }
+
+    /// What distinguishes this FMU from all others: a hash of everything above.
+    pub fn token(&self) -> String {
+        let words = format!("{self:?}");
+        Sha256::digest(words.as_bytes()).iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+/// A value as it would be typed, to the bit.
+pub fn text(value: &Value) -> String {
+    match value {
+        Value::Number(number) => format!("{number:?}"),
+        Value::Choice(choice) => choice.to_string(),
+    }
+}

@@ -1,0 +1,243 @@
+//! The variables of an exported FMU. A value reference is the place in their list, on both sides of the boundary.
+
+use super::build_side;
+use rimbench_cases::cases::{Case, Parameters, Value};
+use rimbench_core::cosim::{OutputRates, Side, Subsystem};
+use rimbench_core::error::Result;
+
+/// Parts of the reduced interface model, for `n = n_u + n_i` rows, contacts first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Model {
+    /// `H`, n×n, 1/kg.
+    H,
+    /// Free accelerations, n, m/s².
+    A,
+    /// Velocities, n, m/s.
+    W,
+    /// Gaps, n_u, m.
+    Gap,
+    /// Interface coordinates, n_i, m.
+    Position,
+    /// Whether a contact was at its bound in the last step, n_u.
+    AtBound,
+    /// γ.
+    Stabilisation,
+    /// e.
+    Restitution,
+    /// k of compliant contacts, N/m; 0: rigid.
+    Stiffness,
+    /// c of compliant contacts, N·s/m.
+    Damping,
+}
+
+/// What a variable stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The independent variable.
+    Time,
+    /// An input by its place.
+    Input(usize),
+    /// An output by its place.
+    Output(usize),
+    /// The rate of an output with inputs held, by its place.
+    Rate(usize),
+    /// A parameter of the case by its place.
+    Parameter(usize),
+    /// Longest step of its own.
+    LongestStep,
+    /// Whether steps are noted so that a state can be serialised.
+    Serialisable,
+    /// Step for which the interface model and the observables are given.
+    ModelStep,
+    /// A part of the interface model.
+    Model(Model),
+    /// A further quantity by its place.
+    Observable(usize),
+    /// Work received through the interface.
+    InterfaceWork,
+}
+
+/// One variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// What it stands for.
+    pub kind: Kind,
+    /// Its unit; empty where it has none.
+    pub unit: String,
+    /// One line.
+    pub about: String,
+    /// Extents of an array; empty: one value.
+    pub dimensions: Vec<usize>,
+}
+
+impl Variable {
+    /// Returns how many values it has.
+    pub fn size(&self) -> usize {
+        self.dimensions.iter().product()
+    }
+}
+
+/// What one side of a case shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variables {
+    /// All variables; the place of one is its value reference.
+    pub list: Vec<Variable>,
+    /// Numbers of inputs and outputs.
+    pub inputs: usize,
+    /// Likewise.
+    pub outputs: usize,
+    /// Whether outputs depend on inputs at once.
+    pub feedthrough: bool,
+    /// Whether the rates of outputs are known.
+    pub rates: bool,
+    /// Whether it can be copied, and so its state kept.
+    pub copies: bool,
+}
+
+impl Variables {
+    /// Lists those of one side of a case with these parameters.
+    ///
+    /// # Errors
+    /// Those of building the case.
+    pub fn of(case: &Case, side: Side, parameters: &Parameters) -> Result<Self> {
+        let mut subsystem = build_side(case, side, parameters)?;
+        Ok(Self::of_subsystem(&mut *subsystem, parameters))
+    }
+
+    /// Lists those of a subsystem that has been built with these parameters.
+    pub fn of_subsystem(subsystem: &mut dyn Subsystem, parameters: &Parameters) -> Self {
+        let ports = subsystem.ports().clone();
+        let (inputs, outputs) = (ports.inputs.len(), ports.outputs.len());
+        let mut rates = OutputRates::zeros(outputs, inputs);
+        let rates = matches!(subsystem.abilities().output_rates(0.0, &vec![0.0; inputs], &mut rates), Ok(true));
+        let mut list = Vec::new();
+        let mut put = |name: &str, kind: Kind, unit: &str, about: &str, dimensions: &[usize]| {
+            let (name, unit, about) = (name.to_owned(), unit.to_owned(), about.to_owned());
+            list.push(Variable { name, kind, unit, about, dimensions: dimensions.to_vec() });
+        };
+        put("time", Kind::Time, "s", "Simulated time", &[]);
+        for (k, port) in ports.inputs.iter().enumerate() {
+            put(&port.name, Kind::Input(k), unit_of(&port.name), "Held over a communication step", &[]);
+        }
+        for (k, port) in ports.outputs.iter().enumerate() {
+            put(&port.name, Kind::Output(k), unit_of(&port.name), "Of the present state", &[]);
+        }
+        for (k, port) in ports.outputs.iter().enumerate().filter(|_| rates) {
+            let unit = format!("{}/s", unit_of(&port.name));
+            put(&format!("der({})", port.name), Kind::Rate(k), &unit, "Rate of the output with its inputs held", &[]);
+        }
+        for (k, (parameter, _)) in parameters.iter().enumerate() {
+            let unit = if parameter.unit == "-" { "" } else { &*parameter.unit };
+            let about = format!("{}; valid: {}", parameter.about, parameter.range);
+            put(&parameter.name, Kind::Parameter(k), unit, &about, &[]);
+        }
+        let about = "Longest step that the model takes by itself; 0: as long as the communication step";
+        put("longest_step_s", Kind::LongestStep, "s", about, &[]);
+        let about =
+            "Keep a note of every communication step, 8 (3 + inputs) bytes each, from which a state can be serialised";
+        put("serialisable", Kind::Serialisable, "", about, &[]);
+        put(
+            "rim.step",
+            Kind::ModelStep,
+            "s",
+            "Step of the mechanics for which local quantities and rim.* are given",
+            &[],
+        );
+        if let Some(model) = subsystem.abilities().empty_interface_model().filter(|model| !model.has_friction()) {
+            let (contacts, interface) = (model.contacts(), model.interface());
+            let n = contacts + interface;
+            put(
+                "rim.H",
+                Kind::Model(Model::H),
+                "1/kg",
+                "Interface model: [H_uu H_ui; H_iu H_ii], contacts first",
+                &[n, n],
+            );
+            put("rim.a", Kind::Model(Model::A), "m/s²", "Interface model: free accelerations [a_u; a_i]", &[n]);
+            put("rim.w", Kind::Model(Model::W), "m/s", "Interface model: velocities [w_u; w_i]", &[n]);
+            put("rim.position", Kind::Model(Model::Position), "m", "Interface model: coordinates", &[interface]);
+            if contacts > 0 {
+                put(
+                    "rim.gap",
+                    Kind::Model(Model::Gap),
+                    "m",
+                    "Interface model: gaps, below zero in penetration",
+                    &[contacts],
+                );
+                let about = "Interface model: whether a contact was at its bound in the last step";
+                put("rim.at_bound", Kind::Model(Model::AtBound), "", about, &[contacts]);
+            }
+            let about = "Interface model: fraction of a penetration that the mechanics removes in one step";
+            put("rim.stabilisation", Kind::Model(Model::Stabilisation), "", about, &[]);
+            put(
+                "rim.restitution",
+                Kind::Model(Model::Restitution),
+                "",
+                "Interface model: restitution of closing contacts",
+                &[],
+            );
+            let about = "Interface model: stiffness of compliant contacts; 0: rigid";
+            put("rim.contact_stiffness", Kind::Model(Model::Stiffness), "N/m", about, &[]);
+            put(
+                "rim.contact_damping",
+                Kind::Model(Model::Damping),
+                "N·s/m",
+                "Interface model: damping of compliant contacts",
+                &[],
+            );
+        }
+        if subsystem.abilities().interface_work().is_some() {
+            let about = "Work received through the interface since the start, as the model's own steps count it";
+            put("interface_work_j", Kind::InterfaceWork, "J", about, &[]);
+        }
+        for (k, name) in subsystem.abilities().observables().iter().enumerate() {
+            put(name, Kind::Observable(k), unit_of(name), "A further quantity of the model", &[]);
+        }
+        let copies = subsystem.try_clone().is_some();
+        // A name of the model's own stands where a parameter has it as well.
+        let mut seen = std::collections::BTreeSet::new();
+        list.retain(|variable| seen.insert(variable.name.clone()));
+        Variables { list, inputs, outputs, feedthrough: ports.direct_feedthrough, rates, copies }
+    }
+
+    /// Finds the variable of a value reference.
+    pub fn get(&self, reference: u32) -> Option<&Variable> {
+        self.list.get(usize::try_from(reference).ok()?)
+    }
+
+    /// Tells whether it has an interface model.
+    pub fn has_model(&self) -> bool {
+        self.list.iter().any(|variable| matches!(variable.kind, Kind::Model(_)))
+    }
+}
+
+/// Whether a parameter is a name rather than a number.
+pub(crate) fn is_choice(value: &Value) -> bool {
+    matches!(value, Value::Choice(_))
+}
+
+/// Unit that a name in data ends in; empty where it says none.
+pub(crate) fn unit_of(name: &str) -> &'static str {
+    const ENDINGS: [(&str, &str); 17] = [
+        ("_m_s2", "m/s²"),
+        ("_rad_s", "rad/s"),
+        ("_n_s_m", "N·s/m"),
+        ("_m3_s", "m³/s"),
+        ("_kg_m2", "kg·m²"),
+        ("_n_m", "N/m"),
+        ("_m_s", "m/s"),
+        ("_n_s", "N·s"),
+        ("_rad", "rad"),
+        ("_pa", "Pa"),
+        ("_kg", "kg"),
+        ("_m3", "m³"),
+        ("_m2", "m²"),
+        ("_hz", "Hz"),
+        ("_n", "N"),
+        ("_j", "J"),
+        ("_m", "m"),
+    ];
+    ENDINGS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("", |(_, unit)| unit)
+}

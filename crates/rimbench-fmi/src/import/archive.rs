@@ -1,0 +1,76 @@
+//! An FMU unpacked.
+
+use super::description::Description;
+use crate::export::{LAYERED_STANDARD, platform};
+use rimbench_core::error::{Error, Result};
+use sha2::{Digest, Sha256};
+use std::env::consts::{DLL_SUFFIX, OS};
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use zip::ZipArchive;
+
+/// An FMU unpacked into a folder that lives as long as this.
+pub(super) struct Unpacked {
+    /// The file.
+    pub(super) file: PathBuf,
+    pub(super) description: Description,
+    pub(super) library: PathBuf,
+    pub(super) folder: tempfile::TempDir,
+    /// Hash of the file.
+    pub(super) digest: String,
+    /// Whether it says that it has the reduced interface model of our proposal.
+    pub(super) layered: bool,
+}
+
+impl Unpacked {
+    /// Opens an FMU.
+    ///
+    /// # Errors
+    /// [`Error::File`] for what cannot be read, is no archive, has no description that can be used, or no library for this platform.
+    pub(super) fn open(file: &Path) -> Result<Self> {
+        let wrong = |message: String| Error::file(file, message);
+        let bytes = std::fs::read(file).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+        let digest = Sha256::digest(&bytes).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+        let mut archive = ZipArchive::new(Cursor::new(bytes))
+            .map_err(|error| wrong(format!("is no FMU: no zip archive ({error})")))?;
+        let folder = tempfile::Builder::new()
+            .prefix("rimbench-fmu-")
+            .tempdir()
+            .map_err(|error| wrong(format!("there is no room to unpack it: {error}")))?;
+        archive.extract(folder.path()).map_err(|error| wrong(format!("cannot be unpacked: {error}")))?;
+        let text = std::fs::read_to_string(folder.path().join("modelDescription.xml"))
+            .map_err(|error| wrong(format!("is no FMU: modelDescription.xml cannot be read: {error}")))?;
+        let description =
+            Description::parse(&text).map_err(|message| wrong(format!("modelDescription.xml: {message}")))?;
+        let binaries = folder.path().join("binaries");
+        let tuple = if description.is_version_2() { platform_2() } else { platform() };
+        let library = binaries.join(&tuple).join(format!("{}{DLL_SUFFIX}", description.identifier));
+        if !library.is_file() {
+            let there = std::fs::read_dir(&binaries).map(|entries| {
+                let mut names: Vec<String> =
+                    entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+                names.sort();
+                names.join(", ")
+            });
+            let there = there.ok().filter(|names| !names.is_empty()).unwrap_or("none".to_owned());
+            return Err(wrong(format!(
+                "has no library `{}` for this platform, {tuple}; platforms in it: {there}",
+                description.identifier
+            )));
+        }
+        let [name, version] = LAYERED_STANDARD;
+        let manifest = std::fs::read_to_string(folder.path().join("extra").join(name).join("fmi-ls-manifest.xml"));
+        let layered = manifest.is_ok_and(|text| text.contains(&format!("\"{version}\"")));
+        Ok(Unpacked { file: file.to_owned(), description, library, folder, digest, layered })
+    }
+}
+
+/// The name of this platform in an FMU for FMI 2.0.
+fn platform_2() -> String {
+    let system = match OS {
+        "macos" => "darwin",
+        "windows" => "win",
+        other => other,
+    };
+    format!("{system}{}", usize::BITS)
+}

@@ -1,0 +1,529 @@
+//! A case file that names two FMUs.
+
+use super::archive::Unpacked;
+use super::description::{FmuVariable, Type};
+use super::host::{Host, ModelVariables, Plan, Scaled, Start};
+use super::library::Loaded;
+use super::process::Remote;
+use super::side::{ImportedSide, Offers};
+use crate::export::side_name;
+use rimbench_cases::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range};
+use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem, check_coupling};
+use rimbench_core::error::{Error, Result, said_at};
+use rimbench_core::name::{Name, check_new_name};
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A case file as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CaseFile {
+    name: String,
+    #[serde(default)]
+    about: String,
+    duration_s: f64,
+    macro_step_s: f64,
+    micro_step_s: Option<f64>,
+    reference_step_s: Option<f64>,
+    #[serde(default)]
+    process: ProcessKind,
+    #[serde(default = "minute")]
+    answer_within_s: f64,
+    mechanics: SideTable,
+    actuator: SideTable,
+    interface: Vec<Row>,
+    #[serde(default)]
+    parameters: BTreeMap<String, ParameterTable>,
+}
+
+fn minute() -> f64 {
+    60.0
+}
+
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum ProcessKind {
+    /// Each FMU in a process of its own.
+    #[default]
+    Own,
+    /// In this one: faster, and a crash ends everything.
+    Same,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SideTable {
+    fmu: PathBuf,
+    /// Libraries whose symbols the FMU takes for granted, loaded before it.
+    #[serde(default)]
+    needs: Vec<PathBuf>,
+    #[serde(default)]
+    start: BTreeMap<String, toml::Value>,
+    #[serde(default)]
+    observe: Vec<String>,
+    interface_work: Option<String>,
+    direct_feedthrough: Option<bool>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    columns: Option<[String; 3]>,
+    mechanics: Ends,
+    actuator: Ends,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Ends {
+    position: End,
+    velocity: End,
+    force: End,
+}
+
+/// A variable, and what its value is multiplied by besides its unit.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum End {
+    Plain(String),
+    Scaled { variable: String, factor: f64 },
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ParameterTable {
+    default: f64,
+    #[serde(default)]
+    unit: String,
+    #[serde(default)]
+    about: String,
+    mechanics: Option<String>,
+    actuator: Option<String>,
+}
+
+/// Units of positions, velocities and forces: exponents of kg, m, s, rad, and a name.
+const UNITS: [(Quantity, [i32; 4], &str); 3] = [
+    (Quantity::Position, [0, 1, 0, 0], "m"),
+    (Quantity::Velocity, [0, 1, -1, 0], "m/s"),
+    (Quantity::Force, [1, 1, -2, 0], "N"),
+];
+
+/// Most rows of an interface model, whose square must have room.
+const MOST_ROWS: usize = 4096;
+
+/// One FMU with what the case makes of it.
+struct Member {
+    unpacked: Unpacked,
+    plan: Plan,
+    ports: Ports,
+    offers: Offers,
+    /// Parameters of the case with the variables that take them.
+    parameters: Vec<(String, Scaled)>,
+}
+
+impl Member {
+    /// Starts what drives it.
+    fn host(&self, parameters: &Parameters, process: &Process) -> Result<Box<dyn Host>, String> {
+        let mut plan = self.plan.clone();
+        for (name, variable) in &self.parameters {
+            plan.starts.push(Start::Number(variable.reference, variable.inwards(parameters.number(name))));
+        }
+        match process {
+            Process::Same => Ok(Box::new(Loaded::new(plan)?)),
+            Process::Own { program, answer_within } => Ok(Box::new(Remote::start(&plan, program, *answer_within)?)),
+        }
+    }
+}
+
+/// Where FMUs run.
+enum Process {
+    Same,
+    Own { program: PathBuf, answer_within: Duration },
+}
+
+/// Reads a case file, its FMUs with it, and tries both once. `program` is rimbench itself, for FMUs in processes of their own; without
+/// it they all run in this one.
+///
+/// # Errors
+/// [`Error::File`] naming the case file or the FMU, what is wrong with it, and what would be valid.
+pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
+    let wrong = |message: String| Error::file(path, message);
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+    let file: CaseFile = toml::from_str(&text)
+        .map_err(|error| wrong(format!("is no case of FMUs: {}", said_at(&text, error.span(), error.message()))))?;
+    check_new_name("case", &file.name, std::iter::empty()).map_err(|error| wrong(error.to_string()))?;
+    for (key, value) in [("duration_s", file.duration_s), ("macro_step_s", file.macro_step_s)]
+        .into_iter()
+        .chain(file.micro_step_s.map(|value| ("micro_step_s", value)))
+        .chain(file.reference_step_s.map(|value| ("reference_step_s", value)))
+        .chain([("answer_within_s", file.answer_within_s)])
+    {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(wrong(Error::invalid(key, value, "a finite time above 0 s").to_string()));
+        }
+    }
+    if file.interface.is_empty() {
+        return Err(wrong("has no [[interface]]: at least one row couples the two sides".to_owned()));
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let rows = columns(&file.interface);
+    let mut members = Vec::new();
+    for side in Side::BOTH {
+        members.push(member(&file, side, folder, &rows).map_err(|error| match error {
+            Error::File { .. } => error,
+            other => wrong(other.to_string()),
+        })?);
+    }
+    let Ok([mechanics, actuator]) = <[Member; 2]>::try_from(members) else { unreachable!("one for each side") };
+    let digest = digest(&text, [&mechanics, &actuator]);
+    let members = PerSide { mechanics: Arc::new(mechanics), actuator: Arc::new(actuator) };
+    check_coupling(members.as_ref().map(|member| &member.ports)).map_err(|error| {
+        wrong(format!(
+            "{error}; `direct_feedthrough = false` says of a side that its outputs do not depend on its inputs at once"
+        ))
+    })?;
+    let process = match (file.process, program) {
+        (ProcessKind::Own, Some(program)) => {
+            let answer_within = Duration::from_secs_f64(file.answer_within_s.min(1e9));
+            Process::Own { program: program.to_owned(), answer_within }
+        }
+        _ => Process::Same,
+    };
+    let micro_step_s = file.micro_step_s.unwrap_or(file.macro_step_s);
+    let defaults = CaseDefaults {
+        duration_s: file.duration_s,
+        macro_step_s: file.macro_step_s,
+        micro_step_s,
+        reference_step_s: file.reference_step_s.unwrap_or(0.5 * micro_step_s),
+        reference_sampling_s: micro_step_s,
+    };
+    let interface_columns = rows
+        .iter()
+        .map(|[position, velocity, force]| InterfaceColumns::new(position.clone(), velocity.clone(), force.clone()));
+    let interface_columns = interface_columns.collect();
+    let mut trace: Vec<Name> = vec!["time_s".into()];
+    trace.extend(rows.iter().flatten().cloned().map(Name::from));
+    trace.extend(["force_to_mechanics_n", "force_2_to_mechanics_n"].into_iter().take(rows.len()).map(Name::from));
+    for side in Side::BOTH {
+        trace.extend(members[side].offers.observables.iter().cloned());
+    }
+    let mut seen = BTreeSet::new();
+    if let Some(twice) = trace.iter().find(|name| !seen.insert((*name).clone())) {
+        return Err(wrong(format!("two columns of the trace are named `{twice}`")));
+    }
+    let step = file.macro_step_s;
+    let build_members = members.clone();
+    let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
+        let made = |side: Side| -> Result<Box<dyn Subsystem>> {
+            let member = &build_members[side];
+            let side = member
+                .host(parameters, &process)
+                .and_then(|host| ImportedSide::new(host, member.ports.clone(), member.offers.clone(), step));
+            Ok(Box::new(side.map_err(Error::Incompatible)?))
+        };
+        Ok(CoupledSystem::of(PerSide { mechanics: made(Side::Mechanics)?, actuator: made(Side::Actuator)? }))
+    };
+    let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
+    let case = Case {
+        parameters: parameters(&file, &digest),
+        trace_columns: trace,
+        interface_columns,
+        ..Case::new(file.name.clone(), about, defaults, build)
+    };
+    (case.build)(&case.default_parameters(), &rimbench_core::complementarity::SolverEntry::active_set())?;
+    Ok(case)
+}
+
+/// Names of position, velocity and force of each row.
+fn columns(rows: &[Row]) -> Vec<[String; 3]> {
+    let named = rows.iter().enumerate().map(|(index, row)| {
+        let number = if rows.len() == 1 { String::new() } else { format!("_{}", index + 1) };
+        let usual = || ["position", "velocity", "force"].iter().zip(["m", "m_s", "n"]);
+        let usual = usual().map(|(name, unit)| format!("interface{number}_{name}_{unit}")).collect::<Vec<_>>();
+        row.columns.clone().unwrap_or_else(|| std::array::from_fn(|at| usual[at].clone()))
+    });
+    named.collect()
+}
+
+/// Parameters of a case: those of its file, and one that says what it is made from, so that results of other FMUs are not taken for its.
+fn parameters(file: &CaseFile, digest: &str) -> Vec<Parameter> {
+    let given = file.parameters.iter().map(|(name, table)| {
+        let unit = if table.unit.is_empty() { "-" } else { &table.unit };
+        let about = if table.about.is_empty() { "a parameter of an FMU" } else { &table.about };
+        Parameter::number(
+            name.clone(),
+            unit.to_owned(),
+            table.default,
+            Range::Finite,
+            about.to_owned(),
+            "given in the case file",
+        )
+    });
+    let about = "hash of the case file and its FMUs; not to be set";
+    given.chain([Parameter::choice("fmu_digest", [digest.to_owned()], about, "the files themselves")]).collect()
+}
+
+fn digest(text: &str, members: [&Member; 2]) -> String {
+    let mut hash = Sha256::new();
+    hash.update(text);
+    members.iter().for_each(|member| hash.update(&member.unpacked.digest));
+    hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Opens the FMU of a side and finds all that the case file names in it.
+fn member(file: &CaseFile, side: Side, folder: &Path, rows: &[[String; 3]]) -> Result<Member> {
+    let table = if side == Side::Mechanics { &file.mechanics } else { &file.actuator };
+    let unpacked = Unpacked::open(&folder.join(&table.fmu))?;
+    let finder = Finder { unpacked: &unpacked };
+    let end = |row: &'_ Row, which: usize| -> (String, f64) {
+        let ends = if side == Side::Mechanics { &row.mechanics } else { &row.actuator };
+        match [&ends.position, &ends.velocity, &ends.force][which] {
+            End::Plain(variable) => (variable.clone(), 1.0),
+            End::Scaled { variable, factor } => (variable.clone(), *factor),
+        }
+    };
+    // Positions of all rows, then velocities; forces go the other way.
+    let list = |which: &[usize]| {
+        which.iter().flat_map(|&which| (0..rows.len()).map(move |row| (row, which))).collect::<Vec<_>>()
+    };
+    let (motion, force) = (list(&[0, 1]), list(&[2]));
+    let (given, taken) = if side == Side::Mechanics { (motion, force) } else { (force, motion) };
+    let coupled = |list: &[(usize, usize)], causality: &str| -> Result<Vec<(Port, Scaled)>> {
+        let one = |&(row, which): &(usize, usize)| {
+            let (quantity, exponents, unit) = UNITS[which];
+            let (name, factor) = end(&file.interface[row], which);
+            let variable = finder.coupling(&name, causality, side, exponents, unit)?;
+            if !(factor.is_finite() && factor != 0.0) {
+                return Err(finder.wrong(format!(
+                    "variable `{name}`: factor = {factor} is not valid; valid: a finite number but 0"
+                )));
+            }
+            let scaled = Scaled {
+                reference: variable.reference,
+                factor: factor * variable.factor,
+                offset: factor * variable.offset,
+            };
+            Ok((Port::new(rows[row][which].clone(), quantity), scaled))
+        };
+        list.iter().map(one).collect()
+    };
+    let outputs = coupled(&given, "output")?;
+    let inputs = coupled(&taken, "input")?;
+    let description = &unpacked.description;
+    let depends = || {
+        let depends = |output: &Scaled, input: &Scaled| description.depends(output.reference, input.reference);
+        let said = outputs.iter().all(|(_, output)| description.dependencies.contains_key(&output.reference));
+        // Where nothing is said: positions and velocities are states, forces may follow them at once.
+        if !said && side == Side::Mechanics {
+            return false;
+        }
+        outputs.iter().any(|(_, output)| inputs.iter().any(|(_, input)| depends(output, input)))
+    };
+    let ports = Ports {
+        inputs: inputs.iter().map(|(port, _)| port.clone()).collect(),
+        outputs: outputs.iter().map(|(port, _)| port.clone()).collect(),
+        direct_feedthrough: table.direct_feedthrough.unwrap_or_else(depends),
+    };
+    let starts = table.start.iter().map(|(name, value)| finder.start(name, value)).collect::<Result<_>>()?;
+    let mut parameters = Vec::new();
+    for (name, parameter) in &file.parameters {
+        let to = if side == Side::Mechanics { &parameter.mechanics } else { &parameter.actuator };
+        if parameter.mechanics.is_none() && parameter.actuator.is_none() {
+            return Err(Error::Incompatible(format!(
+                "[parameters.{name}] names no variable: mechanics = \"…\" or actuator = \"…\""
+            )));
+        }
+        if let Some(to) = to {
+            let variable = finder.settable(to)?;
+            if variable.kind != Type::Number {
+                return Err(finder.wrong(format!("variable `{to}` is no Float64: parameters of a case are numbers")));
+            }
+            parameters.push((name.clone(), Scaled { reference: variable.reference, factor: 1.0, offset: 0.0 }));
+        }
+    }
+    let observed: Vec<Scaled> = table.observe.iter().map(|name| finder.readable(name)).collect::<Result<_>>()?;
+    let work = table.interface_work.as_ref().map(|name| finder.readable(name)).transpose()?;
+    let rate_of = |(_, output): &(Port, Scaled)| -> Option<Scaled> {
+        let rate = description.variables.iter().find(|variable| variable.derivative == Some(output.reference))?;
+        Some(Scaled { reference: rate.reference, factor: output.factor, offset: 0.0 })
+    };
+    let rates: Option<Vec<Scaled>> =
+        outputs.iter().map(rate_of).collect::<Option<_>>().filter(|_| description.derivatives);
+    let plain = inputs.iter().chain(&outputs).all(|(_, scaled)| scaled.factor == 1.0);
+    let model = if side == Side::Mechanics && plain && unpacked.layered { finder.model(rows.len())? } else { None };
+    let offers = Offers {
+        rates: side == Side::Actuator && rates.is_some(),
+        copies: description.keeps_state,
+        work: work.is_some(),
+        observables: table.observe.iter().cloned().map(Name::from).collect(),
+        model: model.as_ref().map(|(_, size)| *size),
+    };
+    let plan = Plan {
+        file: unpacked.file.clone(),
+        library: unpacked.library.clone(),
+        needs: table.needs.clone(),
+        resources: unpacked.folder.path().join("resources"),
+        version_2: description.is_version_2(),
+        token: description.token.clone(),
+        starts,
+        inputs: inputs.into_iter().map(|(_, scaled)| scaled).collect(),
+        outputs: outputs.into_iter().map(|(_, scaled)| scaled).collect(),
+        rates,
+        derivatives: description.derivatives,
+        keeps_state: description.keeps_state,
+        step: description.variable("rim.step").filter(|_| unpacked.layered).map(|variable| variable.reference),
+        model: model.map(|(model, _)| model),
+        observed,
+        work: work.map(|work| work.reference),
+    };
+    Ok(Member { plan, ports, offers, parameters, unpacked })
+}
+
+/// Looks variables up in an FMU.
+struct Finder<'a> {
+    unpacked: &'a Unpacked,
+}
+
+impl Finder<'_> {
+    fn wrong(&self, message: String) -> Error {
+        Error::file(&self.unpacked.file, message)
+    }
+
+    /// A variable by its name; of others those with `causality` are offered instead.
+    fn variable(&self, name: &str, causality: &str) -> Result<&FmuVariable> {
+        let description = &self.unpacked.description;
+        description.variable(name).ok_or_else(|| {
+            let others = description.variables.iter().filter(|variable| variable.causality == causality);
+            self.wrong(Error::unknown("variable", name, others.map(|variable| &*variable.name)).to_string())
+        })
+    }
+
+    /// A coupling variable.
+    fn coupling(
+        &self,
+        name: &str,
+        causality: &str,
+        side: Side,
+        exponents: [i32; 4],
+        unit: &str,
+    ) -> Result<&FmuVariable> {
+        let variable = self.variable(name, causality)?;
+        if variable.causality != causality {
+            let side = side_name(side);
+            let message = format!(
+                "variable `{name}` is of causality {}; as a coupling variable of the {side} it must be {causality}",
+                variable.causality
+            );
+            return Err(self.wrong(message));
+        }
+        if variable.kind != Type::Number || !variable.dimensions.is_empty() {
+            return Err(self.wrong(format!("variable `{name}` is not one number of type Float64 (Real)")));
+        }
+        if variable.exponents.is_some_and(|own| own != exponents) {
+            return Err(
+                self.wrong(format!("variable `{name}` is in `{}`, which is no unit like {unit}", variable.unit))
+            );
+        }
+        Ok(variable)
+    }
+
+    /// A variable that can be set before a run.
+    fn settable(&self, name: &str) -> Result<&FmuVariable> {
+        let variable = self.variable(name, "parameter")?;
+        if ["parameter", "structuralParameter", "input", "local"].contains(&&*variable.causality)
+            && variable.dimensions.is_empty()
+        {
+            return Ok(variable);
+        }
+        Err(self.wrong(format!(
+            "variable `{name}` is of causality {}; what is set at the start must be a parameter",
+            variable.causality
+        )))
+    }
+
+    fn start(&self, name: &str, value: &toml::Value) -> Result<Start> {
+        let variable = self.settable(name)?;
+        let reference = variable.reference;
+        let start = match (variable.kind, value) {
+            (Type::Number, toml::Value::Float(number)) => Start::Number(reference, *number),
+            (Type::Number, toml::Value::Integer(number)) => Start::Number(reference, *number as f64),
+            (Type::Integer, toml::Value::Integer(number)) => match i32::try_from(*number) {
+                Ok(number) => Start::Integer(reference, number),
+                Err(_) => return Err(self.wrong(format!("variable `{name}` = {number} has no room in 32 bits"))),
+            },
+            (Type::Boolean, toml::Value::Boolean(truth)) => Start::Boolean(reference, *truth),
+            (Type::Text, toml::Value::String(text)) => Start::Text(reference, text.clone()),
+            (kind, value) => {
+                let wanted = match kind {
+                    Type::Number => "a number",
+                    Type::Integer => "a whole number",
+                    Type::Boolean => "true or false",
+                    Type::Text => "a text",
+                    Type::Other => "of a type that cannot be set here",
+                };
+                return Err(self.wrong(format!(
+                    "variable `{name}`: its start value is of type {}; valid: {wanted}",
+                    value.type_str()
+                )));
+            }
+        };
+        Ok(start)
+    }
+
+    /// A number to be looked at, in SI.
+    fn readable(&self, name: &str) -> Result<Scaled> {
+        let variable = self.variable(name, "output")?;
+        if variable.kind != Type::Number || !variable.dimensions.is_empty() {
+            return Err(self.wrong(format!("variable `{name}` is not one number of type Float64 (Real)")));
+        }
+        Ok(Scaled { reference: variable.reference, factor: variable.factor, offset: variable.offset })
+    }
+
+    /// The interface model of our proposal, with the numbers of its contacts and interface rows.
+    fn model(&self, rows: usize) -> Result<Option<(ModelVariables, [usize; 2])>> {
+        let description = &self.unpacked.description;
+        let find = |name: &str, kind: Type, dimensions: &[usize]| -> Result<(u32, usize)> {
+            let found = description.variable(name);
+            let found = found.filter(|variable| variable.kind == kind && variable.dimensions == dimensions);
+            let found = found.ok_or_else(|| {
+                self.wrong(format!(
+                    "its interface model has no variable `{name}` with dimensions {dimensions:?} and the right type"
+                ))
+            })?;
+            Ok((found.reference, dimensions.iter().product()))
+        };
+        let extent = |name: &str| match description.variable(name).map(|variable| &*variable.dimensions) {
+            Some(&[extent]) => Ok(extent),
+            _ => Err(self.wrong(format!("its interface model has no variable `{name}` with one dimension"))),
+        };
+        let (n, interface) = (extent("rim.a")?, extent("rim.position")?);
+        let Some(contacts) = n.checked_sub(interface).filter(|_| interface == rows) else {
+            return Err(self
+                .wrong(format!("its interface model has {interface} rows of the interface, and the case has {rows}")));
+        };
+        if n > MOST_ROWS {
+            return Err(self.wrong(format!("its interface model has {n} rows; at most {MOST_ROWS} make sense")));
+        }
+        let number = |name: &str, dimensions: &[usize]| find(name, Type::Number, dimensions);
+        let mut numbers = vec![
+            number("rim.H", &[n, n])?,
+            number("rim.a", &[n])?,
+            number("rim.w", &[n])?,
+            number("rim.position", &[interface])?,
+        ];
+        let mut truths = Vec::new();
+        if contacts > 0 {
+            numbers.push(number("rim.gap", &[contacts])?);
+            truths.push(find("rim.at_bound", Type::Boolean, &[contacts])?);
+        }
+        for name in ["rim.stabilisation", "rim.restitution", "rim.contact_stiffness", "rim.contact_damping"] {
+            numbers.push(number(name, &[])?);
+        }
+        let step = number("rim.step", &[])?.0;
+        Ok(Some((ModelVariables { step, numbers, truths }, [contacts, interface])))
+    }
+}

@@ -1,0 +1,179 @@
+//! `modelDescription.xml` as far as it is needed.
+
+use roxmltree::{Document, Node};
+use std::collections::BTreeMap;
+
+/// Type of a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Type {
+    Number,
+    Integer,
+    Boolean,
+    Text,
+    /// What is of no use here.
+    Other,
+}
+
+/// A variable of an FMU.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FmuVariable {
+    pub(super) name: String,
+    pub(super) reference: u32,
+    pub(super) kind: Type,
+    pub(super) causality: String,
+    /// What one of its unit is in SI base units; 1 where it says none.
+    pub(super) factor: f64,
+    pub(super) offset: f64,
+    /// Exponents of kg, m, s, rad, where its unit says them.
+    pub(super) exponents: Option<[i32; 4]>,
+    pub(super) unit: String,
+    /// The value reference of the variable that this one is the derivative of.
+    pub(super) derivative: Option<u32>,
+    /// Extents, where they are fixed numbers.
+    pub(super) dimensions: Vec<usize>,
+}
+
+/// What an FMU says of itself.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Description {
+    pub(super) version: String,
+    pub(super) token: String,
+    pub(super) identifier: String,
+    pub(super) keeps_state: bool,
+    pub(super) derivatives: bool,
+    pub(super) variables: Vec<FmuVariable>,
+    /// For an output with dependencies that are listed, the value references that it depends on.
+    pub(super) dependencies: BTreeMap<u32, Vec<u32>>,
+}
+
+struct Unit {
+    factor: f64,
+    offset: f64,
+    exponents: Option<[i32; 4]>,
+}
+
+impl Description {
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        let document = Document::parse(text).map_err(|error| error.to_string())?;
+        let root = document.root_element();
+        if root.tag_name().name() != "fmiModelDescription" {
+            return Err(format!("its root is `{}`, not `fmiModelDescription`", root.tag_name().name()));
+        }
+        let version = root.attribute("fmiVersion").unwrap_or_default().to_owned();
+        if !version.starts_with("3.") && version != "2.0" {
+            return Err(format!("fmiVersion = {version} is not valid; valid: 2.0, 3.0"));
+        }
+        let two = version == "2.0";
+        let child = |name: &str| root.children().find(|node| node.has_tag_name(name));
+        let slave = child("CoSimulation").ok_or("it is not for co-simulation: there is no <CoSimulation>")?;
+        let needed =
+            |name: &str| slave.attribute(name).map(str::to_owned).ok_or(format!("<CoSimulation> has no {name}"));
+        let flag = |name: &str| slave.attribute(name).is_some_and(|value| value == "true" || value == "1");
+        let units = child("UnitDefinitions").map(read_units).unwrap_or_default();
+        let mut variables = Vec::new();
+        for node in child("ModelVariables").into_iter().flat_map(|list| list.children()).filter(Node::is_element) {
+            variables.push(read_variable(node, &units, two)?);
+        }
+        if two {
+            // In FMI 2.0 a derivative names the place of its variable, from 1.
+            let references: Vec<u32> = variables.iter().map(|variable| variable.reference).collect();
+            for variable in &mut variables {
+                let place = variable.derivative.and_then(|place| (place as usize).checked_sub(1));
+                variable.derivative = place.and_then(|place| references.get(place).copied());
+            }
+        }
+        let mut dependencies = BTreeMap::new();
+        for output in child("ModelStructure").into_iter().flat_map(|list| list.descendants()) {
+            let (place, given) = match output.tag_name().name() {
+                "Output" => (output.attribute("valueReference"), output.attribute("dependencies")),
+                "Unknown" if output.parent().is_some_and(|parent| parent.has_tag_name("Outputs")) => {
+                    (output.attribute("index"), output.attribute("dependencies"))
+                }
+                _ => continue,
+            };
+            let reference = |text: &str| -> Option<u32> {
+                let number: u32 = text.parse().ok()?;
+                if two {
+                    variables.get((number as usize).checked_sub(1)?).map(|variable: &FmuVariable| variable.reference)
+                } else {
+                    Some(number)
+                }
+            };
+            if let (Some(place), Some(given)) = (place.and_then(reference), given) {
+                dependencies.insert(place, given.split_whitespace().filter_map(reference).collect());
+            }
+        }
+        Ok(Description {
+            token: root.attribute(if two { "guid" } else { "instantiationToken" }).unwrap_or_default().to_owned(),
+            identifier: needed("modelIdentifier")?,
+            keeps_state: flag(if two { "canGetAndSetFMUstate" } else { "canGetAndSetFMUState" }),
+            derivatives: flag(if two { "providesDirectionalDerivative" } else { "providesDirectionalDerivatives" }),
+            version,
+            variables,
+            dependencies,
+        })
+    }
+
+    pub(super) fn is_version_2(&self) -> bool {
+        self.version == "2.0"
+    }
+
+    pub(super) fn variable(&self, name: &str) -> Option<&FmuVariable> {
+        self.variables.iter().find(|variable| variable.name == name)
+    }
+
+    /// Whether one variable may depend on another at once; where nothing is said it may.
+    pub(super) fn depends(&self, output: u32, input: u32) -> bool {
+        self.dependencies.get(&output).is_none_or(|known| known.contains(&input))
+    }
+}
+
+fn read_units(list: Node<'_, '_>) -> BTreeMap<String, Unit> {
+    let mut units = BTreeMap::new();
+    for node in list.children().filter(|node| node.has_tag_name("Unit")) {
+        let base = node.children().find(|node| node.has_tag_name("BaseUnit"));
+        let number = |name: &str, usual: f64| base.and_then(|base| base.attribute(name)?.parse().ok()).unwrap_or(usual);
+        let exponent = |name: &str| number(name, 0.0) as i32;
+        let unit = Unit {
+            factor: number("factor", 1.0),
+            offset: number("offset", 0.0),
+            exponents: base.map(|_| ["kg", "m", "s", "rad"].map(exponent)),
+        };
+        units.insert(node.attribute("name").unwrap_or_default().to_owned(), unit);
+    }
+    units
+}
+
+fn read_variable(node: Node<'_, '_>, units: &BTreeMap<String, Unit>, two: bool) -> Result<FmuVariable, String> {
+    let name = node.attribute("name").ok_or("a variable has no name")?.to_owned();
+    let reference = node.attribute("valueReference").and_then(|text| text.parse().ok());
+    let reference = reference.ok_or_else(|| format!("variable `{name}` has no value reference"))?;
+    let inner = if two { node.children().find(Node::is_element) } else { Some(node) };
+    let inner = inner.ok_or_else(|| format!("variable `{name}` has no type"))?;
+    let kind = match inner.tag_name().name() {
+        "Float64" | "Real" => Type::Number,
+        "Int32" if !two => Type::Integer,
+        "Integer" => Type::Integer,
+        "Boolean" => Type::Boolean,
+        "String" => Type::Text,
+        _ => Type::Other,
+    };
+    let unit = inner.attribute("unit").unwrap_or_default().to_owned();
+    let known = units.get(&unit);
+    let dimensions = node.children().filter(|node| node.has_tag_name("Dimension"));
+    Ok(FmuVariable {
+        reference,
+        kind,
+        causality: node.attribute("causality").unwrap_or("local").to_owned(),
+        factor: known.map_or(1.0, |unit| unit.factor),
+        offset: known.map_or(0.0, |unit| unit.offset),
+        exponents: known.and_then(|unit| unit.exponents),
+        unit,
+        derivative: inner.attribute("derivative").and_then(|text| text.parse().ok()),
+        // An extent that is another variable's is none that can be relied on.
+        dimensions: dimensions
+            .map(|node| node.attribute("start").and_then(|text| text.parse().ok()).unwrap_or(0))
+            .collect(),
+        name,
+    })
+}

@@ -1,0 +1,633 @@
+//! The library of an FMU, loaded into this process.
+//!
+//! Types and names are those of the standards' `fmi3FunctionTypes.h` and `fmi2FunctionTypes.h`, by hand.
+
+#![allow(unsafe_code, reason = "functions of a library that others wrote")]
+
+use super::host::{Ask, Host, Plan, Scaled, Start};
+use libloading::Library;
+use std::ffi::{CString, c_char, c_int, c_void};
+use std::fmt::Display;
+use std::ptr;
+use std::sync::Mutex;
+
+type Instance = *mut c_void;
+type Keep = *mut c_void;
+/// Longest log of one call that is repeated, characters.
+const LONGEST_LOG: usize = 400;
+
+type Log3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+
+/// What a library calls with printf's arguments in FMI 2.0; of these only the text is used.
+type Log2 = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
+
+#[repr(C)]
+struct Callbacks2 {
+    log: Log2,
+    allocate: unsafe extern "C" fn(usize, usize) -> *mut c_void,
+    free: unsafe extern "C" fn(*mut c_void),
+    finished: *const c_void,
+    environment: *mut c_void,
+}
+
+unsafe extern "C" {
+    fn calloc(count: usize, size: usize) -> *mut c_void;
+    fn free(memory: *mut c_void);
+}
+
+/// What the library has said since it was last asked.
+type Said = Mutex<String>;
+
+/// # Safety
+/// `said` is a [`Said`], and `message` a text that ends in zero, or null.
+unsafe fn note(said: *mut c_void, message: *const c_char) {
+    let (Some(said), false) = (unsafe { said.cast::<Said>().as_ref() }, message.is_null()) else { return };
+    let message = unsafe { std::ffi::CStr::from_ptr(message) }.to_string_lossy();
+    if let Ok(mut said) = said.lock()
+        && said.len() < LONGEST_LOG
+    {
+        if !said.is_empty() {
+            said.push_str("; ");
+        }
+        said.extend(message.trim().chars().map(|c| if c.is_control() { ' ' } else { c }).take(LONGEST_LOG));
+    }
+}
+
+unsafe extern "C" fn log_3(environment: *mut c_void, _status: c_int, _category: *const c_char, message: *const c_char) {
+    unsafe { note(environment, message) };
+}
+
+unsafe extern "C" fn log_2(
+    environment: *mut c_void,
+    _name: *const c_char,
+    _status: c_int,
+    _category: *const c_char,
+    message: *const c_char,
+) {
+    unsafe { note(environment, message) };
+}
+
+/// What an error says, with what is behind it; one line.
+fn why(error: &dyn std::error::Error) -> String {
+    let behind = error.source().map_or(String::new(), |source| format!(" ({source})"));
+    format!("{error}{behind}").replace('\n', " ")
+}
+
+/// Loads a library for good, its symbols for all that are loaded after it.
+#[cfg(unix)]
+fn load_for_all(library: &std::path::Path) -> Result<(), libloading::Error> {
+    use libloading::os::unix::{Library, RTLD_GLOBAL, RTLD_NOW};
+    // SAFETY: whoever names a library trusts it.
+    unsafe { Library::open(Some(library), RTLD_NOW | RTLD_GLOBAL) }.map(std::mem::forget)
+}
+
+/// Loads a library for good.
+#[cfg(not(unix))]
+fn load_for_all(library: &std::path::Path) -> Result<(), libloading::Error> {
+    // SAFETY: whoever names a library trusts it.
+    unsafe { Library::new(library) }.map(std::mem::forget)
+}
+
+/// Functions whose types are the same in both versions, by what they are called.
+struct Functions {
+    free: unsafe extern "C" fn(Instance),
+    terminate: unsafe extern "C" fn(Instance) -> c_int,
+    exit_initialization: unsafe extern "C" fn(Instance) -> c_int,
+    numbers: Numbers,
+    step: Step,
+    state: Option<StateFunctions>,
+    derivative: Option<Derivative>,
+    booleans: Option<unsafe extern "C" fn(Instance, *const u32, usize, *mut bool, usize) -> c_int>,
+}
+
+struct StateFunctions {
+    get: unsafe extern "C" fn(Instance, *mut Keep) -> c_int,
+    set: unsafe extern "C" fn(Instance, Keep) -> c_int,
+    free: unsafe extern "C" fn(Instance, *mut Keep) -> c_int,
+}
+
+#[derive(Clone, Copy)]
+enum Numbers {
+    Two {
+        get: unsafe extern "C" fn(Instance, *const u32, usize, *mut f64) -> c_int,
+        set: unsafe extern "C" fn(Instance, *const u32, usize, *const f64) -> c_int,
+    },
+    Three {
+        get: unsafe extern "C" fn(Instance, *const u32, usize, *mut f64, usize) -> c_int,
+        set: unsafe extern "C" fn(Instance, *const u32, usize, *const f64, usize) -> c_int,
+    },
+}
+
+#[derive(Clone, Copy)]
+enum Step {
+    Two(unsafe extern "C" fn(Instance, f64, f64, c_int) -> c_int),
+    Three(unsafe extern "C" fn(Instance, f64, f64, bool, *mut bool, *mut bool, *mut bool, *mut f64) -> c_int),
+}
+
+#[derive(Clone, Copy)]
+enum Derivative {
+    Two(unsafe extern "C" fn(Instance, *const u32, usize, *const u32, usize, *const f64, *mut f64) -> c_int),
+    Three(
+        unsafe extern "C" fn(
+            Instance,
+            *const u32,
+            usize,
+            *const u32,
+            usize,
+            *const f64,
+            usize,
+            *mut f64,
+            usize,
+        ) -> c_int,
+    ),
+}
+
+/// A copy of an FMU's state.
+#[derive(Default)]
+struct Slot {
+    /// The state while another copy is the present one, or what was one: the FMU may write over it.
+    kept: Option<Keep>,
+    /// Whether somebody has it.
+    used: bool,
+}
+
+/// An FMU in this process.
+pub(super) struct Loaded {
+    plan: Plan,
+    functions: Functions,
+    instance: Instance,
+    copies: Vec<Slot>,
+    present: usize,
+    inputs: Vec<u32>,
+    outputs: Vec<u32>,
+    rates: Vec<u32>,
+    observed: Vec<u32>,
+    room: Vec<f64>,
+    truths: Vec<bool>,
+    said: Box<Said>,
+    _callbacks: Option<Box<Callbacks2>>,
+    /// Last, because it must outlive what calls into it.
+    _library: Library,
+}
+
+// SAFETY: an instance is called from one thread at a time, which is all that FMI asks; `Loaded` is never shared.
+unsafe impl Send for Loaded {}
+
+impl Loaded {
+    /// Loads, makes an instance, sets its start values, and lets it begin.
+    pub(super) fn new(plan: Plan) -> Result<Self, String> {
+        let said = Box::new(Said::default());
+        let environment: *mut c_void = (&raw const *said).cast_mut().cast();
+        let file = plan.file.display().to_string();
+        let wrong = |message: &dyn Display| format!("{file}: {message}");
+        plan.needs.iter().try_for_each(|needed| {
+            load_for_all(needed).map_err(|error| {
+                wrong(&format!("needs = {}, which cannot be loaded: {}", needed.display(), why(&error)))
+            })
+        })?;
+        // SAFETY: what a library does when it is loaded is its own business; whoever names an FMU trusts it.
+        let library = unsafe { Library::new(&plan.library) }
+            .map_err(|error| wrong(&format!("its library cannot be loaded: {}", why(&error))))?;
+        /// A function by its name.
+        macro_rules! function {
+            ($name:literal) => {
+                // SAFETY: the type is that of the standard for this name.
+                *unsafe { library.get($name) }.map_err(|error| {
+                    wrong(&format!("its library has no {}: {}", String::from_utf8_lossy($name), why(&error)))
+                })?
+            };
+        }
+        let two = plan.version_2;
+        let functions = if two {
+            Functions {
+                free: function!(b"fmi2FreeInstance"),
+                terminate: function!(b"fmi2Terminate"),
+                exit_initialization: function!(b"fmi2ExitInitializationMode"),
+                numbers: Numbers::Two { get: function!(b"fmi2GetReal"), set: function!(b"fmi2SetReal") },
+                step: Step::Two(function!(b"fmi2DoStep")),
+                state: None,
+                derivative: if plan.derivatives {
+                    Some(Derivative::Two(function!(b"fmi2GetDirectionalDerivative")))
+                } else {
+                    None
+                },
+                booleans: None,
+            }
+        } else {
+            Functions {
+                free: function!(b"fmi3FreeInstance"),
+                terminate: function!(b"fmi3Terminate"),
+                exit_initialization: function!(b"fmi3ExitInitializationMode"),
+                numbers: Numbers::Three { get: function!(b"fmi3GetFloat64"), set: function!(b"fmi3SetFloat64") },
+                step: Step::Three(function!(b"fmi3DoStep")),
+                state: None,
+                derivative: if plan.derivatives {
+                    Some(Derivative::Three(function!(b"fmi3GetDirectionalDerivative")))
+                } else {
+                    None
+                },
+                booleans: if plan.model.is_some() { Some(function!(b"fmi3GetBoolean")) } else { None },
+            }
+        };
+        let state = match (plan.keeps_state, two) {
+            (false, _) => None,
+            (true, true) => Some(StateFunctions {
+                get: function!(b"fmi2GetFMUstate"),
+                set: function!(b"fmi2SetFMUstate"),
+                free: function!(b"fmi2FreeFMUstate"),
+            }),
+            (true, false) => Some(StateFunctions {
+                get: function!(b"fmi3GetFMUState"),
+                set: function!(b"fmi3SetFMUState"),
+                free: function!(b"fmi3FreeFMUState"),
+            }),
+        };
+        let functions = Functions { state, ..functions };
+        let text = |text: &str| CString::new(text).map_err(|_| wrong(&"a text has a zero in it"));
+        let (name, token) = (text("rimbench")?, text(&plan.token)?);
+        let resources = plan.resources.display();
+        let mut callbacks = None;
+        let instance = if two {
+            let resources = text(&format!("file://{resources}"))?;
+            let given = callbacks.insert(Box::new(Callbacks2 {
+                log: log_2,
+                allocate: calloc,
+                free,
+                finished: ptr::null(),
+                environment,
+            }));
+            type Instantiate = unsafe extern "C" fn(
+                *const c_char,
+                c_int,
+                *const c_char,
+                *const c_char,
+                *const Callbacks2,
+                c_int,
+                c_int,
+            ) -> Instance;
+            let instantiate: Instantiate = function!(b"fmi2Instantiate");
+            // SAFETY: types of the standard; the callbacks live as long as the instance. 1: fmi2CoSimulation.
+            unsafe { instantiate(name.as_ptr(), 1, token.as_ptr(), resources.as_ptr(), &raw const **given, 0, 0) }
+        } else {
+            let resources = text(&format!("{resources}/"))?;
+            type Instantiate = unsafe extern "C" fn(
+                *const c_char,
+                *const c_char,
+                *const c_char,
+                bool,
+                bool,
+                bool,
+                bool,
+                *const u32,
+                usize,
+                *mut c_void,
+                Option<Log3>,
+                *const c_void,
+            ) -> Instance;
+            let instantiate: Instantiate = function!(b"fmi3InstantiateCoSimulation");
+            // SAFETY: types of the standard; what `environment` points to lives as long as the instance.
+            unsafe {
+                instantiate(
+                    name.as_ptr(),
+                    token.as_ptr(),
+                    resources.as_ptr(),
+                    false,
+                    false,
+                    false,
+                    false,
+                    ptr::null(),
+                    0,
+                    environment,
+                    Some(log_3),
+                    ptr::null(),
+                )
+            }
+        };
+        if instance.is_null() {
+            let said = said.lock().map(|said| said.clone()).unwrap_or_default();
+            let said = if said.is_empty() { "it does not say why".to_owned() } else { said };
+            return Err(wrong(&format!("no instance can be made: {said}")));
+        }
+        let references = |list: &[Scaled]| list.iter().map(|variable| variable.reference).collect::<Vec<_>>();
+        let mut loaded = Loaded {
+            functions,
+            instance,
+            copies: vec![Slot { kept: None, used: true }],
+            present: 0,
+            inputs: references(&plan.inputs),
+            outputs: references(&plan.outputs),
+            rates: plan.rates.as_deref().map(references).unwrap_or_default(),
+            observed: references(&plan.observed),
+            room: Vec::new(),
+            truths: Vec::new(),
+            said,
+            _callbacks: callbacks,
+            _library: library,
+            plan,
+        };
+        loaded.begin()?;
+        Ok(loaded)
+    }
+
+    /// From instantiation to step mode.
+    fn begin(&mut self) -> Result<(), String> {
+        let (instance, two) = (self.instance, self.plan.version_2);
+        let starts = self.plan.starts.clone();
+        for start in &starts {
+            self.set_start(start)?;
+        }
+        // SAFETY: types of the standard, and an instance that is alive; so in all that follows.
+        let status = if two {
+            type Setup = unsafe extern "C" fn(Instance, c_int, f64, f64, c_int, f64) -> c_int;
+            type Enter = unsafe extern "C" fn(Instance) -> c_int;
+            let (setup, enter): (Setup, Enter) =
+                (self.find(b"fmi2SetupExperiment")?, self.find(b"fmi2EnterInitializationMode")?);
+            let status = unsafe { setup(instance, 0, 0.0, 0.0, 0, 0.0) };
+            self.check(status, "fmi2SetupExperiment")?;
+            unsafe { enter(instance) }
+        } else {
+            type Enter = unsafe extern "C" fn(Instance, bool, f64, f64, bool, f64) -> c_int;
+            let enter: Enter = self.find(b"fmi3EnterInitializationMode")?;
+            unsafe { enter(instance, false, 0.0, 0.0, false, 0.0) }
+        };
+        self.check(status, "EnterInitializationMode")?;
+        let status = unsafe { (self.functions.exit_initialization)(instance) };
+        self.check(status, "ExitInitializationMode")
+    }
+
+    fn find<F: Copy>(&self, name: &[u8]) -> Result<F, String> {
+        // SAFETY: callers give the type that the standard has for the name.
+        let found = unsafe { self._library.get::<F>(name) };
+        found.map(|function| *function).map_err(|error| {
+            format!(
+                "{}: its library has no {}: {}",
+                self.plan.file.display(),
+                String::from_utf8_lossy(name),
+                why(&error)
+            )
+        })
+    }
+
+    fn set_start(&mut self, start: &Start) -> Result<(), String> {
+        let (instance, two) = (self.instance, self.plan.version_2);
+        type Set2<T> = unsafe extern "C" fn(Instance, *const u32, usize, *const T) -> c_int;
+        type Set3<T> = unsafe extern "C" fn(Instance, *const u32, usize, *const T, usize) -> c_int;
+        let status = match (start, two) {
+            (Start::Number(at, value), _) => return self.set(&[*at], &[*value]),
+            (Start::Integer(at, value), true) => unsafe {
+                self.find::<Set2<c_int>>(b"fmi2SetInteger")?(instance, at, 1, value)
+            },
+            (Start::Integer(at, value), false) => unsafe {
+                self.find::<Set3<i32>>(b"fmi3SetInt32")?(instance, at, 1, value, 1)
+            },
+            (Start::Boolean(at, value), true) => unsafe {
+                self.find::<Set2<c_int>>(b"fmi2SetBoolean")?(instance, at, 1, &c_int::from(*value))
+            },
+            (Start::Boolean(at, value), false) => unsafe {
+                self.find::<Set3<bool>>(b"fmi3SetBoolean")?(instance, at, 1, value, 1)
+            },
+            (Start::Text(at, value), two) => {
+                let text = CString::new(value.as_str()).map_err(|_| "a start value has a zero in it")?;
+                let pointer = text.as_ptr();
+                if two {
+                    unsafe { self.find::<Set2<*const c_char>>(b"fmi2SetString")?(instance, at, 1, &pointer) }
+                } else {
+                    unsafe { self.find::<Set3<*const c_char>>(b"fmi3SetString")?(instance, at, 1, &pointer, 1) }
+                }
+            }
+        };
+        self.check(status, "setting a start value")
+    }
+
+    /// A status as a result: `OK` and `Warning` are none.
+    fn check(&self, status: c_int, what: &str) -> Result<(), String> {
+        if (0..=1).contains(&status) {
+            return Ok(());
+        }
+        let name = ["OK", "Warning", "Discard", "Error", "Fatal", "Pending"];
+        let name = usize::try_from(status)
+            .ok()
+            .and_then(|status| name.get(status))
+            .copied()
+            .unwrap_or("a status that there is not");
+        let said = self.said.lock().map(|mut said| std::mem::take(&mut *said)).unwrap_or_default();
+        let said = if said.is_empty() { String::new() } else { format!(": {said}") };
+        Err(format!("{}: {what} returned {name}{said}", self.plan.file.display()))
+    }
+
+    fn set(&self, references: &[u32], values: &[f64]) -> Result<(), String> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len();
+        let status = match self.functions.numbers {
+            Numbers::Two { set, .. } => unsafe { set(self.instance, references.as_ptr(), n, values.as_ptr()) },
+            Numbers::Three { set, .. } => unsafe {
+                set(self.instance, references.as_ptr(), n, values.as_ptr(), values.len())
+            },
+        };
+        self.check(status, "setting a number")
+    }
+
+    fn get(&self, references: &[u32], values: &mut [f64]) -> Result<(), String> {
+        if references.is_empty() {
+            return Ok(());
+        }
+        let n = references.len();
+        let status = match self.functions.numbers {
+            Numbers::Two { get, .. } => unsafe { get(self.instance, references.as_ptr(), n, values.as_mut_ptr()) },
+            Numbers::Three { get, .. } => unsafe {
+                get(self.instance, references.as_ptr(), n, values.as_mut_ptr(), values.len())
+            },
+        };
+        self.check(status, "getting a number")
+    }
+
+    /// Sets the inputs, given in SI.
+    fn put(&mut self, u: &[f64]) -> Result<(), String> {
+        if u.len() != self.inputs.len() {
+            return Err(format!("{} inputs for {}", u.len(), self.inputs.len()));
+        }
+        let mut room = std::mem::take(&mut self.room);
+        room.clear();
+        room.extend(u.iter().zip(&self.plan.inputs).map(|(u, scale)| scale.inwards(*u)));
+        let done = self.set(&self.inputs, &room);
+        self.room = room;
+        done
+    }
+
+    /// Appends the values of some variables, in SI.
+    fn take(&self, references: &[u32], scales: &[Scaled], output: &mut Vec<f64>) -> Result<(), String> {
+        let from = output.len();
+        output.resize(from + references.len(), 0.0);
+        self.get(references, &mut output[from..])?;
+        output[from..].iter_mut().zip(scales).for_each(|(value, scale)| *value = scale.outwards(*value));
+        Ok(())
+    }
+
+    /// Makes a copy the present one.
+    fn activate(&mut self, id: usize) -> Result<(), String> {
+        if id == self.present {
+            return Ok(());
+        }
+        let kept =
+            self.copies.get(id).filter(|copy| copy.used).and_then(|copy| copy.kept).ok_or("there is no such copy")?;
+        if self.copies[self.present].used {
+            self.store(self.present)?;
+        }
+        let Some(functions) = &self.functions.state else { return Err("it keeps no state".to_owned()) };
+        let status = unsafe { (functions.set)(self.instance, kept) };
+        self.check(status, "setting its state")?;
+        self.present = id;
+        Ok(())
+    }
+
+    /// Keeps the present state under a number.
+    fn store(&mut self, id: usize) -> Result<(), String> {
+        let Some(functions) = &self.functions.state else { return Err("it keeps no state".to_owned()) };
+        let mut kept = self.copies[id].kept.unwrap_or(ptr::null_mut());
+        let status = unsafe { (functions.get)(self.instance, &raw mut kept) };
+        self.copies[id].kept = (!kept.is_null()).then_some(kept);
+        self.check(status, "getting its state")
+    }
+
+    fn release(&mut self, id: usize) {
+        if let (Some(functions), Some(mut kept)) = (&self.functions.state, self.copies[id].kept.take()) {
+            // What cannot be freed is the FMU's loss.
+            let _ = unsafe { (functions.free)(self.instance, &raw mut kept) };
+        }
+    }
+
+    /// `∂unknowns/∂inputs`, row by row, in SI.
+    fn jacobian(&mut self, of_rates: bool, output: &mut Vec<f64>) -> Result<(), String> {
+        let (unknowns, scales) = if of_rates {
+            (&self.rates, self.plan.rates.as_deref().unwrap_or_default())
+        } else {
+            (&self.outputs, &*self.plan.outputs)
+        };
+        let (rows, columns) = (unknowns.len(), self.inputs.len());
+        let from = output.len();
+        output.resize(from + rows * columns, 0.0);
+        let Some(derivative) = self.functions.derivative else {
+            return Err("it has no directional derivatives".to_owned());
+        };
+        let mut column = vec![0.0; rows];
+        for (at, (input, scale)) in self.inputs.iter().zip(&self.plan.inputs).enumerate() {
+            let status = match derivative {
+                Derivative::Two(call) => unsafe {
+                    call(self.instance, unknowns.as_ptr(), rows, input, 1, &1.0, column.as_mut_ptr())
+                },
+                Derivative::Three(call) => unsafe {
+                    call(self.instance, unknowns.as_ptr(), rows, input, 1, &1.0, 1, column.as_mut_ptr(), rows)
+                },
+            };
+            self.check(status, "a directional derivative")?;
+            for (row, (value, own)) in column.iter().zip(scales).enumerate() {
+                output[from + row * columns + at] = value * (own.factor / scale.factor);
+            }
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, t: f64, h: f64) -> Result<(), String> {
+        let status = match self.functions.step {
+            Step::Two(call) => unsafe { call(self.instance, t, h, 0) },
+            Step::Three(call) => {
+                let (mut event, mut terminate, mut early, mut last) = (false, false, false, t);
+                let status = unsafe {
+                    call(self.instance, t, h, false, &raw mut event, &raw mut terminate, &raw mut early, &raw mut last)
+                };
+                if (0..=1).contains(&status) && (terminate || early) {
+                    let what =
+                        if terminate { "wants the simulation to end" } else { "returned before the end of its step" };
+                    return Err(format!("{}: it {what} at {last} s", self.plan.file.display()));
+                }
+                status
+            }
+        };
+        self.check(status, "DoStep")
+    }
+}
+
+impl Host for Loaded {
+    fn ask(&mut self, ask: Ask, id: u32, input: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
+        output.clear();
+        if ask == Ask::Drop {
+            // Its room is for the next copy.
+            self.copies.get_mut(id as usize).ok_or("there is no such copy")?.used = false;
+            return Ok(());
+        }
+        self.activate(id as usize)?;
+        match ask {
+            Ask::Outputs => {
+                self.put(input)?;
+                self.take(&self.outputs, &self.plan.outputs, output)
+            }
+            Ask::Step => {
+                let [t, h, u @ ..] = input else { return Err("a step needs a time and a length".to_owned()) };
+                self.put(u)?;
+                self.step(*t, *h)?;
+                self.take(&self.outputs, &self.plan.outputs, output)
+            }
+            Ask::Rates => {
+                let [_, u @ ..] = input else { return Err("rates need a time".to_owned()) };
+                self.put(u)?;
+                self.take(&self.rates, self.plan.rates.as_deref().unwrap_or_default(), output)?;
+                self.jacobian(false, output)?;
+                self.jacobian(true, output)
+            }
+            Ask::Model => {
+                let Some(model) = &self.plan.model else { return Err("it has no interface model".to_owned()) };
+                self.set(&[model.step], input)?;
+                for &(reference, count) in &model.numbers {
+                    let from = output.len();
+                    output.resize(from + count, 0.0);
+                    self.get(&[reference], &mut output[from..])?;
+                }
+                for &(reference, count) in &model.truths {
+                    let Some(get) = self.functions.booleans else { return Err("it gives no truths".to_owned()) };
+                    self.truths.clear();
+                    self.truths.resize(count, false);
+                    let status = unsafe { get(self.instance, &reference, 1, self.truths.as_mut_ptr(), count) };
+                    self.check(status, "getting a truth")?;
+                    output.extend(self.truths.iter().map(|truth| f64::from(u8::from(*truth))));
+                }
+                Ok(())
+            }
+            Ask::Observe => {
+                if let Some(step) = self.plan.step {
+                    self.set(&[step], input)?;
+                }
+                self.take(&self.observed, &self.plan.observed, output)
+            }
+            Ask::Work => {
+                let Some(work) = self.plan.work else { return Err("it counts no work".to_owned()) };
+                output.push(0.0);
+                self.get(&[work], output)
+            }
+            Ask::Copy => {
+                let free = (0..self.copies.len()).find(|at| !self.copies[*at].used && *at != self.present);
+                let id = free.unwrap_or(self.copies.len());
+                if free.is_none() {
+                    self.copies.push(Slot::default());
+                }
+                self.store(id)?;
+                self.copies[id].used = true;
+                output.push(id as f64);
+                Ok(())
+            }
+            Ask::Drop => Ok(()),
+        }
+    }
+}
+
+impl Drop for Loaded {
+    fn drop(&mut self) {
+        (0..self.copies.len()).for_each(|id| self.release(id));
+        // SAFETY: the instance is alive, and nobody has it afterwards.
+        unsafe {
+            let _ = (self.functions.terminate)(self.instance);
+            (self.functions.free)(self.instance);
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! FMUs of others as the sides of a case.
+//!
+//! ```text
+//! case file ─► archive ─► description ─► checks ─► Case
+//!                                                    │ builds, for each run
+//!                                   ImportedSide ─► Host: in a process of its own, or in this one ─► library
+//! ```
+
+mod archive;
+mod case_file;
+mod description;
+mod host;
+mod library;
+#[cfg(unix)]
+mod process;
+#[cfg(not(unix))]
+#[path = "no_process.rs"]
+mod process;
+mod side;
+
+pub use case_file::read_case;
+pub use process::{WORKER, serve};

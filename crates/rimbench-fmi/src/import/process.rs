@@ -1,0 +1,224 @@
+//! An FMU in a process of its own: when it crashes or hangs, that is the end of one run.
+//!
+//! The program starts itself as a worker. The worker's standard input is a socket, and everything that the FMU prints goes elsewhere.
+//!
+//! ```text
+//! first     length u64, plan as JSON              → status u8; 1: length u64, message
+//! then      what u8, copy u32, n u64, n numbers   → status u8, n u64, n numbers; 1: length u64, message
+//! ```
+//! Integers and f64 in little-endian order. The end of the socket is the end of the worker.
+
+use super::host::{Ask, Host, Plan};
+use super::library::Loaded;
+use rimbench_core::error::{Error, Result};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream as Socket;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// The hidden command by which the program is a worker.
+pub const WORKER: &str = "fmu-worker";
+/// How much of what an FMU has printed is repeated, characters.
+const LAST_WORDS: usize = 300;
+/// How long a worker may take to end.
+const LEAVE: Duration = Duration::from_secs(2);
+/// Longest message that is believed, bytes.
+const LONGEST: u64 = 1 << 32;
+
+/// The other end of the socket.
+pub(super) struct Remote {
+    socket: Socket,
+    child: Child,
+    file: String,
+    /// The end of what it has printed.
+    printed: Arc<Mutex<String>>,
+    bytes: Vec<u8>,
+    answer_within: Duration,
+}
+
+fn put_numbers(bytes: &mut Vec<u8>, numbers: &[f64]) {
+    bytes.extend((numbers.len() as u64).to_le_bytes());
+    numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+}
+
+fn read_u64(from: &mut impl Read) -> std::io::Result<u64> {
+    let mut bytes = [0; 8];
+    from.read_exact(&mut bytes)?;
+    let number = u64::from_le_bytes(bytes);
+    if number > LONGEST { Err(std::io::Error::other("a message without end")) } else { Ok(number) }
+}
+
+fn read_bytes(from: &mut impl Read, room: &mut Vec<u8>, count: u64) -> std::io::Result<()> {
+    room.clear();
+    room.resize(count as usize, 0);
+    from.read_exact(room)
+}
+
+fn read_numbers(from: &mut impl Read, room: &mut Vec<u8>, numbers: &mut Vec<f64>) -> std::io::Result<()> {
+    let count = read_u64(from)?;
+    read_bytes(from, room, 8 * count)?;
+    numbers.clear();
+    numbers.extend(room.chunks_exact(8).map(|chunk| f64::from_le_bytes(chunk.try_into().unwrap_or_default())));
+    Ok(())
+}
+
+impl Remote {
+    /// Starts a worker for an FMU.
+    pub(super) fn start(plan: &Plan, program: &Path, answer_within: Duration) -> Result<Self, String> {
+        let file = plan.file.display().to_string();
+        let wrong = |error: std::io::Error| format!("{file}: its process cannot be started: {error}");
+        let (own, theirs) = Socket::pair().map_err(wrong)?;
+        let (output, said) = std::io::pipe().map_err(wrong)?;
+        let child = Command::new(program)
+            .arg(WORKER)
+            .stdin(Stdio::from(std::os::fd::OwnedFd::from(theirs)))
+            .stdout(said.try_clone().map_err(wrong)?)
+            .stderr(said)
+            .spawn()
+            .map_err(wrong)?;
+        own.set_read_timeout(Some(answer_within)).map_err(wrong)?;
+        let printed = Arc::new(Mutex::new(String::new()));
+        let kept = Arc::clone(&printed);
+        // Ends with the process, when the pipe does.
+        std::thread::spawn(move || keep_last(BufReader::new(output), &kept));
+        let mut remote = Remote { socket: own, child, file, printed, bytes: Vec::new(), answer_within };
+        let plan = serde_json::to_vec(plan).map_err(|error| error.to_string())?;
+        let mut message = (plan.len() as u64).to_le_bytes().to_vec();
+        message.extend(plan);
+        let sent = remote.socket.write_all(&message);
+        match sent.and_then(|()| remote.status()) {
+            Ok(answer) => answer.map(|()| remote),
+            Err(error) => Err(remote.last_words(&error)),
+        }
+    }
+
+    /// The status of an answer, with the message of a refusal.
+    fn status(&mut self) -> std::io::Result<Result<(), String>> {
+        let mut status = [0];
+        self.socket.read_exact(&mut status)?;
+        if status == [0] {
+            return Ok(Ok(()));
+        }
+        let length = read_u64(&mut self.socket)?;
+        read_bytes(&mut self.socket, &mut self.bytes, length)?;
+        Ok(Err(String::from_utf8_lossy(&self.bytes).into_owned()))
+    }
+
+    /// Why there is no answer.
+    fn last_words(&mut self, error: &std::io::Error) -> String {
+        let hangs = matches!(error.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut);
+        if hangs {
+            let _ = self.child.kill();
+        }
+        let ended = self.child.wait().map_or_else(|error| error.to_string(), |status| status.to_string());
+        // The thread that reads what it has printed may be behind.
+        std::thread::sleep(Duration::from_millis(20));
+        let printed = self.printed.lock().map(|printed| printed.trim().to_owned()).unwrap_or_default();
+        let printed = if printed.is_empty() { String::new() } else { format!("; it printed: {printed}") };
+        if hangs {
+            format!("{}: no answer within {} s{printed}", self.file, self.answer_within.as_secs_f64())
+        } else {
+            format!("{}: its process ended ({ended}){printed}", self.file)
+        }
+    }
+}
+
+/// Keeps the end of what is printed.
+fn keep_last(from: impl BufRead, kept: &Mutex<String>) {
+    for line in from.split(b'\n').map_while(std::result::Result::ok) {
+        let Ok(mut kept) = kept.lock() else { return };
+        let line = String::from_utf8_lossy(&line);
+        kept.extend(line.chars().map(|c| if c.is_control() { ' ' } else { c }).chain([' ']));
+        let beyond = kept.chars().count().saturating_sub(LAST_WORDS);
+        if beyond > 0 {
+            *kept = kept.chars().skip(beyond).collect();
+        }
+    }
+}
+
+impl Host for Remote {
+    fn ask(&mut self, ask: Ask, id: u32, input: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
+        self.bytes.clear();
+        self.bytes.push(ask as u8);
+        self.bytes.extend(id.to_le_bytes());
+        put_numbers(&mut self.bytes, input);
+        let answered =
+            self.socket.write_all(&self.bytes).and_then(|()| self.status()).and_then(|status| match status {
+                Ok(()) => read_numbers(&mut self.socket, &mut self.bytes, output).map(Ok),
+                refused => Ok(refused),
+            });
+        answered.unwrap_or_else(|error| Err(self.last_words(&error)))
+    }
+}
+
+impl Drop for Remote {
+    fn drop(&mut self) {
+        let _ = self.socket.shutdown(std::net::Shutdown::Both);
+        let began = Instant::now();
+        while began.elapsed() < LEAVE {
+            if !matches!(self.child.try_wait(), Ok(None)) {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Is the worker: drives the FMU that the standard input, a socket, asks for until that ends.
+///
+/// # Errors
+/// A standard input that is none.
+pub fn serve() -> Result<()> {
+    use std::os::fd::AsFd;
+    let wrong = |error: std::io::Error| {
+        let words = format!("`{WORKER}` is for the program itself: its standard input is a socket ({error})");
+        Error::Incompatible(words)
+    };
+    let mut socket = Socket::from(std::io::stdin().as_fd().try_clone_to_owned().map_err(wrong)?);
+    let mut bytes = Vec::new();
+    let length = read_u64(&mut socket).map_err(wrong)?;
+    read_bytes(&mut socket, &mut bytes, length).map_err(wrong)?;
+    let loaded = serde_json::from_slice(&bytes).map_err(|error| error.to_string()).and_then(Loaded::new);
+    let mut loaded = match loaded {
+        Ok(loaded) => loaded,
+        Err(message) => {
+            let _ = socket.write_all(&refusal(&message));
+            return Ok(());
+        }
+    };
+    if socket.write_all(&[0]).is_err() {
+        return Ok(());
+    }
+    let (mut input, mut output, mut answer) = (Vec::new(), Vec::new(), Vec::new());
+    loop {
+        let mut head = [0; 5];
+        // Whoever asked has gone.
+        if socket.read_exact(&mut head).is_err() || read_numbers(&mut socket, &mut bytes, &mut input).is_err() {
+            return Ok(());
+        }
+        let [what, id @ ..] = head;
+        let asked = Ask::of(what).ok_or_else(|| "asked for what there is not".to_owned());
+        match asked.and_then(|ask| loaded.ask(ask, u32::from_le_bytes(id), &input, &mut output)) {
+            Ok(()) => {
+                answer.clear();
+                answer.push(0);
+                put_numbers(&mut answer, &output);
+            }
+            Err(message) => answer = refusal(&message),
+        }
+        if socket.write_all(&answer).is_err() {
+            return Ok(());
+        }
+    }
+}
+
+fn refusal(message: &str) -> Vec<u8> {
+    let mut bytes = vec![1];
+    bytes.extend((message.len() as u64).to_le_bytes());
+    bytes.extend(message.as_bytes());
+    bytes
+}

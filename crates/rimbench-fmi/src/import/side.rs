@@ -1,0 +1,246 @@
+//! A subsystem that is an FMU.
+
+use super::host::{Ask, Host};
+use rimbench_core::cosim::{Abilities, OutputRates, Ports, Subsystem, SubsystemCounters, not_offered};
+use rimbench_core::error::Failure;
+use rimbench_core::interface_model::{ContactSpring, ReducedInterfaceModel};
+use rimbench_core::name::Name;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What an FMU can do besides.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Offers {
+    pub(super) rates: bool,
+    pub(super) copies: bool,
+    pub(super) work: bool,
+    pub(super) observables: Vec<Name>,
+    /// Numbers of contacts and interface rows of its interface model.
+    pub(super) model: Option<[usize; 2]>,
+}
+
+/// One copy of the state of an FMU.
+pub(super) struct ImportedSide {
+    host: Arc<Mutex<Box<dyn Host>>>,
+    id: u32,
+    ports: Ports,
+    offers: Offers,
+    /// An empty interface model.
+    model: Option<ReducedInterfaceModel>,
+    input: Vec<f64>,
+    output: Vec<f64>,
+    /// Outputs that the last call has told, and the inputs that they are for.
+    y: Vec<f64>,
+    u: Vec<f64>,
+    known: bool,
+    /// What was refused where nothing can fail.
+    failed: Option<Failure>,
+    counters: SubsystemCounters,
+}
+
+impl ImportedSide {
+    /// Takes what drives an FMU; `model_step` (s) is one for which it may be asked for its interface model.
+    pub(super) fn new(host: Box<dyn Host>, ports: Ports, offers: Offers, model_step: f64) -> Result<Self, String> {
+        let (y, u) = (vec![0.0; ports.outputs.len()], vec![0.0; ports.inputs.len()]);
+        let mut side = ImportedSide {
+            host: Arc::new(Mutex::new(host)),
+            id: 0,
+            ports,
+            model: None,
+            offers,
+            input: Vec::new(),
+            output: Vec::new(),
+            y,
+            u,
+            known: false,
+            failed: None,
+            counters: SubsystemCounters::default(),
+        };
+        if let Some([contacts, interface]) = side.offers.model {
+            // What does not change over a run belongs to the empty model.
+            let mut filled = ReducedInterfaceModel::zeros(contacts, interface);
+            side.fill(model_step, &mut filled)?;
+            let mut empty = ReducedInterfaceModel::zeros(contacts, interface);
+            (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
+            empty.spring = filled.spring;
+            side.model = Some(empty);
+        }
+        Ok(side)
+    }
+
+    fn ask(&mut self, ask: Ask) -> Result<(), String> {
+        let mut host = self.host.lock().unwrap_or_else(PoisonError::into_inner);
+        host.ask(ask, self.id, &self.input, &mut self.output)
+    }
+
+    fn fill(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), String> {
+        self.input.clear();
+        self.input.push(h);
+        self.ask(Ask::Model)?;
+        let mut rest = self.output.as_slice();
+        let mut next = |count: usize| {
+            let taken = rest.split_off(..count);
+            taken.ok_or_else(|| "its interface model has too few numbers".to_owned())
+        };
+        let (n, contacts) = (model.a.len(), model.gap.len());
+        model.h.copy_from_slice(next(n * n)?);
+        model.a.copy_from_slice(next(n)?);
+        model.w.copy_from_slice(next(n)?);
+        model.position.copy_from_slice(next(n - contacts)?);
+        model.gap.copy_from_slice(next(contacts)?);
+        model.stabilisation = next(1)?[0];
+        model.restitution = next(1)?[0];
+        let (stiffness, damping) = (next(1)?[0], next(1)?[0]);
+        model.spring = (stiffness > 0.0).then_some(ContactSpring { stiffness, damping });
+        model.at_bound.iter_mut().zip(next(contacts)?).for_each(|(at_bound, truth)| *at_bound = *truth != 0.0);
+        model.mechanics_step = h;
+        Ok(())
+    }
+
+    /// What could not be said when it happened.
+    fn check(&mut self) -> Result<(), Failure> {
+        self.failed.take().map_or(Ok(()), Err)
+    }
+}
+
+impl Subsystem for ImportedSide {
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        self.check()?;
+        if !(self.known && (!self.ports.direct_feedthrough || self.u == u)) {
+            self.input.clear();
+            self.input.extend_from_slice(u);
+            self.ask(Ask::Outputs).map_err(Failure::reported)?;
+            self.y.copy_from_slice(&self.output);
+            self.u.copy_from_slice(u);
+            self.known = true;
+        }
+        y.copy_from_slice(&self.y);
+        Ok(())
+    }
+
+    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        self.check()?;
+        self.input.clear();
+        self.input.extend([t, h]);
+        self.input.extend_from_slice(u);
+        self.known = false;
+        self.ask(Ask::Step).map_err(Failure::reported)?;
+        self.y.copy_from_slice(&self.output);
+        self.u.copy_from_slice(u);
+        self.known = true;
+        self.counters.micro_steps += 1;
+        Ok(())
+    }
+
+    fn abilities(&mut self) -> &mut dyn Abilities {
+        self
+    }
+
+    fn counters(&self) -> SubsystemCounters {
+        self.counters
+    }
+
+    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        if !self.offers.copies {
+            return None;
+        }
+        let mut number = Vec::new();
+        self.host.lock().unwrap_or_else(PoisonError::into_inner).ask(Ask::Copy, self.id, &[], &mut number).ok()?;
+        Some(Box::new(ImportedSide {
+            host: Arc::clone(&self.host),
+            id: *number.first()? as u32,
+            ports: self.ports.clone(),
+            offers: self.offers.clone(),
+            model: self.model.clone(),
+            input: Vec::new(),
+            output: Vec::new(),
+            y: self.y.clone(),
+            u: self.u.clone(),
+            known: self.known,
+            failed: self.failed.clone(),
+            counters: self.counters,
+        }))
+    }
+}
+
+impl Abilities for ImportedSide {
+    not_offered!(
+        input_polynomials,
+        use_second_order,
+        joint_steps,
+        oil_lines,
+        interface_displacement,
+        energy_identity_residual,
+        energy_account,
+    );
+
+    fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
+        self.model.clone()
+    }
+
+    fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
+        if self.model.is_none() {
+            return Ok(false);
+        }
+        self.fill(h, model).map(|()| true).map_err(Failure::reported)
+    }
+
+    fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
+        if !self.offers.rates {
+            return Ok(false);
+        }
+        self.input.clear();
+        self.input.push(t);
+        self.input.extend_from_slice(u);
+        self.ask(Ask::Rates).map_err(Failure::reported)?;
+        let (p, entries) = (rates.rate.len(), rates.feedthrough.len());
+        rates.rate.copy_from_slice(&self.output[..p]);
+        rates.feedthrough.copy_from_slice(&self.output[p..p + entries]);
+        rates.rate_gain.copy_from_slice(&self.output[p + entries..]);
+        Ok(true)
+    }
+
+    fn observables(&mut self) -> &[Name] {
+        &self.offers.observables
+    }
+
+    fn observe(&mut self, h: f64, row: &mut [f64]) {
+        if row.is_empty() {
+            return;
+        }
+        self.input.clear();
+        self.input.push(h);
+        match self.ask(Ask::Observe) {
+            Ok(()) => row.copy_from_slice(&self.output),
+            Err(message) => {
+                row.fill(f64::NAN);
+                self.failed = Some(Failure::reported(message));
+            }
+        }
+    }
+
+    fn interface_work(&mut self) -> Option<f64> {
+        if !self.offers.work {
+            return None;
+        }
+        self.input.clear();
+        match self.ask(Ask::Work) {
+            Ok(()) => self.output.first().copied(),
+            Err(message) => {
+                self.failed = Some(Failure::reported(message));
+                Some(f64::NAN)
+            }
+        }
+    }
+}
+
+impl Drop for ImportedSide {
+    fn drop(&mut self) {
+        if Arc::strong_count(&self.host) > 1 {
+            let _ = self.ask(Ask::Drop);
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! The boundary to FMI (Functional Mock-up Interface): subsystems of rimbench as FMUs for others, FMUs of others as subsystems.
+//!
+//! | room | what it holds |
+//! |---|---|
+//! | [`export`] | one side of a case as an archive: variables, `modelDescription.xml`, the library, packed |
+//! | `binary` | the functions that a master calls in that library, by hand: no bindgen, no libclang |
+//! | [`import`] | a case file that names FMUs, and what drives them: in a process of their own or in this one |
+//!
+//! `unsafe` stands in two files: where a master calls us (`binary/functions.rs`), and where we call a library (`import/library.rs`).
+
+mod binary;
+pub mod export;
+pub mod import;
+
+/// The library that this crate is built as, and that every exported FMU holds: its name without prefix and ending.
+pub const LIBRARY: &str = "rimbench_fmi";
+
+/// What a library must have been built from to belong to this program: sources of core and cases, and the version.
+pub fn sources() -> String {
+    format!("{} {} {}", rimbench_core::SOURCES, rimbench_cases::SOURCES, env!("CARGO_PKG_VERSION"))
+}
