@@ -15,6 +15,7 @@ mod documents;
 mod engines;
 mod examples;
 mod figures;
+mod fmi;
 mod interruption;
 mod outputs;
 mod parsers;

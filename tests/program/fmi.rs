@@ -1,0 +1,296 @@
+//! FMUs that the program writes come back as cases with the same digits, and everything that can be wrong with a case of FMUs is said in
+//! one line.
+
+use crate::program::rimbench;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{Cursor, Read, Write};
+use std::path::{Path, PathBuf};
+use zip::write::SimpleFileOptions;
+use zip::{ZipArchive, ZipWriter};
+
+/// A folder with both sides of a case as FMUs, `mechanics.fmu` and `actuator.fmu`.
+fn exported(case: &str, more: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for side in ["mechanics", "actuator"] {
+        let out = folder.path().join(format!("{side}.fmu"));
+        rimbench().args(["fmu", "--case", case, "--side", side, "--out"]).arg(out).args(more).assert().success();
+    }
+    folder
+}
+
+/// What a case file says of two FMUs that have their coupling variables by the names of columns.
+fn case_file(columns: [&str; 3], head: &str) -> String {
+    let [position, velocity, force] = columns;
+    let ends = format!("position = \"{position}\"\nvelocity = \"{velocity}\"\nforce = \"{force}\"\n");
+    format!(
+        "name = \"of-fmus\"\n{head}\n[mechanics]\nfmu = \"mechanics.fmu\"\n[actuator]\nfmu = \"actuator.fmu\"\n[[interface]]\n\
+         columns = {columns:?}\n[interface.mechanics]\n{ends}[interface.actuator]\n{ends}"
+    )
+}
+
+fn trace(folder: &Path, case: &str, arguments: &[&str]) -> BTreeMap<String, Vec<String>> {
+    let file = folder.join("trace.csv");
+    let mut command = rimbench();
+    command.args(["simulate", "--case", case]).args(arguments).arg("--trace").arg(&file).assert().success();
+    let mut reader = csv::Reader::from_path(&file).unwrap();
+    let names = reader.headers().unwrap().clone();
+    let mut columns: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for record in reader.records() {
+        for (name, cell) in names.iter().zip(&record.unwrap()) {
+            columns.entry(name.to_owned()).or_default().push(cell.to_owned());
+        }
+    }
+    columns
+}
+
+/// Writes a case of FMUs, and compares its traces to those of the case that they were made from, to the letter.
+fn compared(case: &str, columns: [&str; 3], head: &str, set: &[&str], runs: &[&[&str]]) {
+    let folder = exported(case, set);
+    let file = folder.path().join("case.toml");
+    fs::write(&file, case_file(columns, head)).unwrap();
+    for run in runs {
+        let own: Vec<&str> = run.iter().chain(set).copied().collect();
+        let (known, found) = (trace(folder.path(), case, &own), trace(folder.path(), file.to_str().unwrap(), run));
+        assert_eq!(found.len(), 5, "{:?}", found.keys());
+        for (name, cells) in &found {
+            assert!(cells.len() > 20, "{case} {run:?}");
+            assert_eq!(Some(cells), known.get(name), "{case} {run:?}: {name}");
+        }
+    }
+}
+
+const CYLINDER: [&str; 3] = ["actuator_length_m", "actuator_velocity_m_s", "actuator_force_n"];
+const CARRIAGE: [&str; 3] = ["interface_position_m", "interface_velocity_m_s", "actuator_force_n"];
+
+#[test]
+fn a_wedge_box_that_was_written_as_fmus_has_the_digits_of_the_case_it_was_written_from() {
+    let head = "duration_s = 0.2\nmacro_step_s = 2e-3\nmicro_step_s = 5e-5\nreference_step_s = 5e-5";
+    let long = ["--duration", "0.2", "--macro-step", "2e-3", "--scheme"];
+    let with = |scheme: &'static str| long.into_iter().chain([scheme]).collect::<Vec<_>>();
+    let runs = ["zero-order-hold", "rim-nonsmooth-gap", "rim-smooth", "iterated-quasi-newton"].map(with);
+    compared("wedge-box", CYLINDER, head, &["--set", "box_mass_kg=210"], &runs.each_ref().map(Vec::as_slice));
+}
+
+#[test]
+fn a_case_in_the_same_process_has_the_same_digits() {
+    let head = "duration_s = 0.3\nmacro_step_s = 1e-3\nmicro_step_s = 5e-4\nprocess = \"same\"";
+    let run: &[&str] = &["--scheme", "zero-order-hold", "--duration", "0.3", "--macro-step", "1e-3"];
+    compared("bouncing-ball", CARRIAGE, head, &[], &[run]);
+}
+
+#[test]
+fn an_fmu_that_refuses_a_step_is_quoted_with_its_file() {
+    let folder = exported("wedge-box", &[]);
+    let file = folder.path().join("case.toml");
+    // The piston comes to the end of its stroke.
+    let text = case_file(CYLINDER, "duration_s = 0.3\nmacro_step_s = 5e-3\nmicro_step_s = 5e-4");
+    let short = "fmu = \"actuator.fmu\"\nstart = { cylinder_length_m = 0.01 }";
+    fs::write(&file, text.replacen("fmu = \"actuator.fmu\"", short, 1)).unwrap();
+    let message = refusal(&file);
+    for word in ["of-fmus has no reference", "actuator.fmu: DoStep returned Error", "is outside the model's range"] {
+        assert!(message.contains(word), "{message}");
+    }
+}
+
+#[test]
+fn a_case_of_fmus_is_in_lists_and_experiments_by_its_name() {
+    let folder = exported("bouncing-ball", &[]);
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let head =
+        "duration_s = 0.1\nmacro_step_s = 1e-3\n[parameters.weight]\ndefault = 1.0\nmechanics = \"ball_mass_kg\"";
+    let mass = rimbench().args(["list", "parameters", "--case", "bouncing-ball"]).output().unwrap().stdout;
+    let mass = String::from_utf8(mass).unwrap();
+    let mass = mass.split_whitespace().find(|word| word.ends_with("mass_kg")).unwrap().to_owned();
+    fs::write(path("case.toml"), case_file(CARRIAGE, &head.replace("ball_mass_kg", &mass))).unwrap();
+    fs::write(
+        path("sweep.toml"),
+        "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"of-fmus\"\nset = { weight = 2.5 }\n[[schemes]]\n\
+         scheme = \"zero-order-hold\"\n[[schemes]]\nscheme = \"rim-nonsmooth\"\n",
+    )
+    .unwrap();
+    rimbench()
+        .args(["--case-file", &path("case.toml"), "run", &path("sweep.toml"), "--out", &path("results")])
+        .assert()
+        .success();
+    let mut runs = csv::Reader::from_path(folder.path().join("results/runs.csv")).unwrap();
+    let rows: Vec<BTreeMap<String, String>> = runs.deserialize().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 2);
+    assert!(rows.iter().all(|row| row["outcome"] == "completed"), "{rows:?}");
+    // A name that is taken is refused.
+    let text = fs::read_to_string(path("case.toml")).unwrap();
+    fs::write(path("taken.toml"), text.replace("of-fmus", "wedge-box")).unwrap();
+    let message = refusal(Path::new(&path("taken.toml")));
+    assert!(message.contains("wedge-box") && message.contains("not taken yet"), "{message}");
+    // What the results belong to is among the parameters, so that another FMU's are not taken for them.
+    let listed = rimbench()
+        .args(["--case-file", &path("case.toml"), "list", "parameters", "--case", "of-fmus"])
+        .output()
+        .unwrap();
+    assert!(String::from_utf8(listed.stdout).unwrap().contains("fmu_digest"));
+}
+
+/// The files of an archive, changed and packed again.
+fn repacked(from: &Path, to: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>) {
+    let mut archive = ZipArchive::new(Cursor::new(fs::read(from).unwrap())).unwrap();
+    let mut out = ZipWriter::new(Cursor::new(Vec::new()));
+    for index in 0..archive.len() {
+        let mut file = archive.by_index(index).unwrap();
+        let (name, mut bytes) = (file.name().unwrap().into_owned(), Vec::new());
+        file.read_to_end(&mut bytes).unwrap();
+        if let Some((name, bytes)) = change(&name, bytes) {
+            out.start_file(name, SimpleFileOptions::default().unix_permissions(0o755)).unwrap();
+            out.write_all(&bytes).unwrap();
+        }
+    }
+    fs::write(to, out.finish().unwrap().into_inner()).unwrap();
+}
+
+/// An error of the program: one line, and the code of bad input.
+fn refusal(case: &Path) -> String {
+    let mut command = rimbench();
+    command.args(["simulate", "--scheme", "zero-order-hold", "--case"]).arg(case);
+    let output = command.assert().code(2).get_output().clone();
+    assert!(output.stdout.is_empty());
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.starts_with("error: ") && message.trim_end().lines().count() == 1, "{message}");
+    message
+}
+
+#[test]
+fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_variable() {
+    let folder = exported("bouncing-ball", &[]);
+    let place = |name: &str| folder.path().join(name);
+    // Most of it is found before the library is loaded, which is large.
+    let light = |name: &str, bytes: Vec<u8>| {
+        let bytes = if name.starts_with("binaries") { b"no library".to_vec() } else { bytes };
+        Some((name.to_owned(), bytes))
+    };
+    fs::rename(place("mechanics.fmu"), place("whole.fmu")).unwrap();
+    repacked(&place("whole.fmu"), &place("mechanics.fmu"), light);
+    repacked(&place("actuator.fmu"), &place("actuator.fmu"), light);
+    let head = "duration_s = 0.1\nmacro_step_s = 1e-3\nprocess = \"same\"";
+    let good = case_file(CARRIAGE, head);
+    let case = place("case.toml");
+    let refused = |text: &str| {
+        fs::write(&case, text).unwrap();
+        refusal(&case)
+    };
+    assert!(refusal(&place("none.toml")).contains("none.toml: cannot be read"));
+    for (text, words) in
+        [
+            ("name = ".to_owned(), &["case.toml", "is no case of FMUs", "line 1"] as &[&str]),
+            (good.replace("of-fmus", "Of FMUs"), &["case.toml", "kebab-case"]),
+            (good.replace("duration_s = 0.1", "duration_s = -1"), &["case.toml", "duration_s = -1"]),
+            (good.replace("duration_s", "duraton_s"), &["case.toml", "duraton_s"]),
+            (good.replacen("mechanics.fmu", "mechanic.fmu", 1), &["mechanic.fmu", "cannot be read"]),
+            (good.replacen("mechanics.fmu", "case.toml", 1), &["case.toml", "no zip archive"]),
+            (
+                good.replacen("position = \"interface_position_m\"", "position = \"interface_positon_m\"", 1),
+                &["mechanics.fmu", "unknown variable `interface_positon_m`", "did you mean `interface_position_m`"],
+            ),
+            (
+                good.replacen("position = \"interface_position_m\"", "position = \"actuator_force_n\"", 1),
+                &["mechanics.fmu", "`actuator_force_n` is of causality input", "must be output"],
+            ),
+            (
+                good.replacen("position = \"interface_position_m\"", "position = \"interface_velocity_m_s\"", 1),
+                &["mechanics.fmu", "`interface_velocity_m_s` is in `m/s`", "no unit like m"],
+            ),
+            (
+                good.replacen("position = \"interface_position_m\"", "position = \"rim.a\"", 1),
+                &["mechanics.fmu", "`rim.a` is not one number"],
+            ),
+            (
+                good.replacen("fmu = \"mechanics.fmu\"", "fmu = \"mechanics.fmu\"\nstart = { serialisable = 1 }", 1),
+                &["mechanics.fmu", "`serialisable`", "valid: true or false"],
+            ),
+            (
+                good.replacen("fmu = \"mechanics.fmu\"", "fmu = \"mechanics.fmu\"\nobserve = [\"time_s\"]", 1),
+                &["mechanics.fmu", "unknown variable `time_s`"],
+            ),
+            (
+                good.replacen("fmu = \"mechanics.fmu\"", "fmu = \"mechanics.fmu\"\ndirect_feedthrough = true", 1)
+                    .replacen("fmu = \"actuator.fmu\"", "fmu = \"actuator.fmu\"\ndirect_feedthrough = true", 1),
+                &["case.toml", "algebraic loop", "direct_feedthrough = false"],
+            ),
+            (good.split("[[interface]]").next().unwrap().to_owned(), &["case.toml", "interface"]),
+        ]
+    {
+        let message = refused(&text);
+        assert!(words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
+    }
+    // FMUs that are not what they seem.
+    let odd = place("odd.fmu");
+    let with_odd = good.replacen("mechanics.fmu", "odd.fmu", 1);
+    let described = |from: &'static str, to: &'static str| {
+        move |name: &str, bytes: Vec<u8>| {
+            if name != "modelDescription.xml" {
+                return Some((name.to_owned(), bytes));
+            }
+            let text = String::from_utf8(bytes).unwrap();
+            assert!(text.contains(from));
+            Some((name.to_owned(), text.replacen(from, to, 1).into_bytes()))
+        }
+    };
+    type Change = Box<dyn Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>>;
+    let changes: [(Change, &[&str]); 8] = [
+        (
+            Box::new(|name, bytes| (name != "modelDescription.xml").then(|| (name.to_owned(), bytes))),
+            &["modelDescription.xml cannot be read"],
+        ),
+        (Box::new(described("<CoSimulation", "<Cosimulation")), &["modelDescription.xml", "not for co-simulation"]),
+        (Box::new(described("fmiVersion=\"3.0\"", "fmiVersion=\"1.0\"")), &["fmiVersion = 1.0", "2.0, 3.0"]),
+        (Box::new(described("<ModelVariables>", "<ModelVariables")), &["modelDescription.xml"]),
+        (Box::new(described("instantiationToken=\"", "instantiationToken=\"0")), &["no instance can be made", "token"]),
+        (
+            Box::new(|name, bytes| {
+                let name = if name.starts_with("binaries") { "binaries/m68k-amiga/rimbench_fmi.so" } else { name };
+                Some((name.to_owned(), bytes))
+            }),
+            &["has no library `rimbench_fmi` for this platform", "m68k-amiga"],
+        ),
+        (
+            Box::new(|name, bytes| {
+                let bytes = if name.starts_with("binaries") { b"no library".to_vec() } else { bytes };
+                Some((name.to_owned(), bytes))
+            }),
+            &["its library cannot be loaded"],
+        ),
+        (
+            Box::new(|name, bytes| (name != "resources/rimbench.json").then(|| (name.to_owned(), bytes))),
+            &["no instance can be made", "rimbench.json: cannot be read"],
+        ),
+    ];
+    for (change, words) in changes {
+        // Only an instance needs the library itself.
+        let from = if words[0].starts_with("no instance") { "whole.fmu" } else { "mechanics.fmu" };
+        repacked(&place(from), &odd, change);
+        let message = refused(&with_odd);
+        assert!(words.iter().chain(&["odd.fmu"]).all(|word| message.contains(word)), "{words:?}: {message}");
+    }
+}
+
+#[test]
+fn an_export_that_cannot_be_is_refused_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = folder.path().join("text");
+    fs::write(&text, "no library").unwrap();
+    let out = folder.path().join("out.fmu");
+    let [out, text] = [&out, &text].map(|path| path.to_str().unwrap());
+    let beyond: PathBuf = folder.path().join("no/such/out.fmu");
+    for (arguments, wanted) in [
+        (vec!["--case", "wedge-bax", "--out", out], "did you mean `wedge-box`"),
+        (vec!["--case", "wedge-box", "--set", "box_mass_kg=-1", "--out", out], "box_mass_kg = -1 is not valid"),
+        (vec!["--case", "wedge-box", "--out", text], "ends in .fmu"),
+        (vec!["--case", "wedge-box", "--out", beyond.to_str().unwrap()], "there is no folder"),
+        (vec!["--case", "wedge-box", "--library", text, "--out", out], "cargo build --release --package rimbench-fmi"),
+        (vec!["--case", "wedge-box", "--library", "none", "--out", out], "none: is not there"),
+    ] {
+        let output =
+            rimbench().args(["fmu", "--side", "mechanics"]).args(&arguments).assert().code(2).get_output().clone();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains(wanted) && message.trim_end().lines().count() == 1, "{arguments:?}: {message}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{arguments:?}");
+    }
+}
