@@ -8,10 +8,12 @@ use rimbench::cosim::{
     ActuatorIntegrator, CommunicationGrid, CommunicationPoint, EnergyReturn, ForceReturn, MechanicsIntegrator,
     MechanicsSteps, Outcome, SecondOrder, Sequence, Setup, Side, StepController, StepRule, Trajectory,
 };
+use rimbench::friction::FrictionLaw;
 use rimbench::interface_model::Redundancy;
 use rimbench::schemes::{ContactChoice, ContactDetection, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
 use std::sync::Arc;
 
+#[derive(Clone)]
 struct Variant {
     scheme: &'static SchemeEntry,
     options: ModelOptions,
@@ -21,6 +23,7 @@ struct Variant {
     macro_step: f64,
     integrators: (MechanicsIntegrator, ActuatorIntegrator),
     step_rule: Option<StepRule>,
+    friction_law: FrictionLaw,
 }
 
 /// Both sides as they always stepped.
@@ -38,6 +41,9 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
     }
     if actuator_integrator == ActuatorIntegrator::Midpoint {
         system.sides.actuator.abilities().use_second_order(SecondOrder::Midpoint).unwrap();
+    }
+    if variant.friction_law != FrictionLaw::Coulomb {
+        system.sides.mechanics.abilities().use_friction_law(variant.friction_law).unwrap();
     }
     let mut sides = system.sides.lend();
     let coupling = variant.scheme.couple(sides.lend(), Some(&variant.options), None).unwrap();
@@ -127,6 +133,7 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                                 macro_step,
                                 integrators: FIRST_ORDER,
                                 step_rule: None,
+                                friction_law: FrictionLaw::Coulomb,
                             });
                         }
                     }
@@ -237,6 +244,10 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
                 && options.contacts == ContactChoice::All
         });
         variants.iter_mut().for_each(|variant| variant.options.energy_return = EnergyReturn::None);
+        let laws = [FrictionLaw::Relaxed, FrictionLaw::Box, FrictionLaw::Held];
+        let others = variants.iter().filter(|variant| variant.scheme.solves_friction);
+        let others = others.flat_map(|variant| laws.map(|friction_law| Variant { friction_law, ..variant.clone() }));
+        variants.extend(others.collect::<Vec<_>>());
         variants
     };
     nothing_is_allocated_in(case_by_name("wedge-box-friction"), |solver| solver.name == DEFAULT, that_know_it);
@@ -273,6 +284,7 @@ fn the_count_must_see_a_solver_that_allocates() {
         macro_step: 2e-2,
         integrators: FIRST_ORDER,
         step_rule: None,
+        friction_law: FrictionLaw::Coulomb,
     };
     let (counts, _) = allocations(wedge_box_case(), &variant);
     assert!(counts[5] > 0, "a solver that allocates goes unseen");

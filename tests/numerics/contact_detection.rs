@@ -71,15 +71,15 @@ fn a_contact_that_rebounded_is_on_its_way_out_and_not_closed() {
     assert_eq!(closed(&mut mechanics, 1e-3), [false, true]);
 }
 
-/// What rests approaches by rounding, and rebounds by rounding: with restitution it is closed all the same. As long as the disc is on the
-/// ledge rows do not turn, and nothing hits anything.
+/// What rests approaches by rounding, and where its row turns by what the steps themselves make of that: with restitution it is closed all the
+/// same. In a second the disc rolls over the corner and down the ramp, and nothing hits anything.
 #[test]
 fn contacts_that_rest_are_closed_whatever_their_restitution() {
     let closed = |e: &str| {
         let set = vec![("restitution".to_owned(), e.to_owned())];
         let request = RunRequest {
             macro_step_s: Some(2e-3),
-            duration_s: Some(0.4),
+            duration_s: Some(1.0),
             set,
             ..RunRequest::of("wedge-box", "rim-nonsmooth")
         };
@@ -89,7 +89,8 @@ fn contacts_that_rest_are_closed_whatever_their_restitution() {
     let [plastic, bouncing] = ["0", "0.5"].map(closed);
     assert_eq!(plastic[0], bouncing[0]);
     let apart = largest(plastic[1].iter().zip(&bouncing[1]).map(|(a, b)| (a - b).abs()));
-    // The peak is a kilonewton; forces were 137 N apart (rms) when an approach of rounding counted as an impact.
+    // The peak is a kilonewton; forces were 137 N apart (rms) when an approach of rounding counted as an impact, and 14 N when one of a row
+    // that turns did.
     assert!(apart < 1e-3, "{apart} N");
 }
 

@@ -292,7 +292,7 @@ impl Subsystem for Withdraws {
 }
 
 impl Abilities for Withdraws {
-    not_offered!(use_second_order, joint_steps, oil_lines);
+    not_offered!(use_second_order, use_friction_law, joint_steps, oil_lines);
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.inner.abilities().empty_interface_model()

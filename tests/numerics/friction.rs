@@ -3,12 +3,14 @@
 //! Impulses of redundant contacts are not unique; what is compared is what is: velocities and the resultant.
 
 use crate::support::solver;
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench::friction::{
-    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
-    FrictionSolver, natural_residual,
+    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionLaw,
+    FrictionProblem, FrictionSolver, natural_residual,
 };
 
 use ContactState::{Open, SlipNegative, SlipPositive, Stick};
@@ -416,4 +418,169 @@ fn a_coefficient_that_changes_must_be_seen_where_states_and_matrix_stay() {
         assert!(stats.residual <= ROUND_OFF && !stats.fallback, "μ = {mu}: {stats:?}");
         assert!((impulses[2] + impulses[3] + mu).abs() <= ROUND_OFF, "μ = {mu}: {impulses:?}");
     }
+}
+
+/// The relaxed problem as a quadratic program over the cone itself, for an interior-point solver that shares nothing with ours:
+///
+/// ```text
+/// min ½ Pᵀ H P + (b + [s; 0])ᵀ P        μ P_n ± P_t ≥ 0,  P_n ≥ 0
+/// ```
+/// None where it does not come to its end.
+fn by_cone_program(bodies: &Bodies, lifted: &[f64]) -> Option<Vec<f64>> {
+    let n = bodies.friction.len();
+    let upper = |columns: usize| (0..columns).flat_map(|j| (0..=j).map(move |i| (i, j)));
+    let starts = (0..=2 * n).map(|j| j * (j + 1) / 2).collect();
+    let rows = upper(2 * n).map(|(i, _)| i).collect();
+    let h = CscMatrix::new(2 * n, 2 * n, starts, rows, upper(2 * n).map(|(i, j)| bodies.h[i * 2 * n + j]).collect());
+    // Column by column of [−μ −1; −μ 1; −1 0].
+    let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
+    for column in 0..2 * n {
+        let (c, of_normal) = (column % n, column < n);
+        let entries = if of_normal { [-bodies.friction[c], -bodies.friction[c], -1.0] } else { [-1.0, 1.0, 0.0] };
+        for (block, entry) in entries.into_iter().enumerate().take(if of_normal { 3 } else { 2 }) {
+            rows.push(block * n + c);
+            values.push(entry);
+        }
+        starts.push(rows.len());
+    }
+    let cone = CscMatrix::new(3 * n, 2 * n, starts, rows, values);
+    let shift = lifted.iter().copied().chain(std::iter::repeat_n(0.0, n));
+    let q: Vec<f64> = bodies.b.iter().zip(shift).map(|(b, s)| b + s).collect();
+    let settings = DefaultSettings {
+        verbose: false,
+        tol_gap_abs: 1e-12,
+        tol_gap_rel: 1e-12,
+        tol_feas: 1e-10,
+        ..DefaultSettings::default()
+    };
+    let mut solver = DefaultSolver::new(&h, &q, &cone, &vec![0.0; 3 * n], &[NonnegativeConeT(3 * n)], settings).ok()?;
+    solver.solve();
+    (solver.solution.status == SolverStatus::Solved).then(|| solver.solution.x.clone())
+}
+
+/// Coulomb's law as the fixed point of such programs: what slides is lifted by `μ |w_t|`, so that is taken back beforehand.
+fn by_cone_programs(bodies: &Bodies) -> Option<Vec<f64>> {
+    let n = bodies.friction.len();
+    let mut lifted = vec![0.0; n];
+    for _ in 0..300 {
+        let impulses = by_cone_program(bodies, &lifted)?;
+        let w = bodies.w(&impulses);
+        let next: Vec<f64> = (0..n).map(|c| bodies.friction[c] * w[n + c].abs()).collect();
+        let change = next.iter().zip(&lifted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        lifted = next;
+        // The root of a gap of 1e-12 is what an interior point leaves of a velocity where a contact is degenerate.
+        if change <= 1e-7 {
+            return Some(impulses);
+        }
+    }
+    None
+}
+
+#[test]
+fn a_fixed_point_of_convex_programs_solved_by_another_library_must_be_what_the_solver_finds() {
+    let mut rng = Pcg64::seed_from_u64(24);
+    let feet = [[-0.5, -0.2], [0.5, -0.1]];
+    let mut problems = vec![
+        on_floor(&[[0.0, -0.5]], 0.5, [1.0, -1.0, 0.0], 0.3),
+        on_floor(&[[0.0, -0.5]], 0.5, [0.1, -1.0, 0.0], 0.3),
+        on_floor(&feet, 0.3, [0.9, -1.0, 0.1], 0.4),
+        on_floor(&feet, 0.3, [0.3, -1.0, 0.0], 0.4),
+        on_floor(&[[-0.5, -0.2], [0.5, -0.2]], 0.3, [3.0, -1.0, 0.0], 0.1),
+    ];
+    let by_hand = problems.len();
+    problems.extend((0..120).map(|problem| random_bodies(&mut rng, 1 + problem % ENUMERATION_LIMIT)));
+    let (mut unique, mut found) = (0, 0);
+    for (index, bodies) in problems.iter().enumerate() {
+        let n = bodies.friction.len();
+        let solutions = Enumeration::new(n).solutions(bodies.problem(), 1e-11).unwrap();
+        let w = bodies.w(&solutions[0].impulses);
+        let same = |p: &[f64]| bodies.w(p).iter().zip(&w).all(|(a, b)| (a - b).abs() <= 1e-8);
+        if !solutions.iter().all(|solution| same(&solution.impulses)) {
+            assert!(index >= by_hand);
+            continue;
+        }
+        unique += 1;
+        match by_cone_programs(bodies) {
+            // The root of the gap, and what the iteration and a direction that hardly moves anything make of it.
+            Some(impulses) => assert_same("another library", bodies, &solved_any(bodies), &impulses, 1e-4),
+            None => {
+                assert!(index >= by_hand, "{bodies:?}");
+                continue;
+            }
+        }
+        found += 1;
+    }
+    println!("{found} of {unique}");
+    assert!(unique >= 110 && found >= unique * 8 / 10, "{found} of {unique}");
+}
+
+/// Impulses under another law, after forces `[F_n; F_t]` in a step of 1 s.
+fn under(law: FrictionLaw, bodies: &Bodies, forces: &[f64]) -> Vec<f64> {
+    let n = bodies.friction.len();
+    let mut impulses = vec![f64::NAN; 2 * n];
+    let mut solver = FrictionSolver::with_law(law, n, 1e-9);
+    solver.set_step(1.0);
+    solver.take_forces(forces.iter().copied());
+    solver.solve(bodies.problem(), &mut impulses).unwrap();
+    impulses
+}
+
+#[test]
+fn the_relaxed_law_must_be_the_convex_program_of_another_library() {
+    let mut rng = Pcg64::seed_from_u64(25);
+    let mut compared = 0;
+    for problem in 0..100 {
+        let n = 1 + problem % 6;
+        let bodies = random_bodies(&mut rng, n);
+        let found = under(FrictionLaw::Relaxed, &bodies, &[]);
+        let (w, mu) = (bodies.w(&found), &bodies.friction);
+        for c in 0..n {
+            assert!(found[n + c].abs() <= mu[c] * found[c] + 1e-12, "within the cone");
+            assert!(w[c] >= mu[c] * w[n + c].abs() - 1e-8, "lifted by what it slides: {w:?}");
+        }
+        if let Some(wanted) = by_cone_program(&bodies, &vec![0.0; n]) {
+            assert_same("relaxed", &bodies, &found, &wanted, 1e-4);
+            compared += 1;
+        }
+    }
+    assert!(compared >= 90, "{compared}");
+}
+
+/// Projected Gauss–Seidel with the bounds given: slow, and nothing that could be wrong.
+fn by_box_sweeps(bodies: &Bodies, bounds: &[f64]) -> Option<Vec<f64>> {
+    let n = bounds.len();
+    let mut p = vec![0.0; 2 * n];
+    for _ in 0..200_000 {
+        let mut change = 0.0_f64;
+        for row in 0..2 * n {
+            let h = bodies.h[row * 2 * n + row];
+            let w: f64 = bodies.b[row] + (0..2 * n).map(|k| bodies.h[row * 2 * n + k] * p[k]).sum::<f64>();
+            let wanted = p[row] - w / h;
+            let wanted = if row < n { wanted.max(0.0) } else { wanted.clamp(-bounds[row - n], bounds[row - n]) };
+            change = change.max(h * (wanted - p[row]).abs());
+            p[row] = wanted;
+        }
+        if change <= 1e-13 {
+            return Some(p);
+        }
+    }
+    None
+}
+
+#[test]
+fn box_friction_must_keep_to_the_bounds_of_the_forces_before() {
+    let mut rng = Pcg64::seed_from_u64(26);
+    let mut compared = 0;
+    for problem in 0..100 {
+        let n = 1 + problem % 5;
+        let bodies = random_bodies(&mut rng, n);
+        let forces: Vec<f64> = (0..2 * n).map(|row| if row < n { rng.random_range(0.0..3.0) } else { 7.0 }).collect();
+        let bounds: Vec<f64> = (0..n).map(|c| bodies.friction[c] * forces[c]).collect();
+        let found = under(FrictionLaw::Box, &bodies, &forces);
+        if let Some(wanted) = by_box_sweeps(&bodies, &bounds) {
+            assert_same("box", &bodies, &found, &wanted, 1e-7);
+            compared += 1;
+        }
+    }
+    assert!(compared >= 80, "{compared}");
 }

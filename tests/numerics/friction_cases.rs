@@ -1,11 +1,13 @@
 //! Cases with friction against their closed forms, their energy, and what they refuse.
 
 use crate::support::*;
-use rimbench::cosim::{Outcome, Subsystem};
+use rimbench::cases::Case;
+use rimbench::cosim::{Outcome, StopFlag, Subsystem};
 use rimbench::interface_model::Rows;
 use rimbench::mechanics::{Friction, MechanicalModel};
 use rimbench::models::{BrakingCar, BrakingCarGeometry, Gripper, SupportedBox, SupportedBoxGeometry};
-use rimbench::runs::{RunRequest, RunSpec};
+use rimbench::runs::{Reference, RunRequest, RunSpec, evaluate};
+use std::sync::Arc;
 
 const CASES: [&str; 5] =
     ["towed-block", "half-car-braking", "gripper-friction", "rocking-block-friction", "crane-drag"];
@@ -290,4 +292,89 @@ fn what_a_case_with_friction_cannot_be_must_be_refused_with_the_reason() {
         let said = refused(case, key, value);
         assert!(said.contains(wanted), "{case} {key} = {value}: {said}");
     }
+}
+
+/// Nothing hits the road. But the joints turn, and what makes velocities consistent with them moves the wheels.
+#[test]
+fn a_car_that_brakes_must_do_the_same_whatever_the_restitution_of_its_wheels() {
+    for scheme in ["rim-nonsmooth", "rim-nonsmooth-gap", "zero-order-hold"] {
+        let digits = |e: &str| {
+            let set = [("restitution", e), ("tangential_restitution", e)];
+            let trace = run(&spec("half-car-braking", scheme, &[("duration_s", "0.5")], &set)).trajectory;
+            trace.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
+        };
+        let plastic = digits("0");
+        for e in ["0.3", "1"] {
+            assert!(digits(e) == plastic, "{scheme}, e = {e}");
+        }
+    }
+}
+
+/// A case that is judged by another may have its columns in another order.
+#[test]
+fn what_contacts_do_must_be_held_against_the_same_contacts_of_the_reference() {
+    let judged = |case: Arc<Case>| {
+        let spec =
+            RunSpec { case, ..spec("rocking-block-friction", "rim-nonsmooth-gap", &[("duration_s", "0.5")], &[]) };
+        let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
+        let facts = evaluate(&spec, run(&spec), &reference).unwrap().findings();
+        let fact = |name: &str| facts.iter().find(|fact| fact.name == name).unwrap().cell().parse::<f64>().unwrap();
+        (fact("wrong_friction_state_share"), fact("stick_intervals"))
+    };
+    let own = catalogue().case("rocking-block-friction").unwrap().clone();
+    let turned = |keep: fn(&str) -> bool| {
+        let mut case = Case { judged_by: Some(own.clone()), ..(*own).clone() };
+        case.trace_columns[1..].reverse();
+        case.trace_columns.retain(|name| keep(name));
+        judged(Arc::new(case))
+    };
+    let wanted = judged(own.clone());
+    assert!(wanted.0 < 0.2, "{wanted:?}");
+    assert_eq!(turned(|_| true), wanted);
+    // One of two contacts is compared with itself, and not with the other.
+    let left = turned(|name| name != "contact_state_right");
+    assert!(left.0 <= wanted.0, "{left:?}, {wanted:?}");
+}
+
+/// Mass, forces and rows do not change, and both sides have the law: the run is the mechanics with it, at any macro step.
+#[test]
+fn another_law_on_both_sides_must_keep_to_the_theorem_of_exactness_and_a_held_force_not() {
+    for (law, exact) in [("relaxed", true), ("box", true), ("held", false)] {
+        let forces = |macro_step: &str, every: usize| {
+            let options = [
+                ("force_return", "profile"),
+                ("mechanics_steps", "all"),
+                ("macro_step_s", macro_step),
+                ("micro_step_s", "1e-4"),
+                ("duration_s", "2"),
+                ("friction_law", law),
+            ];
+            let spec = spec("towed-block", "rim-nonsmooth-gap", &options, &[]);
+            assert!(!spec.model_is_exact(), "the reference has Coulomb's law");
+            let trace = run(&spec).trajectory;
+            column(&trace, "interface_position_m").into_iter().step_by(every).collect::<Vec<_>>()
+        };
+        let apart = max_difference(&forces("4e-3", 10), &forces("40e-3", 1));
+        assert_eq!(apart <= 1e-10, exact, "{law}: {apart:e}");
+    }
+}
+
+#[test]
+fn a_law_of_friction_must_be_refused_where_nothing_has_friction_or_no_model_solves_it() {
+    let refused = |case: &str, scheme: &str, law: &str| {
+        let mut request = RunRequest::of(case, scheme);
+        request.put("friction_law", law).and_then(|()| request.resolve(catalogue())).unwrap_err().to_string()
+    };
+    assert_eq!(
+        refused("wedge-box", "rim-nonsmooth", "box"),
+        "friction_law = box: mechanics: it has no contacts with friction; use `coulomb`, or a case with friction, not wedge-box"
+    );
+    for scheme in ["rim-smooth", "rim-smooth-active", "rim-fixed-mass"] {
+        let said = refused("wedge-box-friction", scheme, "relaxed");
+        assert!(said.starts_with(&format!("friction_law = relaxed: scheme `{scheme}` solves no contacts")), "{said}");
+        assert!(said.contains("`rim-nonsmooth`"), "{said}");
+    }
+    let said = refused("wedge-box-friction", "zero-order-hold", "held");
+    assert_eq!(said, "friction_law = held: scheme `zero-order-hold` has no reduced interface model");
+    assert!(refused("wedge-box-friction", "rim-nonsmooth", "coulom").contains("did you mean `coulomb`"));
 }

@@ -306,3 +306,92 @@ fn a_load_beyond_the_supports_must_tip_the_beam() {
     assert_eq!(impulses[..2], [0.0, 0.0], "only the last support may carry");
     assert!(impulses[2] > 0.0 && mechanics.velocity()[2] < 0.0, "it must turn clockwise");
 }
+
+/// A point of 1 kg on a rope of 1 m: the gap is what is left of its length, and the row turns with the point.
+#[derive(Clone, Copy)]
+struct OnRope {
+    gravity: f64,
+    q: [f64; 2],
+    v: [f64; 2],
+}
+
+impl MechanicalModel for OnRope {
+    fn size(&self) -> ModelSize {
+        ModelSize { velocities: 2, bilateral: 0, unilateral: 1, interface: 1 }
+    }
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        (self.q.to_vec(), self.v.to_vec())
+    }
+    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        *mass = MassMatrix::Diagonal(vec![1.0; 2]);
+    }
+    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
+        force.copy_from_slice(&[0.0, -self.gravity]);
+    }
+    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
+    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        let r = q[0].hypot(q[1]);
+        let across = (q[0] * v[1] - q[1] * v[0]) / r;
+        rows.jacobian.copy_from_slice(&[-q[0] / r, -q[1] / r]);
+        rows.position[0] = 1.0 - r;
+        rows.convective[0] = -across * across / r;
+    }
+    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        rows.jacobian.copy_from_slice(&[1.0, 0.0]);
+        rows.position[0] = q[0];
+    }
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        self.gravity * q[1]
+    }
+    fn observables(&self) -> Vec<Name> {
+        names(&[])
+    }
+    fn gap_names(&self) -> Vec<Name> {
+        names(&["gap_m"])
+    }
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&["force_n"])
+    }
+    fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
+}
+
+/// A pendulum swings on a rope that stays taut. Each step leaves a gap of ½h²|c| and an approach of ½h|c|, which is nothing that hits.
+#[test]
+fn a_contact_that_rests_on_a_row_that_turns_must_not_rebound_from_what_the_steps_make_of_it() {
+    for h in [1e-2, 1e-3, 1e-4] {
+        let states = |restitution: f64| {
+            let rope = OnRope { gravity: 9.81, q: [0.6, -0.8], v: [0.0; 2] };
+            let mut mechanics = stepper(rope, ContactLaw { restitution, ..PLASTIC });
+            let steps = (0..(1.0 / h) as usize).map(|_| {
+                mechanics.step(0.0, &[0.0], h).unwrap();
+                [mechanics.position()[0], mechanics.position()[1], mechanics.contact_impulses()[0]].map(f64::to_bits)
+            });
+            steps.collect::<Vec<_>>()
+        };
+        let plastic = states(0.0);
+        assert!(plastic.iter().all(|[_, _, impulse]| f64::from_bits(*impulse) > 0.0), "the rope stays taut");
+        for restitution in [0.3, 0.5, 1.0] {
+            assert_eq!(states(restitution), plastic, "e = {restitution}, h = {h}");
+        }
+    }
+}
+
+/// A point flies into its rope, across it with 2 m/s. What counts as rest is of order h: an impact of any speed is one if the step is short
+/// enough.
+#[test]
+fn an_impact_on_a_row_that_turns_must_be_one_once_the_step_is_short_enough() {
+    // Steps of h make up to h · (2 m/s)²/1 m by themselves.
+    for (along, h, rebounds) in [(1.0, 1e-3, true), (0.01, 1e-2, false), (0.01, 1e-3, true), (0.01, 1e-5, true)] {
+        let e = 0.5;
+        // Taut within the first step.
+        let rope = OnRope { gravity: 0.0, q: [1.0 - 0.5 * h * along, 0.0], v: [along, 2.0] };
+        let mut mechanics = stepper(rope, ContactLaw { restitution: e, ..PLASTIC });
+        mechanics.step(0.0, &[0.0], h).unwrap();
+        // w⁺ + h c + e w⁻ = 0, where it is hit; else w⁺ + h c + g/h = 0.
+        let outwards = mechanics.velocity()[0];
+        let wanted = if rebounds { -e * along } else { 0.5 * along } - 4.0 * h;
+        // c is −4 m/s² over 1 m, and the point is ½ h w⁻ short of that.
+        assert!((outwards - wanted).abs() <= 2.1 * h * h, "{along} m/s, h = {h}: {outwards}, not {wanted}");
+    }
+}

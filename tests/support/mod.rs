@@ -423,6 +423,7 @@ impl Abilities for Springs {
         interface_model,
         input_polynomials,
         use_second_order,
+        use_friction_law,
         joint_steps,
         oil_lines,
         observables,

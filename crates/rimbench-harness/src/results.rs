@@ -15,9 +15,10 @@ use super::experiment::{Experiment, PlannedRun};
 use super::provenance::{self, Provenance};
 use super::store::{Record, Store, TraceMark};
 use rimbench_cases::metrics::is_of_friction;
-use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
+use rimbench_cases::runs::{EvaluatedRun, FRICTION_LAW, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
+use rimbench_core::friction::FrictionLaw;
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
 use std::io::Write;
@@ -25,13 +26,24 @@ use std::path::Path;
 
 /// Columns of `runs.csv` that the plan says: id and label, what determines a run.
 pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
-    let facts = planned.first().map(|run| run.spec.facts()).unwrap_or_default();
+    let facts = planned.first().map(|run| planned_facts(run, tries_friction_laws(planned))).unwrap_or_default();
     ["run_id", "label"].into_iter().chain(facts.iter().map(|fact| fact.name)).collect()
 }
 
-/// What a run's row of `runs.csv` says in these columns.
-pub(super) fn plan_cells(run: &PlannedRun) -> Vec<String> {
-    let facts = run.spec.facts();
+/// Whether any of the runs has another law of friction than Coulomb's. Where none has, no column speaks of it.
+pub(super) fn tries_friction_laws(planned: &[PlannedRun]) -> bool {
+    planned.iter().any(|run| run.spec.friction_law != FrictionLaw::Coulomb)
+}
+
+fn planned_facts(run: &PlannedRun, laws: bool) -> Vec<Fact> {
+    let mut facts = run.spec.facts();
+    facts.retain(|fact| laws || fact.name != FRICTION_LAW);
+    facts
+}
+
+/// What a run's row of `runs.csv` says in these columns; `laws` says whether one is the law of friction.
+pub(super) fn plan_cells(run: &PlannedRun, laws: bool) -> Vec<String> {
+    let facts = planned_facts(run, laws);
     [run.id.clone(), run.label.clone()].into_iter().chain(facts.iter().map(Fact::cell)).collect()
 }
 
@@ -129,12 +141,13 @@ pub(super) fn write_tables(
         writeln!(runs, "{}", row(&runs_header(planned)))?;
         writeln!(cost, "{}", row(&cost_header()))?;
         writeln!(provenance, "{}", row(&provenance::HEADER))?;
+        let laws = tries_friction_laws(planned);
         for run in planned {
             let record = store.read(&run.id).map_err(std::io::Error::other)?;
             let record = record.ok_or_else(|| std::io::Error::other(format!("record {} has gone", run.id)))?;
             let limit = record.wall_limit_s.map(number).unwrap_or_default();
             let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
-            writeln!(runs, "{},{},{limit},{trace}", row(&plan_cells(run)), record.findings)?;
+            writeln!(runs, "{},{},{limit},{trace}", row(&plan_cells(run, laws)), record.findings)?;
             let (step, phase) = (number(run.spec.macro_step), number(run.spec.phase));
             writeln!(cost, "{},{}", row(&[&run.id, &run.label, &step, &phase]), record.costs)?;
             writeln!(provenance, "{}", record.provenance)?;

@@ -15,11 +15,12 @@ pub(super) const EFFECTIVE_MASS_MAX: Metric = Metric {
 pub(super) const EFFECTIVE_MASS_RATIO: Metric = Metric {
     name: "effective_mass_ratio",
     unit: "-",
-    about: "Largest over smallest effective mass at a communication point; inf for a locked interface",
+    about: "Largest over smallest effective mass at a communication point; inf for an interface that is locked at some of them, 1 for one that is at all",
     compute: |evidence| {
         let (low, high) = effective_masses(evidence)?
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mass| (low.min(mass), high.max(mass)));
-        Some(high / low)
+        // What is locked from the first point to the last does not vary: equal, and not infinity over itself.
+        Some(if low == high { 1.0 } else { high / low })
     },
 };
 

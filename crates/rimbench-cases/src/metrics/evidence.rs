@@ -14,9 +14,9 @@ pub struct Evidence<'a> {
     pub run_contacts: &'a [Vec<ContactInterval>],
     /// When each contact is closed in the reference at its own sampling, in the order of `gaps`.
     pub reference_contacts: &'a [Vec<ContactInterval>],
-    /// What each contact with friction does in the run, in the order of the columns; none without friction.
+    /// What each contact with friction does in the run, of those that the reference knows, too; none without friction.
     pub run_friction: &'a [Vec<FrictionPhase>],
-    /// The same in the reference at its own sampling.
+    /// The same contacts, in the same order, in the reference at its own sampling.
     pub reference_friction: &'a [Vec<FrictionPhase>],
     /// How the run ended.
     pub report: &'a Report,

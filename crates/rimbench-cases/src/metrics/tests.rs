@@ -13,6 +13,7 @@ struct Given<'a> {
     report: Report,
     touch_downs: Vec<[f64; 2]>,
     inside: Option<Inside<'a>>,
+    effective_mass: Option<usize>,
 }
 
 impl Given<'_> {
@@ -27,6 +28,7 @@ impl Given<'_> {
             report: Report::not_run(Outcome::Completed),
             touch_downs: Vec::new(),
             inside: None,
+            effective_mass: None,
         }
     }
 
@@ -38,6 +40,7 @@ impl Given<'_> {
         (metric.compute)(&Evidence {
             run_contacts: &[contact_intervals(&self.run, 3)],
             interface: &[row],
+            effective_mass: self.effective_mass,
             gaps: &[3],
             touch_downs: &self.touch_downs,
             inside: self.inside.as_ref(),
@@ -143,4 +146,17 @@ fn inside_a_macro_step_forces_are_compared_where_a_micro_step_starts_and_positio
     let other = table(&["time_s", "middle_s", "p_pa"], vec![0.0, 0.5, 1.0]);
     given.inside = Some(Inside { log: &other, reference: [other.clone(), other.clone()] });
     assert_eq!(given.value("force_error_inside_rms_n"), None);
+}
+
+#[test]
+fn an_interface_that_is_locked_throughout_has_an_effective_mass_that_does_not_vary() {
+    let ratio = |masses: &[f64]| {
+        let mut given = Given::new(masses, &vec![1.0; masses.len()], &vec![0.0; masses.len()]);
+        given.effective_mass = Some(1);
+        given.value("effective_mass_ratio").unwrap()
+    };
+    assert_eq!(ratio(&[200.0, 300.0]), 1.5);
+    assert_eq!(ratio(&[200.0, f64::INFINITY]), f64::INFINITY);
+    assert_eq!(ratio(&[f64::INFINITY; 3]), 1.0);
+    assert_eq!(ratio(&[f64::NAN, f64::INFINITY]), 1.0, "what is not known does not count");
 }

@@ -141,9 +141,11 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         .map(|&gap| reference.contacts_of(&result.trajectory.columns()[gap]).cloned().unwrap_or_default())
         .collect();
     let run_contacts: Vec<_> = gaps.iter().map(|&gap| contact_intervals(&result.trajectory, gap)).collect();
-    // A reference from outside may not say who sticks.
-    let mut run_friction = friction_of(&result.trajectory);
-    run_friction.retain(|_| !reference.friction.is_empty());
+    // A reference from outside may not say who sticks, and that of another case may have its columns in another order.
+    let (run_friction, reference_friction): (Vec<_>, Vec<_>) = friction_of(&result.trajectory)
+        .into_iter()
+        .filter_map(|(contact, phases)| Some((phases, reference.friction_of(&contact)?.clone())))
+        .unzip();
     let inside = match result.report.inside.as_ref().filter(|log| !log.is_empty()) {
         Some(log) => Some(Inside {
             log,
@@ -157,7 +159,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
         run_contacts: &run_contacts,
         reference_contacts: &reference_contacts,
         run_friction: &run_friction,
-        reference_friction: &reference.friction,
+        reference_friction: &reference_friction,
         report: &result.report,
         interface: &interface,
         effective_mass: result.trajectory.index_of("effective_mass_kg"),

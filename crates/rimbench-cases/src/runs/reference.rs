@@ -39,8 +39,8 @@ pub struct Reference {
     pub judged: Trajectory,
     /// When each contact is closed, one list per gap column.
     pub contacts: Vec<Vec<ContactInterval>>,
-    /// What each contact with friction does, one list per state column.
-    pub friction: Vec<Vec<FrictionPhase>>,
+    /// What each contact with friction does, with its state column.
+    pub friction: Vec<(String, Vec<FrictionPhase>)>,
     /// Times at which a touch-down shows, from and to, s.
     pub touch_downs: Vec<[f64; 2]>,
     /// Its finest step, s.
@@ -194,6 +194,11 @@ impl Reference {
         self.contacts.get(column)
     }
 
+    /// Returns what the contact with the state column `state` does; none if the reference does not know it.
+    pub fn friction_of(&self, state: &str) -> Option<&Vec<FrictionPhase>> {
+        self.friction.iter().find(|(name, _)| name == state).map(|(_, phases)| phases)
+    }
+
     /// Returns the largest magnitude of a column while a touch-down shows; 0 where none does.
     pub fn touch_down_peak(&self, column: &str) -> f64 {
         let Some(index) = self.judged.index_of(column) else { return 0.0 };
@@ -287,10 +292,10 @@ pub(super) fn gap_columns(columns: &[String]) -> impl Iterator<Item = usize> + '
     (0..columns.len()).filter(|&index| columns[index].starts_with("gap_"))
 }
 
-/// What each contact with friction does, one list per state column.
-pub(super) fn friction_of(trajectory: &Trajectory) -> Vec<Vec<FrictionPhase>> {
-    let states = (0..trajectory.columns().len()).filter(|&column| is_state(&trajectory.columns()[column]));
-    states.map(|column| friction_phases(trajectory, column)).collect()
+/// What each contact with friction does, with its state column.
+pub(super) fn friction_of(trajectory: &Trajectory) -> Vec<(String, Vec<FrictionPhase>)> {
+    let states = trajectory.columns().iter().enumerate().filter(|(_, name)| is_state(name));
+    states.map(|(column, name)| (name.clone(), friction_phases(trajectory, column))).collect()
 }
 
 /// Largest magnitude of each column.

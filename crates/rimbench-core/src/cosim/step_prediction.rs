@@ -47,7 +47,8 @@ impl StepPrediction {
                 *h = model.entry(contact, other);
             }
             let (gap, w) = (model.gap[contact], model.w[contact]);
-            let rebound = impact_velocity(model.restitution, gap, w, h).filter(|_| model.spring.is_none());
+            let rebound = impact_velocity(model.restitution, gap, w, model.own_approach_of(contact), h)
+                .filter(|_| model.spring.is_none());
             let law = rebound.unwrap_or_else(|| model.step_gap_velocity(contact));
             self.term[contact] = w + h * model.a[contact] + law;
             if let Some(spring) = model.spring {

@@ -31,7 +31,7 @@ mod reduced_interface_model;
 mod redundancy;
 
 pub use condensation::{Condensation, condense};
-pub use contact_law::{GapRates, gap_velocity, impact_velocity, resting_approach};
+pub use contact_law::{GapRates, gap_velocity, impact_velocity, own_approach, resting_approach};
 pub use contact_spring::ContactSpring;
 pub use elimination::Elimination;
 pub use kinks::Kinks;

@@ -3,7 +3,7 @@
 use super::contact_law::gap_velocity;
 use super::contact_spring::ContactSpring;
 use super::kinks::Kinks;
-use crate::friction::{ContactState, Stiction};
+use crate::friction::{ContactState, FrictionLaw, Stiction};
 use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
 
@@ -49,6 +49,9 @@ pub struct ReducedInterfaceModel {
     pub stabilisation: f64,
     /// Restitution e of contacts that close.
     pub restitution: f64,
+    /// Approach of each contact that the mechanics' steps make by themselves, m/s, see [`own_approach`](super::own_approach); empty where
+    /// nothing bounces, or where whoever fills the model knows nothing of it.
+    pub own_approach: Vec<f64>,
     /// The mechanics' own step, s.
     pub mechanics_step: f64,
     /// Spring and damper of contacts that give way; none where they are rigid.
@@ -64,6 +67,10 @@ pub struct ReducedInterfaceModel {
     pub solved_states: Vec<ContactState>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
+    /// What the model is to put in the place of Coulomb's law.
+    pub friction_law: FrictionLaw,
+    /// `[F_n; F_t]` of the mechanics' last step, N, zero before the first; empty under Coulomb's law, which does not ask.
+    pub contact_forces: Vec<f64>,
     /// Kinks of the geometry that lie ahead, where they are asked for.
     pub kinks: Kinks,
 }
@@ -99,6 +106,7 @@ impl ReducedInterfaceModel {
             at_bound: vec![false; contacts],
             stabilisation: 0.0,
             restitution: 0.0,
+            own_approach: Vec::new(),
             mechanics_step: 0.0,
             spring: None,
             friction: Vec::new(),
@@ -106,6 +114,8 @@ impl ReducedInterfaceModel {
             states: Vec::new(),
             solved_states: Vec::new(),
             tangential_restitution: 0.0,
+            friction_law: FrictionLaw::Coulomb,
+            contact_forces: Vec::new(),
             kinks: Kinks::default(),
         }
     }
@@ -195,6 +205,7 @@ impl ReducedInterfaceModel {
         self.at_bound.copy_from_slice(&other.at_bound);
         self.stabilisation = other.stabilisation;
         self.restitution = other.restitution;
+        self.own_approach.copy_from_slice(&other.own_approach);
         self.mechanics_step = other.mechanics_step;
         self.spring = other.spring;
         self.friction.copy_from_slice(&other.friction);
@@ -202,6 +213,8 @@ impl ReducedInterfaceModel {
         self.states.copy_from_slice(&other.states);
         self.solved_states.copy_from_slice(&other.solved_states);
         self.tangential_restitution = other.tangential_restitution;
+        self.friction_law = other.friction_law;
+        self.contact_forces.copy_from_slice(&other.contact_forces);
         self.kinks.copy_from(&other.kinks);
     }
 
@@ -218,6 +231,12 @@ impl ReducedInterfaceModel {
     pub fn closed_contacts(&self, list: &mut Vec<usize>) {
         list.clear();
         list.extend((0..self.contacts).filter(|&contact| self.at_bound[contact]));
+    }
+
+    /// Returns the approach of a contact that is no impact, m/s.
+    #[inline]
+    pub fn own_approach_of(&self, contact: usize) -> f64 {
+        self.own_approach.get(contact).copied().unwrap_or(0.0)
     }
 
     /// The gap term of the mechanics' own next step for one contact, m/s; see [`gap_velocity`].

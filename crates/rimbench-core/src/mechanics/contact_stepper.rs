@@ -18,7 +18,7 @@ use crate::cosim::{EnergyAccount, SubsystemCounters};
 use crate::error::Failure;
 use crate::interface_model::{
     Condensation, ContactSpring, Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows,
-    TOUCHING, condense, gap_velocity, impact_velocity, resting_approach,
+    TOUCHING, condense, gap_velocity, impact_velocity, own_approach, resting_approach,
 };
 use crate::linear_algebra::body_dot;
 
@@ -32,6 +32,22 @@ pub struct ContactLaw {
     /// Spring and damper of contacts that give way; none for rigid ones. With a spring, γ acts on joints only, and nothing rebounds but
     /// what the spring throws back.
     pub spring: Option<ContactSpring>,
+}
+
+impl ContactLaw {
+    /// Whether contacts rebound.
+    fn bounces(&self) -> bool {
+        self.restitution > 0.0 && self.spring.is_none()
+    }
+
+    /// Says to a model how its contacts behave.
+    fn give_to(&self, model: &mut ReducedInterfaceModel) {
+        model.restitution = self.restitution;
+        model.spring = self.spring;
+        if self.bounces() {
+            model.own_approach = vec![0.0; model.contacts()];
+        }
+    }
 }
 
 /// Contacts from which on only what is not zero is kept, where few of them meet (`benches/scaling.rs`).
@@ -68,6 +84,8 @@ pub(super) struct ContactStepper {
     closed_known: bool,
     /// Contacts that rebounded in the last step, by more than what the solver leaves. Written only where contacts bounce.
     rebounded: Vec<bool>,
+    /// Approach that the step to come and the last two make of each contact by themselves, m/s. Empty where nothing bounces.
+    own_approach: [Vec<f64>; 3],
     /// `[P_u; h λ_i]`; with friction `[P_u; P_t; h λ_i]`.
     impulses: Vec<f64>,
     p_b: Vec<f64>,
@@ -111,8 +129,7 @@ impl ContactStepper {
             Some(meeting) => ReducedInterfaceModel::zeros_of(meeting, size.interface),
             None => ReducedInterfaceModel::zeros(size.unilateral, size.interface),
         };
-        eq4.restitution = law.restitution;
-        eq4.spring = law.spring;
+        law.give_to(&mut eq4);
         let dense = if sparse.is_some() { 0 } else { size.unilateral };
         ContactStepper {
             law,
@@ -134,6 +151,7 @@ impl ContactStepper {
             slack: vec![0.0; size.unilateral],
             closed_known: false,
             rebounded: vec![false; size.unilateral],
+            own_approach: [(); 3].map(|()| if law.bounces() { vec![0.0; size.unilateral] } else { Vec::new() }),
             impulses: vec![0.0; size.unilateral + size.interface],
             p_b: vec![0.0; size.bilateral],
             last_step: f64::INFINITY,
@@ -155,8 +173,7 @@ impl ContactStepper {
             (None, Some(friction)) => friction.empty_model(self.eq4.interface()),
             (None, None) => ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface()),
         };
-        model.restitution = self.law.restitution;
-        model.spring = self.law.spring;
+        self.law.give_to(&mut model);
         model
     }
 
@@ -247,6 +264,9 @@ impl ContactStepper {
         self.elimination.reduce(&self.eq3, &self.v, h, self.law.stabilisation, &mut self.eq4)?;
         self.counters.eliminations += 1;
         self.reduced_for = Some(h);
+        if self.law.bounces() {
+            self.note_own_approach(h);
+        }
         Ok(())
     }
 
@@ -321,6 +341,9 @@ impl ContactStepper {
         self.last_step = h;
         self.closed_known = false;
         self.counters.micro_steps += 1;
+        if self.law.bounces() {
+            self.own_approach.rotate_right(1);
+        }
         // A velocity that is not finite has reached the position by now.
         if !self.q.iter().all(|x| x.is_finite()) {
             return Err(Failure::non_finite("mechanical state"));
@@ -331,7 +354,7 @@ impl ContactStepper {
     /// Solves the contacts of one step; `impulses` then holds `[P_u; h λ_i]`.
     fn solve_contacts(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
         let (n_u, n) = (self.eq4.contacts(), self.impulses.len());
-        if self.law.restitution > 0.0 && self.law.spring.is_none() {
+        if self.law.bounces() {
             self.note_rebounds(h);
         }
         for (impulse, force) in self.impulses[self.eq4.interface_start()..].iter_mut().zip(lambda) {
@@ -432,18 +455,46 @@ impl ContactStepper {
     }
 
     fn note_rebounds(&mut self, h: f64) {
-        let rows = self.eq4.w.iter().zip(&self.eq4.a).map(|(w, a)| (*w, h * a));
-        let rests = -resting_approach(self.solver.tolerance(), rows.take(self.eq4.interface_start()));
-        for (rebounds, (gap, w)) in self.rebounded.iter_mut().zip(self.eq4.gap.iter().zip(&self.eq4.w)) {
-            *rebounds = *w < rests && impact_velocity(self.law.restitution, *gap, *w, h).is_some();
+        let rests = self.resting_approach(h);
+        for contact in 0..self.rebounded.len() {
+            let own = rests.max(self.eq4.own_approach_of(contact));
+            self.rebounded[contact] = self.impact(contact, own, h).is_some();
         }
+    }
+
+    /// Approach that rounding makes of contacts at rest in a step `h`, of which Eq. 4 must be, m/s.
+    fn resting_approach(&self, h: f64) -> f64 {
+        let rows = self.eq4.w.iter().zip(&self.eq4.a).map(|(w, a)| (*w, h * a));
+        resting_approach(self.solver.tolerance(), rows.take(self.eq4.interface_start()))
+    }
+
+    /// Finds what the steps themselves make of contacts at rest; Eq. 4 must be that of a step `h`.
+    ///
+    /// What they make is met to rounding, so that this comes on top. Where they make nothing a rebound of rounding is rounding.
+    fn note_own_approach(&mut self, h: f64) {
+        let (rounding, jointed) = (self.resting_approach(h), !self.eq3.bilateral.is_empty());
+        let rows = &self.eq3.unilateral;
+        let [coming, last, before] = &mut self.own_approach;
+        for (contact, own) in self.eq4.own_approach.iter_mut().enumerate() {
+            let corrected = if jointed { self.eq4.w[contact] - rows.velocity(contact, &self.v) } else { 0.0 };
+            coming[contact] = own_approach(h, rows.convective[contact], corrected);
+            *own = coming[contact].max(last[contact]).max(before[contact]);
+            *own += if *own > 0.0 { rounding } else { 0.0 };
+        }
+    }
+
+    /// What stands for the gap law of a contact that is hit, if it is.
+    fn impact(&self, contact: usize, own: f64, h: f64) -> Option<f64> {
+        impact_velocity(self.law.restitution, self.eq4.gap[contact], self.eq4.w[contact], own, h)
     }
 
     /// Gap law, or impact law for a bouncing contact that closes within the step.
     fn contact_term(&self, contact: usize, h: f64) -> f64 {
-        let (gap, w) = (self.eq4.gap[contact], self.eq4.w[contact]);
-        impact_velocity(self.law.restitution, gap, w, h)
-            .unwrap_or_else(|| gap_velocity(gap, h, h, self.law.stabilisation))
+        let gap_law = || gap_velocity(self.eq4.gap[contact], h, h, self.law.stabilisation);
+        if self.law.restitution == 0.0 {
+            return gap_law();
+        }
+        self.impact(contact, self.eq4.own_approach_of(contact), h).unwrap_or_else(gap_law)
     }
 
     /// Books the work of one step. Impulses are paired with `v̄ = ½ (v⁺ + v⁻)`, and `T⁺ − T⁻ = v̄ᵀ M (v⁺ − v⁻)`.

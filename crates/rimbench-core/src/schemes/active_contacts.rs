@@ -69,9 +69,9 @@ impl ActiveContacts {
             }
         }
         friction.solve(&self.packed, true, &self.w_free[..n], &mut self.impulses[..n])?;
-        for (&contact, state) in closed.iter().zip(friction.states()) {
-            model.note_state(contact, *state);
-        }
+        let standstill = friction.tolerance() * self.w_free[..n].iter().fold(0.0, |max: f64, b| max.max(b.abs()));
+        self.packed.add_impulses(&self.impulses[..n], &mut self.w_free[..rows]);
+        friction.note_states(closed, model, &self.w_free[m..n], standstill);
         let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
         closed.retain(|_| carries.next().unwrap_or(false));
         Ok(())
@@ -123,6 +123,7 @@ impl ActiveContacts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::ContactState;
 
     #[test]
     fn a_contact_is_active_when_it_is_pressed_and_not_when_it_is_pulled() {
@@ -159,5 +160,27 @@ mod tests {
             active.keep(&mut closed, &model, &[0.0], true).unwrap();
             assert_eq!(closed, left, "{gap} m");
         }
+    }
+
+    /// A level block of 1 kg on two corners, pushed with less than both hold and more than one: their tangential rows are the same, and the
+    /// solver loads one of them up to its border. Neither has slid.
+    #[test]
+    fn a_contact_at_the_border_of_its_cone_that_does_not_move_must_stick() {
+        let mut model = ReducedInterfaceModel::zeros_with_friction(&[0.4, 0.4], 1);
+        let rows = [[0.0, 1.0, -0.5], [0.0, 1.0, 0.5], [1.0, 0.0, 0.2], [1.0, 0.0, 0.2], [1.0, 0.0, 0.0]];
+        let inverse_mass = [1.0, 1.0, 1.0 / 0.3];
+        for (i, a) in rows.iter().enumerate() {
+            for (j, b) in rows.iter().enumerate() {
+                model.h[5 * i + j] = (0..3).map(|k| a[k] * inverse_mass[k] * b[k]).sum();
+            }
+            model.a[i] = -a[1];
+        }
+        model.mechanics_step = 0.1;
+        let mut active = ActiveContacts::of(&model, &SolverEntry::active_set());
+        let mut closed = vec![0, 1];
+        active.keep_with_friction(&mut closed, &mut model, &[0.3], false).unwrap();
+        let solved = active.friction.as_ref().map(|friction| friction.states().to_vec()).unwrap();
+        assert!(solved.iter().any(|state| state.friction() != 0.0), "one is at its border: {solved:?}");
+        assert_eq!(model.states, [ContactState::Stick; 2]);
     }
 }

@@ -6,7 +6,8 @@ use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 use crate::interface_model::ReducedInterfaceModel;
 
 /// A set of contacts with their coefficients and a solver, which starts from the states that the mechanics' own solver would start from.
-/// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before has left.
+/// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before has left. The law is the
+/// model's.
 #[derive(Clone)]
 pub(super) struct FrictionalSet {
     /// Rows of the model: the contacts, then their tangential rows.
@@ -25,7 +26,8 @@ impl FrictionalSet {
                 rows: Vec::with_capacity(2 * n),
                 friction: Vec::with_capacity(n),
                 stiction: model.stiction,
-                solver: FrictionSolver::new(n, solver.tolerance).witnessed_by(solver.witness.as_ref()),
+                solver: FrictionSolver::with_law(model.friction_law, n, solver.tolerance)
+                    .witnessed_by(solver.witness.as_ref()),
             })
         })
     }
@@ -38,6 +40,9 @@ impl FrictionalSet {
         self.friction.clear();
         self.friction.extend(set.iter().map(|&contact| model.friction[contact]));
         self.solver.start_from(set.iter().map(|&contact| model.solved_states[contact]));
+        if !model.contact_forces.is_empty() {
+            self.solver.take_forces(self.rows.iter().map(|&row| model.contact_forces[row]));
+        }
     }
 
     /// Returns the rows of the model that take part: contacts, then tangential rows.
@@ -48,6 +53,14 @@ impl FrictionalSet {
     /// Returns what the contacts do, in the order of the set.
     pub(super) fn states(&self) -> &[ContactState] {
         self.solver.states()
+    }
+
+    /// Notes in the model what the contacts of `set` have done, moving by `w_t` (m/s) and standing still up to `standstill` (m/s): of redundant
+    /// contacts one may be loaded up to its border and not move.
+    pub(super) fn note_states(&self, set: &[usize], model: &mut ReducedInterfaceModel, w_t: &[f64], standstill: f64) {
+        for ((&contact, state), w_t) in set.iter().zip(self.states()).zip(w_t) {
+            model.note_state(contact, state.moving(*w_t, standstill));
+        }
     }
 
     /// Returns their coefficients, in the same order.
@@ -63,6 +76,7 @@ impl FrictionalSet {
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
+        self.solver.set_step(packed.length());
         let problem = FrictionProblem { h: packed.h_uu(), b, friction: &self.friction };
         // Coefficients that change make another problem of the same matrix.
         let same = !anew && self.stiction.is_none();

@@ -24,6 +24,7 @@ use super::parametric_step::{GapMotion, MicroState, ParametricStep};
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSet};
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Failure, Result};
+use crate::friction::FrictionLaw;
 use crate::interface_model::{
     Condensation, GapRates, ReducedInterfaceModel, Redundancy, TOUCHING, condense, impact_velocity, resting_approach,
 };
@@ -133,6 +134,7 @@ impl ReducedInterface {
             sequence: Sequence::GaussSeidel { first: Side::Actuator },
             needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
             moves_model: true,
+            solves_friction: matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps),
             ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))
         }
     }
@@ -148,6 +150,8 @@ impl ReducedInterface {
         // A coefficient that a contact has at rest only changes from micro step to micro step.
         let affine = affine
             && empty.stiction.is_none()
+            // Other laws than Coulomb's are solved in each micro step.
+            && empty.friction_law == FrictionLaw::Coulomb
             && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
         // The set is all contacts, and the model has no more of them than it says.
         let all =
@@ -231,11 +235,14 @@ impl ReducedInterface {
         let loaded = self.set.iter().zip(&self.p_u[..self.packed.contacts()]).filter(|(_, impulse)| **impulse > 0.0);
         self.diagnosis.loaded.clear();
         self.diagnosis.loaded.extend(loaded.map(|(&contact, _)| contact));
-        if let Some(friction) = &self.friction {
-            for (&contact, state) in self.set.iter().zip(friction.states()) {
-                self.model.received.note_state(contact, *state);
-            }
-        }
+    }
+
+    /// Notes what contacts with friction do in the micro step just solved, after which the velocities are in `w_free`.
+    fn note_states(&mut self) {
+        let (Some(friction), m, n) = (&self.friction, self.set.len(), self.packed.contacts()) else { return };
+        let rows = self.w_free[..n].iter().zip(self.packed.drift(n)).map(|(w, drift)| (*w, *drift));
+        let standstill = resting_approach(friction.tolerance(), rows);
+        friction.note_states(&self.set, &mut self.model.received, &self.w_free[m..n], standstill);
     }
 
     /// Whether the set of contacts depends on the actuator's force.
@@ -368,9 +375,9 @@ impl ReducedInterface {
             let along = self.model.received.tangential_restitution;
             let tolerance = self.friction.as_ref().map_or(0.0, |friction| friction.tolerance());
             let rows = self.w.iter().zip(self.packed.drift(n)).map(|(w, drift)| (*w, *drift));
-            let rests = -resting_approach(tolerance, rows);
+            let rests = resting_approach(tolerance, rows);
             for slot in 0..m {
-                if self.w[slot] < rests && self.impact(slot).is_some() {
+                if self.w[slot] < -rests.max(self.own_approach(slot)) && self.impact(slot).is_some() {
                     self.b_u[m + slot] += along * self.w[m + slot];
                 }
             }
@@ -396,6 +403,7 @@ impl ReducedInterface {
                 }
                 if at.index == 0 {
                     self.note_loaded();
+                    self.note_states();
                 }
             }
         }
@@ -508,10 +516,15 @@ impl ReducedInterface {
         closing.reduce(f64::min)
     }
 
+    /// Approach of a contact of the set that the mechanics' steps have made by themselves, m/s. The model's own rows do not turn.
+    fn own_approach(&self, slot: usize) -> f64 {
+        self.model.received.own_approach_of(self.set[slot])
+    }
+
     /// What stands for the gap law of a contact that closes within the micro step and bounces, m/s.
     fn impact(&self, slot: usize) -> Option<f64> {
         let GapMotion { restitution, closing_time, .. } = self.gap_motion;
-        impact_velocity(restitution, self.gap[slot], self.w[slot], closing_time)
+        impact_velocity(restitution, self.gap[slot], self.w[slot], self.own_approach(slot), closing_time)
     }
 
     /// Leaves out of `set` what does not take part in a macro step of `length` (s).
@@ -728,5 +741,61 @@ mod tests {
         for (index, found) in velocities(ModelMotion::Frozen).into_iter().enumerate() {
             assert_relative_eq!(found, 0.5e-3 * (index + 1) as f64, max_relative = 1e-12);
         }
+    }
+
+    /// The same along the surface: a contact that sticks is pushed with 0.5 m/s², and from 1.25 ms on with 0.1 m/s².
+    #[test]
+    fn accelerations_along_the_surface_must_jump_at_a_kink_like_those_off_it() {
+        let mut model = ReducedInterfaceModel::zeros_with_friction(&[1.0], 1);
+        model.h.copy_from_slice(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.5, 0.0, 0.5, 1.0]);
+        model.a.copy_from_slice(&[-1.0, 0.5, 0.0]);
+        model.kinks = crate::interface_model::Kinks::with_room(1, 3);
+        model.kinks.add(1.25e-3).copy_from_slice(&[0.0, -0.4, 0.0]);
+        let velocities = |motion| {
+            let mut scheme = tracking(&model, motion);
+            [0, 1, 2, 3].map(|index| micro_step(&mut scheme, index)[1])
+        };
+        // Half of what keeps the contact where it is pushes the interface: P_t = −δ a_t, less than P_n = δ.
+        let mut sum = 0.0;
+        let pushes = [0.5, 0.25 * 0.5 + 0.75 * 0.1, 0.1, 0.1];
+        for (found, push) in velocities(ModelMotion::Piecewise).into_iter().zip(pushes) {
+            sum -= 0.5e-3 * push;
+            assert_relative_eq!(found, sum, max_relative = 1e-12);
+        }
+        for (index, found) in velocities(ModelMotion::Frozen).into_iter().enumerate() {
+            assert_relative_eq!(found, -0.25e-3 * (index + 1) as f64, max_relative = 1e-12);
+        }
+    }
+
+    /// A contact slides at 1 m/s, pressed with 2 N, with another law of friction in each model.
+    #[test]
+    fn the_law_of_friction_must_be_that_of_the_model_and_go_by_the_forces_that_come_with_it() {
+        let mut model = ReducedInterfaceModel::zeros_with_friction(&[0.5], 1);
+        model.h.copy_from_slice(&[1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0]);
+        model.a.copy_from_slice(&[-2.0, 0.0, 0.0]);
+        model.w.copy_from_slice(&[0.0, 1.0, 1.0]);
+        let velocities = |law: FrictionLaw| {
+            let mut model = model.clone();
+            model.friction_law = law;
+            if law != FrictionLaw::Coulomb {
+                model.contact_forces = vec![3.0, -0.25];
+            }
+            let mut scheme = tracking(&model, ModelMotion::Frozen);
+            [0, 1].map(|index| micro_step(&mut scheme, index)[1])
+        };
+        let delta = 1e-3;
+        for (law, [first, second]) in [
+            (FrictionLaw::Coulomb, [1.0, 1.0]),
+            // First the bound of the mechanics' last force, then that of the micro step before.
+            (FrictionLaw::Box, [1.5, 1.0]),
+            (FrictionLaw::Held, [0.25, 0.25]),
+        ] {
+            let found = velocities(law);
+            assert_relative_eq!(found[0], 1.0 - delta * first, max_relative = 1e-14);
+            assert_relative_eq!(found[1], 1.0 - delta * (first + second), max_relative = 1e-14);
+        }
+        // Lifted by μ w_t, which takes an impulse: w_t (1 + μ²) = 1 − μ δ 2.
+        let lifted = velocities(FrictionLaw::Relaxed)[0];
+        assert_relative_eq!(lifted, (1.0 - 0.5 * delta * 2.0) / 1.25, max_relative = 1e-14);
     }
 }

@@ -1,12 +1,15 @@
 //! The kernels of the suite: what every exchange is made of, repeated often enough to be measured.
 
-use super::suite::{Benchmark, Repetition, WEDGE_BOX, Work};
+use super::suite::{Benchmark, Repetition, Size, WEDGE_BOX, Work};
 use rimbench_cases::cases::{Case, CoupledSystem, wedge_box_geometry};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::models::WedgeBox;
-use rimbench_core::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SolverEntry};
+use rimbench_core::complementarity::{
+    Checked, ComplementaritySolver, Lcp, SolveStats, SolverCounters, SolverEntry, Unsolved,
+};
 use rimbench_core::cosim::PerSide;
 use rimbench_core::error::{Error, Failure, Result};
+use rimbench_core::friction::{ContactState, CopositiveLemke, FrictionProblem, FrictionSolver};
 use rimbench_core::interface_model::{Elimination, ReducedInterfaceModel};
 use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
 use std::hint::black_box;
@@ -62,6 +65,28 @@ pub const LEMKE: Benchmark = Benchmark {
 
 /// Lemke and the active set agree on it; `w` is unique where `z` is not.
 const ANSWER_LCP: f64 = 0.056_893_34;
+
+/// Four contacts with friction from the states of the last solution.
+pub const FRICTION_WARM: Benchmark = Benchmark {
+    name: "kernel/friction-warm",
+    about: "20000 problems of four contacts with friction, warm; answer: sum of contact velocities, m/s",
+    answer: [ANSWER_FRICTION, 1e-7],
+    prepare: || friction(20_000, |problem, solver, _, impulses| solver.solve(problem, impulses)),
+};
+
+/// The same by Lemke's method.
+pub const FRICTION_LEMKE: Benchmark = Benchmark {
+    name: "kernel/friction-lemke",
+    about: "2000 problems of four contacts with friction by lemke; answer as warm",
+    answer: [ANSWER_FRICTION, 1e-7],
+    prepare: || {
+        let mut states = [ContactState::Open; 4];
+        friction(2_000, move |problem, _, lemke, impulses| lemke.attempt(problem, &mut states, impulses))
+    },
+};
+
+/// Both agree on it.
+const ANSWER_FRICTION: f64 = 0.122_257_4;
 
 /// N.
 const FORCE: f64 = 250.0;
@@ -191,3 +216,38 @@ fn lcp(solver: &SolverEntry, problems: u32, warm: bool) -> Result<Repetition> {
 
 /// m/s, one per contact of the wedge box.
 const VELOCITIES: [f64; 4] = [-0.02, 0.03, -0.01, -0.002];
+
+/// m/s along the surface: the wedges slide one way, one disc sticks, the other slides the other way.
+const SLIPS: [f64; 4] = [0.05, 0.04, 0.001, -0.03];
+
+/// The problem of [`lcp`] with friction of 0.3 and velocities along the surface, each solved by `solve`.
+fn friction(
+    problems: u32,
+    mut solve: impl FnMut(FrictionProblem<'_>, &mut FrictionSolver, &mut CopositiveLemke, &mut [f64]) -> Solved + 'static,
+) -> Result<Repetition> {
+    let case = Catalogue::standard().case("wedge-box-friction").cloned()?;
+    let model = start_model(&mut system_of(&case)?)?;
+    let n = model.contacts();
+    let h: Vec<f64> = (0..4 * n * n).map(|index| model.entry(index / (2 * n), index % (2 * n))).collect();
+    let velocities: Vec<f64> = VELOCITIES.into_iter().chain(SLIPS).collect();
+    let (mut solver, mut lemke) = (FrictionSolver::new(n, 1e-9), CopositiveLemke::new(n));
+    let (mut b, mut impulses, mut w) = (vec![0.0; 2 * n], vec![0.0; 2 * n], vec![0.0; 2 * n]);
+    Ok(Box::new(move || {
+        solver.start_from((0..n).map(|_| ContactState::Open));
+        let mut lcp = SolverCounters::default();
+        for problem in 0..problems {
+            let scale = 1.0 + f64::from(problem % 8) / 64.0;
+            b.iter_mut().zip(&velocities).for_each(|(b, v)| *b = scale * v);
+            let problem = FrictionProblem { h: black_box(&h), b: &b, friction: &model.friction };
+            let stats = solve(problem, &mut solver, &mut lemke, &mut impulses).map_err(broken)?;
+            problem.velocities(&impulses, &mut w);
+            lcp.solves += 1;
+            lcp.pivots += u64::from(stats.pivots);
+            lcp.factorisations += u64::from(stats.factorisations);
+        }
+        let size = Size { contacts: 2 * n as u64, ..WEDGE_BOX };
+        Ok(Work { flops_estimate: size.flops(0, &lcp), lcp, answer: w.iter().sum(), ..Work::default() })
+    }))
+}
+
+type Solved = std::result::Result<SolveStats, Unsolved>;

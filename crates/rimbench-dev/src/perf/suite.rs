@@ -102,6 +102,8 @@ pub const BENCHMARKS: &[Benchmark] = &[
     kernels::LCP_WARM,
     kernels::LCP_COLD,
     kernels::LEMKE,
+    kernels::FRICTION_WARM,
+    kernels::FRICTION_LEMKE,
 ];
 
 /// Looks a benchmark up in [`BENCHMARKS`].

@@ -133,7 +133,7 @@ impl ContactStepper {
         self.impulses[n_u..].fill(0.0);
         set.terms.clear();
         for &contact in &set.contacts {
-            let rebound = impact_velocity(self.law.restitution, 0.0, self.eq4.w[contact], 1.0);
+            let rebound = impact_velocity(self.law.restitution, 0.0, self.eq4.w[contact], 0.0, 1.0);
             set.terms.push(rebound.unwrap_or(0.0));
         }
         self.solve_set(0.0, set)?;
