@@ -73,7 +73,7 @@ pub enum Mode {
     Markers,
     /// Both; of more than 60 points only some get a sign.
     LineMarkers,
-    /// Every value is held until the next point.
+    /// Every value is held until the next point; a sign now and then, so that lines on each other can be told apart.
     Steps,
 }
 
@@ -88,12 +88,42 @@ pub struct Series {
     pub style: SeriesStyle,
     /// Line, markers, both, or steps.
     pub mode: Mode,
+    /// What it is called in the data behind the picture, where that is not its label: the row of a scheme without remarks on it.
+    pub name: String,
+    /// Thin bars: abscissa, from, to.
+    pub bars: Vec<(f64, [f64; 2])>,
+    /// What else is known of each point, for tables; none, or as many as points.
+    pub notes: Vec<String>,
 }
 
 impl Series {
     /// A series drawn as a line.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: SeriesStyle) -> Self {
-        Series { label: label.into(), points, style, mode: Mode::Line }
+        let (name, bars, notes) = Default::default();
+        Series { label: label.into(), points, style, mode: Mode::Line, name, bars, notes }
+    }
+
+    /// Names it in the data behind the picture.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// Adds thin bars: abscissa, from, to.
+    pub fn bars(mut self, bars: Vec<(f64, [f64; 2])>) -> Self {
+        self.bars = bars;
+        self
+    }
+
+    /// Says what else is known of each point.
+    pub fn notes(mut self, notes: Vec<String>) -> Self {
+        self.notes = notes;
+        self
+    }
+
+    /// What it is called in the data behind the picture.
+    pub fn data_name(&self) -> &str {
+        if self.name.is_empty() { &self.label } else { &self.name }
     }
 
     /// Draws it another way.

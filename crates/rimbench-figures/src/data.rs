@@ -2,22 +2,27 @@
 
 use super::chart::{Losses, Mode, Series};
 use super::clip::{self, Rect};
-use super::drawing::{Color, Drawing, Point, Stroke};
+use super::drawing::{Color, Datum, Drawing, Point, SeriesData, Stroke};
 use super::marker;
 use super::scale::AxisMap;
+use super::style::SeriesStyle;
 
 /// Height of the band for infinite values above an axis, px.
-pub const BAND: f64 = 28.0;
+pub const BAND: f64 = 22.0;
 /// Half size of a marker, px.
-pub const MARKER: f64 = 3.6;
+pub const MARKER: f64 = 2.9;
 /// Distance of the signs of neighbouring series in the band, px.
-const LOSS_DISTANCE: f64 = 8.0;
+const LOSS_DISTANCE: f64 = 6.5;
+/// Width of the bars at a median, px.
+const BAR: f64 = 0.7;
+/// Distance of the signs on lines of steps per series, px.
+const STEP_SIGNS: f64 = 10.0;
 /// Least distance of the triangles in the band, px.
-const TRIANGLE_DISTANCE: f64 = 15.0;
+const TRIANGLE_DISTANCE: f64 = 12.0;
 /// Beyond this many points a line's markers are thinned to one per …
 const MANY: usize = 60;
 /// … this distance, px.
-const MARKER_DISTANCE: f64 = 40.0;
+const MARKER_DISTANCE: f64 = 32.0;
 
 /// A plotting area with its axes.
 #[derive(Debug, Clone, Copy)]
@@ -75,9 +80,31 @@ impl Frame {
     }
 }
 
-/// Draws one series.
-pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series) {
+/// Draws one of several series; `turn` is its number and their count.
+pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series, turn: (usize, usize)) {
+    drawing.group(series.data_name(), |drawing| draw_inside(drawing, frame, series, turn));
+}
+
+/// Returns the data of one series as they are, each with its place on the page.
+pub fn exact(frame: &Frame, series: &Series) -> SeriesData {
+    let datum = |(index, &(x, y)): (usize, &(f64, f64))| {
+        let range = series.bars.iter().find(|(at, _)| *at == x).map(|(_, range)| *range);
+        let place = frame.vertex((x, y)).map(|vertex| vertex.at);
+        let at = place.filter(|&(across, up)| frame.whole().contains((across, up)));
+        Datum { x, y, range, note: series.notes.get(index).cloned().unwrap_or_default(), at }
+    };
+    SeriesData { name: series.data_name().to_owned(), points: series.points.iter().enumerate().map(datum).collect() }
+}
+
+fn draw_inside(drawing: &mut Drawing, frame: &Frame, series: &Series, (index, count): (usize, usize)) {
     let style = &series.style;
+    let thin = Stroke { color: style.color, width: BAR, dash: &[] };
+    for &(x, range) in &series.bars {
+        let ends: Vec<Point> = range.iter().filter_map(|&y| Some(frame.vertex((x, y))?.at)).collect();
+        for piece in clip::polyline(&ends, |_| frame.area) {
+            drawing.line(piece, thin);
+        }
+    }
     let runs = frame.runs(&series.points);
     if series.mode != Mode::Markers {
         let stroke = Stroke { color: style.color, width: style.width, dash: style.dash };
@@ -87,6 +114,9 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series) {
             let clip_to = |k: usize| if path[k].beyond || path[k + 1].beyond { frame.whole() } else { frame.area };
             for piece in clip::polyline(&points, clip_to) {
                 drawing.line(piece, stroke);
+            }
+            if series.mode == Mode::Steps && count > 1 {
+                signs_along(drawing, frame, &points, style, (index, count));
             }
         }
     }
@@ -100,6 +130,27 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series) {
             }
         } else if signs && frame.area.contains(vertex.at) && far_enough(&mut last_sign, vertex.at, apart) {
             marker::draw(drawing, style.marker, vertex.at, MARKER, style.color);
+        }
+    }
+}
+
+/// Puts signs on a line of steps, each series at places of its own: where lines lie on each other, one sees the signs of all.
+fn signs_along(
+    drawing: &mut Drawing,
+    frame: &Frame,
+    points: &[Point],
+    style: &SeriesStyle,
+    (index, count): (usize, usize),
+) {
+    let every = (STEP_SIGNS * count as f64).clamp(60.0, 120.0);
+    let mut next = frame.area.left + every * (index as f64 + 0.5) / count as f64;
+    for pair in points.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        while from.1 == to.1 && next <= to.0 {
+            if next >= from.0 && frame.area.contains((next, from.1)) {
+                marker::draw(drawing, style.marker, (next, from.1), 0.8 * MARKER, style.color);
+            }
+            next += every;
         }
     }
 }
@@ -171,7 +222,7 @@ mod tests {
 
     fn lines(points: &[(f64, f64)]) -> Vec<Vec<Point>> {
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw(&mut drawing, &frame(), &Series::new("m", points.to_vec(), style_in_list(0)));
+        draw(&mut drawing, &frame(), &Series::new("m", points.to_vec(), style_in_list(0)), (0, 1));
         let open = |shape: Shape| match shape {
             Shape::Path { points, closed: false, .. } => Some(points),
             _ => None,
@@ -190,7 +241,7 @@ mod tests {
         let points = vec![(1.0, 10.0), (2.0, f64::INFINITY), (3.0, 10.0)];
         assert_eq!(lines(&points), [[(10.0, 100.0), (20.0, 50.0 - 0.5 * BAND), (30.0, 100.0)]]);
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw(&mut drawing, &frame(), &Series::new("m", points, style_in_list(0)));
+        draw(&mut drawing, &frame(), &Series::new("m", points, style_in_list(0)), (0, 1));
         let triangle = drawing.shapes.iter().filter(|s| matches!(s, Shape::Path { closed: true, .. })).count();
         assert_eq!(triangle, 1);
     }

@@ -166,8 +166,60 @@ pub enum Shape {
         /// Outline.
         stroke: Option<Stroke>,
     },
+    /// A round disc.
+    Disc {
+        /// Its centre.
+        centre: Point,
+        /// Its radius, px.
+        radius: f64,
+        /// Colour of the interior.
+        fill: Option<Color>,
+        /// Outline.
+        stroke: Option<Stroke>,
+    },
     /// A line of text.
     Text(Text),
+    /// What follows, up to the next [`Close`](Shape::Close), belongs to one series of this name.
+    Open(String),
+    /// The end of a series.
+    Close,
+}
+
+/// A datum as it was, and where it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Datum {
+    /// Abscissa.
+    pub x: f64,
+    /// Ordinate; NaN where runs were lost.
+    pub y: f64,
+    /// From the least to the largest value, where one is known.
+    pub range: Option<[f64; 2]>,
+    /// What else is known of it; may be empty.
+    pub note: String,
+    /// Its place on the page, if it has one there.
+    pub at: Option<Point>,
+}
+
+/// The data of one series, exactly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeriesData {
+    /// Its name: that of the group in the picture.
+    pub name: String,
+    /// Its points.
+    pub points: Vec<Datum>,
+}
+
+/// The data of one panel, exactly, for tables and for exact values on hover.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PanelData {
+    /// Heading.
+    pub title: String,
+    /// Quantity across.
+    pub x: String,
+    /// Quantity upwards.
+    pub y: String,
+    /// The series.
+    pub series: Vec<SeriesData>,
 }
 
 /// A page with everything on it, back to front.
@@ -181,12 +233,14 @@ pub struct Drawing {
     pub title: String,
     /// Shapes, back to front.
     pub shapes: Vec<Shape>,
+    /// The data behind the shapes, panel by panel; a picture of bodies has none.
+    pub data: Vec<PanelData>,
 }
 
 impl Drawing {
     /// Starts an empty white page.
     pub fn new(width: f64, height: f64) -> Self {
-        Drawing { width, height, title: String::new(), shapes: Vec::new() }
+        Drawing { width, height, title: String::new(), shapes: Vec::new(), data: Vec::new() }
     }
 
     /// Adds an open line. Fewer than two points add nothing.
@@ -205,12 +259,14 @@ impl Drawing {
 
     /// Adds a disc of the given centre and radius.
     pub fn disc(&mut self, centre: Point, radius: f64, fill: Option<Color>, stroke: Option<Stroke>) {
-        let corners = (8.0 + 6.0 * radius.max(0.0).sqrt()).ceil();
-        let corner = |k: usize| {
-            let angle = std::f64::consts::TAU * k as f64 / corners;
-            (centre.0 + radius * angle.cos(), centre.1 + radius * angle.sin())
-        };
-        self.area((0..corners as usize).map(corner).collect(), fill, stroke);
+        self.shapes.push(Shape::Disc { centre, radius, fill, stroke });
+    }
+
+    /// Adds what belongs to one series; a script finds it by its name.
+    pub fn group(&mut self, name: &str, draw: impl FnOnce(&mut Drawing)) {
+        self.shapes.push(Shape::Open(name.to_owned()));
+        draw(self);
+        self.shapes.push(Shape::Close);
     }
 
     /// Adds a line of text.

@@ -7,10 +7,10 @@ use super::legend::Legend;
 use super::panel::{self, BELOW, Prepared, TITLE_SIZE};
 use rimbench_core::error::{Error, Result};
 
-const MARGIN: f64 = 14.0;
-const RIGHT_OF_PANEL: f64 = 14.0;
-const BETWEEN_COLUMNS: f64 = 16.0;
-const BETWEEN_ROWS: f64 = 12.0;
+const MARGIN: f64 = 8.0;
+const RIGHT_OF_PANEL: f64 = 6.0;
+const BETWEEN_COLUMNS: f64 = 10.0;
+const BETWEEN_ROWS: f64 = 8.0;
 const BEFORE_LEGEND: f64 = 6.0;
 
 /// Least width and height of a plotting area, px: below, there is no room for ticks and their labels.
@@ -53,7 +53,7 @@ impl Figure {
 
         let titled = |row: &[Panel]| row.iter().any(|panel| !panel.title.is_empty());
         let above: Vec<f64> =
-            self.panels.chunks(columns).map(|row| if titled(row) { TITLE_SIZE + 12.0 } else { 8.0 }).collect();
+            self.panels.chunks(columns).map(|row| if titled(row) { TITLE_SIZE + 9.0 } else { 8.0 }).collect();
         let taken = above.iter().sum::<f64>() + rows as f64 * BELOW + (rows - 1) as f64 * BETWEEN_ROWS;
         let height = (self.height - 2.0 * MARGIN + 6.0 - below - taken) / rows as f64;
 

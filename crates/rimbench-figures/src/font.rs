@@ -1,8 +1,7 @@
 //! The embedded typeface: Inter (SIL Open Font License, see `font/LICENSE.txt`), regular and semi-bold.
 //!
-//! No system font is read, so a figure looks the same on every machine. The text of an SVG stays text: plotters writes
-//! the name the typeface is registered under as its family, so the name is a list that ends in a generic family.
-//! Layouts leave the slack such a replacement needs.
+//! No system font is read, so a PNG looks the same on every machine. The text of an SVG stays text, of the generic family `sans-serif`:
+//! a typeface that the file does not carry is not named there. Layouts leave the slack such a replacement needs.
 
 use std::sync::Once;
 
@@ -10,7 +9,7 @@ use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
 use super::drawing::Weight;
 
-const NAME: &str = "Inter, Helvetica Neue, Helvetica, Arial, sans-serif";
+const NAME: &str = "Inter";
 
 /// Height of a capital letter, in em.
 pub const CAP_HEIGHT: f64 = 2048.0 / 2816.0;

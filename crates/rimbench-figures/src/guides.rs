@@ -6,7 +6,7 @@ use super::data::Frame;
 use super::drawing::{Anchor, Color, Drawing, Stroke, Text};
 
 /// Size of remarks, px.
-pub const NOTE_SIZE: f64 = 11.0;
+pub const NOTE_SIZE: f64 = 9.4;
 const LINE: Stroke = Stroke { color: Color(0x9A, 0xA1, 0xA8), width: 1.0, dash: &[4.0, 3.0] };
 
 /// Draws the lines of a guide; they belong behind the data.

@@ -7,7 +7,7 @@ use plotters::style::RGBColor;
 use plotters::style::colors::colormaps::{ColorMap, DerivedColorMap};
 
 use super::clip::Rect;
-use super::drawing::{Anchor, Color, Drawing, Stroke, Text, Weight};
+use super::drawing::{Anchor, Color, Datum, Drawing, PanelData, SeriesData, Stroke, Text, Weight};
 use super::figure::fits;
 use super::font;
 use super::hatch::diagonals;
@@ -16,10 +16,10 @@ use super::ticks::signed;
 use rimbench_core::error::Result;
 
 const MARGIN: f64 = 14.0;
-const ROW_LABEL: f64 = 12.0;
-const SWATCH: f64 = 12.0;
+const ROW_LABEL: f64 = 9.6;
+const SWATCH: f64 = 10.0;
 const BAR_WIDTH: f64 = 12.0;
-const BELOW: f64 = 44.0;
+const BELOW: f64 = 38.0;
 const KEY: f64 = 24.0;
 const HATCH_DISTANCE: f64 = 6.0;
 
@@ -51,6 +51,13 @@ pub struct Row {
     pub color: Color,
     /// Cells in the order of the columns; missing ones count as skipped.
     pub cells: Vec<Cell>,
+}
+
+impl Row {
+    /// The label without what is remarked of it.
+    fn name(&self) -> &str {
+        self.label.split(" (").next().unwrap_or_default()
+    }
 }
 
 /// A whole map.
@@ -103,7 +110,7 @@ impl Heatmap {
         Rect {
             left: MARGIN + widest + SWATCH + 16.0,
             top: MARGIN + if self.title.is_empty() { 0.0 } else { TITLE_SIZE + 10.0 },
-            right: self.width - MARGIN - BAR_WIDTH - 66.0,
+            right: self.width - MARGIN - BAR_WIDTH - 56.0,
             bottom: self.height - MARGIN - BELOW - if keys { KEY } else { 0.0 },
         }
     }
@@ -115,14 +122,42 @@ impl Heatmap {
         let (area, keys) = (self.area(), self.has_skipped() || self.has_hatched());
         drawing.text(Text::new(&self.title, (area.left, area.top - 10.0), TITLE_SIZE).bold());
         for (index, row) in self.rows.iter().enumerate() {
-            self.draw_row(&mut drawing, &area, index, row);
+            drawing.group(row.name(), |drawing| self.draw_row(drawing, &area, index, row));
         }
+        drawing.data = vec![self.data(&area)];
         self.draw_columns(&mut drawing, &area);
         self.draw_bar(&mut drawing, &area);
         if keys {
             self.draw_keys(&mut drawing, &area);
         }
         drawing
+    }
+
+    /// The data of the map: a series per row.
+    fn data(&self, area: &Rect) -> PanelData {
+        let datum = |index: usize, column: usize, cell: &Cell| Datum {
+            x: self.columns[column],
+            y: cell.value.unwrap_or(f64::NAN),
+            range: None,
+            note: match (cell.value, cell.hatched) {
+                (None, _) => self.skipped_label.clone(),
+                (_, true) => self.hatch_label.clone(),
+                _ => String::new(),
+            },
+            at: Some(self.cell(area, index, column).centre()),
+        };
+        let series = |(index, row): (usize, &Row)| SeriesData {
+            name: row.name().to_owned(),
+            points: (0..self.columns.len())
+                .map(|column| datum(index, column, row.cells.get(column).unwrap_or(&Cell::default())))
+                .collect(),
+        };
+        PanelData {
+            title: self.title.clone(),
+            x: self.x_label.clone(),
+            y: self.value_label.clone(),
+            series: self.rows.iter().enumerate().map(series).collect(),
+        }
     }
 
     fn cell(&self, area: &Rect, row: usize, column: usize) -> Rect {
@@ -158,13 +193,13 @@ impl Heatmap {
         if cell.hatched {
             hatch(drawing, place, on(color));
         }
-        let number = Text::new(signed(format!("{share:.2}")), place.centre(), 10.0);
+        let number = Text::new(signed(format!("{share:.2}")), place.centre(), 9.4);
         let number = number.anchored(Anchor::Middle).colored(on(color)).centred();
         let half = 0.5 * number.width() + 2.0;
-        if self.show_values && 2.0 * half + 2.0 <= place.width() && place.height() >= 16.0 {
+        if self.show_values && 2.0 * half + 2.0 <= place.width() && place.height() >= 12.0 {
             if cell.hatched {
                 let (x, y) = place.centre();
-                let patch = Rect { left: x - half, top: y - 7.0, right: x + half, bottom: y + 7.0 };
+                let patch = Rect { left: x - half, top: y - 5.6, right: x + half, bottom: y + 5.6 };
                 drawing.area(patch.corners(), Some(color), None);
             }
             drawing.text(number);
@@ -187,7 +222,7 @@ impl Heatmap {
                 drawing.text(text.colored(Color::SOFT_INK).centred());
             }
         }
-        let label = Text::new(&self.x_label, (area.centre().0, area.bottom + 38.0), LABEL_SIZE);
+        let label = Text::new(&self.x_label, (area.centre().0, area.bottom + 32.0), LABEL_SIZE);
         drawing.text(label.anchored(Anchor::Middle));
     }
 

@@ -63,7 +63,8 @@ pub fn draw(drawing: &mut Drawing, outer: &Frame, panel: &Panel, inset: &Inset) 
         filled_band::draw(drawing, &frame, band);
     }
     for series in &panel.series {
-        data::draw(drawing, &frame, series);
+        // One of one: no room for signs on steps.
+        data::draw(drawing, &frame, series, (0, 1));
     }
     drawing.area(area.corners(), None, Some(thin));
 }

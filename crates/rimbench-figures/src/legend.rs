@@ -8,16 +8,16 @@ use super::style::SeriesStyle;
 use super::{filled_band, font, marker};
 
 /// Size of the entries, px.
-const SIZE: f64 = 12.0;
+const SIZE: f64 = 9.8;
 /// Height of a row, px.
-pub const ROW: f64 = 20.0;
-const SAMPLE: f64 = 34.0;
-const GAP: f64 = 7.0;
-const BETWEEN: f64 = 24.0;
+pub const ROW: f64 = 15.0;
+const SAMPLE: f64 = 27.0;
+const GAP: f64 = 5.0;
+const BETWEEN: f64 = 15.0;
 
 /// What stands before an entry.
 enum Sample {
-    Series { style: SeriesStyle, line: bool, sign: bool },
+    Series { name: String, style: SeriesStyle, line: bool, sign: bool },
     Infinite,
     Lost { all: bool },
     Band { color: Color },
@@ -35,8 +35,9 @@ impl Legend {
         for series in panels.iter().flat_map(|panel| &panel.series) {
             let known = entries.iter().any(|(_, label)| *label == series.label);
             if !known && !series.label.is_empty() {
-                let sign = matches!(series.mode, Mode::Markers | Mode::LineMarkers);
-                let sample = Sample::Series { style: series.style, line: series.mode != Mode::Markers, sign };
+                let sign = series.mode != Mode::Line;
+                let name = series.data_name().to_owned();
+                let sample = Sample::Series { name, style: series.style, line: series.mode != Mode::Markers, sign };
                 entries.push((sample, series.label.clone()));
             }
         }
@@ -49,7 +50,7 @@ impl Legend {
             entries.push((Sample::Infinite, "infinite".to_owned()));
         }
         let shares = || panels.iter().flat_map(|panel| &panel.losses).flat_map(|losses| &losses.points).map(|p| p.1);
-        for (all, label) in [(false, "some runs lost"), (true, "all runs lost")] {
+        for (all, label) in [(false, "some runs diverged"), (true, "all runs diverged")] {
             if shares().any(|share| (share >= 1.0) == all) {
                 entries.push((Sample::Lost { all }, label.to_owned()));
             }
@@ -116,9 +117,16 @@ fn width((sample, label): &(Sample, String)) -> f64 {
     sign + GAP + font::width(label, SIZE, Weight::Regular)
 }
 
-fn draw_entry(drawing: &mut Drawing, (sample, label): &(Sample, String), left: f64, y: f64) {
+fn draw_entry(drawing: &mut Drawing, entry: &(Sample, String), left: f64, y: f64) {
+    match &entry.0 {
+        Sample::Series { name, .. } => drawing.group(name, |drawing| draw_inside(drawing, entry, left, y)),
+        _ => draw_inside(drawing, entry, left, y),
+    }
+}
+
+fn draw_inside(drawing: &mut Drawing, (sample, label): &(Sample, String), left: f64, y: f64) {
     let end = match sample {
-        Sample::Series { style, line, sign } => {
+        Sample::Series { style, line, sign, .. } => {
             if *line {
                 let stroke = Stroke { color: style.color, width: style.width, dash: style.dash };
                 drawing.line(vec![(left, y), (left + SAMPLE, y)], stroke);

@@ -13,13 +13,15 @@
 //! | [`heatmap`] | stability maps: scheme × step size |
 //! | [`manoeuvre`], `wedge_box` | the wedge box at a row of instants |
 //! | [`drawing`] | the display list: paths and text on a page |
-//! | `paint`, `dash`, `font` | the display list drawn by plotters, as SVG and as smooth pixels; the embedded typeface |
+//! | `vector` | the display list as SVG: true dashes, a named group per series |
+//! | `paint`, `dash`, `font` | the display list drawn by plotters as smooth pixels; the embedded typeface |
 //! | [`render`] | files: a temporary name first, then the final one |
 //!
-//! plotters draws: every shape becomes one of its elements on a drawing area over its SVG or bitmap backend, letters
+//! plotters draws the pixels: every shape becomes one of its elements on a drawing area over its bitmap backend, letters
 //! are its text in a registered font. What is left to us is layout, because plotters'
 //! charts have no band for infinite values, no inset, no legend outside the data and no cutting at the frame, and what
-//! its backends lack: dash patterns, and positions and widths between pixels, which a finer grid makes up for.
+//! its backends lack: dash patterns, and positions and widths between pixels, which a finer grid makes up for; its SVG
+//! has neither dashes nor groups, so that is written here.
 //!
 //! On top of the toolkit stand the figures of the report ([`FigureList`], from `paper/figures.toml`), read from result
 //! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the report itself ([`write_report`]) with the
@@ -51,6 +53,7 @@ mod page;
 mod paint;
 mod panel;
 mod scale;
+mod vector;
 mod wedge_box;
 
 pub use claims_table::claims_markdown;

@@ -1,7 +1,7 @@
 //! The wedge box's manoeuvre as a matrix of small drawings: one row per scheme, one column per instant.
 //!
 //! A camera follows the box, so that the drawings stay large; the ledge and its ramp pass through the view. Jumps of
-//! millimetres are invisible at this size, so the height of each wedge tip is written below the floor.
+//! millimetres are invisible at this size, so a magnifier below each drawing shows each wedge's tip, with its height in numbers.
 
 use super::clip::Rect;
 use super::drawing::{Anchor, Color, Drawing, Stroke, Text};
@@ -10,11 +10,11 @@ use super::ticks::signed;
 use super::wedge_box::{self, View};
 use rimbench_core::error::Result;
 
-const MARGIN: f64 = 14.0;
-const HEADER: f64 = 24.0;
-const ROW_LABEL: f64 = 24.0;
+const MARGIN: f64 = 8.0;
+const HEADER: f64 = 18.0;
+const ROW_LABEL: f64 = 20.0;
 const BETWEEN: f64 = 8.0;
-const LEGEND: f64 = 34.0;
+const LEGEND: f64 = 26.0;
 
 /// Lengths of the wedge box, m. Points of the box are in its frame: origin at the centre of mass, x forward, y up.
 #[derive(Debug, Clone, PartialEq)]
@@ -147,7 +147,7 @@ impl Manoeuvre {
     pub fn draw(&self) -> Drawing {
         let (columns, cell_width) = (self.columns(), self.cell_width());
         let cell_height = (cell_width * View::ASPECT).round();
-        let row_height = ROW_LABEL + cell_height + BETWEEN;
+        let row_height = ROW_LABEL + cell_height + wedge_box::STRIP + BETWEEN;
         let height = 2.0 * MARGIN + HEADER + self.rows.len() as f64 * row_height + LEGEND - BETWEEN;
         let mut drawing = Drawing::new(self.width, height);
         drawing.title = "Manoeuvre of the wedge box".to_owned();
@@ -155,12 +155,12 @@ impl Manoeuvre {
         let left_of = |column: usize| MARGIN + column as f64 * (cell_width + BETWEEN);
         let instants = self.rows.iter().max_by_key(|row| row.poses.len());
         for (column, pose) in instants.iter().flat_map(|row| &row.poses).enumerate() {
-            let at = (left_of(column) + 0.5 * cell_width, MARGIN + 12.0);
-            drawing.text(Text::new(format!("t = {:.3} s", pose.time_s), at, 13.0).bold().anchored(Anchor::Middle));
+            let at = (left_of(column) + 0.5 * cell_width, MARGIN + 10.0);
+            drawing.text(Text::new(format!("t = {:.3} s", pose.time_s), at, 10.6).bold().anchored(Anchor::Middle));
         }
         for (index, row) in self.rows.iter().enumerate() {
             let top = MARGIN + HEADER + index as f64 * row_height;
-            let label = Text::new(&row.scheme, (MARGIN, top + 0.5 * ROW_LABEL), 13.0).bold();
+            let label = Text::new(&row.scheme, (MARGIN, top + 0.5 * ROW_LABEL), 10.6).bold();
             let rule_from = MARGIN + label.width() + 10.0;
             let rule = Stroke::solid(row.color.mix(Color::WHITE, 0.55), 1.0);
             drawing.text(label.colored(row.color.mix(Color::INK, 0.15)).centred());
@@ -189,11 +189,12 @@ impl Manoeuvre {
         if cut {
             text += &format!(" (double head: more than {} kN, cut)", kilo(limit));
         }
-        let text = Text::new(text, (MARGIN + length + 9.0, y), 12.0).centred();
-        let next = text.at.0 + text.width() + 30.0;
+        let text = Text::new(text, (MARGIN + length + 7.0, y), 9.8).centred();
+        let next = text.at.0 + text.width() + 22.0;
         drawing.text(text);
-        let heights = "below the floor: height of each wedge's tip";
-        drawing.text(Text::new(heights, (next, y), 12.0).centred());
+        let heights =
+            format!("in the circles: each wedge's tip above the floor, {} times larger", wedge_box::MAGNIFIED);
+        drawing.text(Text::new(heights, (next, y), 9.8).centred());
     }
 }
 
@@ -228,6 +229,8 @@ mod tests {
                     vec![text.at]
                 }
                 Shape::Path { points, .. } => points.clone(),
+                Shape::Disc { centre, .. } => vec![*centre],
+                Shape::Open(_) | Shape::Close => continue,
             };
             let inside = |p: &(f64, f64)| (0.0..=600.0).contains(&p.0) && (0.0..=drawing.height).contains(&p.1);
             assert!(points.iter().all(inside), "{shape:?}");

@@ -1,10 +1,9 @@
-//! Draws the display list with plotters: elements on a drawing area over its SVG or its bitmap backend.
+//! Draws the display list with plotters, as elements on a drawing area over its bitmap backend.
 //!
-//! plotters places corners and widths on whole units of a backend, so the backend's grid is finer than the page. An SVG
-//! keeps that grid as its view box and opens at page size; a bitmap is averaged down to the pixels of the PNG, which
-//! smooths all edges.
+//! plotters places corners and widths on whole units of a backend, so the backend's grid is finer than the page, and is averaged down
+//! to the pixels of the PNG, which smooths all edges. The SVG is written by `vector`, with what plotters' backend lacks.
 
-use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
+use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
 use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text as Line};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -14,8 +13,6 @@ use super::dash::dashes;
 use super::drawing::{Anchor, Color, Drawing, Point, Shape, Stroke, Text};
 use super::font;
 
-/// Units of the SVG's grid per px of the page.
-const SVG_GRID: f64 = 20.0;
 /// Bitmap pixels averaged into one of the image, along each side.
 const FINE: usize = 4;
 
@@ -30,24 +27,6 @@ pub struct Pixels {
     pub rgb: Vec<u8>,
 }
 
-/// Formats a drawing as a self-contained SVG document; equal drawings give equal bytes.
-///
-/// # Errors
-/// What plotters says.
-pub fn svg(drawing: &Drawing) -> Result<String, String> {
-    let mut document = String::new();
-    let size @ (columns, rows) = (whole(drawing.width * SVG_GRID), whole(drawing.height * SVG_GRID));
-    paint(drawing, SVGBackend::with_string(&mut document, size), Medium::Vector)?;
-    // The opening tag is rewritten: page size, round corners, a title for screen readers.
-    let shapes = document.split_once('>').map_or("", |(_, shapes)| shapes.trim_start());
-    let (width, height) = (drawing.width, drawing.height);
-    let title = drawing.title.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    Ok(format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {columns} {rows}\" role=\"img\" stroke-linejoin=\"round\">\n<title>{title}</title>\n{shapes}"
-    ))
-}
-
 /// Paints a drawing at `scale` pixels per px of the page.
 ///
 /// # Errors
@@ -56,7 +35,7 @@ pub fn pixels(drawing: &Drawing, scale: f64) -> Result<Pixels, String> {
     let (width, height) = (whole(drawing.width * scale) as usize, whole(drawing.height * scale) as usize);
     let mut fine = vec![0; 3 * FINE * FINE * width * height];
     let size = ((FINE * width) as u32, (FINE * height) as u32);
-    paint(drawing, BitMapBackend::with_buffer(&mut fine, size), Medium::Pixels { grid: scale * FINE as f64 })?;
+    paint(drawing, BitMapBackend::with_buffer(&mut fine, size), Grid(scale * FINE as f64))?;
     Ok(Pixels { width, height, rgb: averaged(&fine, width) })
 }
 
@@ -78,44 +57,46 @@ fn averaged(fine: &[u8], width: usize) -> Vec<u8> {
     rgb
 }
 
-/// What plotters' backends do differently.
+/// A grid of so many units per px of the page. Corners are inclusive pixels, a line of several segments is one even-odd polygon, text
+/// hangs from half its size.
 #[derive(Debug, Clone, Copy)]
-enum Medium {
-    /// The viewer joins the corners of a line and lays out the text.
-    Vector,
-    /// Corners are inclusive pixels, a line of several segments is one even-odd polygon, text hangs from half its size.
-    Pixels { grid: f64 },
-}
+struct Grid(f64);
 
-fn paint<DB: DrawingBackend>(drawing: &Drawing, backend: DB, medium: Medium) -> Result<(), String> {
+fn paint<DB: DrawingBackend>(drawing: &Drawing, backend: DB, grid: Grid) -> Result<(), String> {
     let page = backend.into_drawing_area();
+    let path = |points: &[Point], closed, fill: Option<Color>, stroke: Option<Stroke>| {
+        if let Some(color) = fill {
+            grid.fill(&page, points, color)?;
+        }
+        stroke.map_or(Ok(()), |stroke| grid.outline(&page, points, closed, stroke))
+    };
     let painted = page.fill(&rgb(Color::WHITE)).and_then(|()| {
         drawing.shapes.iter().try_for_each(|shape| match shape {
-            Shape::Path { points, closed, fill, stroke } => {
-                if let Some(color) = fill {
-                    medium.fill(&page, points, *color)?;
-                }
-                stroke.map_or(Ok(()), |stroke| medium.outline(&page, points, *closed, stroke))
-            }
-            Shape::Text(text) => medium.text(&page, text),
+            Shape::Path { points, closed, fill, stroke } => path(points, *closed, *fill, *stroke),
+            Shape::Disc { centre, radius, fill, stroke } => path(&corners(*centre, *radius), true, *fill, *stroke),
+            Shape::Text(text) => grid.text(&page, text),
+            Shape::Open(_) | Shape::Close => Ok(()),
         })
     });
     painted.and_then(|()| page.present()).map_err(|error| error.to_string())
 }
 
+/// A disc as a polygon that looks round.
+fn corners(centre: Point, radius: f64) -> Vec<Point> {
+    let count = (8.0 + 6.0 * radius.max(0.0).sqrt()).ceil();
+    let corner = |k: usize| {
+        let angle = std::f64::consts::TAU * k as f64 / count;
+        (centre.0 + radius * angle.cos(), centre.1 + radius * angle.sin())
+    };
+    (0..count as usize).map(corner).collect()
+}
+
 type Page<DB> = DrawingArea<DB, plotters::coord::Shift>;
 type Painted<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
-impl Medium {
-    fn grid(self) -> f64 {
-        match self {
-            Medium::Vector => SVG_GRID,
-            Medium::Pixels { grid } => grid,
-        }
-    }
-
+impl Grid {
     fn unit(self, point: Point) -> (i32, i32) {
-        ((point.0 * self.grid()).round() as i32, (point.1 * self.grid()).round() as i32)
+        ((point.0 * self.0).round() as i32, (point.1 * self.0).round() as i32)
     }
 
     fn fill<DB: DrawingBackend>(self, page: &Page<DB>, points: &[Point], color: Color) -> Painted<DB> {
@@ -141,35 +122,20 @@ impl Medium {
     }
 
     fn line<DB: DrawingBackend>(self, page: &Page<DB>, points: &[Point], stroke: Stroke) -> Painted<DB> {
-        let (color, width) = (rgb(stroke.color), stroke.width * self.grid());
-        match self {
-            Medium::Vector => {
-                let path: Vec<_> = points.iter().map(|&point| self.unit(point)).collect();
-                page.draw(&PathElement::new(path, color.stroke_width(whole(width))))
-            }
-            Medium::Pixels { .. } => {
-                // With an odd width, the line covers the next even number of pixels, half of them either side.
-                let half = whole(0.5 * width).max(1);
-                let style = color.stroke_width(2 * half - 1);
-                let path: Vec<_> = points.iter().map(|&point| self.unit(point)).map(|(x, y)| (x - 1, y - 1)).collect();
-                path.windows(2).try_for_each(|pair| page.draw(&PathElement::new(pair, style)))?;
-                let corners = path.iter().skip(1).take(path.len().saturating_sub(2));
-                corners.copied().try_for_each(|at| page.draw(&Circle::new(at, half - 1, color.filled())))
-            }
-        }
+        let color = rgb(stroke.color);
+        // With an odd width, the line covers the next even number of pixels, half of them either side.
+        let half = whole(0.5 * stroke.width * self.0).max(1);
+        let style = color.stroke_width(2 * half - 1);
+        let path: Vec<_> = points.iter().map(|&point| self.unit(point)).map(|(x, y)| (x - 1, y - 1)).collect();
+        path.windows(2).try_for_each(|pair| page.draw(&PathElement::new(pair, style)))?;
+        let corners = path.iter().skip(1).take(path.len().saturating_sub(2));
+        corners.copied().try_for_each(|at| page.draw(&Circle::new(at, half - 1, color.filled())))
     }
 
     fn text<DB: DrawingBackend>(self, page: &Page<DB>, text: &Text) -> Painted<DB> {
-        let em = text.size * self.grid();
         // plotters' size of the text, and how far its top anchor is above the baseline.
-        let (size, above) = match self {
-            Medium::Vector => (1.24 * em, 0.76 * em),
-            Medium::Pixels { .. } => {
-                let half = (0.5 * em * font::LINE_HEIGHT).round().max(1.0);
-                (2.0 * half, half)
-            }
-        };
-        let (x, y) = (text.at.0 * self.grid(), text.at.1 * self.grid());
+        let above = (0.5 * text.size * self.0 * font::LINE_HEIGHT).round().max(1.0);
+        let (x, y) = (text.at.0 * self.0, text.at.1 * self.0);
         let (at, turned) = match text.upwards {
             true => ((x - above, y), FontTransform::Rotate270),
             false => ((x, y - above), FontTransform::None),
@@ -179,8 +145,9 @@ impl Medium {
             Anchor::Middle => HPos::Center,
             Anchor::End => HPos::Right,
         };
-        let style = TextStyle::from(font::face(size, text.weight).transform(turned)).pos(Pos::new(across, VPos::Top));
+        let style = TextStyle::from(font::face(2.0 * above, text.weight).transform(turned));
         let at = (at.0.round() as i32, at.1.round() as i32);
+        let style = style.pos(Pos::new(across, VPos::Top));
         page.draw(&Line::new(text.content.as_str(), at, style.color(&rgb(text.color))))
     }
 }
@@ -267,19 +234,6 @@ mod tests {
         assert!(
             across.1 == 45 && across.0.abs_diff(45 - cap) <= 1 && (up.0 + up.1).abs_diff(60) <= 8,
             "{across:?} {up:?}"
-        );
-    }
-
-    #[test]
-    fn markup_in_a_label_stays_text_in_a_family_with_a_fallback() {
-        let mut drawing = Drawing::new(10.0, 10.0);
-        drawing.title = "a < b".to_owned();
-        drawing.text(Text::new("a < b & c", (1.0, 2.0), 8.0));
-        let document = svg(&drawing).expect("a drawing in memory");
-        assert!(document.contains("\na &lt; b &amp; c\n</text>") && document.contains("<title>a &lt; b</title>"));
-        assert!(document.contains(", sans-serif\""), "{document}");
-        assert!(
-            document.starts_with("<svg ") && document.contains(" width=\"10\" height=\"10\" viewBox=\"0 0 200 200\"")
         );
     }
 }

@@ -3,25 +3,28 @@
 use super::chart::{Guide, Panel, Scale};
 use super::clip::Rect;
 use super::data::{self, BAND, Frame};
-use super::drawing::{Anchor, Color, Drawing, Stroke, Text, Weight};
+use super::drawing::{Anchor, Color, Drawing, PanelData, Stroke, Text, Weight};
 use super::guides;
 use super::scale::{AxisMap, interval};
 use super::ticks::{Ticks, power_of_ten};
 use super::{filled_band, font, inset};
 
-/// Size of tick labels, px.
-pub const TICK_SIZE: f64 = 11.0;
+/// Size of tick labels, px: 7 pt, at the size that a figure has on paper.
+pub const TICK_SIZE: f64 = 9.4;
 /// Size of axis labels, px.
-pub const LABEL_SIZE: f64 = 12.0;
+pub const LABEL_SIZE: f64 = 10.0;
 /// Size of panel titles, px.
-pub const TITLE_SIZE: f64 = 13.0;
+pub const TITLE_SIZE: f64 = 10.6;
 /// Room below the plotting area for tick labels and the axis label, px.
-pub const BELOW: f64 = 42.0;
+pub const BELOW: f64 = 35.0;
+
+/// What stands beside the band of runs without a value.
+const DIVERGED: &str = "diverged";
 
 /// Length of a tick, px.
-pub const TICK: f64 = 4.0;
-const AXIS: Stroke = Stroke { color: Color::SOFT_INK, width: 1.0, dash: &[] };
-const GRID: Stroke = Stroke { color: Color::GRID, width: 1.0, dash: &[] };
+pub const TICK: f64 = 3.0;
+const AXIS: Stroke = Stroke { color: Color::SOFT_INK, width: 0.8, dash: &[] };
+const GRID: Stroke = Stroke { color: Color::GRID, width: 0.8, dash: &[] };
 
 /// A panel whose intervals and vertical ticks are settled, before its place is.
 pub struct Prepared<'a> {
@@ -41,7 +44,7 @@ impl<'a> Prepared<'a> {
         let band = infinite || !panel.losses.is_empty();
         let height = height - if band { BAND } else { 0.0 };
         let map = AxisMap { scale: panel.y.scale, low: y.0, high: y.1, start: 0.0, end: 1.0 };
-        let y_ticks = map.ticks((height / 38.0) as usize);
+        let y_ticks = map.ticks((height / 26.0) as usize);
         Prepared { panel, x, y, y_ticks, band, infinite }
     }
 
@@ -54,7 +57,14 @@ impl<'a> Prepared<'a> {
     pub fn left(&self) -> f64 {
         let widest = self.y_ticks.ticks.iter().map(|tick| label_width(&tick.label)).fold(0.0, f64::max);
         let exponent = label_width(&times(self.y_ticks.exponent));
-        widest.max(exponent) + TICK + 5.0 + if self.panel.y.label.is_empty() { 0.0 } else { LABEL_SIZE + 10.0 }
+        let band = match (self.band, self.infinite) {
+            (true, false) => label_width(DIVERGED),
+            _ => 0.0,
+        };
+        widest.max(exponent).max(band)
+            + TICK
+            + 5.0
+            + if self.panel.y.label.is_empty() { 0.0 } else { LABEL_SIZE + 10.0 }
     }
 
     /// Draws the panel into its plotting area (band included).
@@ -64,7 +74,7 @@ impl<'a> Prepared<'a> {
         let frame = Frame {
             area,
             band: self.band,
-            band_label: if self.infinite { "∞" } else { "lost" },
+            band_label: if self.infinite { "∞" } else { DIVERGED },
             x: AxisMap { scale: panel.x.scale, low: self.x.0, high: self.x.1, start: area.left, end: area.right },
             y: AxisMap { scale: panel.y.scale, low: self.y.0, high: self.y.1, start: area.bottom, end: area.top },
         };
@@ -76,9 +86,15 @@ impl<'a> Prepared<'a> {
         for guide in &panel.guides {
             guides::draw(drawing, &frame, guide);
         }
-        for series in &panel.series {
-            data::draw(drawing, &frame, series);
+        for (index, series) in panel.series.iter().enumerate() {
+            data::draw(drawing, &frame, series, (index, panel.series.len()));
         }
+        drawing.data.push(PanelData {
+            title: panel.title.clone(),
+            x: panel.x.label.clone(),
+            y: panel.y.label.clone(),
+            series: panel.series.iter().map(|series| data::exact(&frame, series)).collect(),
+        });
         data::draw_losses(drawing, &frame, &panel.losses);
         for guide in &panel.guides {
             guides::label(drawing, &frame, guide);
@@ -94,16 +110,16 @@ impl<'a> Prepared<'a> {
 
     fn labels(&self, drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks) {
         let (panel, whole) = (self.panel, frame.whole());
-        drawing.text(Text::new(&panel.title, (whole.left, whole.top - 9.0), TITLE_SIZE).bold());
+        drawing.text(Text::new(&panel.title, (whole.left, whole.top - 6.0), TITLE_SIZE).bold());
         let (middle, centre) = whole.centre();
-        let x_label = Text::new(&panel.x.label, (middle, whole.bottom + BELOW - 7.0), LABEL_SIZE);
+        let x_label = Text::new(&panel.x.label, (middle, whole.bottom + BELOW - 6.0), LABEL_SIZE);
         drawing.text(x_label.anchored(Anchor::Middle));
         let y_label = Text::new(&panel.y.label, (whole.left - self.left() + 0.5 * LABEL_SIZE, centre), LABEL_SIZE);
         drawing.text(y_label.anchored(Anchor::Middle).upwards().centred());
         let small = |text: Text| text.anchored(Anchor::End).colored(Color::SOFT_INK);
-        let exponent = Text::new(times(self.y_ticks.exponent), (whole.left - TICK - 4.0, whole.top - 9.0), TICK_SIZE);
+        let exponent = Text::new(times(self.y_ticks.exponent), (whole.left - TICK - 4.0, whole.top - 6.0), TICK_SIZE);
         drawing.text(small(exponent));
-        let exponent = Text::new(times(x_ticks.exponent), (whole.right, whole.bottom + BELOW - 7.0), TICK_SIZE);
+        let exponent = Text::new(times(x_ticks.exponent), (whole.right, whole.bottom + BELOW - 6.0), TICK_SIZE);
         drawing.text(small(exponent));
     }
 }
@@ -118,8 +134,12 @@ fn intervals(panel: &Panel) -> ((f64, f64), (f64, f64)) {
         panel.losses.iter().flat_map(|losses| &losses.points).map(|p| (p.0, f64::NAN)).collect();
     let edges = panel.bands.iter().flat_map(|band| &band.points);
     let edges: Vec<(f64, f64)> = edges.flat_map(|&(x, [low, high])| [(x, low), (x, high)]).collect();
-    let points =
-        || panel.series.iter().flat_map(|series| &series.points).chain(&edges).chain(&extra).chain(&lost).copied();
+    let bars = panel.series.iter().flat_map(|series| &series.bars);
+    let bars: Vec<(f64, f64)> = bars.flat_map(|&(x, ends)| ends.map(|y| (x, y))).collect();
+    let points = || {
+        let series = panel.series.iter().flat_map(|series| &series.points);
+        series.chain(&bars).chain(&edges).chain(&extra).chain(&lost).copied()
+    };
     let tight = panel.x.scale != Scale::Log10;
     let x = interval(&panel.x, points().map(|p| p.0), if tight { 0.0 } else { 0.05 });
     // What a fixed x interval hides does not widen y.
@@ -141,7 +161,7 @@ pub fn axes(drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks, y_ticks: &Tic
         } else {
             drawing.line(vec![(x, area.bottom), (x, whole.top)], GRID);
             drawing.line(vec![(x, area.bottom), (x, area.bottom + TICK)], AXIS);
-            drawing.text(label(&tick.label, (x, area.bottom + TICK + 9.0), Anchor::Middle));
+            drawing.text(label(&tick.label, (x, area.bottom + TICK + 7.5), Anchor::Middle));
         }
     }
     for tick in &y_ticks.ticks {
@@ -159,7 +179,7 @@ pub fn axes(drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks, y_ticks: &Tic
         let edge = Stroke { dash: &[1.5, 2.5], ..AXIS };
         drawing.line(vec![(area.left, area.top), (area.right, area.top)], edge);
         drawing.line(vec![(area.left - TICK, frame.beyond()), (area.left, frame.beyond())], AXIS);
-        let size = if frame.band_label == "∞" { 14.0 } else { TICK_SIZE };
+        let size = if frame.band_label == "∞" { 12.0 } else { TICK_SIZE };
         drawing.text(Text {
             size,
             ..label(frame.band_label, (area.left - TICK - 4.0, frame.beyond() + 0.6), Anchor::End)
@@ -175,9 +195,9 @@ pub fn fitting_ticks(map: &AxisMap) -> Ticks {
         let labelled = ticks.ticks.iter().filter(|tick| !tick.label.is_empty());
         let spans = labelled.filter_map(|tick| Some((map.position(tick.value)?, label_width(&tick.label))));
         let spans: Vec<(f64, f64)> = spans.collect();
-        spans.windows(2).all(|pair| (pair[1].0 - pair[0].0).abs() >= 0.5 * (pair[0].1 + pair[1].1) + 9.0)
+        spans.windows(2).all(|pair| (pair[1].0 - pair[0].0).abs() >= 0.5 * (pair[0].1 + pair[1].1) + 6.0)
     };
-    let most = (length / 34.0).max(2.0) as usize;
+    let most = (length / 26.0).max(2.0) as usize;
     let choices = (2..=most).rev().map(|count| map.ticks(count));
     choices.into_iter().find(fits).unwrap_or_else(|| map.ticks(2))
 }

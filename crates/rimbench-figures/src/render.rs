@@ -5,18 +5,19 @@ use std::path::{Path, PathBuf};
 
 use super::drawing::Drawing;
 use super::paint::{self, Pixels};
+use super::vector;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 
-/// Pixels of the PNG per px of the SVG.
-pub const PNG_SCALE: f64 = 2.0;
+/// Pixels of the PNG per px of the SVG: 288 per inch.
+pub const PNG_SCALE: f64 = 3.0;
 
 /// Where a figure was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FigureFiles {
     /// The vector image.
     pub svg: PathBuf,
-    /// The pixel image, twice the size of the vector image.
+    /// The pixel image, 288 pixels per inch of the vector image.
     pub png: PathBuf,
 }
 
@@ -27,7 +28,7 @@ pub struct FigureFiles {
 pub fn write(drawing: &Drawing, folder: &Path, name: &str) -> Result<FigureFiles> {
     let files = FigureFiles { svg: folder.join(format!("{name}.svg")), png: folder.join(format!("{name}.png")) };
     let undrawn = |path: &Path, message: String| Error::file(path, format!("cannot write the figure: {message}"));
-    let svg = paint::svg(drawing).map_err(|message| undrawn(&files.svg, message))?;
+    let svg = vector::svg(drawing);
     write_atomically(&files.svg, |file| file.write_all(svg.as_bytes()))?;
     let pixels = paint::pixels(drawing, PNG_SCALE).map_err(|message| undrawn(&files.png, message))?;
     write_atomically(&files.png, |file| encode(&pixels, file).map_err(std::io::Error::other))?;

@@ -8,7 +8,7 @@ use rimbench_core::name::Name;
 use rimbench_core::schemes::{Dash, LineStyle, Marker, SchemeEntry, standard_schemes};
 
 /// Width of a line, px.
-const WIDTH: f64 = 1.7;
+const WIDTH: f64 = 1.35;
 
 /// How one series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,19 +25,37 @@ pub struct SeriesStyle {
 
 impl From<LineStyle> for SeriesStyle {
     fn from(LineStyle { color: [red, green, blue], dash, marker }: LineStyle) -> Self {
-        SeriesStyle { color: Color(red, green, blue), dash: pattern(dash), width: WIDTH, marker }
+        SeriesStyle { color: legible(Color(red, green, blue)), dash: pattern(dash), width: WIDTH, marker }
     }
+}
+
+/// Contrast that a line needs against the paper, as accessibility guidelines have it for graphics.
+const CONTRAST: f64 = 3.0;
+
+/// The colour, darkened until it stands out from white paper.
+fn legible(color: Color) -> Color {
+    let shares = (0..=20).map(|k| f64::from(k) * 0.03);
+    shares.map(|share| color.mix(Color(0, 0, 0), share)).find(|color| contrast(*color) >= CONTRAST).unwrap_or(color)
+}
+
+/// Contrast of a colour to white, from 1 to 21, by relative luminance.
+fn contrast(Color(red, green, blue): Color) -> f64 {
+    let linear = |channel: u8| {
+        let share = f64::from(channel) / 255.0;
+        if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+    };
+    1.05 / (0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue) + 0.05)
 }
 
 fn pattern(dash: Dash) -> DashPattern {
     match dash {
         Dash::Solid => &[],
-        Dash::Long => &[14.0, 3.0],
-        Dash::Dashed => &[7.0, 3.0],
-        Dash::Short => &[4.0, 2.5],
-        Dash::Dotted => &[1.8, 2.2],
-        Dash::DashDot => &[8.0, 2.5, 1.8, 2.5],
-        Dash::DashDotDot => &[8.0, 2.5, 1.8, 2.5, 1.8, 2.5],
+        Dash::Long => &[10.0, 2.4],
+        Dash::Dashed => &[5.5, 2.4],
+        Dash::Short => &[3.2, 2.0],
+        Dash::Dotted => &[1.4, 1.8],
+        Dash::DashDot => &[6.4, 2.0, 1.4, 2.0],
+        Dash::DashDotDot => &[6.4, 2.0, 1.4, 2.0, 1.4, 2.0],
     }
 }
 
@@ -188,12 +206,28 @@ mod tests {
     }
 
     #[test]
+    fn every_colour_stands_out_from_the_paper_and_dark_ones_are_left_as_they_are() {
+        let mut pale = 0;
+        for scheme in standard_schemes() {
+            let [red, green, blue] = scheme.line.color;
+            let own = Color(red, green, blue);
+            assert!(contrast(legible(own)) >= CONTRAST, "{}", scheme.name);
+            assert_eq!(legible(own) == own, contrast(own) >= CONTRAST, "{}", scheme.name);
+            pale += usize::from(contrast(own) < CONTRAST);
+        }
+        assert!(pale > 0 && (contrast(Color::WHITE) - 1.0).abs() < 1e-12);
+        assert!((contrast(Color(0, 0, 0)) - 21.0).abs() < 1e-9);
+        assert!((0..8).all(|index| contrast(style_in_list(index).color) >= CONTRAST));
+    }
+
+    #[test]
     fn a_scheme_is_drawn_as_its_entry_says() {
         let mut mine = standard_schemes().swap_remove(0);
         mine.name = "my-scheme".into();
         mine.line = LineStyle::new([1, 2, 3], Dash::Short, Marker::Star);
         let styles = Styles::of([&mine]);
         assert_eq!(styles.of_label("my-scheme"), mine.line.into());
+        assert_eq!(styles.of_label("my-scheme").color, Color(1, 2, 3));
         // What is in no entry looks as its letters say, and not like the others.
         assert_eq!(styles.of_label("another-scheme"), LineStyle::of_name("another-scheme").into());
         assert_ne!(styles.of_label("another-scheme"), styles.of_label("my-scheme"));

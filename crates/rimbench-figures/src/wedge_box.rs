@@ -16,7 +16,7 @@ const AHEAD_M: f64 = 0.72;
 const BELOW_M: f64 = 0.20;
 const ABOVE_M: f64 = 1.04;
 const CYLINDER_M: f64 = 2.0;
-const INK: Stroke = Stroke { color: Color::INK, width: 1.2, dash: &[] };
+const INK: Stroke = Stroke { color: Color::INK, width: 1.0, dash: &[] };
 const EDGE: Stroke = Stroke { color: Color(0xC9, 0xCE, 0xD3), width: 1.0, dash: &[] };
 const GROUND: Color = Color(0xEE, 0xF0, 0xF2);
 const LEDGE: Color = Color(0xD3, 0xD8, 0xDD);
@@ -83,7 +83,7 @@ impl View {
 /// Draws one pose into its view; `color` tints the box.
 pub fn draw(drawing: &mut Drawing, view: &View, geometry: &WedgeBoxGeometry, pose: &Pose, color: Color) {
     if ![pose.box_x_m, pose.box_y_m, pose.box_angle_rad].iter().all(|value| value.is_finite()) {
-        let text = Text::new("diverged", view.frame.centre(), 12.0).anchored(Anchor::Middle);
+        let text = Text::new("diverged", view.frame.centre(), 10.0).anchored(Anchor::Middle);
         drawing.text(text.colored(Color::SOFT_INK).centred());
         drawing.area(view.frame.corners(), None, Some(EDGE));
         return;
@@ -104,7 +104,7 @@ pub fn draw(drawing: &mut Drawing, view: &View, geometry: &WedgeBoxGeometry, pos
             arrow(drawing, from, to, if newtons > limit { 2 } else { 1 });
         }
     }
-    heights(drawing, view, geometry, pose);
+    magnifiers(drawing, view, geometry, pose, color);
     drawing.area(view.frame.corners(), None, Some(EDGE));
 }
 
@@ -161,10 +161,10 @@ fn actuator(drawing: &mut Drawing, view: &View, geometry: &WedgeBoxGeometry, pos
         drawing.line(first, Stroke::solid(Color::INK, 1.0));
         drawing.line(second, Stroke::solid(Color::INK, 1.0));
     }
-    let above = view.page((view.left_m, to.1.max(from.1) + 0.115)).1.clamp(view.frame.top + 14.0, view.frame.bottom);
+    let above = view.page((view.left_m, to.1.max(from.1) + 0.115)).1.clamp(view.frame.top + 11.0, view.frame.bottom);
     let force = signed(format!("{:.2}", pose.actuator_force_n / 1000.0));
     let plus = if pose.actuator_force_n >= 5.0 { "+" } else { "" };
-    drawing.text(Text::new(format!("F = {plus}{force} kN"), (view.frame.left + 7.0, above), 11.0));
+    drawing.text(Text::new(format!("F = {plus}{force} kN"), (view.frame.left + 5.0, above), 9.4));
 }
 
 fn body(drawing: &mut Drawing, view: &View, geometry: &WedgeBoxGeometry, pose: &Pose, color: Color) {
@@ -231,19 +231,36 @@ fn centre_of_mass(drawing: &mut Drawing, view: &View, pose: &Pose) {
     drawing.disc(at, radius, None, Some(Stroke::solid(Color::INK, 1.0)));
 }
 
-/// Writes below the floor how high each wedge's tip is; a tip in the air stands out.
-fn heights(drawing: &mut Drawing, view: &View, geometry: &WedgeBoxGeometry, pose: &Pose) {
+/// Height of the strip with the magnifiers below a drawing, px.
+pub const STRIP: f64 = 2.0 * LENS + 18.0;
+/// Radius of a magnifier, px.
+const LENS: f64 = 17.0;
+/// How many times a magnifier magnifies.
+pub const MAGNIFIED: f64 = 25.0;
+
+/// Draws a magnifier for each wedge's tip below the drawing, with its height above the floor; a tip in the air stands out. A jump of
+/// millimetres is invisible in the drawing itself.
+fn magnifiers(drawing: &mut Drawing, view: &View, geometry: &WedgeBoxGeometry, pose: &Pose, color: Color) {
+    let floor = view.frame.bottom + 4.0 + LENS + 8.0;
     for tip in geometry.wedge_tips {
         let (x, y) = pose.world(tip);
+        let across = view.page((x, 0.0)).0.clamp(view.frame.left + LENS + 3.0, view.frame.right - LENS - 3.0);
+        drawing.disc((across, floor - 8.0), LENS, Some(Color::WHITE), Some(EDGE));
+        let height = (y * MAGNIFIED * view.scale).max(-5.0);
+        // The lower part of the tip that is still inside.
+        let inside = 20.0 - height;
+        if inside > 0.0 {
+            let half = 0.55 * inside.min(14.0);
+            let top = floor - height - inside.min(14.0);
+            let corners = vec![(across, floor - height), (across - half, top), (across + half, top)];
+            drawing.area(corners, Some(color.mix(Color::WHITE, 0.45)), Some(Stroke::solid(Color::INK, 0.9)));
+        }
+        drawing.line(vec![(across - 14.0, floor), (across + 14.0, floor)], INK);
         let millimetres = 1000.0 * y;
-        let number = signed(format!("{millimetres:.1}"));
         let plus = if millimetres >= 0.05 { "+" } else { "" };
-        let across = view.page((x, 0.0)).0;
-        let baseline = view.frame.bottom - 5.0;
-        let text = Text::new(format!("{plus}{number} mm"), (across, baseline), 10.0).anchored(Anchor::Middle);
-        let half = 0.5 * text.width() + 3.0;
-        let across = across.clamp(view.frame.left + half, view.frame.right - half);
-        let text = Text { at: (across, baseline), ..text };
+        let at = (across, view.frame.bottom + STRIP - 3.0);
+        let text = Text::new(format!("{plus}{} mm", signed(format!("{millimetres:.1}"))), at, 9.4);
+        let text = text.anchored(Anchor::Middle);
         drawing.text(if millimetres.abs() >= 0.5 { text.bold() } else { text.colored(Color::SOFT_INK) });
     }
 }

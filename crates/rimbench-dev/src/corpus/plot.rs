@@ -7,8 +7,9 @@ use rimbench_figures::drawing::Drawing;
 use rimbench_figures::style::style_in_list;
 use rimbench_statistics::{performance_ratios, share_within};
 
-const WIDTH: f64 = 940.0;
-const HEIGHT: f64 = 520.0;
+/// 180 mm, two columns of a page.
+const WIDTH: f64 = 680.0;
+const HEIGHT: f64 = 360.0;
 /// Factors per decade: closer than the line is wide.
 const PER_DECADE: f64 = 60.0;
 /// Decades shown at most.

@@ -6,15 +6,18 @@ use rimbench_figures::chart::{Axis, Figure, Guide, LegendPlace, Mode, Panel, Ser
 use rimbench_figures::drawing::Drawing;
 use rimbench_figures::style::{SeriesStyle, style_in_list};
 
-const WIDTH: f64 = 900.0;
-const HEIGHT: f64 = 640.0;
+/// 180 mm, two columns of a page.
+const WIDTH: f64 = 680.0;
+/// Of one panel, px.
+const HEIGHT: f64 = 250.0;
 /// Relative change of a time below which no step is drawn: code layout alone does as much.
 const TIME_FLOOR: f64 = 0.05;
 
 /// Draws the records of the newest target and compiler, of the times only those of the newest machine; the records are
 /// numbered as in the whole history.
 ///
-/// Steps are vertical lines labelled with the benchmark and the ratio of the levels; of several at one place, the largest.
+/// Steps are vertical lines labelled with the ratio of the levels; of several at one place with their count and the largest. A panel
+/// without a curve is left out.
 pub fn draw_history(history: &History) -> Drawing {
     let records = history.records();
     let last = history.rows.last();
@@ -41,16 +44,24 @@ pub fn draw_history(history: &History) -> Drawing {
     };
     let counts = curves(&|row| row.instructions.map(|count| count as f64));
     let times = curves(&|row| row.time_ratio.filter(|_| here(row)));
+    let revision = |record: Option<&&str>| {
+        let row = record.and_then(|record| history.rows.iter().find(|row| row.record == **record));
+        row.map_or("", |row| row.git_revision.get(..8).unwrap_or(&row.git_revision))
+    };
+    let (first, newest) = (revision(records.first()), revision(records.last()));
+    let across = format!("record, from revision {first} (1) to {newest} ({})", records.len());
     let panel = |title: &str, curves: &[Curve<'_>], floor| {
-        let x = Axis::count("record").range(0.5, records.len() as f64 + 0.5);
+        let x = Axis::count(&across).range(0.5, records.len() as f64 + 0.5);
         relative_to_first(Panel::new(title, x, y_axis(curves)), curves, floor)
     };
-    Figure::new(WIDTH, HEIGHT)
-        .columns(1)
-        .legend(LegendPlace::Right)
-        .panel(panel("(a) instructions", &counts, 0.0))
-        .panel(panel("(b) wall time over yardstick", &times, TIME_FLOOR))
-        .draw()
+    let panels = [("instructions", &counts, 0.0), ("wall time over yardstick", &times, TIME_FLOOR)];
+    let drawn = panels.into_iter().filter(|(_, curves, _)| curves.iter().any(|curve| !curve.points.is_empty()));
+    let panels: Vec<Panel> = drawn
+        .zip(["(a)", "(b)"])
+        .map(|((title, curves, floor), letter)| panel(&format!("{letter} {title}"), curves, floor))
+        .collect();
+    let figure = Figure::new(WIDTH, HEIGHT * panels.len().max(1) as f64).columns(1).legend(LegendPlace::Right);
+    panels.into_iter().fold(figure, Figure::panel).draw()
 }
 
 /// Values of one benchmark over the number of the record.
@@ -81,19 +92,17 @@ fn y_axis(curves: &[Curve<'_>]) -> Axis {
 
 /// Adds the curves, and a line wherever some of them step.
 fn relative_to_first(mut panel: Panel, curves: &[Curve<'_>], floor: f64) -> Panel {
-    let mut found: Vec<(f64, f64, String)> = Vec::new();
+    let mut found: Vec<(f64, f64)> = Vec::new();
     for curve in curves {
         let values: Vec<f64> = curve.points.iter().map(|(_, value)| *value).collect();
-        found.extend(
-            steps(&values, floor).iter().map(|step| (curve.points[step.at].0 - 0.5, step.ratio, curve.label())),
-        );
+        found.extend(steps(&values, floor).iter().map(|step| (curve.points[step.at].0 - 0.5, step.ratio)));
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.ln().abs().total_cmp(&a.1.ln().abs())));
     for here in found.chunk_by(|a, b| a.0 == b.0) {
-        let (x, ratio, name) = &here[0];
+        let (x, ratio) = &here[0];
         let label = match here.len() {
-            1 => format!("{name} × {ratio:.3}"),
-            steps => format!("{steps} steps, largest {name} × {ratio:.3}"),
+            1 => format!("× {ratio:.3}"),
+            steps => format!("{steps}: × {ratio:.3}"),
         };
         panel = panel.guide(Guide::Vertical { x: *x, label });
     }

@@ -145,10 +145,10 @@ pub const COMMON: &[Key] = &[
     key("experiment", Takes::Experiment, Needed, "whose results it reads, and beside which it is written"),
     key("source", Takes::Text, Default("\"runs.csv\""), "the files it reads, for the reader"),
     key("caption", Takes::Text, Default("\"\""), "what the reader sees"),
-    key("width", Takes::Pixels, Default("980"), "width, px"),
+    key("width", Takes::Pixels, Default("680"), "width, px; 680 px are 180 mm on paper, two columns"),
 ];
 
-const HEIGHT: Key = key("height", Takes::Pixels, Default("460"), "height, px");
+const HEIGHT: Key = key("height", Takes::Pixels, Default("330"), "height, px");
 const TITLE: Key = key("title", Takes::Text, Default("\"\""), "heading");
 const LABELS: Key = key("labels", Takes::Labels, ALL_LABELS, "scheme rows shown");
 const ONLY: Key = key("only", Takes::Table(ONLY_KEYS), ONE_PROBLEM, "the part of the results shown");

@@ -54,7 +54,7 @@ impl LatencyFigure {
                 let by_step = groups(&runs.of_label(&label), |row| runs.macro_step_ms(row));
                 let points: Vec<OverPhases> = by_step.into_iter().filter_map(of_step).collect();
                 steps_ms.extend(points.iter().map(|point| point.x));
-                panel = with_range(panel, &points, &label, styles.of_label(&label));
+                panel = with_range(panel, &points, &label, &label, styles.of_label(&label));
             }
             steps_ms.sort_by(f64::total_cmp);
             steps_ms.dedup();

@@ -221,14 +221,22 @@ impl FigureEntry {
     /// # Errors
     /// [`Error::File`] for results that are missing or do not hold what the figure shows.
     pub fn make(&self, results: &Path, styles: &Styles) -> Result<render::FigureFiles> {
+        let drawing = self.drawn(results, styles)?;
+        let figures = results.join(&self.experiment).join("figures");
+        std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
+        render::write(&drawing, &figures, &self.id)
+    }
+
+    /// Draws the figure from the results below `results`.
+    ///
+    /// # Errors
+    /// Those of [`make`](Self::make), writing aside.
+    pub fn drawn(&self, results: &Path, styles: &Styles) -> Result<Drawing> {
         let folder = results.join(&self.experiment);
         // Half a file, or one that was edited, is no source of a figure.
         checksums::verify(&folder)?;
         self.check_labels(&folder)?;
-        let drawing = self.draw(&folder, styles)?;
-        let figures = folder.join("figures");
-        std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
-        render::write(&drawing, &figures, &self.id)
+        self.draw(&folder, styles)
     }
 
     /// A label that no run has would be left out without a word.

@@ -90,7 +90,7 @@ impl ParameterFigure {
                         abscissae(&values).into_iter().flat_map(across).collect()
                     }
                 };
-                panel = with_range(panel, &points, &styles.shown_name(&label), styles.of_label(&label));
+                panel = with_range(panel, &points, &label, &styles.shown_name(&label), styles.of_label(&label));
             }
             figure = figure.panel(panel);
         }

@@ -91,8 +91,8 @@ impl ProfileFigure {
             };
             for (label, mut corners) in labels.iter().zip(profiles) {
                 corners.extend(corners.last().map(|&(_, share)| (spec.most, share)));
-                panel = panel
-                    .series(Series::new(styles.shown_name(label), corners, styles.of_label(label)).mode(Mode::Steps));
+                let series = Series::new(styles.shown_name(label), corners, styles.of_label(label)).mode(Mode::Steps);
+                panel = panel.series(series.named(label));
             }
             figure = figure.panel(panel);
         }

@@ -3,13 +3,16 @@
 use super::band_spec::BandSpec;
 use super::statistics::{Bars, Only, OverPhases, Part, Runs};
 use crate::chart::{Axis, Band, Figure, Guide, Losses, Mode, Panel, Series};
-use crate::drawing::Drawing;
+use crate::drawing::{Color, Drawing};
 use crate::style::{SeriesStyle, Styles};
 use crate::ticks::signed;
 use rimbench_core::error::Result;
 use rimbench_statistics::order_of_convergence;
 use serde::Deserialize;
 use std::path::Path;
+
+/// A curve that rises less with H has no order that is worth a number.
+const LEAST_ORDER: f64 = 0.25;
 
 /// Options of a sweep figure.
 #[derive(Debug, Clone, Deserialize)]
@@ -66,10 +69,16 @@ impl SweepFigure {
         for spec in &self.panels {
             let runs = all.only(&spec.only)?;
             let runs = if spec.without_exact { runs.without_exact()? } else { runs };
-            let x_axis = Axis::log10("macro step H (ms)").within(spec.macro_steps_ms);
+            let longest = (0..runs.table.len()).map(|row| runs.macro_step_ms(row)).fold(0.0, f64::max);
+            // Steps of microseconds say so.
+            let (unit, factor) = if longest < 0.1 { ("µs", 1e3) } else { ("ms", 1.0) };
+            let x_axis = Axis::log10(format!("macro step H ({unit})"));
+            let x_axis = x_axis.within(spec.macro_steps_ms.map(|interval| interval.map(|step| step * factor)));
             let mut panel = Panel::new(&spec.title, x_axis, Axis::log10(&spec.label).within(spec.range));
             if let Some(band) = &spec.band {
-                panel = panel.band(spec.filled(band, &runs, styles)?);
+                let mut band = spec.filled(band, &runs, styles)?;
+                band.points.iter_mut().for_each(|(step, _)| *step *= factor);
+                panel = panel.band(band);
             }
             for label in runs.labels(&spec.labels) {
                 let points = spec.points(&runs, &label, spec.bars)?;
@@ -79,21 +88,32 @@ impl SweepFigure {
                     _ if all.fraction_stable(&all.of_label(&label)) == Some(0.0) => {
                         format!("{}: never stable", styles.shown_name(&label))
                     }
+                    Some(order) if order < LEAST_ORDER => format!("{}, levels off", styles.shown_name(&label)),
                     Some(order) => {
                         let order = signed(format!("{order:.2}"));
-                        let lost = if lost { " where not lost" } else { "" };
+                        let lost = if lost { " where not diverged" } else { "" };
                         format!("{}, order {order}{lost}", styles.shown_name(&label))
                     }
                     None => styles.shown_name(&label),
                 };
-                panel = with_range(panel, &points, &entry, styles.of_label(&label));
+                let points: Vec<OverPhases> =
+                    points.into_iter().map(|point| OverPhases { x: point.x * factor, ..point }).collect();
+                panel = with_range(panel, &points, &label, &entry, styles.of_label(&label));
             }
             if let Some(floor) = &spec.floor {
                 let uncertainty = runs.table.number(0, runs.table.column(floor)?);
                 panel = panel.guide(Guide::Horizontal { y: uncertainty, label: "uncertainty of the reference".into() });
+                // Down there a distance from the reference says nothing.
+                let steps = || panel.series.iter().flat_map(|series| &series.points).map(|point| point.0);
+                let ends = [steps().fold(f64::INFINITY, f64::min), steps().fold(0.0, f64::max)];
+                if let Some([least, _]) = spec.range.filter(|[least, _]| *least < uncertainty) {
+                    let points = ends.map(|step| (step, [least, uncertainty])).to_vec();
+                    let label = "below the reference's uncertainty".to_owned();
+                    panel = panel.band(Band { label, points, color: Color::SOFT_INK });
+                }
             }
             if let Some((order, [x, y])) = spec.slope {
-                panel = panel.guide(Guide::Slope { order, from: (x, y), to_x: 2.0 * x });
+                panel = panel.guide(Guide::Slope { order, from: (factor * x, y), to_x: 2.0 * factor * x });
             }
             figure = figure.panel(panel);
         }
@@ -132,16 +152,24 @@ impl SweepPanel {
 }
 
 /// Adds the medians as a line with markers, a thin bar from the least to the largest value at each, and marks where runs were
-/// lost.
-pub(super) fn with_range(mut panel: Panel, points: &[OverPhases], entry: &str, style: SeriesStyle) -> Panel {
-    let thin = SeriesStyle { width: 0.8, dash: &[], ..style };
-    for point in points {
-        panel = panel.series(Series::new("", vec![(point.x, point.least), (point.x, point.most)], thin));
-    }
+/// lost. `name` is the row of the scheme, `entry` what the legend says of it.
+pub(super) fn with_range(
+    mut panel: Panel,
+    points: &[OverPhases],
+    name: &str,
+    entry: &str,
+    style: SeriesStyle,
+) -> Panel {
+    let bars = points.iter().filter(|point| point.least < point.most).map(|point| (point.x, [point.least, point.most]));
     let lost = points.iter().filter(|point| point.lost > 0.0).map(|point| (point.x, point.lost)).collect::<Vec<_>>();
     if !lost.is_empty() {
         panel.losses.push(Losses { points: lost, color: style.color });
     }
     let medians = points.iter().map(|point| (point.x, point.median)).collect();
-    panel.series(Series::new(entry, medians, style).mode(Mode::LineMarkers))
+    let note = |point: &OverPhases| match point.lost {
+        0.0 => String::new(),
+        lost => format!("{:.0} % of the runs diverged", 100.0 * lost),
+    };
+    let series = Series::new(entry, medians, style).mode(Mode::LineMarkers).named(name).bars(bars.collect());
+    panel.series(series.notes(points.iter().map(note).collect()))
 }

@@ -5,6 +5,7 @@ use super::statistics::Runs;
 use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
+use crate::ticks::signed;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::ResultsTable;
 use serde::Deserialize;
@@ -102,7 +103,7 @@ impl TracePanel {
         let values = points.iter().filter(|(t, y)| shown(*t) && y.is_finite()).map(|(_, y)| *y);
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
         let cut = low < lowest || high > highest;
-        Ok(cut.then(|| format!("{label} cut: {low:.0} … {high:.0}")))
+        Ok(cut.then(|| format!("{label} cut: {} … {}", signed(format!("{low:.0}")), signed(format!("{high:.0}")))))
     }
 }
 

@@ -59,7 +59,7 @@ impl WorkPrecisionFigure {
             let of_row = |row: usize| column.map(|column| runs.table.number(row, column));
             let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
             for label in runs.labels(&self.labels) {
-                let mut points = Vec::new();
+                let (mut points, mut steps): (Vec<(f64, f64)>, Vec<String>) = Default::default();
                 let rows = runs.of_label(&label);
                 let by_step = groups(&rows, |row| runs.macro_step_ms(row)).into_iter();
                 let by_tolerance = by_step
@@ -68,13 +68,17 @@ impl WorkPrecisionFigure {
                     let completed: Vec<usize> = rows.into_iter().filter(|&row| runs.completed(row)).collect();
                     let work = over(step, completed.iter().map(|&row| work[row]).collect());
                     let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
-                    points.extend(work.zip(error.first()).map(|(work, error)| (work.median, error.median)));
+                    if let Some((work, error)) = work.zip(error.first()) {
+                        points.push((work.median, error.median));
+                        steps.push(format!("H = {step} ms"));
+                    }
                 }
                 // What did not complete has no cost at which to mark it.
                 let lost = all.fraction_stable(&all.of_label(&label)).is_some_and(|share| share < 1.0);
-                let lost = if lost { ": some runs lost" } else { "" };
+                let lost = if lost { ": some runs diverged" } else { "" };
                 let entry = format!("{}{lost}", styles.shown_name(&label));
-                panel = panel.series(Series::new(entry, points, styles.of_label(&label)).mode(Mode::LineMarkers));
+                let series = Series::new(entry, points, styles.of_label(&label)).mode(Mode::LineMarkers);
+                panel = panel.series(series.named(&label).notes(steps));
             }
             figure = figure.panel(panel);
         }
