@@ -18,6 +18,7 @@ mod perf_formats;
 mod plan;
 mod progress;
 mod project;
+mod report;
 mod reproduce;
 mod run;
 mod run_options;
@@ -57,6 +58,8 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     /// Draw all figures whose results exist, and name the others
     Figures(figures::Figures),
+    /// Write one page of any results: claims, figures, runs, and the simulator
+    Report(report::ReportCommand),
     /// Run one co-simulation and print its outcome, metrics and counters
     Simulate(simulate::Simulate),
     /// Print the runs of an experiment file without running them
@@ -128,6 +131,7 @@ impl Cli {
         let catalogue = &catalogue;
         match self.command {
             Command::Reproduce(command) => command.run(catalogue)?,
+            Command::Report(command) => command.run(catalogue)?,
             Command::Simulate(command) => command.run(catalogue)?,
             Command::Plan(command) => command.run(catalogue)?,
             Command::Run(command) => return command.run(catalogue),

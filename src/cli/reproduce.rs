@@ -2,16 +2,17 @@
 
 use super::progress::Progress;
 use super::project::Project;
+use super::report::write_page;
 use super::{claims_table, complain, print};
 use clap::Args;
 use rayon::prelude::*;
 use rimbench::BUILD;
-use rimbench::atomic_file::check_writable_folder;
+use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::error::Result;
+use rimbench::figures::claims_markdown;
 use rimbench::figures::style::Styles;
-use rimbench::figures::write_report;
 use rimbench::harness::{Cache, CheckedClaim, Job, Step, Store, check_claims, run_job, write_claims};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -37,7 +38,6 @@ impl Reproduce {
         let out = self.out.unwrap_or_else(|| PathBuf::from(default));
         let project = Project::find();
         let (experiments, figures) = (project.experiments(GROUP)?, project.figures()?);
-        let (source, text) = project.report()?;
         let runs = experiments.iter().map(|experiment| Ok(experiment.plan(catalogue, self.quick)?.len()));
         let total: usize = runs.sum::<Result<usize>>()?;
         check_writable_folder(&out)?;
@@ -69,7 +69,9 @@ impl Reproduce {
         write_claims(&group.join("claims.csv"), &claims)?;
         let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
         figures.of_group(Some(GROUP)).par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
-        write_report((source, &text), &out, GROUP, &figures)?;
+        let markdown = claims_markdown(&group.join("claims.csv"))?;
+        write_atomically(&group.join("claims.md"), |file| file.write_all(markdown.as_bytes()))?;
+        let (page, _) = write_page(catalogue, &group)?;
         progress.end();
         complain(&cache);
 
@@ -77,7 +79,7 @@ impl Reproduce {
         print(&format!(
             "{total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",
             started.elapsed().as_secs_f64(),
-            group.join("report.html").display()
+            page.display()
         ))
     }
 }

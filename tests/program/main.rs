@@ -22,6 +22,7 @@ mod parsers;
 mod perf;
 mod perf_command_line;
 mod program;
+mod report;
 mod reproduction;
 mod store_survives;
 mod strict;

@@ -6,11 +6,6 @@
     $("try-missing").hidden = false;
     $("try-missing").textContent = `Simulating in the page is not possible here: ${why}. Everything else on this page works.`;
   };
-  const packed = $("module")?.textContent.trim();
-  if (!packed) return missing("this report was written without the module");
-  if (!("WebAssembly" in window) || !("DecompressionStream" in window) || !("Worker" in window))
-    return missing("the browser lacks WebAssembly, DecompressionStream or workers");
-
   // ---- state: the controls, in the address as well
   const STEPS = [0.2, 0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 17, 20, 25, 30, 35, 40, 50];
   const START = { h: "5", phase: "1", mass: "200", detection: "", integrator: "", a: "rim-smooth", b: "rim-nonsmooth-gap", t: "1.735" };
@@ -49,11 +44,9 @@
   };
 
   // ---- the module, in a worker
-  const bytes = Uint8Array.from(atob(packed), (c) => c.charCodeAt(0));
-  const module = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
-  let worker;
+  let worker, begin;
   try {
-    worker = new Worker(URL.createObjectURL(new Blob([$("worker").textContent], { type: "text/javascript" })));
+    ({ worker, begin } = await page.simulator());
   } catch (error) {
     return missing(error.message);
   }
@@ -81,7 +74,7 @@
     worker.postMessage({ requests: [`run\n${a}`, `run\n${b}`, ...(known ? [] : [`reference\n${asked.reference}`])] });
   };
   const trajectory = ({ words, numbers }) => {
-    const facts = new Map(words.split("\n").filter(Boolean).map((line) => [line.split(" ", 1)[0], line.slice(line.indexOf(" ") + 1)]));
+    const facts = page.facts(words);
     const names = (facts.get("columns") ?? "").split(" ");
     const width = names.length, rows = numbers.length / width;
     const index = new Map(names.map((name, k) => [name, k]));
@@ -124,7 +117,7 @@
     show();
     if (wanted) simulate();
   };
-  worker.postMessage({ module }, [module]);
+  begin();
 
   // ---- drawing: the same box as in the static figure, in metres, seen by a camera that follows it
   const SVG = "http://www.w3.org/2000/svg";
@@ -340,16 +333,12 @@
   };
   $("play").addEventListener("click", () => play(!playing));
   document.addEventListener("keydown", (event) => {
-    if (event.key !== " " || event.target.closest("button,input,select,a,summary")) return;
+    if (event.key !== " " || event.target.closest("button,input,select,a,summary,dialog,[tabindex]")) return;
     event.preventDefault();
     play(!playing);
   });
   for (const button of document.querySelectorAll("[data-copy]"))
-    button.addEventListener("click", async () => {
-      await navigator.clipboard.writeText($(button.dataset.copy).textContent);
-      button.textContent = "Copied";
-      setTimeout(() => (button.textContent = "Copy"), 1500);
-    });
+    button.addEventListener("click", () => page.copy($(button.dataset.copy).textContent, button));
   addEventListener("hashchange", () => {
     if (!kinds.size || !readAddress()) return;
     showControls();

@@ -45,7 +45,7 @@ fn trust(claims: &ResultsTable, row: usize) -> String {
 }
 
 /// Three significant digits, for reading; the CSV holds all of them.
-fn significant(value: f64) -> String {
+pub(crate) fn significant(value: f64) -> String {
     if value.is_nan() {
         "–".to_owned()
     } else if value.is_infinite() {

@@ -24,7 +24,7 @@
 //! has neither dashes nor groups, so that is written here.
 //!
 //! On top of the toolkit stand the figures of the report ([`FigureList`], from `paper/figures.toml`), read from result
-//! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the report itself ([`write_report`]) with the
+//! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the page of a results folder ([`report`]) with the
 //! part that simulates (`live_part`).
 
 pub mod chart;
@@ -32,6 +32,7 @@ pub mod drawing;
 pub mod heatmap;
 pub mod manoeuvre;
 pub mod render;
+pub mod report;
 pub mod style;
 pub mod ticks;
 
@@ -49,7 +50,6 @@ mod inset;
 mod legend;
 mod live_part;
 mod marker;
-mod page;
 mod paint;
 mod panel;
 mod scale;
@@ -58,4 +58,3 @@ mod wedge_box;
 
 pub use claims_table::claims_markdown;
 pub use figures::{FigureEntry, FigureKey, FigureKind, FigureList, MadeFigures, figure_keys};
-pub use page::write_report;

@@ -34,7 +34,7 @@ pub use advice::{
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
-pub use claims::{CheckedClaim, Claim, STATISTICS, Verdict, check_claims, claim_metrics, write_claims};
+pub use claims::{CheckedClaim, Claim, Claimant, STATISTICS, Verdict, check_claims, claim_metrics, write_claims};
 pub use clock::monotonic_clock;
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use engines::{Chunk, ChunkLimits, Chunking, Engine, Order, Submission, Words, missing_chunks, next_place};

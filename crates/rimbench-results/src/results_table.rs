@@ -50,6 +50,16 @@ impl ResultsTable {
         self.rows.is_empty()
     }
 
+    /// Returns the names of the columns.
+    pub fn names(&self) -> &[String] {
+        &self.header
+    }
+
+    /// Tells whether a column has one of these names.
+    pub fn is_named(&self, column: usize, names: &[&str]) -> bool {
+        names.contains(&self.header[column].as_str())
+    }
+
     /// Returns the position of a column.
     ///
     /// # Errors

@@ -1,0 +1,55 @@
+// What the scripts of the page share.
+const page = (() => {
+  "use strict";
+  const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  // The content of a packed block of the page.
+  const unpacked = async (id) => {
+    const packed = document.getElementById(id)?.textContent.trim();
+    if (!packed) throw new Error("this page was written without it");
+    if (!("DecompressionStream" in window)) throw new Error("the browser lacks DecompressionStream");
+    return new Response(new Blob([bytesOf(packed)]).stream().pipeThrough(new DecompressionStream("gzip")));
+  };
+  // A worker with the module in it, once there is one; it says `ready` with the names of the schemes.
+  const simulator = async () => {
+    if (!("WebAssembly" in window) || !("Worker" in window)) throw new Error("the browser lacks WebAssembly or workers");
+    const module = await (await unpacked("module")).arrayBuffer();
+    const source = document.getElementById("worker").textContent;
+    const worker = new Worker(URL.createObjectURL(new Blob([source], { type: "text/javascript" })));
+    return { worker, begin: () => worker.postMessage({ module }, [module]) };
+  };
+  // The words of an answer, by key.
+  const facts = (words) => new Map(words.split("\n").filter(Boolean).map((line) => [line.split(" ", 1)[0], line.slice(line.indexOf(" ") + 1)]));
+  const make = (name, attributes = {}, ...inside) => {
+    const element = document.createElement(name);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    element.append(...inside);
+    return element;
+  };
+  const data = unpacked("data").then((response) => response.json());
+  // A number for reading; what there is none of has a dash.
+  const shown = (value, digits = 3) => {
+    if (value === null || value === undefined || Number.isNaN(value)) return "–";
+    if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
+    const size = Math.abs(value);
+    const text = value === 0 ? "0" : size >= 1e-3 && size < 1e5 ? String(Number(value.toPrecision(digits))) : value.toExponential(digits - 1).replace(/\.?0+e/, "e");
+    return text.replaceAll("-", "−");
+  };
+  const copy = async (text, button) => {
+    const before = button.textContent;
+    try {
+      await navigator.clipboard.writeText(text);
+      button.textContent = "Copied";
+    } catch {
+      button.textContent = "Select and copy by hand";
+    }
+    setTimeout(() => (button.textContent = before), 1500);
+  };
+  const download = (name, rows) => {
+    const cell = (value) => (/[",\n]/.test(String(value)) ? `"${String(value).replaceAll('"', '""')}"` : String(value ?? ""));
+    const text = rows.map((row) => row.map(cell).join(",")).join("\n") + "\n";
+    const link = make("a", { href: URL.createObjectURL(new Blob([text], { type: "text/csv" })), download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  };
+  return { unpacked, simulator, facts, make, data, shown, copy, download };
+})();

@@ -1,0 +1,360 @@
+//! The claims in the page: a mark each in the head, and in prose with what was measured against its bound.
+
+use super::Report;
+use super::store::Study;
+use crate::claims_table::significant;
+use crate::vector::escaped;
+use std::fmt::Write;
+
+/// A claim with what was measured; numbers that are not there are NaN.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Claim {
+    /// Its short name.
+    pub id: String,
+    /// Whether the paper makes it; else it is ours.
+    pub of_paper: bool,
+    /// The claim in words.
+    pub text: String,
+    /// What is measured.
+    pub quantity: String,
+    /// What was measured.
+    pub measured: f64,
+    /// From where to where the measured value can be trusted.
+    pub interval: [f64; 2],
+    /// The same without cases in which a model is exact.
+    pub without_exact: f64,
+    /// What was expected, `≥ 2` or `≤ 2`.
+    pub expected: String,
+    /// What came of it.
+    pub verdict: Verdict,
+    /// Why it has been replaced; empty if it has not.
+    pub superseded: String,
+    /// The runs that it rests on.
+    pub run_ids: Vec<String>,
+}
+
+/// What came of a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The expectation does not hold.
+    NotReproduced,
+    /// Its runs are not there.
+    NotMeasured,
+    /// The expectation holds.
+    Reproduced,
+}
+
+impl Verdict {
+    pub(super) fn class(self) -> &'static str {
+        match self {
+            Verdict::Reproduced => "yes",
+            Verdict::NotReproduced => "no",
+            Verdict::NotMeasured => "open",
+        }
+    }
+
+    pub(super) fn sign(self) -> &'static str {
+        match self {
+            Verdict::Reproduced => "✓",
+            Verdict::NotReproduced => "✗",
+            Verdict::NotMeasured => "–",
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Verdict::Reproduced => "reproduced",
+            Verdict::NotReproduced => "not reproduced",
+            Verdict::NotMeasured => "not measured",
+        }
+    }
+}
+
+impl Claim {
+    /// Whether it counts in the head: it has not been replaced.
+    pub(super) fn counts(&self) -> bool {
+        self.superseded.is_empty()
+    }
+
+    pub(super) fn anchor(&self, study: &Study) -> String {
+        let id = self.id.replace(|c: char| !c.is_ascii_alphanumeric(), "-");
+        format!("claim-{}-{id}", study.anchor().trim_start_matches("study-"))
+    }
+
+    fn bound(&self) -> Option<(bool, f64)> {
+        let (sign, bound) = self.expected.split_once(' ')?;
+        Some((sign == "≥", bound.parse().ok()?))
+    }
+
+    /// The measured value against its bound, drawn: shaded where the claim holds.
+    fn drawn(&self) -> String {
+        const WIDTH: f64 = 180.0;
+        let Some((at_least, bound)) = self.bound() else { return String::new() };
+        let values = [bound, self.measured, self.interval[0], self.interval[1]];
+        let values = || values.into_iter().filter(|value| value.is_finite());
+        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        // Ratios on a logarithmic line, everything else on a linear one with its zero.
+        let logarithmic = low > 0.0 && high / low > 20.0;
+        let (low, high) = match (logarithmic, low < high) {
+            (true, _) => (low / 2.0, high * 2.0),
+            (false, true) => (low.min(0.0) - 0.08 * (high - low), high.max(0.0) + 0.08 * (high - low)),
+            (false, false) => (low.min(0.0) - 0.5 * low.abs() - 0.1, low.max(0.0) + 0.5 * low.abs() + 0.1),
+        };
+        let place = |value: f64| {
+            let share = match logarithmic {
+                true => (value / low).ln() / (high / low).ln(),
+                false => (value - low) / (high - low),
+            };
+            WIDTH * share.clamp(0.0, 1.0)
+        };
+        let at = place(bound);
+        let (from, to) = if at_least { (at, WIDTH) } else { (0.0, at) };
+        let mut svg = format!(
+            "<svg class=\"bound\" viewBox=\"0 0 180 18\" width=\"180\" height=\"18\" aria-hidden=\"true\">\
+             <path class=\"ok\" d=\"M{from:.1} 3H{to:.1}V15H{from:.1}z\"/><path class=\"axis\" d=\"M0 9H180\"/>\
+             <path class=\"limit\" d=\"M{at:.1} 1V17\"/>"
+        );
+        if self.interval.iter().all(|end| end.is_finite()) {
+            let [from, to] = self.interval.map(place);
+            let _ = write!(svg, "<path class=\"interval\" d=\"M{from:.1} 9H{to:.1}\"/>");
+        }
+        if self.measured.is_finite() {
+            let _ = write!(svg, "<circle class=\"dot\" cx=\"{:.1}\" cy=\"9\" r=\"4\"/>", place(self.measured));
+        } else if self.measured.is_infinite() {
+            svg.push_str("<path class=\"dot\" d=\"M170 5L178 9L170 13z\"/>");
+        }
+        svg + "</svg>"
+    }
+
+    /// One row.
+    fn row(&self, study: &Study, place: [usize; 2]) -> String {
+        let anchor = self.anchor(study);
+        let (quantity, unit) = words(&self.quantity);
+        let unit = |value: &str| if unit.is_empty() { value.to_owned() } else { format!("{value} {unit}") };
+        let mut measured = unit(&significant(self.measured));
+        if self.interval.iter().all(|end| end.is_finite()) {
+            let [low, high] = self.interval.map(significant);
+            let _ = write!(measured, " <span class=\"soft\">[{low}, {high}]</span>");
+        }
+        if self.without_exact.is_finite() {
+            let _ = write!(
+                measured,
+                "<br><span class=\"soft\">{} without exact models</span>",
+                significant(self.without_exact)
+            );
+        }
+        let replaced = match self.superseded.as_str() {
+            "" => String::new(),
+            reason => format!("<br><span class=\"soft\">Replaced by another claim: {}</span>", escaped(reason)),
+        };
+        let figures = study.figures.iter().filter(|(_, _, made)| made.is_ok());
+        let mut links: Vec<String> = figures
+            .map(|(id, _, _)| format!("<a href=\"#figure-{id}\">figure {}</a>", escaped(&id.replace('_', " "))))
+            .collect();
+        links.insert(0, format!("<a href=\"#{}\">study</a>", study.anchor()));
+        // Without a script the study is what there is of its runs.
+        let runs = format!(
+            "<button type=\"button\" class=\"show-runs\" data-claim=\"{},{}\" hidden>{}</button>",
+            place[0],
+            place[1],
+            if self.run_ids.len() == 1 { "1 run".to_owned() } else { format!("{} runs", self.run_ids.len()) }
+        );
+        let command = format!("rimbench verify experiments/{}.toml", study.name);
+        format!(
+            "<tr id=\"{anchor}\" class=\"{class}\"><td><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span></td>\
+             <td>{text}{replaced}<details><summary>More</summary>{quantity}<br><code>{command}</code></details></td>\
+             <td>{drawn}measured {measured}<br><span class=\"soft\">expected {expected}</span></td>\
+             <td class=\"links\">{runs} {links}</td></tr>\n",
+            class = self.verdict.class(),
+            sign = self.verdict.sign(),
+            word = self.verdict.words(),
+            text = escaped(&self.text),
+            quantity = escaped(&quantity),
+            drawn = self.drawn(),
+            expected = escaped(&unit(&self.bound().map_or_else(
+                || self.expected.clone(),
+                |(at_least, bound)| format!("{} {}", if at_least { "≥" } else { "≤" }, exact(bound))
+            ))),
+            links = links.join(" "),
+        )
+    }
+}
+
+/// A bound as it was given, and as short as it can be.
+fn exact(bound: f64) -> String {
+    if bound != 0.0 && !(1e-3..1e5).contains(&bound.abs()) { format!("{bound:e}") } else { format!("{bound}") }
+}
+
+/// A quantity in words with its unit: `median of force_error_rms_n of x` is `median of force error rms of x`, N.
+pub(super) fn words(quantity: &str) -> (String, &'static str) {
+    let mut unit = "";
+    let order = quantity.starts_with("order ") || quantity.contains(" over ") || quantity.contains("relative");
+    let spoken: Vec<String> = quantity
+        .split(' ')
+        .map(|word| match column_in_words(word) {
+            Some((words, found)) => {
+                unit = if order { "" } else { found };
+                words
+            }
+            None => word.to_owned(),
+        })
+        .collect();
+    (spoken.join(" "), unit)
+}
+
+/// Ends of column names that say the unit; the longer ones first.
+const UNITS: [(&str, &str); 12] = [
+    ("_n_s", "N s"),
+    ("_m_s", "m/s"),
+    ("_per_s", "1/s"),
+    ("_rad", "rad"),
+    ("_pa", "Pa"),
+    ("_kg", "kg"),
+    ("_at_s", "s"),
+    ("_n", "N"),
+    ("_m", "m"),
+    ("_j", "J"),
+    ("_w", "W"),
+    ("_s", "s"),
+];
+
+/// A column's name as words, and its unit; none for what is no column's name.
+pub(super) fn column_in_words(name: &str) -> Option<(String, &'static str)> {
+    if !name.contains('_') || !name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_') {
+        return None;
+    }
+    let (stem, unit) =
+        UNITS.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit))).unwrap_or((name, ""));
+    Some((stem.replace('_', " "), unit))
+}
+
+/// The marks of the head, failures first; each leads to its claim.
+pub(super) fn marks(report: &Report<'_>) -> String {
+    let mut claims: Vec<(&Study, &Claim)> = claims(report).filter(|(_, claim)| claim.counts()).collect();
+    if claims.is_empty() {
+        return String::from("<p class=\"score\">No claims are recorded for these results.</p>\n");
+    }
+    claims.sort_by_key(|(_, claim)| match claim.verdict {
+        Verdict::NotReproduced => 0,
+        Verdict::NotMeasured => 1,
+        Verdict::Reproduced => 2,
+    });
+    let good = |of_paper: Option<bool>| {
+        let wanted = |claim: &Claim| of_paper.is_none_or(|of_paper| claim.of_paper == of_paper);
+        let all: Vec<&Claim> = claims.iter().map(|(_, claim)| *claim).filter(|claim| wanted(claim)).collect();
+        (all.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count(), all.len())
+    };
+    let part = |name: &str, (good, all): (usize, usize)| {
+        if all == 0 { String::new() } else { format!("{name} {good} of {all}") }
+    };
+    let parts = [part("the paper’s", good(Some(true))), part("ours", good(Some(false)))];
+    let parts: Vec<&String> = parts.iter().filter(|part| !part.is_empty()).collect();
+    let (reproduced, all) = good(None);
+    let mut text = format!(
+        "<p class=\"score\"><strong>{reproduced} of {all} claims reproduce</strong> <span class=\"soft\">({})</span></p>\n<ul class=\"marks\" aria-label=\"Claims, failures first\">",
+        parts.into_iter().cloned().collect::<Vec<_>>().join("; ")
+    );
+    for (study, claim) in claims {
+        let _ = write!(
+            text,
+            "<li><a class=\"mark {}\" href=\"#{}\" title=\"{}\" aria-label=\"{}: {}\">{}</a></li>",
+            claim.verdict.class(),
+            claim.anchor(study),
+            escaped(&claim.text),
+            claim.verdict.words(),
+            escaped(&claim.text),
+            claim.verdict.sign()
+        );
+    }
+    text + "</ul>\n"
+}
+
+fn claims<'a>(report: &'a Report<'_>) -> impl Iterator<Item = (&'a Study, &'a Claim)> {
+    report.studies.iter().flat_map(|study| study.claims.iter().map(move |claim| (study, claim)))
+}
+
+/// The section of the claims.
+pub(super) fn section(report: &Report<'_>) -> String {
+    if claims(report).next().is_none() {
+        return String::new();
+    }
+    let mut text = String::from(
+        "<section id=\"claims\"><h2>Claims</h2>\n<p>A verdict compares a measured quantity with what was expected <em>before</em> \
+         looking; neither parameters nor bounds were tuned until a claim came true. In each drawing the claim holds in the shaded part, \
+         the upright line is its bound, the dot what was measured, the thin bar its 95 % interval where it has one.</p>\n",
+    );
+    for (of_paper, title) in [(true, "What the paper says"), (false, "What we say")] {
+        let mut rows: Vec<(u8, String)> = Vec::new();
+        for (index, study) in report.studies.iter().enumerate() {
+            for (number, claim) in study.claims.iter().enumerate().filter(|(_, claim)| claim.of_paper == of_paper) {
+                let rank = match (claim.counts(), claim.verdict) {
+                    (false, _) => 3,
+                    (_, Verdict::NotReproduced) => 0,
+                    (_, Verdict::NotMeasured) => 1,
+                    (_, Verdict::Reproduced) => 2,
+                };
+                rows.push((rank, claim.row(study, [index, number])));
+            }
+        }
+        if rows.is_empty() {
+            continue;
+        }
+        rows.sort_by_key(|(rank, _)| *rank);
+        let rows: String = rows.into_iter().map(|(_, row)| row).collect();
+        let _ = write!(
+            text,
+            "<h3>{title}</h3>\n<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\"><table class=\"claims\"><thead><tr><th>Verdict</th><th>Claim</th><th>Measured against its bound</th><th>Leads to</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+        );
+    }
+    text + "</section>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_columns_become_words_with_their_units() {
+        assert_eq!(
+            words("median of force_error_rms_n of rim-smooth/1mm"),
+            ("median of force error rms of rim-smooth/1mm".to_owned(), "N")
+        );
+        assert_eq!(words("order of position_error_rms_m of a"), ("order of position error rms of a".to_owned(), ""));
+        assert_eq!(column_in_words("velocity_error_rms_m_s"), Some(("velocity error rms".to_owned(), "m/s")));
+        assert_eq!(column_in_words("diverged"), None);
+    }
+
+    #[test]
+    fn the_bound_is_drawn_where_the_claim_holds() {
+        let mut claim = Claim {
+            id: "a".to_owned(),
+            of_paper: true,
+            text: String::new(),
+            quantity: String::new(),
+            measured: 1.0,
+            interval: [f64::NAN; 2],
+            without_exact: f64::NAN,
+            expected: "≥ 2".to_owned(),
+            verdict: Verdict::NotReproduced,
+            superseded: String::new(),
+            run_ids: Vec::new(),
+        };
+        let shaded = |claim: &Claim| {
+            let drawn = claim.drawn();
+            let path = drawn
+                .split("class=\"ok\" d=\"M")
+                .nth(1)
+                .unwrap()
+                .split(['H', ' ', 'V'])
+                .map(|n| n.parse::<f64>().unwrap_or(f64::NAN))
+                .collect::<Vec<_>>();
+            let dot: f64 = drawn.split("cx=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+            (path[0]..path[2]).contains(&dot)
+        };
+        assert!(!shaded(&claim));
+        claim.measured = 3000.0;
+        assert!(shaded(&claim));
+        claim.expected = "≤ 2".to_owned();
+        assert!(!shaded(&claim));
+    }
+}

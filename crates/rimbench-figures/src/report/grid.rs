@@ -1,0 +1,151 @@
+//! The largest usable macro step: case × scheme.
+
+use super::store::Study;
+use crate::vector::escaped;
+use rimbench_results::results_table::ResultsTable;
+use rimbench_statistics::median;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+/// A run is usable whose rms force error is at most this share of the reference's peak.
+const USABLE: f64 = 0.1;
+
+/// What one scheme did on one case with one choice of options: by macro step, the errors of its runs by run id; none of one that did
+/// not complete.
+type Tried = BTreeMap<u64, BTreeMap<String, Option<f64>>>;
+
+/// One case with its parameters, one scheme.
+type Pair = (String, String);
+
+/// The section, or nothing if no study has runs of a scheme as it is.
+pub(super) fn section(studies: &[Study]) -> String {
+    let mut all: BTreeMap<Pair, BTreeMap<Vec<String>, Tried>> = BTreeMap::new();
+    for runs in studies.iter().filter_map(|study| study.runs.as_ref()) {
+        collect(runs, &mut all);
+    }
+    // With one choice of options: that with most runs.
+    let limits: BTreeMap<&Pair, Option<f64>> = all
+        .iter()
+        .filter_map(|(pair, choices)| {
+            let most = choices.values().max_by_key(|tried| tried.values().map(BTreeMap::len).sum::<usize>())?;
+            (most.len() > 1).then(|| (pair, limit(most)))
+        })
+        .collect();
+    // Where few schemes were tried, the best of them says little.
+    let all: BTreeSet<&str> = limits.keys().map(|(_, scheme)| scheme.as_str()).collect();
+    let half = all.len().div_ceil(2).max(2);
+    let mut tried: BTreeMap<&str, usize> = BTreeMap::new();
+    limits.keys().for_each(|(case, _)| *tried.entry(case).or_default() += 1);
+    let cases: Vec<&str> = tried.iter().filter(|(_, count)| **count >= half).map(|(case, _)| *case).collect();
+    let few = tried.len() - cases.len();
+    if cases.is_empty() {
+        return String::new();
+    }
+    let of = |case: &str, scheme: &str| limits.get(&(case.to_owned(), scheme.to_owned())).copied();
+    let best: BTreeMap<&str, f64> = cases
+        .iter()
+        .map(|case| (*case, all.iter().filter_map(|scheme| of(case, scheme).flatten()).fold(0.0, f64::max)))
+        .collect();
+    // From the best scheme to the worst, by the mean shade over the cases that it was tried on.
+    let mean = |scheme: &str| {
+        let shades = cases.iter().filter_map(|case| Some(shade(of(case, scheme)?, best[case]) as f64));
+        let shades: Vec<f64> = shades.collect();
+        if shades.is_empty() { -1.0 } else { shades.iter().sum::<f64>() / shades.len() as f64 }
+    };
+    let mut schemes: Vec<&str> = all.iter().copied().filter(|scheme| mean(scheme) >= 0.0).collect();
+    schemes.sort_by(|a, b| mean(b).total_cmp(&mean(a)));
+    let head: String =
+        schemes.iter().map(|scheme| format!("<th scope=\"col\"><span>{}</span></th>", escaped(scheme))).collect();
+    let mut rows = String::new();
+    for case in &cases {
+        let _ = write!(rows, "<tr><th scope=\"row\">{}</th>", escaped(case));
+        for scheme in &schemes {
+            let cell = match of(case, scheme) {
+                None => "<td></td>".to_owned(),
+                Some(None) => "<td class=\"none\">none</td>".to_owned(),
+                Some(Some(step)) => {
+                    format!("<td class=\"shade-{}\">{}</td>", shade(Some(step), best[case]), milliseconds(step))
+                }
+            };
+            rows.push_str(&cell);
+        }
+        rows.push_str("</tr>\n");
+    }
+    let few = match few {
+        0 => String::new(),
+        few => format!(
+            " Cases or sets of parameters on which fewer than half of the schemes were tried are left out ({few})."
+        ),
+    };
+    format!(
+        "<section id=\"grid\"><h2>Largest usable step</h2>\n<p>Macro step in milliseconds up to which, at every step tried, all \
+         runs completed and the median rms force error was at most a tenth of the reference’s peak; schemes as they are, without \
+         options of an experiment. Darker is closer to the best of the row; <em>none</em>: not even at the shortest step tried; an \
+         empty cell was not tried. A limit is one of the steps tried, and no more than the longest of them. Schemes stand from the best \
+         to the worst by their mean shade.{few}</p>\n\
+         <div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"Largest usable step\"><table class=\"grid\"><thead><tr><th scope=\"col\">case</th>{head}</tr></thead><tbody>\n{rows}</tbody></table></div></section>\n"
+    )
+}
+
+/// Options that are no part of what a scheme is tried at.
+const TRIED: [&str; 6] = ["macro_step_s", "phase", "step_control", "step_tolerance", "min_macro_step_s", "set"];
+
+fn collect(runs: &ResultsTable, all: &mut BTreeMap<Pair, BTreeMap<Vec<String>, Tried>>) {
+    let names = ["run_id", "label", "case", "set", "scheme", "macro_step_s", "outcome", "force_error_rms_of_peak"];
+    let found: Vec<usize> = names.iter().filter_map(|name| runs.column(name).ok()).collect();
+    let [id, label, case, set, scheme, step, outcome, error] = found[..] else { return };
+    let options: Vec<usize> = (scheme + 1..outcome).filter(|column| !runs.is_named(*column, &TRIED)).collect();
+    for row in 0..runs.len() {
+        let text = |column: usize| runs.text(row, column);
+        if text(label) != text(scheme) || text(outcome) == "skipped" {
+            continue;
+        }
+        let problem =
+            if text(set).is_empty() { text(case).to_owned() } else { format!("{}, {}", text(case), text(set)) };
+        let choice: Vec<String> = options.iter().map(|&column| text(column).to_owned()).collect();
+        let value = (text(outcome) == "completed").then(|| runs.number(row, error));
+        let tried = all.entry((problem, text(scheme).to_owned())).or_default().entry(choice).or_default();
+        // Steps are above zero, so that their bits are in order.
+        tried.entry(runs.number(row, step).to_bits()).or_default().insert(text(id).to_owned(), value);
+    }
+}
+
+/// Shade of a limit: four of them, a factor of three apart, and 0 for none.
+fn shade(limit: Option<f64>, best: f64) -> usize {
+    limit.map_or(0, |step| 4 - ((best / step).log(3.0).round() as usize).min(3))
+}
+
+/// The largest step up to which all was usable.
+fn limit(tried: &Tried) -> Option<f64> {
+    let usable = |errors: &BTreeMap<String, Option<f64>>| {
+        let completed: Option<Vec<f64>> = errors.values().copied().collect();
+        completed.and_then(median).is_some_and(|error| error <= USABLE)
+    };
+    tried.iter().take_while(|(_, errors)| usable(errors)).last().map(|(step, _)| f64::from_bits(*step))
+}
+
+fn milliseconds(step_s: f64) -> String {
+    format!("{}", (step_s * 1e9).round() / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_ends_where_a_run_is_lost_or_wrong_for_the_first_time() {
+        let tried = |steps: &[(f64, [Option<f64>; 3])]| -> Tried {
+            let runs = |errors: &[Option<f64>; 3]| {
+                errors.iter().enumerate().map(|(k, error)| (k.to_string(), *error)).collect()
+            };
+            steps.iter().map(|(step, errors)| (step.to_bits(), runs(errors))).collect()
+        };
+        let good = [Some(0.01), Some(0.02), Some(0.3)];
+        assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, good)])), Some(2e-3));
+        assert_eq!(limit(&tried(&[(1e-3, good), (2e-3, [None, Some(0.0), Some(0.0)]), (5e-3, good)])), Some(1e-3));
+        assert_eq!(limit(&tried(&[(1e-3, [Some(0.2); 3]), (2e-3, good)])), None);
+        assert_eq!([Some(9.0), Some(3.0), Some(0.1), None].map(|limit| shade(limit, 9.0)), [4, 3, 1, 0]);
+        assert_eq!(milliseconds(5e-3), "5");
+        assert_eq!(milliseconds(2e-6), "0.002");
+    }
+}

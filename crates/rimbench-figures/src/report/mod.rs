@@ -1,0 +1,110 @@
+//! The page of a results folder: one HTML file that needs no other, of at most [`MOST_BYTES`].
+//!
+//! | file | what |
+//! |---|---|
+//! | `store` | which studies a folder holds, and what their files say |
+//! | `claims` | the claims, the paper's and ours apart, each with its bound drawn |
+//! | `sections` | head, text of the paper, studies, what is missing |
+//! | `grid` | the largest usable macro step: case × scheme |
+//! | `history` | solvers and the program's own performance |
+//! | `packed` | runs, traces and exact values for the script, as small as they must be |
+//!
+//! Figures are SVG in the page: they print, and need no script. A script (`page/report.js`) makes them alive, and shows the runs.
+
+mod claims;
+mod grid;
+mod history;
+mod packed;
+mod sections;
+mod store;
+
+pub use claims::{Claim, Verdict};
+pub use store::{Made, Study, find_studies};
+
+use crate::live_part;
+use packed::Detail;
+use rimbench_core::error::{Error, Result};
+use rimbench_results::atomic_file::write_atomically;
+use std::path::Path;
+
+/// No page is larger.
+pub const MOST_BYTES: usize = 2_000_000;
+
+/// What is said of figures that are packed.
+const PACKED: &str = "Figures of the studies are packed, so that the page is no larger than 2 MB, and need scripts: without, they stand in the \
+                      folders of the studies, and a page of one group or one study has them.";
+
+/// What a page is made from.
+#[derive(Debug)]
+pub struct Report<'a> {
+    /// The folder that it is about; a page names no other part of its path than the last.
+    pub folder: &'a Path,
+    /// Studies with their figures and claims, in the order of the page.
+    pub studies: Vec<Study>,
+    /// The text about the experiments of the paper, given as name and text, if they are among the studies.
+    pub text: Option<(&'a Path, &'a str)>,
+    /// The program that wrote it, in words.
+    pub program: String,
+    /// What is missing, beside what studies say themselves.
+    pub remarks: Vec<String>,
+}
+
+/// What came of writing a page.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// Its size.
+    pub bytes: usize,
+    /// What was left out so that it is no larger; also said in the page.
+    pub left_out: Vec<String>,
+}
+
+impl Report<'_> {
+    /// Writes the page.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a place in the text with no such name, and a file that cannot be written; [`Error::Incompatible`] if even
+    /// without runs and exact values the page would be larger than [`MOST_BYTES`].
+    pub fn write(&self, path: &Path) -> Result<Written> {
+        let scripts = live_part::scripts();
+        for (packed, details) in [(false, &Detail::ALL[..4]), (true, &Detail::ALL[..])] {
+            let body = self.body(packed)?;
+            for &detail in details {
+                let mut left_out = detail.left_out(&self.studies);
+                if packed {
+                    left_out.push(PACKED.to_owned());
+                }
+                let around = self.page(&body, &scripts, &left_out, "");
+                let Some(data) = packed::data(self, detail, packed, MOST_BYTES.saturating_sub(around.len()))? else {
+                    continue;
+                };
+                let page = self.page(&body, &scripts, &left_out, &data);
+                write_atomically(path, |file| file.write_all(page.as_bytes()))?;
+                return Ok(Written { bytes: page.len(), left_out });
+            }
+        }
+        let message = format!(
+            "the claims and figures of {} alone make a page of more than {MOST_BYTES} bytes: make a page of fewer studies",
+            self.folder.display()
+        );
+        Err(Error::Incompatible(message))
+    }
+
+    /// The name of the folder, escaped.
+    fn title(&self) -> String {
+        let place = std::path::absolute(self.folder).unwrap_or_else(|_| self.folder.to_owned());
+        crate::vector::escaped(&place.file_name().unwrap_or_default().to_string_lossy())
+    }
+
+    fn page(&self, body: &str, scripts: &str, left_out: &[String], data: &str) -> String {
+        format!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+             <meta name=\"color-scheme\" content=\"light dark\">\
+             <title>rimbench: {title}</title>\n<style>{style}</style></head>\n<body>\n{body}{missing}</main>\n\
+             <script type=\"application/octet-stream\" id=\"data\">{data}</script>\n{scripts}</body></html>\n",
+            title = self.title(),
+            style = live_part::STYLE,
+            missing = sections::missing(self, left_out),
+        )
+    }
+}

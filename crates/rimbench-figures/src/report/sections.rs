@@ -1,0 +1,324 @@
+//! Head, text, studies, and what is missing.
+
+use super::store::{Made, Study};
+use super::{Report, claims, grid, history};
+use crate::live_part;
+use crate::vector::{self, escaped};
+use rimbench_core::error::{Error, Result};
+use rimbench_core::numerics_version::NUMERICS_VERSION;
+use rimbench_results::results_table::ResultsTable;
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+impl Report<'_> {
+    /// Everything from the beginning of the body to the end of the last section but one.
+    pub(super) fn body(&self, packed: bool) -> Result<String> {
+        let (lead, text) = match self.text {
+            Some((source, text)) => {
+                let at = text.find("\n## ").map_or(text.len(), |at| at + 1);
+                (self.filled(source, &text[..at])?, self.filled(source, &text[at..])?)
+            }
+            None => Default::default(),
+        };
+        let shown = self.in_text();
+        let claims = claims::section(self);
+        let grid = grid::section(&self.studies);
+        let history = history::sections(self.folder);
+        let studies = self.studies_section(&shown, packed);
+        let parts = [
+            ("try", "Try it", true),
+            ("claims", "Claims", !claims.is_empty()),
+            ("paper", "The paper, remade", !text.is_empty()),
+            ("grid", "Largest usable step", !grid.is_empty()),
+            ("studies", "Studies", true),
+            ("runs", "Runs", true),
+            ("solvers", "Solvers", history.contains("id=\"solvers\"")),
+            ("performance", "Performance", history.contains("id=\"performance\"")),
+            ("missing", "What is missing", true),
+        ];
+        let contents = parts.iter().filter(|(_, _, there)| *there);
+        let contents: String =
+            contents.map(|(anchor, title, _)| format!("<li><a href=\"#{anchor}\">{title}</a></li>")).collect();
+        let paper = if text.is_empty() { text } else { format!("<section id=\"paper\">\n{text}</section>\n") };
+        Ok(format!(
+            "<a class=\"skip\" href=\"#main\">Skip to the claims</a>\n<header>\n<h1>rimbench: {}</h1>\n{lead}{}{}\
+             <nav aria-label=\"Contents\"><ul>{contents}</ul></nav>\n</header>\n<main id=\"main\">\n{}{claims}{paper}{grid}{studies}{}{history}",
+            self.title(),
+            claims::marks(self),
+            self.made(),
+            live_part::SECTION,
+            live_part::RUNS,
+        ))
+    }
+
+    /// Figures that the text shows.
+    pub(super) fn in_text(&self) -> BTreeSet<&str> {
+        self.text.map(|(_, text)| places(text)).unwrap_or_default()
+    }
+
+    /// Where the numbers come from, in one line of the page.
+    fn made(&self) -> String {
+        let all =
+            |column: &str| self.studies.iter().flat_map(|study| study.provenance(column)).collect::<BTreeSet<_>>();
+        let dirty = if all("git_dirty").contains("true") { " and changes to it" } else { "" };
+        let named = |title: &str, values: BTreeSet<String>| match values.len() {
+            0 => format!("{title} not recorded"),
+            1..=3 => format!("{title} {}", escaped(&values.into_iter().collect::<Vec<_>>().join(", "))),
+            count => format!("{count} different values of {title}"),
+        };
+        let newest = self
+            .studies
+            .iter()
+            .filter_map(|study| study.folder.join("runs.csv").metadata().ok()?.modified().ok())
+            .max();
+        let date = newest.map_or_else(|| "of unknown date".to_owned(), |time| format!("of {}", date(time)));
+        let count: usize = self.studies.iter().filter_map(|study| study.runs.as_ref()).map(ResultsTable::len).sum();
+        let runs = if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
+        let studies =
+            if self.studies.len() == 1 { "1 study".to_owned() } else { format!("{} studies", self.studies.len()) };
+        format!(
+            "<p class=\"made\">{runs} in {studies}, {date}; {}{dirty}; {}; {}. Page written by {}, numerics version {NUMERICS_VERSION}.</p>\n",
+            named("commit", all("git_revision")),
+            named("compiler", all("rustc")),
+            named("machine", all("cpu")),
+            escaped(&self.program),
+        )
+    }
+
+    /// The text with its places filled, as HTML.
+    ///
+    /// ```text
+    /// {{figure:ID}}     the figure with its caption and the names of its files
+    /// {{reference}}     uncertainty and order of the reference
+    /// {{parameters}}    the parameters of the case
+    /// ```
+    fn filled(&self, source: &Path, text: &str) -> Result<String> {
+        let mut filled = String::new();
+        let mut rest = text;
+        while let Some((before, after)) = rest.split_once("{{") {
+            let (place, tail) =
+                after.split_once("}}").ok_or_else(|| Error::file(source, "has a place `{{` without an end `}}`"))?;
+            filled.push_str(before);
+            match place.split_once(':') {
+                None if place == "reference" => {
+                    filled.push_str(&self.table("paper/fig2", "reference.csv", reference_table))
+                }
+                None if place == "parameters" => {
+                    filled.push_str(&self.table("paper/fig2", "parameters.csv", parameter_table));
+                }
+                Some(("figure", id)) => filled.push_str(&self.figure_of_text(source, id)?),
+                _ => return Err(Error::file(source, format!("has an unknown place `{place}`"))),
+            }
+            rest = tail;
+        }
+        filled.push_str(rest);
+        let mut html = String::new();
+        let options = pulldown_cmark::Options::ENABLE_TABLES;
+        pulldown_cmark::html::push_html(&mut html, pulldown_cmark::Parser::new_ext(&filled, options));
+        // A wide table scrolls by itself on a narrow screen, and a keyboard reaches it.
+        let mut parts = html.split("<table>");
+        let mut scrolled = parts.next().unwrap_or_default().to_owned();
+        for (index, part) in parts.enumerate() {
+            let name = format!("Table {}", index + 1);
+            let _ = write!(
+                scrolled,
+                "<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"{name}\"><table>{part}"
+            );
+        }
+        Ok(scrolled.replace("</table>", "</table></div>"))
+    }
+
+    fn figure_of_text(&self, source: &Path, id: &str) -> Result<String> {
+        let all = || self.studies.iter().flat_map(|study| study.figures.iter().map(move |made| (study, made)));
+        match all().find(|(_, (known, _, _))| known == id) {
+            Some((study, made)) => Ok(figure(study, made, false)),
+            None if all().next().is_none() => Ok(String::new()),
+            None => Err(Error::file(source, Error::unknown("figure", id, all().map(|(_, (id, _, _))| id.as_str())))),
+        }
+    }
+
+    fn table(&self, study: &str, file: &str, make: fn(&ResultsTable) -> Result<String>) -> String {
+        let folder = self.studies.iter().find(|known| known.name == study).map(|study| study.folder.join(file));
+        let made = folder.map(|path| ResultsTable::read(&path).and_then(|table| make(&table)));
+        match made {
+            Some(Ok(table)) => table,
+            Some(Err(error)) => format!("*Not shown: {error}.*\n"),
+            None => format!("*Not shown: no results of {study}.*\n"),
+        }
+    }
+
+    /// Study by study, without figures that the text has shown.
+    fn studies_section(&self, shown: &BTreeSet<&str>, packed: bool) -> String {
+        let mut text = String::from(
+            "<section id=\"studies\"><h2>Studies</h2>\n<p class=\"scripted\" hidden><label>Highlight in all figures \
+             <select id=\"highlight\"><option value=\"\">nothing</option></select></label></p>\n",
+        );
+        for study in &self.studies {
+            let count = study.runs.as_ref().map_or(0, ResultsTable::len);
+            let outcomes: Vec<String> =
+                study.outcomes().into_iter().map(|(outcome, count)| format!("{count} {}", escaped(&outcome))).collect();
+            let planned = match study.planned {
+                Some(planned) if planned > count => format!(" of {planned} planned"),
+                _ => String::new(),
+            };
+            let _ = write!(
+                text,
+                "<section id=\"{}\" class=\"study\"><h3>{}</h3>\n<p>{}</p>\n<p class=\"soft\">{count} runs{planned}: {}. <code>rimbench run experiments/{}.toml</code></p>\n",
+                study.anchor(),
+                escaped(&study.name.replace('_', " ")),
+                escaped(&study.question),
+                if outcomes.is_empty() { "none".to_owned() } else { outcomes.join(", ") },
+                escaped(&study.name),
+            );
+            for remark in &study.remarks {
+                let _ = writeln!(text, "<p class=\"note\">{}</p>", escaped(remark));
+            }
+            for made in &study.figures {
+                match shown.contains(made.0.as_str()) {
+                    true => {
+                        let _ = writeln!(
+                            text,
+                            "<p><a href=\"#figure-{0}\">Figure {1}</a> stands above.</p>",
+                            made.0,
+                            made.0.replace('_', " ")
+                        );
+                    }
+                    false => text.push_str(&figure(study, made, packed)),
+                }
+            }
+            text.push_str("</section>\n");
+        }
+        text + "</section>\n"
+    }
+}
+
+/// Figures that a text shows.
+fn places(text: &str) -> BTreeSet<&str> {
+    text.split("{{figure:").skip(1).filter_map(|rest| rest.split_once("}}")).map(|(id, _)| id).collect()
+}
+
+/// A figure as HTML, with its SVG inside or a place for it, or why there is none.
+fn figure(study: &Study, (id, caption, made): &Made, packed: bool) -> String {
+    let drawing = match made {
+        Ok(drawing) => drawing,
+        Err(reason) => {
+            let name = escaped(&id.replace('_', " "));
+            return format!("<p class=\"note\">Figure {name} is not drawn: {}.</p>\n\n", escaped(reason));
+        }
+    };
+    let (name, caption) = (escaped(&study.name), escaped(caption));
+    let (class, inside) = match packed {
+        true => ("plot packed", format!("<noscript>Without scripts see {name}/figures/{id}.svg.</noscript>")),
+        // A blank or broken line would end the block of HTML in a text.
+        false => ("plot", vector::svg(drawing).replace('\n', "")),
+    };
+    format!(
+        "<figure id=\"figure-{id}\" class=\"{class}\"><div class=\"canvas\">{inside}</div><figcaption>{caption} \
+         <em>From the results of experiments/{name}.toml.</em></figcaption></figure>\n\n"
+    )
+}
+
+/// What is missing, whatever the reason.
+pub(super) fn missing(report: &Report<'_>, left_out: &[String]) -> String {
+    let mut items: Vec<String> = report.remarks.iter().chain(left_out).map(|remark| escaped(remark)).collect();
+    for study in &report.studies {
+        let mut own: Vec<String> = study.remarks.iter().map(|remark| escaped(remark)).collect();
+        if let (Some(planned), Some(runs)) = (study.planned, &study.runs)
+            && runs.len() < planned
+        {
+            own.push(format!("{} of {planned} planned runs are there", runs.len()));
+        }
+        let failed = study.outcomes().iter().all(|(outcome, _)| outcome != "completed");
+        if failed && study.runs.as_ref().is_some_and(|runs| !runs.is_empty()) {
+            own.push("no run completed, so there are no errors to show".to_owned());
+        }
+        if study.runs.as_ref().is_some_and(ResultsTable::is_empty) {
+            own.push("it holds no run".to_owned());
+        }
+        for (id, _, made) in &study.figures {
+            if let Err(reason) = made {
+                own.push(format!("figure {}: {}", escaped(&id.replace('_', " ")), escaped(reason)));
+            }
+        }
+        items.extend(
+            own.into_iter().map(|item| format!("<a href=\"#{}\">{}</a>: {item}", study.anchor(), escaped(&study.name))),
+        );
+    }
+    let without = |test: fn(&Study) -> bool, what: &str| {
+        let names: Vec<String> =
+            report.studies.iter().filter(|study| test(study)).map(|study| escaped(&study.name)).collect();
+        (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))
+    };
+    items.extend(without(
+        |study| !study.folder.join("traces").is_dir() && study.runs.is_some(),
+        "No traces are stored of",
+    ));
+    items.extend(without(|study| study.figures.is_empty() && study.runs.is_some(), "No figure is listed for"));
+    items.extend(without(|study| study.claims.is_empty() && study.runs.is_some(), "No claim is recorded for"));
+    let list: String = items.into_iter().map(|item| format!("<li>{item}</li>\n")).collect();
+    let list = if list.is_empty() { "<p>Nothing.</p>\n".to_owned() } else { format!("<ul>\n{list}</ul>\n") };
+    format!("<section id=\"missing\"><h2>What is missing</h2>\n{list}</section>\n")
+}
+
+fn reference_table(table: &ResultsTable) -> Result<String> {
+    let names = ["column", "rms_uncertainty", "observed_order"];
+    let columns: Vec<usize> = names.iter().map(|name| table.column(name)).collect::<Result<_>>()?;
+    let mut text = String::from("| quantity | rms uncertainty | observed order |\n|---|---|---|\n");
+    for row in 0..table.len() {
+        let (uncertainty, order) = (table.number(row, columns[1]), table.number(row, columns[2]));
+        let name = table.text(row, columns[0]);
+        if let (true, Some((words, unit))) = (name.starts_with("actuator_"), claims::column_in_words(name)) {
+            let _ = writeln!(text, "| {words} | {uncertainty:.2e} {unit} | {order:.2} |");
+        }
+    }
+    Ok(text)
+}
+
+fn parameter_table(table: &ResultsTable) -> Result<String> {
+    let columns: Vec<usize> =
+        ["parameter", "value", "unit", "source"].iter().map(|name| table.column(name)).collect::<Result<_>>()?;
+    let mut text = String::from("| parameter | value | unit | source |\n|---|---|---|---|\n");
+    for row in 0..table.len() {
+        let cells: Vec<&str> = columns.iter().map(|&column| table.text(row, column)).collect();
+        let _ = writeln!(text, "| `{}` | {} | {} | {} |", cells[0], cells[1], cells[2], cells[3]);
+    }
+    Ok(text)
+}
+
+/// The day of a time, UTC, as 2026-11-22.
+fn date(time: SystemTime) -> String {
+    let days = time.duration_since(UNIX_EPOCH).map_or(0, |elapsed| elapsed.as_secs() / 86_400) as i64;
+    let is_leap = |year: i64| year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let (mut year, mut left) = (1970, days);
+    while left >= 365 + i64::from(is_leap(year)) {
+        left -= 365 + i64::from(is_leap(year));
+        year += 1;
+    }
+    let lengths = [31, 28 + i64::from(is_leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+    let mut month = 0;
+    while left >= lengths[month] {
+        left -= lengths[month];
+        month += 1;
+    }
+    format!("{year}-{:02}-{:02}", month + 1, left + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn a_time_becomes_its_day() {
+        for (seconds, day) in [
+            (0, "1970-01-01"),
+            (951_782_400, "2000-02-29"),
+            (1_795_186_754, "2026-11-20"),
+            (4_107_542_399, "2100-02-28"),
+        ] {
+            assert_eq!(date(UNIX_EPOCH + Duration::from_secs(seconds)), day);
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What a folder of results holds.
+
+use super::claims::Claim;
+use crate::drawing::Drawing;
+use rimbench_core::error::{Error, Result};
+use rimbench_results::results_table::ResultsTable;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// A figure of a study: its identifier, what the reader sees under it, and the picture or why there is none.
+pub type Made = (String, String, std::result::Result<Drawing, String>);
+
+/// One study: an experiment with its results.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// `group/name`, also the beginning of its command.
+    pub name: String,
+    /// Where its files are.
+    pub folder: PathBuf,
+    /// Its question, from the copy of the experiment file.
+    pub question: String,
+    /// Its runs, if they can be read.
+    pub runs: Option<ResultsTable>,
+    /// How many runs are planned, if that is known.
+    pub planned: Option<usize>,
+    /// Its figures.
+    pub figures: Vec<Made>,
+    /// Its claims.
+    pub claims: Vec<Claim>,
+    /// What is wrong with it or missing of it, in sentences.
+    pub remarks: Vec<String>,
+}
+
+impl Study {
+    /// Reads what a study's folder says by itself; figures, claims and the plan come from elsewhere.
+    pub fn read(folder: &Path) -> Self {
+        let part =
+            |path: Option<&Path>| path.and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+        // A folder that is given as `.` has a name all the same.
+        let place = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+        let name = format!("{}/{}", part(place.parent()), part(Some(&place)));
+        let mut remarks = Vec::new();
+        let runs = match ResultsTable::read(&folder.join("runs.csv")) {
+            Ok(runs) => Some(runs),
+            Err(error) => {
+                remarks.push(format!("its runs cannot be shown: {error}"));
+                None
+            }
+        };
+        let runs = runs.filter(|runs| {
+            let lacking = NEEDED.iter().find_map(|name| runs.column(name).err());
+            remarks.extend(lacking.as_ref().map(|error| format!("its runs cannot be shown: {error}")));
+            lacking.is_none()
+        });
+        Study {
+            name,
+            folder: folder.to_owned(),
+            question: question(folder),
+            runs,
+            planned: None,
+            figures: Vec::new(),
+            claims: Vec::new(),
+            remarks,
+        }
+    }
+
+    /// An anchor in the page.
+    pub fn anchor(&self) -> String {
+        format!("study-{}", self.name.replace(|c: char| !c.is_ascii_alphanumeric(), "-"))
+    }
+
+    /// How many runs ended in each way, in the order of the file.
+    pub fn outcomes(&self) -> Vec<(String, usize)> {
+        let mut counts: Vec<(String, usize)> = Vec::new();
+        let Some((runs, outcome)) = self.runs.as_ref().and_then(|runs| Some((runs, runs.column("outcome").ok()?)))
+        else {
+            return counts;
+        };
+        for row in 0..runs.len() {
+            let text = runs.text(row, outcome);
+            match counts.iter_mut().find(|(known, _)| known == text) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((text.to_owned(), 1)),
+            }
+        }
+        counts
+    }
+
+    /// Values of a column of `provenance.csv`.
+    pub fn provenance(&self, column: &str) -> BTreeSet<String> {
+        let values = |table: ResultsTable| {
+            let column = table.column(column).ok()?;
+            Some((0..table.len()).map(|row| table.text(row, column).to_owned()).collect())
+        };
+        ResultsTable::read(&self.folder.join("provenance.csv")).ok().and_then(values).unwrap_or_default()
+    }
+}
+
+/// Without these columns rows are no runs.
+const NEEDED: [&str; 6] = ["run_id", "label", "case", "scheme", "macro_step_s", "outcome"];
+
+/// The question in an experiment file.
+fn question(folder: &Path) -> String {
+    let text = std::fs::read_to_string(folder.join("experiment.toml")).unwrap_or_default();
+    let table: toml::Table = toml::from_str(&text).unwrap_or_default();
+    table.get("question").and_then(toml::Value::as_str).unwrap_or_default().to_owned()
+}
+
+/// What makes a folder that of a study: results, or records from which results are made.
+const SIGNS: [&str; 3] = ["runs.csv", "experiment.toml", "records"];
+
+/// Finds the folders of studies: the folder itself, those in it, or those in the groups in it.
+///
+/// # Errors
+/// [`Error::File`] if there is no such folder, it cannot be read, or there are none.
+pub fn find_studies(folder: &Path) -> Result<Vec<PathBuf>> {
+    if !folder.is_dir() {
+        return Err(Error::file(folder, "is no folder of results: name one, or run an experiment first"));
+    }
+    let is_study = |folder: &PathBuf| SIGNS.iter().any(|sign| folder.join(sign).exists());
+    let mut level = vec![folder.to_owned()];
+    let mut found = Vec::new();
+    // A folder, its groups, their studies.
+    for _ in 0..3 {
+        let (studies, groups): (Vec<_>, Vec<_>) = level.into_iter().partition(is_study);
+        found.extend(studies);
+        level = Vec::new();
+        for group in groups {
+            level.extend(folders(&group)?);
+        }
+    }
+    if found.is_empty() {
+        let wanted = "holds no results: `runs.csv` is looked for in it, in <NAME> and in <GROUP>/<NAME>; `rimbench run` makes them";
+        return Err(Error::file(folder, wanted));
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// The folders in a folder, hidden ones aside.
+fn folders(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).map_err(|error| Error::file(folder, format!("cannot be read: {error}")))?;
+    let paths = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));
+    let hidden = |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    Ok(paths.filter(|path| path.is_dir() && !hidden(path)).collect())
+}

@@ -1,0 +1,145 @@
+//! The page of a results folder: what it holds, what it says is missing, how large it may be.
+
+use crate::program::rimbench;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+const EXPERIMENT: &str = "question = \"Which hold is better on the oscillator?\"\n\
+    macro_steps_s = [1e-3, 2e-3]\ntrace_every_s = 0.1\n\
+    [[cases]]\nname = \"linear-oscillator\"\nduration_s = 1.0\n\
+    [[schemes]]\nscheme = \"zero-order-hold\"\n[[schemes]]\nscheme = \"first-order-hold\"\n\
+    [[claims]]\nid = \"small\"\nby = \"ours\"\ntext = \"The error is < 1 & small\"\nscheme = \"zero-order-hold\"\n\
+    metric = \"position_error_rms_m\"\nexpect = \"<= 1\"\nfinding = \"reproduced\"\n\
+    [[claims]]\nid = \"none\"\nby = \"paper\"\ntext = \"There is no error\"\nscheme = \"zero-order-hold\"\n\
+    metric = \"position_error_rms_m\"\nexpect = \"<= 0\"\nfinding = \"not-reproduced\"\n";
+
+/// An experiment run in a folder of its own; returns where its results are.
+fn results(folder: &Path) -> PathBuf {
+    std::fs::create_dir_all(folder.join("mine")).unwrap();
+    std::fs::write(folder.join("mine/holds.toml"), EXPERIMENT).unwrap();
+    rimbench().current_dir(folder).args(["run", "mine/holds.toml"]).assert().success();
+    folder.join("results/mine/holds")
+}
+
+fn page(folder: &Path) -> String {
+    rimbench().current_dir(folder).args(["report", "."]).assert().success();
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.len() <= 2_000_000);
+    // Self-contained: nothing is fetched from anywhere.
+    for fetched in ["src=\"", "@import", "<link", "url(http"] {
+        assert!(!page.contains(fetched), "{fetched}");
+    }
+    page
+}
+
+/// What is missing, as the page says it.
+fn missing(page: &str) -> &str {
+    page.split("id=\"missing\"").nth(1).and_then(|rest| rest.split("</section>").next()).expect("a section")
+}
+
+#[test]
+fn a_study_has_a_page_with_its_claims_failures_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = results(folder.path());
+    let page = page(&study);
+    assert!(page.contains("<strong>1 of 2 claims reproduce</strong>"));
+    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text} is not in the page"));
+    assert!(
+        at("class=\"mark no\" href=\"#claim-mine-holds-none\"")
+            < at("class=\"mark yes\" href=\"#claim-mine-holds-small\"")
+    );
+    assert!(at("What the paper says") < at("What we say"));
+    // Markup of a claim is text.
+    assert!(page.contains("The error is &lt; 1 &amp; small") && !page.contains("< 1 & small"));
+    assert!(page.contains("id=\"claim-mine-holds-small\"") && page.contains("Which hold is better on the oscillator?"));
+    assert!(page.contains("rimbench verify experiments/mine/holds.toml"));
+    // The folder on this machine is nobody's business.
+    assert!(!page.contains(folder.path().to_str().unwrap()));
+    assert!(!missing(&page).contains("planned"));
+    // The same from its group, and from all results.
+    for above in [study.parent().unwrap(), study.ancestors().nth(2).unwrap()] {
+        assert!(self::page(above).contains("<strong>1 of 2 claims reproduce</strong>"));
+    }
+}
+
+#[test]
+fn a_folder_without_results_is_one_error_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |name: &str| {
+        let output = rimbench().current_dir(folder.path()).args(["report", name]).assert().code(2).get_output().clone();
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(refused("nowhere").contains("nowhere: is no folder of results"));
+    assert!(refused(".").contains("holds no results"));
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    assert!(refused("file").contains("file: is no folder of results"));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn half_a_sweep_failures_alone_and_no_run_are_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = results(folder.path());
+    let runs = std::fs::read_to_string(study.join("runs.csv")).unwrap();
+    let rows: Vec<&str> = runs.lines().collect();
+    assert_eq!(rows.len(), 5);
+    let with = |rows: &[String]| {
+        std::fs::write(study.join("runs.csv"), rows.join("\n") + "\n").unwrap();
+        page(&study)
+    };
+    let half: Vec<String> = rows[..3].iter().map(|row| (*row).to_owned()).collect();
+    let page = with(&half);
+    assert!(
+        page.contains("2 runs of 4 planned") && missing(&page).contains("2 of 4 planned runs are there"),
+        "{}",
+        missing(&page)
+    );
+    assert!(missing(&page).contains("claims are not checked"), "{}", missing(&page));
+    let failed: Vec<String> = rows.iter().map(|row| row.replace(",completed,", ",diverged,")).collect();
+    assert!(missing(&with(&failed)).contains("no run completed"));
+    let page = with(&half[..1]);
+    assert!(missing(&page).contains("it holds no run") && page.contains("0 runs of 4 planned"));
+    let page = with(&half[..2]);
+    assert!(page.contains("1 run in 1 study"));
+    std::fs::remove_dir_all(study.join("traces")).unwrap();
+    assert!(missing(&self::page(&study)).contains("No traces are stored of: mine/holds"));
+    // Neither rows nor files: what is left says so.
+    std::fs::write(study.join("runs.csv"), "a,b\n1,2\n").unwrap();
+    assert!(missing(&self::page(&study)).contains("its runs cannot be shown"));
+    std::fs::remove_file(study.join("runs.csv")).unwrap();
+    assert!(missing(&self::page(&study)).contains("its runs cannot be shown"));
+}
+
+/// So many runs do not fit with all that is known of them.
+#[test]
+fn a_page_of_very_many_runs_is_no_larger_and_says_what_it_leaves_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("results/mine/many");
+    std::fs::create_dir_all(&study).unwrap();
+    let mut runs = String::from(
+        "run_id,label,case,set,scheme,macro_step_s,phase,outcome,reason,force_error_rms_n,position_error_rms_m,work_sent_j\n",
+    );
+    let mut state = 1_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state
+    };
+    for _ in 0..40_000 {
+        let [id, force, position, work] = [next(), next(), next(), next()];
+        let share = |bits: u64| (bits >> 11) as f64 / (1_u64 << 53) as f64;
+        let _ = writeln!(
+            runs,
+            "{id:016x},a,box,,a,0.001,1.0,completed,,{},{},{}",
+            share(force),
+            share(position),
+            share(work)
+        );
+    }
+    std::fs::write(study.join("runs.csv"), runs).unwrap();
+    let output = rimbench().current_dir(folder.path()).arg("report").assert().success().get_output().clone();
+    assert!(String::from_utf8(output.stderr).unwrap().contains("note: left out: "));
+    let page = std::fs::read_to_string(folder.path().join("results/report.html")).unwrap();
+    assert!(page.len() <= 2_000_000, "{}", page.len());
+    assert!(missing(&page).contains("so that the page is no larger than 2 MB"), "{}", missing(&page));
+    assert!(page.contains("40000 runs in 1 study"));
+}
