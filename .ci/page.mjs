@@ -1,8 +1,8 @@
 // Uses the report as a reader does.
 //
 //   node .ci/page.mjs digits MODULE PROGRAM           every scheme in the module against the program, bit by bit (needs node alone)
-//   node .ci/page.mjs browse REPORT PROGRAM [FOLDER]  drags, plays and scrubs in headless Chromium, looks for faults of
-//                                                     accessibility, leaves pictures (needs puppeteer-core and axe-core; NODE_PATH)
+//   node .ci/page.mjs browse REPORT PROGRAM [FOLDER]  drags, plays and scrubs in headless Chromium, follows a claim to its run, sorts,
+//                                                     filters, compares digits, looks for faults of accessibility, leaves pictures (needs puppeteer-core and axe-core; NODE_PATH)
 import { execFileSync } from "node:child_process";
 import { createRequire } from "node:module";
 import fs from "node:fs";
@@ -57,6 +57,7 @@ async function browse() {
   const { default: puppeteer } = await import(require.resolve("puppeteer-core"));
   const executablePath = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(fs.existsSync);
   const browser = await puppeteer.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu"] });
+  await without(browser);
   const page = await browser.newPage();
   page.on("pageerror", (error) => fail(`the page breaks off: ${error}`));
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && fail(`the console says: ${message.text()}`));
@@ -93,26 +94,110 @@ async function browse() {
   await new Promise((resolve) => setTimeout(resolve, 500));
   await page.click("#play");
   if (before === (await pose())) fail("playing moves nothing");
+  await page.$eval("#curve", (curve) => curve.scrollIntoView({ block: "center" }));
   const curve = await (await page.$("#curve")).boundingBox();
   await page.mouse.move(curve.x + 0.3 * curve.width, curve.y + 0.5 * curve.height);
   await page.mouse.down();
   await page.mouse.move(curve.x + 0.7 * curve.width, curve.y + 0.5 * curve.height);
   await page.mouse.up();
   if (!/^1\.[67]/.test(await text("out-time"))) fail(`dragging the curve to 1.7 s leads to ${await text("out-time")}`);
+  await follow(page);
   await page.addScriptTag({ path: require.resolve("axe-core") });
   for (const scheme of ["light", "dark"]) {
     await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+    await page.$eval("#runs-body .open", (button) => button.click());
+    const inside = await page.evaluate(async () => (await window.axe.run("#run")).violations.map((violation) => `${violation.id}: ${violation.nodes[0].html}`));
+    inside.forEach((violation) => fail(`${scheme}, drawer: ${violation}`));
+    if (folder) await page.screenshot({ path: path.join(folder, `drawer-${scheme}.png`) });
+    await page.$eval("#run", (drawer) => drawer.close());
     const found = await page.evaluate(async () => (await window.axe.run()).violations.map((violation) => `${violation.id}: ${violation.nodes[0].html}`));
     found.forEach((violation) => fail(`${scheme}: ${violation}`));
     for (const width of [390, 820, 1440]) {
       await page.setViewport({ width, height: 1200 });
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       if (wide > 0) fail(`at ${width} px the page is ${wide} px too wide`);
+      if (folder) await page.screenshot({ path: path.join(folder, `page-${scheme}-${width}.png`), fullPage: true });
       if (folder) await (await page.$("#try")).screenshot({ path: path.join(folder, `try-${scheme}-${width}.png`) });
     }
   }
   await browser.close();
   console.log("the page was used and looked at");
+}
+
+// From a mark in the head to its claim, to its runs, to one of them, to the same run here; the table sorted and filtered; a figure asked.
+async function follow(page) {
+  const wait = (test, ...rest) => page.waitForFunction(test, { timeout: 120e3 }, ...rest);
+  await wait(() => document.body.dataset.runs === "ready" && document.body.dataset.figures === "ready");
+  const marks = await page.$$eval(".marks .mark", (marks) => marks.map((mark) => mark.className));
+  if (marks.some((mark, k) => mark.includes(" no") && k > 0 && marks[k - 1].includes(" yes"))) fail("failures do not come first");
+  await page.$eval(".mark.no, .mark", (mark) => mark.click());
+  const claim = await page.evaluate(() => location.hash.slice(1));
+  const [said, text] = await page.$eval(`[id="${claim}"]`, (row) => {
+    const button = row.querySelector(".show-runs");
+    button.click();
+    return [parseInt(button.textContent), row.cells[1].firstChild.textContent.trim()];
+  });
+  const count = await page.$eval("#runs-count", (line) => line.textContent);
+  if (!count.startsWith(`${said} run`) || !count.includes(text)) fail(`a claim rests on ${said} runs, its table says \`${count}\``);
+  await page.click("#runs-all");
+  const column = (k) => page.$$eval("#runs-body tr", (rows, k) => rows.map((row) => row.cells[k].textContent), k);
+  const number = (cell) => (cell === "–" ? Infinity : Number(cell.replaceAll("−", "-")));
+  await page.$eval("#runs-head th:nth-child(8) button", (button) => button.click());
+  const up = (await column(7)).map(number);
+  if (up.length < 2 || up.some((value, k) => value < up[k - 1])) fail("sorting by the force error leaves them unsorted");
+  const state = await page.$eval("#runs-head th:nth-child(8)", (head) => head.getAttribute("aria-sort"));
+  if (state !== "ascending") fail(`a sorted column says it is ${state}`);
+  const outcome = await page.$eval("#runs-outcome", (select) => select.options[1].value);
+  await page.select("#runs-outcome", outcome);
+  if ((await column(6)).some((cell) => cell !== outcome)) fail(`a filter for ${outcome} shows others`);
+  await page.click("#runs-all");
+  // The same digits here as stored, and the command gives the same run.
+  for (const k of [0, 1]) {
+    await page.$$eval("#runs-body .open", (buttons, k) => buttons[k].click(), k);
+    const [title, command] = await page.evaluate(() => [document.getElementById("run-title").textContent, document.getElementById("run-command").textContent]);
+    const words = command.split(" -- ")[1].split(" ");
+    const known = JSON.parse(execFileSync(program, [...words, "--format", "json"], { encoding: "utf8" }));
+    const id = title.replace("Run ", "");
+    if (!known.run_id.startsWith(id)) fail(`the command of run ${id} makes ${known.run_id}`);
+    await page.click("#run-here");
+    await wait(() => document.getElementById("run-answer").dataset.digits);
+    const digits = await page.$eval("#run-answer", (answer) => [answer.dataset.digits, answer.textContent]);
+    if (digits[0] !== "equal") fail(`run ${id} in the browser: ${digits[1]}`);
+    await page.keyboard.press("Escape");
+  }
+  if (await page.$eval("#run", (drawer) => drawer.open)) fail("Escape leaves the drawer open");
+  // A figure answers to the keyboard, and has its data behind it.
+  await page.$$eval("figure.plot", (all) => all.at(-1).scrollIntoView());
+  await wait(() => document.querySelector("figure.plot .canvas[tabindex]"));
+  await page.$eval("figure.plot .canvas[tabindex]", (canvas) => canvas.focus());
+  await page.keyboard.press("ArrowRight");
+  const tip = await page.$eval("#tip", (tip) => (tip.hidden ? "" : tip.textContent));
+  if (!tip.includes(":")) fail("an arrow key shows no value");
+  const shades = await page.$$eval("g.series", (groups) => [...new Set(groups.map((group) => getComputedStyle(group).opacity))]);
+  if (shades.length !== 2) fail("a value highlights no series");
+  await page.keyboard.press("Escape");
+  await page.$eval(".tools summary", (summary) => summary.click());
+  await wait(() => document.querySelectorAll(".tools table tbody tr").length > 0);
+}
+
+// Without scripts claims and figures stand all the same; without WebAssembly everything but the simulator works.
+async function without(browser) {
+  const plain = await browser.newPage();
+  await plain.setJavaScriptEnabled(false);
+  await plain.goto(`file://${path.resolve(subject)}`);
+  const [claims, figures] = await Promise.all([plain.$$("table.claims tbody tr"), plain.$$("figure.plot svg")]);
+  if (!claims.length || !figures.length) fail(`without scripts there are ${claims.length} claims and ${figures.length} figures`);
+  await plain.close();
+  const page = await browser.newPage();
+  await page.evaluateOnNewDocument(() => delete window.WebAssembly);
+  await page.goto(`file://${path.resolve(subject)}`);
+  await page.waitForFunction(() => document.body.dataset.runs === "ready" && document.body.dataset.figures === "ready");
+  const said = await page.$eval("#try-missing", (line) => (line.hidden ? "" : line.textContent));
+  if (!said.includes("WebAssembly")) fail("a browser without WebAssembly is not told that it lacks it");
+  await page.click("#runs-body .open");
+  await page.click("#run-here");
+  await page.waitForFunction(() => document.getElementById("run-answer").textContent.includes("not possible here"));
+  await page.close();
 }
 
 await { digits, browse }[mode]();
