@@ -12,6 +12,7 @@ use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
 use rimbench::harness::{Experiment, Package, Store};
+use rimbench::numerics_version::NUMERICS_VERSION;
 use rimbench::perf::History;
 use rimbench::results_table::ResultsTable;
 use rimbench::runs::RunRequest;
@@ -175,8 +176,11 @@ static SEEDS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
 
 const STORE: &str = "rimbench-store 2 e 123456789abc\nwrong  0123456789abcdef\tcompleted,,,2.5,false\t0.1,2\trow\t\t\n";
 
-const PACKAGE: &str = r#"{ "name": "rimbench-e", "rimbench": { "experiment": "e", "numerics_version": 6, "quick": false, "version": "0.1.0" },
-"resources": [{ "name": "runs", "path": "runs.csv", "schema": { "fields": [{ "name": "run_id", "type": "string" }] } }] }"#;
+static PACKAGE: LazyLock<String> = LazyLock::new(|| {
+    let own = r#"{ "experiment": "e", "numerics_version": N, "quick": false, "version": "0.1.0" }"#;
+    let own = own.replace('N', &NUMERICS_VERSION.to_string());
+    format!(r#"{{ "name": "rimbench-e", "rimbench": {own}, "resources": [{{ "name": "runs", "path": "runs.csv" }}] }}"#)
+});
 
 fn seeds(kind: &str) -> Vec<&'static [u8]> {
     SEEDS.iter().filter(|seed| seed.0 == kind).map(|seed| seed.1.as_slice()).collect()
@@ -209,6 +213,11 @@ fn what_is_mangled_was_valid() {
     assert!(!History::read(&path).unwrap().rows.is_empty());
     let (_folder, path) = file_with("runs.csv", seeds("table")[0]);
     assert!(!ResultsTable::read(&path).unwrap().is_empty());
+    let (folder, _) = file_with("datapackage.json", PACKAGE.as_bytes());
+    std::fs::write(folder.path().join("experiment.toml"), seeds("experiment")[1]).unwrap();
+    std::fs::write(folder.path().join("runs.csv"), "run_id\n").unwrap();
+    checksums::write(folder.path(), ["datapackage.json", "experiment.toml", "runs.csv"].map(str::to_owned)).unwrap();
+    Package::read(folder.path(), &CATALOGUE).unwrap();
     let (folder, _) = file_with("SHA256SUMS", seeds("checksums")[0]);
     assert!(checksums::read(folder.path()).unwrap().is_some_and(|sums| sums.len() > 3));
 }
