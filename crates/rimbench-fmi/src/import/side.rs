@@ -170,6 +170,7 @@ impl Abilities for ImportedSide {
     not_offered!(
         input_polynomials,
         use_second_order,
+        use_friction_law,
         joint_steps,
         oil_lines,
         interface_displacement,
