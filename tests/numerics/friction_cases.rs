@@ -359,6 +359,27 @@ fn another_law_on_both_sides_must_keep_to_the_theorem_of_exactness_and_a_held_fo
     }
 }
 
+/// Four corners on short levers, rows of very different weight, a box that is open and closed: what a tableau alone did not solve.
+#[test]
+fn box_friction_must_be_solved_on_every_case_with_friction() {
+    let mut completed = 0;
+    for case in cases().iter().filter(|case| has_friction(&case.default_parameters())) {
+        for scheme in ["rim-nonsmooth", "rim-nonsmooth-gap"] {
+            for (h, level) in [(1.0, None), (0.4, Some("0"))] {
+                let set =
+                    if case.name == "wedge-box-friction" { level.map(|level| ("ledge_lead_m", level)) } else { None };
+                let macro_step = (h * case.defaults.macro_step_s).to_string();
+                let options = [("friction_law", "box"), ("macro_step_s", macro_step.as_str())];
+                let run = run(&spec(&case.name, scheme, &options, set.as_slice()));
+                let done = run.report.outcome;
+                assert!(matches!(done, Outcome::Completed), "{} {scheme}: {done:?}", case.name);
+                completed += 1;
+            }
+        }
+    }
+    assert!(completed >= 28, "{completed}");
+}
+
 #[test]
 fn a_law_of_friction_must_be_refused_where_nothing_has_friction_or_no_model_solves_it() {
     let refused = |case: &str, scheme: &str, law: &str| {

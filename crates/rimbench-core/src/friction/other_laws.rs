@@ -5,12 +5,20 @@
 //! box       P_t = y − B                              0 ≤ w_n ⟂ P_n,   0 ≤ w_t + σ ⟂ y,   0 ≤ 2B − y ⟂ σ   monotone
 //! held      P_t given                                0 ≤ w_n ⟂ P_n                                        symmetric
 //! ```
-//! The symmetric ones go to the solver of contacts without friction, the other one to Lemke's method.
+//! The symmetric ones go to the solver of contacts without friction, the other one to Lemke's method, and where that fails to projected
+//! Gauss–Seidel sweeps.
 
 use std::fmt;
 
 use super::{ContactState, FrictionLaw, FrictionProblem};
-use crate::complementarity::{Checked, ComplementaritySolver, Lcp, LemkeTableau, SolveStats, SolverEntry, Unsolved};
+use crate::complementarity::{
+    Checked, ComplementaritySolver, Lcp, LemkeTableau, SolveStats, SolverEntry, TABLEAU_PIVOT, Unsolved,
+};
+use crate::linear_algebra::Factor;
+
+/// Sweeps of a box between two attempts to solve for what they found free, and how many such rounds there are.
+const SWEEPS: u32 = 50;
+const ROUNDS: u32 = 100;
 
 /// One of the laws but Coulomb's, with what it remembers of the step before.
 #[derive(Clone)]
@@ -23,8 +31,13 @@ pub(super) struct OtherLaw {
     m: Vec<f64>,
     q: Vec<f64>,
     z: Vec<f64>,
-    /// Scale of each contact's impulses in the tableau, `1/√H_nn`.
+    /// Scale of each row's impulse in the tableau, `1/√H_ii`.
     scale: Vec<f64>,
+    /// For the impulses of a box that are at no bound, computed from `H` and `b`: their rows, and what becomes of them.
+    members: Vec<usize>,
+    factor: Factor,
+    right: Vec<f64>,
+    afresh: Vec<f64>,
     /// `[F_n; F_t]` of the step before, N.
     forces: Vec<f64>,
     /// Length of the step to come, s.
@@ -47,6 +60,7 @@ impl OtherLaw {
             FrictionLaw::Held => contacts,
         };
         let by_tableau = law == FrictionLaw::Box;
+        let rows = if by_tableau { 2 * contacts } else { 0 };
         let entry = SolverEntry { tolerance, ..SolverEntry::active_set() };
         Some(Box::new(OtherLaw {
             law,
@@ -56,7 +70,11 @@ impl OtherLaw {
             m: vec![0.0; if by_tableau { 0 } else { size * size }],
             q: vec![0.0; size],
             z: vec![0.0; size],
-            scale: vec![0.0; contacts],
+            scale: vec![0.0; rows],
+            members: vec![0; rows],
+            factor: Factor::new(rows),
+            right: vec![0.0; rows],
+            afresh: vec![0.0; rows],
             forces: vec![0.0; 2 * contacts],
             step: 0.0,
         }))
@@ -155,20 +173,33 @@ impl OtherLaw {
     }
 
     fn boxed(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        let pivots = self.box_by_tableau(problem, impulses).unwrap_or_else(|_| {
+            impulses.fill(0.0);
+            0
+        });
+        let residual = self.box_residual(problem, impulses);
+        let residual = self.box_afresh(problem, impulses, residual);
+        if residual <= self.tolerance {
+            return Ok(SolveStats { pivots, factorisations: 1, residual, ..SolveStats::default() });
+        }
+        self.box_by_sweeps(problem, impulses, residual)
+    }
+
+    /// Lemke's method; returns its pivots.
+    fn box_by_tableau(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<u32, Unsolved> {
         let n = problem.contacts();
-        for contact in 0..n {
-            let h = problem.row(contact)[contact];
-            self.scale[contact] = if h > 0.0 { 1.0 / h.sqrt() } else { 1.0 };
+        for row in 0..2 * n {
+            let h = problem.row(row)[row];
+            self.scale[row] = if h > 0.0 { 1.0 / h.sqrt() } else { 1.0 };
         }
         // Right-hand sides `[b_n − H_nt B; b_t − H_tt B; 2B]`, scaled.
         let mut largest = f64::MIN_POSITIVE;
         for row in 0..3 * n {
-            let contact = row % n;
             self.q[row] = if row < 2 * n {
                 let pushed = (0..n).map(|c| problem.row(row)[n + c] * self.bound(problem, c)).sum::<f64>();
-                self.scale[contact] * (problem.b[row] - pushed)
+                self.scale[row] * (problem.b[row] - pushed)
             } else {
-                2.0 * self.bound(problem, contact) / self.scale[contact]
+                2.0 * self.bound(problem, row - 2 * n) / self.scale[row - n]
             };
             largest = largest.max(self.q[row].abs());
         }
@@ -178,7 +209,7 @@ impl OtherLaw {
             let contact = row % n;
             if row < 2 * n {
                 for (column, (entry, h)) in minus_m.iter_mut().zip(problem.row(row)).enumerate() {
-                    *entry = -scale[contact] * h * scale[column % n];
+                    *entry = -scale[row] * h * scale[column];
                 }
             }
             match row / n {
@@ -191,17 +222,97 @@ impl OtherLaw {
         let pivots = if q[..3 * n].iter().all(|q| *q >= 0.0) { 0 } else { tableau.run()? };
         z[..3 * n].fill(0.0);
         for row in 0..3 * n {
-            if let Some(variable) = tableau.basic(row) {
-                z[variable] = scale[variable % n] * largest * tableau.rhs(row);
+            match tableau.basic(row) {
+                Some(variable) if variable < 2 * n => z[variable] = scale[variable] * largest * tableau.rhs(row),
+                // At the upper bound, whatever rounding makes of y.
+                Some(slip) => z[slip] = f64::INFINITY,
+                None => (),
             }
         }
         for contact in 0..n {
-            impulses[contact] = self.z[contact];
-            impulses[n + contact] = self.z[n + contact] - self.bound(problem, contact);
+            let bound = self.bound(problem, contact);
+            let at_upper = self.z[2 * n + contact] > 0.0;
+            impulses[contact] = self.z[contact].max(0.0);
+            impulses[n + contact] = if at_upper { bound } else { (self.z[n + contact] - bound).clamp(-bound, bound) };
         }
-        let residual = self.box_residual(problem, impulses);
-        let stats = SolveStats { pivots, factorisations: 1, residual, ..SolveStats::default() };
-        if residual <= self.tolerance { Ok(stats) } else { Err(Unsolved::NotFound { residual }) }
+        Ok(pivots)
+    }
+
+    /// Solves for the impulses that are at no bound, from `H` and `b`, for a tableau and sweeps leave an error; takes that if it is better.
+    ///
+    /// Returns the residual.
+    fn box_afresh(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64], residual: f64) -> f64 {
+        let rows = impulses.len();
+        let n = rows / 2;
+        self.factor.clear(rows);
+        let mut len = 0;
+        for row in 0..rows {
+            let free = if row < n { impulses[row] > 0.0 } else { impulses[row].abs() < self.bound(problem, row - n) };
+            if !free {
+                continue;
+            }
+            let d = self.factor.border(problem.h, &self.members[..len], row);
+            // What depends on the others keeps its impulse.
+            if d > TABLEAU_PIVOT * problem.row(row)[row] {
+                self.factor.push(d);
+                self.members[len] = row;
+                len += 1;
+            }
+        }
+        let (members, afresh) = (&self.members[..len], &mut self.afresh[..rows]);
+        afresh.copy_from_slice(impulses);
+        members.iter().for_each(|&row| afresh[row] = 0.0);
+        for (right, &row) in self.right.iter_mut().zip(members) {
+            let pushed = problem.row(row).iter().zip(&*afresh).map(|(h, p)| h * p).sum::<f64>();
+            *right = -(problem.b[row] + pushed);
+        }
+        self.factor.solve(&mut self.right[..len]);
+        for slot in 0..len {
+            let row = self.members[slot];
+            self.afresh[row] = self.in_box(problem, row, self.right[slot]);
+        }
+        let found = self.box_residual(problem, &self.afresh[..rows]);
+        if found < residual {
+            impulses.copy_from_slice(&self.afresh[..rows]);
+        }
+        found.min(residual)
+    }
+
+    /// Projected Gauss–Seidel from the impulses given; now and then what is free is solved for at once.
+    #[cold]
+    fn box_by_sweeps(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        impulses: &mut [f64],
+        mut least: f64,
+    ) -> Result<SolveStats, Unsolved> {
+        for round in 1..=ROUNDS {
+            for _ in 0..SWEEPS {
+                for row in 0..impulses.len() {
+                    let h = problem.row(row)[row];
+                    if h > 0.0 {
+                        let moved = problem.row(row).iter().zip(&*impulses).map(|(h, p)| h * p).sum::<f64>();
+                        impulses[row] = self.in_box(problem, row, impulses[row] - (problem.b[row] + moved) / h);
+                    }
+                }
+            }
+            let residual = self.box_residual(problem, impulses);
+            let residual = self.box_afresh(problem, impulses, residual);
+            if residual <= self.tolerance {
+                let (pivots, factorisations) = (round * SWEEPS, 1 + round);
+                return Ok(SolveStats { pivots, factorisations, residual, fallback: true });
+            }
+            least = least.min(residual);
+        }
+        Err(Unsolved::NotFound { residual: least })
+    }
+
+    /// An impulse, or the bound that it is beyond.
+    fn in_box(&self, problem: FrictionProblem<'_>, row: usize, impulse: f64) -> f64 {
+        match row.checked_sub(problem.contacts()) {
+            None => impulse.max(0.0),
+            Some(contact) => impulse.clamp(-self.bound(problem, contact), self.bound(problem, contact)),
+        }
     }
 
     /// The natural residual of the box, relative to the largest of `‖b‖_∞` and what the bounds push.

@@ -165,7 +165,10 @@ impl FrictionSolver {
         let Some(other) = &mut self.other else { return Err(Unsolved::NonFinite) };
         let solved = other.solve(problem, &mut self.states[..self.len], impulses);
         match solved {
-            Ok(stats) => Ok(self.accept(stats)),
+            Ok(stats) => {
+                self.counters.fallbacks += u64::from(stats.fallback);
+                Ok(self.accept(stats))
+            }
             Err(unsolved) => {
                 self.counters.failures += 1;
                 Err(unsolved)
