@@ -268,6 +268,17 @@ fn the_energy_of_both_mechanisms_must_close_with_every_model() {
     }
 }
 
+/// The slider's corners are thrown from wall to wall: that is hit, though the rows turn, and takes energy. It took 0.64 J in steps of 0.5 ms
+/// when open corners counted as ones that rest, and takes 1.4 J in short steps.
+#[test]
+fn corners_that_are_thrown_into_a_wall_must_be_hit_though_their_rows_turn() {
+    let options = [("macro_step_s", "5e-4")];
+    let set = [("restitution", "0.4"), ("tangential_restitution", "0.4")];
+    let run = run(&spec("slider-crank", "rim-nonsmooth-gap", &options, &set));
+    let lost = run.report.audit.accounts.mechanics.unwrap().contact;
+    assert!(lost > 0.95 && lost < 1.5, "{lost} J");
+}
+
 #[test]
 fn what_the_mechanisms_cannot_be_must_be_refused_with_the_reason() {
     for (case, key, value, wanted) in [
@@ -281,6 +292,13 @@ fn what_the_mechanisms_cannot_be_must_be_refused_with_the_reason() {
         ("slider-crank", "friction", "nan", "above 0"),
         ("slider-crank", "restitution", "0.4", "can create energy"),
         ("slider-crank", "clearance_m", "0", "above 0"),
+        (
+            "slider-crank",
+            "rod_length_m",
+            "0.1",
+            "rod_length_m = 0.1 is not valid; valid: more than crank_length_m = 0.153",
+        ),
+        ("slider-crank", "rod_length_m", "0.153", "more than crank_length_m"),
     ] {
         let mut request = RunRequest::of(case, "rim-nonsmooth-gap");
         request.set = vec![(key.to_owned(), value.to_owned())];

@@ -23,7 +23,7 @@ use super::contact_parameters;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{BaseMotion, SliderCrank, SliderCrankGeometry, SpringActuator, SpringActuatorParameters};
 use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::error::Result;
+use rimbench_core::error::{Error, Result};
 use rimbench_core::name::names;
 
 pub(super) fn entry() -> Case {
@@ -127,6 +127,10 @@ fn parameters() -> Vec<Parameter> {
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
     let (lengths, speed) = ([get("crank_length_m"), get("rod_length_m")], get("speed_rad_s"));
+    if lengths[1] <= lengths[0] {
+        let expected = format!("more than crank_length_m = {}: a shorter rod lets no crank turn", lengths[0]);
+        return Err(Error::invalid("rod_length_m", lengths[1], expected));
+    }
     let mechanism = SliderCrank::new(SliderCrankGeometry {
         masses: [get("crank_mass_kg"), get("rod_mass_kg"), get("slider_mass_kg")],
         inertias: [get("crank_inertia_kg_m2"), get("rod_inertia_kg_m2"), get("slider_inertia_kg_m2")],

@@ -56,7 +56,7 @@ pub fn impact_velocity(restitution: f64, gap: f64, w: f64, own: f64, h: f64) -> 
     (restitution > 0.0 && closes).then_some(restitution * w)
 }
 
-/// Returns the approach that a semi-implicit step makes by itself of a contact at rest, m/s: up to this, nothing has been hit.
+/// Returns the approach that a semi-implicit step makes by itself of a contact at rest, m/s: up to this, it is taken for one that still rests.
 ///
 /// ```text
 /// w₀ = h |c| + max(0, A (v − v̂))        c = Ȧ v
@@ -71,7 +71,9 @@ pub fn impact_velocity(restitution: f64, gap: f64, w: f64, own: f64, h: f64) -> 
 /// **The joints turn.** Velocities are made consistent with the joints, `v̂`, before contacts see them: what that adds to the approach of a
 /// row is known to the bit, and is of order h as well.
 ///
-/// Of order h both: an impact of any speed is one if the step is short enough.
+/// Of order h both: an impact of any speed is one if the step is short enough. The mechanics takes the largest of this step and the last two,
+/// for contacts that touched in one of the last two; to all others any approach is an impact. It is an estimate: a bend of the row between two
+/// points of the steps is not seen, and what is hit again within two steps at less than w₀ does not rebound.
 /// # Shapes and units
 /// `h` s; `convective` c of the row, m/s²; `corrected` `A (v̂ − v)` m/s; returns m/s.
 /// # Source

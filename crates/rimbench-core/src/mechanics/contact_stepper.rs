@@ -86,6 +86,8 @@ pub(super) struct ContactStepper {
     rebounded: Vec<bool>,
     /// Approach that the step to come and the last two make of each contact by themselves, m/s. Empty where nothing bounces.
     own_approach: [Vec<f64>; 3],
+    /// Contacts that touched in the last step and in the one before: at their bound, or rebounding. Empty where nothing bounces.
+    touched: [Vec<bool>; 2],
     /// `[P_u; h λ_i]`; with friction `[P_u; P_t; h λ_i]`.
     impulses: Vec<f64>,
     p_b: Vec<f64>,
@@ -152,6 +154,7 @@ impl ContactStepper {
             closed_known: false,
             rebounded: vec![false; size.unilateral],
             own_approach: [(); 3].map(|()| if law.bounces() { vec![0.0; size.unilateral] } else { Vec::new() }),
+            touched: [(); 2].map(|()| if law.bounces() { vec![false; size.unilateral] } else { Vec::new() }),
             impulses: vec![0.0; size.unilateral + size.interface],
             p_b: vec![0.0; size.bilateral],
             last_step: f64::INFINITY,
@@ -343,6 +346,7 @@ impl ContactStepper {
         self.counters.micro_steps += 1;
         if self.law.bounces() {
             self.own_approach.rotate_right(1);
+            self.touched.rotate_right(1);
         }
         // A velocity that is not finite has reached the position by now.
         if !self.q.iter().all(|x| x.is_finite()) {
@@ -470,16 +474,38 @@ impl ContactStepper {
 
     /// Finds what the steps themselves make of contacts at rest; Eq. 4 must be that of a step `h`.
     ///
-    /// What they make is met to rounding, so that this comes on top. Where they make nothing a rebound of rounding is rounding.
+    /// What they make is met to rounding, so that this comes on top. Where they make nothing a rebound of rounding is rounding. Contacts that
+    /// touched in neither of the last two steps do not rest: whatever they approach with, they are hit.
     fn note_own_approach(&mut self, h: f64) {
+        self.note_touched();
         let (rounding, jointed) = (self.resting_approach(h), !self.eq3.bilateral.is_empty());
         let rows = &self.eq3.unilateral;
-        let [coming, last, before] = &mut self.own_approach;
+        let ([coming, last, before], [touched, touched_before]) = (&mut self.own_approach, &self.touched);
         for (contact, own) in self.eq4.own_approach.iter_mut().enumerate() {
             let corrected = if jointed { self.eq4.w[contact] - rows.velocity(contact, &self.v) } else { 0.0 };
             coming[contact] = own_approach(h, rows.convective[contact], corrected);
-            *own = coming[contact].max(last[contact]).max(before[contact]);
+            *own = if touched[contact] || touched_before[contact] {
+                coming[contact].max(last[contact]).max(before[contact])
+            } else {
+                0.0
+            };
             *own += if *own > 0.0 { rounding } else { 0.0 };
+        }
+    }
+
+    /// Finds the contacts that touched in the last step; before the first: gaps up to [`TOUCHING`].
+    fn note_touched(&mut self) {
+        if self.last_step.is_infinite() {
+            for (touched, gap) in self.touched[0].iter_mut().zip(&self.eq3.unilateral.position) {
+                *touched = *gap <= TOUCHING;
+            }
+            return;
+        }
+        self.find_closed();
+        for (touched, (closed, rebounded)) in
+            self.touched[0].iter_mut().zip(self.eq4.at_bound.iter().zip(&self.rebounded))
+        {
+            *touched = *closed || *rebounded;
         }
     }
 
