@@ -68,9 +68,9 @@
   };
   const show = () => {
     const wanted = Object.entries(FILTERS).map(([key, of]) => [of, $(`runs-${key}`).value]).filter(([, value]) => value);
-    const text = $("runs-text").value.trim().toLowerCase();
+    const sought = $("runs-text").value.toLowerCase().split(/\s+/).filter(Boolean);
     list = claim ? claim.rows.map((row) => ({ study: studies[claim.number], number: claim.number, row })) : runs;
-    list = list.filter((run) => wanted.every(([of, value]) => of(run) === value) && (!text || words(run).includes(text)));
+    list = list.filter((run) => wanted.every(([of, value]) => of(run) === value) && sought.every((word) => words(run).includes(word)));
     if (sorted !== null) {
       const keyed = list.map((run) => [COLUMNS[sorted][1](run), run]);
       const place = (value) => (value === null || Number.isNaN(value) ? Infinity : value);
@@ -130,10 +130,12 @@
     }
     return lines;
   };
+  // A word as a shell takes it.
+  const quoted = (word) => (/^[\w.,:+/=@%-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
   const command = (run) => {
     const option = (line) => {
       const [key, value] = [line.slice(0, line.indexOf(" ")), line.slice(line.indexOf(" ") + 1)];
-      return key.startsWith("set.") ? `--set ${key.slice(4)}=${value}` : `--${key.replace(/_s$/, "").replaceAll("_", "-")} ${value}`;
+      return key.startsWith("set.") ? `--set ${quoted(`${key.slice(4)}=${value}`)}` : `${quoted(`--${key.replace(/_s$/, "").replaceAll("_", "-")}`)} ${quoted(value)}`;
     };
     return `cargo run --release -- simulate ${request(run).map(option).join(" ")}`;
   };
@@ -201,7 +203,7 @@
 
   // ---- the same run here
   let asking;
-  const ask = async (text) => {
+  const askNow = async (text) => {
     asking ??= page.simulator().then(
       ({ worker, begin }) =>
         new Promise((resolve, reject) => {
@@ -210,11 +212,30 @@
           begin();
         }),
     );
-    const worker = await asking;
-    return new Promise((resolve) => {
+    let worker;
+    try {
+      worker = await asking;
+    } catch (error) {
+      // The next may have more luck.
+      asking = undefined;
+      throw error;
+    }
+    return new Promise((resolve, reject) => {
       worker.onmessage = ({ data }) => resolve(data.answers[0]);
+      worker.onerror = (event) => {
+        worker.terminate();
+        asking = undefined;
+        reject(new Error(event.message || "the worker broke off"));
+      };
       worker.postMessage({ requests: [text] });
     });
+  };
+  // One request after the other, so that each has its own answer, whichever run is looked at meanwhile.
+  let last = Promise.resolve();
+  const ask = (text) => {
+    const answer = last.then(() => askNow(text));
+    last = answer.catch(() => {});
+    return answer;
   };
   // Numbers that no reference has a part in: the browser's must be the stored ones, digit by digit.
   const CHECKED = ["work_sent_j", "force_peak_n", "exchanges"];
@@ -226,6 +247,8 @@
     try {
       found = page.facts((await ask(`run\n${request(run).join("\n")}\n`)).words);
     } catch (error) {
+      if (run !== current) return;
+      $("run-here").disabled = false;
       answer.replaceChildren(`Simulating is not possible here: ${error.message}.`);
       return;
     }
