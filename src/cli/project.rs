@@ -42,6 +42,18 @@ impl Project {
         Ok(experiments)
     }
 
+    /// The text of the experiment `<group>/<name>`, if there is one of that name.
+    pub(super) fn experiment_text(self, name: &str) -> Option<Cow<'static, str>> {
+        let path = format!("experiments/{name}.toml");
+        match self {
+            Project::Here => std::fs::read_to_string(path).ok().map(Cow::Owned),
+            Project::Carried => {
+                let found = shipped::EXPERIMENTS.iter().find(|(known, _)| *known == path)?;
+                Some(Cow::Borrowed(found.1))
+            }
+        }
+    }
+
     /// The list of figures.
     ///
     /// # Errors

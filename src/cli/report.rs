@@ -28,9 +28,12 @@ pub struct ReportCommand {
 
 impl ReportCommand {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        let (path, written) = write_page(catalogue, &self.folder)?;
+        let (path, written, not_shown) = write_page(catalogue, &self.folder)?;
         for left_out in &written.left_out {
             eprintln!("note: left out: {left_out}");
+        }
+        for remark in &not_shown {
+            eprintln!("note: {remark}");
         }
         print(&format!("{} ({:.2} MB)", path.display(), written.bytes as f64 / 1e6))?;
         if self.open {
@@ -40,62 +43,97 @@ impl ReportCommand {
     }
 }
 
-/// Writes the page of a folder of results into it.
+/// Writes the page of a folder of results into it; returns where, how large it is, and what it does not show, in sentences.
 ///
 /// # Errors
 /// A folder that is not there, holds no results or cannot be written.
-pub(super) fn write_page(catalogue: &Catalogue, folder: &Path) -> Result<(PathBuf, Written)> {
+pub(super) fn write_page(catalogue: &Catalogue, folder: &Path) -> Result<(PathBuf, Written, Vec<String>)> {
     let project = Project::find();
     let (figures, (source, text)) = (project.figures()?, project.report()?);
     let folders = find_studies(folder)?;
     check_writable_folder(folder)?;
     let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
-    let studies: Vec<Study> = folders.par_iter().map(|folder| study(folder, catalogue, &figures, &styles)).collect();
-    let is_paper = studies.iter().any(|study| study.name.starts_with("paper/"));
+    let studies: Vec<Study> =
+        folders.par_iter().map(|folder| study(folder, catalogue, project, &figures, &styles)).collect();
+    let is_paper = studies.iter().any(|study| study.name.starts_with("paper/") && study.is_shipped);
+    let not_shown = studies.iter().flat_map(not_shown).collect();
     let report = Report {
         folder,
         studies,
         text: is_paper.then_some((source, &text)),
+        listed: figures.figures.iter().map(|figure| (figure.id.clone(), figure.experiment.clone())).collect(),
         program: format!("rimbench {} of commit {}", BUILD.version, BUILD.git_revision),
         remarks: Vec::new(),
     };
     let path = folder.join("report.html");
     let written = report.write(&path)?;
-    Ok((path, written))
+    Ok((path, written, not_shown))
+}
+
+/// What the page does not show of a study.
+fn not_shown(study: &Study) -> Vec<String> {
+    let name = &study.name;
+    let mut said: Vec<String> = study.remarks.iter().map(|remark| format!("{name}: {remark}")).collect();
+    if let (Some(planned), Some(runs)) = (study.planned, &study.runs)
+        && runs.len() < planned
+    {
+        said.push(format!("{name}: {} of {planned} planned runs are there", runs.len()));
+    }
+    let figures = study.figures.iter().filter_map(|(id, _, made)| Some((id, made.as_ref().err()?)));
+    said.extend(figures.map(|(id, reason)| format!("{name}: figure {id} is not drawn: {reason}")));
+    said
 }
 
 /// A study with all that is known of it; what is wrong with a part of it is said there, and leaves the other parts.
-fn study(folder: &Path, catalogue: &Catalogue, figures: &FigureList, styles: &Styles) -> Study {
+fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &FigureList, styles: &Styles) -> Study {
     let mut study = Study::read(folder);
+    let own = std::fs::read_to_string(folder.join("experiment.toml")).ok();
+    let shipped = project.experiment_text(&study.name);
+    study.is_shipped = own.is_some() && own.as_deref() == shipped.as_deref();
+    if let (Some(_), Some(_), false) = (&own, &shipped, study.is_shipped) {
+        let remark =
+            format!("its experiment is another than experiments/{}.toml: it has no figure of that", study.name);
+        study.remarks.push(remark);
+    }
     match Experiment::read_from_results(folder) {
         Ok(experiment) => {
             let count = study.runs.as_ref().map_or(0, |runs| runs.len());
             let planned = |quick| experiment.plan(catalogue, quick).map(|plan| plan.len());
             match planned(false) {
                 Ok(all) => study.planned = Some(planned(true).ok().filter(|quick| *quick == count).unwrap_or(all)),
-                Err(error) => study.remarks.push(format!("its plan cannot be made: {error}")),
+                Err(error) => study.remarks.push(format!("its plan cannot be made: {}", study.said(&error))),
             }
             if !experiment.claims().is_empty() {
                 match check_claims(&experiment, catalogue, folder) {
                     Ok(claims) => study.claims = claims.into_iter().map(claim).collect(),
-                    Err(error) => study.remarks.push(format!("its claims are not checked: {error}")),
+                    Err(error) => {
+                        let reason = study.said(&error);
+                        study.remarks.push(format!("its claims are not checked: {reason}"));
+                        study.unchecked = Some((Some(experiment.claims().len()), reason));
+                    }
                 }
             }
         }
-        Err(error) => study.remarks.push(format!("its claims and its plan are not known: {error}")),
+        Err(error) => {
+            let reason = study.said(&error);
+            study.remarks.push(format!("its claims and its plan are not known: {reason}"));
+            study.unchecked = Some((None, reason));
+        }
     }
-    if folder.join("records").is_dir() {
-        let command = format!("`rimbench run experiments/{}.toml`", study.name);
-        study
-            .remarks
-            .push(format!("runs of it are recorded and not in its files yet: {command} goes on where it was left"));
+    // Records are left where all runs are in the files as well.
+    let count = study.runs.as_ref().map_or(0, |runs| runs.len());
+    if folder.join("records").is_dir() && study.planned.is_none_or(|planned| count < planned) {
+        let file = if study.is_shipped { format!("experiments/{}.toml", study.name) } else { "FILE".to_owned() };
+        let remark =
+            format!("its files hold no whole plan, and runs are recorded: `rimbench run {file}` goes on from those");
+        study.remarks.push(remark);
     }
     // A figure names its experiment as <group>/<name> below a folder of results.
     let place = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    if let (Some(results), true) = (place.ancestors().nth(2), study.runs.is_some()) {
+    if let (Some(results), true) = (place.ancestors().nth(2), study.is_shipped && study.runs.is_some()) {
         let own = figures.figures.iter().filter(|figure| figure.experiment == study.name);
         let made = own.map(|figure| {
-            let drawn = figure.drawn(results, styles).map_err(|error| error.to_string());
+            let drawn = figure.drawn(results, styles).map_err(|error| study.said(&error));
             (figure.id.clone(), figure.caption.clone(), drawn)
         });
         study.figures = made.collect();

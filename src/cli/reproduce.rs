@@ -71,7 +71,7 @@ impl Reproduce {
         figures.of_group(Some(GROUP)).par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
         let markdown = claims_markdown(&group.join("claims.csv"))?;
         write_atomically(&group.join("claims.md"), |file| file.write_all(markdown.as_bytes()))?;
-        let (page, _) = write_page(catalogue, &group)?;
+        let (page, ..) = write_page(catalogue, &group)?;
         progress.end();
         complain(&cache);
 

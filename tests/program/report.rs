@@ -52,7 +52,15 @@ fn a_study_has_a_page_with_its_claims_failures_first() {
     // Markup of a claim is text.
     assert!(page.contains("The error is &lt; 1 &amp; small") && !page.contains("< 1 & small"));
     assert!(page.contains("id=\"claim-mine-holds-small\"") && page.contains("Which hold is better on the oscillator?"));
-    assert!(page.contains("rimbench verify experiments/mine/holds.toml"));
+    // Where the file of an experiment lies is known of none but those of the project.
+    assert!(page.contains("<code>rimbench verify FILE</code>, FILE being that of the experiment mine/holds"));
+    assert!(page.contains("<code>rimbench run FILE</code>") && !page.contains("experiments/mine"));
+    // What was found before what can be tried; nothing is said of when a claim was written.
+    assert!(at("<section id=\"claims\">") < at("<section id=\"try\"") && at("href=\"#claims\">Skip") < at("<header>"));
+    assert!(!page.contains("were tuned") && !page.contains("The paper, remade"));
+    assert!(at("median of position error rms of zero-order-hold</span><br>measured") > at("<section id=\"claims\">"));
+    // Records are left beside results that have all runs.
+    assert!(study.join("records").is_dir() && !missing(&page).contains("recorded"));
     // The folder on this machine is nobody's business.
     assert!(!page.contains(folder.path().to_str().unwrap()));
     assert!(!missing(&page).contains("planned"));
@@ -95,6 +103,16 @@ fn half_a_sweep_failures_alone_and_no_run_are_said() {
         missing(&page)
     );
     assert!(missing(&page).contains("claims are not checked"), "{}", missing(&page));
+    assert!(page.contains("2 claims, not checked: ") && !page.contains("No claim"), "{}", missing(&page));
+    assert!(missing(&page).contains("`rimbench run FILE` goes on from those"), "{}", missing(&page));
+    // The same from elsewhere names no folder of this machine, and what is not shown is said on the terminal.
+    let said = |page: &Path| {
+        let output = rimbench().current_dir("/").arg("report").arg(page).assert().success().get_output().clone();
+        let page = std::fs::read_to_string(page.join("report.html")).unwrap();
+        assert!(!page.contains(folder.path().to_str().unwrap()), "{}", missing(&page));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(said(&study).contains("note: mine/holds: 2 of 4 planned runs are there"), "{}", said(&study));
     let failed: Vec<String> = rows.iter().map(|row| row.replace(",completed,", ",diverged,")).collect();
     assert!(missing(&with(&failed)).contains("no run completed"));
     let page = with(&half[..1]);
@@ -106,8 +124,52 @@ fn half_a_sweep_failures_alone_and_no_run_are_said() {
     // Neither rows nor files: what is left says so.
     std::fs::write(study.join("runs.csv"), "a,b\n1,2\n").unwrap();
     assert!(missing(&self::page(&study)).contains("its runs cannot be shown"));
+    assert!(said(&study).contains("note: mine/holds: its runs cannot be shown: "), "{}", said(&study));
     std::fs::remove_file(study.join("runs.csv")).unwrap();
     assert!(missing(&self::page(&study)).contains("its runs cannot be shown"));
+}
+
+/// One study of the paper, its experiment as given, with markup wherever a file can have some.
+fn hostile(folder: &Path, experiment: &str) -> String {
+    let study = folder.join("results/paper/fig2");
+    std::fs::create_dir_all(&study).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(study.join(name), text).unwrap();
+    write("experiment.toml", experiment);
+    write(
+        "parameters.csv",
+        "case,set,parameter,value,unit,source\n\
+         wedge-box,,`<script>alert(1)</script>,<b>1</b>,kg,<img src=x onerror=alert(2)>\n\
+         wedge-box,,a|b,1,kg,\"[x](javascript:alert(3))|\n\n<script>alert(4)</script>\"\n",
+    );
+    write("reference.csv", "<script>alert(5)</script>\n");
+    write(
+        "runs.csv",
+        "run_id,label,case,set,scheme,macro_step_s,outcome,reason\n\
+         a,<img src=x onerror=alert(6)>,wedge-box,,<script>alert(7)</script>,1e-3,<b>lost</b>,</script><script>alert(8)</script>\n",
+    );
+    let page = page(&folder.join("results"));
+    for markup in ["<script>alert", "<img", "href=\"javascript", "<b>"] {
+        assert!(!page.contains(markup), "{markup}");
+    }
+    page
+}
+
+#[test]
+fn what_stands_in_a_file_is_never_markup_and_the_text_of_the_paper_is_for_its_experiments_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/paper/fig2.toml")).unwrap();
+    let page = hostile(folder.path(), &shipped);
+    assert!(page.contains("&lt;img src=x onerror=alert(2)&gt;") && page.contains("[x](javascript:alert(3))|"));
+    // One experiment of the paper: its text, and in place of the others why they are not there.
+    assert!(page.contains("The paper, remade") && page.contains("rimbench run experiments/paper/fig2.toml"));
+    for other in ["fig1", "phases", "convergence"] {
+        assert!(page.contains(&format!("Not shown: no results of paper/{other}.")), "{other}");
+    }
+    assert!(page.contains("figure fig2: "), "{}", missing(&page));
+    let page = hostile(folder.path(), &format!("{shipped}\n# another\n"));
+    assert!(!page.contains("The paper, remade") && !page.contains("reduced interface model</em>"));
+    assert!(!page.contains("figure fig2: "), "{}", missing(&page));
+    assert!(missing(&page).contains("another than experiments/paper/fig2.toml"), "{}", missing(&page));
 }
 
 /// So many runs do not fit with all that is known of them.

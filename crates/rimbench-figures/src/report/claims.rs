@@ -159,11 +159,17 @@ impl Claim {
             place[1],
             if self.run_ids.len() == 1 { "1 run".to_owned() } else { format!("{} runs", self.run_ids.len()) }
         );
-        let command = format!("rimbench verify experiments/{}.toml", study.name);
+        let command = study.command("verify");
+        let crosses = match (self.bound(), self.interval) {
+            (Some((_, bound)), [low, high]) if low < bound && bound < high => {
+                "<br><span class=\"soft\">its interval crosses the bound</span>"
+            }
+            _ => "",
+        };
         format!(
-            "<tr id=\"{anchor}\" class=\"{class}\"><td><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span></td>\
-             <td>{text}{replaced}<details><summary>More</summary>{quantity}<br><code>{command}</code></details></td>\
-             <td>{drawn}measured {measured}<br><span class=\"soft\">expected {expected}</span></td>\
+            "<tr id=\"{anchor}\" class=\"{class}\"><td><span class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {word}</span>{crosses}</td>\
+             <td>{text}{replaced}<details><summary>Check it</summary>{command}</details></td>\
+             <td>{drawn}<span class=\"soft\">{quantity}</span><br>measured {measured}<br><span class=\"soft\">expected {expected}</span></td>\
              <td class=\"links\">{runs} {links}</td></tr>\n",
             class = self.verdict.class(),
             sign = self.verdict.sign(),
@@ -231,8 +237,12 @@ pub(super) fn column_in_words(name: &str) -> Option<(String, &'static str)> {
 /// The marks of the head, failures first; each leads to its claim.
 pub(super) fn marks(report: &Report<'_>) -> String {
     let mut claims: Vec<(&Study, &Claim)> = claims(report).filter(|(_, claim)| claim.counts()).collect();
-    if claims.is_empty() {
+    let unchecked = unchecked(report);
+    if claims.is_empty() && unchecked.is_empty() {
         return String::from("<p class=\"score\">No claims are recorded for these results.</p>\n");
+    }
+    if claims.is_empty() {
+        return unchecked;
     }
     claims.sort_by_key(|(_, claim)| match claim.verdict {
         Verdict::NotReproduced => 0,
@@ -266,7 +276,24 @@ pub(super) fn marks(report: &Report<'_>) -> String {
             claim.verdict.sign()
         );
     }
-    text + "</ul>\n"
+    text + "</ul>\n" + &unchecked
+}
+
+/// Claims that could not be checked, a line for each study that has some.
+fn unchecked(report: &Report<'_>) -> String {
+    let studies = report.studies.iter().filter_map(|study| Some((study, study.unchecked.as_ref()?)));
+    let line = |(study, (count, reason)): (&Study, &(Option<usize>, String))| {
+        let claims = match count {
+            Some(1) => "1 claim, not checked".to_owned(),
+            Some(count) => format!("{count} claims, not checked"),
+            None => "Claims are not known".to_owned(),
+        };
+        let (anchor, name, reason) = (study.anchor(), escaped(&study.name), escaped(reason));
+        format!(
+            "<p class=\"score\">{claims}: {reason} <span class=\"soft\">(<a href=\"#{anchor}\">{name}</a>)</span></p>\n"
+        )
+    };
+    studies.map(line).collect()
 }
 
 fn claims<'a>(report: &'a Report<'_>) -> impl Iterator<Item = (&'a Study, &'a Claim)> {
@@ -279,8 +306,9 @@ pub(super) fn section(report: &Report<'_>) -> String {
         return String::new();
     }
     let mut text = String::from(
-        "<section id=\"claims\"><h2>Claims</h2>\n<p>A verdict compares a measured quantity with what was expected <em>before</em> \
-         looking; neither parameters nor bounds were tuned until a claim came true. In each drawing the claim holds in the shaded part, \
+        "<section id=\"claims\"><h2>Claims</h2>\n<p>A verdict compares a measured quantity with the bound that the experiment’s \
+         file gives. Whether a claim was written before or after a look at the runs this page does not know: where that is recorded, \
+         the experiment’s file says it. In each drawing the claim holds in the shaded part, \
          the upright line is its bound, the dot what was measured, the thin bar its 95 % interval where it has one.</p>\n",
     );
     for (of_paper, title) in [(true, "What the paper says"), (false, "What we say")] {
@@ -356,5 +384,13 @@ mod tests {
         assert!(shaded(&claim));
         claim.expected = "≤ 2".to_owned();
         assert!(!shaded(&claim));
+        // A verdict that the interval does not bear out says so; one of either side of the bound does not.
+        let study = Study::read(std::path::Path::new("nowhere/mine/<b>"));
+        for (interval, crosses) in [([1.0, 3000.0], true), ([2.5, 3000.0], false), ([f64::NAN; 2], false)] {
+            claim.interval = interval;
+            let row = claim.row(&study, [0, 0]);
+            assert_eq!(row.contains("crosses the bound"), crosses, "{row}");
+            assert!(row.contains("experiment mine/&lt;b&gt;") && !row.contains("<b>"), "{row}");
+        }
     }
 }

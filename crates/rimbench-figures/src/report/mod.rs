@@ -43,6 +43,8 @@ pub struct Report<'a> {
     pub studies: Vec<Study>,
     /// The text about the experiments of the paper, given as name and text, if they are among the studies.
     pub text: Option<(&'a Path, &'a str)>,
+    /// Every figure that the text may name, with its experiment.
+    pub listed: Vec<(String, String)>,
     /// The program that wrote it, in words.
     pub program: String,
     /// What is missing, beside what studies say themselves.

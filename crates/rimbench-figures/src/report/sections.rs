@@ -27,9 +27,21 @@ impl Report<'_> {
         let grid = grid::section(&self.studies);
         let history = history::sections(self.folder);
         let studies = self.studies_section(&shown, packed);
+        // What simulates is an example; on a page that is not about the example, what was found comes first.
+        let is_paper = !text.is_empty();
+        let (live, found) = (("try", "Try it", true), ("claims", "Claims", !claims.is_empty()));
+        let skip = if claims.is_empty() { ("main", "what was found") } else { ("claims", "the claims") };
+        let beginning = match is_paper {
+            true => format!("{}{claims}", live_part::SECTION),
+            false => format!("{claims}{}", live_part::SECTION),
+        };
+        let question = match &self.studies[..] {
+            [study] if !is_paper && !study.question.is_empty() => format!("<p>{}</p>\n", escaped(&study.question)),
+            _ => String::new(),
+        };
         let parts = [
-            ("try", "Try it", true),
-            ("claims", "Claims", !claims.is_empty()),
+            if is_paper { live } else { found },
+            if is_paper { found } else { live },
             ("paper", "The paper, remade", !text.is_empty()),
             ("grid", "Largest usable step", !grid.is_empty()),
             ("studies", "Studies", true),
@@ -43,12 +55,13 @@ impl Report<'_> {
             contents.map(|(anchor, title, _)| format!("<li><a href=\"#{anchor}\">{title}</a></li>")).collect();
         let paper = if text.is_empty() { text } else { format!("<section id=\"paper\">\n{text}</section>\n") };
         Ok(format!(
-            "<a class=\"skip\" href=\"#main\">Skip to the claims</a>\n<header>\n<h1>rimbench: {}</h1>\n{lead}{}{}\
-             <nav aria-label=\"Contents\"><ul>{contents}</ul></nav>\n</header>\n<main id=\"main\">\n{}{claims}{paper}{grid}{studies}{}{history}",
+            "<a class=\"skip\" href=\"#{}\">Skip to {}</a>\n<header>\n<h1>rimbench: {}</h1>\n{lead}{question}{}{}\
+             <nav aria-label=\"Contents\"><ul>{contents}</ul></nav>\n</header>\n<main id=\"main\">\n{beginning}{paper}{grid}{studies}{}{history}",
+            skip.0,
+            skip.1,
             self.title(),
             claims::marks(self),
             self.made(),
-            live_part::SECTION,
             live_part::RUNS,
         ))
     }
@@ -90,12 +103,12 @@ impl Report<'_> {
     /// The text with its places filled, as HTML.
     ///
     /// ```text
-    /// {{figure:ID}}     the figure with its caption and the names of its files
+    /// {{figure:ID}}     the figure with its caption, in a paragraph of its own
     /// {{reference}}     uncertainty and order of the reference
     /// {{parameters}}    the parameters of the case
     /// ```
     fn filled(&self, source: &Path, text: &str) -> Result<String> {
-        let mut filled = String::new();
+        let (mut html, mut filled) = (String::new(), String::new());
         let mut rest = text;
         while let Some((before, after)) = rest.split_once("{{") {
             let (place, tail) =
@@ -108,15 +121,21 @@ impl Report<'_> {
                 None if place == "parameters" => {
                     filled.push_str(&self.table("paper/fig2", "parameters.csv", parameter_table));
                 }
-                Some(("figure", id)) => filled.push_str(&self.figure_of_text(source, id)?),
+                // Markup of the text is never passed on, so that a figure stands between two pieces of it.
+                Some(("figure", id)) => match self.figure_of_text(source, id)? {
+                    Ok(figure) => {
+                        push_markdown(&mut html, &filled);
+                        filled.clear();
+                        html.push_str(&figure);
+                    }
+                    Err(reason) => filled.push_str(&not_shown(&reason)),
+                },
                 _ => return Err(Error::file(source, format!("has an unknown place `{place}`"))),
             }
             rest = tail;
         }
         filled.push_str(rest);
-        let mut html = String::new();
-        let options = pulldown_cmark::Options::ENABLE_TABLES;
-        pulldown_cmark::html::push_html(&mut html, pulldown_cmark::Parser::new_ext(&filled, options));
+        push_markdown(&mut html, &filled);
         // A wide table scrolls by itself on a narrow screen, and a keyboard reaches it.
         let mut parts = html.split("<table>");
         let mut scrolled = parts.next().unwrap_or_default().to_owned();
@@ -130,23 +149,27 @@ impl Report<'_> {
         Ok(scrolled.replace("</table>", "</table></div>"))
     }
 
-    fn figure_of_text(&self, source: &Path, id: &str) -> Result<String> {
-        let all = || self.studies.iter().flat_map(|study| study.figures.iter().map(move |made| (study, made)));
-        match all().find(|(_, (known, _, _))| known == id) {
-            Some((study, made)) => Ok(figure(study, made, false)),
-            None if all().next().is_none() => Ok(String::new()),
-            None => Err(Error::file(source, Error::unknown("figure", id, all().map(|(_, (id, _, _))| id.as_str())))),
+    /// A figure, or why there is none of results that are not here.
+    fn figure_of_text(&self, source: &Path, id: &str) -> Result<std::result::Result<String, String>> {
+        let mut all = self.studies.iter().flat_map(|study| study.figures.iter().map(move |made| (study, made)));
+        if let Some((study, made)) = all.find(|(_, (known, _, _))| known == id) {
+            return Ok(Ok(figure(study, made, false)));
+        }
+        match self.listed.iter().find(|(known, _)| known == id) {
+            Some((_, experiment)) => Ok(Err(format!("no results of {experiment}"))),
+            None => {
+                let known = self.listed.iter().map(|(id, _)| id.as_str());
+                Err(Error::file(source, Error::unknown("figure", id, known)))
+            }
         }
     }
 
     fn table(&self, study: &str, file: &str, make: fn(&ResultsTable) -> Result<String>) -> String {
-        let folder = self.studies.iter().find(|known| known.name == study).map(|study| study.folder.join(file));
-        let made = folder.map(|path| ResultsTable::read(&path).and_then(|table| make(&table)));
-        match made {
-            Some(Ok(table)) => table,
-            Some(Err(error)) => format!("*Not shown: {error}.*\n"),
-            None => format!("*Not shown: no results of {study}.*\n"),
-        }
+        let Some(known) = self.studies.iter().find(|known| known.name == study && known.is_shipped) else {
+            return not_shown(&format!("no results of {study}"));
+        };
+        let made = ResultsTable::read(&known.folder.join(file)).and_then(|table| make(&table));
+        made.unwrap_or_else(|error| not_shown(&known.said(&error)))
     }
 
     /// Study by study, without figures that the text has shown.
@@ -165,12 +188,12 @@ impl Report<'_> {
             };
             let _ = write!(
                 text,
-                "<section id=\"{}\" class=\"study\"><h3>{}</h3>\n<p>{}</p>\n<p class=\"soft\">{count} runs{planned}: {}. <code>rimbench run experiments/{}.toml</code></p>\n",
+                "<section id=\"{}\" class=\"study\"><h3>{}</h3>\n<p>{}</p>\n<p class=\"soft\">{count} runs{planned}: {}. {}</p>\n",
                 study.anchor(),
                 escaped(&study.name.replace('_', " ")),
                 escaped(&study.question),
                 if outcomes.is_empty() { "none".to_owned() } else { outcomes.join(", ") },
-                escaped(&study.name),
+                study.command("run"),
             );
             for remark in &study.remarks {
                 let _ = writeln!(text, "<p class=\"note\">{}</p>", escaped(remark));
@@ -256,10 +279,38 @@ pub(super) fn missing(report: &Report<'_>, left_out: &[String]) -> String {
         "No traces are stored of",
     ));
     items.extend(without(|study| study.figures.is_empty() && study.runs.is_some(), "No figure is listed for"));
-    items.extend(without(|study| study.claims.is_empty() && study.runs.is_some(), "No claim is recorded for"));
+    let no_claim = |study: &Study| study.claims.is_empty() && study.unchecked.is_none() && study.runs.is_some();
+    items.extend(without(no_claim, "No claim is recorded for"));
     let list: String = items.into_iter().map(|item| format!("<li>{item}</li>\n")).collect();
     let list = if list.is_empty() { "<p>Nothing.</p>\n".to_owned() } else { format!("<ul>\n{list}</ul>\n") };
     format!("<section id=\"missing\"><h2>What is missing</h2>\n{list}</section>\n")
+}
+
+/// Appends Markdown as HTML. Whatever stands in it as HTML is left out: no cell of a file becomes markup.
+fn push_markdown(html: &mut String, text: &str) {
+    use pulldown_cmark::{Event, Options, Parser};
+    let events = Parser::new_ext(text, Options::ENABLE_TABLES);
+    pulldown_cmark::html::push_html(
+        html,
+        events.filter(|event| !matches!(event, Event::Html(_) | Event::InlineHtml(_))),
+    );
+}
+
+/// Text of a file as Markdown that shows it as it is, in one line.
+fn marked(text: &str) -> String {
+    let mut marked = String::new();
+    for letter in text.chars() {
+        match letter {
+            '\r' | '\n' => marked.push(' '),
+            letter if letter.is_ascii_punctuation() => marked.extend(['\\', letter]),
+            letter => marked.push(letter),
+        }
+    }
+    marked
+}
+
+fn not_shown(reason: &str) -> String {
+    format!("*Not shown: {}.*\n", marked(reason))
 }
 
 fn reference_table(table: &ResultsTable) -> Result<String> {
@@ -270,6 +321,7 @@ fn reference_table(table: &ResultsTable) -> Result<String> {
         let (uncertainty, order) = (table.number(row, columns[1]), table.number(row, columns[2]));
         let name = table.text(row, columns[0]);
         if let (true, Some((words, unit))) = (name.starts_with("actuator_"), claims::column_in_words(name)) {
+            let words = marked(&words);
             let _ = writeln!(text, "| {words} | {uncertainty:.2e} {unit} | {order:.2} |");
         }
     }
@@ -282,7 +334,10 @@ fn parameter_table(table: &ResultsTable) -> Result<String> {
     let mut text = String::from("| parameter | value | unit | source |\n|---|---|---|---|\n");
     for row in 0..table.len() {
         let cells: Vec<&str> = columns.iter().map(|&column| table.text(row, column)).collect();
-        let _ = writeln!(text, "| `{}` | {} | {} | {} |", cells[0], cells[1], cells[2], cells[3]);
+        let [value, unit, source] = [cells[1], cells[2], cells[3]].map(marked);
+        // Of code only these two end it; no parameter's name has them.
+        let name = cells[0].replace(['`', '|', '\r', '\n'], "?");
+        let _ = writeln!(text, "| `{name}` | {value} | {unit} | {source} |");
     }
     Ok(text)
 }
@@ -309,6 +364,37 @@ fn date(time: SystemTime) -> String {
 mod tests {
     use super::*;
     use std::time::Duration;
+
+    #[test]
+    fn what_stands_in_a_file_never_becomes_markup() {
+        for hostile in [
+            "<script>alert(1)</script>",
+            "<img src=x onerror=alert(1)>",
+            "[x](javascript:alert(1))",
+            "a | b\n\n<b>c",
+            "`<i>`",
+            "&lt;",
+        ] {
+            let table = format!("| a | b |\n|---|---|\n| {} | end |\n", marked(hostile));
+            for text in [table, not_shown(hostile)] {
+                let mut html = String::new();
+                push_markdown(&mut html, &text);
+                for markup in ["<script", "<img", "<a ", "<b>", "<i>"] {
+                    assert!(!html.contains(markup), "{html}");
+                }
+                // Shown as it is, not dropped.
+                let said = escaped(&hostile.replace('\n', " "));
+                assert!(
+                    html.contains(&said) || html.contains(&said.replace("&quot;", "\"")),
+                    "{said} is not in {html}"
+                );
+                assert!(!html.contains("<table>") || html.contains("<td>end</td>"), "{html}");
+            }
+            let mut html = String::new();
+            push_markdown(&mut html, &format!("before {hostile} after\n\n{hostile}\n"));
+            assert!(!html.contains("<script") && !html.contains("<img"), "{html}");
+        }
+    }
 
     #[test]
     fn a_time_becomes_its_day() {

@@ -2,6 +2,7 @@
 
 use super::claims::Claim;
 use crate::drawing::Drawing;
+use crate::vector::escaped;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::ResultsTable;
 use std::collections::BTreeSet;
@@ -27,6 +28,10 @@ pub struct Study {
     pub figures: Vec<Made>,
     /// Its claims.
     pub claims: Vec<Claim>,
+    /// How many claims its experiment file has that could not be checked, none if not even that is known, and why.
+    pub unchecked: Option<(Option<usize>, String)>,
+    /// Whether its experiment is, to the letter, the one that the project has at `experiments/<name>.toml`.
+    pub is_shipped: bool,
     /// What is wrong with it or missing of it, in sentences.
     pub remarks: Vec<String>,
 }
@@ -43,13 +48,13 @@ impl Study {
         let runs = match ResultsTable::read(&folder.join("runs.csv")) {
             Ok(runs) => Some(runs),
             Err(error) => {
-                remarks.push(format!("its runs cannot be shown: {error}"));
+                remarks.push(format!("its runs cannot be shown: {}", said(folder, &error)));
                 None
             }
         };
         let runs = runs.filter(|runs| {
             let lacking = NEEDED.iter().find_map(|name| runs.column(name).err());
-            remarks.extend(lacking.as_ref().map(|error| format!("its runs cannot be shown: {error}")));
+            remarks.extend(lacking.as_ref().map(|error| format!("its runs cannot be shown: {}", said(folder, error))));
             lacking.is_none()
         });
         Study {
@@ -60,8 +65,29 @@ impl Study {
             planned: None,
             figures: Vec::new(),
             claims: Vec::new(),
+            unchecked: None,
+            is_shipped: false,
             remarks,
         }
+    }
+
+    /// An error about it in words that name no folder of this machine: files are named as `group/name/file`.
+    pub fn said(&self, error: &Error) -> String {
+        said(&self.folder, error)
+    }
+
+    /// Says which file holds its experiment, for a command: only that of a shipped one is known.
+    pub(super) fn file(&self) -> String {
+        if self.is_shipped { format!("experiments/{}.toml", self.name) } else { "FILE".to_owned() }
+    }
+
+    /// A command about its experiment, as HTML, and what FILE is in it.
+    pub(super) fn command(&self, verb: &str) -> String {
+        let file = match self.is_shipped {
+            true => String::new(),
+            false => format!(", FILE being that of the experiment {}", escaped(&self.name)),
+        };
+        format!("<code>rimbench {verb} {}</code>{file}", escaped(&self.file()))
     }
 
     /// An anchor in the page.
@@ -94,6 +120,22 @@ impl Study {
         };
         ResultsTable::read(&self.folder.join("provenance.csv")).ok().and_then(values).unwrap_or_default()
     }
+}
+
+/// An error about a study's folder without the path that leads to all results.
+fn said(folder: &Path, error: &Error) -> String {
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let canonical = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let mut said = error.to_string();
+    for place in [absolute, canonical] {
+        for above in place.ancestors().skip(1).take(2).collect::<Vec<_>>().into_iter().rev() {
+            let above = above.display().to_string();
+            if above.len() > 1 {
+                said = said.replace(&format!("{above}{}", std::path::MAIN_SEPARATOR), "");
+            }
+        }
+    }
+    said
 }
 
 /// Without these columns rows are no runs.
