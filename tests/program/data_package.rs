@@ -222,7 +222,14 @@ fn what_is_wrong_with_a_package_is_said() {
     );
     // Sealed again, so that only what it was made from tells.
     check(&|package| edit(package, "runs.csv", "completed", "compleated", true), "runs.csv has been changed");
+    check(&|package| std::fs::write(package.join("extra.py"), "").unwrap(), "extra.py: is no part of the package");
+    check(&|package| std::fs::write(package.join("traces/extra.csv"), "").unwrap(), "is no part of the package");
     check(&|package| edit(package, "results.sha256", "runs.csv", "../runs.csv", true), "is no list of checksums");
+    // A refusal leaves nothing behind.
+    let (copy, out) = (copied(&package()), tempfile::tempdir().unwrap());
+    edit(copy.path(), "results.sha256", "runs.csv", "../runs.csv", true);
+    assert_eq!(imported(copy.path(), &["--out", out.path().join("x").to_str().unwrap()]).0, Some(2));
+    assert!(!out.path().join("x").exists());
     let (code, said) = imported(&package().join("missing"), &[]);
     assert!(code == Some(2) && said.contains("datapackage.json: cannot be read"), "{said}");
 }
@@ -257,6 +264,61 @@ fn a_number_that_was_made_up_does_not_come_out_again() {
     assert!(said.contains("force_error_rms_n is ") && said.contains("1.5 in the package"), "{said}");
 }
 
+/// What is made of the results must be what they make: verdicts, texts, loaders.
+#[test]
+fn what_does_not_follow_from_the_results_is_named() {
+    for (name, from, to) in [
+        ("claims.csv", "reproduced", "not-reproduced"),
+        ("load.py", "median", "mean"),
+        ("datapackage.json", "\"unit\": \"N\"", "\"unit\": \"kN\""),
+        ("README.md", "Results of", "Result of"),
+    ] {
+        let copy = copied(&package());
+        edit(copy.path(), name, from, to, true);
+        let (code, said) = imported(copy.path(), &["--sample", "1"]);
+        assert_eq!(code, Some(1), "{name}: {said}");
+        assert!(
+            said.contains(&format!("not as this program writes them from these results: {name}")),
+            "{name}: {said}"
+        );
+    }
+}
+
+/// Tables beside the runs, forged and sealed on every level.
+#[test]
+fn references_parameters_and_outcomes_that_were_made_up_do_not_come_out_again() {
+    let forge = |name: &str, forged: &dyn Fn(&str) -> String| {
+        let place = tempfile::tempdir().unwrap();
+        let (copy, results) = (copied(&self::results(&MADE)), place.path().join("packed"));
+        std::fs::rename(copy.keep(), &results).unwrap();
+        let text = read(results.join(name));
+        let (header, rows) = text.split_once('\n').unwrap();
+        std::fs::write(results.join(name), format!("{header}\n{}", forged(rows))).unwrap();
+        edit(&results, "experiment.toml", "question", "question", true);
+        pack(&results, &place.path().join("package"), &["--author", "Mallory"]).success();
+        imported(&place.path().join("package"), &["--sample", "2"])
+    };
+    let in_cell = |rows: &str, cell: usize, to: &str| -> String {
+        rows.lines()
+            .map(|line| {
+                let mut cells: Vec<&str> = line.split(',').collect();
+                cells[cell] = to;
+                cells.join(",") + "\n"
+            })
+            .collect()
+    };
+    let outcome = read(results(&MADE).join("runs.csv")).lines().next().unwrap().split(',').position(|c| c == "outcome");
+    for (name, forged) in [
+        ("reference.csv", &(|rows: &str| in_cell(rows, 3, "1e-99")) as &dyn Fn(&str) -> String),
+        ("parameters.csv", &|rows: &str| in_cell(rows, 3, "1")),
+        ("runs.csv", &|rows: &str| in_cell(rows, outcome.unwrap(), "timeout")),
+    ] {
+        let (code, said) = forge(name, forged);
+        assert_eq!(code, Some(1), "{name}: {said}");
+        assert!(said.contains(if name == "runs.csv" { "outcome is" } else { name }), "{name}: {said}");
+    }
+}
+
 #[test]
 fn what_cannot_be_exported_is_one_error() {
     let folder = tempfile::tempdir().unwrap();
@@ -273,6 +335,7 @@ fn what_cannot_be_exported_is_one_error() {
     refused(&whole, &fresh, &["--author", "Doe", "--license", "do what you like"], "license = do what you like");
     refused(&whole, &fresh, &["--author", "Doe", "--released", "2023-02-29"], "released = 2023-02-29");
     refused(&whole, &whole, author, "is not empty");
+    refused(&whole, &whole.join("package"), author, "lies in the results folder itself");
     refused(&whole, &whole.join("runs.csv"), author, "is no folder");
     refused(&folder.path().join("nothing"), &fresh, author, "nothing");
     // A run that is missing.

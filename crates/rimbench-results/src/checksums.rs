@@ -80,13 +80,17 @@ pub fn read(folder: &Path) -> Result<Option<Checksums>> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         text => text.map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?,
     };
+    parse(&text).map(Some).ok_or_else(|| Error::file(path, "is no list of checksums"))
+}
+
+/// Reads the text of a list of checksums; none if it is no such list, or if a name leads out of the folder.
+pub fn parse(text: &str) -> Option<Checksums> {
     let line = |line: &str| {
         let (sum, name) = line.split_once("  ")?;
         let plain = !name.starts_with('/') && !name.split('/').any(|part| part == "..");
         (sum.len() == 64 && plain).then(|| (name.to_owned(), sum.to_owned()))
     };
-    let sums: Option<Checksums> = text.lines().map(line).collect();
-    sums.map(Some).ok_or_else(|| Error::file(path, "is no list of checksums"))
+    text.lines().map(line).collect()
 }
 
 /// Checks that a folder holds results as they were written: no file changed, none gone.

@@ -30,6 +30,7 @@ use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, CHECKSUMS};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Name of the description.
@@ -109,6 +110,9 @@ pub fn export(
     citation.check()?;
     let (runs, quick) = checked_runs(experiment, catalogue, folder)?;
     refuse_filled(out)?;
+    if is_inside(out, folder) {
+        return Err(Error::file(out, "lies in the results folder itself: choose a place outside of it"));
+    }
     let claims = check_claims(experiment, catalogue, folder)?;
     let stored = checksums::read(folder)?.unwrap_or_default();
     make_folder(out)?;
@@ -141,6 +145,7 @@ pub fn export(
 #[derive(Debug)]
 pub struct Package {
     folder: PathBuf,
+    citation: Citation,
     /// The experiment whose results it holds.
     pub experiment: Experiment,
     /// Its plan, or its quick plan, whichever the results are of.
@@ -169,6 +174,7 @@ impl Package {
             ));
         };
         checksums::verify(folder)?;
+        refuse_unlisted(folder)?;
         if version != u64::from(NUMERICS_VERSION) {
             return Err(wrong(format!(
                 "rimbench.numerics_version = {version}, and this program has {NUMERICS_VERSION}: what it says can be read, but only \
@@ -178,7 +184,21 @@ impl Package {
         }
         let experiment = Experiment::parse(&PathBuf::from(format!("{name}.toml")), read_text(&folder.join(COPY))?)?;
         let planned = experiment.plan(catalogue, quick)?;
-        Ok(Package { folder: folder.to_owned(), experiment, planned, quick })
+        let citation = citation_of(&description);
+        Ok(Package { folder: folder.to_owned(), citation, experiment, planned, quick })
+    }
+
+    /// Names the files that [`export`] would not have written so from the results in `results`, which the package was unpacked to:
+    /// verdicts of claims, descriptions, loaders. `scratch` is a folder that is empty or not there yet.
+    ///
+    /// # Errors
+    /// Those of [`export`].
+    pub fn not_as_exported(&self, catalogue: &Catalogue, results: &Path, scratch: &Path) -> Result<Vec<String>> {
+        export(&self.experiment, catalogue, results, scratch, &self.citation)?;
+        let [ours, theirs] = [scratch, self.folder.as_path()].map(checksums::read);
+        let (ours, theirs) = (ours?.unwrap_or_default(), theirs?.unwrap_or_default());
+        let names: BTreeSet<&String> = ours.keys().chain(theirs.keys()).collect();
+        Ok(names.into_iter().filter(|name| ours.get(*name) != theirs.get(*name)).cloned().collect())
     }
 
     /// Writes the results folder that the package was made from, to the byte, into a folder that is empty or not there yet.
@@ -187,16 +207,57 @@ impl Package {
     /// [`Error::File`] for a folder that holds something, or for tables that do not become what they were.
     pub fn unpack(&self, catalogue: &Catalogue, out: &Path) -> Result<()> {
         refuse_filled(out)?;
-        make_folder(out)?;
-        let sums = read_text(&self.folder.join(AS_STORED))?;
         // By the rules of a list of checksums: no name leads out of the folder.
-        let scratch = out.join(CHECKSUMS);
-        write_atomically(&scratch, |file| file.write_all(sums.as_bytes()))?;
-        for name in checksums::read(out)?.unwrap_or_default().keys() {
+        let path = self.folder.join(AS_STORED);
+        let text = read_text(&path)?;
+        let sums = checksums::parse(&text).ok_or_else(|| Error::file(&path, "is no list of checksums"))?;
+        make_folder(out)?;
+        for name in sums.keys() {
             copy(&self.folder, out, name, infinities_of_rust)?;
         }
+        write_atomically(&out.join(CHECKSUMS), |file| file.write_all(text.as_bytes()))?;
         checked_runs(&self.experiment, catalogue, out).map(drop)
     }
+}
+
+/// What a description says of its authors and its like.
+fn citation_of(description: &Value) -> Citation {
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let authors = description["contributors"].as_array().into_iter().flatten();
+    let day = description["created"].as_str().and_then(|time| time.get(..10));
+    Citation {
+        title: Some(text(&description["title"])),
+        authors: authors.map(|author| text(&author["title"])).collect(),
+        licence: text(&description["licenses"][0]["name"]),
+        released: day.map(str::to_owned),
+    }
+}
+
+/// Refuses a package with files that its checksums do not speak of: nobody has said what they are.
+fn refuse_unlisted(folder: &Path) -> Result<()> {
+    let sums = checksums::read(folder)?.unwrap_or_default();
+    for below in ["", "traces/"] {
+        for entry in std::fs::read_dir(folder.join(below)).into_iter().flatten().flatten() {
+            let name = format!("{below}{}", entry.file_name().to_string_lossy());
+            let known = name == CHECKSUMS || name == "traces" || sums.contains_key(&name);
+            if !known {
+                return Err(Error::file(
+                    entry.path(),
+                    format!("is no part of the package: {CHECKSUMS} does not list it"),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether a place that may not be there yet lies below a folder.
+fn is_inside(place: &Path, folder: &Path) -> bool {
+    let there = place.ancestors().find_map(|above| {
+        let above = if above.as_os_str().is_empty() { Path::new(".") } else { above };
+        above.canonicalize().ok()
+    });
+    there.zip(folder.canonicalize().ok()).is_some_and(|(place, folder)| place.starts_with(folder))
 }
 
 /// Refuses a place where something is already.

@@ -2,17 +2,20 @@
 
 use crate::execution::{Job, Shard, run_job};
 use crate::experiment::PlannedRun;
-use crate::results::{plan_header, runs_header};
+use crate::references::obtain_reference;
+use crate::results::{plan_header, runs_header, write_references};
 use crate::stock::Stock;
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::checksums::sha256;
 use rimbench_results::results_table::ResultsTable;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// A cell that came out differently.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Differing {
-    /// Column of `runs.csv`.
+    /// Column of `runs.csv`, or the table whose row it is.
     pub column: String,
     /// What the package says.
     pub stored: String,
@@ -33,23 +36,33 @@ pub struct Rerun {
     pub differing: Vec<Differing>,
 }
 
-/// Computes `count` runs of the results in `folder` once more, those with the smallest ids (hashes, so that cases, schemes and steps
-/// are mixed), and compares every cell that does not depend on the machine. Runs that ended because they took too long say nothing and are left out. `job` is that of a folder of its own, empty.
+/// Computes `count` runs of the results in `folder` once more, chosen by `seed`, and compares every cell of `runs.csv` that does not
+/// depend on the machine, and what `reference.csv` and `parameters.csv` say of them. Runs that ended because they took longer than they
+/// may say nothing and are left out. `job` is that of a folder of its own, empty.
 ///
 /// # Errors
 /// Those of [`run_job`].
-pub fn rerun_sample(job: Job<'_>, planned: &[PlannedRun], folder: &Path, count: usize) -> Result<Vec<Rerun>> {
+pub fn rerun_sample(
+    job: Job<'_>,
+    planned: &[PlannedRun],
+    folder: &Path,
+    count: usize,
+    seed: u64,
+) -> Result<Vec<Rerun>> {
     let runs = ResultsTable::read(&folder.join("runs.csv"))?;
-    let id = runs.column("run_id")?;
-    let outcome = runs.column("outcome")?;
-    let row_of = |run: &PlannedRun| (0..runs.len()).find(|&row| runs.text(row, id) == run.id);
+    let (id, outcome) = (runs.column("run_id")?, runs.column("outcome")?);
+    let rows: HashMap<&str, usize> = (0..runs.len()).map(|row| (runs.text(row, id), row)).collect();
+    // Only what was given a limit can have reached it.
+    let says_nothing =
+        |run: &PlannedRun, row: usize| run.spec.wall_limit.is_some() && runs.text(row, outcome) == "timeout";
     let mut sample: Vec<(usize, usize)> = planned
         .iter()
         .enumerate()
-        .filter_map(|(place, run)| Some((place, row_of(run)?)))
-        .filter(|&(_, row)| runs.text(row, outcome) != "timeout")
+        .filter_map(|(place, run)| Some((place, *rows.get(run.id.as_str())?)))
+        .filter(|&(place, row)| !says_nothing(&planned[place], row))
         .collect();
-    sample.sort_by_key(|&(place, _)| &planned[place].id);
+    // Nobody who writes a package can know which rows are looked at.
+    sample.sort_by_cached_key(|&(place, _)| sha256(format!("{seed} {}", planned[place].id)));
     sample.truncate(count);
     let (all, settings) = (runs_header(planned), plan_header(planned).len());
     // The last two cells are the wall limit and the trace.
@@ -71,12 +84,40 @@ pub fn rerun_sample(job: Job<'_>, planned: &[PlannedRun], folder: &Path, count: 
                 stored: runs.text(row, column).to_owned(),
                 found: found.to_owned(),
             });
+        let mut differing: Vec<Differing> = differing.collect();
+        differing.extend(differing_tables(job, run, folder)?);
         reruns.push(Rerun {
             run_id: run.id.clone(),
             label: run.label.clone(),
             macro_step_s: run.spec.macro_step,
-            differing: differing.collect(),
+            differing,
         });
     }
     Ok(reruns)
+}
+
+/// Rows of the tables beside the runs that do not come out again for a run: its parameters and its reference.
+fn differing_tables(job: Job<'_>, run: &PlannedRun, folder: &Path) -> Result<Vec<Differing>> {
+    // A reference that took too long has no rows.
+    let reference = match obtain_reference(&run.spec, job.cache, StopFlag::never()) {
+        Err(Error::Overdue { .. }) => None,
+        reference => Some(reference?),
+    };
+    write_references(job.folder, std::iter::once(Ok((run, reference))), None)?;
+    let mut differing = Vec::new();
+    for name in ["parameters.csv", "reference.csv"] {
+        let [stored, found] = [folder, job.folder].map(|folder| {
+            let path = folder.join(name);
+            std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))
+        });
+        let (stored, found) = (stored?, found?);
+        let known: HashSet<&str> = stored.lines().collect();
+        let missing = found.lines().filter(|line| !known.contains(line));
+        differing.extend(missing.map(|line| Differing {
+            column: name.to_owned(),
+            stored: "no such row".to_owned(),
+            found: line.to_owned(),
+        }));
+    }
+    Ok(differing)
 }
