@@ -43,6 +43,8 @@ pub struct Run {
 impl Run {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let experiment = Experiment::read(&self.file)?;
+        // Before anything runs on all of them: a plan is laid out by threads as well.
+        use_threads(self.jobs)?;
         let shard = match (&self.shard, &self.places) {
             (Some(text), _) => Some(parse_shard(text, self.first_shard.into())?),
             (None, Some(text)) => Some(parse_places(text)?),
@@ -53,7 +55,6 @@ impl Run {
             Some(Shard::Places { first, last }) => (last - first).saturating_add(1),
             _ => experiment.plan(catalogue, false)?.len(),
         };
-        use_threads(self.jobs)?;
         let folder = self.out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         check_writable_folder(&folder)?;
         let interruption = Interruption::listen()?;
