@@ -7,6 +7,7 @@
 
 use super::instance::{Instance, Kept};
 use std::ffi::{CStr, CString, c_char, c_void};
+use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::ptr;
@@ -25,6 +26,8 @@ pub struct Handle {
     log: Log,
     /// Texts that were asked for last.
     texts: Vec<CString>,
+    /// Whether a call has panicked: what it has left is not to be relied on.
+    broken: bool,
 }
 
 /// A state that a master keeps.
@@ -43,13 +46,18 @@ fn with(handle: *mut Handle, act: impl FnOnce(&mut Handle) -> Result<(), String>
     // SAFETY: the master hands over what `fmi3InstantiateCoSimulation` gave it, from one thread at a time.
     let Some(handle) = (unsafe { handle.as_mut() }) else { return ERROR };
     let (environment, log) = (handle.environment, handle.log);
-    match catch_unwind(AssertUnwindSafe(|| act(handle))) {
+    if handle.broken {
+        say(environment, log, FATAL, "a call before this one has panicked: this instance can only be freed");
+        return FATAL;
+    }
+    match catch_unwind(AssertUnwindSafe(|| act(&mut *handle))) {
         Ok(Ok(())) => OK,
         Ok(Err(message)) => {
             say(environment, log, ERROR, &message);
             ERROR
         }
         Err(_) => {
+            handle.broken = true;
             say(environment, log, FATAL, "a defect of rimbench: the model panicked");
             FATAL
         }
@@ -60,22 +68,44 @@ fn with(handle: *mut Handle, act: impl FnOnce(&mut Handle) -> Result<(), String>
 ///
 /// # Safety
 /// `first` points to `count` values, or `count` is 0.
-unsafe fn list<'a, T>(first: *const T, count: usize) -> &'a [T] {
-    if count == 0 || first.is_null() { &[] } else { unsafe { std::slice::from_raw_parts(first, count) } }
+unsafe fn list<'a, T>(first: *const T, count: usize) -> Result<&'a [T], String> {
+    match (count, first.is_null()) {
+        (0, _) => Ok(&[]),
+        (_, true) => Err(format!("a list of {count} values is a null pointer")),
+        (_, false) => Ok(unsafe { std::slice::from_raw_parts(first, count) }),
+    }
 }
 
-/// Room that a master hands over.
+/// Room that a master hands over, in which nothing need stand yet.
 ///
 /// # Safety
-/// `first` points to `count` values that nobody else uses, or `count` is 0.
-unsafe fn room<'a, T>(first: *mut T, count: usize) -> &'a mut [T] {
-    if count == 0 || first.is_null() { &mut [] } else { unsafe { std::slice::from_raw_parts_mut(first, count) } }
+/// `first` points to room for `count` values that nobody else uses, or `count` is 0.
+unsafe fn room<'a, T>(first: *mut T, count: usize) -> Result<&'a mut [MaybeUninit<T>], String> {
+    match (count, first.is_null()) {
+        (0, _) => Ok(&mut []),
+        (_, true) => Err(format!("room for {count} values is a null pointer")),
+        (_, false) => Ok(unsafe { std::slice::from_raw_parts_mut(first.cast(), count) }),
+    }
+}
+
+/// Writes a value where a master wants it, if it does.
+///
+/// # Safety
+/// `place` has room for a value, or is null.
+unsafe fn tell<T>(place: *mut T, value: T) {
+    if !place.is_null() {
+        // SAFETY: as above; what stands there is not looked at.
+        unsafe { place.write(value) };
+    }
 }
 
 /// # Safety
 /// A text that ends in zero, or null.
-unsafe fn words<'a>(text: *const c_char) -> &'a str {
-    if text.is_null() { "" } else { unsafe { CStr::from_ptr(text) }.to_str().unwrap_or_default() }
+unsafe fn words<'a>(text: *const c_char, what: &str) -> Result<&'a str, String> {
+    if text.is_null() {
+        return Err(format!("{what} is a null pointer"));
+    }
+    unsafe { CStr::from_ptr(text) }.to_str().map_err(|_| format!("{what} is not in UTF-8"))
 }
 
 #[unsafe(no_mangle)]
@@ -98,15 +128,17 @@ unsafe extern "C" fn fmi3InstantiateCoSimulation(
     log: Log,
     _update: *const c_void,
 ) -> *mut Handle {
-    let (token, resources) = unsafe { (words(token), words(resources)) };
     let made = catch_unwind(|| {
+        let (token, resources) = unsafe { (words(token, "the token")?, words(resources, "the resource path")?) };
         if event_mode {
             return Err("event mode is not offered".to_owned());
         }
         Instance::new(token, Path::new(resources.strip_prefix("file://").unwrap_or(resources)))
     });
     match made {
-        Ok(Ok(instance)) => Box::into_raw(Box::new(Handle { instance, environment, log, texts: Vec::new() })),
+        Ok(Ok(instance)) => {
+            Box::into_raw(Box::new(Handle { instance, environment, log, texts: Vec::new(), broken: false }))
+        }
         Ok(Err(message)) => {
             say(environment, log, ERROR, &message);
             ptr::null_mut()
@@ -133,10 +165,7 @@ extern "C" fn fmi3EnterInitializationMode(
     _has_stop: bool,
     _stop: f64,
 ) -> i32 {
-    with(handle, |handle| {
-        handle.instance.enter_initialization(start);
-        Ok(())
-    })
+    with(handle, |handle| handle.instance.enter_initialization(start))
 }
 
 #[unsafe(no_mangle)]
@@ -146,7 +175,10 @@ extern "C" fn fmi3ExitInitializationMode(handle: *mut Handle) -> i32 {
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi3Terminate(handle: *mut Handle) -> i32 {
-    with(handle, |_| Ok(()))
+    with(handle, |handle| {
+        handle.instance.terminate();
+        Ok(())
+    })
 }
 
 #[unsafe(no_mangle)]
@@ -166,8 +198,10 @@ extern "C" fn fmi3SetDebugLogging(
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3GetFloat64(h: *mut Handle, refs: *const u32, n: usize, values: *mut f64, count: usize) -> i32 {
-    let (refs, values) = unsafe { (list(refs, n), room(values, count)) };
-    with(h, |handle| handle.instance.get_numbers(refs, values))
+    with(h, |handle| {
+        let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
+        handle.instance.get_numbers(refs, values)
+    })
 }
 
 #[unsafe(no_mangle)]
@@ -178,8 +212,10 @@ unsafe extern "C" fn fmi3SetFloat64(
     values: *const f64,
     count: usize,
 ) -> i32 {
-    let (refs, values) = unsafe { (list(refs, n), list(values, count)) };
-    with(h, |handle| pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_number(*at, *value)))
+    with(h, |handle| {
+        let (refs, values) = unsafe { (list(refs, n)?, list(values, count)?) };
+        pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_number(*at, *value))
+    })
 }
 
 #[unsafe(no_mangle)]
@@ -190,8 +226,10 @@ unsafe extern "C" fn fmi3GetBoolean(
     values: *mut bool,
     count: usize,
 ) -> i32 {
-    let (refs, values) = unsafe { (list(refs, n), room(values, count)) };
-    with(h, |handle| handle.instance.get_booleans(refs, values))
+    with(h, |handle| {
+        let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
+        handle.instance.get_booleans(refs, values)
+    })
 }
 
 #[unsafe(no_mangle)]
@@ -199,11 +237,14 @@ unsafe extern "C" fn fmi3SetBoolean(
     h: *mut Handle,
     refs: *const u32,
     n: usize,
-    values: *const bool,
+    values: *const u8,
     count: usize,
 ) -> i32 {
-    let (refs, values) = unsafe { (list(refs, n), list(values, count)) };
-    with(h, |handle| pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_boolean(*at, *value)))
+    with(h, |handle| {
+        // As bytes: what a master hands over need be none of the two that a `bool` may have.
+        let (refs, values) = unsafe { (list(refs, n)?, list(values, count)?) };
+        pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_boolean(*at, *value != 0))
+    })
 }
 
 #[unsafe(no_mangle)]
@@ -214,12 +255,14 @@ unsafe extern "C" fn fmi3GetString(
     values: *mut *const c_char,
     count: usize,
 ) -> i32 {
-    let (refs, values) = unsafe { (list(refs, n), room(values, count)) };
     with(h, |handle| {
+        let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
         pairs(refs, values).map(drop)?;
         let texts = refs.iter().map(|at| Ok(CString::new(handle.instance.get_text(*at)?).unwrap_or_default()));
         handle.texts = texts.collect::<Result<_, String>>()?;
-        values.iter_mut().zip(&handle.texts).for_each(|(value, text)| *value = text.as_ptr());
+        values.iter_mut().zip(&handle.texts).for_each(|(value, text)| {
+            value.write(text.as_ptr());
+        });
         Ok(())
     })
 }
@@ -232,9 +275,10 @@ unsafe extern "C" fn fmi3SetString(
     values: *const *const c_char,
     count: usize,
 ) -> i32 {
-    let (refs, values) = unsafe { (list(refs, n), list(values, count)) };
     with(h, |handle| {
-        pairs(refs, values)?.try_for_each(|(at, text)| handle.instance.set_text(*at, unsafe { words(*text) }))
+        let (refs, values) = unsafe { (list(refs, n)?, list(values, count)?) };
+        pairs(refs, values)?
+            .try_for_each(|(at, text)| handle.instance.set_text(*at, unsafe { words(*text, "a text") }?))
     })
 }
 
@@ -258,21 +302,11 @@ unsafe extern "C" fn fmi3DoStep(
     early: *mut bool,
     last: *mut f64,
 ) -> i32 {
-    let said = |place: *mut bool| {
-        if let Some(place) = unsafe { place.as_mut() } {
-            *place = false;
-        }
-    };
-    [event, terminate, early].into_iter().for_each(said);
-    let put = |time: f64| {
-        if let Some(last) = unsafe { last.as_mut() } {
-            *last = time;
-        }
-    };
-    put(t);
+    [event, terminate, early].into_iter().for_each(|place| unsafe { tell(place, false) });
+    unsafe { tell(last, t) };
     let status = with(h, |handle| handle.instance.do_step(t, length));
     if status == OK {
-        put(t + length);
+        unsafe { tell(last, t + length) };
     }
     status
 }
@@ -289,9 +323,11 @@ unsafe extern "C" fn fmi3GetDirectionalDerivative(
     out: *mut f64,
     n_out: usize,
 ) -> i32 {
-    let (unknowns, knowns) = unsafe { (list(unknowns, n_unknowns), list(knowns, n_knowns)) };
-    let (seed, out) = unsafe { (list(seed, n_seed), room(out, n_out)) };
-    with(h, |handle| handle.instance.directional(unknowns, knowns, seed, out))
+    with(h, |handle| {
+        let (unknowns, knowns) = unsafe { (list(unknowns, n_unknowns)?, list(knowns, n_knowns)?) };
+        let (seed, out) = unsafe { (list(seed, n_seed)?, room(out, n_out)?) };
+        handle.instance.directional(unknowns, knowns, seed, out)
+    })
 }
 
 #[unsafe(no_mangle)]
@@ -329,9 +365,12 @@ unsafe extern "C" fn fmi3FreeFMUState(h: *mut Handle, state: *mut *mut KeptState
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3SerializedFMUStateSize(h: *mut Handle, state: *mut KeptState, size: *mut usize) -> i32 {
     with(h, |handle| {
-        let (state, size) =
-            unsafe { (state.as_ref().ok_or("there is no state")?, size.as_mut().ok_or("there is no room")?) };
-        *size = handle.instance.serialised_len(&state.0)?;
+        let state = unsafe { state.as_ref() }.ok_or("there is no state")?;
+        if size.is_null() {
+            return Err("there is no room for a size".to_owned());
+        }
+        let length = handle.instance.serialised_len(&state.0)?;
+        unsafe { tell(size, length) };
         Ok(())
     })
 }
@@ -339,12 +378,14 @@ unsafe extern "C" fn fmi3SerializedFMUStateSize(h: *mut Handle, state: *mut Kept
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3SerializeFMUState(h: *mut Handle, state: *mut KeptState, bytes: *mut u8, size: usize) -> i32 {
     with(h, |handle| {
-        let (state, bytes) = unsafe { (state.as_ref().ok_or("there is no state")?, room(bytes, size)) };
+        let (state, bytes) = unsafe { (state.as_ref().ok_or("there is no state")?, room(bytes, size)?) };
         let serialised = handle.instance.serialised(&state.0)?;
         if serialised.len() != bytes.len() {
             return Err(format!("the state has {} bytes, and there is room for {}", serialised.len(), bytes.len()));
         }
-        bytes.copy_from_slice(&serialised);
+        bytes.iter_mut().zip(serialised).for_each(|(place, byte)| {
+            place.write(byte);
+        });
         Ok(())
     })
 }
@@ -357,7 +398,7 @@ unsafe extern "C" fn fmi3DeserializeFMUState(
     state: *mut *mut KeptState,
 ) -> i32 {
     with(h, |handle| {
-        let (bytes, place) = unsafe { (list(bytes, size), state.as_mut().ok_or("there is no room for a state")?) };
+        let (bytes, place) = unsafe { (list(bytes, size)?, state.as_mut().ok_or("there is no room for a state")?) };
         let kept = KeptState(handle.instance.deserialised(bytes)?);
         match unsafe { place.as_mut() } {
             Some(old) => *old = kept,

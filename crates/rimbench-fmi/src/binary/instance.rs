@@ -6,6 +6,7 @@ use rimbench_cases::cases::{Case, Parameters, Value};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::cosim::{MacroStep, MicroStep, OutputRates, Side, Subsystem, division};
 use rimbench_core::interface_model::ReducedInterfaceModel;
+use std::mem::MaybeUninit;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -52,6 +53,24 @@ impl Built {
     }
 }
 
+/// Where an instance is between its calls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    Instantiated,
+    Initialization,
+    Stepping,
+    Terminated,
+}
+
+impl Phase {
+    const ALL: [Phase; 4] = [Phase::Instantiated, Phase::Initialization, Phase::Stepping, Phase::Terminated];
+
+    /// Whether parameters are fixed.
+    fn has_begun(self) -> bool {
+        matches!(self, Phase::Stepping | Phase::Terminated)
+    }
+}
+
 /// Everything that a state holds.
 struct State {
     parameters: Parameters,
@@ -60,7 +79,7 @@ struct State {
     serialisable: bool,
     u: Vec<f64>,
     time: f64,
-    begun: bool,
+    phase: Phase,
     history: History,
     built: Option<Built>,
 }
@@ -82,19 +101,24 @@ impl State {
 }
 
 /// A state that a master keeps.
-pub(super) struct Kept(State);
+pub(super) struct Kept {
+    state: State,
+    /// Of the FMU that it is a state of.
+    token: Arc<str>,
+}
 
 /// An instance.
 pub(super) struct Instance {
     case: Arc<Case>,
     side: Side,
     contents: Contents,
+    token: Arc<str>,
     variables: Variables,
     state: State,
 }
 
 /// First bytes of a serialised state: format and its version.
-const MARK: &[u8; 8] = b"rimfmu01";
+const MARK: &[u8; 8] = b"rimfmu02";
 
 impl Instance {
     /// Reads what it is from the FMU's resources.
@@ -107,8 +131,9 @@ impl Instance {
         if contents.sources != crate::sources() {
             return Err(format!("{}: the library of this FMU was built from other sources", file.display()));
         }
-        if contents.token() != token {
-            return Err(format!("instantiation token {token} is not that of this FMU, {}", contents.token()));
+        let own: Arc<str> = contents.token().into();
+        if *own != *token {
+            return Err(format!("instantiation token {token} is not that of this FMU, {own}"));
         }
         let side = Side::BOTH.into_iter().find(|side| side_name(*side) == contents.side);
         let side = side.ok_or_else(|| format!("{}: side = {} is none", file.display(), contents.side))?;
@@ -116,7 +141,7 @@ impl Instance {
         let parameters = initial(&case, &contents)?;
         let variables = Variables::of(&case, side, &parameters).map_err(|error| error.to_string())?;
         let state = start(&contents, parameters, variables.inputs);
-        Ok(Instance { case, side, contents, variables, state })
+        Ok(Instance { case, side, contents, token: own, variables, state })
     }
 
     /// Goes back to the state after instantiation.
@@ -125,15 +150,30 @@ impl Instance {
         Ok(())
     }
 
-    pub(super) fn enter_initialization(&mut self, start: f64) {
-        self.state.time = start;
+    pub(super) fn enter_initialization(&mut self, start: f64) -> Result<(), Refusal> {
+        if self.state.phase != Phase::Instantiated {
+            return Err("it has been initialised already: fmi3Reset comes before another time".to_owned());
+        }
+        if !start.is_finite() {
+            return Err(format!("start time {start} s is not valid; valid: a finite time"));
+        }
+        (self.state.time, self.state.phase) = (start, Phase::Initialization);
+        Ok(())
     }
 
     /// From here on parameters are fixed.
     pub(super) fn exit_initialization(&mut self) -> Result<(), Refusal> {
+        if self.state.phase != Phase::Initialization {
+            return Err("it is not in initialization mode, which it is asked to leave".to_owned());
+        }
         self.built()?;
-        self.state.begun = true;
+        self.state.phase = Phase::Stepping;
         Ok(())
+    }
+
+    /// From here on there are no steps.
+    pub(super) fn terminate(&mut self) {
+        self.state.phase = Phase::Terminated;
     }
 
     fn variable(&self, reference: u32, of: fn(&Variable) -> bool, what: &str) -> Result<&Variable, Refusal> {
@@ -198,11 +238,11 @@ impl Instance {
     }
 
     /// Writes the values of some variables one after the other; says how many they were.
-    pub(super) fn get_numbers(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Refusal> {
+    pub(super) fn get_numbers(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Refusal> {
         let mut room = values.iter_mut();
         let mut put = |value: f64| match room.next() {
             Some(place) => {
-                *place = value;
+                place.write(value);
                 Ok(())
             }
             None => Err("there is less room than the variables have values".to_owned()),
@@ -233,6 +273,9 @@ impl Instance {
                         Model::A => model.a.iter().try_for_each(|value| put(*value))?,
                         Model::W => model.w.iter().try_for_each(|value| put(*value))?,
                         Model::Gap => model.gap.iter().try_for_each(|value| put(*value))?,
+                        Model::OwnApproach => {
+                            (0..model.contacts()).try_for_each(|contact| put(model.own_approach_of(contact)))?;
+                        }
                         Model::Position => model.position.iter().try_for_each(|value| put(*value))?,
                         Model::Stabilisation => put(model.stabilisation)?,
                         Model::Restitution => put(model.restitution)?,
@@ -250,7 +293,7 @@ impl Instance {
         }
     }
 
-    pub(super) fn get_booleans(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), Refusal> {
+    pub(super) fn get_booleans(&mut self, references: &[u32], values: &mut [MaybeUninit<bool>]) -> Result<(), Refusal> {
         let mut found = Vec::with_capacity(values.len());
         for &reference in references {
             match self.variable(reference, |_| true, "variable")?.kind {
@@ -262,7 +305,9 @@ impl Instance {
         if found.len() != values.len() {
             return Err(format!("there is room for {} values, and the variables have {}", values.len(), found.len()));
         }
-        values.copy_from_slice(&found);
+        values.iter_mut().zip(found).for_each(|(place, truth)| {
+            place.write(truth);
+        });
         Ok(())
     }
 
@@ -284,7 +329,7 @@ impl Instance {
     fn set_parameter(&mut self, reference: u32, value: &str, choice: bool) -> Result<(), Refusal> {
         let name =
             self.variable(reference, |variable| matches!(variable.kind, Kind::Parameter(_)), "parameter")?.name.clone();
-        if self.state.begun {
+        if self.state.phase.has_begun() {
             return Err(format!("`{name}` is fixed once the model has begun"));
         }
         let known = self.state.parameters.iter().find(|(parameter, _)| *parameter.name == name);
@@ -324,7 +369,7 @@ impl Instance {
 
     pub(super) fn set_boolean(&mut self, reference: u32, value: bool) -> Result<(), Refusal> {
         self.variable(reference, |variable| variable.kind == Kind::Serialisable, "Boolean that can be set")?;
-        if self.state.begun {
+        if self.state.phase.has_begun() {
             return Err("`serialisable` is fixed once the model has begun".to_owned());
         }
         self.state.serialisable = value;
@@ -339,6 +384,18 @@ impl Instance {
     pub(super) fn do_step(&mut self, t: f64, h: f64) -> Result<(), Refusal> {
         if !(h.is_finite() && h > 0.0 && t.is_finite()) {
             return Err(format!("a communication step of {h} s from {t} s is not valid; valid: finite, above 0 s"));
+        }
+        let now = self.state.time;
+        if self.state.phase != Phase::Stepping {
+            let where_it_is = match self.state.phase {
+                Phase::Terminated => "after it was terminated",
+                _ => "before its initialization has ended",
+            };
+            return Err(format!("a communication step is not valid {where_it_is}"));
+        }
+        // A master counts its own time, k h say: rounding is forgiven.
+        if (t - now).abs() > 1e-6 * h + 8.0 * f64::EPSILON * t.abs().max(now.abs()) {
+            return Err(format!("a communication step from {t} s is not valid: this instance is at {now} s"));
         }
         self.built()?;
         let State { built: Some(built), u, longest, serialisable, history, time, .. } = &mut self.state else {
@@ -359,20 +416,20 @@ impl Instance {
         unknowns: &[u32],
         knowns: &[u32],
         seed: &[f64],
-        out: &mut [f64],
+        out: &mut [MaybeUninit<f64>],
     ) -> Result<(), Refusal> {
         if seed.len() != knowns.len() || out.len() != unknowns.len() {
             return Err("as many seeds as knowns and as much room as unknowns are needed".to_owned());
         }
         let inputs = self.variables.inputs;
         for (&unknown, out) in unknowns.iter().zip(out) {
-            *out = 0.0;
+            let mut sum = 0.0;
             let of = self.variable(unknown, |_| true, "variable")?.kind;
             for (&known, seed) in knowns.iter().zip(seed) {
                 let Kind::Input(column) = self.variable(known, |_| true, "variable")?.kind else {
                     return Err(format!("value reference {known} is no input"));
                 };
-                *out += seed
+                sum += seed
                     * match of {
                         Kind::Output(_) if !self.variables.feedthrough => 0.0,
                         Kind::Output(row) => self.rates()?.feedthrough[row * inputs + column],
@@ -380,34 +437,42 @@ impl Instance {
                         _ => return Err(format!("value reference {unknown} is no output and no rate of one")),
                     };
             }
+            out.write(sum);
         }
         Ok(())
     }
 
     pub(super) fn keep(&self) -> Result<Kept, Refusal> {
-        self.state.try_clone().map(Kept).ok_or_else(|| "this model cannot be copied".to_owned())
+        let state = self.state.try_clone().ok_or("this model cannot be copied")?;
+        Ok(Kept { state, token: Arc::clone(&self.token) })
     }
 
     pub(super) fn restore(&mut self, kept: &Kept) -> Result<(), Refusal> {
-        self.state = kept.0.try_clone().ok_or("this model cannot be copied")?;
+        self.check_own(kept)?;
+        self.state = kept.state.try_clone().ok_or("this model cannot be copied")?;
         Ok(())
+    }
+
+    fn check_own(&self, kept: &Kept) -> Result<(), Refusal> {
+        if kept.token == self.token { Ok(()) } else { Err("this is a state of another FMU".to_owned()) }
     }
 
     /// A state as bytes: its parameters, and the steps that led to it. The same library comes to the same bits from there.
     pub(super) fn serialised(&self, kept: &Kept) -> Result<Vec<u8>, Refusal> {
-        let state = &kept.0;
+        self.check_own(kept)?;
+        let state = &kept.state;
         if !state.serialisable {
             return Err("`serialisable` was set to false: no steps are noted".to_owned());
         }
         let mut bytes = MARK.to_vec();
-        let mut words = format!("{}\n", self.contents.token());
+        let mut words = format!("{}\n", self.token);
         for (parameter, value) in state.parameters.iter() {
             words += &format!("{}={}\n", parameter.name, text(value));
         }
         bytes.extend((words.len() as u64).to_le_bytes());
         bytes.extend(words.as_bytes());
-        let flags = if state.begun { 1.0 } else { 0.0 };
-        let mut numbers = vec![flags, state.built.is_some().into(), state.longest, state.model_step, state.time];
+        let phase = Phase::ALL.iter().position(|phase| *phase == state.phase).unwrap_or_default() as f64;
+        let mut numbers = vec![phase, state.built.is_some().into(), state.longest, state.model_step, state.time];
         numbers.extend(&state.u);
         for Taken { t, h, longest, u } in state.history.steps() {
             numbers.extend([t, h, longest]);
@@ -419,10 +484,11 @@ impl Instance {
 
     /// Returns the length of [`serialised`](Self::serialised).
     pub(super) fn serialised_len(&self, kept: &Kept) -> Result<usize, Refusal> {
-        let state = &kept.0;
+        let state = &kept.state;
         let steps = state.history.len();
-        let without = State { history: History::default(), ..kept.0.try_clone().ok_or("this model cannot be copied")? };
-        Ok(self.serialised(&Kept(without))?.len() + 8 * steps * (3 + state.u.len()))
+        let without = State { history: History::default(), ..state.try_clone().ok_or("this model cannot be copied")? };
+        Ok(self.serialised(&Kept { state: without, token: Arc::clone(&kept.token) })?.len()
+            + 8 * steps * (3 + state.u.len()))
     }
 
     /// Reads a state back, by taking its steps again.
@@ -434,7 +500,7 @@ impl Instance {
         let (words, numbers) = rest.split_at_checked(length).ok_or_else(none)?;
         let words = std::str::from_utf8(words).map_err(|_| none())?;
         let (token, words) = words.split_once('\n').ok_or_else(none)?;
-        if token != self.contents.token() || !numbers.len().is_multiple_of(8) {
+        if *token != *self.token || !numbers.len().is_multiple_of(8) {
             return Err(none());
         }
         let mut parameters = self.case.default_parameters();
@@ -445,7 +511,7 @@ impl Instance {
         let numbers: Vec<f64> =
             numbers.chunks_exact(8).map(|chunk| f64::from_le_bytes(chunk.try_into().unwrap_or_default())).collect();
         let inputs = self.variables.inputs;
-        let (&[begun, built, longest, model_step, time], rest) = numbers.split_first_chunk::<5>().ok_or_else(none)?;
+        let (&[phase, built, longest, model_step, time], rest) = numbers.split_first_chunk::<5>().ok_or_else(none)?;
         let (u, steps) = rest.split_at_checked(inputs).ok_or_else(none)?;
         if !steps.len().is_multiple_of(3 + inputs) {
             return Err(none());
@@ -461,17 +527,19 @@ impl Instance {
                 history.push(Taken { t, h, longest, u: u.into() });
             }
         }
-        Ok(Kept(State {
+        let phase = Phase::ALL.get(phase as usize).copied().ok_or_else(none)?;
+        let state = State {
             parameters,
             longest,
             model_step,
             serialisable: true,
             u: u.to_vec(),
             time,
-            begun: begun != 0.0,
+            phase,
             history,
             built: made,
-        }))
+        };
+        Ok(Kept { state, token: Arc::clone(&self.token) })
     }
 }
 
@@ -492,14 +560,22 @@ fn start(contents: &Contents, parameters: Parameters, inputs: usize) -> State {
         serialisable: true,
         u: vec![0.0; inputs],
         time: 0.0,
-        begun: false,
+        phase: Phase::Instantiated,
         history: History::default(),
         built: None,
     }
 }
 
+/// Most steps of its own in one communication step.
+const MOST_STEPS: f64 = 1e7;
+
 /// The steps of a macro step as the macro loop takes them.
 fn advance(built: &mut Built, u: &[f64], t: f64, h: f64, longest: f64) -> Result<(), Refusal> {
+    if longest > 0.0 && h / longest > MOST_STEPS {
+        return Err(format!(
+            "longest_step_s = {longest} is not valid: a communication step of {h} s would be more than {MOST_STEPS:e} of them"
+        ));
+    }
     let count = if longest > 0.0 { division(h, longest) } else { 1 };
     let step = MacroStep { index: 0, start: t, length: h };
     let Built { subsystem, y, .. } = built;

@@ -16,6 +16,8 @@ pub enum Model {
     W,
     /// Gaps, n_u, m.
     Gap,
+    /// Approaches that the mechanics' steps make by themselves, n_u, m/s.
+    OwnApproach,
     /// Interface coordinates, n_i, m.
     Position,
     /// Whether a contact was at its bound in the last step, n_u.
@@ -166,6 +168,8 @@ impl Variables {
                     "Interface model: gaps, below zero in penetration",
                     &[contacts],
                 );
+                let about = "Interface model: approaches that the mechanics' steps make by themselves, of which nothing bounces back";
+                put("rim.own_approach", Kind::Model(Model::OwnApproach), "m/s", about, &[contacts]);
                 let about = "Interface model: whether a contact was at its bound in the last step";
                 put("rim.at_bound", Kind::Model(Model::AtBound), "", about, &[contacts]);
             }

@@ -87,7 +87,11 @@ struct Ends {
 
 /// A variable, and what its value is multiplied by besides its unit.
 #[derive(Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    deny_unknown_fields,
+    expecting = "valid: the name of a variable, or { variable = \"…\", factor = … }"
+)]
 enum End {
     Plain(String),
     Scaled { variable: String, factor: f64 },
@@ -105,12 +109,21 @@ struct ParameterTable {
     actuator: Option<String>,
 }
 
-/// Units of positions, velocities and forces: exponents of kg, m, s, rad, and a name.
-const UNITS: [(Quantity, [i32; 4], &str); 3] = [
-    (Quantity::Position, [0, 1, 0, 0], "m"),
-    (Quantity::Velocity, [0, 1, -1, 0], "m/s"),
-    (Quantity::Force, [1, 1, -2, 0], "N"),
+/// Units of positions, velocities and forces: exponents of kg, m, s, rad and the rest of the base units, and a name.
+const UNITS: [(Quantity, [i32; 8], &str); 3] = [
+    (Quantity::Position, [0, 1, 0, 0, 0, 0, 0, 0], "m"),
+    (Quantity::Velocity, [0, 1, -1, 0, 0, 0, 0, 0], "m/s"),
+    (Quantity::Force, [1, 1, -2, 0, 0, 0, 0, 0], "N"),
 ];
+
+/// That of energies.
+const ENERGY: [i32; 8] = [1, 2, -2, 0, 0, 0, 0, 0];
+
+/// Shortest time that a process is given for an answer, s.
+const SHORTEST_ANSWER: f64 = 1e-3;
+
+/// The parameter that says what a case is made from.
+const DIGEST: &str = "fmu_digest";
 
 /// Most rows of an interface model, whose square must have room.
 const MOST_ROWS: usize = 4096;
@@ -160,12 +173,20 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
         .into_iter()
         .chain(file.micro_step_s.map(|value| ("micro_step_s", value)))
         .chain(file.reference_step_s.map(|value| ("reference_step_s", value)))
-        .chain([("answer_within_s", file.answer_within_s)])
     {
         if !(value.is_finite() && value > 0.0) {
             return Err(wrong(Error::invalid(key, value, "a finite time above 0 s").to_string()));
         }
     }
+    if !(file.answer_within_s.is_finite() && file.answer_within_s >= SHORTEST_ANSWER) {
+        let valid = format!("a finite time of at least {SHORTEST_ANSWER} s");
+        return Err(wrong(Error::invalid("answer_within_s", file.answer_within_s, valid).to_string()));
+    }
+    if let Some(micro) = file.micro_step_s.filter(|micro| *micro > file.macro_step_s) {
+        let valid = format!("at most macro_step_s, {} s", file.macro_step_s);
+        return Err(wrong(Error::invalid("micro_step_s", micro, valid).to_string()));
+    }
+    file.parameters.iter().try_for_each(|(name, table)| check_parameter(name, table)).map_err(wrong)?;
     if file.interface.is_empty() {
         return Err(wrong("has no [[interface]]: at least one row couples the two sides".to_owned()));
     }
@@ -211,6 +232,12 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     for side in Side::BOTH {
         trace.extend(members[side].offers.observables.iter().cloned());
     }
+    if let Some(name) = trace.iter().find(|name| !can_name_a_column(name)) {
+        return Err(wrong(format!(
+            "a column of the trace is named {:?}; valid: a name without commas, quotes and line breaks",
+            name.to_string()
+        )));
+    }
     let mut seen = BTreeSet::new();
     if let Some(twice) = trace.iter().find(|name| !seen.insert((*name).clone())) {
         return Err(wrong(format!("two columns of the trace are named `{twice}`")));
@@ -236,6 +263,27 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     };
     (case.build)(&case.default_parameters(), &rimbench_core::complementarity::SolverEntry::active_set())?;
     Ok(case)
+}
+
+/// Whether a name stands in a table of comma-separated values as it is.
+fn can_name_a_column(name: &str) -> bool {
+    !name.trim().is_empty() && !name.contains([',', '"']) && !name.contains(char::is_control)
+}
+
+/// Checks what of a parameter needs no FMU.
+fn check_parameter(name: &str, table: &ParameterTable) -> std::result::Result<(), String> {
+    if name == DIGEST {
+        return Err(format!("[parameters.{name}]: that name is taken by the hash of the FMUs"));
+    }
+    if name.is_empty() || name.trim() != name || name.contains(['=', ',', '"']) || name.contains(char::is_control) {
+        return Err(format!(
+            "[parameters] has {name:?}; valid: a name without =, commas, quotes, line breaks and spaces around it"
+        ));
+    }
+    if !table.default.is_finite() {
+        return Err(format!("[parameters.{name}] default = {} is not valid; valid: a finite number", table.default));
+    }
+    Ok(())
 }
 
 /// Names of position, velocity and force of each row.
@@ -264,7 +312,7 @@ fn parameters(file: &CaseFile, digest: &str) -> Vec<Parameter> {
         )
     });
     let about = "hash of the case file and its FMUs; not to be set";
-    given.chain([Parameter::choice("fmu_digest", [digest.to_owned()], about, "the files themselves")]).collect()
+    given.chain([Parameter::choice(DIGEST, [digest.to_owned()], about, "the files themselves")]).collect()
 }
 
 fn digest(text: &str, members: [&Member; 2]) -> String {
@@ -328,8 +376,8 @@ fn member(file: &CaseFile, side: Side, folder: &Path, rows: &[[String; 3]]) -> R
         outputs: outputs.iter().map(|(port, _)| port.clone()).collect(),
         direct_feedthrough: table.direct_feedthrough.unwrap_or_else(depends),
     };
-    let starts = table.start.iter().map(|(name, value)| finder.start(name, value)).collect::<Result<_>>()?;
-    let mut parameters = Vec::new();
+    let starts = table.start.iter().map(|(name, value)| finder.start(side, name, value)).collect::<Result<_>>()?;
+    let mut parameters: Vec<(String, Scaled)> = Vec::new();
     for (name, parameter) in &file.parameters {
         let to = if side == Side::Mechanics { &parameter.mechanics } else { &parameter.actuator };
         if parameter.mechanics.is_none() && parameter.actuator.is_none() {
@@ -342,14 +390,37 @@ fn member(file: &CaseFile, side: Side, folder: &Path, rows: &[[String; 3]]) -> R
             if variable.kind != Type::Number {
                 return Err(finder.wrong(format!("variable `{to}` is no Float64: parameters of a case are numbers")));
             }
+            let units = [&*parameter.unit, &*variable.unit].map(|unit| if unit == "-" { "" } else { unit });
+            if units.iter().all(|unit| !unit.is_empty()) && units[0] != units[1] {
+                return Err(finder.wrong(format!(
+                    "variable `{to}` is in `{}`, and [parameters.{name}] says unit = {:?}; valid: the same, or none, for its values \
+                     go to the FMU as they are",
+                    variable.unit, parameter.unit
+                )));
+            }
+            if table.start.contains_key(to) {
+                return Err(Error::Incompatible(format!(
+                    "variable `{to}` is set twice: in start of [{}] and by [parameters.{name}]",
+                    side_name(side)
+                )));
+            }
+            if let Some((other, _)) = parameters.iter().find(|(_, scaled)| scaled.reference == variable.reference) {
+                return Err(Error::Incompatible(format!(
+                    "variable `{to}` of [{}] is set twice: by [parameters.{other}] and [parameters.{name}]",
+                    side_name(side)
+                )));
+            }
             parameters.push((name.clone(), Scaled { reference: variable.reference, factor: 1.0, offset: 0.0 }));
         }
     }
     let observed: Vec<Scaled> = table.observe.iter().map(|name| finder.readable(name)).collect::<Result<_>>()?;
-    let work = table.interface_work.as_ref().map(|name| finder.readable(name)).transpose()?;
+    let work = table.interface_work.as_ref().map(|name| finder.work(name)).transpose()?;
     let rate_of = |(_, output): &(Port, Scaled)| -> Option<Scaled> {
         let rate = description.variables.iter().find(|variable| variable.derivative == Some(output.reference))?;
-        Some(Scaled { reference: rate.reference, factor: output.factor, offset: 0.0 })
+        // What the case file says of the output holds of its rate; the unit is the rate's own, where it has one.
+        let of = description.variables.iter().find(|variable| variable.reference == output.reference)?;
+        let units = if rate.exponents.is_some() { rate.factor / of.factor } else { 1.0 };
+        Some(Scaled { reference: rate.reference, factor: output.factor * units, offset: 0.0 })
     };
     let rates: Option<Vec<Scaled>> =
         outputs.iter().map(rate_of).collect::<Option<_>>().filter(|_| description.derivatives);
@@ -378,7 +449,7 @@ fn member(file: &CaseFile, side: Side, folder: &Path, rows: &[[String; 3]]) -> R
         step: description.variable("rim.step").filter(|_| unpacked.layered).map(|variable| variable.reference),
         model: model.map(|(model, _)| model),
         observed,
-        work: work.map(|work| work.reference),
+        work,
     };
     Ok(Member { plan, ports, offers, parameters, unpacked })
 }
@@ -408,7 +479,7 @@ impl Finder<'_> {
         name: &str,
         causality: &str,
         side: Side,
-        exponents: [i32; 4],
+        exponents: [i32; 8],
         unit: &str,
     ) -> Result<&FmuVariable> {
         let variable = self.variable(name, causality)?;
@@ -445,10 +516,17 @@ impl Finder<'_> {
         )))
     }
 
-    fn start(&self, name: &str, value: &toml::Value) -> Result<Start> {
+    /// A start value, which goes to the FMU as it is, in the FMU's own unit.
+    fn start(&self, side: Side, name: &str, value: &toml::Value) -> Result<Start> {
         let variable = self.settable(name)?;
         let reference = variable.reference;
         let start = match (variable.kind, value) {
+            (Type::Number, toml::Value::Float(number)) if !number.is_finite() => {
+                return Err(Error::Incompatible(format!(
+                    "start of [{}]: {name} = {number} is not valid; valid: a finite number",
+                    side_name(side)
+                )));
+            }
             (Type::Number, toml::Value::Float(number)) => Start::Number(reference, *number),
             (Type::Number, toml::Value::Integer(number)) => Start::Number(reference, *number as f64),
             (Type::Integer, toml::Value::Integer(number)) => match i32::try_from(*number) {
@@ -481,6 +559,19 @@ impl Finder<'_> {
             return Err(self.wrong(format!("variable `{name}` is not one number of type Float64 (Real)")));
         }
         Ok(Scaled { reference: variable.reference, factor: variable.factor, offset: variable.offset })
+    }
+
+    /// An account of work, in J.
+    fn work(&self, name: &str) -> Result<Scaled> {
+        let scaled = self.readable(name)?;
+        let variable = self.variable(name, "output")?;
+        if variable.exponents.is_some_and(|own| own != ENERGY) {
+            return Err(self.wrong(format!(
+                "variable `{name}` is in `{}`, which is no unit like J; as interface_work it must be an energy",
+                variable.unit
+            )));
+        }
+        Ok(scaled)
     }
 
     /// The interface model of our proposal, with the numbers of its contacts and interface rows.
@@ -518,6 +609,7 @@ impl Finder<'_> {
         let mut truths = Vec::new();
         if contacts > 0 {
             numbers.push(number("rim.gap", &[contacts])?);
+            numbers.push(number("rim.own_approach", &[contacts])?);
             truths.push(find("rim.at_bound", Type::Boolean, &[contacts])?);
         }
         for name in ["rim.stabilisation", "rim.restitution", "rim.contact_stiffness", "rim.contact_damping"] {

@@ -3,6 +3,9 @@
 use roxmltree::{Document, Node};
 use std::collections::BTreeMap;
 
+/// Base units of the SI and the radian, by the names of their exponents.
+const BASE: [&str; 8] = ["kg", "m", "s", "rad", "A", "K", "mol", "cd"];
+
 /// Type of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Type {
@@ -24,8 +27,8 @@ pub(super) struct FmuVariable {
     /// What one of its unit is in SI base units; 1 where it says none.
     pub(super) factor: f64,
     pub(super) offset: f64,
-    /// Exponents of kg, m, s, rad, where its unit says them.
-    pub(super) exponents: Option<[i32; 4]>,
+    /// Exponents of [`BASE`], where its unit says them.
+    pub(super) exponents: Option<[i32; 8]>,
     pub(super) unit: String,
     /// The value reference of the variable that this one is the derivative of.
     pub(super) derivative: Option<u32>,
@@ -49,7 +52,7 @@ pub(super) struct Description {
 struct Unit {
     factor: f64,
     offset: f64,
-    exponents: Option<[i32; 4]>,
+    exponents: Option<[i32; 8]>,
 }
 
 impl Description {
@@ -69,7 +72,7 @@ impl Description {
         let needed =
             |name: &str| slave.attribute(name).map(str::to_owned).ok_or(format!("<CoSimulation> has no {name}"));
         let flag = |name: &str| slave.attribute(name).is_some_and(|value| value == "true" || value == "1");
-        let units = child("UnitDefinitions").map(read_units).unwrap_or_default();
+        let units = child("UnitDefinitions").map(read_units).transpose()?.unwrap_or_default();
         let mut variables = Vec::new();
         for node in child("ModelVariables").into_iter().flat_map(|list| list.children()).filter(Node::is_element) {
             variables.push(read_variable(node, &units, two)?);
@@ -128,20 +131,37 @@ impl Description {
     }
 }
 
-fn read_units(list: Node<'_, '_>) -> BTreeMap<String, Unit> {
+fn read_units(list: Node<'_, '_>) -> Result<BTreeMap<String, Unit>, String> {
     let mut units = BTreeMap::new();
     for node in list.children().filter(|node| node.has_tag_name("Unit")) {
         let base = node.children().find(|node| node.has_tag_name("BaseUnit"));
-        let number = |name: &str, usual: f64| base.and_then(|base| base.attribute(name)?.parse().ok()).unwrap_or(usual);
-        let exponent = |name: &str| number(name, 0.0) as i32;
-        let unit = Unit {
-            factor: number("factor", 1.0),
-            offset: number("offset", 0.0),
-            exponents: base.map(|_| ["kg", "m", "s", "rad"].map(exponent)),
+        let name = node.attribute("name").unwrap_or_default();
+        let given = |attribute: &str| base.and_then(|base| base.attribute(attribute)).map(str::trim);
+        let wrong = |attribute: &str, text: &str, valid: &str| {
+            format!("unit `{name}`: {attribute} = {text} is not valid; valid: {valid}")
         };
-        units.insert(node.attribute("name").unwrap_or_default().to_owned(), unit);
+        let number = |attribute: &str, usual: f64, valid: &str, is_valid: fn(f64) -> bool| match given(attribute) {
+            None => Ok(usual),
+            Some(text) => text
+                .parse()
+                .ok()
+                .filter(|number: &f64| number.is_finite() && is_valid(*number))
+                .ok_or_else(|| wrong(attribute, text, valid)),
+        };
+        let mut exponents = [0; BASE.len()];
+        for (exponent, attribute) in exponents.iter_mut().zip(BASE) {
+            if let Some(text) = given(attribute) {
+                *exponent = text.parse().map_err(|_| wrong(attribute, text, "a whole number"))?;
+            }
+        }
+        let unit = Unit {
+            factor: number("factor", 1.0, "a finite number but 0", |number| number != 0.0)?,
+            offset: number("offset", 0.0, "a finite number", |_| true)?,
+            exponents: base.map(|_| exponents),
+        };
+        units.insert(name.to_owned(), unit);
     }
-    units
+    Ok(units)
 }
 
 fn read_variable(node: Node<'_, '_>, units: &BTreeMap<String, Unit>, two: bool) -> Result<FmuVariable, String> {

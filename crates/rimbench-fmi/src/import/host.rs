@@ -113,5 +113,5 @@ pub(super) struct Plan {
     /// The variable that takes the step of the mechanics for what is observed, if there is one.
     pub(super) step: Option<u32>,
     pub(super) observed: Vec<Scaled>,
-    pub(super) work: Option<u32>,
+    pub(super) work: Option<Scaled>,
 }

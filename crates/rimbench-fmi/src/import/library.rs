@@ -6,15 +6,21 @@
 
 use super::host::{Ask, Host, Plan, Scaled, Start};
 use libloading::Library;
+use std::cell::Cell;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::fmt::Display;
+use std::mem::ManuallyDrop;
 use std::ptr;
 use std::sync::Mutex;
 
 type Instance = *mut c_void;
 type Keep = *mut c_void;
-/// Longest log of one call that is repeated, characters.
+/// How much of the end of the log of one call is repeated, characters.
 const LONGEST_LOG: usize = 400;
+
+/// Statuses after which little, or nothing, may be asked of an instance.
+const ERROR: c_int = 3;
+const FATAL: c_int = 4;
 
 type Log3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
@@ -35,6 +41,30 @@ unsafe extern "C" {
     fn free(memory: *mut c_void);
 }
 
+#[cfg(unix)]
+mod system {
+    unsafe extern "C" {
+        pub(super) fn dup2(from: std::ffi::c_int, to: std::ffi::c_int) -> std::ffi::c_int;
+        pub(super) fn _exit(status: std::ffi::c_int) -> !;
+    }
+}
+
+/// Makes the standard input an empty file, so that no process that an FMU starts holds what it was.
+#[cfg(unix)]
+pub(super) fn leave_standard_input() -> std::io::Result<()> {
+    use std::os::fd::AsRawFd;
+    let empty = std::fs::File::open("/dev/null")?;
+    // SAFETY: both descriptors are open; nobody has read ahead from the standard input.
+    if unsafe { system::dup2(empty.as_raw_fd(), 0) } < 0 { Err(std::io::Error::last_os_error()) } else { Ok(()) }
+}
+
+/// Ends this process without a word to the libraries in it, one of which may never return.
+#[cfg(unix)]
+pub(super) fn leave_at_once() -> ! {
+    // SAFETY: it takes a number and does not return.
+    unsafe { system::_exit(1) }
+}
+
 /// What the library has said since it was last asked.
 type Said = Mutex<String>;
 
@@ -43,13 +73,15 @@ type Said = Mutex<String>;
 unsafe fn note(said: *mut c_void, message: *const c_char) {
     let (Some(said), false) = (unsafe { said.cast::<Said>().as_ref() }, message.is_null()) else { return };
     let message = unsafe { std::ffi::CStr::from_ptr(message) }.to_string_lossy();
-    if let Ok(mut said) = said.lock()
-        && said.len() < LONGEST_LOG
-    {
+    if let Ok(mut said) = said.lock() {
         if !said.is_empty() {
             said.push_str("; ");
         }
-        said.extend(message.trim().chars().map(|c| if c.is_control() { ' ' } else { c }).take(LONGEST_LOG));
+        said.extend(message.trim().chars().map(|c| if c.is_control() { ' ' } else { c }));
+        // Why a call failed is said last.
+        if let Some((beyond, _)) = said.char_indices().rev().nth(LONGEST_LOG - 1) {
+            said.drain(..beyond);
+        }
     }
 }
 
@@ -97,7 +129,8 @@ struct Functions {
     step: Step,
     state: Option<StateFunctions>,
     derivative: Option<Derivative>,
-    booleans: Option<unsafe extern "C" fn(Instance, *const u32, usize, *mut bool, usize) -> c_int>,
+    /// Truths as bytes: what a library writes need be none of the two that a `bool` may have.
+    booleans: Option<unsafe extern "C" fn(Instance, *const u32, usize, *mut u8, usize) -> c_int>,
 }
 
 struct StateFunctions {
@@ -121,7 +154,7 @@ enum Numbers {
 #[derive(Clone, Copy)]
 enum Step {
     Two(unsafe extern "C" fn(Instance, f64, f64, c_int) -> c_int),
-    Three(unsafe extern "C" fn(Instance, f64, f64, bool, *mut bool, *mut bool, *mut bool, *mut f64) -> c_int),
+    Three(unsafe extern "C" fn(Instance, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> c_int),
 }
 
 #[derive(Clone, Copy)]
@@ -163,11 +196,14 @@ pub(super) struct Loaded {
     rates: Vec<u32>,
     observed: Vec<u32>,
     room: Vec<f64>,
-    truths: Vec<bool>,
-    said: Box<Said>,
-    _callbacks: Option<Box<Callbacks2>>,
-    /// Last, because it must outlive what calls into it.
-    _library: Library,
+    truths: Vec<u8>,
+    said: ManuallyDrop<Box<Said>>,
+    callbacks: ManuallyDrop<Option<Box<Callbacks2>>>,
+    library: ManuallyDrop<Library>,
+    /// Whether it has come to step mode, from which it may be asked to terminate.
+    stepping: bool,
+    /// The worst status so far.
+    worst: Cell<c_int>,
 }
 
 // SAFETY: an instance is called from one thread at a time, which is all that FMI asks; `Loaded` is never shared.
@@ -320,12 +356,15 @@ impl Loaded {
             observed: references(&plan.observed),
             room: Vec::new(),
             truths: Vec::new(),
-            said,
-            _callbacks: callbacks,
-            _library: library,
+            said: ManuallyDrop::new(said),
+            callbacks: ManuallyDrop::new(callbacks),
+            library: ManuallyDrop::new(library),
+            stepping: false,
+            worst: Cell::new(0),
             plan,
         };
         loaded.begin()?;
+        loaded.stepping = true;
         Ok(loaded)
     }
 
@@ -357,7 +396,7 @@ impl Loaded {
 
     fn find<F: Copy>(&self, name: &[u8]) -> Result<F, String> {
         // SAFETY: callers give the type that the standard has for the name.
-        let found = unsafe { self._library.get::<F>(name) };
+        let found = unsafe { self.library.get::<F>(name) };
         found.map(|function| *function).map_err(|error| {
             format!(
                 "{}: its library has no {}: {}",
@@ -404,6 +443,7 @@ impl Loaded {
         if (0..=1).contains(&status) {
             return Ok(());
         }
+        self.worst.set(self.worst.get().max(if (0..=5).contains(&status) { status % 5 } else { FATAL }));
         let name = ["OK", "Warning", "Discard", "Error", "Fatal", "Pending"];
         let name = usize::try_from(status)
             .ok()
@@ -533,13 +573,16 @@ impl Loaded {
         let status = match self.functions.step {
             Step::Two(call) => unsafe { call(self.instance, t, h, 0) },
             Step::Three(call) => {
-                let (mut event, mut terminate, mut early, mut last) = (false, false, false, t);
+                let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, t);
                 let status = unsafe {
                     call(self.instance, t, h, false, &raw mut event, &raw mut terminate, &raw mut early, &raw mut last)
                 };
-                if (0..=1).contains(&status) && (terminate || early) {
-                    let what =
-                        if terminate { "wants the simulation to end" } else { "returned before the end of its step" };
+                if (0..=1).contains(&status) && (terminate != 0 || early != 0) {
+                    let what = if terminate != 0 {
+                        "wants the simulation to end"
+                    } else {
+                        "returned before the end of its step"
+                    };
                     return Err(format!("{}: it {what} at {last} s", self.plan.file.display()));
                 }
                 status
@@ -552,6 +595,16 @@ impl Loaded {
 impl Host for Loaded {
     fn ask(&mut self, ask: Ask, id: u32, input: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
         output.clear();
+        if self.worst.get() == FATAL {
+            return Err(format!(
+                "{}: it has returned Fatal before: nothing more can be asked of it",
+                self.plan.file.display()
+            ));
+        }
+        // What it said of calls that went well explains no other.
+        if let Ok(mut said) = self.said.lock() {
+            said.clear();
+        }
         if ask == Ask::Drop {
             // Its room is for the next copy.
             self.copies.get_mut(id as usize).ok_or("there is no such copy")?.used = false;
@@ -587,10 +640,10 @@ impl Host for Loaded {
                 for &(reference, count) in &model.truths {
                     let Some(get) = self.functions.booleans else { return Err("it gives no truths".to_owned()) };
                     self.truths.clear();
-                    self.truths.resize(count, false);
+                    self.truths.resize(count, 0);
                     let status = unsafe { get(self.instance, &reference, 1, self.truths.as_mut_ptr(), count) };
                     self.check(status, "getting a truth")?;
-                    output.extend(self.truths.iter().map(|truth| f64::from(u8::from(*truth))));
+                    output.extend(self.truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
                 }
                 Ok(())
             }
@@ -602,8 +655,7 @@ impl Host for Loaded {
             }
             Ask::Work => {
                 let Some(work) = self.plan.work else { return Err("it counts no work".to_owned()) };
-                output.push(0.0);
-                self.get(&[work], output)
+                self.take(&[work.reference], &[work], output)
             }
             Ask::Copy => {
                 let free = (0..self.copies.len()).find(|at| !self.copies[*at].used && *at != self.present);
@@ -623,11 +675,21 @@ impl Host for Loaded {
 
 impl Drop for Loaded {
     fn drop(&mut self) {
+        // After Fatal no function may be called, and whatever it left running may still need its code and its log.
+        if self.worst.get() == FATAL {
+            return;
+        }
         (0..self.copies.len()).for_each(|id| self.release(id));
-        // SAFETY: the instance is alive, and nobody has it afterwards.
+        // SAFETY: the instance is alive, and nobody has it afterwards; the library goes last, because the rest calls into it or is
+        // called from it. Nothing is dropped twice: `self` is not used again.
         unsafe {
-            let _ = (self.functions.terminate)(self.instance);
+            if self.stepping && self.worst.get() < ERROR {
+                let _ = (self.functions.terminate)(self.instance);
+            }
             (self.functions.free)(self.instance);
+            ManuallyDrop::drop(&mut self.callbacks);
+            ManuallyDrop::drop(&mut self.said);
+            ManuallyDrop::drop(&mut self.library);
         }
     }
 }

@@ -9,7 +9,7 @@
 //! Integers and f64 in little-endian order. The end of the socket is the end of the worker.
 
 use super::host::{Ask, Host, Plan};
-use super::library::Loaded;
+use super::library::{self, Loaded};
 use rimbench_core::error::{Error, Result};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream as Socket;
@@ -24,6 +24,10 @@ pub const WORKER: &str = "fmu-worker";
 const LAST_WORDS: usize = 300;
 /// How long a worker may take to end.
 const LEAVE: Duration = Duration::from_secs(2);
+/// How long a worker whose socket has ended may take to be gone itself.
+const END: Duration = Duration::from_millis(100);
+/// How often a worker looks whether the program that started it is still there.
+const LOOK: Duration = Duration::from_millis(200);
 /// Longest message that is believed, bytes.
 const LONGEST: u64 = 1 << 32;
 
@@ -109,9 +113,13 @@ impl Remote {
     /// Why there is no answer.
     fn last_words(&mut self, error: &std::io::Error) -> String {
         let hangs = matches!(error.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut);
-        if hangs {
-            let _ = self.child.kill();
+        // One that has ended by itself says how; one that has not is ended, whatever it has done to the socket.
+        let began = Instant::now();
+        while !hangs && began.elapsed() < END && matches!(self.child.try_wait(), Ok(None)) {
+            std::thread::sleep(Duration::from_millis(1));
         }
+        let alone = !matches!(self.child.try_wait(), Ok(None));
+        let _ = self.child.kill();
         let ended = self.child.wait().map_or_else(|error| error.to_string(), |status| status.to_string());
         // The thread that reads what it has printed may be behind.
         std::thread::sleep(Duration::from_millis(20));
@@ -119,8 +127,10 @@ impl Remote {
         let printed = if printed.is_empty() { String::new() } else { format!("; it printed: {printed}") };
         if hangs {
             format!("{}: no answer within {} s{printed}", self.file, self.answer_within.as_secs_f64())
-        } else {
+        } else if alone {
             format!("{}: its process ended ({ended}){printed}", self.file)
+        } else {
+            format!("{}: its process no longer answers ({error}) and was ended{printed}", self.file)
         }
     }
 }
@@ -178,11 +188,17 @@ pub fn serve() -> Result<()> {
         let words = format!("`{WORKER}` is for the program itself: its standard input is a socket ({error})");
         Error::Incompatible(words)
     };
+    let started_by = std::os::unix::process::parent_id();
     let mut socket = Socket::from(std::io::stdin().as_fd().try_clone_to_owned().map_err(wrong)?);
+    // The copy is closed in what an FMU starts; the standard input itself would not be.
+    library::leave_standard_input().map_err(wrong)?;
     let mut bytes = Vec::new();
     let length = read_u64(&mut socket).map_err(wrong)?;
     read_bytes(&mut socket, &mut bytes, length).map_err(wrong)?;
-    let loaded = serde_json::from_slice(&bytes).map_err(|error| error.to_string()).and_then(Loaded::new);
+    let plan: Result<Plan, _> = serde_json::from_slice(&bytes).map_err(|error| error.to_string());
+    let folder = plan.as_ref().ok().and_then(|plan| plan.resources.parent()).map(Path::to_owned);
+    std::thread::spawn(move || outlive_nobody(started_by, folder.as_deref()));
+    let loaded = plan.and_then(Loaded::new);
     let mut loaded = match loaded {
         Ok(loaded) => loaded,
         Err(message) => {
@@ -214,6 +230,18 @@ pub fn serve() -> Result<()> {
             return Ok(());
         }
     }
+}
+
+/// Ends this process when the program that started it has gone, wherever the FMU is by then, and removes the folder that the FMU was
+/// unpacked to, which nobody else would do.
+fn outlive_nobody(started_by: u32, folder: Option<&Path>) {
+    while std::os::unix::process::parent_id() == started_by {
+        std::thread::sleep(LOOK);
+    }
+    if let Some(folder) = folder {
+        let _ = std::fs::remove_dir_all(folder);
+    }
+    library::leave_at_once()
 }
 
 fn refusal(message: &str) -> Vec<u8> {

@@ -62,6 +62,9 @@ impl ImportedSide {
             let mut empty = ReducedInterfaceModel::zeros(contacts, interface);
             (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
             empty.spring = filled.spring;
+            if filled.restitution > 0.0 {
+                empty.own_approach = vec![0.0; contacts];
+            }
             side.model = Some(empty);
         }
         Ok(side)
@@ -87,6 +90,10 @@ impl ImportedSide {
         model.w.copy_from_slice(next(n)?);
         model.position.copy_from_slice(next(n - contacts)?);
         model.gap.copy_from_slice(next(contacts)?);
+        let own = next(contacts)?;
+        if !model.own_approach.is_empty() {
+            model.own_approach.copy_from_slice(own);
+        }
         model.stabilisation = next(1)?[0];
         model.restitution = next(1)?[0];
         let (stiffness, damping) = (next(1)?[0], next(1)?[0]);
