@@ -246,8 +246,8 @@ impl OtherLaw {
         let n = rows / 2;
         self.factor.clear(rows);
         let mut len = 0;
-        for row in 0..rows {
-            let free = if row < n { impulses[row] > 0.0 } else { impulses[row].abs() < self.bound(problem, row - n) };
+        for (row, &impulse) in impulses.iter().enumerate() {
+            let free = if row < n { impulse > 0.0 } else { impulse.abs() < self.bound(problem, row - n) };
             if !free {
                 continue;
             }
