@@ -12,7 +12,7 @@ const ROOMS: [(&str, &[&str]); 8] = [
     ("complementarity", &["linear_algebra"]),
     ("friction", &["linear_algebra", "complementarity"]),
     ("interface_model", &["linear_algebra", "friction"]),
-    ("cosim", &["complementarity", "interface_model", "linear_algebra"]),
+    ("cosim", &["complementarity", "friction", "interface_model", "linear_algebra"]),
     ("ceilings", &["cosim"]),
     ("mechanics", &["linear_algebra", "complementarity", "friction", "interface_model", "cosim"]),
     ("schemes", &["linear_algebra", "complementarity", "friction", "interface_model", "cosim", "ceilings"]),
