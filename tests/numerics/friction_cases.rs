@@ -14,13 +14,6 @@ const CASES: [&str; 5] =
 
 const G: f64 = 9.81;
 
-fn spec(case: &str, scheme: &str, options: &[(&str, &str)], set: &[(&str, &str)]) -> RunSpec {
-    let mut request = RunRequest::of(case, scheme);
-    options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
-    request.set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-    request.resolve(catalogue()).unwrap()
-}
-
 #[test]
 fn the_towed_block_must_stick_and_slip_with_the_period_and_the_forces_of_its_closed_form() {
     for h in [1e-3, 2.5e-4] {
@@ -53,7 +46,7 @@ fn the_towed_block_with_its_profile_returned_must_be_the_monolithic_stepper_at_a
             ("macro_step_s", macro_step),
             ("micro_step_s", "1e-4"),
         ];
-        let spec = spec("towed-block", "rim-nonsmooth-gap", &options, &[]);
+        let spec = spec_with("towed-block", "rim-nonsmooth-gap", &options, &[]);
         assert!(spec.model_is_exact());
         let coupled = run(&spec).trajectory;
         let whole = march("towed-block", &[], h, 40_000, every);
@@ -133,7 +126,7 @@ fn a_gripper_must_hold_from_half_the_weight_over_mu_on_and_let_fall_below() {
 #[test]
 fn what_a_caught_box_has_fallen_must_have_gone_into_friction() {
     for scheme in ["rim-nonsmooth-gap", "rim-smooth-active", "monolithic"] {
-        let run = run(&spec("gripper-friction", scheme, &[("macro_step_s", "2e-3")], &[]));
+        let run = run(&spec_with("gripper-friction", scheme, &[("macro_step_s", "2e-3")], &[]));
         assert_eq!(run.report.outcome, Outcome::Completed, "{scheme}");
         let y = column(&run.trajectory, "box_y_m");
         let fallen = y[0] - y.last().unwrap();
@@ -193,15 +186,9 @@ fn a_dragged_load_must_let_go_at_the_tension_of_theory_and_press_by_what_the_rop
 #[test]
 fn the_energy_of_every_case_with_friction_must_close_with_every_model() {
     for case in CASES {
-        for scheme in ["rim-nonsmooth-gap", "rim-nonsmooth", "rim-smooth-active", "rim-smooth", "zero-order-hold"] {
-            let run = run(&spec(case, scheme, &[("macro_step_s", "2e-3"), ("duration_s", "0.6")], &[]));
-            assert!(matches!(run.report.outcome, Outcome::Completed | Outcome::Diverged { .. }), "{case} {scheme}");
-            let account = run.report.audit.accounts.mechanics.unwrap();
-            // Friction takes energy out, but for a step that ends in stick: of the same size as what is booked there.
-            assert!(account.friction >= -1e-9, "{case} {scheme}: {} J", account.friction);
-            // Sums of 300 to 12000 steps of at most 1e3 J, rounded to 1e-16 of 1e5 J held in fluid, weight and speed.
-            assert!(account.closure().abs() <= 1e-6, "{case} {scheme}: {:e}", account.closure());
-            assert!(run.report.energy_identity_residual_j.unwrap() <= 1e-9, "{case} {scheme}");
+        // Sums of 300 to 12000 steps of at most 1e3 J, rounded to 1e-16 of 1e5 J held in fluid, weight and speed.
+        for run in runs_whose_energy_closes(case, &[("macro_step_s", "2e-3"), ("duration_s", "0.6")], 1e-6) {
+            assert!(run.report.energy_identity_residual_j.unwrap() <= 1e-9, "{case}");
         }
     }
 }
@@ -257,13 +244,6 @@ fn the_convective_terms_along_surfaces_must_be_the_rates_of_their_rows() {
 
 #[test]
 fn what_a_case_with_friction_cannot_be_must_be_refused_with_the_reason() {
-    let refused = |case: &str, key: &str, value: &str| {
-        let mut request = RunRequest::of(case, "rim-nonsmooth-gap");
-        request.set = vec![(key.to_owned(), value.to_owned())];
-        let built =
-            request.resolve(catalogue()).and_then(|spec| (spec.case.build)(&spec.parameters, solver()).map(drop));
-        built.unwrap_err().to_string()
-    };
     for case in CASES {
         for value in ["-0.1", "0", "nan", "inf"] {
             let said = refused(case, "friction", value);
@@ -300,7 +280,7 @@ fn a_car_that_brakes_must_do_the_same_whatever_the_restitution_of_its_wheels() {
     for scheme in ["rim-nonsmooth", "rim-nonsmooth-gap", "zero-order-hold"] {
         let digits = |e: &str| {
             let set = [("restitution", e), ("tangential_restitution", e)];
-            let trace = run(&spec("half-car-braking", scheme, &[("duration_s", "0.5")], &set)).trajectory;
+            let trace = run(&spec_with("half-car-braking", scheme, &[("duration_s", "0.5")], &set)).trajectory;
             trace.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
         };
         let plastic = digits("0");
@@ -315,7 +295,7 @@ fn a_car_that_brakes_must_do_the_same_whatever_the_restitution_of_its_wheels() {
 fn what_contacts_do_must_be_held_against_the_same_contacts_of_the_reference() {
     let judged = |case: Arc<Case>| {
         let spec =
-            RunSpec { case, ..spec("rocking-block-friction", "rim-nonsmooth-gap", &[("duration_s", "0.5")], &[]) };
+            RunSpec { case, ..spec_with("rocking-block-friction", "rim-nonsmooth-gap", &[("duration_s", "0.5")], &[]) };
         let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
         let facts = evaluate(&spec, run(&spec), &reference).unwrap().findings();
         let fact = |name: &str| facts.iter().find(|fact| fact.name == name).unwrap().cell().parse::<f64>().unwrap();
@@ -349,7 +329,7 @@ fn another_law_on_both_sides_must_keep_to_the_theorem_of_exactness_and_a_held_fo
                 ("duration_s", "2"),
                 ("friction_law", law),
             ];
-            let spec = spec("towed-block", "rim-nonsmooth-gap", &options, &[]);
+            let spec = spec_with("towed-block", "rim-nonsmooth-gap", &options, &[]);
             assert!(!spec.model_is_exact(), "the reference has Coulomb's law");
             let trace = run(&spec).trajectory;
             column(&trace, "interface_position_m").into_iter().step_by(every).collect::<Vec<_>>()
@@ -370,7 +350,7 @@ fn box_friction_must_be_solved_on_every_case_with_friction() {
                     if case.name == "wedge-box-friction" { level.map(|level| ("ledge_lead_m", level)) } else { None };
                 let macro_step = (h * case.defaults.macro_step_s).to_string();
                 let options = [("friction_law", "box"), ("macro_step_s", macro_step.as_str())];
-                let run = run(&spec(&case.name, scheme, &options, set.as_slice()));
+                let run = run(&spec_with(&case.name, scheme, &options, set.as_slice()));
                 let done = run.report.outcome;
                 assert!(matches!(done, Outcome::Completed), "{} {scheme}: {done:?}", case.name);
                 completed += 1;

@@ -1,7 +1,7 @@
 //! Whatever happens to the files of an experiment (a subset, another order, twice, edited), running it again gives what a fresh run
 //! gives, and checking its claims gives the verdicts of a fresh run; or either is an error that says why.
 
-use crate::program::{cache, two_sets_with};
+use crate::program::{cache, lines, two_sets_with};
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
@@ -142,10 +142,6 @@ fn edit() -> impl Strategy<Value = Edit> {
         Just(Edit::ForgetRecords),
         Just(Edit::RepeatRecords),
     ]
-}
-
-fn lines(bytes: &[u8]) -> Vec<Vec<u8>> {
-    bytes.split_inclusive(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect()
 }
 
 fn apply(folder: &Path, edit: &Edit) {

@@ -193,17 +193,23 @@ fn problems_with_several_solutions_are_counted() {
     assert_eq!((redundant.several, redundant.several_impulses, redundant.none), (0, 1, 0), "{redundant:?}");
 }
 
-#[test]
-fn the_comparison_with_friction_is_written_with_what_has_several_solutions() {
-    let folder = scratch("friction");
-    let arguments = ["solvers", "--friction", "--source", "woodpecker", "--format", "json"];
+/// What a comparison says and the work that it writes, which depends on the problems alone.
+fn compared(arguments: &[&str], folder: &Path) -> (serde_json::Value, String) {
     let run = || {
-        let output = in_tree().args(arguments).arg("--out").arg(&folder).assert().success().get_output().clone();
+        let output = in_tree().args(arguments).arg("--out").arg(folder).assert().success().get_output().clone();
         let work = std::fs::read_to_string(folder.join("work.csv")).unwrap();
         (serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap(), work)
     };
     let ((facts, work), (_, again)) = (run(), run());
     assert_eq!(work, again, "work depends on the problems alone");
+    (facts, work)
+}
+
+#[test]
+fn the_comparison_with_friction_is_written_with_what_has_several_solutions() {
+    let folder = scratch("friction");
+    let arguments = ["solvers", "--friction", "--source", "woodpecker", "--format", "json"];
+    let (facts, work) = compared(&arguments, &folder);
     assert!(work.lines().next().unwrap().ends_with("worst_accepted_residual,fallbacks"), "{work}");
     let overall = facts["overall"].as_array().unwrap();
     assert_eq!(overall.len(), 2 * FrictionMethod::NAMES.len());
@@ -229,13 +235,7 @@ fn the_comparison_is_written_with_work_apart_from_time() {
     let source = "wedge-box rim-nonsmooth-gap";
     let arguments =
         ["solvers", "--source", source, "--solver", "active-set", "--solver", "dantzig", "--format", "json"];
-    let run = || {
-        let output = in_tree().args(arguments).arg("--out").arg(&folder).assert().success().get_output().clone();
-        let work = std::fs::read_to_string(folder.join("work.csv")).unwrap();
-        (serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap(), work)
-    };
-    let ((facts, work), (_, again)) = (run(), run());
-    assert_eq!(work, again, "work depends on the problems alone");
+    let (facts, work) = compared(&arguments, &folder);
     assert!(work.starts_with("solver,start,n_from,n_to,problems,refused,failures,pivots"), "{work}");
     assert!(std::fs::read_to_string(folder.join("time.csv")).unwrap().contains("median_ns"));
     let figure = std::fs::read_to_string(folder.join("profile.svg")).unwrap();

@@ -4,6 +4,7 @@
 //! Texts that are valid are mangled: bytes flipped, pieces cut out, repeated, moved, replaced by what numbers and names stumble over, or by a
 //! piece of another kind of file. `PROPTEST_CASES` says how often (256 times each if not set).
 
+use crate::program::lines;
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
@@ -104,7 +105,6 @@ fn mangled(seed: &[u8], changes: &[Change]) -> Vec<u8> {
             break;
         }
         let end = |at: usize, length: usize| (at % count + length).min(count);
-        let lines = |bytes: &[u8]| bytes.split_inclusive(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect::<Vec<_>>();
         match *change {
             Change::Flip(at, mask) => bytes[at % count] ^= mask,
             Change::Cut(at, length) => drop(bytes.drain(at % count..end(at, length))),

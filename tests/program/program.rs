@@ -25,6 +25,11 @@ scheme = ""#,
 }
 pub(crate) use two_sets_with;
 
+/// Takes a file apart, each line with its end.
+pub fn lines(bytes: &[u8]) -> Vec<Vec<u8>> {
+    bytes.split_inclusive(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect()
+}
+
 /// Returns the cache of references that all tests share.
 pub fn cache() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache")

@@ -5,7 +5,7 @@ use rimbench::cases::{Case, CoupledSystem, ExactSolution, Parameters, Recorder, 
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::SolverEntry;
 use rimbench::cosim::{
-    Abilities, ActuatorIntegrator, Bounds, CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsSteps,
+    Abilities, ActuatorIntegrator, Bounds, CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsSteps, Outcome,
     OutputRates, PerSide, Port, Ports, Quantity, Report, Sequence, Setup, Sides, StopFlag, Subsystem,
     SubsystemCounters, Supervision, Trajectory, not_offered,
 };
@@ -46,6 +46,38 @@ pub fn gripper_geometry(floor_drop: f64) -> GripperGeometry {
         actuator_length: 0.6,
         gravity: 9.81,
     }
+}
+
+/// A run of a scheme on a case with these options and parameters.
+pub fn spec_with(case: &str, scheme: &str, options: &[(&str, &str)], set: &[(&str, &str)]) -> RunSpec {
+    let mut request = RunRequest::of(case, scheme);
+    options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
+    request.set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+    request.resolve(catalogue()).unwrap()
+}
+
+/// What is said of a parameter that a case cannot be built with.
+pub fn refused(case: &str, key: &str, value: &str) -> String {
+    let mut request = RunRequest::of(case, "rim-nonsmooth-gap");
+    request.set = vec![(key.to_owned(), value.to_owned())];
+    let built = request.resolve(catalogue()).and_then(|spec| (spec.case.build)(&spec.parameters, solver()).map(drop));
+    built.unwrap_err().to_string()
+}
+
+/// Runs of every model with friction, and of a hold, whose account of energy closes to `bound` (J) and in which friction pushes nothing
+/// along.
+pub fn runs_whose_energy_closes(case: &str, options: &[(&str, &str)], bound: f64) -> Vec<RunResult> {
+    let schemes = ["rim-nonsmooth-gap", "rim-nonsmooth", "rim-smooth-active", "rim-smooth", "zero-order-hold"];
+    let closes = |scheme: &str| {
+        let run = run(&spec_with(case, scheme, options, &[]));
+        assert!(matches!(run.report.outcome, Outcome::Completed | Outcome::Diverged { .. }), "{case} {scheme}");
+        let account = run.report.audit.accounts.mechanics.unwrap();
+        // Friction takes energy out, but for a step that ends in stick: of the same size as what is booked there.
+        assert!(account.friction >= -1e-9, "{case} {scheme}: {} J", account.friction);
+        assert!(account.closure().abs() <= bound, "{case} {scheme}: {:e}", account.closure());
+        run
+    };
+    schemes.map(closes).into()
 }
 
 /// Every solver, the rivals among them.

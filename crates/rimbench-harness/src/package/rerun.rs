@@ -67,11 +67,13 @@ pub fn rerun_sample(
     let (all, settings) = (runs_header(planned), plan_header(planned).len());
     // The last two cells are the wall limit and the trace.
     let compared = settings..all.len() - 2;
+    for &(place, _) in &sample {
+        run_job(Job { shard: Some(Shard::Places { first: place, last: place }), ..job }, &|_| (), StopFlag::never())?;
+    }
+    let stock = Stock::open(job.folder, job.experiment, planned)?;
     let mut reruns = Vec::new();
     for (place, row) in sample {
         let run = &planned[place];
-        run_job(Job { shard: Some(Shard::Places { first: place, last: place }), ..job }, &|_| (), StopFlag::never())?;
-        let stock = Stock::open(job.folder, job.experiment, planned)?;
         let record = stock.store.read(&run.id)?;
         let record = record.ok_or_else(|| Error::file(job.folder, format!("record {} has gone", run.id)))?;
         let mut cells = csv::ReaderBuilder::new().has_headers(false).from_reader(record.findings.as_bytes());
