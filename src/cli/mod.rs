@@ -12,6 +12,7 @@ mod interruption;
 mod json;
 mod limit;
 mod list;
+mod paper;
 mod perf;
 mod perf_compare;
 mod perf_formats;
@@ -60,6 +61,8 @@ enum Command {
     Figures(figures::Figures),
     /// Write one page of any results: claims, figures, runs, and the simulator
     Report(report::ReportCommand),
+    /// Set the technical report as a PDF, every number of it from stored results
+    Paper(paper::Paper),
     /// Run one co-simulation and print its outcome, metrics and counters
     Simulate(simulate::Simulate),
     /// Print the runs of an experiment file without running them
@@ -132,6 +135,7 @@ impl Cli {
         match self.command {
             Command::Reproduce(command) => command.run(catalogue)?,
             Command::Report(command) => command.run(catalogue)?,
+            Command::Paper(command) => command.run()?,
             Command::Simulate(command) => command.run(catalogue)?,
             Command::Plan(command) => command.run(catalogue)?,
             Command::Run(command) => return command.run(catalogue),

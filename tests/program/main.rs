@@ -18,6 +18,7 @@ mod figures;
 mod fmi;
 mod interruption;
 mod outputs;
+mod paper;
 mod parsers;
 mod perf;
 mod perf_command_line;
