@@ -231,7 +231,8 @@ fn floor_and_then_rope_carry_the_column_of_the_shaft() {
 
 #[test]
 fn the_load_leaves_the_heap_whose_discs_meet_others_and_never_overlap() {
-    let run = run(&usual_spec("crane-heap", "rim-nonsmooth-gap", 5e-3));
+    let usual = usual_spec("crane-heap", "rim-nonsmooth-gap", 5e-3);
+    let (mut of_neighbours, run) = (usual.clone(), run(&usual));
     assert_eq!(run.report.outcome, Outcome::Completed);
     let of = |name: &str| column(&run.trajectory, name);
     // Farther than the list of a heap at rest reaches, 0.73 radii; all pairs are listed.
@@ -241,6 +242,10 @@ fn the_load_leaves_the_heap_whose_discs_meet_others_and_never_overlap() {
     assert!(*of("gap_floor_m").last().unwrap() > 0.06 && of("gap_rope_m").last().unwrap().abs() < 1e-6);
     let closures = run.report.audit.accounts.map(|account| account.unwrap().closure());
     assert!(closures.iter().all(|closure| closure.abs() < 1e-6), "{closures:?}");
+    // The list of a heap at rest would not do, and it shows.
+    of_neighbours.parameters.set("listed_radii", "1.3").unwrap();
+    let overlap = column(&crate::support::run(&of_neighbours).trajectory, "gap_lowest_m");
+    assert!(overlap.iter().any(|gap| *gap < -0.01), "nothing went into anything");
 }
 
 #[test]
