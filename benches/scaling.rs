@@ -18,12 +18,16 @@
 //! reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall. Without `--bench` only that is
 //! done, on the small systems.
 
+#[path = "peers/figure.rs"]
+mod figure;
+
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, Sample, Side, Subsystem, Supervision};
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::runs::RunRequest;
 use rimbench::statistics::{self, order_of_convergence};
 use std::hint::black_box;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 const SCHEME: &str = "rim-nonsmooth-gap";
@@ -304,9 +308,10 @@ fn repeated(usual: fn(Vec<f64>) -> f64, mut once: impl FnMut() -> f64) -> f64 {
 /// Largest system of [`print_csv`].
 const LARGEST_COMPARED: usize = 1200;
 
-/// Prints systems, answers and shortest times as CSV, for a comparison with others (`benches/peers`).
+/// Prints systems, answers and times as CSV, for a comparison with others (`benches/peers`): settled, the shortest of many; moving, the
+/// median over the macro steps, each the shortest of its passes.
 fn print_csv() {
-    println!("case,parameters,contacts,closed,push_n,contact_force_n,build_us,take_us,use_us,step_us");
+    println!("case,parameters,state,contacts,closed,push_n,contact_force_n,build_us,take_us,use_us,step_us");
     for family in families(true) {
         for size in &family.sizes {
             let mut stopped = Stopped::new(&family, size);
@@ -320,10 +325,14 @@ fn print_csv() {
             let [_, _, carried] = Stopped::observed(&mut *after);
             let parameters: Vec<String> = size.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
             let (case, parameters, push) = (family.case, parameters.join(";"), stopped.force[0]);
-            let [build, take, using, step] = stopped.measure(shortest).map(|time| 1e6 * time);
-            println!(
-                "{case},{parameters},{contacts},{closed},{push},{carried},{build:.3},{take:.3},{using:.3},{step:.3}"
-            );
+            let motion = measure_motion(&stopped);
+            let moving = [0, 1, 2, 3].map(|part| median(motion.iter().map(|times| times[part]).collect()));
+            for (state, times) in [("settled", stopped.measure(shortest)), ("moving", moving)] {
+                let [build, take, using, step] = times.map(|time| 1e6 * time);
+                println!(
+                    "{case},{parameters},{state},{contacts},{closed},{push},{carried},{build:.3},{take:.3},{using:.3},{step:.3}"
+                );
+            }
         }
     }
 }
@@ -333,6 +342,11 @@ fn main() {
     let whole = asked("--bench");
     if asked("--csv") {
         return print_csv();
+    }
+    if asked("--figure") {
+        let path = std::env::args().skip_while(|argument| argument != "--figure").nth(1);
+        let drawn = figure::draw(Path::new(&path.expect("a path after --figure")));
+        return drawn.unwrap_or_else(|error| panic!("{error}"));
     }
     println!(
         "One macro step of {SCHEME} at H = 5 ms, ns: building the model, taking it, {MICRO_STEPS} micro steps with it,"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Steps the box, the row and the heap in MuJoCo and Siconos, beside ours in the same run.
+"""Steps the box, the row and the heap in MuJoCo and Siconos, in turns with ours, and draws cost against contacts.
 
 See README.md in this folder. Nothing here is a test: it measures and checks that answers agree as far as the models allow.
 """
@@ -18,18 +18,26 @@ RADIUS = 0.1
 BLADE_KG = 100.0
 ROW_DISC_KG = 20.0
 BOX_KG, PENDULUM_KG = 200.0, 50.0
-# Steps from one look at whether a system has settled to the next, looks, and the speed below which it has, m/s or rad/s; then batches of
-# steps that are timed: of a batch the mean, of all the shortest.
+# Steps from one look at whether a system has settled to the next, looks, and the speed below which it has, m/s or rad/s; then steps that
+# are timed one by one, of which the shortest counts.
 SETTLE, LOOKS, STILL = 50, 100, 1e-3
-BATCHES, BATCH = 15, 10
+STEPS = 200
+# In motion: the macro steps of ours until they have settled, and passes over them, of each step the shortest.
+MOTION, PASSES = 50, 3
 # Lemke on a dense matrix takes seconds per step from some hundred contacts on.
 SICONOS_CONTACTS = 150
+# Gap up to which a contact of Siconos is closed, m.
+CLOSED_M = 1e-9
 # Of what forces must carry. Soft contacts still sink while they are timed; rigid ones hold to their solver's tolerance.
 SOFT, RIGID = 0.02, 1e-6
 
 
 class Disagreement(Exception):
     """An answer that is not what statics says."""
+
+
+class NotAsked(Exception):
+    """A system that a peer is not given."""
 
 
 def ours(command, sizes):
@@ -90,44 +98,72 @@ def mujoco_text(row):
       {discs}</worldbody></mujoco>"""
 
 
-def with_mujoco(row, mujoco, numpy):
-    model = mujoco.MjModel.from_xml_string(mujoco_text(row))
-    data = mujoco.MjData(model)
-    is_box = row["case"] == "n-wedge-box"
-    if not is_box:
-        data.qfrc_applied[0] = float(row["push_n"])
-    for _ in range(LOOKS):
-        mujoco.mj_step(model, data, nstep=SETTLE)
-        if numpy.abs(data.qvel).max(initial=0.0) < STILL:
-            break
-    else:
-        raise Disagreement(f"after {LOOKS * SETTLE} steps something still moves at {numpy.abs(data.qvel).max():.2g} m/s")
-    times = []
-    for _ in range(BATCHES):
+class Mujoco:
+    """A system, brought to rest once and timed as often as one likes."""
+
+    def __init__(self, row, mujoco, numpy):
+        self.mujoco, self.numpy = mujoco, numpy
+        self.model = mujoco.MjModel.from_xml_string(mujoco_text(row))
+        self.is_box = row["case"] == "n-wedge-box"
+        self.push = 0.0 if self.is_box else float(row["push_n"])
+        self.data = self.start()
+        for _ in range(LOOKS):
+            mujoco.mj_step(self.model, self.data, nstep=SETTLE)
+            if self.speed() < STILL:
+                self.check(row)
+                return
+        # Its way from the start can be timed all the same.
+        self.rests, self.contacts, self.deepest = False, self.data.ncon, None
+        moves = f"after {LOOKS * SETTLE} steps something still moves at {self.speed():.2g} m/s"
+        print(f"  mujoco, {row['case']} {row['parameters']}: {moves}; compared in motion only", file=sys.stderr)
+
+    def start(self):
+        data = self.mujoco.MjData(self.model)
+        data.qfrc_applied[0] = self.push
+        return data
+
+    def speed(self):
+        speed = self.numpy.abs(self.data.qvel).max(initial=0.0)
+        if not self.numpy.isfinite(speed):
+            raise Disagreement("velocities are not finite")
+        return speed
+
+    def check(self, row):
+        data, force = self.data, self.numpy.zeros(6)
+        self.mujoco.mj_forward(self.model, data)
+        contacts = [data.contact[index] for index in range(data.ncon)]
+        carried = 0.0
+        for index, contact in enumerate(contacts):
+            if 0 in (contact.geom1, contact.geom2):
+                self.mujoco.mj_contactForce(self.model, data, index, force)
+                carried += force[0]
+        weight = (BOX_KG + PENDULUM_KG if self.is_box else len(system(row)[0]) * system(row)[1]) * GRAVITY
+        if abs(carried - weight) > SOFT * weight:
+            raise Disagreement(f"the floor carries {carried:.1f} N of {weight:.1f} N")
+        self.rests, self.contacts = True, len(contacts)
+        self.deepest = max([0.0] + [-contact.dist for contact in contacts])
+
+    def timed(self, data):
         start = time.perf_counter()
-        mujoco.mj_step(model, data, nstep=BATCH)
-        times.append((time.perf_counter() - start) / BATCH)
-    mujoco.mj_forward(model, data)
-    if not numpy.isfinite(data.qvel).all():
-        raise Disagreement("velocities are not finite")
-    contacts = [data.contact[index] for index in range(data.ncon)]
-    carried, force = 0.0, numpy.zeros(6)
-    for index, contact in enumerate(contacts):
-        if 0 in (contact.geom1, contact.geom2):
-            mujoco.mj_contactForce(model, data, index, force)
-            carried += force[0]
-    weight = (BOX_KG + PENDULUM_KG if is_box else len(system(row)[0]) * system(row)[1]) * GRAVITY
-    if abs(carried - weight) > SOFT * weight:
-        # What still moves is said, not hidden: a heap that sinks is not at rest.
-        print(f"  note: the floor carries {carried:.1f} N of {weight:.1f} N in MuJoCo: it still moves", file=sys.stderr)
-    deepest = max([0.0] + [-contact.dist for contact in contacts])
-    return min(times), len(contacts), deepest
+        self.mujoco.mj_step(self.model, data)
+        return time.perf_counter() - start
+
+    def settled(self):
+        return min(self.timed(self.data) for _ in range(STEPS)) if self.rests else None
+
+    def moving(self):
+        """The box does not move; of the others the way from the start, with the push held from then on."""
+        if self.is_box:
+            return None
+        shortest = [float("inf")] * MOTION
+        for _ in range(PASSES):
+            data = self.start()
+            shortest = [min(known, self.timed(data)) for known in shortest]
+        return float(self.numpy.median(shortest))
 
 
-def with_siconos(row, kernel, numpy):
-    """Moreau-Jean with the row or the box, whose gaps are linear; Lemke."""
-    if row["case"] == "disc-pile" or int(row["contacts"]) > SICONOS_CONTACTS:
-        return None
+def siconos_steps(row, kernel, numpy):
+    """Moreau-Jean with the row or the box, whose gaps are linear; Lemke. Returns what steps, checked, and the number of contacts."""
     if row["case"] == "n-wedge-box":
         count = int(sizes_of(row)["supports"])
         mass = numpy.diag([BOX_KG + PENDULUM_KG, BOX_KG + PENDULUM_KG, BOX_KG * (1.0 + 0.36) / 12])
@@ -161,7 +197,10 @@ def with_siconos(row, kernel, numpy):
         inters.append(kernel.Interaction(kernel.NewtonImpactNSL(0.0), relation))
         model.link(inters[-1], body)
     problem = kernel.LCP()
-    simulation = kernel.TimeStepping(model, kernel.TimeDiscretisation(0.0, STEP_S), kernel.MoreauJeanOSI(0.5), problem)
+    stepper = kernel.MoreauJeanOSI(0.5)
+    # Gaps that are zero up to round-off are closed; without it contacts that carry are left out of the problem.
+    stepper.setConstraintActivationThreshold(CLOSED_M)
+    simulation = kernel.TimeStepping(model, kernel.TimeDiscretisation(0.0, STEP_S), stepper, problem)
 
     def steps(count):
         for _ in range(count):
@@ -174,68 +213,115 @@ def with_siconos(row, kernel, numpy):
     simulation.nextStep()
     if abs(carried - expected) > RIGID * expected:
         raise Disagreement(f"contacts carry {carried:.6g} N instead of {expected:.6g} N")
-    times = []
-    for _ in range(BATCHES):
-        start = time.perf_counter()
-        steps(BATCH)
-        times.append((time.perf_counter() - start) / BATCH)
-    # Its contacts are rigid; how deep they are is not asked.
-    return min(times), len(inters), None
+    return steps, len(inters)
 
 
-def peer(name, module, step, rows):
-    """Times of one peer by case and size, or nothing where it is not installed."""
+class Siconos:
+    """A system of linear gaps, checked once and timed as often as one likes."""
+
+    # Its contacts are rigid: how deep they are is not asked.
+    deepest = None
+
+    def __init__(self, row, kernel, numpy):
+        if row["case"] == "disc-pile" or int(row["contacts"]) > SICONOS_CONTACTS:
+            raise NotAsked
+        self.steps, self.contacts = siconos_steps(row, kernel, numpy)
+
+    def settled(self):
+        shortest = float("inf")
+        for _ in range(STEPS // 10):
+            start = time.perf_counter()
+            self.steps(1)
+            shortest = min(shortest, time.perf_counter() - start)
+        return shortest
+
+    def moving(self):
+        return None
+
+
+def engine_of(name, module):
+    """The module of a peer and NumPy, or nothing where they are not installed."""
     try:
         import importlib
 
         import numpy
 
-        engine = importlib.import_module(module)
+        return importlib.import_module(module), numpy
     except ImportError as error:
         print(f"skipped: {name} is not installed ({error})", file=sys.stderr)
-        return {}
+        return None
+
+
+def systems_of(name, kind, modules, rows):
+    """What of a peer is compared, by case and parameters."""
     found = {}
-    for row in rows:
+    for row in rows if modules else []:
+        key = row["case"], row["parameters"]
+        if key in found or row["state"] != "settled":
+            continue
         try:
-            answer = step(row, engine, numpy)
+            found[key] = kind(row, *modules)
+        except NotAsked:
+            continue
         except Disagreement as error:
             print(f"  {name}, {row['case']} {row['parameters']}: {error}; not compared", file=sys.stderr)
-            continue
-        if answer:
-            found[row["case"], row["parameters"]] = answer
     return found
+
+
+def less(known, time_s):
+    """The shorter of two times, of which either may be none."""
+    return min((each for each in (known, time_s) if each is not None), default=None)
+
+
+def shown(value, digits):
+    return "" if value is None else f"{value:.{digits}g}"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--ours", default="cargo bench -q --bench scaling -- --csv", help="command that prints our rows")
+    parser.add_argument("--bench", default="cargo bench -q --bench scaling --", help="command that runs the scaling bench")
     parser.add_argument("--contacts", type=int, default=1200, help="largest system that is compared")
-    parser.add_argument("--csv", help="file that the rows are written to as well")
+    parser.add_argument("--turns", type=int, default=3, help="how often each engine has its turn; of all the shortest time counts")
+    parser.add_argument("--csv", help="file that the rows are written to as well, with a figure of the same name beside it")
     arguments = parser.parse_args()
+    if arguments.turns < 1:
+        parser.error(f"--turns {arguments.turns}: valid: 1 or more")
 
-    before = ours(arguments.ours, arguments.contacts)
-    peers = {
-        "mujoco": peer("MuJoCo", "mujoco", with_mujoco, before),
-        "siconos": peer("Siconos", "siconos.kernel", with_siconos, before),
-    }
-    after = ours(arguments.ours, arguments.contacts)
+    parts = ["build_us", "take_us", "use_us", "step_us"]
+    turns, peers, times = [], {}, {}
+    for turn in range(arguments.turns):
+        rows = ours(f"{arguments.bench} --csv", arguments.contacts)
+        turns.append(rows)
+        if turn == 0:
+            for name, kind, module in (("mujoco", Mujoco, "mujoco"), ("siconos", Siconos, "siconos.kernel")):
+                peers[name] = systems_of(name, kind, engine_of(name, module), rows)
+        for name, systems in peers.items():
+            for key, peer in systems.items():
+                for state in ("settled", "moving"):
+                    at = (name, *key, state)
+                    times[at] = less(times.get(at), getattr(peer, state)())
 
-    header = ["case", "parameters", "contacts", "ours_us", "ours_spread"]
+    header = ["case", "parameters", "state", "contacts", *parts, "ours_us", "ours_spread"]
     for name in peers:
         header += [f"{name}_contacts", f"{name}_us", f"{name}_over_ours", f"{name}_penetration_mm"]
     table = [header]
-    for first, second in zip(before, after):
-        times = [float(row["build_us"]) + float(row["step_us"]) for row in (first, second)]
-        mine = (times[0] * times[1]) ** 0.5
-        line = [first["case"], first["parameters"], first["contacts"], f"{mine:.2f}", f"{max(times) / min(times):.2f}"]
-        for found in peers.values():
-            answer = found.get((first["case"], first["parameters"]))
-            if answer is None:
+    for same in zip(*turns):
+        first = same[0]
+        shortest = [min(float(row[part]) for row in same) for part in parts]
+        steps = [float(row["build_us"]) + float(row["step_us"]) for row in same]
+        # What the others do in a step: find the contact forces and move on.
+        mine = shortest[0] + shortest[3]
+        line = [first[key] for key in ("case", "parameters", "state", "contacts")]
+        line += [f"{time_us:.3f}" for time_us in shortest] + [f"{mine:.3f}", f"{max(steps) / min(steps):.2f}"]
+        for name, systems in peers.items():
+            key = (first["case"], first["parameters"])
+            time_s = times.get((name, *key, first["state"]))
+            if time_s is None:
                 line += [""] * 4
-            else:
-                seconds, contacts, deepest = answer
-                depth = "" if deepest is None else f"{1e3 * deepest:.3g}"
-                line += [str(contacts), f"{1e6 * seconds:.2f}", f"{1e6 * seconds / mine:.2f}", depth]
+                continue
+            peer, depth = systems[key], systems[key].deepest
+            depth = None if depth is None or first["state"] == "moving" else 1e3 * depth
+            line += [str(peer.contacts), shown(1e6 * time_s, 4), shown(1e6 * time_s / mine, 3), shown(depth, 3)]
         table.append(line)
     widths = [max(len(line[column]) for line in table) for column in range(len(header))]
     for line in table:
@@ -243,6 +329,7 @@ def main():
     if arguments.csv:
         with open(arguments.csv, "w", newline="", encoding="utf-8") as file:
             csv.writer(file, lineterminator="\n").writerows(table)
+        subprocess.run(shlex.split(arguments.bench) + ["--figure", arguments.csv], check=True)
 
 
 if __name__ == "__main__":

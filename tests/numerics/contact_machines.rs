@@ -179,6 +179,7 @@ fn row(discs: u32, gap: f64, velocity: f64) -> DiscsGeometry {
         disc_mass: 20.0,
         radius,
         centres: (0..discs).map(|disc| [x(disc), radius]).collect(),
+        bumps: Vec::new(),
         wall_x: x(discs - 1) + 2.1 * radius,
         actuator_length: 1.5,
         gravity: 9.81,

@@ -31,6 +31,7 @@ mod golden;
 mod hydraulic_line;
 mod impact;
 mod kinks;
+mod large_cases;
 mod many_contacts;
 mod model_steps;
 mod oscillator_theory;

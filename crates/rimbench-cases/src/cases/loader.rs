@@ -81,6 +81,7 @@ pub(super) fn build(parameters: &Parameters, solver: &SolverEntry, centres: Vec<
         actuator_length: length,
         gravity: get("gravity_m_s2"),
         centres,
+        bumps: Vec::new(),
     })?;
     let (start, ramp) = (get("push_start_s"), get("spool_ramp_s"));
     let spool = hydraulics::spool(&[("push_start_s", start, 0.5), ("spool_ramp_s", start + ramp, get("spool_push"))])?;

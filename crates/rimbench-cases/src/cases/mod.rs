@@ -9,6 +9,7 @@ mod case;
 mod contact_parameters;
 mod cradle;
 mod crane_drag;
+mod crane_heap;
 mod crane_set_down;
 mod cylinder;
 mod disc_pile;
@@ -16,6 +17,7 @@ mod disc_row;
 mod driven_mass;
 mod elastic_bar;
 mod event_driven;
+mod falling_chain;
 mod fluid;
 mod gripper;
 mod gripper_friction;
@@ -30,6 +32,7 @@ mod loader;
 mod memory;
 mod n_wedge_box;
 mod outside;
+mod packed_box;
 mod parameters;
 mod precice_oscillator;
 mod quarter_car;
@@ -51,7 +54,9 @@ pub use case::{
     BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, RowFunction,
     StateVariable,
 };
+pub use falling_chain::Chain;
 pub use outside::BuildSide;
+pub use packed_box::wall_forces;
 pub use parameters::{Parameter, Parameters, Range, Value};
 pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
@@ -70,6 +75,9 @@ pub fn standard_cases() -> Vec<Case> {
         gripper::entry(),
         disc_row::entry(),
         disc_pile::entry(),
+        packed_box::entry(),
+        falling_chain::entry(),
+        crane_heap::entry(),
         bouncing_ball::entry(),
         elastic_bar::entry(),
         impact_oscillator::entry(),

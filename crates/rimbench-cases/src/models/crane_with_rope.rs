@@ -73,6 +73,18 @@ impl CraneWithRope {
         Ok(Self::started(geometry, crane, height, [geometry.link_1_length * cos + offset, height]))
     }
 
+    /// Holds the load `slack` (m) above where the rope would hold it, with no ground of its own.
+    ///
+    /// # Errors
+    /// Those of [`Crane::new`].
+    pub(super) fn with_slack_rope(mut geometry: CraneGeometry, slack: f64) -> Result<Self> {
+        geometry.start_angles[1] = -std::f64::consts::FRAC_PI_2;
+        let crane = Crane::new(geometry)?;
+        let (sin, cos) = libm::sincos(geometry.start_angles[0]);
+        let height = geometry.link_1_length * sin - geometry.link_2_length + slack;
+        Ok(Self::started(geometry, crane, f64::NEG_INFINITY, [geometry.link_1_length * cos, height]))
+    }
+
     fn started(geometry: CraneGeometry, crane: Crane, ground_height: f64, load: [f64; 2]) -> Self {
         let mut model = CraneWithRope { geometry, crane, ground_height, load, tip_rate: Vector2::zeros() };
         let (q, v) = model.initial_state();
@@ -90,6 +102,26 @@ impl CraneWithRope {
     /// Returns the crane it is while the rope is taut and hangs straight down.
     pub fn taut(&self) -> &Crane {
         &self.crane
+    }
+
+    /// Inertia of the link about its joint, kg·m².
+    pub(super) fn link_inertia(&self) -> f64 {
+        let g = &self.geometry;
+        g.link_1_length * g.link_1_length * (g.rod_mass / 3.0 + g.joint_mass)
+    }
+
+    /// Row of the rope in the link's angle and the load's place, its gap and convective term.
+    #[inline]
+    pub(super) fn rope_row(&self, q: &[f64], v: &[f64]) -> ([f64; 3], f64, f64) {
+        let rope = self.rope(q);
+        let length = rope.norm();
+        let normal = rope / length;
+        let rate = Vector2::new(v[1], v[2]) - v[0] * self.tip_rate;
+        let across = normal.perp(&rate);
+        // P'' = −P.
+        let bend = Vector2::new(-self.tip_rate.y, self.tip_rate.x);
+        let convective = normal.dot(&bend) * v[0] * v[0] - across * across / length;
+        ([normal.dot(&self.tip_rate), -normal.x, -normal.y], self.geometry.link_2_length - length, convective)
     }
 
     /// From the end of the link to the load.
@@ -115,9 +147,8 @@ impl MechanicalModel for CraneWithRope {
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
         if let MassMatrix::Diagonal(diagonal) = mass {
-            let g = &self.geometry;
-            let link = g.link_1_length * g.link_1_length * (g.rod_mass / 3.0 + g.joint_mass);
-            diagonal.copy_from_slice(&[link, g.end_mass, g.end_mass]);
+            let load = self.geometry.end_mass;
+            diagonal.copy_from_slice(&[self.link_inertia(), load, load]);
         }
     }
 
@@ -130,16 +161,10 @@ impl MechanicalModel for CraneWithRope {
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        let rope = self.rope(q);
-        let length = rope.norm();
-        let normal = rope / length;
-        let rate = Vector2::new(v[1], v[2]) - v[0] * self.tip_rate;
-        let across = normal.perp(&rate);
-        // P'' = −P.
-        let bend = Vector2::new(-self.tip_rate.y, self.tip_rate.x);
-        rows.jacobian[..3].copy_from_slice(&[normal.dot(&self.tip_rate), -normal.x, -normal.y]);
-        rows.position[ROPE] = self.geometry.link_2_length - length;
-        rows.convective[ROPE] = normal.dot(&bend) * v[0] * v[0] - across * across / length;
+        let (row, position, convective) = self.rope_row(q, v);
+        rows.jacobian[..3].copy_from_slice(&row);
+        rows.position[ROPE] = position;
+        rows.convective[ROPE] = convective;
         rows.jacobian[5] = 1.0;
         rows.position[GROUND] = q[2] - self.ground_height;
     }

@@ -19,6 +19,8 @@ pub struct DiscsGeometry {
     pub radius: f64,
     /// Centres at the start, m; the blade's face starts at x = 0, the floor is y = 0.
     pub centres: Vec<[f64; 2]>,
+    /// Centres of discs of the same radius that never move, m: what the others may lie on.
+    pub bumps: Vec<[f64; 2]>,
     /// x of the wall, m.
     pub wall_x: f64,
     /// Length of the actuator at the start, m.
@@ -31,6 +33,24 @@ pub struct DiscsGeometry {
 /// are 1.46 radii away, and both discs at the end of each layer.
 const LISTED: f64 = 1.3;
 
+/// Two centres, of which one is seen from the other.
+pub(super) struct Apart {
+    pub(super) distance: f64,
+    pub(super) normal: Vector2<f64>,
+    /// `|ċ_⊥|²/|c|`, what is left of the second derivative of the distance.
+    pub(super) convective: f64,
+}
+
+impl Apart {
+    #[inline]
+    pub(super) fn of(apart: Vector2<f64>, rate: Vector2<f64>) -> Self {
+        let distance = apart.norm();
+        let normal = apart / distance;
+        let across = normal.perp(&rate);
+        Apart { distance, normal, convective: across * across / distance }
+    }
+}
+
 /// What a disc can touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Contact {
@@ -38,6 +58,7 @@ enum Contact {
     Wall(usize),
     Floor(usize),
     Pair(usize, usize),
+    Bump(usize, usize),
 }
 
 /// Discs without friction or spin, the blade that pushes them, and a fixed list of possible contacts.
@@ -46,6 +67,8 @@ enum Contact {
 /// g_blade = x_d − R − x_b     g_wall = x_w − R − x_d     g_floor = y_d − R     g_ij = |c_j − c_i| − 2R
 /// A_ij = [−nᵀ, nᵀ],  n = (c_j − c_i)/|c_j − c_i|,        Ȧv = |ċ_⊥|²/|c_j − c_i|
 /// ```
+/// A bump is a disc that does not move: `g = |c_d − c_b| − 2R`, `A = nᵀ`.
+///
 /// The list is made once, at the start: whatever is closer than 1.3 radii. It holds for as long as no disc has moved by more
 /// than half of what is missing to the nearest contact that is not listed: [`reach`](Self::reach) says how far that is, and the
 /// observable `largest_displacement_m` how much of it is used. A row touches at most two bodies.
@@ -70,11 +93,12 @@ impl Discs {
         }
         let pairs = (0..count).flat_map(|i| (i + 1..count).map(move |j| Contact::Pair(i, j)));
         let walls = (0..count).flat_map(|i| [Contact::Blade(i), Contact::Wall(i), Contact::Floor(i)]);
+        let bumps = (0..count).flat_map(|i| (0..geometry.bumps.len()).map(move |bump| Contact::Bump(i, bump)));
         let (q, _) = Self::state(&geometry);
         // Rounding of a contact that starts closed.
         let closed = -1e-9 * geometry.radius;
         let (mut contacts, mut reach) = (Vec::new(), f64::INFINITY);
-        for contact in walls.chain(pairs) {
+        for contact in walls.chain(pairs).chain(bumps) {
             let gap = Self::gap_of(&geometry, contact, &q);
             if gap < closed {
                 return Err(Error::Incompatible(format!(
@@ -127,7 +151,7 @@ impl Discs {
         Vector2::new(q[1 + 2 * disc], q[2 + 2 * disc])
     }
 
-    /// The velocities that a contact knows; a pair four, the blade two, wall and floor one.
+    /// The velocities that a contact knows; a pair four, the blade and a bump two, wall and floor one.
     #[inline]
     fn columns(&self, contact: Contact) -> [usize; 4] {
         let (x, y) = (|disc: usize| 1 + 2 * disc, |disc: usize| 2 + 2 * disc);
@@ -136,6 +160,7 @@ impl Discs {
             Contact::Wall(disc) => [x(disc), 0, 0, 0],
             Contact::Floor(disc) => [y(disc), 0, 0, 0],
             Contact::Pair(i, j) => [x(i), y(i), x(j), y(j)],
+            Contact::Bump(disc, _) => [x(disc), y(disc), 0, 0],
         }
     }
 
@@ -147,6 +172,9 @@ impl Discs {
             Contact::Wall(disc) => geometry.wall_x - radius - Self::centre(q, disc).x,
             Contact::Floor(disc) => Self::centre(q, disc).y - radius,
             Contact::Pair(i, j) => (Self::centre(q, j) - Self::centre(q, i)).norm() - 2.0 * radius,
+            Contact::Bump(disc, bump) => {
+                (Self::centre(q, disc) - Vector2::from(geometry.bumps[bump])).norm() - 2.0 * radius
+            }
         }
     }
 }
@@ -196,14 +224,24 @@ impl MechanicalModel for Discs {
                 Contact::Wall(_) => set(0, -1.0),
                 Contact::Floor(_) => set(0, 1.0),
                 Contact::Pair(i, j) => {
-                    let apart = Self::centre(q, j) - Self::centre(q, i);
-                    let distance = apart.norm();
-                    let normal = apart / distance;
+                    let apart =
+                        Apart::of(Self::centre(q, j) - Self::centre(q, i), Self::centre(v, j) - Self::centre(v, i));
+                    let normal = apart.normal;
                     let entries = [-normal.x, -normal.y, normal.x, normal.y];
                     entries.into_iter().enumerate().for_each(|(slot, entry)| set(slot, entry));
-                    let across = normal.perp(&(Self::centre(v, j) - Self::centre(v, i)));
-                    rows.convective[index] = across * across / distance;
-                    rows.position[index] = distance - 2.0 * self.geometry.radius;
+                    rows.convective[index] = apart.convective;
+                    rows.position[index] = apart.distance - 2.0 * self.geometry.radius;
+                    continue;
+                }
+                Contact::Bump(disc, bump) => {
+                    let apart = Apart::of(
+                        Self::centre(q, disc) - Vector2::from(self.geometry.bumps[bump]),
+                        Self::centre(v, disc),
+                    );
+                    set(0, apart.normal.x);
+                    set(1, apart.normal.y);
+                    rows.convective[index] = apart.convective;
+                    rows.position[index] = apart.distance - 2.0 * self.geometry.radius;
                     continue;
                 }
             }
@@ -213,7 +251,7 @@ impl MechanicalModel for Discs {
 
     fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
         let known = |&contact: &Contact| match contact {
-            Contact::Blade(_) => self.columns(contact)[..2].to_vec(),
+            Contact::Blade(_) | Contact::Bump(..) => self.columns(contact)[..2].to_vec(),
             Contact::Wall(_) | Contact::Floor(_) => self.columns(contact)[..1].to_vec(),
             Contact::Pair(..) => self.columns(contact).to_vec(),
         };

@@ -48,6 +48,14 @@ pub struct LineContact {
     pub distance: f64,
 }
 
+impl LineContact {
+    /// The masses that it knows, with their signs in its gap.
+    #[inline]
+    fn known(&self) -> impl Iterator<Item = (usize, f64)> {
+        [(self.above, 1.0), (self.below, -1.0)].into_iter().filter_map(|(mass, sign)| Some((mass?, sign)))
+    }
+}
+
 /// What a [`LineMasses`] is made of, and how its data are named.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineDescription {
@@ -143,17 +151,19 @@ impl MechanicalModel for LineMasses {
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
-        let n = q.len();
         for (row, contact) in self.line.contacts.iter().enumerate() {
             let mut gap = -contact.distance;
-            for (mass, sign) in [(contact.above, 1.0), (contact.below, -1.0)] {
-                if let Some(mass) = mass {
-                    rows.jacobian[row * n + mass] = sign;
-                    gap += sign * q[mass];
-                }
+            for (slot, (mass, sign)) in contact.known().enumerate() {
+                rows.set(row, slot, mass, sign);
+                gap += sign * q[mass];
             }
             rows.position[row] = gap;
         }
+    }
+
+    fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
+        let masses = |contact: &LineContact| contact.known().map(|(mass, _)| mass).collect();
+        Some(self.line.contacts.iter().map(masses).collect())
     }
 
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {

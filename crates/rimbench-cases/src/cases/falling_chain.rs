@@ -1,0 +1,189 @@
+//! `falling-chain`: a chain let go above a scale, on which it piles up: a contact and a joint that can only pull per link.
+//!
+//! ```text
+//!       │ o ⎫
+//!   l ↕ │ o ⎬ n beads on inextensible links
+//!       │ o ⎭                   base ▒▒──k_b,c_b──[m_a]──k,c──[m_p] platform     (upright)
+//!     ══╧════ platform
+//! ```
+//! n + 1 velocities (platform, beads), 2n − 1 contacts: the lowest bead on the platform, each bead on the one below it (`y_i − y_{i−1} ≥ d`)
+//! and each link, which can pull and not push (`y_i − y_{i−1} ≤ l`). Each row knows two velocities.
+//!
+//! **Manoeuvre.** The chain hangs straight, its lower end `h` above the scale at rest in its equilibrium, and is let go.
+//!
+//! **Closed form** ([`Chain::landed_and_force`]) of the chain with many links on a scale that does not give way: the force is three times the weight
+//! of the part that lies on it, `3 ρ g x`, if the chain starts at the scale.
+//!
+//! **Direct feedthrough** of the actuator, through its spring and damper. **Reference**: monolithic, h, h/2, h/4; with this many impacts its
+//! own uncertainty must be looked at.
+//!
+//! **Source**: a classic of textbooks (after Buquoy 1812; Hamm and Géminard 2010 on what chains do that are not ideal); numbers *ours*.
+
+use super::carriage;
+use super::case::{Case, CaseDefaults, CoupledSystem};
+use super::contact_parameters;
+use super::parameters::{Parameter, Parameters, Range, number as p};
+use crate::models::{
+    BaseMotion, LineContact, LineDescription, LineMass, LineMasses, SpringActuator, SpringActuatorParameters,
+};
+use rimbench_core::complementarity::SolverEntry;
+use rimbench_core::error::Result;
+use rimbench_core::name::names;
+
+pub(super) fn entry() -> Case {
+    Case {
+        parameters: parameters(),
+        trace_columns: carriage::trace_columns(&[
+            "carriage_position_m",
+            "carriage_velocity_m_s",
+            "effective_mass_kg",
+            "lowest_bead_y_m",
+            "gap_scale_m",
+            "gap_lowest_link_m",
+            "contact_force_scale_n",
+            "closed_contacts",
+        ]),
+        interface_columns: vec![carriage::interface()],
+        constant_mechanics: true,
+        ..Case::new(
+            "falling-chain",
+            "A chain falls on a scale: three times the weight of what lies on it (39 contacts; thousands by its parameters)",
+            CaseDefaults {
+                duration_s: 0.8,
+                macro_step_s: 2e-3,
+                micro_step_s: 2e-4,
+                reference_step_s: 1e-4,
+                reference_sampling_s: 2e-4,
+            },
+            build,
+        )
+    }
+}
+
+const OURS: &str = "ours";
+
+fn parameters() -> Vec<Parameter> {
+    use Range::{Fraction, NotNegative, Positive, Whole};
+    vec![
+        p("links", "-", 20.0, Whole(2, 2500), "number n of beads", OURS),
+        p("chain_length_m", "m", 1.0, Positive, "length L of the chain; a link is L/n", OURS),
+        p("chain_mass_kg", "kg", 2.0, Positive, "mass M of the chain; a bead has M/n", OURS),
+        p("bead_share", "-", 0.2, Fraction, "diameter of a bead in lengths of a link, d/l", OURS),
+        p("drop_height_m", "m", 0.0, NotNegative, "height h of the lower end above the scale at the start", OURS),
+        p("platform_mass_kg", "kg", 1.0, Positive, "mass m_p of the platform", OURS),
+        p("spring_stiffness_n_m", "N/m", 4e4, Positive, "stiffness k between carriage and platform", OURS),
+        p("spring_damping_n_s_m", "N·s/m", 150.0, NotNegative, "damping c between carriage and platform", OURS),
+        p("carriage_mass_kg", "kg", 0.5, Positive, "mass m_a of the carriage", OURS),
+        p("base_stiffness_n_m", "N/m", 8e4, Positive, "stiffness k_b between base and carriage", OURS),
+        p("base_damping_n_s_m", "N·s/m", 200.0, NotNegative, "damping c_b between base and carriage", OURS),
+        p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
+        contact_parameters::stabilisation(),
+        contact_parameters::restitution(0.0, OURS),
+    ]
+}
+
+/// A chain of many links that falls on a scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chain {
+    /// n.
+    pub links: u32,
+    /// L, m.
+    pub length: f64,
+    /// M, kg.
+    pub mass: f64,
+    /// d/l.
+    pub bead_share: f64,
+    /// h, m.
+    pub drop: f64,
+    /// m/s².
+    pub gravity: f64,
+}
+
+impl Chain {
+    /// Length of a link, m.
+    fn link(&self) -> f64 {
+        self.length / f64::from(self.links)
+    }
+
+    /// Mechanics of the chain and a platform of this mass (kg). The centre of bead i starts at `h + (i − ½) l`; the scale is at 0.
+    pub fn above_platform(&self, platform: f64) -> LineDescription {
+        let link = self.link();
+        let bead = self.bead_share * link;
+        let of = |mass: f64, start: f64| LineMass {
+            mass,
+            stiffness: 0.0,
+            damping: 0.0,
+            anchor: 0.0,
+            load: -mass * self.gravity,
+            start: [start, 0.0],
+        };
+        let place = |index: u32| self.drop + (f64::from(index) + 0.5) * link;
+        let beads = (0..self.links).map(|index| of(self.mass / f64::from(self.links), place(index)));
+        let on = |upper: usize, distance: f64| LineContact { below: Some(upper - 1), above: Some(upper), distance };
+        // A link is a contact the other way round.
+        let pulled = |upper: usize| LineContact { below: Some(upper), above: Some(upper - 1), distance: -link };
+        let upper = 2..=self.links as usize;
+        LineDescription {
+            masses: std::iter::once(of(platform, 0.0)).chain(beads).collect(),
+            springs: Vec::new(),
+            contacts: std::iter::once(on(1, 0.5 * bead))
+                .chain(upper.flat_map(|upper| [pulled(upper), on(upper, bead)]))
+                .collect(),
+            driven: 0,
+            state_names: names(&[
+                "platform_y_m",
+                "lowest_bead_y_m",
+                "platform_velocity_m_s",
+                "lowest_bead_velocity_m_s",
+            ]),
+            gap_names: names(&["gap_scale_m", "gap_lowest_link_m"]),
+            contact_force_names: names(&["contact_force_scale_n", "contact_force_lowest_link_n"]),
+        }
+    }
+
+    /// What lies on the scale at a time (kg), and its force on the chain (N), for many links on a scale that does not give way.
+    ///
+    /// ```text
+    /// x = (½ g t² − h)/(1 − d/l) in [0, L],  v = g t       F = ρ g x + ρ v²/(1 − d/l) = 3 ρ g x + 2 ρ g h/(1 − d/l)
+    /// ```
+    /// and `ρ g L` when all has landed. A chain of n links lands bead by bead, each within half a link of when its part of the
+    /// continuous one does: the impulse handed on until t differs by at most `½ (M/n) g t`.
+    /// # Source
+    /// Momentum of what still falls, `ρ (L − x) g t`; Buquoy 1812.
+    pub fn landed_and_force(&self, time: f64) -> [f64; 2] {
+        let (density, room) = (self.mass / self.length, 1.0 - self.bead_share);
+        let speed = self.gravity * time;
+        let landed = ((0.5 * speed * time - self.drop) / room).clamp(0.0, self.length);
+        let falling = landed > 0.0 && landed < self.length;
+        let momentum = if falling { density * speed * speed / room } else { 0.0 };
+        [density * landed, density * self.gravity * landed + momentum]
+    }
+}
+
+fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
+    let get = |name: &str| parameters.number(name);
+    let chain = Chain {
+        links: parameters.whole("links"),
+        length: get("chain_length_m"),
+        mass: get("chain_mass_kg"),
+        bead_share: get("bead_share"),
+        drop: get("drop_height_m"),
+        gravity: get("gravity_m_s2"),
+    };
+    let platform = get("platform_mass_kg");
+    let model = LineMasses::new(chain.above_platform(platform))?;
+    // In equilibrium with the platform at 0.
+    let weight = platform * chain.gravity;
+    let carriage = weight / get("spring_stiffness_n_m");
+    let base = carriage + weight / get("base_stiffness_n_m");
+    let scale = SpringActuator::new(SpringActuatorParameters {
+        stiffness: get("spring_stiffness_n_m"),
+        damping: get("spring_damping_n_s_m"),
+        carriage_mass: get("carriage_mass_kg"),
+        base_stiffness: get("base_stiffness_n_m"),
+        base_damping: get("base_damping_n_s_m"),
+        base: BaseMotion { position: base, velocity: 0.0, amplitude: 0.0, angular_frequency: 0.0, phase: 0.0 },
+        start: [carriage, 0.0],
+    })?;
+    contact_parameters::coupled(model, scale, parameters, solver)
+}

@@ -1,0 +1,265 @@
+//! The hydraulic crane that pulls its load out of a heap of discs: contacts that come and go while discs travel.
+
+use super::crane::CraneGeometry;
+use super::crane_with_rope::CraneWithRope;
+use super::discs::Apart;
+use nalgebra::Vector2;
+use rimbench_core::error::{Error, Result};
+use rimbench_core::interface_model::{MassMatrix, Rows};
+use rimbench_core::mechanics::{MechanicalModel, ModelSize};
+use rimbench_core::name::{Name, names};
+
+/// The heap around the load of a [`CraneInHeap`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeapGeometry {
+    /// R of the discs and of the load, m.
+    pub radius: f64,
+    /// Of each disc, kg.
+    pub disc_mass: f64,
+    /// Centres of the discs as seen from the load, m.
+    pub centres: Vec<[f64; 2]>,
+    /// Distance of the walls from the load on either side, m.
+    pub half_width: f64,
+    /// How much of the rope hangs loose at the start, m.
+    pub slack: f64,
+    /// Pairs with a gap below this many radii at the start are listed.
+    pub listed_radii: f64,
+}
+
+/// What can touch what: bodies are the load, 0, and the discs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Contact {
+    Rope,
+    Floor(usize),
+    Left(usize),
+    Right(usize),
+    Pair(usize, usize),
+}
+
+/// [`CraneWithRope`], whose load is a disc that lies on the floor of a pit, under and between others. No friction, no spin; the rope passes
+/// in front of the discs.
+///
+/// ```text
+/// q = (θ, x_0, y_0, x_1, y_1, …)      M = diag(L²(m/3 + m_p), m_h, m_h, m, m, …)
+/// g_floor = y_b − R − y_f     g_left = x_b − R − x_l     g_right = x_r − R − x_b     g_ij = |c_j − c_i| − 2R
+/// ```
+/// and the rope as there. Contacts are listed once, at the start: all with floor and walls, and pairs that are closer than a given
+/// number of radii, which for a heap that travels must be all. The observable `gap_lowest_m` is that of all pairs, listed or not.
+/// # Source
+/// Ours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CraneInHeap {
+    crane: CraneWithRope,
+    geometry: HeapGeometry,
+    load_mass: f64,
+    gravity: f64,
+    /// Place of the load at the start, m.
+    start: [f64; 2],
+    contacts: Vec<Contact>,
+    reach: f64,
+}
+
+impl CraneInHeap {
+    /// Lists the contacts: the rope, the load on the floor, then whatever is near.
+    ///
+    /// # Errors
+    /// Those of the crane; [`Error::Incompatible`] if anything would start inside something else.
+    pub fn new(crane: CraneGeometry, geometry: HeapGeometry) -> Result<Self> {
+        let (load_mass, gravity) = (crane.end_mass, crane.gravity);
+        let crane = CraneWithRope::with_slack_rope(crane, geometry.slack)?;
+        let (q, _) = crane.initial_state();
+        let bodies = 1 + geometry.centres.len();
+        let mut model = CraneInHeap {
+            crane,
+            load_mass,
+            gravity,
+            start: [q[1], q[2]],
+            contacts: Vec::new(),
+            reach: f64::INFINITY,
+            geometry,
+        };
+        let (q, v) = model.initial_state();
+        let candidates = (0..bodies).flat_map(|body| [Contact::Floor(body), Contact::Left(body), Contact::Right(body)]);
+        let pairs = (0..bodies).flat_map(|i| (i + 1..bodies).map(move |j| Contact::Pair(i, j)));
+        let mut contacts = vec![Contact::Rope];
+        for contact in candidates.chain(pairs) {
+            let gap = model.gap(contact, &q, &v);
+            if gap < -1e-9 * model.geometry.radius {
+                return Err(Error::Incompatible(format!(
+                    "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
+                )));
+            }
+            // Floor and walls are few: whatever travels stays in the pit.
+            let pair = matches!(contact, Contact::Pair(..));
+            if !pair || gap < model.geometry.listed_radii * model.geometry.radius {
+                contacts.push(contact);
+            } else {
+                // Both bodies may come closer.
+                model.reach = model.reach.min(0.5 * gap);
+            }
+        }
+        model.contacts = contacts;
+        Ok(model)
+    }
+
+    /// Returns the crane with its rope.
+    pub fn crane(&self) -> &CraneWithRope {
+        &self.crane
+    }
+
+    /// Returns the displacement of bodies up to which the list of contacts is complete, m; infinite where all are listed.
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    #[inline]
+    fn centre(q: &[f64], body: usize) -> Vector2<f64> {
+        Vector2::new(q[1 + 2 * body], q[2 + 2 * body])
+    }
+
+    fn gap(&self, contact: Contact, q: &[f64], v: &[f64]) -> f64 {
+        let (radius, half) = (self.geometry.radius, self.geometry.half_width);
+        match contact {
+            Contact::Rope => self.crane.rope_row(&q[..3], &v[..3]).1,
+            Contact::Floor(body) => Self::centre(q, body).y - self.start[1],
+            Contact::Left(body) => Self::centre(q, body).x - radius - (self.start[0] - half),
+            Contact::Right(body) => self.start[0] + half - radius - Self::centre(q, body).x,
+            Contact::Pair(i, j) => (Self::centre(q, j) - Self::centre(q, i)).norm() - 2.0 * radius,
+        }
+    }
+
+    /// The velocities that a contact knows, and how many.
+    #[inline]
+    fn columns(contact: Contact) -> ([usize; 4], usize) {
+        let (x, y) = (|body: usize| 1 + 2 * body, |body: usize| 2 + 2 * body);
+        match contact {
+            Contact::Rope => ([0, 1, 2, 0], 3),
+            Contact::Floor(body) => ([y(body), 0, 0, 0], 1),
+            Contact::Left(body) | Contact::Right(body) => ([x(body), 0, 0, 0], 1),
+            Contact::Pair(i, j) => ([x(i), y(i), x(j), y(j)], 4),
+        }
+    }
+
+    /// Height of the discs' centre of mass above the load's place at the start, m; the load's where there are none.
+    fn height(&self, q: &[f64]) -> f64 {
+        let discs = q[3..].as_chunks::<2>().0;
+        let sum: f64 = discs.iter().map(|disc| disc[1] - self.start[1]).sum();
+        if discs.is_empty() { q[2] - self.start[1] } else { sum / discs.len() as f64 }
+    }
+}
+
+impl MechanicalModel for CraneInHeap {
+    fn size(&self) -> ModelSize {
+        ModelSize {
+            velocities: 3 + 2 * self.geometry.centres.len(),
+            bilateral: 0,
+            unilateral: self.contacts.len(),
+            interface: 1,
+        }
+    }
+
+    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
+        let (mut q, _) = self.crane.initial_state();
+        q.extend(self.geometry.centres.iter().flat_map(|[x, y]| [self.start[0] + x, self.start[1] + y]));
+        let v = vec![0.0; q.len()];
+        (q, v)
+    }
+
+    fn prepare(&mut self, q: &[f64], v: &[f64]) {
+        self.crane.prepare(&q[..3], &v[..3]);
+    }
+
+    fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
+        if let MassMatrix::Diagonal(diagonal) = mass {
+            diagonal.fill(self.geometry.disc_mass);
+            diagonal[..3].copy_from_slice(&[self.crane.link_inertia(), self.load_mass, self.load_mass]);
+        }
+    }
+
+    fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) {
+        self.crane.forces(&q[..3], &v[..3], &mut force[..3]);
+        let weight = self.geometry.disc_mass * self.gravity;
+        for disc in force[3..].as_chunks_mut::<2>().0 {
+            *disc = [0.0, -weight];
+        }
+    }
+
+    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
+
+    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        for (index, &contact) in self.contacts.iter().enumerate() {
+            let (known, _) = Self::columns(contact);
+            let mut set = |slot: usize, value: f64| rows.set(index, slot, known[slot], value);
+            match contact {
+                Contact::Rope => {
+                    let (row, position, convective) = self.crane.rope_row(&q[..3], &v[..3]);
+                    row.into_iter().enumerate().for_each(|(slot, entry)| set(slot, entry));
+                    (rows.position[index], rows.convective[index]) = (position, convective);
+                    continue;
+                }
+                Contact::Floor(_) | Contact::Left(_) => set(0, 1.0),
+                Contact::Right(_) => set(0, -1.0),
+                Contact::Pair(i, j) => {
+                    let apart =
+                        Apart::of(Self::centre(q, j) - Self::centre(q, i), Self::centre(v, j) - Self::centre(v, i));
+                    let normal = apart.normal;
+                    let entries = [-normal.x, -normal.y, normal.x, normal.y];
+                    entries.into_iter().enumerate().for_each(|(slot, entry)| set(slot, entry));
+                    rows.position[index] = apart.distance - 2.0 * self.geometry.radius;
+                    rows.convective[index] = apart.convective;
+                    continue;
+                }
+            }
+            rows.position[index] = self.gap(contact, q, v);
+        }
+    }
+
+    fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
+        let known = |&contact: &Contact| {
+            let (columns, count) = Self::columns(contact);
+            columns[..count].to_vec()
+        };
+        Some(self.contacts.iter().map(known).collect())
+    }
+
+    fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
+        self.crane.interface(&q[..3], &v[..3], rows);
+    }
+
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        let heights: f64 = q[3..].as_chunks::<2>().0.iter().map(|disc| disc[1]).sum();
+        self.crane.potential_energy(&q[..3]) + self.geometry.disc_mass * self.gravity * heights
+    }
+
+    fn observables(&self) -> Vec<Name> {
+        names(&["theta_1_rad", "load_x_m", "load_y_m", "heap_height_m", "largest_displacement_m", "gap_lowest_m"])
+    }
+
+    fn gap_names(&self) -> Vec<Name> {
+        names(&["gap_rope_m", "gap_floor_m"])
+    }
+
+    fn contact_force_names(&self) -> Vec<Name> {
+        names(&["contact_force_rope_n", "contact_force_floor_n"])
+    }
+
+    fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
+        let bodies = 1 + self.geometry.centres.len();
+        let start = |body: usize| {
+            let aside = if body == 0 { [0.0; 2] } else { self.geometry.centres[body - 1] };
+            Vector2::from(self.start) + Vector2::from(aside)
+        };
+        let moved = (0..bodies).map(|body| (Self::centre(q, body) - start(body)).norm());
+        let pairs = (0..bodies).flat_map(|i| (i + 1..bodies).map(move |j| Contact::Pair(i, j)));
+        let others = self.contacts.iter().copied().filter(|contact| !matches!(contact, Contact::Pair(..)));
+        let gaps = pairs.chain(others).map(|contact| self.gap(contact, q, v));
+        row.copy_from_slice(&[
+            q[0],
+            q[1],
+            q[2],
+            self.height(q),
+            moved.fold(0.0, f64::max),
+            gaps.fold(f64::INFINITY, f64::min),
+        ]);
+    }
+}

@@ -1,0 +1,302 @@
+//! Cases with contacts by the dozen and the thousand, against forces, impulses and energies in closed form.
+
+use crate::support::*;
+use rimbench::cases::{Chain, wall_forces};
+use rimbench::cosim::{Outcome, Subsystem};
+use rimbench::models::LineMasses;
+
+fn observed(mechanics: &mut dyn Subsystem, name: &str, h: f64) -> f64 {
+    let names = mechanics.abilities().observables().to_vec();
+    let mut row = vec![0.0; names.len()];
+    mechanics.abilities().observe(h, &mut row);
+    row[names.iter().position(|known| *known == name).unwrap()]
+}
+
+#[test]
+fn a_packing_stands_on_forces_that_go_straight_through_and_are_turned_back_by_the_walls() {
+    // Lines of force that no wall turns back, that are turned back once, and often; both kinds of layers on top.
+    for (columns, layers, angle) in [(4, 5, 0.9), (2, 9, 0.7), (3, 6, 0.8), (12, 10, 1.0)] {
+        let set = [
+            ("columns", columns.to_string()),
+            ("layers", layers.to_string()),
+            ("packing_angle_rad", angle.to_string()),
+        ];
+        let set: Vec<(&str, &str)> =
+            set.iter().map(|(key, value)| (*key, &**value)).chain([("disc_mass_kg", "10")]).collect();
+        let (case, parameters) = case_with("packed-box", &set);
+        let mut mechanics = (case.build)(&parameters, solver()).unwrap().sides.mechanics;
+        let weight = 10.0 * 9.81;
+        let forces = wall_forces(columns, layers, angle, weight);
+        let held: f64 = forces.iter().sum();
+        for _ in 0..20 {
+            mechanics.step(0.0, &[held], 1e-4).unwrap();
+        }
+        let mut of = |name: &str| observed(&mut *mechanics, name, 1e-4);
+        // Nothing moves: positions of metres round to 1e-16 per step.
+        let moved = of("largest_displacement_m");
+        assert!(moved < 1e-12, "{columns} × {layers}: {moved}");
+        // The lowest discs at the walls carry most.
+        let lowest = forces.last().unwrap();
+        approx::assert_relative_eq!(of("contact_force_blade_n"), *lowest, max_relative = 1e-8);
+        // The first two discs: what the second passes on to the first, at the end of the same line.
+        let (sin, cos) = angle.sin_cos();
+        let passed_on = 0.5 * (lowest / cos - weight / sin);
+        approx::assert_relative_eq!(of("contact_force_pair_n"), passed_on, max_relative = 1e-8);
+        // All of them: the walls' and, of each disc, those below it, from the lines of force alone.
+        let all = 2.0 * held + sum_of_forces_between(columns, layers, weight / sin);
+        approx::assert_relative_eq!(of("contact_force_sum_n"), all, max_relative = 1e-8);
+        let discs = layers * columns - layers / 2;
+        assert_eq!(of("closed_contacts"), f64::from(2 * discs));
+        assert_eq!(of("rank_h_uu"), f64::from(2 * discs), "no contact is redundant");
+    }
+}
+
+/// The sum of the forces between discs, and of discs on the half discs of the floor, by following each line of force down from the top.
+fn sum_of_forces_between(columns: u32, layers: u32, unit: f64) -> f64 {
+    let last = 2 * columns as i64 - 2;
+    let mut sum = 0.0;
+    for start in 0..=last {
+        // Places of the top layer: those of a layer with m discs are even.
+        if (start + i64::from(layers - 1)) % 2 != 0 {
+            continue;
+        }
+        for mut direction in [-1, 1] {
+            if start + direction < 0 || start + direction > last {
+                continue;
+            }
+            let (mut place, mut force) = (start, 0.0);
+            for _ in 0..layers {
+                let at_wall = place == 0 || place == last;
+                force += if at_wall { unit } else { 0.5 * unit };
+                if place + direction < 0 || place + direction > last {
+                    direction = -direction;
+                }
+                sum += force;
+                place += direction;
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn the_wall_of_the_packing_is_held_at_rest_let_out_and_pushed_back() {
+    let run = run(&usual_spec("packed-box", "rim-nonsmooth-gap", 5e-3));
+    assert_eq!(run.report.outcome, Outcome::Completed);
+    let (time, wall) = (column(&run.trajectory, "time_s"), column(&run.trajectory, "blade_x_m"));
+    let at = |t: f64| wall[time.iter().position(|row| *row >= t - 1e-9).unwrap()];
+    // At rest until the spool moves, but for what pressures of 1e6 Pa round to.
+    assert!(at(0.1).abs() < 1e-9, "{}", at(0.1));
+    assert!(at(0.35) < -5e-3 && at(0.8) > 5e-3, "{} {}", at(0.35), at(0.8));
+    // The list of contacts holds: half of what the next nearest disc is away.
+    assert!(largest(column(&run.trajectory, "largest_displacement_m")) < 0.065);
+    // A mechanism of one degree of freedom: all contacts stay closed, and the wall is not locked.
+    assert!(column(&run.trajectory, "closed_contacts").iter().all(|closed| *closed == 36.0));
+    assert!(column(&run.trajectory, "effective_mass_kg").iter().all(|mass| (100.0..1000.0).contains(mass)));
+    let closures = run.report.audit.accounts.map(|account| account.unwrap().closure());
+    assert!(closures.iter().all(|closure| closure.abs() < 1e-6), "{closures:?}");
+}
+
+/// The greatest error of the impulse on a scale that does not give way, in time, N·s, and what it may be.
+fn error_of_chain(chain: &Chain) -> [f64; 2] {
+    // So heavy that it stays where it is.
+    let (platform, h) = (1e9, 1e-4);
+    let mut mechanics = stepper(LineMasses::new(chain.above_platform(platform)).unwrap(), PLASTIC);
+    let (mut error, mut allowed) = (0.0_f64, 0.0_f64);
+    let mut exact = 0.0;
+    for step in 0..6000 {
+        let time = f64::from(step) * h;
+        mechanics.step(time, &[platform * chain.gravity], h).unwrap();
+        let [_, force] = chain.landed_and_force(time + 0.5 * h);
+        exact += h * force;
+        let handed_on = -platform * mechanics.velocity()[0];
+        let speed = chain.gravity * (time + h);
+        error = error.max((handed_on - exact).abs());
+        // Half a bead, and what lands within one step.
+        let bead = chain.mass / f64::from(chain.links);
+        allowed = allowed.max((0.5 * bead + chain.mass / chain.length * speed * h) * speed);
+    }
+    // All has landed and is carried.
+    let [landed, weight] = chain.landed_and_force(0.6);
+    approx::assert_relative_eq!(landed, chain.mass, max_relative = 1e-12);
+    approx::assert_relative_eq!(observed(&mut mechanics, "contact_force_scale_n", h), weight, max_relative = 1e-6);
+    [error, allowed]
+}
+
+#[test]
+fn a_chain_presses_with_three_times_the_weight_of_what_lies_within_half_a_link() {
+    for (bead_share, drop) in [(0.2, 0.0), (0.0, 0.0), (0.5, 0.3)] {
+        let chain = |links| Chain { links, length: 1.0, mass: 2.0, bead_share, drop, gravity: 9.81 };
+        if drop == 0.0 {
+            let [landed, force] = chain(20).landed_and_force(0.25);
+            approx::assert_relative_eq!(force, 3.0 * landed * 9.81, max_relative = 1e-12);
+        }
+        let mut errors = Vec::new();
+        for links in [10, 20, 40, 80] {
+            let [error, allowed] = error_of_chain(&chain(links));
+            println!("d/l {bead_share}, h {drop} m, {links} links: {error:.4} N·s of at most {allowed:.4}");
+            assert!(error <= allowed, "{links} links: {error} N·s");
+            errors.push(error);
+        }
+        // Of the first order in 1/n: half as large each time, but for the instants of the last landings.
+        for pair in errors.windows(2) {
+            assert!((0.4..0.65).contains(&(pair[1] / pair[0])), "{errors:?}");
+        }
+    }
+}
+
+#[test]
+fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_one() {
+    let chain = Chain { links: 160, length: 1.0, mass: 2.0, bead_share: 0.2, drop: 0.0, gravity: 9.81 };
+    let mut spec = usual_spec("falling-chain", "rim-nonsmooth-gap", 1e-3);
+    spec.parameters.set("links", "160").unwrap();
+    let run = run(&spec);
+    assert_eq!(run.report.outcome, Outcome::Completed);
+    let (time, force) = (column(&run.trajectory, "time_s"), column(&run.trajectory, "actuator_force_n"));
+    let platform = 9.81;
+    // While it falls the reading follows 3 ρ g x; the spring is late by some c/k, 4 ms, in which the force grows by 2 %, and rings.
+    let mut off = 0.0_f64;
+    for (time, force) in time.iter().zip(&force).filter(|(time, _)| (0.2..0.39).contains(*time)) {
+        let [_, expected] = chain.landed_and_force(*time);
+        off = off.max((force - platform - expected).abs() / expected);
+    }
+    println!("off by at most {off:.3} of the force");
+    assert!(off < 0.08, "{off}");
+    approx::assert_relative_eq!(*force.last().unwrap(), 3.0 * 9.81, max_relative = 0.01);
+    let peak = largest(force);
+    assert!(peak > 0.93 * 7.0 * 9.81, "{peak}");
+    // What falls loses all of its speed in plastic impacts: half of what its weight does, but for what the platform keeps.
+    let account = run.report.audit.accounts.mechanics.unwrap();
+    assert!(account.closure().abs() < 1e-9);
+}
+
+/// A load under three discs in a shaft.
+const SHAFT: [(&str, &str); 3] = [("columns", "1"), ("layers", "4"), ("wall_gap_m", "0.01")];
+/// Theirs, kg.
+const COLUMN: f64 = 20.0 + 3.0 * 4.0;
+
+#[test]
+fn the_jerk_of_the_rope_takes_the_whole_column_along_and_keeps_the_momentum() {
+    let set: Vec<(&str, &str)> = SHAFT.into_iter().chain([("gravity_m_s2", "1e-12")]).collect();
+    let (case, parameters) = case_with("crane-heap", &set);
+    let mut mechanics = (case.build)(&parameters, solver()).unwrap().sides.mechanics;
+    let h = 1e-4;
+    // Positions go with the velocity at the end of the step: their differences are it.
+    let rate = |mechanics: &mut dyn Subsystem, force: f64| {
+        let before = observed(mechanics, "theta_1_rad", h);
+        mechanics.step(0.0, &[force], h).unwrap();
+        (observed(mechanics, "theta_1_rad", h) - before) / h
+    };
+    // Pushed for a while, the link turns freely until the rope is taut.
+    for _ in 0..200 {
+        rate(&mut *mechanics, 1000.0);
+    }
+    let before = rate(&mut *mechanics, 0.0);
+    let mut steps = 0;
+    while rate(&mut *mechanics, 0.0) > 0.99 * before {
+        steps += 1;
+        assert!(steps < 10_000, "the rope never became taut");
+    }
+    // The gap law keeps what the rope had left to go for one step more.
+    rate(&mut *mechanics, 0.0);
+    let after = rate(&mut *mechanics, 0.0);
+    let [theta, x, y] = ["theta_1_rad", "load_x_m", "load_y_m"].map(|name| observed(&mut *mechanics, name, h));
+    let (sin, cos) = theta.sin_cos();
+    let rope = [x - cos, y - sin];
+    let lever = (rope[1] * cos - rope[0] * sin) / rope[0].hypot(rope[1]);
+    let inertia = 200.0 / 3.0 + 250.0;
+    let expected = inertia / (inertia + lever * lever * COLUMN);
+    // The rope also pulls aside, by some 1e-2 of its force, and the geometry changes within two steps; differences of 1 rad round to 1e-12.
+    approx::assert_relative_eq!(after / before, expected, max_relative = 3e-4);
+}
+
+#[test]
+fn floor_and_then_rope_carry_the_column_of_the_shaft() {
+    let mut spec = usual_spec("crane-heap", "rim-nonsmooth-gap", 5e-3);
+    SHAFT.into_iter().for_each(|(key, value)| spec.parameters.set(key, value).unwrap());
+    let run = run(&spec);
+    assert_eq!(run.report.outcome, Outcome::Completed);
+    let of = |name: &str| column(&run.trajectory, name);
+    let (time, weight) = (of("time_s"), COLUMN * 9.81);
+    let settled = time.iter().position(|time| *time > 0.15).unwrap();
+    approx::assert_relative_eq!(of("contact_force_floor_n")[settled], weight, max_relative = 1e-9);
+    assert_eq!(of("contact_force_rope_n")[settled], 0.0);
+    // The rope hangs askew: the load leans on a wall of the shaft, and the link still creeps.
+    let last = |name: &str| *of(name).last().unwrap();
+    let rope = [last("load_x_m") - last("theta_1_rad").cos(), last("load_y_m") - last("theta_1_rad").sin()];
+    let upwards = -rope[1] / rope[0].hypot(rope[1]);
+    approx::assert_relative_eq!(last("contact_force_rope_n") * upwards, weight, max_relative = 1e-3);
+    assert!(last("gap_floor_m") > 0.05);
+}
+
+#[test]
+fn the_load_leaves_the_heap_whose_discs_meet_others_and_never_overlap() {
+    let usual = usual_spec("crane-heap", "rim-nonsmooth-gap", 5e-3);
+    let (mut of_neighbours, run) = (usual.clone(), run(&usual));
+    assert_eq!(run.report.outcome, Outcome::Completed);
+    let of = |name: &str| column(&run.trajectory, name);
+    // Farther than the list of a heap at rest reaches, 0.73 radii; all pairs are listed.
+    assert!(largest(of("largest_displacement_m")) > 2.0 * 0.03);
+    // A contact that closes between two steps is at most so deep as it goes in one.
+    assert!(of("gap_lowest_m").iter().all(|gap| *gap > -1e-3));
+    assert!(*of("gap_floor_m").last().unwrap() > 0.06 && of("gap_rope_m").last().unwrap().abs() < 1e-6);
+    let closures = run.report.audit.accounts.map(|account| account.unwrap().closure());
+    assert!(closures.iter().all(|closure| closure.abs() < 1e-6), "{closures:?}");
+    // The list of a heap at rest would not do, and it shows.
+    of_neighbours.parameters.set("listed_radii", "1.3").unwrap();
+    let overlap = column(&crate::support::run(&of_neighbours).trajectory, "gap_lowest_m");
+    assert!(overlap.iter().any(|gap| *gap < -0.01), "nothing went into anything");
+}
+
+#[test]
+fn large_cases_run_with_thousands_of_contacts_and_say_no_beyond_memory() {
+    for (case, set, contacts) in [
+        ("packed-box", vec![("columns", "20"), ("layers", "20"), ("disc_mass_kg", "0.5")], 780.0),
+        // Layers of 15 and 14: floor 15, walls 10, neighbours in a layer 5 · (14 + 13), between layers 9 · 28. The rope hangs loose.
+        ("crane-heap", vec![("columns", "15"), ("layers", "10"), ("wall_gap_m", "0"), ("listed_radii", "1.3")], 412.0),
+        ("falling-chain", vec![("links", "600")], 599.0),
+    ] {
+        let (case, parameters) = case_with(case, &set);
+        let mut mechanics = (case.build)(&parameters, solver()).unwrap().sides.mechanics;
+        let held: f64 = if case.name == "packed-box" { wall_forces(20, 20, 0.9, 0.5 * 9.81).iter().sum() } else { 0.0 };
+        mechanics.step(0.0, &[held], 1e-5).unwrap();
+        let closed = observed(&mut *mechanics, "closed_contacts", 1e-5);
+        println!("{}: {closed} closed", case.name);
+        assert_eq!(closed, contacts, "{}", case.name);
+    }
+    for (case, set, wanted) in [
+        ("packed-box", vec![("columns", "60"), ("layers", "80")], "packed-box: columns, layers"),
+        ("falling-chain", vec![("links", "2500")], "falling-chain: links"),
+        ("crane-heap", vec![("columns", "61"), ("layers", "30")], "crane-heap: columns, layers"),
+    ] {
+        let (case, mut parameters) = case_with(case, &set);
+        // Or the cylinder could not hold it.
+        parameters.set("gravity_m_s2", "0.01").unwrap();
+        // With every entry kept.
+        let error = (case.build)(&parameters, solver_by_name("lemke")).map(drop).unwrap_err().to_string();
+        assert!(error.starts_with(wanted) && error.contains("4.0 GiB"), "{error}");
+    }
+}
+
+#[test]
+fn impossible_packings_are_refused_with_the_numbers() {
+    for (key, value, wanted) in [
+        ("packing_angle_rad", "0.5", "packing_angle_rad = 0.5 is not valid; valid: between π/6 = 0.523599 and"),
+        ("packing_angle_rad", "1.1", "π/3 = 1.047198"),
+        ("disc_mass_kg", "1000", "N needs chamber pressures of"),
+        ("release_end_s", "0.05", "release_end_s = 0.05 is not valid; valid: at least 0.12"),
+    ] {
+        let error = refused("packed-box", key, value);
+        assert!(error.contains(wanted), "{key} = {value}: {error}");
+    }
+    for (key, value, wanted) in [
+        ("columns", "4", "columns = 4 is not valid; valid: an odd number"),
+        ("rope_slack_m", "-0.1", "rope_slack_m = -0.1 is not valid"),
+        ("lift_end_s", "0.1", "lift_end_s = 0.1 is not valid; valid: at least 0.22"),
+    ] {
+        let error = refused("crane-heap", key, value);
+        assert!(error.contains(wanted), "{key} = {value}: {error}");
+    }
+    let error = refused("falling-chain", "links", "1");
+    assert!(error.contains("a whole number from 2 to 2500"), "{error}");
+}
