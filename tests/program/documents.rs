@@ -2,6 +2,7 @@
 //! they repeat are those of the committed files.
 
 use crate::support::{cases, schemes};
+use rimbench::statistics::median;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -249,4 +250,46 @@ fn the_readme_counts_the_committed_claims() {
     let readme = read(&root().join("README.md"));
     assert!(readme.contains(&sentence), "README.md does not say: {sentence}");
     assert!(readme.contains("](results/paper/claims.md)"), "README.md does not link to the table of claims");
+}
+
+/// Medians that are typed on a page grow old when digits change; those of the stability map are held against its rows.
+#[test]
+fn the_table_of_the_stability_map_is_that_of_its_rows() {
+    let mut rows = csv::Reader::from_path(root().join("results/study/stability_map/runs.csv")).unwrap();
+    let mut runs: BTreeMap<(String, u64), (usize, Vec<f64>)> = BTreeMap::new();
+    for row in rows.deserialize::<BTreeMap<String, String>>().map(Result::unwrap) {
+        let microseconds = (row["macro_step_s"].parse::<f64>().unwrap() * 1e6).round() as u64;
+        let (all, errors) = runs.entry((row["label"].clone(), microseconds)).or_default();
+        *all += 1;
+        if row["outcome"] == "completed" {
+            errors.push(row["force_error_rms_n"].parse().unwrap());
+        }
+    }
+    let page = read(&root().join("docs/results/stability-map.md"));
+    let cells =
+        |line: &str| -> Vec<String> { line.trim_matches('|').split('|').map(|cell| cell.trim().into()).collect() };
+    let mut table =
+        page.lines().skip_while(|line| !line.starts_with("| scheme |")).take_while(|line| line.starts_with('|'));
+    let steps: Vec<f64> =
+        cells(table.next().unwrap())[1..].iter().map(|step| step.trim_end_matches(" ms").parse().unwrap()).collect();
+    let mut seen = 0;
+    for line in table.skip(1) {
+        let row = cells(line);
+        for (cell, step) in row[1..].iter().zip(&steps) {
+            let (all, errors) = &runs[&(row[0].trim_end_matches(", 1 mm").to_owned(), (step * 1e3).round() as u64)];
+            seen += 1;
+            let mut words = cell.split(' ');
+            let written = words.next().unwrap();
+            let completed = words.next().map_or(if written == "–" { 0 } else { *all }, |count| {
+                count.trim_matches(['(', ')']).parse().unwrap()
+            });
+            assert_eq!(completed, errors.len(), "{line}: completed at {step} ms");
+            if let Some(median) = median(errors.clone()) {
+                let decimals = written.split_once('.').map_or(0, |(_, decimals)| decimals.len() as i32);
+                let off = (written.parse::<f64>().unwrap() - median).abs();
+                assert!(off <= 0.501 * 10_f64.powi(-decimals), "{line}: {median} N at {step} ms");
+            }
+        }
+    }
+    assert!(seen >= 100, "only {seen} cells found");
 }
