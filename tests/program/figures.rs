@@ -802,7 +802,8 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
         texts_of(&String::from_utf8(read(&place.path().join(format!("{name}/figures/{id}.svg")))).unwrap())
     };
     let few = texts("mine/few", "mine-few-error");
-    assert!(few.contains_key("diverged") && few.contains_key("row-0, margin 1 µm"), "{few:?}");
+    let says = |words: &str| few.keys().any(|text| text.starts_with(words));
+    assert!(says("diverged") && says("row-0, margin 1 µm"), "{few:?}");
     // Of many schemes rows, with the cases' own macro steps; a map by case has the largest stable one.
     let many = texts("mine/many", "mine-many-error");
     assert!(many.contains_key("row-19, margin 1 µm") && many.contains_key("(b) box"), "{many:?}");

@@ -201,10 +201,10 @@ impl Animation {
             let last = if index + 1 == kept.len() { ",100%" } else { "" };
             let _ = write!(frames, "{share}%{last}{{transform:{}}}", written(state));
         }
-        let _ = write!(
+        let _ = writeln!(
             style,
             ".{name}{{transform:{}}}@keyframes {name}{{{frames}}}\
-             @media(prefers-reduced-motion:no-preference){{.{name}{{animation:{name} {:.2}s linear infinite}}}}\n",
+             @media(prefers-reduced-motion:no-preference){{.{name}{{animation:{name} {:.2}s linear infinite}}}}",
             written(still),
             round_s,
         );
@@ -255,7 +255,7 @@ impl Animation {
         let rod = |pose: &Pose| {
             let (tip, pin) = (pose.world(geometry.attachment), geometry.ground_pin);
             let at = place(pose, tip);
-            [at.0, at.1, (tip.1 - pin.1).atan2(tip.0 - pin.0).to_degrees() * -1.0]
+            [at.0, at.1, -(tip.1 - pin.1).atan2(tip.0 - pin.0).to_degrees()]
         };
         self.moved(&name("r"), &states(&rod), true, style);
         let _ = writeln!(
@@ -287,10 +287,10 @@ impl Animation {
             [x, y, -pose.box_angle_rad.to_degrees()]
         };
         self.moved(&name("b"), &states(&at), true, style);
-        let _ = write!(
+        let _ = writeln!(
             body,
             "<g class=\"{}\"><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{:.1}\" fill=\"{}\"/><path fill=\"{}\" d=\"{}{wedges}\"/>\
-             <path fill=\"{}\" d=\"{}\"/><g fill=\"{}\"><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\"/><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\"/></g></g>\n",
+             <path fill=\"{}\" d=\"{}\"/><g fill=\"{}\"><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\"/><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\"/></g></g>",
             name("b"),
             disc.0,
             disc.1,

@@ -158,9 +158,10 @@ fn unit_of(steps_ms: &[f64]) -> (&'static str, f64) {
 fn ranked(dots: &[Vec<Vec<Dot>>], rows: usize) -> Vec<usize> {
     let mut total = vec![0.0; rows];
     for panel in dots {
-        for sign in 0..panel.first().map_or(0, Vec::len) {
+        let signs = panel.first().map_or(0, Vec::len);
+        for dots in (0..signs).map(|sign| panel.iter().map(|row| row[sign]).collect::<Vec<Dot>>()) {
             let value = |row: usize| {
-                let dot = &panel[row][sign];
+                let dot = &dots[row];
                 if dot.value.is_finite() && dot.lost < Some(1.0) { dot.value } else { f64::INFINITY }
             };
             for (row, total) in total.iter_mut().enumerate() {

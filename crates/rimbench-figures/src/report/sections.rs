@@ -241,9 +241,10 @@ fn figure(study: &Study, (id, caption, made): &Made, packed: bool) -> String {
         // A blank or broken line would end the block of HTML in a text.
         false => ("plot", vector::svg(drawing).replace('\n', "")),
     };
+    let source = if study.is_shipped { format!("experiments/{name}.toml") } else { name.clone() };
     format!(
         "<figure id=\"figure-{id}\" class=\"{class}\"><div class=\"canvas\">{inside}</div><figcaption>{caption} \
-         <em>From the results of experiments/{name}.toml.</em></figcaption></figure>\n\n"
+         <em>From the results of {source}.</em></figcaption></figure>\n\n"
     )
 }
 
