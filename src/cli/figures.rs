@@ -1,4 +1,4 @@
-//! `rimbench figures`: all figures again, from stored results.
+//! `rimbench figures`: all figures again, from stored results; also of experiments that no list of figures names.
 
 use super::print;
 use super::project::Project;
@@ -26,9 +26,14 @@ pub struct Figures {
 impl Figures {
     /// Exit code 1 if a figure could not be drawn although its experiment has results: an older picture may be left of it.
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
-        let figures = self.file.as_deref().map_or_else(|| Project::find().figures(), FigureList::read)?;
+        // A list of one's own is all that is asked for; without one, every experiment has figures.
+        let (figures, failed) = match &self.file {
+            Some(file) => (FigureList::read(file)?, Vec::new()),
+            None => Project::find().figures()?.completed(&self.results, self.group.as_deref()),
+        };
         let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
-        let made = figures.make_all(&self.results, self.group.as_deref(), &styles)?;
+        let mut made = figures.make_all(&self.results, self.group.as_deref(), &styles)?;
+        made.failed.extend(failed);
         for files in &made.files {
             print(&files.svg.display().to_string())?;
         }

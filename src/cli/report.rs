@@ -130,13 +130,20 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
     }
     // A figure names its experiment as <group>/<name> below a folder of results.
     let place = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    if let (Some(results), true) = (place.ancestors().nth(2), study.is_shipped && study.runs.is_some()) {
-        let own = figures.figures.iter().filter(|figure| figure.experiment == study.name);
-        let made = own.map(|figure| {
-            let drawn = figure.drawn(results, styles).map_err(|error| study.said(&error));
-            (figure.id.clone(), figure.caption.clone(), drawn)
-        });
-        study.figures = made.collect();
+    if let (Some(results), true) = (place.ancestors().nth(2), study.runs.is_some()) {
+        // Those of the list show what the shipped experiment is about; any other has those that all have.
+        let none = FigureList { figures: Vec::new() };
+        let list = if study.is_shipped { figures } else { &none };
+        match list.of_experiment(&study.name, folder) {
+            Ok(own) => {
+                let made = own.iter().map(|figure| {
+                    let drawn = figure.drawn(results, styles).map_err(|error| study.said(&error));
+                    (figure.id.clone(), figure.caption.clone(), drawn)
+                });
+                study.figures = made.collect();
+            }
+            Err(error) => study.remarks.push(format!("its figures are not drawn: {}", study.said(&error))),
+        }
     }
     study
 }

@@ -20,14 +20,37 @@ pub struct Verify {
 
 impl Verify {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
-        let mut claims = Vec::new();
+        let (mut claims, mut faults) = (Vec::new(), Vec::new());
         for file in &self.files {
-            let experiment = Experiment::read(file)?;
-            claims.extend(check_claims(&experiment, catalogue, &experiment.results_folder(&self.results))?);
+            let checked = Experiment::read(file)
+                .and_then(|experiment| check_claims(&experiment, catalogue, &experiment.results_folder(&self.results)));
+            // What is wrong with one file leaves the claims of the others.
+            match checked {
+                Ok(own) => claims.extend(own),
+                Err(error) => faults.push(error),
+            }
         }
-        print(&claims_table(&claims))?;
+        if let ([_], []) = (&self.files[..], &claims[..])
+            && let Some(error) = faults.pop()
+        {
+            return Err(error.into());
+        }
+        if !claims.is_empty() {
+            print(&claims_table(&claims))?;
+        }
         let changed = claims.iter().filter(|claim| claim.differs()).count();
-        print(&format!("{} claims, {changed} differ from the recorded finding", claims.len()))?;
-        Ok(if changed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+        let not = match faults.len() {
+            0 => String::new(),
+            count => format!("; those of {count} of {} files could not be checked", self.files.len()),
+        };
+        print(&format!("{} claims, {changed} differ from the recorded finding{not}", claims.len()))?;
+        for error in &faults {
+            eprintln!("error: {error}");
+        }
+        Ok(match (faults.is_empty(), changed) {
+            (false, _) => ExitCode::from(2),
+            (true, 0) => ExitCode::SUCCESS,
+            (true, _) => ExitCode::FAILURE,
+        })
     }
 }

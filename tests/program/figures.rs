@@ -185,7 +185,7 @@ metric = "residual_j"
 only = { set = "all" }
 part = "negative"
 label = "minus residual (J)"
-range = [1e-4, 1e-1]
+range = [1e-6, 1e-1]
 floor = "reference_error"
 slope = [1.0, [2.0, 1e-3]]
 
@@ -272,11 +272,11 @@ fn figures_are_drawn_from_stored_results_and_those_that_cannot_be_are_named() {
     };
     for (id, labels) in [
         ("map", &["stable but wrong", "rim-smooth", "0.50", "1", "5"] as &[&str]),
-        ("sweep", &["created", "uncertainty of the reference", "rim-nonsmooth-gap/profile, order 1.00"]),
+        ("sweep", &["created", "uncertainty of the reference", "rim-nonsmooth-gap, profile, order 1.00"]),
         ("sweep", &["diverged", "some runs diverged"]),
         ("work", &["rim-smooth: some runs diverged"]),
-        ("work", &["wall time (s)", "steps", "rim-nonsmooth-gap/profile"]),
-        ("margin", &["margin (m)", "fraction stable", "rim-smooth", "rim-nonsmooth-gap/profile"]),
+        ("work", &["wall time (s)", "steps", "rim-nonsmooth-gap, profile"]),
+        ("margin", &["margin (m)", "fraction stable", "rim-smooth", "rim-nonsmooth-gap, profile"]),
     ] {
         let texts = texts(id);
         for label in labels {
@@ -689,6 +689,7 @@ fn stability() -> Heatmap {
             let skipped = name == "first-order-hold" && column > 8;
             Cell {
                 value: (!skipped).then_some((20.0 * value).round() / 20.0),
+                shown: None,
                 hatched: name == "rim-smooth" && (3.0..20.0).contains(&h),
             }
         };
@@ -709,6 +710,7 @@ fn stability() -> Heatmap {
         show_values: true,
         rows: names.into_iter().zip(limits).map(row).collect(),
         columns: columns.clone(),
+        names: Vec::new(),
     }
 }
 
@@ -759,4 +761,146 @@ fn manoeuvre() -> Manoeuvre {
     let row = |scheme: &str, poses| ManoeuvreRow { scheme: scheme.to_owned(), color: style_of(scheme).color, poses };
     let rows = vec![row("rim-smooth", smooth), row("rim-nonsmooth", nonsmooth)];
     Manoeuvre { width: 1180.0, geometry, arrow_force_n: 2000.0, rows }
+}
+
+/// Results of an experiment that no list names: schemes on cases, each with macro steps of its own, that diverge at the largest.
+fn unlisted_results(folder: &Path, name: &str, cases: &[(&str, [f64; 3])], schemes: usize) {
+    let folder = folder.join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut runs = String::from("run_id,case,set,label,scheme,macro_step_s,phase,outcome,force_error_rms_of_peak\n");
+    let mut id = 0;
+    for (case, steps) in cases {
+        for scheme in 0..schemes {
+            for (index, step) in steps.iter().enumerate() {
+                let lost = index == 2 && scheme == 0;
+                let (outcome, error) =
+                    if lost { ("diverged", f64::NAN) } else { ("completed", 0.01 * (index + scheme + 1) as f64) };
+                runs += &format!("{id:x},{case},,row-{scheme}/1um,rim-smooth,{step},1.0,{outcome},{error}\n");
+                id += 1;
+            }
+        }
+    }
+    std::fs::write(folder.join("runs.csv"), runs).unwrap();
+    checksums::write(&folder, ["runs.csv".to_owned()]).unwrap();
+}
+
+#[test]
+fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let steps = [1e-3, 2e-3, 5e-3];
+    unlisted_results(place.path(), "mine/few", &[("box", steps)], 3);
+    unlisted_results(place.path(), "mine/many", &[("box", steps), ("bar", [1e-6, 2e-6, 5e-6])], 20);
+    std::fs::create_dir_all(place.path().join("mine/broken")).unwrap();
+    std::fs::write(place.path().join("mine/broken/runs.csv"), "a,b\n1,2\n").unwrap();
+    let none = FigureList { figures: Vec::new() };
+    let (list, failed) = none.completed(place.path(), None);
+    let [(name, reason)] = &failed[..] else { panic!("{failed:?}") };
+    assert!(name == "mine/broken" && reason.contains("label"), "{reason}");
+    let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+    assert!(made.failed.is_empty() && made.files.len() == 4, "{made:?}");
+    let texts = |name: &str, id: &str| {
+        texts_of(&String::from_utf8(read(&place.path().join(format!("{name}/figures/{id}.svg")))).unwrap())
+    };
+    let few = texts("mine/few", "mine-few-error");
+    let says = |words: &str| few.keys().any(|text| text.starts_with(words));
+    assert!(says("diverged") && says("row-0, margin 1 µm"), "{few:?}");
+    // Of many schemes rows, with the cases' own macro steps; a map by case has the largest stable one.
+    let many = texts("mine/many", "mine-many-error");
+    assert!(many.contains_key("row-19, margin 1 µm") && many.contains_key("(b) box"), "{many:?}");
+    let map = texts("mine/many", "mine-many-stability");
+    assert!(map.contains_key("bar (µs)") && map.contains_key("box") && map["2"] == 2 && map["5"] == 38, "{map:?}");
+    // A list that names an experiment says all of it.
+    let named = format!(
+        "{}[[figure.panels]]\nmetric = \"force_error_rms_of_peak\"\n",
+        LEAST_SWEEP.replace("study/made-up", "mine/few")
+    );
+    let (list, _) = FigureList::parse(Path::new("my.toml"), &named).unwrap().completed(place.path(), Some("mine"));
+    assert!(!list.figures.iter().any(|figure| figure.id.starts_with("mine-few")), "{:?}", list.figures);
+}
+
+#[test]
+fn ranked_rows_signed_axes_and_lost_phases_say_what_they_show() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    made_up_results(place.path());
+    let drawn = |text: &str, id: &str| {
+        let list = FigureList::parse(Path::new("my.toml"), text).unwrap();
+        let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+        assert!(made.failed.is_empty(), "{:?}", made.failed);
+        texts_of(&String::from_utf8(read(&place.path().join(format!("study/made-up/figures/{id}.svg")))).unwrap())
+    };
+    let kind = |kind: &str| LEAST_SWEEP.replace("\"sweep\"", &format!("\"{kind}\""));
+    let dots = drawn(&format!("{}{POOLED_PANEL}", kind("dots")), "mine");
+    for wanted in ["rim-nonsmooth-gap, profile", "H = 1 ms", "H = 5 ms", "diverged", "some runs diverged"] {
+        assert!(dots.contains_key(wanted), "{wanted}: {dots:?}");
+    }
+    let panel = "[[figure.panels]]\nmetric = \"residual_j\"\nonly = { set = \"all\" }\nsymlog = [1e-4, 1.0]\n";
+    let signed = drawn(&format!("{LEAST_SWEEP}{panel}"), "mine");
+    assert!(["−10⁰", "0", "10⁰"].iter().all(|tick| signed.contains_key(*tick)), "{signed:?}");
+    let at = format!("{}at = [1, 2]\n[[figure.panels]]\ncost = \"wall_s\"\n", kind("performance-profile"));
+    // Durations are part of a problem.
+    let runs = place.path().join("study/made-up/runs.csv");
+    let rows = std::fs::read_to_string(&runs).unwrap();
+    let longer = |(k, row): (usize, &str)| format!("{row}{}\n", if k == 0 { ",duration_s" } else { ",1.0" });
+    std::fs::write(&runs, rows.lines().enumerate().map(longer).collect::<String>()).unwrap();
+    seal(&place.path().join("study/made-up"));
+    let profile = drawn(&at, "mine");
+    assert!(profile.contains_key("is the best (τ = 1)") && profile.contains_key("within τ = 2"), "{profile:?}");
+    // A run that broke off has no value, and that is said.
+    let one = |row: &str| row.starts_with("run_id") || row.contains(",0.005,");
+    let rows = std::fs::read_to_string(&runs).unwrap();
+    std::fs::write(&runs, rows.lines().filter(|row| one(row)).map(|row| format!("{row}\n")).collect::<String>())
+        .unwrap();
+    seal(&place.path().join("study/made-up"));
+    let phases = drawn(&format!("{}only = {{ set = \"all\" }}\n{LEAST_PANEL}", kind("phases")), "mine");
+    assert!(phases.contains_key("diverged") && phases.contains_key("all runs diverged"), "{phases:?}");
+}
+
+/// Every figure of the list, from the stored results: in the legend no two rows have the same line and sign.
+#[test]
+fn no_two_rows_of_a_shipped_figure_look_the_same() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let list = FigureList::read(&root.join("paper/figures.toml")).unwrap();
+    let mut compared = 0;
+    for figure in list.figures.iter().filter(|figure| figure.experiment != "study/schemes_wedge_box") {
+        let Ok(drawing) = figure.drawn(&root.join("results"), &Styles::standard()) else { continue };
+        let (mut groups, mut open): (Vec<(String, Vec<&Shape>)>, bool) = (Vec::new(), false);
+        for shape in &drawing.shapes {
+            match shape {
+                Shape::Open(name) => {
+                    groups.push((name.clone(), Vec::new()));
+                    open = true;
+                }
+                Shape::Close => open = false,
+                shape if open => groups.last_mut().unwrap().1.push(shape),
+                _ => {}
+            }
+        }
+        // An entry of the legend begins with a level line of 27 px; its shapes are compared wherever it stands.
+        let mut looks: BTreeMap<String, String> = BTreeMap::new();
+        for (name, shapes) in groups {
+            let Some(Shape::Path { points, closed: false, .. }) = shapes.first() else { continue };
+            let [from, to] = points[..] else { continue };
+            if from.1 != to.1 || (to.0 - from.0 - 27.0).abs() > 1e-9 {
+                continue;
+            }
+            let at = |point: (f64, f64)| format!("{:.3} {:.3}", point.0 - from.0, point.1 - from.1);
+            let look: String = shapes
+                .iter()
+                .map(|shape| match shape {
+                    Shape::Path { points, closed, fill, stroke } => {
+                        let points: Vec<String> = points.iter().map(|&point| at(point)).collect();
+                        format!("{points:?} {closed} {fill:?} {stroke:?};")
+                    }
+                    Shape::Disc { centre, radius, fill, stroke } => {
+                        format!("{} {radius} {fill:?} {stroke:?};", at(*centre))
+                    }
+                    _ => String::new(),
+                })
+                .collect();
+            compared += 1;
+            let other = looks.insert(look, name.clone());
+            assert!(other.as_ref().is_none_or(|other| *other == name), "{}: {name} and {other:?}", figure.id);
+        }
+    }
+    assert!(compared > 100, "{compared}");
 }

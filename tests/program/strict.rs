@@ -143,6 +143,18 @@ fn the_wall_limit_covers_the_reference() {
 }
 
 #[test]
+fn verify_goes_on_after_a_file_that_it_cannot_check_and_says_which() {
+    let place = Place::new();
+    place.run(EXPERIMENT);
+    std::fs::write(place.path("group/broken.toml"), "macro_steps_s = \n").unwrap();
+    let files = ["group/broken.toml", "group/nowhere.toml", "group/strict.toml"];
+    let output = rimbench().current_dir(&place.0).arg("verify").args(files).assert().code(2).get_output().clone();
+    let (said, shown) = (String::from_utf8(output.stderr).unwrap(), String::from_utf8(output.stdout).unwrap());
+    assert!(said.contains("broken.toml") && said.contains("nowhere.toml") && !said.contains("strict.toml"), "{said}");
+    assert!(shown.contains("those of 2 of 3 files could not be checked"), "{shown}");
+}
+
+#[test]
 fn verify_counts_the_runs_and_refuses_what_is_not_the_plan() {
     let place = Place::new();
     place.run(EXPERIMENT);

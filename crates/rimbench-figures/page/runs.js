@@ -18,6 +18,7 @@
   });
   if (!runs.length) {
     $("runs-missing").textContent = "There is no run to show here; see what is missing.";
+    document.body.dataset.runs = "none";
     return;
   }
   const setting = ({ study, row }, name) => {

@@ -14,6 +14,8 @@ pub enum Scale {
     Count,
     /// Equal ratios; values ≤ 0 cannot be shown and break the line.
     Log10,
+    /// Equal ratios on either side of zero, and linear within ± 10 to this power: where the sign matters.
+    SymLog(i32),
 }
 
 /// The interval an axis shows.
@@ -50,6 +52,12 @@ impl Axis {
     /// A logarithmic axis that shows everything.
     pub fn log10(label: impl Into<String>) -> Self {
         Axis { label: label.into(), scale: Scale::Log10, range: Range::Auto }
+    }
+
+    /// An axis for values of either sign over many magnitudes: linear within ± `least`, which becomes a power of ten, logarithmic beyond.
+    pub fn symlog(label: impl Into<String>, least: f64) -> Self {
+        let power = least.log10().round().clamp(-300.0, 300.0) as i32;
+        Axis { label: label.into(), scale: Scale::SymLog(power), range: Range::Auto }
     }
 
     /// Shows an interval only, if there is one.
@@ -94,13 +102,15 @@ pub struct Series {
     pub bars: Vec<(f64, [f64; 2])>,
     /// What else is known of each point, for tables; none, or as many as points.
     pub notes: Vec<String>,
+    /// What is written beside each point where there is room, from both ends inwards; none, or as many as points.
+    pub tags: Vec<String>,
 }
 
 impl Series {
     /// A series drawn as a line.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: SeriesStyle) -> Self {
-        let (name, bars, notes) = Default::default();
-        Series { label: label.into(), points, style, mode: Mode::Line, name, bars, notes }
+        let (name, bars, notes, tags) = Default::default();
+        Series { label: label.into(), points, style, mode: Mode::Line, name, bars, notes, tags }
     }
 
     /// Names it in the data behind the picture.
@@ -118,6 +128,12 @@ impl Series {
     /// Says what else is known of each point.
     pub fn notes(mut self, notes: Vec<String>) -> Self {
         self.notes = notes;
+        self
+    }
+
+    /// Says what is written beside each point where there is room.
+    pub fn tags(mut self, tags: Vec<String>) -> Self {
+        self.tags = tags;
         self
     }
 
@@ -150,6 +166,16 @@ pub enum Guide {
         /// What it marks; may be empty.
         label: String,
     },
+    /// The area from the lower end of the axis up to a value of y, shaded, with a dashed line along its upper edge: where values say
+    /// nothing. It does not widen the axis.
+    Below {
+        /// Up to where.
+        y: f64,
+        /// What stands at the line.
+        label: String,
+        /// What the legend says of the area.
+        entry: String,
+    },
     /// The triangle under y = y₀ (x/x₀)^order from x₀ to x₁, for two logarithmic axes.
     Slope {
         /// Order, written beside the vertical leg.
@@ -175,6 +201,8 @@ pub struct Band {
 /// Where runs of a series have no value because they did not come to their end: signs in a band above the axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Losses {
+    /// Name of the series in the data.
+    pub name: String,
     /// Abscissa, and share of the runs that were lost, above 0; all of them at 1.
     pub points: Vec<(f64, f64)>,
     /// Colour of the series.
@@ -230,6 +258,25 @@ impl Panel {
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
         let (series, losses, guides, bands, notes) = Default::default();
         Panel { title: title.into(), x, y, series, losses, guides, bands, notes, inset: None }
+    }
+
+    /// Whether a series leaves any sign in it: a point inside its axes, as far as these are fixed, or runs that were lost.
+    pub(crate) fn shows(&self, label: &str, name: &str) -> bool {
+        let within = |axis: &Axis, value: f64| match axis.range {
+            Range::Fixed(low, high) => (low..=high).contains(&value),
+            Range::Auto => true,
+        };
+        let positive = |axis: &Axis, value: f64| axis.scale != Scale::Log10 || value > 0.0;
+        let is_seen = |&(x, y): &(f64, f64)| {
+            let up = y == f64::INFINITY || (y.is_finite() && positive(&self.y, y));
+            x.is_finite() && positive(&self.x, x) && within(&self.x, x) && up
+        };
+        let points = self.series.iter().filter(|series| series.label == label).flat_map(|series| &series.points);
+        let lost = self.losses.iter().any(|losses| losses.name == name && !losses.points.is_empty());
+        // A line that is cut may still cross its frame: only what is all on one side is out of it.
+        let seen: Vec<f64> = points.filter(|point| is_seen(point)).map(|point| point.1).collect();
+        let Range::Fixed(low, high) = self.y.range else { return lost || !seen.is_empty() };
+        lost || seen.iter().any(|y| *y >= low) && seen.iter().any(|y| *y <= high || y.is_infinite())
     }
 
     /// Adds a series in front of those already there.

@@ -2,13 +2,23 @@
 
 use super::chart::{Losses, Mode, Series};
 use super::clip::{self, Rect};
-use super::drawing::{Color, Datum, Drawing, Point, SeriesData, Stroke};
-use super::marker;
+use super::drawing::{Anchor, Color, Datum, Drawing, Point, SeriesData, Stroke, Text, Weight};
 use super::scale::AxisMap;
 use super::style::SeriesStyle;
+use super::{font, marker};
 
-/// Height of the band for infinite values above an axis, px.
+/// Least height of the band for infinite values and lost runs above an axis, px.
 pub const BAND: f64 = 22.0;
+/// Height of a row of signs in a band with a row for each series, px.
+const LOSS_ROW: f64 = 6.6;
+/// Signs closer than this lie on each other, px.
+const TOUCHING: f64 = 2.2;
+/// By how much a sign is larger for each one that lies on it, and for how many.
+const NESTED: (f64, usize) = (0.33, 3);
+/// Of a series with more points than this signs are too close to show around each other.
+const FEW: usize = 20;
+/// Size of what is written beside a point, px.
+const TAG_SIZE: f64 = 9.4;
 /// Half size of a marker, px.
 pub const MARKER: f64 = 2.9;
 /// Distance of the signs of neighbouring series in the band, px.
@@ -29,8 +39,10 @@ const MARKER_DISTANCE: f64 = 32.0;
 pub struct Frame {
     /// Where values inside the axes' intervals lie.
     pub area: Rect,
-    /// Whether a band for infinite values and lost runs is kept free above the area.
-    pub band: bool,
+    /// Height of the band for infinite values and lost runs that is kept free above the area, px; zero without one.
+    pub band: f64,
+    /// Whether each series that lost runs has a row of its own in the band.
+    pub rows: bool,
     /// What stands beside the band.
     pub band_label: &'static str,
     /// Horizontal axis.
@@ -50,17 +62,17 @@ struct Vertex {
 impl Frame {
     /// The area together with the band.
     pub fn whole(&self) -> Rect {
-        Rect { top: self.area.top - if self.band { BAND } else { 0.0 }, ..self.area }
+        Rect { top: self.area.top - self.band, ..self.area }
     }
 
     /// Height at which infinite values are drawn.
     pub fn beyond(&self) -> f64 {
-        self.area.top - 0.5 * BAND
+        self.area.top - 0.5 * self.band
     }
 
     fn vertex(&self, (x, y): (f64, f64)) -> Option<Vertex> {
         let across = self.x.position(x)?;
-        if y == f64::INFINITY && self.band {
+        if y == f64::INFINITY && self.band > 0.0 {
             return Some(Vertex { at: (across, self.beyond()), beyond: true });
         }
         Some(Vertex { at: (across, self.y.position(y)?), beyond: false })
@@ -80,9 +92,91 @@ impl Frame {
     }
 }
 
-/// Draws one of several series; `turn` is its number and their count.
-pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series, turn: (usize, usize)) {
-    drawing.group(series.data_name(), |drawing| draw_inside(drawing, frame, series, turn));
+/// Draws one of several series; `turn` is its number and their count, `later` are those in front of it.
+pub fn draw(drawing: &mut Drawing, frame: &Frame, series: &Series, turn: (usize, usize), later: &[Series]) {
+    drawing.group(series.data_name(), |drawing| draw_inside(drawing, frame, series, turn, later));
+}
+
+/// Where the signs of a series stand, if it has one at each of its points.
+fn signs_of(frame: &Frame, series: &Series) -> Vec<Point> {
+    let has_signs = matches!(series.mode, Mode::Markers | Mode::LineMarkers) && series.points.len() <= FEW;
+    let points = series.points.iter().filter(|_| has_signs);
+    points.filter_map(|&point| frame.vertex(point)).map(|vertex| vertex.at).collect()
+}
+
+/// Size of a sign: one that others lie on is larger, so that it shows around them.
+fn size_below(at: Point, later: &[Vec<Point>]) -> f64 {
+    let touches = |signs: &&Vec<Point>| signs.iter().any(|sign| (sign.0 - at.0).hypot(sign.1 - at.1) < TOUCHING);
+    let (by, most) = NESTED;
+    MARKER * (1.0 + by * later.iter().filter(touches).count().min(most) as f64)
+}
+
+/// Writes what is said of points beside them, where neither signs nor lines nor other words are in the way: the ends of each series
+/// first.
+pub fn draw_tags(drawing: &mut Drawing, frame: &Frame, all: &[Series]) {
+    if all.iter().all(|series| series.tags.is_empty()) {
+        return;
+    }
+    // What is in the way: signs, and lines by a point every few px.
+    let mut taken: Vec<Rect> = Vec::new();
+    let around =
+        |at: Point, half: f64| Rect { left: at.0 - half, top: at.1 - half, right: at.0 + half, bottom: at.1 + half };
+    for series in all {
+        for run in frame.runs(&series.points) {
+            taken.extend(run.iter().map(|vertex| around(vertex.at, MARKER + 0.5)));
+            for pair in run.windows(2) {
+                let (from, to) = (pair[0].at, pair[1].at);
+                let pieces = ((to.0 - from.0).hypot(to.1 - from.1) / 4.0).min(400.0) as usize;
+                let along = |k: usize| {
+                    let share = k as f64 / pieces as f64;
+                    (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1))
+                };
+                taken.extend((1..pieces).map(|k| around(along(k), 0.6)));
+            }
+        }
+    }
+    let longest = all.iter().map(|series| series.tags.len()).max().unwrap_or(0);
+    for turn in 0..longest {
+        for series in all.iter().filter(|series| turn < series.tags.len()) {
+            let index = if turn % 2 == 0 { turn / 2 } else { series.tags.len() - 1 - turn / 2 };
+            let Some(vertex) = series.points.get(index).and_then(|&point| frame.vertex(point)) else { continue };
+            let (tag, at) = (&series.tags[index], vertex.at);
+            if tag.is_empty() || !frame.area.contains(at) {
+                continue;
+            }
+            let width = font::width(tag, TAG_SIZE, Weight::Regular);
+            let half = 0.5 * TAG_SIZE * font::CAP_HEIGHT;
+            let away = MARKER + 2.5;
+            let centres = [
+                (at.0 + away + 0.5 * width, at.1),
+                (at.0 - away - 0.5 * width, at.1),
+                (at.0, at.1 - away - half),
+                (at.0, at.1 + away + half),
+            ];
+            let place = |centre: &Point| Rect {
+                left: centre.0 - 0.5 * width - 1.0,
+                right: centre.0 + 0.5 * width + 1.0,
+                top: centre.1 - half - 1.0,
+                bottom: centre.1 + half + 1.0,
+            };
+            let is_free = |centre: &&Point| {
+                let own = place(centre);
+                let inside = own.corners().iter().all(|corner| frame.area.contains(*corner));
+                inside
+                    && taken.iter().all(|other| {
+                        own.right < other.left
+                            || own.left > other.right
+                            || own.bottom < other.top
+                            || own.top > other.bottom
+                    })
+            };
+            if let Some(&centre) = centres.iter().find(is_free) {
+                taken.push(place(&centre));
+                let text = Text::new(tag, centre, TAG_SIZE).anchored(Anchor::Middle).centred();
+                drawing.text(text.colored(series.style.color.mix(Color::INK, 0.35)));
+            }
+        }
+    }
 }
 
 /// Returns the data of one series as they are, each with its place on the page.
@@ -96,7 +190,14 @@ pub fn exact(frame: &Frame, series: &Series) -> SeriesData {
     SeriesData { name: series.data_name().to_owned(), points: series.points.iter().enumerate().map(datum).collect() }
 }
 
-fn draw_inside(drawing: &mut Drawing, frame: &Frame, series: &Series, (index, count): (usize, usize)) {
+fn draw_inside(
+    drawing: &mut Drawing,
+    frame: &Frame,
+    series: &Series,
+    (index, count): (usize, usize),
+    later: &[Series],
+) {
+    let later: Vec<Vec<Point>> = later.iter().map(|series| signs_of(frame, series)).collect();
     let style = &series.style;
     let thin = Stroke { color: style.color, width: BAR, dash: &[] };
     for &(x, range) in &series.bars {
@@ -129,7 +230,7 @@ fn draw_inside(drawing: &mut Drawing, frame: &Frame, series: &Series, (index, co
                 marker::draw_beyond(drawing, vertex.at, MARKER + 0.6, style.color);
             }
         } else if signs && frame.area.contains(vertex.at) && far_enough(&mut last_sign, vertex.at, apart) {
-            marker::draw(drawing, style.marker, vertex.at, MARKER, style.color);
+            marker::draw(drawing, style.marker, vertex.at, size_below(vertex.at, &later), style.color);
         }
     }
 }
@@ -155,9 +256,37 @@ fn signs_along(
     }
 }
 
+/// Height of a band with a row for each of so many series.
+pub fn height_of_rows(series: usize) -> f64 {
+    BAND.max(LOSS_ROW * series as f64 + 8.0)
+}
+
+/// Whether the signs of series that lost runs at one abscissa have room beside each other.
+pub fn side_by_side(x: &AxisMap, losses: &[Losses]) -> bool {
+    let mut places: Vec<f64> =
+        losses.iter().flat_map(|series| &series.points).filter_map(|point| x.position(point.0)).collect();
+    places.sort_by(f64::total_cmp);
+    let groups: Vec<(f64, usize)> = places.chunk_by(|a, b| a == b).map(|group| (group[0], group.len())).collect();
+    let half = |count: usize| 0.5 * LOSS_DISTANCE * count as f64;
+    groups.windows(2).all(|pair| pair[1].0 - pair[0].0 >= half(pair[0].1) + half(pair[1].1))
+}
+
 /// Marks in the band where runs were lost: an open triangle for some of them, a full one for all. Series that lost runs at one
-/// abscissa stand side by side.
+/// abscissa stand side by side, or each in a row of its own where that would be too close.
 pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, losses: &[Losses]) {
+    if frame.rows {
+        let step = (frame.band - 8.0) / losses.len() as f64;
+        for (row, series) in losses.iter().enumerate() {
+            let up = frame.whole().top + 4.0 + (row as f64 + 0.5) * step;
+            for &(x, share) in &series.points {
+                let across = frame.x.position(x).filter(|at| (frame.area.left..=frame.area.right).contains(at));
+                if let Some(across) = across {
+                    marker::draw_lost(drawing, (across, up), MARKER, series.color, share >= 1.0);
+                }
+            }
+        }
+        return;
+    }
     let of_series =
         |series: &Losses| series.points.iter().map(|&(x, share)| (x, share, series.color)).collect::<Vec<_>>();
     let mut marks: Vec<(f64, f64, Color)> = losses.iter().flat_map(of_series).collect();
@@ -213,7 +342,8 @@ mod tests {
     fn frame() -> Frame {
         Frame {
             area: Rect { left: 0.0, top: 50.0, right: 100.0, bottom: 150.0 },
-            band: true,
+            band: BAND,
+            rows: false,
             band_label: "∞",
             x: AxisMap { scale: Scale::Linear, low: 0.0, high: 10.0, start: 0.0, end: 100.0 },
             y: AxisMap { scale: Scale::Log10, low: 1.0, high: 100.0, start: 150.0, end: 50.0 },
@@ -222,7 +352,7 @@ mod tests {
 
     fn lines(points: &[(f64, f64)]) -> Vec<Vec<Point>> {
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw(&mut drawing, &frame(), &Series::new("m", points.to_vec(), style_in_list(0)), (0, 1));
+        draw(&mut drawing, &frame(), &Series::new("m", points.to_vec(), style_in_list(0)), (0, 1), &[]);
         let open = |shape: Shape| match shape {
             Shape::Path { points, closed: false, .. } => Some(points),
             _ => None,
@@ -241,7 +371,7 @@ mod tests {
         let points = vec![(1.0, 10.0), (2.0, f64::INFINITY), (3.0, 10.0)];
         assert_eq!(lines(&points), [[(10.0, 100.0), (20.0, 50.0 - 0.5 * BAND), (30.0, 100.0)]]);
         let mut drawing = Drawing::new(100.0, 200.0);
-        draw(&mut drawing, &frame(), &Series::new("m", points, style_in_list(0)), (0, 1));
+        draw(&mut drawing, &frame(), &Series::new("m", points, style_in_list(0)), (0, 1), &[]);
         let triangle = drawing.shapes.iter().filter(|s| matches!(s, Shape::Path { closed: true, .. })).count();
         assert_eq!(triangle, 1);
     }
@@ -256,7 +386,7 @@ mod tests {
     fn lost_runs_are_marked_in_the_band_side_by_side() {
         let mut drawing = Drawing::new(100.0, 200.0);
         let color = style_in_list(0).color;
-        let losses = [(5.0, 0.25), (5.0, 1.0)].map(|point| Losses { points: vec![point], color });
+        let losses = [(5.0, 0.25), (5.0, 1.0)].map(|point| Losses { name: String::new(), points: vec![point], color });
         draw_losses(&mut drawing, &frame(), &losses);
         let signs: Vec<(f64, bool)> = drawing
             .shapes
@@ -268,6 +398,67 @@ mod tests {
             .collect();
         assert_eq!(signs.iter().map(|sign| sign.1).collect::<Vec<_>>(), [false, true]);
         assert!((signs[1].0 - signs[0].0 - LOSS_DISTANCE).abs() < 1e-9);
+    }
+
+    #[test]
+    fn lost_runs_that_would_lie_on_each_other_have_a_row_for_each_series() {
+        let color = style_in_list(0).color;
+        let points: Vec<(f64, f64)> = (0..10).map(|k| (f64::from(k), 1.0)).collect();
+        let losses: Vec<Losses> =
+            (0..4).map(|_| Losses { name: String::new(), points: points.clone(), color }).collect();
+        assert!(!side_by_side(&frame().x, &losses) && side_by_side(&frame().x, &losses[..1]));
+        let frame = Frame { band: height_of_rows(4), rows: true, ..frame() };
+        let mut drawing = Drawing::new(100.0, 200.0);
+        draw_losses(&mut drawing, &frame, &losses);
+        let centres: Vec<Point> = drawing
+            .shapes
+            .iter()
+            .filter_map(|shape| match shape {
+                Shape::Path { points, closed: true, .. } => Some(points[0]),
+                _ => None,
+            })
+            .collect();
+        let apart = |a: &Point, b: &Point| (a.0 - b.0).hypot(a.1 - b.1) > 2.0 * MARKER;
+        assert_eq!(centres.len(), 40);
+        assert!((0..40).all(|i| (0..i).all(|j| apart(&centres[i], &centres[j]))), "{centres:?}");
+    }
+
+    #[test]
+    fn a_sign_that_others_lie_on_shows_around_them() {
+        let series = |y: f64| Series::new("m", vec![(5.0, y)], style_in_list(0)).mode(Mode::Markers);
+        let radius = |later: &[Series]| {
+            let mut drawing = Drawing::new(100.0, 200.0);
+            draw(&mut drawing, &frame(), &series(10.0), (0, 1), later);
+            drawing.shapes.iter().find_map(|shape| match shape {
+                Shape::Disc { radius, .. } => Some(*radius),
+                _ => None,
+            })
+        };
+        assert_eq!(radius(&[]), Some(MARKER));
+        assert_eq!(radius(&[series(50.0)]), Some(MARKER));
+        assert!(radius(&[series(10.0), series(10.1)]) > radius(&[series(10.0)]));
+    }
+
+    #[test]
+    fn words_beside_points_keep_clear_of_signs_lines_and_each_other() {
+        let tags = |text: &str| vec![text.to_owned(); 3];
+        let points = vec![(2.0, 3.0), (5.0, 10.0), (8.0, 50.0)];
+        let series =
+            |text: &str| Series::new(text, points.clone(), style_in_list(0)).mode(Mode::LineMarkers).tags(tags(text));
+        let mut drawing = Drawing::new(100.0, 200.0);
+        // The second lies on the first: there is room for a few words of it, never on those of the first.
+        draw_tags(&mut drawing, &frame(), &[series("20"), series("30")]);
+        let words: Vec<&Text> = drawing
+            .shapes
+            .iter()
+            .filter_map(|shape| match shape {
+                Shape::Text(text) => Some(text),
+                _ => None,
+            })
+            .collect();
+        assert!(words.len() >= 3, "{words:?}");
+        let apart = |a: &Text, b: &Text| (a.at.0 - b.at.0).abs() > a.width() || (a.at.1 - b.at.1).abs() > 6.0;
+        assert!((0..words.len()).all(|i| (0..i).all(|j| apart(words[i], words[j]))), "{words:?}");
     }
 
     #[test]

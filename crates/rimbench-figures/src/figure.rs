@@ -5,6 +5,7 @@ use super::clip::Rect;
 use super::drawing::Drawing;
 use super::legend::Legend;
 use super::panel::{self, BELOW, Prepared, TITLE_SIZE};
+use super::style::{SeriesStyle, told_apart};
 use rimbench_core::error::{Error, Result};
 
 const MARGIN: f64 = 8.0;
@@ -22,13 +23,30 @@ impl Figure {
     /// # Errors
     /// [`Error::Incompatible`] with the size that it would need.
     pub fn draw_if_it_fits(&self) -> Result<Drawing> {
-        let (drawing, [width, height]) = self.drawn();
+        let (drawing, [width, height]) = self.told_apart().drawn();
         fits(&[("width", self.width, width), ("height", self.height, height)]).map(|()| drawing)
     }
 
-    /// Draws the figure. Plotting areas of one column have equal edges, all areas equal sizes.
+    /// Draws the figure. Plotting areas of one column have equal edges, all areas equal sizes. Series that would look the same are told
+    /// apart.
     pub fn draw(&self) -> Drawing {
-        self.drawn().0
+        self.told_apart().drawn().0
+    }
+
+    /// The figure with no two series of one look.
+    fn told_apart(&self) -> Self {
+        let mut figure = self.clone();
+        let names: Vec<String> =
+            self.panels.iter().flat_map(|panel| &panel.series).map(|series| series.data_name().to_owned()).collect();
+        let labels: Vec<&str> = names.iter().map(String::as_str).collect();
+        let series = || self.panels.iter().flat_map(|panel| &panel.series);
+        let mut styles: Vec<SeriesStyle> = series().map(|series| series.style).collect();
+        told_apart(&labels, &mut styles);
+        let mut next = styles.into_iter();
+        for series in figure.panels.iter_mut().flat_map(|panel| &mut panel.series) {
+            series.style = next.next().unwrap_or(series.style);
+        }
+        figure
     }
 
     /// The drawing, and width and height of a plotting area in it; without room nothing is drawn.
@@ -40,7 +58,7 @@ impl Figure {
         }
         let columns = self.columns.clamp(1, self.panels.len());
         let rows = self.panels.len().div_ceil(columns);
-        let infinite = self.panels.iter().any(|panel| Prepared::new(panel, self.height).infinite());
+        let infinite = self.panels.iter().any(|panel| Prepared::new(panel, self.width, self.height).infinite());
         let legend = Legend::of(&self.panels, infinite);
 
         let inner = self.width - 2.0 * MARGIN;
@@ -57,7 +75,9 @@ impl Figure {
         let taken = above.iter().sum::<f64>() + rows as f64 * BELOW + (rows - 1) as f64 * BETWEEN_ROWS;
         let height = (self.height - 2.0 * MARGIN + 6.0 - below - taken) / rows as f64;
 
-        let prepared: Vec<Prepared<'_>> = self.panels.iter().map(|panel| Prepared::new(panel, height)).collect();
+        // Labels beside the panels take a fifth of the width or less.
+        let about = 0.8 * (inner - legend_right) / columns as f64;
+        let prepared: Vec<Prepared<'_>> = self.panels.iter().map(|panel| Prepared::new(panel, about, height)).collect();
         let left_of =
             |column: usize| prepared.iter().skip(column).step_by(columns).map(Prepared::left).fold(0.0, f64::max);
         let lefts: Vec<f64> = (0..columns).map(left_of).collect();

@@ -1,13 +1,16 @@
 //! Draws what is not data into a panel: reference lines, slope triangles, remarks.
 
 use super::chart::{Guide, Note};
-use super::clip;
+use super::clip::{self, Rect};
 use super::data::Frame;
 use super::drawing::{Anchor, Color, Drawing, Stroke, Text};
 
 /// Size of remarks, px.
 pub const NOTE_SIZE: f64 = 9.4;
 const LINE: Stroke = Stroke { color: Color(0x9A, 0xA1, 0xA8), width: 1.0, dash: &[4.0, 3.0] };
+
+/// Where values say nothing.
+pub const SHADE: Color = Color(0xDB, 0xDD, 0xDF);
 
 /// Draws the lines of a guide; they belong behind the data.
 pub fn draw(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
@@ -23,6 +26,14 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
                 drawing.line(vec![(whole.left, y), (whole.right, y)], LINE);
             }
         }
+        Guide::Below { y, .. } => {
+            let Some(y) = frame.y.position(*y).filter(|y| *y < whole.bottom) else { return };
+            let shaded = Rect { top: y.max(frame.area.top), ..frame.area };
+            drawing.area(shaded.corners(), Some(SHADE), None);
+            if y > frame.area.top {
+                drawing.line(vec![(whole.left, y), (whole.right, y)], LINE);
+            }
+        }
         Guide::Slope { order, from, to_x } => {
             if let Some([left, right, base, tip]) = slope(frame, *order, *from, *to_x) {
                 let corners = clip::polygon(&[(left, base), (right, base), (right, tip)], &frame.area);
@@ -33,15 +44,25 @@ pub fn draw(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
     }
 }
 
-/// Writes what a guide means; this belongs in front of the data.
-pub fn label(drawing: &mut Drawing, frame: &Frame, guide: &Guide) {
+/// Writes what a guide means; this belongs in front of the data. Labels of upright lines stand in two rows by turns; `turn` is how many
+/// such lines came before.
+pub fn label(drawing: &mut Drawing, frame: &Frame, guide: &Guide, turn: usize) {
     let area = &frame.area;
     match guide {
         Guide::Vertical { x, label } => {
             let Some(x) = across(frame, *x) else { return };
-            let text = Text::new(label, (x + 6.0, area.top + 13.0), NOTE_SIZE);
+            let text = Text::new(label, (x + 6.0, area.top + 13.0 + 13.0 * (turn % 2) as f64), NOTE_SIZE);
             let fits = x + 6.0 + text.width() <= area.right;
             on_paper(drawing, if fits { text } else { Text { at: (x - 6.0, text.at.1), anchor: Anchor::End, ..text } });
+        }
+        // The legend says what is shaded: in words only where they hide nothing.
+        Guide::Below { y, label, .. } => {
+            let Some(y) = height(frame, *y).filter(|y| y + NOTE_SIZE + 6.0 <= area.bottom) else { return };
+            let text =
+                Text::new(label, (area.right - 5.0, y + 5.0 + 0.73 * NOTE_SIZE), NOTE_SIZE).anchored(Anchor::End);
+            if text.width() + 10.0 <= area.width() {
+                drawing.text(text.colored(Color::SOFT_INK));
+            }
         }
         Guide::Horizontal { y, label } => {
             let Some(y) = height(frame, *y) else { return };

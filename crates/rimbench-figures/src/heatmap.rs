@@ -38,6 +38,8 @@ const SKIPPED: Color = Color(0xD9, 0xDC, 0xDF);
 pub struct Cell {
     /// Share in [0, 1]; none if the combination was skipped.
     pub value: Option<f64>,
+    /// What is written instead of it.
+    pub shown: Option<f64>,
     /// Whether the value needs a warning.
     pub hatched: bool,
 }
@@ -73,6 +75,8 @@ pub struct Heatmap {
     pub x_label: String,
     /// Value of each column, ascending. Columns are equally wide: a logarithmic grid comes out evenly spaced.
     pub columns: Vec<f64>,
+    /// Names of the columns, read upwards, where they are no values.
+    pub names: Vec<String>,
     /// Quantity of the cells, beside the colour bar.
     pub value_label: String,
     /// What grey cells mean, below the map; may be empty.
@@ -111,8 +115,15 @@ impl Heatmap {
             left: MARGIN + widest + SWATCH + 16.0,
             top: MARGIN + if self.title.is_empty() { 0.0 } else { TITLE_SIZE + 10.0 },
             right: self.width - MARGIN - BAR_WIDTH - 56.0,
-            bottom: self.height - MARGIN - BELOW - if keys { KEY } else { 0.0 },
+            bottom: self.height - MARGIN - self.below() - if keys { KEY } else { 0.0 },
         }
+    }
+
+    /// Room below the cells for what the columns are, px.
+    fn below(&self) -> f64 {
+        let widest = self.names.iter().map(|name| font::width(name, TICK_SIZE, Weight::Regular)).fold(0.0, f64::max);
+        let label = if self.x_label.is_empty() { 0.0 } else { LABEL_SIZE + 6.0 };
+        if self.names.is_empty() { BELOW } else { widest + 12.0 + label }
     }
 
     /// Draws the map.
@@ -139,10 +150,17 @@ impl Heatmap {
             x: self.columns[column],
             y: cell.value.unwrap_or(f64::NAN),
             range: None,
-            note: match (cell.value, cell.hatched) {
-                (None, _) => self.skipped_label.clone(),
-                (_, true) => self.hatch_label.clone(),
-                _ => String::new(),
+            note: {
+                let said = match (cell.value, cell.hatched) {
+                    (None, _) => self.skipped_label.as_str(),
+                    (_, true) => self.hatch_label.as_str(),
+                    _ => "",
+                };
+                let column = self.names.get(column).map_or_else(String::new, |name| match cell.shown {
+                    Some(shown) => format!("{name}: {shown}"),
+                    None => name.clone(),
+                });
+                [column.as_str(), said].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
             },
             at: Some(self.cell(area, index, column).centre()),
         };
@@ -193,7 +211,8 @@ impl Heatmap {
         if cell.hatched {
             hatch(drawing, place, on(color));
         }
-        let number = Text::new(signed(format!("{share:.2}")), place.centre(), 9.4);
+        let number = cell.shown.map_or_else(|| signed(format!("{share:.2}")), |shown| format!("{shown}"));
+        let number = Text::new(number, place.centre(), 9.4);
         let number = number.anchored(Anchor::Middle).colored(on(color)).centred();
         let half = 0.5 * number.width() + 2.0;
         if self.show_values && 2.0 * half + 2.0 <= place.width() && place.height() >= 12.0 {
@@ -207,6 +226,17 @@ impl Heatmap {
     }
 
     fn draw_columns(&self, drawing: &mut Drawing, area: &Rect) {
+        if !self.names.is_empty() {
+            let step = area.width() / self.names.len() as f64;
+            for (column, name) in self.names.iter().enumerate() {
+                let at = (area.left + (column as f64 + 0.5) * step, area.bottom + 7.0);
+                let text = Text::new(name, at, TICK_SIZE).anchored(Anchor::End).upwards().centred();
+                drawing.text(text.colored(Color::SOFT_INK));
+            }
+            let label = Text::new(&self.x_label, (area.centre().0, area.bottom + self.below() - 4.0), LABEL_SIZE);
+            drawing.text(label.anchored(Anchor::Middle));
+            return;
+        }
         let labels: Vec<String> = self.columns.iter().map(|value| signed(format!("{value}"))).collect();
         let widest = labels.iter().map(|l| font::width(l, TICK_SIZE, Weight::Regular)).fold(0.0, f64::max);
         let step = area.width() / labels.len().max(1) as f64;
@@ -249,11 +279,11 @@ impl Heatmap {
     }
 
     fn draw_keys(&self, drawing: &mut Drawing, area: &Rect) {
-        let y = area.bottom + BELOW + 12.0;
+        let y = area.bottom + self.below() + 12.0;
         let mut left = area.left;
         let keys = [
-            (self.has_skipped(), &self.skipped_label, Cell { value: None, hatched: false }),
-            (self.has_hatched(), &self.hatch_label, Cell { value: Some(0.6), hatched: true }),
+            (self.has_skipped(), &self.skipped_label, Cell::default()),
+            (self.has_hatched(), &self.hatch_label, Cell { value: Some(0.6), shown: None, hatched: true }),
         ];
         for (_, label, cell) in keys.iter().filter(|(used, label, _)| *used && !label.is_empty()) {
             let sample = Rect { left, top: y - 7.0, right: left + 22.0, bottom: y + 7.0 };

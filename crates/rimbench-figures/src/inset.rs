@@ -21,7 +21,8 @@ pub fn draw(drawing: &mut Drawing, outer: &Frame, panel: &Panel, inset: &Inset) 
     let ((x0, x1), (y0, y1)) = (inset.x, inset.y);
     let frame = Frame {
         area,
-        band: false,
+        band: 0.0,
+        rows: false,
         band_label: "",
         x: AxisMap { scale: panel.x.scale, low: x0, high: x1, start: area.left, end: area.right },
         y: AxisMap { scale: panel.y.scale, low: y0, high: y1, start: area.bottom, end: area.top },
@@ -64,7 +65,7 @@ pub fn draw(drawing: &mut Drawing, outer: &Frame, panel: &Panel, inset: &Inset) 
     }
     for series in &panel.series {
         // One of one: no room for signs on steps.
-        data::draw(drawing, &frame, series, (0, 1));
+        data::draw(drawing, &frame, series, (0, 1), &[]);
     }
     drawing.area(area.corners(), None, Some(thin));
 }

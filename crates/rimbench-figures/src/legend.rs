@@ -1,11 +1,11 @@
 //! The legend shared by all panels: one entry per label, beside the data and never over it.
 
-use super::chart::{Mode, Panel};
+use super::chart::{Guide, Mode, Panel, Series};
 use super::clip::Rect;
 use super::data::MARKER;
 use super::drawing::{Color, Drawing, Stroke, Text, Weight};
 use super::style::SeriesStyle;
-use super::{filled_band, font, marker};
+use super::{filled_band, font, guides, marker};
 
 /// Size of the entries, px.
 const SIZE: f64 = 9.8;
@@ -21,6 +21,7 @@ enum Sample {
     Infinite,
     Lost { all: bool },
     Band { color: Color },
+    Shade,
 }
 
 /// The entries of a figure.
@@ -33,17 +34,26 @@ impl Legend {
     pub fn of(panels: &[Panel], infinite: bool) -> Self {
         let mut entries: Vec<(Sample, String)> = Vec::new();
         for series in panels.iter().flat_map(|panel| &panel.series) {
-            let known = entries.iter().any(|(_, label)| *label == series.label);
+            let label = entry(panels, series);
+            let known = entries.iter().any(|(_, known)| *known == label);
             if !known && !series.label.is_empty() {
                 let sign = series.mode != Mode::Line;
                 let name = series.data_name().to_owned();
                 let sample = Sample::Series { name, style: series.style, line: series.mode != Mode::Markers, sign };
-                entries.push((sample, series.label.clone()));
+                entries.push((sample, label));
             }
         }
         for band in panels.iter().flat_map(|panel| &panel.bands) {
             if !entries.iter().any(|(_, label)| *label == band.label) {
                 entries.push((Sample::Band { color: band.color }, band.label.clone()));
+            }
+        }
+        for guide in panels.iter().flat_map(|panel| &panel.guides) {
+            if let Guide::Below { entry, .. } = guide
+                && !entry.is_empty()
+                && !entries.iter().any(|(_, label)| label == entry)
+            {
+                entries.push((Sample::Shade, entry.clone()));
             }
         }
         if infinite && !entries.is_empty() {
@@ -109,9 +119,25 @@ impl Legend {
     }
 }
 
+/// What the legend says of a series: its label, and where it is nowhere drawn that it is not.
+fn entry(panels: &[Panel], series: &Series) -> String {
+    let name = series.data_name();
+    let of_name = |panel: &&Panel| panel.series.iter().any(|other| other.label == series.label);
+    let is_drawn = panels.iter().filter(of_name).any(|panel| panel.shows(&series.label, name));
+    let is_known = |panel: &Panel| {
+        let own = panel.series.iter().filter(|other| other.label == series.label);
+        own.flat_map(|other| &other.points).any(|(x, y)| x.is_finite() && y.is_finite())
+    };
+    match (is_drawn, panels.iter().any(is_known)) {
+        (true, _) => series.label.clone(),
+        (false, true) => format!("{}: outside the frame", series.label),
+        (false, false) => format!("{}: nowhere drawn", series.label),
+    }
+}
+
 fn width((sample, label): &(Sample, String)) -> f64 {
     let sign = match sample {
-        Sample::Series { .. } | Sample::Band { .. } => SAMPLE,
+        Sample::Series { .. } | Sample::Band { .. } | Sample::Shade => SAMPLE,
         Sample::Infinite | Sample::Lost { .. } => 2.0 * MARKER,
     };
     sign + GAP + font::width(label, SIZE, Weight::Regular)
@@ -139,6 +165,11 @@ fn draw_inside(drawing: &mut Drawing, (sample, label): &(Sample, String), left: 
         Sample::Band { color } => {
             let place = Rect { left, top: y - 0.35 * SIZE, right: left + SAMPLE, bottom: y + 0.35 * SIZE };
             drawing.area(place.corners(), Some(filled_band::fill(*color)), None);
+            left + SAMPLE
+        }
+        Sample::Shade => {
+            let place = Rect { left, top: y - 0.35 * SIZE, right: left + SAMPLE, bottom: y + 0.35 * SIZE };
+            drawing.area(place.corners(), Some(guides::SHADE), None);
             left + SAMPLE
         }
         Sample::Infinite => {

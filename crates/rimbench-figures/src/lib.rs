@@ -10,8 +10,11 @@
 //! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
 //! | `figure`, `panel`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker`, `hatch` | value to position, round numbers, edges, signs, shading |
+//! | [`dots`] | ranked dot plots: a row per scheme |
 //! | [`heatmap`] | stability maps: scheme × step size |
 //! | [`manoeuvre`], `wedge_box` | the wedge box at a row of instants |
+//! | [`animation`] | the wedge box in motion, as an image that moves without a script |
+//! | [`days`] | days from seconds |
 //! | [`drawing`] | the display list: paths and text on a page |
 //! | `vector` | the display list as SVG: true dashes, a named group per series |
 //! | `paint`, `dash`, `font` | the display list drawn by plotters as smooth pixels; the embedded typeface |
@@ -27,7 +30,10 @@
 //! files by [`ResultsTable`](rimbench_results::results_table::ResultsTable), and the page of a results folder ([`report`]) with the
 //! part that simulates (`live_part`).
 
+pub mod animation;
 pub mod chart;
+pub mod days;
+pub mod dots;
 pub mod drawing;
 pub mod heatmap;
 pub mod manoeuvre;

@@ -32,20 +32,28 @@ pub struct Prepared<'a> {
     x: (f64, f64),
     y: (f64, f64),
     y_ticks: Ticks,
-    band: bool,
+    band: f64,
+    rows: bool,
     infinite: bool,
 }
 
 impl<'a> Prepared<'a> {
-    /// Settles intervals and vertical ticks for a given height of the plotting area (band included).
-    pub fn new(panel: &'a Panel, height: f64) -> Self {
+    /// Settles intervals and vertical ticks for about this size of the plotting area (band included).
+    pub fn new(panel: &'a Panel, width: f64, height: f64) -> Self {
         let (x, y) = intervals(panel);
         let infinite = panel.series.iter().flat_map(|s| &s.points).any(|p| p.1 == f64::INFINITY && !p.0.is_nan());
-        let band = infinite || !panel.losses.is_empty();
-        let height = height - if band { BAND } else { 0.0 };
+        let across = AxisMap { scale: panel.x.scale, low: x.0, high: x.1, start: 0.0, end: width };
+        let rows = !data::side_by_side(&across, &panel.losses);
+        let band = match (infinite, panel.losses.is_empty()) {
+            (false, true) => 0.0,
+            (true, true) => BAND,
+            (_, false) if !rows => BAND,
+            (_, false) => data::height_of_rows(panel.losses.len()),
+        };
+        let height = height - band;
         let map = AxisMap { scale: panel.y.scale, low: y.0, high: y.1, start: 0.0, end: 1.0 };
         let y_ticks = map.ticks((height / 26.0) as usize);
-        Prepared { panel, x, y, y_ticks, band, infinite }
+        Prepared { panel, x, y, y_ticks, band, rows, infinite }
     }
 
     /// Whether infinite values are shown.
@@ -57,7 +65,7 @@ impl<'a> Prepared<'a> {
     pub fn left(&self) -> f64 {
         let widest = self.y_ticks.ticks.iter().map(|tick| label_width(&tick.label)).fold(0.0, f64::max);
         let exponent = label_width(&times(self.y_ticks.exponent));
-        let band = match (self.band, self.infinite) {
+        let band = match (self.band > 0.0, self.infinite) {
             (true, false) => label_width(DIVERGED),
             _ => 0.0,
         };
@@ -70,10 +78,11 @@ impl<'a> Prepared<'a> {
     /// Draws the panel into its plotting area (band included).
     pub fn draw(&self, drawing: &mut Drawing, place: Rect) {
         let panel = self.panel;
-        let area = Rect { top: place.top + if self.band { BAND } else { 0.0 }, ..place };
+        let area = Rect { top: place.top + self.band, ..place };
         let frame = Frame {
             area,
             band: self.band,
+            rows: self.rows,
             band_label: if self.infinite { "∞" } else { DIVERGED },
             x: AxisMap { scale: panel.x.scale, low: self.x.0, high: self.x.1, start: area.left, end: area.right },
             y: AxisMap { scale: panel.y.scale, low: self.y.0, high: self.y.1, start: area.bottom, end: area.top },
@@ -87,7 +96,8 @@ impl<'a> Prepared<'a> {
             guides::draw(drawing, &frame, guide);
         }
         for (index, series) in panel.series.iter().enumerate() {
-            data::draw(drawing, &frame, series, (index, panel.series.len()));
+            let later = &panel.series[index + 1..];
+            data::draw(drawing, &frame, series, (index, panel.series.len()), later);
         }
         drawing.data.push(PanelData {
             title: panel.title.clone(),
@@ -96,8 +106,11 @@ impl<'a> Prepared<'a> {
             series: panel.series.iter().map(|series| data::exact(&frame, series)).collect(),
         });
         data::draw_losses(drawing, &frame, &panel.losses);
+        data::draw_tags(drawing, &frame, &panel.series);
+        let mut upright = 0;
         for guide in &panel.guides {
-            guides::label(drawing, &frame, guide);
+            guides::label(drawing, &frame, guide, upright);
+            upright += usize::from(matches!(guide, Guide::Vertical { .. }));
         }
         for note in &panel.notes {
             guides::note(drawing, &frame, note);
@@ -175,7 +188,7 @@ pub fn axes(drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks, y_ticks: &Tic
         }
     }
     drawing.line(vec![(whole.left, whole.top), (whole.right, whole.top), (whole.right, whole.bottom)], GRID);
-    if frame.band {
+    if frame.band > 0.0 {
         let edge = Stroke { dash: &[1.5, 2.5], ..AXIS };
         drawing.line(vec![(area.left, area.top), (area.right, area.top)], edge);
         drawing.line(vec![(area.left - TICK, frame.beyond()), (area.left, frame.beyond())], AXIS);

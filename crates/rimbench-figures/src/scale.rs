@@ -28,6 +28,10 @@ impl AxisMap {
             Scale::Linear | Scale::Count => (value - self.low) / (self.high - self.low),
             Scale::Log10 if value <= 0.0 => return None,
             Scale::Log10 => (value / self.low).log10() / (self.high / self.low).log10(),
+            Scale::SymLog(power) => {
+                let [value, low, high] = [value, self.low, self.high].map(|value| symmetric(value, power));
+                (value - low) / (high - low)
+            }
         };
         let position = self.start + share * (self.end - self.start);
         (!position.is_nan()).then(|| position.clamp(-FAR, FAR))
@@ -39,8 +43,15 @@ impl AxisMap {
             Scale::Linear => ticks::linear(self.low, self.high, most),
             Scale::Count => ticks::whole(self.low, self.high, most),
             Scale::Log10 => ticks::logarithmic(self.low, self.high, most),
+            Scale::SymLog(power) => ticks::symmetric(self.low, self.high, power, most),
         }
     }
+}
+
+/// The signed logarithm: linear within ± 10 to the power, with slope 1 there, and one more for each factor of ten beyond.
+fn symmetric(value: f64, power: i32) -> f64 {
+    let share = value / 10f64.powi(power);
+    if share.abs() <= 1.0 { share } else { share.signum() * (1.0 + share.abs().log10()) }
 }
 
 /// Settles the interval of an axis: the fixed one, or that of the values it can show, widened by `margin` of itself.
@@ -56,6 +67,14 @@ pub fn interval(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64) -> 
     }
     let shown = values.filter(|value| value.is_finite() && (!logarithmic || *value > 0.0));
     let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    if let (Scale::SymLog(power), true) = (axis.scale, low <= high) {
+        // To the next power of ten, and across zero.
+        let beyond = |value: f64| match value.abs() / 10f64.powi(power) {
+            share if share <= 1.0 => 10f64.powi(power) * value.signum(),
+            share => 10f64.powi(power) * 10f64.powi(share.log10().ceil() as i32) * value.signum(),
+        };
+        return (beyond(low).min(0.0), beyond(high).max(0.0));
+    }
     match (low <= high, logarithmic) {
         (false, true) => (1.0, 10.0),
         (false, false) => (0.0, 1.0),
@@ -88,6 +107,16 @@ mod tests {
         let (low, high) = interval(&Axis::linear("F"), [5.0, 5.0].into_iter(), 0.1);
         assert!(low < 5.0 && 5.0 < high);
         assert_eq!(interval(&Axis::log10("m"), std::iter::empty(), 0.1), (1.0, 10.0));
+    }
+
+    #[test]
+    fn a_signed_logarithmic_axis_keeps_the_sign_and_has_a_place_for_zero() {
+        let map = AxisMap { scale: Scale::SymLog(-2), low: -1.0, high: 1.0, start: 0.0, end: 6.0 };
+        let places = [-1.0, -0.1, -0.01, 0.0, 0.005, 0.01, 0.1, 1.0].map(|value| map.position(value).unwrap());
+        let wanted = [0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 5.0, 6.0];
+        assert!(places.iter().zip(wanted).all(|(place, wanted)| (place - wanted).abs() < 1e-9), "{places:?}");
+        assert_eq!(interval(&Axis::symlog("E", 1e-2), [-0.5, 3.0].into_iter(), 0.1), (-1.0, 10.0));
+        assert_eq!(interval(&Axis::symlog("E", 1e-2), [2e-3, f64::NAN].into_iter(), 0.1), (0.0, 0.01));
     }
 
     #[test]

@@ -109,6 +109,17 @@ impl Styles {
         self.of_variant(name, variant).into()
     }
 
+    /// Finds the style of a row of an experiment, whose label may begin with another name than its scheme's, as in `gap/profile` of
+    /// `rim-nonsmooth-gap`: the scheme's colour all the same.
+    pub fn of_row(&self, label: &str, scheme: &str) -> SeriesStyle {
+        let (name, variant) = label.split_once('/').unwrap_or((label, label));
+        let known = |name: &str| self.schemes.iter().any(|entry| entry.name == name);
+        if known(label.split(ENDS).next().unwrap_or_default()) || name == REFERENCE.0 || !known(scheme) {
+            return self.of_label(label);
+        }
+        self.of_variant(scheme, variant).into()
+    }
+
     /// The style of a scheme's variant: the scheme's colour with another dash and marker. Its own force return, and an empty
     /// variant, look like the scheme itself.
     fn of_variant(&self, name: &str, variant: &str) -> LineStyle {
@@ -134,6 +145,20 @@ impl Styles {
             "profile-20" => (Dash::Dotted, Marker::Pentagon),
             "profile" => (Dash::Solid, Marker::OpenCircle),
             "end" => (Dash::Dashed, Marker::Cross),
+            "active" => (Dash::Dotted, Marker::Pentagon),
+            "mechanics-first" => (Dash::DashDot, Marker::Diamond),
+            "mechanics-law" => (Dash::Dotted, Marker::Star),
+            "energy-residual" => (Dash::DashDotDot, Marker::OpenDiamond),
+            "fine" => (Dash::Dashed, Marker::Plus),
+            "1um" => (Dash::DashDot, Marker::OpenSquare),
+            "3um" => (Dash::Short, Marker::Star),
+            "10um" => (Dash::Solid, Marker::Plus),
+            "30um" => (Dash::DashDotDot, Marker::OpenCircle),
+            "100um" => (Dash::Short, Marker::Cross),
+            "300um" => (Dash::Dashed, Marker::Square),
+            "1mm" => (Dash::Long, Marker::Triangle),
+            "3mm" => (Dash::Dotted, Marker::OpenDiamond),
+            "profile-1mm" => (Dash::DashDotDot, Marker::Square),
             "semi-implicit" => (Dash::Dotted, Marker::Plus),
             "midpoint" => (Dash::DashDot, Marker::Star),
             "event-split" => (Dash::Dashed, Marker::Diamond),
@@ -148,11 +173,102 @@ impl Styles {
         LineStyle { dash, marker, ..line }
     }
 
-    /// What a legend or table says of a label: schemes that cannot run in real time are marked.
+    /// What a legend or table says of a label: what follows the scheme's name in words, and schemes that cannot run in real time are
+    /// marked.
     pub fn shown_name(&self, label: &str) -> String {
         let name = label.split(ENDS).next().unwrap_or_default();
         let ceiling = self.schemes.iter().any(|scheme| scheme.name == name && !scheme.real_time);
-        if ceiling { format!("{label} (not real-time)") } else { label.to_owned() }
+        let label = in_words(label);
+        if ceiling { format!("{label} (not real-time)") } else { label }
+    }
+}
+
+/// A label with its variants in words: `rim-smooth/1um` is `rim-smooth, margin 1 µm`.
+fn in_words(label: &str) -> String {
+    let mut parts = label.split('/');
+    let name = parts.next().unwrap_or_default().to_owned();
+    parts.fold(name, |said, variant| format!("{said}, {}", variant_in_words(variant)))
+}
+
+/// A variant in words; one that nobody here knows is left as it is.
+fn variant_in_words(variant: &str) -> String {
+    if let Some((digits, unit)) = margin(variant) {
+        return format!("margin {digits} {unit}");
+    }
+    if let Some((first, last)) = variant.rsplit_once('-') {
+        if margin(last).is_some() {
+            return format!("{}, {}", variant_in_words(first), variant_in_words(last));
+        }
+        if let ("profile" | "mean", Ok(parts)) = (first, last.parse::<u32>()) {
+            return format!("{first} of {parts}");
+        }
+    }
+    match variant {
+        "gauss-seidel" => "Gauss–Seidel".to_owned(),
+        "jacobi" => "Jacobi".to_owned(),
+        "mechanics-first" => "mechanics first".to_owned(),
+        "mechanics-law" => "the mechanics’ law".to_owned(),
+        "active" => "contacts found closed".to_owned(),
+        "end" => "end value".to_owned(),
+        "held" => "held".to_owned(),
+        "mean-all" => "mean of all".to_owned(),
+        "fine" => "fine mechanics".to_owned(),
+        other => other.to_owned(),
+    }
+}
+
+/// The width in a variant that is a contact margin, and its unit.
+fn margin(variant: &str) -> Option<(&str, &'static str)> {
+    let width = |unit: &str| variant.strip_suffix(unit).filter(|digits| digits.parse::<f64>().is_ok());
+    width("um").map(|digits| (digits, "µm")).or(width("mm").map(|digits| (digits, "mm")))
+}
+
+/// Changes signs, then dashes, of series that would look the same: of one colour no two labels of a figure share a sign while there are
+/// others, and none share dash and sign.
+pub fn told_apart(labels: &[&str], styles: &mut [SeriesStyle]) {
+    const MARKERS: [Marker; 11] = [
+        Marker::OpenCircle,
+        Marker::OpenSquare,
+        Marker::Triangle,
+        Marker::Cross,
+        Marker::Diamond,
+        Marker::Star,
+        Marker::OpenDiamond,
+        Marker::Plus,
+        Marker::Pentagon,
+        Marker::Square,
+        Marker::Circle,
+    ];
+    const DASHES: [Dash; 7] =
+        [Dash::Solid, Dash::Long, Dash::Dashed, Dash::Short, Dash::Dotted, Dash::DashDot, Dash::DashDotDot];
+    for index in 0..styles.len() {
+        let others: Vec<SeriesStyle> = styles[..index]
+            .iter()
+            .zip(labels)
+            .filter(|(style, label)| **label != labels[index] && style.color == styles[index].color)
+            .map(|(style, _)| *style)
+            .collect();
+        // Of one colour, first of all another sign; with all signs taken, another dash.
+        let has_sign = |marker: Marker| others.iter().any(|other| other.marker == marker);
+        let has_both =
+            |style: &SeriesStyle| others.iter().any(|other| (other.dash, other.marker) == (style.dash, style.marker));
+        let own = styles[index];
+        if !has_sign(own.marker) {
+            continue;
+        }
+        if let Some(marker) = MARKERS.into_iter().find(|marker| !has_sign(*marker)) {
+            styles[index].marker = marker;
+        } else if has_both(&own) {
+            let choices = DASHES.iter().flat_map(|dash| MARKERS.map(|marker| (pattern(*dash), marker)));
+            let free = choices.map(|(dash, marker)| SeriesStyle { dash, marker, ..own });
+            styles[index] = free.into_iter().find(|style| !has_both(style)).unwrap_or(own);
+        }
+    }
+    // A label has one look, however often it is drawn.
+    for index in 0..styles.len() {
+        if let Some(first) = labels[..index].iter().position(|label| *label == labels[index]) {
+            styles[index] = styles[first];
+        }
     }
 }
 
@@ -207,17 +323,145 @@ mod tests {
 
     #[test]
     fn every_colour_stands_out_from_the_paper_and_dark_ones_are_left_as_they_are() {
-        let mut pale = 0;
         for scheme in standard_schemes() {
             let [red, green, blue] = scheme.line.color;
             let own = Color(red, green, blue);
             assert!(contrast(legible(own)) >= CONTRAST, "{}", scheme.name);
-            assert_eq!(legible(own) == own, contrast(own) >= CONTRAST, "{}", scheme.name);
-            pale += usize::from(contrast(own) < CONTRAST);
+            assert_eq!(legible(own), own, "{} is darkened", scheme.name);
         }
-        assert!(pale > 0 && (contrast(Color::WHITE) - 1.0).abs() < 1e-12);
+        let pale = Color(0xE6, 0x9F, 0x00);
+        assert!(
+            contrast(pale) < CONTRAST
+                && contrast(legible(pale)) >= CONTRAST
+                && (contrast(Color::WHITE) - 1.0).abs() < 1e-12
+        );
         assert!((contrast(Color(0, 0, 0)) - 21.0).abs() < 1e-9);
         assert!((0..8).all(|index| contrast(style_in_list(index).color) >= CONTRAST));
+    }
+
+    /// How far apart colours are for an eye with all three kinds of cones, and with one kind missing (Machado, Oliveira and Fernandes
+    /// 2009, severity 1), as a distance in CIE L*a*b*; 2.3 is just noticeable.
+    fn least_distance(one: Color, other: Color) -> f64 {
+        const EYES: [[[f64; 3]; 3]; 4] = [
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+            [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+            [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+        ];
+        let lab = |Color(red, green, blue): Color, eye: &[[f64; 3]; 3]| {
+            let linear = [red, green, blue].map(|channel| {
+                let share = f64::from(channel) / 255.0;
+                if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+            });
+            let seen = eye.map(|row| row.iter().zip(linear).map(|(a, b)| a * b).sum::<f64>().clamp(0.0, 1.0));
+            const XYZ: [[f64; 3]; 3] = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
+            const WHITE: [f64; 3] = [0.95047, 1.0, 1.08883];
+            let root = |t: f64| if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
+            let xyz: Vec<f64> = XYZ
+                .iter()
+                .zip(WHITE)
+                .map(|(row, white)| root(row.iter().zip(seen).map(|(a, b)| a * b).sum::<f64>() / white))
+                .collect();
+            [116.0 * xyz[1] - 16.0, 500.0 * (xyz[0] - xyz[1]), 200.0 * (xyz[1] - xyz[2])]
+        };
+        let apart = |eye: &[[f64; 3]; 3]| {
+            let (a, b) = (lab(one, eye), lab(other, eye));
+            a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+        };
+        EYES.iter().map(apart).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn no_two_colours_of_schemes_merge_for_readers_who_see_colours_otherwise() {
+        // Black and white are 100 apart for every eye.
+        assert!((least_distance(Color(0, 0, 0), Color::WHITE) - 100.0).abs() < 0.1);
+        // What a red-green deficiency merges: the colours that these two schemes once had.
+        assert!(least_distance(Color(0xD5, 0x5E, 0x00), Color(0xB0, 0x8A, 0x00)) < 3.0);
+        let schemes = standard_schemes();
+        for (index, scheme) in schemes.iter().enumerate() {
+            for other in &schemes[..index] {
+                let [one, two] = [scheme, other].map(|scheme| SeriesStyle::from(scheme.line).color);
+                let apart = least_distance(one, two);
+                assert!(apart > 6.5, "{} and {} are {apart:.1} apart", scheme.name, other.name);
+            }
+        }
+        // Those that stand in most figures are farther apart.
+        let common = ["zero-order-hold", "first-order-hold", "transmission-line", "interface-jacobian", "rim-smooth"];
+        let common: Vec<&str> =
+            common.into_iter().chain(["rim-smooth-active", "rim-nonsmooth", "rim-nonsmooth-gap"]).collect();
+        let styles = Styles::standard();
+        for (index, one) in common.iter().enumerate() {
+            for two in &common[..index] {
+                let apart = least_distance(styles.of_label(one).color, styles.of_label(two).color);
+                assert!(apart > 10.0, "{one} and {two} are {apart:.1} apart");
+            }
+        }
+    }
+
+    #[test]
+    fn variants_of_the_shipped_experiments_differ_in_dash_and_in_marker() {
+        let styles = Styles::standard();
+        let variants =
+            ["", "/1um", "/10um", "/100um", "/1mm", "/3mm", "/active", "/mechanics-law", "/profile", "/profile-1mm"];
+        for scheme in ["rim-smooth", "rim-nonsmooth"] {
+            let looks: Vec<SeriesStyle> =
+                variants.iter().map(|variant| styles.of_label(&format!("{scheme}{variant}"))).collect();
+            for (index, look) in looks.iter().enumerate() {
+                for (other, before) in looks[..index].iter().enumerate() {
+                    let (one, two) = (variants[index], variants[other]);
+                    assert!(look.dash != before.dash || look.marker != before.marker, "{scheme}: {one} and {two}");
+                    assert!(
+                        look.marker != before.marker || one.is_empty() || two.is_empty(),
+                        "{scheme}: {one} and {two}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_two_labels_of_a_figure_look_the_same() {
+        let mut looks = vec![style_in_list(0); 60];
+        let names: Vec<String> = (0..60).map(|k| format!("x/{}", k / 2)).collect();
+        let labels: Vec<&str> = names.iter().map(String::as_str).collect();
+        told_apart(&labels, &mut looks);
+        for i in 0..60 {
+            for j in 0..i {
+                assert_eq!(looks[i] == looks[j], labels[i] == labels[j], "{} and {}", labels[i], labels[j]);
+            }
+        }
+        assert_eq!(looks[0], style_in_list(0));
+        // While there are signs, each label of one colour has its own.
+        assert!((0..20).all(|i| (0..i).all(|j| labels[i] == labels[j] || looks[i].marker != looks[j].marker)));
+    }
+
+    #[test]
+    fn a_row_has_the_colour_of_its_scheme_whatever_it_is_called() {
+        let styles = Styles::standard();
+        let gap = styles.of_label("rim-nonsmooth-gap");
+        assert_eq!(
+            styles.of_row("gap/event-split", "rim-nonsmooth-gap"),
+            styles.of_label("rim-nonsmooth-gap/event-split")
+        );
+        assert_eq!(styles.of_row("mine", "rim-nonsmooth-gap").color, gap.color);
+        assert_eq!(styles.of_row("rim-smooth/1mm", "rim-nonsmooth-gap"), styles.of_label("rim-smooth/1mm"));
+        assert_eq!(styles.of_row("mine", "my-scheme"), styles.of_label("mine"));
+    }
+
+    #[test]
+    fn a_legend_says_in_words_what_a_variant_is() {
+        let styles = Styles::standard();
+        for (label, words) in [
+            ("rim-smooth/1um", "rim-smooth, margin 1 µm"),
+            ("rim-nonsmooth/profile-1mm", "rim-nonsmooth, profile, margin 1 mm"),
+            ("rim-nonsmooth-gap/profile-10", "rim-nonsmooth-gap, profile of 10"),
+            ("zero-order-hold/gauss-seidel", "zero-order-hold, Gauss–Seidel"),
+            ("gap/event-split/kinks", "gap, event-split, kinks"),
+            ("mine", "mine"),
+            ("iterated-aitken/fine", "iterated-aitken, fine mechanics (not real-time)"),
+        ] {
+            assert_eq!(styles.shown_name(label), words);
+        }
     }
 
     #[test]
@@ -251,7 +495,6 @@ mod tests {
     fn only_what_takes_steps_again_is_marked_as_not_real_time() {
         let styles = Styles::standard();
         assert_eq!(styles.shown_name("monolithic"), "monolithic (not real-time)");
-        assert_eq!(styles.shown_name("iterated-aitken/fine"), "iterated-aitken/fine (not real-time)");
         assert_eq!(styles.shown_name("rim-nonsmooth (mean)"), "rim-nonsmooth (mean)");
     }
 }

@@ -89,6 +89,28 @@ pub fn logarithmic(low: f64, high: f64, most: usize) -> Ticks {
     Ticks { ticks, exponent: 0 }
 }
 
+/// Chooses ticks of a signed logarithmic axis that is linear within ± 10 to the power `least`: zero, and powers of ten on either side, as
+/// many as fit, the largest of each side among them.
+pub fn symmetric(low: f64, high: f64, least: i32, most: usize) -> Ticks {
+    let last = |end: f64| if end > 0.0 { (end.log10() + 1e-9).floor() as i32 } else { i32::MIN };
+    let (down, up) = (last(-low), last(high));
+    let count = |end: i32| if end >= least { (end - least + 1) as usize } else { 0 };
+    let stride = ((count(down) + count(up)) as f64 / most.saturating_sub(1).max(2) as f64).ceil().max(1.0) as i32;
+    let tick = |sign: f64, power: i32, end: i32| {
+        let shown = (end - power) % stride == 0;
+        let label = match (shown, sign < 0.0) {
+            (false, _) => String::new(),
+            (true, true) => format!("−{}", power_of_ten(power)),
+            (true, false) => power_of_ten(power),
+        };
+        Tick { value: sign * 10f64.powi(power), label }
+    };
+    let below = (least..=down.max(least - 1)).rev().filter(|_| down >= least).map(|power| tick(-1.0, power, down));
+    let above = (least..=up.max(least - 1)).filter(|_| up >= least).map(|power| tick(1.0, power, up));
+    let zero = Tick { value: 0.0, label: "0".to_owned() };
+    Ticks { ticks: below.chain([zero]).chain(above).collect(), exponent: 0 }
+}
+
 /// Formats 10 to a power with superscript digits.
 pub fn power_of_ten(exponent: i32) -> String {
     let raised = |c: char| {
@@ -158,6 +180,17 @@ mod tests {
     fn a_log_axis_of_many_decades_has_powers_thinned_to_what_fits() {
         assert_eq!(labels(&logarithmic(1e-7, 1e-2, 9)), ["10⁻⁷", "10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²"]);
         assert_eq!(labels(&logarithmic(1e-12, 1.0, 5)), ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "10⁰"]);
+    }
+
+    #[test]
+    fn a_signed_axis_has_zero_and_powers_of_both_signs_and_never_two_at_one_place() {
+        assert_eq!(labels(&symmetric(-1.0, 1.0, -1, 9)), ["−10⁰", "−10⁻¹", "0", "10⁻¹", "10⁰"]);
+        let thinned = symmetric(-1e4, 1e4, -4, 7);
+        assert!(labels(&thinned).len() <= 8 && labels(&thinned).contains(&"−10⁴"), "{thinned:?}");
+        let values: Vec<f64> = thinned.ticks.iter().map(|tick| tick.value).collect();
+        assert!(values.windows(2).all(|pair| pair[0] < pair[1]), "{values:?}");
+        assert_eq!(labels(&symmetric(0.0, 100.0, 0, 5)), ["0", "10⁰", "10¹", "10²"]);
+        assert_eq!(labels(&symmetric(-10.0, 0.0, 0, 5)), ["−10¹", "−10⁰", "0"]);
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub(super) fn entry() -> SchemeEntry {
             default: 10.0,
             range: [2.0, 1e6],
         }),
-        line: LineStyle::new([0x1F, 0x9A, 0xA8], Dash::DashDotDot, Marker::OpenDiamond),
+        line: LineStyle::new([0x1F, 0xA2, 0xB3], Dash::DashDotDot, Marker::OpenDiamond),
         ..SchemeEntry::new(
             "adaptive-order-hold",
             "Extrapolate with the order, 0 to 2, that would have been right last time",

@@ -24,7 +24,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
         samples: 2,
-        line: LineStyle::new([0x6A, 0x3D, 0x9A], Dash::DashDot, Marker::Pentagon),
+        line: LineStyle::new([0x60, 0x30, 0x8A], Dash::DashDot, Marker::Pentagon),
         ..SchemeEntry::new(
             "c1-extrapolated-interpolation",
             "Extrapolate linearly to the end of the macro step, join by a cubic without jump or kink",
@@ -37,7 +37,7 @@ pub(super) fn quadratic() -> SchemeEntry {
     SchemeEntry {
         order: 3,
         samples: 3,
-        line: LineStyle::new([0xA8, 0x7B, 0xD0], Dash::Dashed, Marker::Pentagon),
+        line: LineStyle::new([0xA7, 0x7A, 0xCF], Dash::Dashed, Marker::Pentagon),
         ..SchemeEntry::new(
             "c1-extrapolated-interpolation-quadratic",
             "Extrapolate quadratically to the end of the macro step, join by a cubic without jump or kink",

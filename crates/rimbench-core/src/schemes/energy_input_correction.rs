@@ -34,7 +34,7 @@ pub(super) fn entry() -> SchemeEntry {
             default: 1.0,
             range: [0.0, 2.0],
         }),
-        line: LineStyle::new([0xA6, 0x7C, 0x00], Dash::Dotted, Marker::Plus),
+        line: LineStyle::new([0xA7, 0x8F, 0x3D], Dash::Dotted, Marker::Plus),
         ..SchemeEntry::new(
             "energy-input-correction",
             "Hold; energy created or lost at the interface comes back through a bounded correction of the force",

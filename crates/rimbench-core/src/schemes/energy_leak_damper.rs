@@ -33,7 +33,7 @@ pub(super) fn entry() -> SchemeEntry {
         gain: Some(Gain {
             about: "γ, most damper force per coupling force".into(), default: BOUND, range: [0.0, 1.0]
         }),
-        line: LineStyle::new([0x7A, 0x5C, 0x3E], Dash::Short, Marker::Plus),
+        line: LineStyle::new([0x79, 0x5B, 0x3C], Dash::Short, Marker::Plus),
         ..SchemeEntry::new(
             "energy-leak-damper",
             "Hold; energy created at the interface is counted and dissipated in a bounded virtual damper",

@@ -15,7 +15,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
         samples: 2,
-        line: LineStyle::new([0x56, 0xB4, 0xE9], Dash::DashDotDot, Marker::Triangle),
+        line: LineStyle::new([0x0D, 0x9B, 0xE8], Dash::DashDotDot, Marker::Triangle),
         ..SchemeEntry::new("first-order-hold", "Extrapolate linearly from the last two samples", |construction| {
             Ok(Extrapolation::boxed(1, construction.ports))
         })

@@ -38,7 +38,7 @@ pub(super) fn entry() -> SchemeEntry {
             default: 0.0,
             range: [0.0, 0.9],
         }),
-        line: LineStyle::new([0x6B, 0x4F, 0x00], Dash::Dotted, Marker::Diamond),
+        line: LineStyle::new([0x68, 0x57, 0x21], Dash::Dotted, Marker::Diamond),
         ..SchemeEntry::new(
             "hydraulic-line",
             "The actuator's oil as lines whose travel time is the macro step; waves instead of extrapolation",

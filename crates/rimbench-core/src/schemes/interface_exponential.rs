@@ -30,7 +30,7 @@ pub(super) fn entry() -> SchemeEntry {
         family: Family::Model,
         order: 2,
         needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NoFriction, Need::OutputRates],
-        line: LineStyle::new([0x4F, 0x8A, 0x10], Dash::DashDot, Marker::Star),
+        line: LineStyle::new([0x51, 0x8B, 0x09], Dash::DashDot, Marker::Star),
         ..SchemeEntry::new(
             "interface-exponential",
             "Both outputs predicted as one coupled linear system, exactly, and sent as profiles",

@@ -41,7 +41,7 @@ pub(super) fn entry() -> SchemeEntry {
             Need::Rows(MOST_ROWS),
             Need::NotMechanicsFirst,
         ],
-        line: LineStyle::new([0x7C, 0xA8, 0x1A], Dash::Long, Marker::Star),
+        line: LineStyle::new([0x6E, 0xA1, 0x51], Dash::Long, Marker::Star),
         ..SchemeEntry::new(
             "interface-jacobian",
             "One Newton step on the linearised coupling equations per macro step, nothing taken back",

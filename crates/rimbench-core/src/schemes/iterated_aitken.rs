@@ -19,7 +19,7 @@ use crate::ceilings::Acceleration;
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        line: LineStyle::new([0x5A, 0x5A, 0x5A], Dash::Dashed, Marker::OpenCircle),
+        line: LineStyle::new([0x5B, 0x5B, 0x5B], Dash::Dashed, Marker::OpenCircle),
         ..iterated::entry(
             "iterated-aitken",
             "Ceiling: repeat each macro step to agreement, Aitken relaxation",

@@ -18,7 +18,7 @@ use crate::ceilings::Acceleration;
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        line: LineStyle::new([0x9C, 0x9C, 0x9C], Dash::Dotted, Marker::OpenCircle),
+        line: LineStyle::new([0x8E, 0x8F, 0x93], Dash::Dotted, Marker::OpenCircle),
         ..iterated::entry(
             "iterated-quasi-newton",
             "Ceiling: repeat each macro step to agreement, interface quasi-Newton",

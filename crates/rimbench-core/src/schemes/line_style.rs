@@ -1,7 +1,8 @@
 //! How a scheme is drawn, said where the scheme is, so that it looks the same in every figure. Plain data: nothing here draws.
 
-/// Colour, dash and marker of one series. The colours of the built-in schemes are those of Okabe and Ito (safe for the common
-/// colour-vision deficiencies) and some between them; dash and marker tell the series apart in grey.
+/// Colour, dash and marker of one series. The colours of the built-in schemes begin with those of Okabe and Ito; the others are chosen so
+/// that all stand out from white paper and no two merge for readers with a common deficiency of colour vision, which the tests of the
+/// figures compute. Dash and marker tell the series apart in grey.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineStyle {
     /// Red, green, blue.

@@ -44,7 +44,7 @@ pub(super) fn entry() -> SchemeEntry {
             default: 1.0,
             range: [0.0, 2.0],
         }),
-        line: LineStyle::new([0x2F, 0x6D, 0xB5], Dash::Long, Marker::Pentagon),
+        line: LineStyle::new([0x4B, 0x66, 0x9E], Dash::Long, Marker::Pentagon),
         ..SchemeEntry::new(
             "model-corrected-outputs",
             "What the mechanics' outputs lack for want of impulse is added from its model; the impulse follows",

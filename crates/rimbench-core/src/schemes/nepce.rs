@@ -42,7 +42,7 @@ pub(super) fn entry() -> SchemeEntry {
         order: 2,
         samples: 2,
         gain: Some(gain()),
-        line: LineStyle::new([0x0E, 0x6E, 0x7C], Dash::Short, Marker::Triangle),
+        line: LineStyle::new([0x00, 0x62, 0x77], Dash::Short, Marker::Triangle),
         ..SchemeEntry::new("nepce", "Hold, plus the mean error of the last macro step's hold", |construction| {
             Ok(Nepce::boxed(construction, 0, false))
         })
@@ -55,7 +55,7 @@ pub(super) fn feedthrough() -> SchemeEntry {
         samples: 2,
         needs: vec![Need::OutputRates],
         gain: Some(gain()),
-        line: LineStyle::new([0x45, 0xB7, 0xC4], Dash::Dashed, Marker::Triangle),
+        line: LineStyle::new([0x13, 0x8F, 0xA8], Dash::Dashed, Marker::Triangle),
         ..SchemeEntry::new(
             "nepce-feedthrough",
             "Hold, plus the mean error of the last macro step's hold; the actuator's direct feedthrough at once",

@@ -24,7 +24,7 @@ pub(super) fn entry() -> SchemeEntry {
             default: 0.5,
             range: [-0.5, 1.0],
         }),
-        line: LineStyle::new([0x3F, 0x7F, 0x5F], Dash::DashDotDot, Marker::Square),
+        line: LineStyle::new([0x3C, 0x81, 0x65], Dash::DashDotDot, Marker::Square),
         ..SchemeEntry::new("relaxed-hold", "Between the line through two samples and its mean, held", |construction| {
             Ok(Box::new(RelaxedHold { a: construction.gain, line: Extrapolation::new(1, construction.ports) }))
         })

@@ -33,7 +33,7 @@ pub(super) fn entry() -> SchemeEntry {
             default: 1.0,
             range: [0.0, 1.0],
         }),
-        line: LineStyle::new([0x8F, 0x2D, 0x56], Dash::DashDot, Marker::OpenSquare),
+        line: LineStyle::new([0x8C, 0x24, 0x4C], Dash::DashDot, Marker::OpenSquare),
         ..SchemeEntry::new(
             "relaxed-prediction",
             "A line to where the true acceleration leads, relaxed towards where the samples lead",

@@ -23,7 +23,7 @@ pub(super) fn entry() -> SchemeEntry {
         family: Family::Model,
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
         needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
-        line: LineStyle::new([0x80, 0x80, 0x80], Dash::Dotted, Marker::Cross),
+        line: LineStyle::new([0x7B, 0x7D, 0x7F], Dash::Dotted, Marker::Cross),
         ..SchemeEntry::new(
             "rim-fixed-mass",
             "Constant effective mass of the start, no free acceleration, no contacts (ablation)",

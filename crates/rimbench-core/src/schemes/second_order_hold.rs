@@ -15,7 +15,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 3,
         samples: 3,
-        line: LineStyle::new([0xCC, 0x79, 0xA7], Dash::Dotted, Marker::Pentagon),
+        line: LineStyle::new([0xB7, 0x66, 0x97], Dash::Dotted, Marker::Pentagon),
         ..SchemeEntry::new(
             "second-order-hold",
             "Extrapolate quadratically from the last three samples",

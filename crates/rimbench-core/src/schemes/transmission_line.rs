@@ -47,7 +47,7 @@ pub(super) fn entry() -> SchemeEntry {
             default: IMPEDANCE,
             range: [1e-3, 1e3],
         }),
-        line: LineStyle::new([0xB0, 0x8A, 0x00], Dash::DashDot, Marker::Plus),
+        line: LineStyle::new([0x99, 0x97, 0x2A], Dash::DashDotDot, Marker::Pentagon),
         ..SchemeEntry::new(
             "transmission-line",
             "A line between the sides whose travel time is the macro step; waves instead of extrapolation",

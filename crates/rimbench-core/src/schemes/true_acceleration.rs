@@ -33,7 +33,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
         needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NoFriction, Need::OutputRates],
-        line: LineStyle::new([0xC2, 0x18, 0x5B], Dash::Long, Marker::Circle),
+        line: LineStyle::new([0xB4, 0x29, 0x59], Dash::Long, Marker::Circle),
         ..SchemeEntry::new(
             "true-acceleration",
             "Hold the acceleration that the mechanics has, integrate it to velocity and position",

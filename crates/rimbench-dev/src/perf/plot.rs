@@ -3,6 +3,7 @@
 use super::history::{History, Row};
 use super::steps::steps;
 use rimbench_figures::chart::{Axis, Figure, Guide, LegendPlace, Mode, Panel, Series};
+use rimbench_figures::days::day_of;
 use rimbench_figures::drawing::Drawing;
 use rimbench_figures::style::{SeriesStyle, style_in_list};
 
@@ -48,14 +49,20 @@ pub fn draw_history(history: &History) -> Drawing {
         let row = record.and_then(|record| history.rows.iter().find(|row| row.record == **record));
         row.map_or("", |row| row.git_revision.get(..8).unwrap_or(&row.git_revision))
     };
-    let (first, newest) = (revision(records.first()), revision(records.last()));
+    let day = |record: Option<&&str>| {
+        let row = record.and_then(|record| history.rows.iter().find(|row| row.record == **record));
+        row.map_or_else(String::new, |row| day_of(row.recorded_at_unix_s))
+    };
+    let [first, newest] =
+        [records.first(), records.last()].map(|record| format!("{} of {}", revision(record), day(record)));
     let across = format!("record, from revision {first} (1) to {newest} ({})", records.len());
     let panel = |title: &str, curves: &[Curve<'_>], floor| {
         let x = Axis::count(&across).range(0.5, records.len() as f64 + 0.5);
         relative_to_first(Panel::new(title, x, y_axis(curves)), curves, floor)
     };
     let panels = [("instructions", &counts, 0.0), ("wall time over yardstick", &times, TIME_FLOOR)];
-    let drawn = panels.into_iter().filter(|(_, curves, _)| curves.iter().any(|curve| !curve.points.is_empty()));
+    // One record is no history.
+    let drawn = panels.into_iter().filter(|(_, curves, _)| curves.iter().any(|curve| curve.points.len() > 1));
     let panels: Vec<Panel> = drawn
         .zip(["(a)", "(b)"])
         .map(|((title, curves, floor), letter)| panel(&format!("{letter} {title}"), curves, floor))
@@ -102,7 +109,7 @@ fn relative_to_first(mut panel: Panel, curves: &[Curve<'_>], floor: f64) -> Pane
         let (x, ratio) = &here[0];
         let label = match here.len() {
             1 => format!("× {ratio:.3}"),
-            steps => format!("{steps}: × {ratio:.3}"),
+            steps => format!("{steps} step, × {ratio:.3}"),
         };
         panel = panel.guide(Guide::Vertical { x: *x, label });
     }

@@ -126,9 +126,10 @@ const ALL_LABELS: Absent = Then("all there are");
 const PARTS: &[&str] = &["signed", "absolute", "positive", "negative"];
 
 /// Kinds of figures.
-pub const KINDS: [&str; 9] = [
+pub const KINDS: [&str; 10] = [
     "manoeuvre",
     "traces",
+    "dots",
     "sweep",
     "phases",
     "stability-map",
@@ -190,6 +191,9 @@ const WITHOUT_EXACT: Key = key(
     "leave out cases in which the model of some run is the mechanics itself (`model_exact`)",
 );
 
+/// What the columns of a stability map are.
+const ACROSS: &[&str] = &["macro-step", "case"];
+
 /// What the bars at a median show.
 const BARS: &[&str] = &["range", "bootstrap"];
 
@@ -201,6 +205,13 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
             key("schemes", Takes::Labels, Needed, "scheme rows, one row of drawings each"),
             key("instants_s", Takes::Numbers, Needed, "instants, s; the communication point nearest to each is drawn"),
             key("arrow_force_n", Takes::Positive, Default("2000"), "contact force of the arrow in the legend, N"),
+            key(
+                "animated_s",
+                Takes::Interval,
+                Then("stills only"),
+                "part of the run, s, that is shown in motion as well: two images that loop, for light and for dark pages, `<id>-moving-light.svg` and `<id>-moving-dark.svg`",
+            ),
+            key("slow_s", Takes::Interval, Like("animated_s"), "the part of it that plays slowly, s"),
         ],
     ),
     (
@@ -210,6 +221,15 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
             key("series", Takes::Labels, Needed, "scheme rows, or `reference`; the first at the back"),
             BAND,
             key("panels", Takes::Tables(TRACE_PANEL), Needed, "panels, from the left"),
+        ],
+    ),
+    (
+        "dots",
+        &[
+            COLUMNS,
+            LABELS,
+            key("macro_steps_ms", Takes::Numbers, AUTOMATIC, "macro steps shown, ms; at most nine"),
+            key("panels", Takes::Tables(DOTS_PANEL), Needed, "panels, from the left"),
         ],
     ),
     ("sweep", &[HEIGHT, COLUMNS, key("panels", Takes::Tables(SWEEP_PANEL), Needed, "panels, from the left")]),
@@ -227,6 +247,12 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
             ),
             key("wrong_above", Takes::Positive, Default("0.1"), "a cell whose median metric is above this is hatched"),
             key("hatch_label", Takes::Text, Default("\"stable, but wrong\""), "what hatching means, in words"),
+            key(
+                "across",
+                Takes::Choice(ACROSS),
+                Default("\"macro-step\""),
+                "columns: macro steps, or cases, each with its own macro steps, of which a cell has the largest up to which all runs completed",
+            ),
             ONLY,
             LABELS,
         ],
@@ -258,6 +284,12 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
             HEIGHT,
             key("also", Takes::Experiments, Default("[]"), "further experiments whose problems count as well"),
             key("labels", Takes::Labels, Then("those in every experiment"), "scheme rows shown"),
+            key(
+                "at",
+                Takes::Numbers,
+                Then("the whole profiles as lines"),
+                "ratios, or budgets, at which the share is shown: a row per scheme, ranked, in place of lines",
+            ),
             key("panels", Takes::Tables(PROFILE_PANEL), Needed, "panels, from the left"),
         ],
     ),
@@ -291,6 +323,8 @@ const TRACE_INSET: &[Key] = &[
     key("place", Takes::Place, Needed, "where it stands"),
 ];
 
+const DOTS_PANEL: &[Key] = &[TITLE, METRIC, METRIC_LABEL, RANGE, ONLY, WITHOUT_EXACT];
+
 const SWEEP_PANEL: &[Key] = &[
     TITLE,
     METRIC,
@@ -308,7 +342,18 @@ const SWEEP_PANEL: &[Key] = &[
         "from least to largest value, or the 95 % interval of the median by the bootstrap over cases (of one case: over runs)",
     ),
     key("macro_steps_ms", Takes::PositiveInterval, AUTOMATIC, "horizontal axis, ms; nothing beyond is drawn"),
-    key("floor", Takes::Text, Then("none"), "column with the uncertainty of the reference, drawn as a line"),
+    key(
+        "symlog",
+        Takes::PositiveInterval,
+        Then("a logarithmic axis"),
+        "vertical axis for values of both signs: linear within ± the first, logarithmic beyond, up to ± the second",
+    ),
+    key(
+        "floor",
+        Takes::Text,
+        Then("that of the metric, where it has one"),
+        "column with the uncertainty of the reference; the region below it is shaded",
+    ),
     key("slope", Takes::Slope, Then("none"), "slope triangle: order and first corner (H in ms, value)"),
     key(
         "orders_over_ms",

@@ -33,7 +33,7 @@ pub struct LatencyFigure {
 
 impl LatencyFigure {
     /// Draws the figure from `runs.csv` and `cost.csv`: median over phases of each percentile, bars from the best to
-    /// the worst phase, and the line above which a step misses its deadline. Runs that did not complete are left out.
+    /// the worst phase, and the line above which a step misses its deadline. Runs that did not complete are marked.
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) naming the column that `cost.csv` lacks.
@@ -48,13 +48,16 @@ impl LatencyFigure {
             let mut steps_ms: Vec<f64> = Vec::new();
             for label in runs.labels(&self.labels) {
                 let of_step = |(step, rows): (f64, Vec<usize>)| {
-                    let completed = rows.into_iter().filter(|&row| runs.completed(row));
-                    over(step, completed.map(|row| latency[row] * 1e6).collect())
+                    let lost = runs.fraction_stable(&rows).map_or(0.0, |share| 1.0 - share);
+                    let completed = rows.iter().filter(|&&row| runs.completed(row));
+                    let nothing = OverPhases { x: step, median: f64::NAN, least: f64::NAN, most: f64::NAN, lost };
+                    let known = over(step, completed.map(|&row| latency[row] * 1e6).collect());
+                    known.map_or(nothing, |point| OverPhases { lost, ..point })
                 };
                 let by_step = groups(&runs.of_label(&label), |row| runs.macro_step_ms(row));
-                let points: Vec<OverPhases> = by_step.into_iter().filter_map(of_step).collect();
+                let points: Vec<OverPhases> = by_step.into_iter().map(of_step).collect();
                 steps_ms.extend(points.iter().map(|point| point.x));
-                panel = with_range(panel, &points, &label, &label, styles.of_label(&label));
+                panel = with_range(panel, &points, &label, &styles.shown_name(&label), runs.style(&label, styles));
             }
             steps_ms.sort_by(f64::total_cmp);
             steps_ms.dedup();

@@ -1,6 +1,7 @@
 //! The wedge box at a row of instants, one row per scheme.
 
 use super::trace_figure::trace_path;
+use crate::animation::{Animation, Curve, Moving, Page};
 use crate::drawing::Drawing;
 use crate::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
 use crate::style::Styles;
@@ -19,6 +20,10 @@ pub struct ManoeuvreFigure {
     width: f64,
     /// Contact force of the arrow in the legend, N.
     arrow_force_n: f64,
+    /// From when to when the same is shown in motion, s; in stills only if absent.
+    animated_s: Option<[f64; 2]>,
+    /// The part of it that plays slowly, s.
+    slow_s: Option<[f64; 2]>,
 }
 
 impl ManoeuvreFigure {
@@ -31,17 +36,61 @@ impl ManoeuvreFigure {
         let mut geometry = geometry(folder)?;
         for label in &self.schemes {
             let trace = ResultsTable::read(&trace_path(folder, label)?)?;
-            let start = pose(&trace, &geometry, 0.0)?;
-            // The ledge's corner and the ground pin are given relative to the start pose.
-            let lead = parameter(folder, "ledge_lead_m")?;
-            geometry.ledge_corner_x_m = start.world(geometry.disc_pin).0 + lead;
-            geometry.ground_pin.1 = start.world(geometry.attachment).1;
+            geometry = placed(geometry, folder, &trace)?;
             let poses: Result<Vec<Pose>> = self.instants_s.iter().map(|&t| pose(&trace, &geometry, t)).collect();
             let color = styles.of_label(label).color;
-            rows.push(ManoeuvreRow { scheme: label.clone(), color, poses: poses? });
+            rows.push(ManoeuvreRow { scheme: styles.shown_name(label), color, poses: poses? });
         }
         Manoeuvre { width: self.width, geometry, arrow_force_n: self.arrow_force_n, rows }.draw_if_it_fits()
     }
+
+    /// The first two schemes in motion, with the force below: ends of file names, and what stands in the files. Nothing where no
+    /// motion is asked for.
+    ///
+    /// # Errors
+    /// Those of [`draw`](Self::draw).
+    pub(super) fn animations(&self, folder: &Path, styles: &Styles) -> Result<Vec<(String, String)>> {
+        let Some(shown_s) = self.animated_s else { return Ok(Vec::new()) };
+        let mut geometry = geometry(folder)?;
+        let (mut schemes, mut curves) = (Vec::new(), Vec::new());
+        let reference = ResultsTable::read(&trace_path(folder, "reference")?)?;
+        curves.push(Curve { color: None, points: reference.pairs("time_s", FORCE)? });
+        for label in self.schemes.iter().take(2) {
+            let trace = ResultsTable::read(&trace_path(folder, label)?)?;
+            geometry = placed(geometry, folder, &trace)?;
+            let time = trace.column("time_s")?;
+            let instants = (0..trace.len()).map(|row| trace.number(row, time));
+            let shown = instants.filter(|t| (shown_s[0] - 1e-9..=shown_s[1] + 1e-9).contains(t));
+            let poses: Vec<Pose> = shown.map(|t| pose(&trace, &geometry, t)).collect::<Result<_>>()?;
+            let color = styles.of_label(label).color;
+            curves.push(Curve { color: Some(color), points: trace.pairs("time_s", FORCE)? });
+            schemes.push(Moving { label: styles.shown_name(label), color, poses });
+        }
+        let still_s = self.instants_s.last().copied().unwrap_or(shown_s[0]);
+        let names: Vec<&str> = schemes.iter().map(|scheme| scheme.label.as_str()).collect();
+        let animation = Animation {
+            title: format!("The wedge box touching down, with {}", names.join(" and with ")),
+            geometry,
+            shown_s,
+            slow_s: self.slow_s.unwrap_or(shown_s),
+            still_s,
+            schemes,
+            curves,
+            force_n: [-4000.0, 4000.0],
+        };
+        Ok([Page::Light, Page::Dark].map(|page| (page.name().to_owned(), animation.svg(page))).into())
+    }
+}
+
+/// Column of the actuator's force.
+const FORCE: &str = "actuator_force_n";
+
+/// The ledge's corner and the ground pin are given relative to the start pose.
+fn placed(geometry: WedgeBoxGeometry, folder: &Path, trace: &ResultsTable) -> Result<WedgeBoxGeometry> {
+    let start = pose(trace, &geometry, 0.0)?;
+    let lead = parameter(folder, "ledge_lead_m")?;
+    let ground_pin = (geometry.ground_pin.0, start.world(geometry.attachment).1);
+    Ok(WedgeBoxGeometry { ledge_corner_x_m: start.world(geometry.disc_pin).0 + lead, ground_pin, ..geometry })
 }
 
 /// A parameter of the case as it was run.
@@ -99,10 +148,9 @@ fn pose(trace: &ResultsTable, geometry: &WedgeBoxGeometry, t: f64) -> Result<Pos
         ("contact_force_disc_floor_n", (disc.0, disc.1 - radius), (0.0, 1.0)),
     ];
     for (column, (x_m, y_m), normal) in contacts {
-        let force = get(column)?;
-        if force > 0.0 {
-            pose.contact_forces.push(ContactForce { x_m, y_m, fx_n: force * normal.0, fy_n: force * normal.1 });
-        }
+        // An open contact has no force, and stays in its place.
+        let force = get(column)?.max(0.0);
+        pose.contact_forces.push(ContactForce { x_m, y_m, fx_n: force * normal.0, fy_n: force * normal.1 });
     }
     Ok(pose)
 }

@@ -6,6 +6,8 @@
 mod band_spec;
 mod check;
 mod cost;
+mod default_figures;
+mod dots_figure;
 mod keys;
 mod latency_figure;
 mod manoeuvre_figure;
@@ -21,7 +23,9 @@ mod work_precision_figure;
 use super::drawing::Drawing;
 use super::render;
 use super::style::Styles;
+use default_figures::default_figures;
 use rimbench_core::error::{Error, Result, line_of, said_at, shortened};
+use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums;
 use serde::Deserialize;
 use statistics::Runs;
@@ -71,6 +75,8 @@ pub enum FigureKind {
     Manoeuvre(manoeuvre_figure::ManoeuvreFigure),
     /// Columns of traces over time.
     Traces(trace_figure::TraceFigure),
+    /// A metric of many schemes at a few macro steps, in ranked rows.
+    Dots(dots_figure::DotsFigure),
     /// A metric against the macro step.
     Sweep(sweep_figure::SweepFigure),
     /// Metrics of each scheme over the phase ensemble.
@@ -170,9 +176,52 @@ impl FigureList {
         }
     }
 
+    /// The figures of an experiment's folder, named `group/name`: those of the list, or, where it names none for it, a stability map and
+    /// the error against the macro step.
+    ///
+    /// # Errors
+    /// [`Error::File`] for results without the columns of runs.
+    pub fn of_experiment(&self, name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
+        let own: Vec<FigureEntry> = self.figures.iter().filter(|figure| figure.experiment == name).cloned().collect();
+        if own.is_empty() { default_figures(name, folder) } else { Ok(own) }
+    }
+
+    /// Experiments below a folder of results that the list does not name, `group/name`.
+    fn not_listed(&self, results: &Path, group: Option<&str>) -> Vec<String> {
+        let folders = |folder: &Path| -> Vec<String> {
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let named =
+                entries.filter(|entry| entry.path().is_dir()).filter_map(|entry| entry.file_name().into_string().ok());
+            let mut names: Vec<String> = named.filter(|name| !name.starts_with('.')).collect();
+            names.sort();
+            names
+        };
+        let groups = folders(results).into_iter().filter(|name| group.is_none_or(|group| group == name));
+        let names = groups.flat_map(|group| {
+            let inside = folders(&results.join(&group));
+            inside.into_iter().map(move |name| format!("{group}/{name}"))
+        });
+        let has_runs = |name: &String| results.join(name).join("runs.csv").is_file();
+        let is_listed = |name: &String| self.figures.iter().any(|figure| figure.experiment == *name);
+        names.filter(|name| has_runs(name) && !is_listed(name)).collect()
+    }
+
     /// The figures of one group of experiments, or of all.
     pub fn of_group(&self, group: Option<&str>) -> Vec<&FigureEntry> {
         self.figures.iter().filter(|figure| group.is_none_or(|group| figure.group() == group)).collect()
+    }
+
+    /// The list, with the figures of [`of_experiment`](Self::of_experiment) for every experiment below a folder of results, in one group or
+    /// in all, that it does not name. Also returned: experiments whose results no figure can be made of, with the reason.
+    pub fn completed(mut self, results: &Path, group: Option<&str>) -> (Self, Vec<(String, String)>) {
+        let mut failed = Vec::new();
+        for name in self.not_listed(results, group) {
+            match default_figures(&name, &results.join(&name)) {
+                Ok(figures) => self.figures.extend(figures),
+                Err(error) => failed.push((name, error.to_string())),
+            }
+        }
+        (self, failed)
     }
 
     /// Draws the figures of one group of experiments, or of all, whose results are there; names the others.
@@ -224,6 +273,12 @@ impl FigureEntry {
         let drawing = self.drawn(results, styles)?;
         let figures = results.join(&self.experiment).join("figures");
         std::fs::create_dir_all(&figures).map_err(|error| Error::file(&figures, format!("cannot be made: {error}")))?;
+        if let FigureKind::Manoeuvre(figure) = &self.kind {
+            for (page, svg) in figure.animations(&results.join(&self.experiment), styles)? {
+                let path = figures.join(format!("{}-moving-{page}.svg", self.id));
+                write_atomically(&path, |file| file.write_all(svg.as_bytes()))?;
+            }
+        }
         render::write(&drawing, &figures, &self.id)
     }
 
@@ -236,7 +291,13 @@ impl FigureEntry {
         // Half a file, or one that was edited, is no source of a figure.
         checksums::verify(&folder)?;
         self.check_labels(&folder)?;
-        self.draw(&folder, styles)
+        let mut drawing = self.draw(&folder, styles)?;
+        // A picture without a heading has a name all the same, for those who do not see it.
+        if drawing.title.trim_matches([';', ' ']).is_empty() {
+            let sentence = self.caption.split(". ").next().unwrap_or_default();
+            drawing.title = if sentence.is_empty() { self.id.clone() } else { sentence.to_owned() };
+        }
+        Ok(drawing)
     }
 
     /// A label that no run has would be left out without a word.
@@ -256,6 +317,7 @@ impl FigureEntry {
         match &self.kind {
             FigureKind::Manoeuvre(figure) => figure.draw(folder, styles),
             FigureKind::Traces(figure) => figure.draw(folder, styles),
+            FigureKind::Dots(figure) => figure.draw(folder, styles),
             FigureKind::Sweep(figure) => figure.draw(folder, styles),
             FigureKind::Phases(figure) => figure.draw(folder, styles),
             FigureKind::StabilityMap(figure) => figure.draw(folder, styles),

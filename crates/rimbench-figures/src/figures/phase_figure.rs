@@ -1,7 +1,7 @@
 //! Metrics over the phase ensemble: one mark per run, phase across, one panel per metric.
 
 use super::statistics::{Only, Runs};
-use crate::chart::{Axis, Figure, Mode, Panel, Series};
+use crate::chart::{Axis, Figure, Losses, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::Result;
@@ -47,11 +47,22 @@ impl PhaseFigure {
             for label in runs.labels(&[]) {
                 let rows = runs.of_label(&label);
                 runs.refuse_several(&rows, "macro_step_s", |row| format!("{} ms", runs.macro_step_ms(row)))?;
+                // Of a run that broke off what there was up to then, if anything, and a sign that it did.
                 let mut points: Vec<(f64, f64)> =
                     rows.iter().map(|&row| (runs.table.number(row, phase), runs.table.number(row, metric))).collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                panel =
-                    panel.series(Series::new(label.as_str(), points, styles.of_label(&label)).mode(Mode::LineMarkers));
+                let style = runs.style(&label, styles);
+                let is_lost = |row: &&usize| !runs.completed(**row) && !runs.skipped(**row);
+                let mut lost: Vec<(f64, f64)> =
+                    rows.iter().filter(is_lost).map(|&row| (runs.table.number(row, phase), 1.0)).collect();
+                lost.sort_by(|a, b| a.0.total_cmp(&b.0));
+                if !lost.is_empty() {
+                    panel.losses.push(Losses { name: label.clone(), points: lost, color: style.color });
+                }
+                let never = runs.fraction_stable(&rows) == Some(0.0);
+                let entry = if never { ": never stable" } else { "" };
+                let series = Series::new(format!("{}{entry}", styles.shown_name(&label)), points, style);
+                panel = panel.series(series.named(&label).mode(Mode::LineMarkers));
             }
             figure = figure.panel(panel);
         }

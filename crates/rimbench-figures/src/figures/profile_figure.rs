@@ -3,6 +3,7 @@
 use super::cost::Cost;
 use super::statistics::Runs;
 use crate::chart::{Axis, Figure, Mode, Panel, Series};
+use crate::dots::{Dot, DotPanel, DotPlot, DotRow, Sign};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
@@ -26,6 +27,8 @@ pub struct ProfileFigure {
     /// Schemes shown; all labels that are in every experiment, if none are named.
     #[serde(default)]
     labels: Vec<String>,
+    /// Ratios, or budgets, at which the share is shown in ranked rows; the whole profiles as lines if absent.
+    at: Option<Vec<f64>>,
     panels: Vec<ProfilePanel>,
 }
 
@@ -77,6 +80,7 @@ impl ProfileFigure {
             return Err(Error::file(folder.join("runs.csv"), "has no label that all experiments of the profile share"));
         }
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
+        let mut ranked = Vec::new();
         for spec in &self.panels {
             let mut costs = Costs::default();
             for (folder, runs) in folders.iter().zip(&sources) {
@@ -89,6 +93,10 @@ impl ProfileFigure {
                 Some(least) => rows.iter().map(|costs| from_budget(least, &data_profile(costs))).collect(),
                 None => performance_ratios(&rows).iter().map(|ratios| performance_profile(ratios)).collect(),
             };
+            if let Some(at) = &self.at {
+                ranked.push((spec, profiles.iter().map(|profile| shares(profile, at)).collect::<Vec<_>>()));
+                continue;
+            }
             for (label, mut corners) in labels.iter().zip(profiles) {
                 corners.extend(corners.last().map(|&(_, share)| (spec.most, share)));
                 let series = Series::new(styles.shown_name(label), corners, styles.of_label(label)).mode(Mode::Steps);
@@ -96,8 +104,66 @@ impl ProfileFigure {
             }
             figure = figure.panel(panel);
         }
-        figure.draw_if_it_fits()
+        match &self.at {
+            Some(at) => self.rows(at, &labels, ranked, styles).draw_if_it_fits(),
+            None => figure.draw_if_it_fits(),
+        }
     }
+
+    /// The same in rows, the largest mean share on top.
+    fn rows(
+        &self,
+        at: &[f64],
+        labels: &[String],
+        panels: Vec<(&ProfilePanel, Vec<Vec<f64>>)>,
+        styles: &Styles,
+    ) -> DotPlot {
+        let total = |row: usize| panels.iter().map(|(_, shares)| shares[row].iter().sum::<f64>()).sum::<f64>();
+        let mut order: Vec<usize> = (0..labels.len()).collect();
+        order.sort_by(|&a, &b| total(b).total_cmp(&total(a)));
+        let dot = |value: &f64| Dot { value: *value, range: None, lost: Some(0.0) };
+        let panel = |(spec, shares): &(&ProfilePanel, Vec<Vec<f64>>)| DotPanel {
+            title: spec.title.clone(),
+            axis: Axis::linear("share of problems").range(-0.03, 1.03),
+            dots: order.iter().map(|&row| shares[row].iter().map(dot).collect()).collect(),
+            floor: None,
+        };
+        let first = self.panels.first().map_or("", |spec| spec.label.as_str());
+        let within = |value: &f64| {
+            if self.panels.iter().any(|spec| spec.budget.is_some()) {
+                format!("within {value} {first}")
+            } else if *value == 1.0 {
+                "is the best (τ = 1)".to_owned()
+            } else {
+                format!("within τ = {value}")
+            }
+        };
+        DotPlot {
+            width: self.width,
+            columns: self.panels.len(),
+            quantity: first.to_owned(),
+            signs: at
+                .iter()
+                .map(|value| Sign { value: *value, short: format!("{value}"), label: within(value) })
+                .collect(),
+            rows: order
+                .iter()
+                .map(|&row| DotRow {
+                    label: styles.shown_name(&labels[row]),
+                    name: labels[row].clone(),
+                    color: styles.of_label(&labels[row]).color,
+                })
+                .collect(),
+            panels: panels.iter().map(panel).collect(),
+        }
+    }
+}
+
+/// The heights of a profile at some ratios or budgets.
+fn shares(corners: &[(f64, f64)], at: &[f64]) -> Vec<f64> {
+    let share =
+        |at: f64| corners.iter().take_while(|(x, _)| *x <= at * (1.0 + 1e-9)).last().map_or(0.0, |(_, share)| *share);
+    at.iter().map(|at| share(*at)).collect()
 }
 
 /// The corners of a data profile from the least budget shown.

@@ -1,5 +1,6 @@
 //! What figures make of `runs.csv`: labels, and a metric over the phases.
 
+use crate::style::{SeriesStyle, Styles};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::ResultsTable;
 use rimbench_statistics::{bootstrap_interval, median};
@@ -163,6 +164,37 @@ impl Runs {
         Err(Error::file(self.table.path(), message))
     }
 
+    /// Up to where values of a metric say nothing, because the reference itself is no better known: of a force or position error of one
+    /// problem with a reference that states its uncertainty.
+    pub fn floor(&self, metric: &str) -> Option<f64> {
+        if self.problems().ok()?.len() != 1 {
+            return None;
+        }
+        let column = |name: &str| self.table.column(name).ok();
+        let first = |value: &dyn Fn(usize) -> f64| {
+            (0..self.table.len()).map(value).find(|value| value.is_finite() && *value > 0.0)
+        };
+        let force = column("reference_force_uncertainty_n");
+        match metric {
+            "force_error_rms_n" | "force_error_inside_rms_n" | "force_error_max_n" => {
+                let force = force?;
+                first(&|row| self.table.number(row, force))
+            }
+            "position_error_rms_m" | "position_error_inside_rms_m" => {
+                let position = column("reference_position_uncertainty_m")?;
+                first(&|row| self.table.number(row, position))
+            }
+            // The peak of the reference's force is what one error is of the other.
+            "force_error_rms_of_peak" => {
+                let (force, share, error) = (force?, column(metric)?, column("force_error_rms_n")?);
+                first(&|row| {
+                    self.table.number(row, force) * self.table.number(row, share) / self.table.number(row, error)
+                })
+            }
+            _ => None,
+        }
+    }
+
     /// Labels of the scheme rows, in the order of the experiment; only the wanted ones, if any are named.
     pub fn labels(&self, wanted: &[String]) -> Vec<String> {
         let mut labels: Vec<String> = Vec::new();
@@ -174,6 +206,13 @@ impl Runs {
             }
         }
         labels
+    }
+
+    /// How a label is drawn: in the colour of its scheme, whatever it begins with.
+    pub fn style(&self, label: &str, styles: &Styles) -> SeriesStyle {
+        let row = self.of_label(label).first().copied();
+        let scheme = row.zip(self.table.column("scheme").ok()).map(|(row, column)| self.table.text(row, column));
+        scheme.map_or_else(|| styles.of_label(label), |scheme| styles.of_row(label, scheme))
     }
 
     /// Rows of one label.

@@ -3,7 +3,7 @@
 use super::band_spec::BandSpec;
 use super::statistics::{Bars, Only, OverPhases, Part, Runs};
 use crate::chart::{Axis, Band, Figure, Guide, Losses, Mode, Panel, Series};
-use crate::drawing::{Color, Drawing};
+use crate::drawing::Drawing;
 use crate::style::{SeriesStyle, Styles};
 use crate::ticks::signed;
 use rimbench_core::error::Result;
@@ -31,6 +31,8 @@ struct SweepPanel {
     metric: String,
     label: String,
     range: Option<[f64; 2]>,
+    /// Signed logarithmic axis: linear within ± the first, shown to ± the second.
+    symlog: Option<[f64; 2]>,
     /// The case shown, of an experiment with several.
     #[serde(default)]
     only: Only,
@@ -48,7 +50,7 @@ struct SweepPanel {
     bars: Bars,
     /// Interval of H shown, ms.
     macro_steps_ms: Option<[f64; 2]>,
-    /// Column with the reference's own uncertainty, drawn as a floor.
+    /// Column with the reference's own uncertainty; that of the metric if absent. The region below it is shaded.
     floor: Option<String>,
     /// Slope triangle: order, and its first corner (H in ms, value).
     slope: Option<(f64, [f64; 2])>,
@@ -74,7 +76,14 @@ impl SweepFigure {
             let (unit, factor) = if longest < 0.1 { ("µs", 1e3) } else { ("ms", 1.0) };
             let x_axis = Axis::log10(format!("macro step H ({unit})"));
             let x_axis = x_axis.within(spec.macro_steps_ms.map(|interval| interval.map(|step| step * factor)));
-            let mut panel = Panel::new(&spec.title, x_axis, Axis::log10(&spec.label).within(spec.range));
+            let y_axis = match spec.symlog {
+                Some([least, most]) => Axis::symlog(&spec.label, least).range(-most, most),
+                None => Axis::log10(&spec.label).within(spec.range),
+            };
+            let mut panel = Panel::new(&spec.title, x_axis, y_axis);
+            if spec.symlog.is_some() {
+                panel = panel.guide(Guide::Horizontal { y: 0.0, label: String::new() });
+            }
             if let Some(band) = &spec.band {
                 let mut band = spec.filled(band, &runs, styles)?;
                 band.points.iter_mut().for_each(|(step, _)| *step *= factor);
@@ -82,13 +91,14 @@ impl SweepFigure {
             }
             for label in runs.labels(&spec.labels) {
                 let points = spec.points(&runs, &label, spec.bars)?;
-                let order = spec.order(&points).filter(|_| self.panels.len() == 1);
+                let order = spec.order(&points).filter(|_| self.panels.len() == 1 && spec.symlog.is_none());
+                let levels_off = spec.levels_off(&points);
                 let lost = spec.fitted(&points).any(|point| point.lost > 0.0);
                 let entry = match order {
                     _ if all.fraction_stable(&all.of_label(&label)) == Some(0.0) => {
                         format!("{}: never stable", styles.shown_name(&label))
                     }
-                    Some(order) if order < LEAST_ORDER => format!("{}, levels off", styles.shown_name(&label)),
+                    Some(_) if levels_off => format!("{}, levels off", styles.shown_name(&label)),
                     Some(order) => {
                         let order = signed(format!("{order:.2}"));
                         let lost = if lost { " where not diverged" } else { "" };
@@ -98,19 +108,16 @@ impl SweepFigure {
                 };
                 let points: Vec<OverPhases> =
                     points.into_iter().map(|point| OverPhases { x: point.x * factor, ..point }).collect();
-                panel = with_range(panel, &points, &label, &entry, styles.of_label(&label));
+                panel = with_range(panel, &points, &label, &entry, runs.style(&label, styles));
             }
-            if let Some(floor) = &spec.floor {
-                let uncertainty = runs.table.number(0, runs.table.column(floor)?);
-                panel = panel.guide(Guide::Horizontal { y: uncertainty, label: "uncertainty of the reference".into() });
-                // Down there a distance from the reference says nothing.
-                let steps = || panel.series.iter().flat_map(|series| &series.points).map(|point| point.0);
-                let ends = [steps().fold(f64::INFINITY, f64::min), steps().fold(0.0, f64::max)];
-                if let Some([least, _]) = spec.range.filter(|[least, _]| *least < uncertainty) {
-                    let points = ends.map(|step| (step, [least, uncertainty])).to_vec();
-                    let label = "below the reference's uncertainty".to_owned();
-                    panel = panel.band(Band { label, points, color: Color::SOFT_INK });
-                }
+            let floor = match &spec.floor {
+                Some(floor) => Some(runs.table.number(0, runs.table.column(floor)?)),
+                None => runs.floor(&spec.metric),
+            };
+            // Down there a distance from the reference says nothing.
+            if let Some(y) = floor.filter(|floor| spec.symlog.is_none() && *floor > spec.lowest(&panel)) {
+                let [label, entry] = ["uncertainty of the reference", "below the reference's uncertainty"];
+                panel = panel.guide(Guide::Below { y, label: label.into(), entry: entry.into() });
             }
             if let Some((order, [x, y])) = spec.slope {
                 panel = panel.guide(Guide::Slope { order, from: (factor * x, y), to_x: 2.0 * factor * x });
@@ -140,6 +147,20 @@ impl SweepPanel {
         Ok(band.filled(&curves, styles))
     }
 
+    /// About where the vertical axis begins.
+    fn lowest(&self, panel: &Panel) -> f64 {
+        let points = panel.series.iter().flat_map(|series| &series.points).map(|point| point.1);
+        let bars = panel.series.iter().flat_map(|series| &series.bars).map(|(_, [least, _])| *least);
+        let least = points.chain(bars).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
+        self.range.map_or(least, |[low, _]| low)
+    }
+
+    /// Whether somewhere in the interval over which its order is fitted the curve has none: on a plateau no number is one.
+    fn levels_off(&self, points: &[OverPhases]) -> bool {
+        let known: Vec<&OverPhases> = self.fitted(points).filter(|point| point.median > 0.0).collect();
+        known.windows(2).any(|pair| (pair[1].median / pair[0].median).ln() < LEAST_ORDER * (pair[1].x / pair[0].x).ln())
+    }
+
     fn order(&self, points: &[OverPhases]) -> Option<f64> {
         order_of_convergence(&self.fitted(points).map(|point| (point.x, point.median)).collect::<Vec<_>>())
     }
@@ -163,7 +184,7 @@ pub(super) fn with_range(
     let bars = points.iter().filter(|point| point.least < point.most).map(|point| (point.x, [point.least, point.most]));
     let lost = points.iter().filter(|point| point.lost > 0.0).map(|point| (point.x, point.lost)).collect::<Vec<_>>();
     if !lost.is_empty() {
-        panel.losses.push(Losses { points: lost, color: style.color });
+        panel.losses.push(Losses { name: name.to_owned(), points: lost, color: style.color });
     }
     let medians = points.iter().map(|point| (point.x, point.median)).collect();
     let note = |point: &OverPhases| match point.lost {

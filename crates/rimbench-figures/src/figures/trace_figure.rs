@@ -75,7 +75,9 @@ impl TraceFigure {
             for (label, trace) in &traces {
                 let points = trace.pairs("time_s", &spec.column)?;
                 let mode = if spec.steps { Mode::Steps } else { Mode::Line };
-                panel = panel.series(Series::new(label.as_str(), points, styles.of_label(label)).mode(mode));
+                let entry = format!("{}{}", styles.shown_name(label), ending(folder, label)?);
+                panel =
+                    panel.series(Series::new(entry, points, styles.of_label(label)).named(label.as_str()).mode(mode));
             }
             let cut: Vec<String> = traces
                 .iter()
@@ -105,6 +107,18 @@ impl TracePanel {
         let cut = low < lowest || high > highest;
         Ok(cut.then(|| format!("{label} cut: {} … {}", signed(format!("{low:.0}")), signed(format!("{high:.0}")))))
     }
+}
+
+/// What the legend says of a run that did not come to its end, and when it broke off.
+fn ending(folder: &Path, label: &str) -> Result<String> {
+    let runs = Runs::read(folder)?;
+    let lost = runs.of_label(label).into_iter().find(|&row| !runs.completed(row));
+    let Some(row) = lost.filter(|_| label != "reference") else { return Ok(String::new()) };
+    // Where the state left its bounds, which a run may outlive.
+    let at = |name: &str| runs.table.column(name).map(|column| runs.table.number(row, column)).ok();
+    let when = at("outcome_at_s").filter(|end| end.is_finite()).or(at("ended_at_s"));
+    let when = when.filter(|end| end.is_finite()).map_or_else(String::new, |end| format!(" at {end:.2} s"));
+    Ok(format!(": diverged{when}"))
 }
 
 /// The trace of the run of a scheme row, or of the reference.

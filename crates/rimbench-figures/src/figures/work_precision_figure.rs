@@ -58,27 +58,42 @@ impl WorkPrecisionFigure {
             let column = runs.table.column("step_tolerance").ok();
             let of_row = |row: usize| column.map(|column| runs.table.number(row, column));
             let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
+            let longest = (0..runs.table.len()).map(|row| runs.macro_step_ms(row)).fold(0.0, f64::max);
             for label in runs.labels(&self.labels) {
-                let (mut points, mut steps): (Vec<(f64, f64)>, Vec<String>) = Default::default();
+                let (mut points, mut steps, mut tags): (Vec<(f64, f64)>, Vec<String>, Vec<String>) = Default::default();
                 let rows = runs.of_label(&label);
                 let by_step = groups(&rows, |row| runs.macro_step_ms(row)).into_iter();
                 let by_tolerance = by_step
                     .flat_map(|(step, rows)| groups(&rows, tolerance).into_iter().map(move |(_, rows)| (step, rows)));
                 for (step, rows) in by_tolerance {
+                    let rows_of_point = rows[0];
                     let completed: Vec<usize> = rows.into_iter().filter(|&row| runs.completed(row)).collect();
                     let work = over(step, completed.iter().map(|&row| work[row]).collect());
                     let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
                     if let Some((work, error)) = work.zip(error.first()) {
                         points.push((work.median, error.median));
-                        steps.push(format!("H = {step} ms"));
+                        let (unit, factor) = if longest < 0.1 { ("µs", 1e3) } else { ("ms", 1.0) };
+                        let step = (step * factor * 1e6).round() / 1e6;
+                        steps.push(format!("H = {step} {unit}"));
+                        // Of several points at one macro step the tolerance tells them apart, unless it is so large that it never counts.
+                        let controlled = tolerance(rows_of_point);
+                        tags.push(if (1e-12..1e6).contains(&controlled) {
+                            format!("{controlled:e}")
+                        } else {
+                            format!("{step}")
+                        });
                     }
                 }
                 // What did not complete has no cost at which to mark it.
-                let lost = all.fraction_stable(&all.of_label(&label)).is_some_and(|share| share < 1.0);
-                let lost = if lost { ": some runs diverged" } else { "" };
+                let lost = match all.fraction_stable(&all.of_label(&label)) {
+                    None => ": not run",
+                    Some(0.0) => ": all runs diverged",
+                    Some(share) if share < 1.0 => ": some runs diverged",
+                    Some(_) => "",
+                };
                 let entry = format!("{}{lost}", styles.shown_name(&label));
-                let series = Series::new(entry, points, styles.of_label(&label)).mode(Mode::LineMarkers);
-                panel = panel.series(series.named(&label).notes(steps));
+                let series = Series::new(entry, points, runs.style(&label, styles)).mode(Mode::LineMarkers);
+                panel = panel.series(series.named(&label).notes(steps).tags(tags));
             }
             figure = figure.panel(panel);
         }

@@ -4,6 +4,7 @@ use super::Report;
 use super::store::Study;
 use crate::claims_table::significant;
 use crate::vector::escaped;
+use rimbench_core::numerics_version::NUMERICS_VERSION;
 use std::fmt::Write;
 
 /// A claim with what was measured; numbers that are not there are NaN.
@@ -290,7 +291,8 @@ fn unchecked(report: &Report<'_>) -> String {
         };
         let (anchor, name, reason) = (study.anchor(), escaped(&study.name), escaped(reason));
         format!(
-            "<p class=\"score\">{claims}: {reason} <span class=\"soft\">(<a href=\"#{anchor}\">{name}</a>)</span></p>\n"
+            "<p class=\"score\">{claims}: {reason}. Which runs an experiment has depends on the numerics version; that of this program is \
+             {NUMERICS_VERSION} <span class=\"soft\">(<a href=\"#{anchor}\">{name}</a>)</span></p>\n"
         )
     };
     studies.map(line).collect()

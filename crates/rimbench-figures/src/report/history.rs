@@ -1,5 +1,6 @@
 //! Solvers, and the program's own performance: what was, what is, and the revisions in between.
 
+use crate::days::day_of;
 use crate::vector::escaped;
 use rimbench_results::results_table::ResultsTable;
 use std::fmt::Write;
@@ -76,15 +77,17 @@ fn performance(history: &ResultsTable) -> Option<String> {
     let (record, revision, benchmark) = (of("record")?, of("git_revision")?, of("benchmark")?);
     let (instructions, time) = (of("instructions")?, of("time_ratio")?);
     let mut names: Vec<&str> = Vec::new();
-    let mut records: Vec<(&str, &str)> = Vec::new();
+    let recorded = of("recorded_at_unix_s");
+    let mut records: Vec<(&str, &str, String)> = Vec::new();
     for row in 0..history.len() {
         let name = history.text(row, benchmark);
         if !names.contains(&name) {
             names.push(name);
         }
         let own = history.text(row, record);
-        if !records.iter().any(|(known, _)| *known == own) {
-            records.push((own, history.text(row, revision)));
+        if !records.iter().any(|(known, ..)| *known == own) {
+            let day = recorded.map_or_else(String::new, |column| day_of(history.number(row, column).max(0.0) as u64));
+            records.push((own, history.text(row, revision), day));
         }
     }
     let (first, last) = (records.first()?, records.last()?);
@@ -113,13 +116,15 @@ fn performance(history: &ResultsTable) -> Option<String> {
         rows.push_str("</tr>\n");
     }
     Some(format!(
-        "<section id=\"performance\"><h2>Performance</h2>\n<p>The program’s own benchmarks from record {} (revision <code>{}</code>) \
-         to record {} (revision <code>{}</code>), {} records: instructions, which are exact, and wall time over that of a yardstick run beside it, \
+        "<section id=\"performance\"><h2>Performance</h2>\n<p>The program’s own benchmarks from record {} (revision <code>{}</code>, {}) \
+         to record {} (revision <code>{}</code>, {}), {} records: instructions, which are exact, and wall time over that of a yardstick run beside it, \
          which is one machine’s. Less is better; each line is drawn over its own range.</p>\n<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"Performance\"><table class=\"numbers\"><thead><tr><th>benchmark</th><th>instructions</th><th>change</th><th>records</th><th>time over yardstick</th><th>change</th><th>records</th></tr></thead><tbody>\n{rows}</tbody></table></div></section>\n",
         escaped(first.0),
         escaped(first.1),
+        first.2,
         escaped(last.0),
         escaped(last.1),
+        last.2,
         records.len(),
     ))
 }

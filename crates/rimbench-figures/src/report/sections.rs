@@ -2,6 +2,7 @@
 
 use super::store::{Made, Study};
 use super::{Report, claims, grid, history};
+use crate::days::day_of;
 use crate::live_part;
 use crate::vector::{self, escaped};
 use rimbench_core::error::{Error, Result};
@@ -10,7 +11,7 @@ use rimbench_results::results_table::ResultsTable;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::UNIX_EPOCH;
 
 impl Report<'_> {
     /// Everything from the beginning of the body to the end of the last section but one.
@@ -86,7 +87,10 @@ impl Report<'_> {
             .iter()
             .filter_map(|study| study.folder.join("runs.csv").metadata().ok()?.modified().ok())
             .max();
-        let date = newest.map_or_else(|| "of unknown date".to_owned(), |time| format!("of {}", date(time)));
+        let date = newest.map_or_else(
+            || "of unknown date".to_owned(),
+            |time| format!("of {}", day_of(time.duration_since(UNIX_EPOCH).map_or(0, |elapsed| elapsed.as_secs()))),
+        );
         let count: usize = self.studies.iter().filter_map(|study| study.runs.as_ref()).map(ResultsTable::len).sum();
         let runs = if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
         let studies =
@@ -237,9 +241,10 @@ fn figure(study: &Study, (id, caption, made): &Made, packed: bool) -> String {
         // A blank or broken line would end the block of HTML in a text.
         false => ("plot", vector::svg(drawing).replace('\n', "")),
     };
+    let source = if study.is_shipped { format!("experiments/{name}.toml") } else { name.clone() };
     format!(
         "<figure id=\"figure-{id}\" class=\"{class}\"><div class=\"canvas\">{inside}</div><figcaption>{caption} \
-         <em>From the results of experiments/{name}.toml.</em></figcaption></figure>\n\n"
+         <em>From the results of {source}.</em></figcaption></figure>\n\n"
     )
 }
 
@@ -342,28 +347,9 @@ fn parameter_table(table: &ResultsTable) -> Result<String> {
     Ok(text)
 }
 
-/// The day of a time, UTC, as 2026-11-22.
-fn date(time: SystemTime) -> String {
-    let days = time.duration_since(UNIX_EPOCH).map_or(0, |elapsed| elapsed.as_secs() / 86_400) as i64;
-    let is_leap = |year: i64| year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-    let (mut year, mut left) = (1970, days);
-    while left >= 365 + i64::from(is_leap(year)) {
-        left -= 365 + i64::from(is_leap(year));
-        year += 1;
-    }
-    let lengths = [31, 28 + i64::from(is_leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
-    let mut month = 0;
-    while left >= lengths[month] {
-        left -= lengths[month];
-        month += 1;
-    }
-    format!("{year}-{:02}-{:02}", month + 1, left + 1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Duration;
 
     #[test]
     fn what_stands_in_a_file_never_becomes_markup() {
@@ -393,18 +379,6 @@ mod tests {
             let mut html = String::new();
             push_markdown(&mut html, &format!("before {hostile} after\n\n{hostile}\n"));
             assert!(!html.contains("<script") && !html.contains("<img"), "{html}");
-        }
-    }
-
-    #[test]
-    fn a_time_becomes_its_day() {
-        for (seconds, day) in [
-            (0, "1970-01-01"),
-            (951_782_400, "2000-02-29"),
-            (1_795_186_754, "2026-11-20"),
-            (4_107_542_399, "2100-02-28"),
-        ] {
-            assert_eq!(date(UNIX_EPOCH + Duration::from_secs(seconds)), day);
         }
     }
 }

@@ -1,0 +1,366 @@
+//! A ranked dot plot: a row per scheme, a sign per value, so that neither lines cross nor colours have to be told apart.
+
+use super::chart::Axis;
+use super::clip::Rect;
+use super::data::MARKER;
+use super::drawing::{Anchor, Color, Datum, Drawing, PanelData, SeriesData, Stroke, Text, Weight};
+use super::figure::fits;
+use super::panel::{BELOW, LABEL_SIZE, TICK, TICK_SIZE, TITLE_SIZE, crisp, fitting_ticks};
+use super::scale::{AxisMap, interval};
+use super::{font, marker};
+use rimbench_core::error::Result;
+use rimbench_core::schemes::Marker;
+
+const MARGIN: f64 = 8.0;
+/// Height of a row, px.
+const ROW: f64 = 14.0;
+const ROW_LABEL: f64 = 9.4;
+const SWATCH: f64 = 8.0;
+const BETWEEN_COLUMNS: f64 = 16.0;
+const BETWEEN_ROWS: f64 = 6.0;
+/// Width of the part right of a panel that a kind of sign gets for the runs that it lost, px.
+const LOST: f64 = 13.0;
+/// How far signs of one row stand above each other, px.
+const APART: f64 = 2.1;
+/// Height of the line that says what the signs are, px.
+const KEY: f64 = 20.0;
+
+/// Signs, by their number.
+const SIGNS: [Marker; 9] = [
+    Marker::Circle,
+    Marker::OpenSquare,
+    Marker::Diamond,
+    Marker::OpenCircle,
+    Marker::Square,
+    Marker::OpenDiamond,
+    Marker::Triangle,
+    Marker::Star,
+    Marker::Cross,
+];
+
+/// A value of one row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dot {
+    /// The value; NaN where there is none.
+    pub value: f64,
+    /// From the least to the largest, where that is known.
+    pub range: Option<[f64; 2]>,
+    /// Share of the runs that were lost; none where nothing was run.
+    pub lost: Option<f64>,
+}
+
+/// What a kind of sign stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sign {
+    /// Its value in the data behind the picture, a macro step, say.
+    pub value: f64,
+    /// In few letters, at the place of lost runs.
+    pub short: String,
+    /// In the legend.
+    pub label: String,
+}
+
+/// A row: one scheme.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DotRow {
+    /// What stands before it.
+    pub label: String,
+    /// Its name in the data.
+    pub name: String,
+    /// Its colour.
+    pub color: Color,
+}
+
+/// A panel: one quantity of all schemes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DotPanel {
+    /// Heading.
+    pub title: String,
+    /// The quantity, across.
+    pub axis: Axis,
+    /// A value for each row and sign.
+    pub dots: Vec<Vec<Dot>>,
+    /// Values up to this say nothing.
+    pub floor: Option<f64>,
+}
+
+/// The whole picture. Its height follows from its rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DotPlot {
+    /// Width, px.
+    pub width: f64,
+    /// Panels in a line.
+    pub columns: usize,
+    /// What the signs stand for, in words, with its unit.
+    pub quantity: String,
+    /// Kinds of signs.
+    pub signs: Vec<Sign>,
+    /// Rows from the top.
+    pub rows: Vec<DotRow>,
+    /// Panels.
+    pub panels: Vec<DotPanel>,
+}
+
+impl DotPlot {
+    /// Draws the plot if its panels have room in it.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`](rimbench_core::error::Error::Incompatible) if not.
+    pub fn draw_if_it_fits(&self) -> Result<Drawing> {
+        fits(&[("width", self.width, self.panel_width())]).map(|()| self.draw())
+    }
+
+    fn columns(&self) -> usize {
+        self.columns.clamp(1, self.panels.len().max(1))
+    }
+
+    /// Room for labels left of the first panel of a line.
+    fn labels_width(&self) -> f64 {
+        let widest =
+            self.rows.iter().map(|row| font::width(&row.label, ROW_LABEL, Weight::Regular)).fold(0.0, f64::max);
+        widest + SWATCH + 12.0
+    }
+
+    /// Room for lost runs right of each panel, px.
+    fn lost_width(&self) -> f64 {
+        let lost = self.panels.iter().flat_map(|panel| panel.dots.iter().flatten()).any(|dot| dot.lost > Some(0.0));
+        if lost { LOST * self.signs.len() as f64 + 12.0 } else { 0.0 }
+    }
+
+    fn panel_width(&self) -> f64 {
+        let columns = self.columns() as f64;
+        let taken =
+            2.0 * MARGIN + self.labels_width() + columns * self.lost_width() + (columns - 1.0) * BETWEEN_COLUMNS;
+        ((self.width - taken) / columns).floor()
+    }
+
+    /// Draws the plot.
+    pub fn draw(&self) -> Drawing {
+        let columns = self.columns();
+        let lines = self.panels.len().div_ceil(columns);
+        let (above, inside) = (TITLE_SIZE + 10.0, ROW * self.rows.len().max(1) as f64 + 6.0);
+        let line = above + inside + BELOW;
+        let height = 2.0 * MARGIN + lines as f64 * line + (lines.max(1) - 1) as f64 * BETWEEN_ROWS + KEY;
+        let mut drawing = Drawing::new(self.width, height);
+        drawing.title = self.panels.iter().map(|panel| panel.title.as_str()).collect::<Vec<_>>().join("; ");
+        let width = self.panel_width();
+        if width < 1.0 {
+            return drawing;
+        }
+        for (index, panel) in self.panels.iter().enumerate() {
+            let (row, column) = (index / columns, index % columns);
+            let left = MARGIN + self.labels_width() + column as f64 * (width + self.lost_width() + BETWEEN_COLUMNS);
+            let top = MARGIN + above + row as f64 * (line + BETWEEN_ROWS);
+            let [left, top] = [left, top].map(crisp);
+            self.draw_panel(
+                &mut drawing,
+                Rect { left, top, right: left + width, bottom: top + inside },
+                panel,
+                column == 0,
+            );
+        }
+        self.draw_key(&mut drawing, height - MARGIN - 0.4 * KEY);
+        drawing
+    }
+
+    fn draw_panel(&self, drawing: &mut Drawing, area: Rect, panel: &DotPanel, labelled: bool) {
+        let values = panel.dots.iter().flatten().flat_map(|dot| {
+            let [low, high] = dot.range.unwrap_or([f64::NAN; 2]);
+            [dot.value, low, high]
+        });
+        let (low, high) = interval(&panel.axis, values, 0.06);
+        let map = AxisMap { scale: panel.axis.scale, low, high, start: area.left, end: area.right };
+        let ticks = fitting_ticks(&map);
+        let axis = Stroke::solid(Color::SOFT_INK, 0.8);
+        let grid = Stroke::solid(Color::GRID, 0.8);
+        if let Some(at) = panel.floor.and_then(|floor| map.position(floor)).filter(|at| *at > area.left) {
+            let shaded = Rect { right: at.min(area.right), ..area };
+            drawing.area(shaded.corners(), Some(super::guides::SHADE), None);
+        }
+        for tick in &ticks.ticks {
+            let Some(x) = map.position(tick.value).map(crisp) else { continue };
+            let length = if tick.label.is_empty() { 0.6 * TICK } else { TICK };
+            if !tick.label.is_empty() {
+                drawing.line(vec![(x, area.top), (x, area.bottom)], grid);
+                let text = Text::new(&tick.label, (x, area.bottom + TICK + 7.5), TICK_SIZE).anchored(Anchor::Middle);
+                drawing.text(text.colored(Color::SOFT_INK).centred());
+            }
+            drawing.line(vec![(x, area.bottom), (x, area.bottom + length)], axis);
+        }
+        drawing.line(vec![(area.left, area.top), (area.left, area.bottom), (area.right, area.bottom)], axis);
+        drawing.text(Text::new(&panel.title, (area.left, area.top - 6.0), TITLE_SIZE).bold());
+        let label = Text::new(&panel.axis.label, (area.centre().0, area.bottom + BELOW - 6.0), LABEL_SIZE);
+        drawing.text(label.anchored(Anchor::Middle));
+        let lost_left = area.right + 12.0;
+        if self.lost_width() > 0.0 {
+            self.draw_lost_axis(drawing, &area, lost_left);
+        }
+        let mut data = Vec::new();
+        for (index, (row, dots)) in self.rows.iter().zip(&panel.dots).enumerate() {
+            let y = area.top + 3.0 + (index as f64 + 0.5) * ROW;
+            drawing.line(vec![(area.left, y), (area.right, y)], Stroke { dash: &[1.0, 3.0], ..grid });
+            drawing.group(&row.name, |drawing| {
+                if labelled {
+                    let swatch_left = area.left - 7.0 - SWATCH;
+                    let half = 0.5 * SWATCH;
+                    let swatch =
+                        Rect { left: swatch_left, top: y - half, right: swatch_left + SWATCH, bottom: y + half };
+                    drawing.area(swatch.corners(), Some(row.color), None);
+                    let label = Text::new(&row.label, (swatch_left - 5.0, y), ROW_LABEL).anchored(Anchor::End);
+                    drawing.text(label.centred());
+                }
+                data.push(self.draw_row(drawing, &map, &area, lost_left, y, row, dots));
+            });
+        }
+        let x = if self.quantity.is_empty() { String::new() } else { self.quantity.clone() };
+        drawing.data.push(PanelData { title: panel.title.clone(), x, y: panel.axis.label.clone(), series: data });
+    }
+
+    /// Draws the signs of one row and returns its data.
+    #[allow(clippy::too_many_arguments)]
+    fn draw_row(
+        &self,
+        drawing: &mut Drawing,
+        map: &AxisMap,
+        area: &Rect,
+        lost_left: f64,
+        y: f64,
+        row: &DotRow,
+        dots: &[Dot],
+    ) -> SeriesData {
+        let inside = |value: f64| map.position(value).filter(|at| (area.left..=area.right).contains(at));
+        let height = |index: usize| y + APART * (index as f64 - 0.5 * (self.signs.len() as f64 - 1.0)).clamp(-2.0, 2.0);
+        for (index, dot) in dots.iter().enumerate() {
+            let ends = dot.range.map(|range| range.map(|end| map.position(end)));
+            if let Some([Some(from), Some(to)]) = ends {
+                let ends = [from, to].map(|end| end.clamp(area.left, area.right));
+                let bar = Stroke::solid(row.color, 0.7);
+                drawing.line(ends.map(|end| (end, height(index))).to_vec(), bar);
+            }
+        }
+        let mut points = Vec::new();
+        for (index, (dot, sign)) in dots.iter().zip(&self.signs).enumerate() {
+            let at = inside(dot.value).map(|x| (x, height(index)));
+            if let Some(at) = at {
+                marker::draw(drawing, SIGNS[index % SIGNS.len()], at, MARKER, row.color);
+            }
+            let column = lost_left + (index as f64 + 0.5) * LOST;
+            let lost = dot.lost.filter(|lost| *lost > 0.0);
+            if let Some(share) = lost {
+                marker::draw_lost(drawing, (column, y), MARKER, row.color, share >= 1.0);
+            }
+            let note = match dot.lost {
+                None => "not run".to_owned(),
+                Some(0.0) => String::new(),
+                Some(share) => format!("{:.0} % of the runs diverged", 100.0 * share),
+            };
+            let at = at.or(lost.map(|_| (column, y)));
+            points.push(Datum { x: sign.value, y: dot.value, range: dot.range, note, at });
+        }
+        SeriesData { name: row.name.clone(), points }
+    }
+
+    /// The part for lost runs: a column for each kind of sign.
+    fn draw_lost_axis(&self, drawing: &mut Drawing, area: &Rect, left: f64) {
+        let right = left + LOST * self.signs.len() as f64;
+        let edge = Stroke { color: Color::SOFT_INK, width: 0.8, dash: &[1.5, 2.5] };
+        drawing.line(vec![(left, area.top), (left, area.bottom)], edge);
+        for (index, sign) in self.signs.iter().enumerate() {
+            let at = (left + (index as f64 + 0.5) * LOST, area.bottom + TICK + 7.5);
+            let text = Text::new(&sign.short, at, TICK_SIZE).anchored(Anchor::Middle).centred();
+            if text.width() <= LOST + 3.0 {
+                drawing.text(text.colored(Color::SOFT_INK));
+            }
+        }
+        let middle = 0.5 * (left + right);
+        let word = Text::new("diverged", (middle, area.bottom + BELOW - 6.0), TICK_SIZE).anchored(Anchor::Middle);
+        drawing.text(word.colored(Color::SOFT_INK));
+    }
+
+    /// What the signs stand for.
+    fn draw_key(&self, drawing: &mut Drawing, y: f64) {
+        let lost = |all: bool| {
+            let dots = self.panels.iter().flat_map(|panel| panel.dots.iter().flatten());
+            dots.filter_map(|dot| dot.lost).any(|lost| lost > 0.0 && (lost >= 1.0) == all)
+        };
+        let mut entries: Vec<(Option<Marker>, bool, String)> = self
+            .signs
+            .iter()
+            .enumerate()
+            .map(|(index, sign)| (Some(SIGNS[index % SIGNS.len()]), false, sign.label.clone()))
+            .collect();
+        for (all, label) in [(false, "some runs diverged"), (true, "all runs diverged")] {
+            if lost(all) {
+                entries.push((None, all, label.to_owned()));
+            }
+        }
+        let size = TICK_SIZE;
+        let width = |label: &str| 2.0 * MARKER + 5.0 + font::width(label, size, Weight::Regular) + 14.0;
+        let total: f64 = entries.iter().map(|(_, _, label)| width(label)).sum();
+        let mut x = (0.5 * (self.width - total)).max(MARGIN);
+        for (sign, all, label) in entries {
+            match sign {
+                Some(sign) => marker::draw(drawing, sign, (x + MARKER, y), MARKER, Color::SOFT_INK),
+                None => marker::draw_lost(drawing, (x + MARKER, y), MARKER, Color::SOFT_INK, all),
+            }
+            drawing.text(Text::new(&label, (x + 2.0 * MARKER + 5.0, y), size).centred());
+            x += width(&label);
+        }
+        if self.panels.iter().any(|panel| panel.floor.is_some()) {
+            let sample = Rect { left: x, top: y - 4.0, right: x + 16.0, bottom: y + 4.0 };
+            drawing.area(sample.corners(), Some(super::guides::SHADE), None);
+            drawing.text(Text::new("below the reference's uncertainty", (x + 21.0, y), size).centred());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawing::Shape;
+    use super::*;
+
+    fn plot(values: &[[f64; 2]], lost: f64) -> DotPlot {
+        let row = |k: usize| DotRow { label: format!("row {k}"), name: format!("row-{k}"), color: Color(0, 0, 90) };
+        let dot = |value: f64| Dot { value, range: None, lost: Some(if value.is_nan() { lost } else { 0.0 }) };
+        let sign = |value: f64| Sign { value, short: format!("{value}"), label: format!("H = {value} ms") };
+        DotPlot {
+            width: 500.0,
+            columns: 2,
+            quantity: "macro step H (ms)".to_owned(),
+            signs: vec![sign(1.0), sign(5.0)],
+            rows: (0..values.len()).map(row).collect(),
+            panels: vec![DotPanel {
+                title: "(a)".to_owned(),
+                axis: Axis::log10("error"),
+                dots: values.iter().map(|row| row.map(dot).to_vec()).collect(),
+                floor: None,
+            }],
+        }
+    }
+
+    fn words(drawing: &Drawing) -> Vec<&str> {
+        let words = drawing.shapes.iter().filter_map(|shape| match shape {
+            Shape::Text(text) => Some(text.content.as_str()),
+            _ => None,
+        });
+        words.collect()
+    }
+
+    #[test]
+    fn every_row_has_its_name_and_a_lost_run_says_diverged() {
+        let drawing = plot(&[[1.0, 2.0], [3.0, f64::NAN]], 1.0).draw();
+        for wanted in ["row 0", "row 1", "H = 5 ms", "diverged", "all runs diverged"] {
+            assert!(words(&drawing).contains(&wanted), "{wanted}: {:?}", words(&drawing));
+        }
+        let note = &drawing.data[0].series[1].points[1];
+        assert!(note.note == "100 % of the runs diverged" && note.at.is_some(), "{note:?}");
+        assert!(!words(&plot(&[[1.0, 2.0]], 0.0).draw()).contains(&"diverged"));
+    }
+
+    #[test]
+    fn equal_values_of_one_row_stand_beside_each_other() {
+        let drawing = plot(&[[2.0, 2.0]], 0.0).draw();
+        let [one, two] = &drawing.data[0].series[0].points[..] else { panic!() };
+        assert!(one.at.unwrap().1 != two.at.unwrap().1);
+    }
+}

@@ -1,0 +1,197 @@
+//! Figures of an experiment that no list names: where it is stable, and how large its errors are.
+
+use super::FigureEntry;
+use super::keys::LONGEST_NAME;
+use super::statistics::Runs;
+use rimbench_core::error::Result;
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::Path;
+
+/// More schemes than this are told apart in rows, not by lines.
+const MOST_LINES: usize = 12;
+/// Most panels of one figure.
+const MOST_PANELS: usize = 12;
+/// Most rows of one figure: beyond, the first of the file are shown.
+const MOST_ROWS: usize = 40;
+/// Signs of a dot plot.
+const MOST_SIGNS: usize = 9;
+/// What errors are shown of, the first of which some run has a value.
+const METRICS: [(&str, &str); 3] = [
+    ("force_error_rms_of_peak", "rms force error / peak"),
+    ("force_error_rms_n", "rms force error (N)"),
+    ("position_error_rms_m", "rms position error (m)"),
+];
+
+/// The figures of an experiment's folder, named `group/name`, as they would stand in a list: a stability map, and the error against the
+/// macro step, as lines where these can be told apart and in rows where not.
+///
+/// # Errors
+/// [`Error::File`](rimbench_core::error::Error::File) for results without the columns of runs.
+pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
+    let runs = Runs::read(folder)?;
+    let problems: Vec<(String, String)> =
+        runs.problems()?.into_iter().map(|(case, set)| (case.to_owned(), set.to_owned())).collect();
+    let all = runs.labels(&[]);
+    let labels: Vec<String> = all.iter().take(MOST_ROWS).cloned().collect();
+    let steps: BTreeSet<u64> =
+        (0..runs.table.len()).map(|row| runs.macro_step_ms(row)).filter(|step| *step > 0.0).map(f64::to_bits).collect();
+    if problems.is_empty() || labels.is_empty() || steps.is_empty() {
+        return Ok(Vec::new());
+    }
+    // What JSON quotes TOML reads.
+    let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    let named = format!("[{}]", labels.iter().map(|label| quoted(label)).collect::<Vec<_>>().join(", "));
+    let more = match all.len() - labels.len() {
+        0 => String::new(),
+        more => format!(" The first {MOST_ROWS} rows of the experiment; {more} more are in `runs.csv`."),
+    };
+    let head = |end: &str, kind: &str, caption: &str| {
+        format!(
+            "[[figure]]\nid = {}\nkind = \"{kind}\"\nexperiment = {}\ncaption = {}\n",
+            quoted(&id(name, end)),
+            quoted(name),
+            quoted(&format!("{caption}{more} No list of figures names this experiment: it is drawn as all such are."))
+        )
+    };
+    let mut list = String::new();
+    let metric = METRICS.iter().find(|(metric, _)| {
+        let column = runs.table.column(metric).ok();
+        column.is_some_and(|column| (0..runs.table.len()).any(|row| runs.table.number(row, column).is_finite()))
+    });
+    let judge = metric.map_or("macro_step_s", |(metric, _)| metric);
+    let wrong = if judge == METRICS[0].0 { 0.1 } else { 1e300 };
+    // Where the runs can be lost, or where there is nothing else to see.
+    let (across, title, caption, below) = match problems.len() {
+        1 => (
+            "macro-step",
+            "Fraction of runs that complete",
+            "Fraction of the runs that complete, for each scheme and macro step.",
+            92.0,
+        ),
+        _ => (
+            "case",
+            "Largest stable macro step (ms)",
+            "The largest macro step, ms, up to which all runs complete, for each scheme and case; colour: how far up the case's own macro steps that is.",
+            // Names of cases are read upwards.
+            60.0 + 5.6 * problems.iter().map(|(case, set)| case.len() + set.len()).max().unwrap_or(0) as f64,
+        ),
+    };
+    let height = (below + 36.0 + 19.0 * labels.len() as f64).clamp(240.0, 4000.0);
+    list += &head("stability", "stability-map", caption);
+    let _ = write!(
+        list,
+        "source = \"runs.csv, columns label, macro_step_s, outcome\"\ntitle = \"{title}\"\nmetric = \"{judge}\"\nwrong_above = {wrong:e}\n\
+         hatch_label = \"stable, but the median error is above a tenth of the peak\"\nacross = \"{across}\"\nheight = {height}\nlabels = {named}\n"
+    );
+    if let Some((metric, words)) = metric {
+        let shown = &problems[..problems.len().min(MOST_PANELS)];
+        let left = problems.len() - shown.len();
+        let left = if left > 0 {
+            format!(" The first {MOST_PANELS} cases; {left} more are in `runs.csv`.")
+        } else {
+            String::new()
+        };
+        let lines = labels.len() <= MOST_LINES && steps.len() > 2;
+        // Parameters may be long: then there are fewer panels in a line, and what is common to all is left out.
+        let one_case = problems.iter().all(|(case, _)| *case == problems[0].0);
+        let heading = |(index, (case, set)): (usize, &(String, String))| {
+            let letter = if shown.len() > 1 { format!("({}) ", char::from(b'a' + index as u8)) } else { String::new() };
+            match (one_case && shown.len() > 1, set.is_empty()) {
+                (_, true) => format!("{letter}{case}"),
+                (true, false) => format!("{letter}{set}"),
+                (false, false) => format!("{letter}{case}, {set}"),
+            }
+        };
+        let headings: Vec<String> = shown.iter().enumerate().map(heading).collect();
+        let longest = headings.iter().map(|heading| heading.chars().count()).max().unwrap_or(0);
+        let columns = shown.len().min(if lines && longest <= 26 { 3 } else { 2 });
+        let room = match (columns, lines) {
+            (1, _) => 70,
+            (2, true) => 44,
+            (2, false) => 32,
+            _ => 26,
+        };
+        let rows = shown.len().div_ceil(columns) as f64;
+        let chosen: Vec<f64> = spread(&steps.iter().map(|bits| f64::from_bits(*bits)).collect::<Vec<_>>());
+        let kind = if lines { "sweep" } else { "dots" };
+        list += &head(
+            "error",
+            kind,
+            &format!(
+                "Error against the macro step: median over the phases of the runs that completed, bars from best to worst.{left}"
+            ),
+        );
+        let _ = writeln!(list, "source = \"runs.csv, columns label, macro_step_s, {metric}\"\ncolumns = {columns}");
+        match lines {
+            true => {
+                let legend = 20.0 + 16.0 * (labels.len() as f64 / 3.0).ceil();
+                let _ = writeln!(
+                    list,
+                    "height = {}",
+                    (rows * if columns == 1 { 300.0 } else { 215.0 } + legend).min(4000.0)
+                );
+            }
+            false => {
+                let numbers: Vec<String> = chosen.iter().map(|step| format!("{step:?}")).collect();
+                // Cases with grids of their own need all of them, if there are signs enough.
+                if steps.len() > MOST_SIGNS {
+                    let _ = writeln!(list, "macro_steps_ms = [{}]", numbers.join(", "));
+                }
+                let _ = writeln!(list, "labels = {named}");
+            }
+        }
+        for ((case, set), heading) in shown.iter().zip(&headings) {
+            let _ = writeln!(
+                list,
+                "[[figure.panels]]\ntitle = {}\nmetric = \"{metric}\"\nlabel = \"{words}\"\nonly = {{ case = {}, set = {} }}",
+                quoted(&shortened(heading, room)),
+                quoted(case),
+                quoted(set)
+            );
+        }
+    }
+    Ok(super::FigureList::parse(folder, &list)?.figures)
+}
+
+/// Up to four of the values, from the first to the last.
+fn spread(values: &[f64]) -> Vec<f64> {
+    const MOST: usize = 4;
+    let last = values.len() - 1;
+    let mut chosen: Vec<f64> = (0..MOST).map(|k| values[(k * last + (MOST - 1) / 2) / (MOST - 1)]).collect();
+    chosen.dedup();
+    chosen
+}
+
+/// A name that is safe as that of a file, and no other experiment's.
+fn id(name: &str, end: &str) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_') { c } else { '-' };
+    let name: String = name.chars().map(safe).collect();
+    let kept: String =
+        name.chars().rev().take(LONGEST_NAME - end.len() - 1).collect::<Vec<_>>().into_iter().rev().collect();
+    format!("{kept}-{end}").trim_start_matches('.').to_owned()
+}
+
+/// A heading that is no longer than there is room for.
+fn shortened(text: &str, most: usize) -> String {
+    if text.chars().count() <= most { text.to_owned() } else { text.chars().take(most - 1).collect::<String>() + "…" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_of_any_letters_becomes_one_of_a_file() {
+        assert_eq!(id("study/mine", "error"), "study-mine-error");
+        let long = id(&format!("gruppe/ä {}", "x".repeat(300)), "stability");
+        assert!(long.len() <= LONGEST_NAME && long.ends_with("-stability") && long.is_ascii(), "{long}");
+    }
+
+    #[test]
+    fn a_few_of_many_steps_are_shown_with_both_ends() {
+        assert_eq!(spread(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]), [1.0, 3.0, 5.0, 7.0]);
+        assert_eq!(spread(&[1.0]), [1.0]);
+        assert_eq!(spread(&[1.0, 2.0]), [1.0, 2.0]);
+    }
+}

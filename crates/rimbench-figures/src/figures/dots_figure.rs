@@ -1,0 +1,194 @@
+//! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
+
+use super::statistics::{Bars, Only, OverPhases, Part, Runs};
+use crate::chart::Axis;
+use crate::dots::{Dot, DotPanel, DotPlot, DotRow, Sign};
+use crate::drawing::Drawing;
+use crate::style::Styles;
+use rimbench_core::error::{Error, Result};
+use serde::Deserialize;
+use std::path::Path;
+
+/// Options of a dot plot.
+#[derive(Debug, Clone, Deserialize)]
+pub struct DotsFigure {
+    width: f64,
+    /// Panels in a line; all in one if absent.
+    columns: Option<usize>,
+    /// Schemes shown; all if none are named.
+    #[serde(default)]
+    labels: Vec<String>,
+    /// Macro steps shown, ms; all if absent.
+    macro_steps_ms: Option<Vec<f64>>,
+    panels: Vec<DotsPanel>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DotsPanel {
+    title: String,
+    metric: String,
+    label: String,
+    range: Option<[f64; 2]>,
+    /// The case shown, of an experiment with several.
+    #[serde(default)]
+    only: Only,
+    #[serde(default)]
+    without_exact: bool,
+}
+
+/// Rows and macro steps of the panels: most of what a picture can hold.
+const MOST_SIGNS: usize = 9;
+
+impl DotsFigure {
+    /// Draws the figure from `runs.csv`: median over phases, bars from the best to the worst. Runs that did not complete are counted
+    /// beside the panel. Rows are ranked by how they do in all panels, the best on top.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
+    pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+        let all = Runs::read(folder)?;
+        let labels = all.labels(&self.labels);
+        let mut parts = Vec::new();
+        for spec in &self.panels {
+            let runs = all.only(&spec.only)?;
+            parts.push(if spec.without_exact { runs.without_exact()? } else { runs });
+        }
+        let steps = parts.iter().map(|runs| self.steps(runs)).collect::<Result<Vec<Vec<f64>>>>()?;
+        // A case of microseconds beside cases of milliseconds: the signs then are the smallest step, the next, and so on.
+        let most = steps.iter().map(Vec::len).max().unwrap_or(0);
+        let alike = steps.iter().all(|own| *own == steps[0]);
+        let mut dots: Vec<Vec<Vec<Dot>>> = Vec::new();
+        for ((spec, runs), steps) in self.panels.iter().zip(&parts).zip(&steps) {
+            let of_label = |label: &String| -> Result<Vec<Dot>> {
+                let rows = runs.of_label(label);
+                let points =
+                    runs.over_phases(&rows, |row| runs.macro_step_ms(row), &spec.metric, Part::Absolute, Bars::Range)?;
+                let tried = |step: f64| {
+                    let here: Vec<usize> =
+                        rows.iter().copied().filter(|&row| runs.macro_step_ms(row) == step).collect();
+                    runs.fraction_stable(&here).is_some()
+                };
+                let dot = |index: usize| {
+                    let step = steps.get(index).copied();
+                    let point = step.and_then(|step| points.iter().find(|point| point.x == step && tried(step)));
+                    point.map_or(NOTHING, of_point)
+                };
+                Ok((0..most).map(dot).collect())
+            };
+            dots.push(labels.iter().map(of_label).collect::<Result<_>>()?);
+        }
+        let order = ranked(&dots, labels.len());
+        let (unit, factor) = unit_of(&steps[0]);
+        let sign = |index: usize| match alike {
+            true => {
+                let step = (steps[0][index] * factor * 1e6).round() / 1e6;
+                Sign { value: step, short: format!("{step}"), label: format!("H = {step} {unit}") }
+            }
+            false => Sign {
+                value: index as f64 + 1.0,
+                short: format!("{}", index + 1),
+                label: format!("macro step {} of each case", index + 1),
+            },
+        };
+        let quantity = if alike { format!("macro step H ({unit})") } else { "macro step, by number".to_owned() };
+        let row = |&index: &usize| DotRow {
+            label: styles.shown_name(&labels[index]),
+            name: labels[index].clone(),
+            color: all.style(&labels[index], styles).color,
+        };
+        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs), Vec<Vec<Dot>>)| {
+            let dots: Vec<Vec<Dot>> = order.iter().map(|&index| dots[index].clone()).collect();
+            let least =
+                dots.iter().flatten().map(|dot| dot.value).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
+            let lowest = spec.range.map_or(least, |[low, _]| low);
+            DotPanel {
+                title: spec.title.clone(),
+                axis: Axis::log10(&spec.label).within(spec.range),
+                dots,
+                floor: runs.floor(&spec.metric).filter(|floor| *floor > lowest),
+            }
+        };
+        DotPlot {
+            width: self.width,
+            columns: self.columns.unwrap_or(self.panels.len()),
+            quantity,
+            signs: (0..most).map(sign).collect(),
+            rows: order.iter().map(row).collect(),
+            panels: self.panels.iter().zip(&parts).zip(dots).map(panel).collect(),
+        }
+        .draw_if_it_fits()
+    }
+
+    /// The macro steps of a panel, ms, ascending.
+    fn steps(&self, runs: &Runs) -> Result<Vec<f64>> {
+        let mut steps: Vec<f64> = (0..runs.table.len()).map(|row| runs.macro_step_ms(row)).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.dedup();
+        if let Some(wanted) = &self.macro_steps_ms {
+            let is_wanted = |step: &f64| wanted.iter().any(|wanted| (step / wanted - 1.0).abs() < 1e-9);
+            steps.retain(is_wanted);
+        }
+        match steps.len() {
+            0 => Err(Error::file(runs.table.path(), "has no run at a macro step that the figure shows")),
+            1..=MOST_SIGNS => Ok(steps),
+            count => {
+                let message =
+                    format!("has {count} macro steps and there are {MOST_SIGNS} signs: choose some by macro_steps_ms");
+                Err(Error::file(runs.table.path(), message))
+            }
+        }
+    }
+}
+
+/// What stands where nothing was run.
+const NOTHING: Dot = Dot { value: f64::NAN, range: None, lost: None };
+
+fn of_point(point: &OverPhases) -> Dot {
+    let range = (point.least < point.most).then_some([point.least, point.most]);
+    Dot { value: point.median, range, lost: Some(point.lost) }
+}
+
+/// Steps of microseconds say so.
+fn unit_of(steps_ms: &[f64]) -> (&'static str, f64) {
+    if steps_ms.iter().all(|step| *step < 0.1) { ("µs", 1e3) } else { ("ms", 1.0) }
+}
+
+/// Rows by their mean rank over all panels and signs, the least value first; what is lost is last, and of equals the first stays first.
+fn ranked(dots: &[Vec<Vec<Dot>>], rows: usize) -> Vec<usize> {
+    let mut total = vec![0.0; rows];
+    for panel in dots {
+        let signs = panel.first().map_or(0, Vec::len);
+        for dots in (0..signs).map(|sign| panel.iter().map(|row| row[sign]).collect::<Vec<Dot>>()) {
+            let value = |row: usize| {
+                let dot = &dots[row];
+                if dot.value.is_finite() && dot.lost < Some(1.0) { dot.value } else { f64::INFINITY }
+            };
+            for (row, total) in total.iter_mut().enumerate() {
+                *total += (0..rows).filter(|&other| value(other) < value(row)).count() as f64;
+            }
+        }
+    }
+    let mut order: Vec<usize> = (0..rows).collect();
+    order.sort_by(|&a, &b| total[a].total_cmp(&total[b]));
+    order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_best_row_comes_first_and_what_diverged_last() {
+        let dot = |value: f64| Dot { value, range: None, lost: Some(if value.is_nan() { 1.0 } else { 0.0 }) };
+        let panel = [[3.0, 4.0], [f64::NAN, 1.0], [1.0, 2.0]].map(|row| row.map(dot).to_vec()).to_vec();
+        assert_eq!(ranked(&[panel], 3), [2, 1, 0]);
+        assert_eq!(ranked(&[], 2), [0, 1]);
+    }
+
+    #[test]
+    fn steps_of_microseconds_say_so() {
+        assert_eq!(unit_of(&[0.002, 0.005]).0, "µs");
+        assert_eq!(unit_of(&[0.002, 1.0]).0, "ms");
+    }
+}
