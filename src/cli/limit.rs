@@ -3,7 +3,7 @@
 use super::json::Object;
 use super::progress::{Heartbeat, plain_time};
 use super::run_options::RunOptions;
-use super::{Format, complain, print, table, with_case_file};
+use super::{Format, complain, print, table, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::StopFlag;
@@ -54,7 +54,7 @@ enum Method {
 impl Limit {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let mut request = self.run.request()?;
-        let catalogue = with_case_file(catalogue, &mut request)?;
+        let catalogue = with_files(catalogue, &mut request)?;
         let Limit { from, to, per_decade, phases, .. } = self;
         let (coarsest, grid, phases) = Scan { from, to, per_decade, phases }.resolve(&request, &catalogue)?;
         let (done, scan) = (Arc::new(AtomicUsize::new(0)), grid.len());

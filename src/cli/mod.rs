@@ -36,9 +36,11 @@ use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
 use rimbench::fmi::import::read_case;
+use rimbench::fmi::program::{ExchangeTimes, read_scheme};
 use rimbench::harness::{Cache, CheckedClaim, Verdict};
 use rimbench::runs::RunRequest;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -48,9 +50,12 @@ use std::process::ExitCode;
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// A file that makes a case of two FMUs, which is then there by its name; may be repeated
+    /// A file that makes a case of FMUs or programs, which is then there by its name; may be repeated
     #[arg(long, value_name = "FILE.toml", global = true)]
     case_file: Vec<PathBuf>,
+    /// A file that makes a coupling scheme of a program, which is then there by its name; may be repeated
+    #[arg(long, value_name = "FILE.toml", global = true)]
+    scheme_file: Vec<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -131,6 +136,7 @@ impl Cli {
         }
         let mut catalogue = everything()?;
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, file).map(drop))?;
+        self.scheme_file.iter().try_for_each(|file| add_scheme_file(&mut catalogue, file).map(drop))?;
         let catalogue = &catalogue;
         match self.command {
             Command::Reproduce(command) => command.run(catalogue)?,
@@ -161,25 +167,35 @@ impl Cli {
     }
 }
 
-/// Adds the case that a file makes of two FMUs; returns its name.
+/// Adds the case that a file makes of FMUs or programs; returns its name.
 fn add_case_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
     // FMUs in processes of their own: those of this program.
     let program = std::env::current_exe()
         .map_err(|error| Error::file(file, format!("this program cannot find itself: {error}")))?;
-    let case = read_case(file, Some(&program))?;
+    let case = read_case(file, Some(&program), catalogue)?;
     let name = case.name.to_string();
     catalogue.add_case(case)?;
     Ok(name)
 }
 
-/// The same catalogue, with the case of a request in it where that is given as a file that makes a case of FMUs.
-fn with_case_file<'a>(catalogue: &'a Catalogue, request: &mut RunRequest) -> Result<Cow<'a, Catalogue>> {
-    let Some(file) = request.case.as_ref().filter(|case| case.ends_with(".toml")) else {
-        return Ok(Cow::Borrowed(catalogue));
-    };
-    let mut catalogue = catalogue.clone();
-    request.case = Some(add_case_file(&mut catalogue, Path::new(file))?);
-    Ok(Cow::Owned(catalogue))
+/// Adds the scheme that a file makes of a program; returns its name.
+fn add_scheme_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
+    let scheme = read_scheme(file)?;
+    let name = scheme.name.to_string();
+    catalogue.add_scheme(scheme)?;
+    Ok(name)
+}
+
+/// The same catalogue, with case and scheme of a request in it where they are given as files that make them of FMUs and programs.
+fn with_files<'a>(catalogue: &'a Catalogue, request: &mut RunRequest) -> Result<Cow<'a, Catalogue>> {
+    let mut catalogue = Cow::Borrowed(catalogue);
+    let asked = [&mut request.case, &mut request.scheme].into_iter().zip([add_case_file, add_scheme_file]);
+    for (asked, add) in asked {
+        if let Some(file) = asked.clone().filter(|name| name.ends_with(".toml")) {
+            *asked = Some(add(catalogue.to_mut(), Path::new(&file))?);
+        }
+    }
+    Ok(catalogue)
 }
 
 /// Prints to standard output; a reader that closed the pipe early is no error.
@@ -189,6 +205,16 @@ fn print(text: &str) -> anyhow::Result<()> {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         result => Ok(result?),
     }
+}
+
+/// What exchanges with programs took, a line for each: that is no cost of a scheme or a side, but of how it is asked.
+fn exchange_lines(exchanges: &BTreeMap<String, ExchangeTimes>) -> Vec<String> {
+    let line = |(program, times): (&String, &ExchangeTimes)| {
+        let [median, most] = [0.5, 0.99].map(|share| times.quantile_s(share).unwrap_or_default() * 1e6);
+        let count = times.count();
+        format!("{count} exchanges with `{program}`: half of them within {median:.1} µs, 99 % within {most:.1} µs")
+    };
+    exchanges.iter().map(line).collect()
 }
 
 /// Says what is wrong with the cache of references, if anything is: without it every command computes them anew.

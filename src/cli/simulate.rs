@@ -3,17 +3,19 @@
 use super::json::Object;
 use super::progress::Heartbeat;
 use super::run_options::RunOptions;
-use super::{Format, complain, print, table, with_case_file};
+use super::{Format, complain, exchange_lines, print, table, with_files};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::error::Result;
+use rimbench::fmi::program::{ExchangeTimes, take_exchange_times};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::{METRICS, is_of_friction};
 use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate_inside};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `simulate`.
@@ -32,7 +34,7 @@ pub struct Simulate {
 impl Simulate {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let mut request = self.run.request()?;
-        let catalogue = with_case_file(catalogue, &mut request)?;
+        let catalogue = with_files(catalogue, &mut request)?;
         let spec = request.resolve_built(&catalogue)?;
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
@@ -43,15 +45,21 @@ impl Simulate {
         let cache = Cache::of_user();
         let reference = obtain_reference(&spec, &cache, stop)?;
         complain(&cache);
+        // Those of the reference are not of the run.
+        take_exchange_times();
         let result = simulate_inside(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
+        let exchanges = take_exchange_times();
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, spec.case.trace_columns.len())?;
         }
         match self.format {
-            Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run))?),
-            Format::Table => print_tables(&spec, &run),
+            Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run, &exchanges))?),
+            Format::Table => {
+                print_tables(&spec, &run)?;
+                exchange_lines(&exchanges).iter().try_for_each(|line| print(line))
+            }
         }
     }
 }
@@ -69,7 +77,7 @@ pub(super) fn write_trace(path: &Path, trajectory: &Trajectory, columns: usize) 
 }
 
 /// Everything that determines the run, everything that was found, everything it cost.
-fn json(spec: &RunSpec, run: &EvaluatedRun) -> Value {
+fn json(spec: &RunSpec, run: &EvaluatedRun, exchanges: &BTreeMap<String, ExchangeTimes>) -> Value {
     let mut object = Object::default();
     object.put("run_id", spec.id());
     spec.facts().iter().for_each(|fact| object.fact(fact));
@@ -86,6 +94,17 @@ fn json(spec: &RunSpec, run: &EvaluatedRun) -> Value {
     let findings = run.findings();
     let shown = findings.iter().filter(|fact| spec.case.records_friction() || !is_of_friction(fact.name));
     shown.chain(&run.costs()).for_each(|fact| object.fact(fact));
+    if !exchanges.is_empty() {
+        let of_program = |times: &ExchangeTimes| {
+            let mut object = Object::default();
+            object.put("count", times.count());
+            object.number("p50_s", times.quantile_s(0.5));
+            object.number("p99_s", times.quantile_s(0.99));
+            Value::from(object)
+        };
+        let all = exchanges.iter().map(|(program, times)| (program.clone(), of_program(times)));
+        object.put("exchanges", Value::Object(all.collect()));
+    }
     object.into()
 }
 

@@ -23,6 +23,7 @@ mod parsers;
 mod perf;
 mod perf_command_line;
 mod program;
+mod protocol;
 mod report;
 mod reproduction;
 mod store_survives;

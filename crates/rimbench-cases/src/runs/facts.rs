@@ -118,8 +118,8 @@ impl RunSpec {
         ]
     }
 
-    /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, and the version of the
-    /// numerics. A parameter that is set to its default is as one that is not set.
+    /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, the digest of a scheme that is a
+    /// program of its own, and the version of the numerics. A parameter that is set to its default is as one that is not set.
     pub fn id(&self) -> String {
         let mut text = format!("numerics {NUMERICS_VERSION}\n");
         let mut line = |name: &str, value: &dyn fmt::Display| {
@@ -138,6 +138,9 @@ impl RunSpec {
         }
         for (parameter, value) in self.parameters.iter() {
             line(&parameter.name, value);
+        }
+        if let Some(digest) = &self.scheme.digest {
+            line("scheme_digest", digest);
         }
         Sha256::digest(text)[..8].iter().map(|byte| format!("{byte:02x}")).collect()
     }

@@ -78,7 +78,7 @@ pub use step_rule::{StepController, StepRule};
 pub use subsystem::{Sides, Subsystem, SubsystemCounters};
 pub use supervision::{StopFlag, Supervision, Watch};
 pub use trajectory::Trajectory;
-pub use transmission::ForceCourse;
+pub use transmission::{ForceCourse, Transmission};
 pub use work::{CosimCounters, Work};
 pub use work_meter::{counts_interface_way, counts_interface_work};
 

@@ -1,8 +1,9 @@
 //! The actuator's outputs over a macro step, as the mechanics receives them.
 
-/// The actuator's outputs over one macro step, handed to the mechanics as the force return says.
+/// Numbers that are held over each of so many equal parts of a macro step, as the means over any others: the actuator's outputs, handed to
+/// the mechanics as the force return says.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Transmission {
+pub struct Transmission {
     width: usize,
     count: usize,
     /// Row j: output at the start of micro step j.
@@ -10,7 +11,8 @@ pub(crate) struct Transmission {
 }
 
 impl Transmission {
-    pub(crate) fn new(width: usize, micro_steps: usize) -> Self {
+    /// Makes room for `micro_steps` rows of `width` numbers.
+    pub fn new(width: usize, micro_steps: usize) -> Self {
         Transmission { width, count: 0, outputs: vec![0.0; width * micro_steps] }
     }
 
@@ -24,8 +26,9 @@ impl Transmission {
         self.outputs.clone_from(&other.outputs);
     }
 
+    /// Adds the row of the next part, for which there must be room.
     #[inline]
-    pub(crate) fn push(&mut self, output: &[f64]) {
+    pub fn push(&mut self, output: &[f64]) {
         let at = self.count * self.width;
         self.outputs[at..at + self.width].copy_from_slice(output);
         self.count += 1;
@@ -38,7 +41,7 @@ impl Transmission {
 
     /// Mean output over part `index` of `parts` equal parts of the macro step; micro steps that straddle a border
     /// count with the share that lies inside.
-    pub(crate) fn mean_over(&self, index: usize, parts: usize, mean: &mut [f64]) {
+    pub fn mean_over(&self, index: usize, parts: usize, mean: &mut [f64]) {
         mean.fill(0.0);
         // In units of 1/(count·parts) of the macro step all borders are integers.
         let (from, to) = (index * self.count, (index + 1) * self.count);

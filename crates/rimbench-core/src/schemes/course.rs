@@ -8,8 +8,8 @@ use crate::cosim::{Cubic, MicroStep};
 /// u_i(t_k + τ) = Σ_p c_ip τ^p,   p = 0 … 3
 /// mean over [a, a + δ], m = a + ½δ:   u(m) + δ²/24 ü(m) = u(m) + δ²/12 (c₂ + 3 c₃ m)
 /// ```
-#[derive(Debug, Clone)]
-pub(super) struct Course {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Course {
     /// Highest power that is ever there: no more is worked out than that.
     degree: usize,
     pub(super) rows: Vec<Cubic>,
@@ -22,9 +22,14 @@ impl Course {
         Course { degree, rows: vec![[0.0; 4]; inputs] }
     }
 
+    /// Takes polynomials whose coefficients beyond `degree` (at most 3) are zero. Of degree 0 they are inputs that are held.
+    pub fn of(rows: Vec<Cubic>, degree: usize) -> Self {
+        Course { degree: degree.min(3), rows }
+    }
+
     /// Writes the means over a micro step.
     #[inline]
-    pub(super) fn mean(&self, at: MicroStep, u: &mut [f64]) {
+    pub fn mean(&self, at: MicroStep, u: &mut [f64]) {
         let middle = at.since_exchange + 0.5 * at.length;
         let bend = at.length * at.length / 12.0;
         let rows = u.iter_mut().zip(&self.rows);
@@ -39,7 +44,7 @@ impl Course {
     }
 
     /// Writes the polynomials of the time since the start of a micro step. False, and nothing, for inputs that are held.
-    pub(super) fn within(&self, at: MicroStep, course: &mut [Cubic]) -> bool {
+    pub fn within(&self, at: MicroStep, course: &mut [Cubic]) -> bool {
         if self.degree == 0 {
             return false;
         }

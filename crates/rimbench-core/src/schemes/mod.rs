@@ -60,6 +60,7 @@ pub use construction::{Construction, ModelConstruction};
 pub use contact_choice::ContactChoice;
 pub use contact_detection::{ContactDetection, DetectionRule};
 pub use coupling::Coupling;
+pub use course::Course;
 pub use entry::{BuildScheme, Family, Gain, SchemeEntry};
 pub use line_style::{Dash, LineStyle, Marker};
 pub use model_options::{ModelMotion, ModelOptions};

@@ -1,13 +1,17 @@
-//! A case file that names two FMUs.
+//! A case file that names two FMUs, or programs in the place of one or both.
 
 use super::archive::Unpacked;
 use super::description::{FmuVariable, Type};
 use super::host::{Host, ModelVariables, Plan, Scaled, Start};
 use super::library::Loaded;
+use super::like_case;
 use super::process::Remote;
+use super::program_member::ProgramMember;
 use super::side::{ImportedSide, Offers};
 use crate::export::side_name;
+use crate::program::{Named, answer_within, unit};
 use rimbench_cases::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range};
+use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem, check_coupling};
 use rimbench_core::error::{Error, Result, said_at};
 use rimbench_core::name::{Name, check_new_name};
@@ -21,23 +25,44 @@ use std::time::Duration;
 /// A case file as it is written.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct CaseFile {
-    name: String,
+pub(super) struct CaseFile {
+    pub(super) name: String,
     #[serde(default)]
-    about: String,
-    duration_s: f64,
-    macro_step_s: f64,
-    micro_step_s: Option<f64>,
-    reference_step_s: Option<f64>,
+    pub(super) about: String,
+    /// A built-in case from which all comes that is not said here.
+    pub(super) like: Option<String>,
+    /// What runs of such a case are held against.
+    pub(super) reference: Option<ReferenceKind>,
+    pub(super) duration_s: Option<f64>,
+    pub(super) macro_step_s: Option<f64>,
+    pub(super) micro_step_s: Option<f64>,
+    pub(super) reference_step_s: Option<f64>,
     #[serde(default)]
     process: ProcessKind,
     #[serde(default = "minute")]
-    answer_within_s: f64,
-    mechanics: SideTable,
-    actuator: SideTable,
-    interface: Vec<Row>,
+    pub(super) answer_within_s: f64,
+    pub(super) mechanics: Option<SideTable>,
+    pub(super) actuator: Option<SideTable>,
     #[serde(default)]
-    parameters: BTreeMap<String, ParameterTable>,
+    pub(super) interface: Vec<Row>,
+    #[serde(default)]
+    pub(super) parameters: BTreeMap<String, ParameterTable>,
+}
+
+impl CaseFile {
+    fn side(&self, side: Side) -> Option<&SideTable> {
+        if side == Side::Mechanics { self.mechanics.as_ref() } else { self.actuator.as_ref() }
+    }
+}
+
+/// What runs of a case like another are held against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum ReferenceKind {
+    /// Both sides as they are, in one loop.
+    Own,
+    /// The reference of the case that it is like.
+    Original,
 }
 
 fn minute() -> f64 {
@@ -56,22 +81,27 @@ enum ProcessKind {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SideTable {
-    fmu: PathBuf,
+pub(super) struct SideTable {
+    pub(super) fmu: Option<PathBuf>,
+    /// A program in the place of an FMU: its words.
+    pub(super) command: Option<Vec<String>>,
+    /// What its digits depend on besides.
+    #[serde(default)]
+    pub(super) files: Vec<PathBuf>,
     /// Libraries whose symbols the FMU takes for granted, loaded before it.
     #[serde(default)]
-    needs: Vec<PathBuf>,
+    pub(super) needs: Vec<PathBuf>,
     #[serde(default)]
-    start: BTreeMap<String, toml::Value>,
+    pub(super) start: BTreeMap<String, toml::Value>,
     #[serde(default)]
-    observe: Vec<String>,
-    interface_work: Option<String>,
-    direct_feedthrough: Option<bool>,
+    pub(super) observe: Vec<String>,
+    pub(super) interface_work: Option<String>,
+    pub(super) direct_feedthrough: Option<bool>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Row {
+pub(super) struct Row {
     columns: Option<[String; 3]>,
     mechanics: Ends,
     actuator: Ends,
@@ -99,14 +129,14 @@ enum End {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ParameterTable {
-    default: f64,
+pub(super) struct ParameterTable {
+    pub(super) default: f64,
     #[serde(default)]
     unit: String,
     #[serde(default)]
     about: String,
-    mechanics: Option<String>,
-    actuator: Option<String>,
+    pub(super) mechanics: Option<String>,
+    pub(super) actuator: Option<String>,
 }
 
 /// Units of positions, velocities and forces: exponents of kg, m, s, rad and the rest of the base units, and a name.
@@ -119,26 +149,69 @@ const UNITS: [(Quantity, [i32; 8], &str); 3] = [
 /// That of energies.
 const ENERGY: [i32; 8] = [1, 2, -2, 0, 0, 0, 0, 0];
 
-/// Shortest time that a process is given for an answer, s.
-const SHORTEST_ANSWER: f64 = 1e-3;
-
-/// The parameter that says what a case is made from.
-const DIGEST: &str = "fmu_digest";
+/// The parameters that say what a case is made from: FMUs, or also programs.
+pub(super) const DIGESTS: [&str; 2] = ["fmu_digest", "program_digest"];
 
 /// Most rows of an interface model, whose square must have room.
 const MOST_ROWS: usize = 4096;
 
+/// One side of a case.
+enum Member {
+    Fmu(Box<FmuMember>),
+    Program(Box<ProgramMember>),
+}
+
+impl Member {
+    fn ports(&self) -> &Ports {
+        match self {
+            Member::Fmu(fmu) => &fmu.ports,
+            Member::Program(program) => program.side.ports(),
+        }
+    }
+
+    fn observables(&self) -> Vec<Name> {
+        match self {
+            Member::Fmu(fmu) => fmu.offers.observables.clone(),
+            Member::Program(program) => program.side.observables().iter().cloned().map(Name::from).collect(),
+        }
+    }
+
+    fn digest(&self) -> &str {
+        match self {
+            Member::Fmu(fmu) => &fmu.unpacked.digest,
+            Member::Program(program) => program.side.digest(),
+        }
+    }
+
+    /// Makes the side for a run; `step` (s) is one for which an FMU may be asked for its interface model.
+    fn side(&self, parameters: &Parameters, process: &Process, step: f64) -> Result<Box<dyn Subsystem>, String> {
+        match self {
+            Member::Fmu(fmu) => {
+                let side =
+                    ImportedSide::new(fmu.host(parameters, process)?, fmu.ports.clone(), fmu.offers.clone(), None);
+                Ok(Box::new(match fmu.model {
+                    Some(size) => side.with_model(step, size)?,
+                    None => side,
+                }))
+            }
+            Member::Program(program) => Ok(Box::new(program.made(parameters))),
+        }
+    }
+}
+
 /// One FMU with what the case makes of it.
-struct Member {
+struct FmuMember {
     unpacked: Unpacked,
     plan: Plan,
     ports: Ports,
     offers: Offers,
+    /// Numbers of contacts and interface rows of its interface model.
+    model: Option<[usize; 2]>,
     /// Parameters of the case with the variables that take them.
     parameters: Vec<(String, Scaled)>,
 }
 
-impl Member {
+impl FmuMember {
     /// Starts what drives it.
     fn host(&self, parameters: &Parameters, process: &Process) -> Result<Box<dyn Host>, String> {
         let mut plan = self.plan.clone();
@@ -158,35 +231,54 @@ enum Process {
     Own { program: PathBuf, answer_within: Duration },
 }
 
-/// Reads a case file, its FMUs with it, and tries both once. `program` is rimbench itself, for FMUs in processes of their own; without
-/// it they all run in this one.
+/// Reads a case file, its FMUs and programs with it, and tries both sides once. `program` is rimbench itself, for FMUs in processes of
+/// their own; without it they all run in this one. The catalogue is where a case is found that this one is like.
 ///
 /// # Errors
 /// [`Error::File`] naming the case file or the FMU, what is wrong with it, and what would be valid.
-pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
+pub fn read_case(path: &Path, program: Option<&Path>, catalogue: &Catalogue) -> Result<Case> {
     let wrong = |message: String| Error::file(path, message);
     let text = std::fs::read_to_string(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-    let file: CaseFile = toml::from_str(&text)
-        .map_err(|error| wrong(format!("is no case of FMUs: {}", said_at(&text, error.span(), error.message()))))?;
+    let file: CaseFile = toml::from_str(&text).map_err(|error| {
+        wrong(format!("is no case of FMUs or programs: {}", said_at(&text, error.span(), error.message())))
+    })?;
     check_new_name("case", &file.name, std::iter::empty()).map_err(|error| wrong(error.to_string()))?;
-    for (key, value) in [("duration_s", file.duration_s), ("macro_step_s", file.macro_step_s)]
-        .into_iter()
-        .chain(file.micro_step_s.map(|value| ("micro_step_s", value)))
-        .chain(file.reference_step_s.map(|value| ("reference_step_s", value)))
-    {
+    let times = [
+        ("duration_s", file.duration_s),
+        ("macro_step_s", file.macro_step_s),
+        ("micro_step_s", file.micro_step_s),
+        ("reference_step_s", file.reference_step_s),
+    ];
+    for (key, value) in times.into_iter().filter_map(|(key, value)| Some((key, value?))) {
         if !(value.is_finite() && value > 0.0) {
             return Err(wrong(Error::invalid(key, value, "a finite time above 0 s").to_string()));
         }
     }
-    if !(file.answer_within_s.is_finite() && file.answer_within_s >= SHORTEST_ANSWER) {
-        let valid = format!("a finite time of at least {SHORTEST_ANSWER} s");
-        return Err(wrong(Error::invalid("answer_within_s", file.answer_within_s, valid).to_string()));
-    }
-    if let Some(micro) = file.micro_step_s.filter(|micro| *micro > file.macro_step_s) {
-        let valid = format!("at most macro_step_s, {} s", file.macro_step_s);
+    let patience = answer_within(file.answer_within_s).map_err(|error| wrong(error.to_string()))?;
+    if let (Some(micro), Some(step)) = (file.micro_step_s, file.macro_step_s)
+        && micro > step
+    {
+        let valid = format!("at most macro_step_s, {step} s");
         return Err(wrong(Error::invalid("micro_step_s", micro, valid).to_string()));
     }
     file.parameters.iter().try_for_each(|(name, table)| check_parameter(name, table)).map_err(wrong)?;
+    let in_file = |error: Error| match error {
+        Error::File { .. } => error,
+        other => wrong(other.to_string()),
+    };
+    if let Some(like) = &file.like {
+        let original = catalogue.case(like).map_err(|error| wrong(format!("like: {error}")))?;
+        return like_case::read(path, &text, &file, original, patience).map_err(in_file);
+    }
+    if file.reference.is_some() {
+        return Err(wrong(
+            "reference is said of a case that is `like` another; this one is held against its own".into(),
+        ));
+    }
+    let missing = |key: &str| wrong(format!("has no `{key}`, which a case that is `like` no other must have"));
+    let [duration_s, macro_step_s] = [("duration_s", file.duration_s), ("macro_step_s", file.macro_step_s)]
+        .map(|(key, value)| value.ok_or_else(|| missing(key)));
+    let (duration_s, macro_step_s) = (duration_s?, macro_step_s?);
     if file.interface.is_empty() {
         return Err(wrong("has no [[interface]]: at least one row couples the two sides".to_owned()));
     }
@@ -194,30 +286,36 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     let rows = columns(&file.interface);
     let mut members = Vec::new();
     for side in Side::BOTH {
-        members.push(member(&file, side, folder, &rows).map_err(|error| match error {
-            Error::File { .. } => error,
-            other => wrong(other.to_string()),
-        })?);
+        let table = file.side(side).ok_or_else(|| missing(&format!("[{}]", side_name(side))))?;
+        let made = match (&table.fmu, &table.command) {
+            (Some(fmu), None) if table.files.is_empty() => {
+                fmu_member(&file, table, &folder.join(fmu), side, &rows).map(|fmu| Member::Fmu(Box::new(fmu)))
+            }
+            (None, Some(_)) => program_member(path, &file, table, side, &rows, patience)
+                .map(|program| Member::Program(Box::new(program))),
+            _ => Err(Error::Incompatible(format!(
+                "[{}]: valid: either `fmu`, or `command` and, if need be, `files`",
+                side_name(side)
+            ))),
+        };
+        members.push(made.map_err(in_file)?);
     }
     let Ok([mechanics, actuator]) = <[Member; 2]>::try_from(members) else { unreachable!("one for each side") };
-    let digest = digest(&text, [&mechanics, &actuator]);
+    let digest = digest(&text, [mechanics.digest(), actuator.digest()]);
     let members = PerSide { mechanics: Arc::new(mechanics), actuator: Arc::new(actuator) };
-    check_coupling(members.as_ref().map(|member| &member.ports)).map_err(|error| {
+    check_coupling(members.as_ref().map(|member| member.ports())).map_err(|error| {
         wrong(format!(
             "{error}; `direct_feedthrough = false` says of a side that its outputs do not depend on its inputs at once"
         ))
     })?;
     let process = match (file.process, program) {
-        (ProcessKind::Own, Some(program)) => {
-            let answer_within = Duration::from_secs_f64(file.answer_within_s.min(1e9));
-            Process::Own { program: program.to_owned(), answer_within }
-        }
+        (ProcessKind::Own, Some(program)) => Process::Own { program: program.to_owned(), answer_within: patience },
         _ => Process::Same,
     };
-    let micro_step_s = file.micro_step_s.unwrap_or(file.macro_step_s);
+    let micro_step_s = file.micro_step_s.unwrap_or(macro_step_s);
     let defaults = CaseDefaults {
-        duration_s: file.duration_s,
-        macro_step_s: file.macro_step_s,
+        duration_s,
+        macro_step_s,
         micro_step_s,
         reference_step_s: file.reference_step_s.unwrap_or(0.5 * micro_step_s),
         reference_sampling_s: micro_step_s,
@@ -230,7 +328,7 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     trace.extend(rows.iter().flatten().cloned().map(Name::from));
     trace.extend(["force_to_mechanics_n", "force_2_to_mechanics_n"].into_iter().take(rows.len()).map(Name::from));
     for side in Side::BOTH {
-        trace.extend(members[side].offers.observables.iter().cloned());
+        trace.extend(members[side].observables());
     }
     if let Some(name) = trace.iter().find(|name| !can_name_a_column(name)) {
         return Err(wrong(format!(
@@ -242,38 +340,39 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     if let Some(twice) = trace.iter().find(|name| !seen.insert((*name).clone())) {
         return Err(wrong(format!("two columns of the trace are named `{twice}`")));
     }
-    let step = file.macro_step_s;
     let build_members = members.clone();
     let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
-        let made = |side: Side| -> Result<Box<dyn Subsystem>> {
-            let member = &build_members[side];
-            let side = member
-                .host(parameters, &process)
-                .and_then(|host| ImportedSide::new(host, member.ports.clone(), member.offers.clone(), step));
-            Ok(Box::new(side.map_err(Error::Incompatible)?))
-        };
+        let made =
+            |side: Side| build_members[side].side(parameters, &process, macro_step_s).map_err(Error::Incompatible);
         Ok(CoupledSystem::of(PerSide { mechanics: made(Side::Mechanics)?, actuator: made(Side::Actuator)? }))
     };
-    let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
+    let programs = Side::BOTH.into_iter().filter_map(|side| match &*members[side] {
+        Member::Program(program) => Some(program),
+        Member::Fmu(_) => None,
+    });
+    let programs: Vec<&ProgramMember> = programs.map(|program| &**program).collect();
+    let (kind, digest_name) = if programs.is_empty() { ("FMUs", DIGESTS[0]) } else { ("Programs", DIGESTS[1]) };
+    let about = if file.about.is_empty() { format!("{kind} of {}", path.display()) } else { file.about.clone() };
     let case = Case {
-        parameters: parameters(&file, &digest),
+        parameters: parameters(&file, digest_name, &digest),
         trace_columns: trace,
         interface_columns,
         ..Case::new(file.name.clone(), about, defaults, build)
     };
+    programs.iter().try_for_each(|program| program.try_to_begin(&case.default_parameters())).map_err(in_file)?;
     (case.build)(&case.default_parameters(), &rimbench_core::complementarity::SolverEntry::active_set())?;
     Ok(case)
 }
 
 /// Whether a name stands in a table of comma-separated values as it is.
-fn can_name_a_column(name: &str) -> bool {
+pub(crate) fn can_name_a_column(name: &str) -> bool {
     !name.trim().is_empty() && !name.contains([',', '"']) && !name.contains(char::is_control)
 }
 
 /// Checks what of a parameter needs no FMU.
 fn check_parameter(name: &str, table: &ParameterTable) -> std::result::Result<(), String> {
-    if name == DIGEST {
-        return Err(format!("[parameters.{name}]: that name is taken by the hash of the FMUs"));
+    if DIGESTS.contains(&name) {
+        return Err(format!("[parameters.{name}]: that name is taken by the hash of FMUs and programs"));
     }
     if name.is_empty() || name.trim() != name || name.contains(['=', ',', '"']) || name.contains(char::is_control) {
         return Err(format!(
@@ -298,7 +397,7 @@ fn columns(rows: &[Row]) -> Vec<[String; 3]> {
 }
 
 /// Parameters of a case: those of its file, and one that says what it is made from, so that results of other FMUs are not taken for its.
-fn parameters(file: &CaseFile, digest: &str) -> Vec<Parameter> {
+pub(super) fn parameters(file: &CaseFile, digest_name: &'static str, digest: &str) -> Vec<Parameter> {
     let given = file.parameters.iter().map(|(name, table)| {
         let unit = if table.unit.is_empty() { "-" } else { &table.unit };
         let about = if table.about.is_empty() { "a parameter of an FMU" } else { &table.about };
@@ -311,40 +410,93 @@ fn parameters(file: &CaseFile, digest: &str) -> Vec<Parameter> {
             "given in the case file",
         )
     });
-    let about = "hash of the case file and its FMUs; not to be set";
-    given.chain([Parameter::choice(DIGEST, [digest.to_owned()], about, "the files themselves")]).collect()
+    let about = "hash of the case file and what it names; not to be set";
+    given.chain([Parameter::choice(digest_name, [digest.to_owned()], about, "the files themselves")]).collect()
 }
 
-fn digest(text: &str, members: [&Member; 2]) -> String {
+/// Hash of a case file with those of what it names.
+pub(super) fn digest<'a>(text: &str, members: impl IntoIterator<Item = &'a str>) -> String {
     let mut hash = Sha256::new();
     hash.update(text);
-    members.iter().for_each(|member| hash.update(&member.unpacked.digest));
+    members.into_iter().for_each(|member| hash.update(member));
     hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Opens the FMU of a side and finds all that the case file names in it.
-fn member(file: &CaseFile, side: Side, folder: &Path, rows: &[[String; 3]]) -> Result<Member> {
-    let table = if side == Side::Mechanics { &file.mechanics } else { &file.actuator };
-    let unpacked = Unpacked::open(&folder.join(&table.fmu))?;
-    let finder = Finder { unpacked: &unpacked };
-    let end = |row: &'_ Row, which: usize| -> (String, f64) {
-        let ends = if side == Side::Mechanics { &row.mechanics } else { &row.actuator };
+impl Row {
+    /// What a side calls one of its variables (0: position, 1: velocity, 2: force), and what that is multiplied by.
+    fn end(&self, side: Side, which: usize) -> (&str, f64) {
+        let ends = if side == Side::Mechanics { &self.mechanics } else { &self.actuator };
         match [&ends.position, &ends.velocity, &ends.force][which] {
-            End::Plain(variable) => (variable.clone(), 1.0),
-            End::Scaled { variable, factor } => (variable.clone(), *factor),
+            End::Plain(variable) => (variable, 1.0),
+            End::Scaled { variable, factor } => (variable, *factor),
         }
-    };
-    // Positions of all rows, then velocities; forces go the other way.
-    let list = |which: &[usize]| {
-        which.iter().flat_map(|&which| (0..rows.len()).map(move |row| (row, which))).collect::<Vec<_>>()
-    };
+    }
+}
+
+/// What a side of an interface with so many rows puts out and takes, as pairs of row and variable: positions of all rows, then
+/// velocities; forces go the other way.
+fn given_and_taken(side: Side, rows: usize) -> [Vec<(usize, usize)>; 2] {
+    let list = |which: &[usize]| which.iter().flat_map(|&which| (0..rows).map(move |row| (row, which))).collect();
     let (motion, force) = (list(&[0, 1]), list(&[2]));
-    let (given, taken) = if side == Side::Mechanics { (motion, force) } else { (force, motion) };
+    if side == Side::Mechanics { [motion, force] } else { [force, motion] }
+}
+
+/// Asks the program of a side what it is.
+fn program_member(
+    path: &Path,
+    file: &CaseFile,
+    table: &SideTable,
+    side: Side,
+    rows: &[[String; 3]],
+    patience: Duration,
+) -> Result<ProgramMember> {
+    let [given, taken] = given_and_taken(side, rows.len());
+    let coupled = |list: &[(usize, usize)]| -> Result<(Vec<Port>, Vec<Named>)> {
+        let one = |&(row, which): &(usize, usize)| {
+            let (name, factor) = file.interface[row].end(side, which);
+            if factor != 1.0 {
+                return Err(Error::Incompatible(format!(
+                    "[[interface]]: `{name}` of the {} has a factor, and a program speaks SI: valid: none",
+                    side_name(side)
+                )));
+            }
+            let port = Port::new(rows[row][which].clone(), UNITS[which].0);
+            let named = (name.to_owned(), unit(&port).to_owned());
+            Ok((port, named))
+        };
+        Ok(list.iter().map(one).collect::<Result<Vec<_>>>()?.into_iter().unzip())
+    };
+    let ((outputs, output_names), (inputs, input_names)) = (coupled(&given)?, coupled(&taken)?);
+    let ports = Ports { inputs, outputs, direct_feedthrough: false };
+    let mut parameters = Vec::new();
+    for (name, parameter) in &file.parameters {
+        let to = if side == Side::Mechanics { &parameter.mechanics } else { &parameter.actuator };
+        check_named(name, parameter)?;
+        parameters.extend(to.as_ref().map(|to| (name.clone(), to.clone())));
+    }
+    ProgramMember::open(path, table, side, &ports, [input_names, output_names], patience)?.told_of(parameters, side)
+}
+
+/// Checks that a parameter goes somewhere.
+fn check_named(name: &str, parameter: &ParameterTable) -> Result<()> {
+    if parameter.mechanics.is_none() && parameter.actuator.is_none() {
+        return Err(Error::Incompatible(format!(
+            "[parameters.{name}] names no variable: mechanics = \"…\" or actuator = \"…\""
+        )));
+    }
+    Ok(())
+}
+
+/// Opens the FMU of a side and finds all that the case file names in it.
+fn fmu_member(file: &CaseFile, table: &SideTable, fmu: &Path, side: Side, rows: &[[String; 3]]) -> Result<FmuMember> {
+    let unpacked = Unpacked::open(fmu)?;
+    let finder = Finder { unpacked: &unpacked };
+    let [given, taken] = given_and_taken(side, rows.len());
     let coupled = |list: &[(usize, usize)], causality: &str| -> Result<Vec<(Port, Scaled)>> {
         let one = |&(row, which): &(usize, usize)| {
             let (quantity, exponents, unit) = UNITS[which];
-            let (name, factor) = end(&file.interface[row], which);
-            let variable = finder.coupling(&name, causality, side, exponents, unit)?;
+            let (name, factor) = file.interface[row].end(side, which);
+            let variable = finder.coupling(name, causality, side, exponents, unit)?;
             if !(factor.is_finite() && factor != 0.0) {
                 return Err(finder.wrong(format!(
                     "variable `{name}`: factor = {factor} is not valid; valid: a finite number but 0"
@@ -380,11 +532,7 @@ fn member(file: &CaseFile, side: Side, folder: &Path, rows: &[[String; 3]]) -> R
     let mut parameters: Vec<(String, Scaled)> = Vec::new();
     for (name, parameter) in &file.parameters {
         let to = if side == Side::Mechanics { &parameter.mechanics } else { &parameter.actuator };
-        if parameter.mechanics.is_none() && parameter.actuator.is_none() {
-            return Err(Error::Incompatible(format!(
-                "[parameters.{name}] names no variable: mechanics = \"…\" or actuator = \"…\""
-            )));
-        }
+        check_named(name, parameter)?;
         if let Some(to) = to {
             let variable = finder.settable(to)?;
             if variable.kind != Type::Number {
@@ -431,8 +579,9 @@ fn member(file: &CaseFile, side: Side, folder: &Path, rows: &[[String; 3]]) -> R
         copies: description.keeps_state,
         work: work.is_some(),
         observables: table.observe.iter().cloned().map(Name::from).collect(),
-        model: model.as_ref().map(|(_, size)| *size),
+        ..Offers::default()
     };
+    let model_size = model.as_ref().map(|(_, size)| *size);
     let plan = Plan {
         file: unpacked.file.clone(),
         library: unpacked.library.clone(),
@@ -451,7 +600,7 @@ fn member(file: &CaseFile, side: Side, folder: &Path, rows: &[[String; 3]]) -> R
         observed,
         work,
     };
-    Ok(Member { plan, ports, offers, parameters, unpacked })
+    Ok(FmuMember { plan, ports, offers, model: model_size, parameters, unpacked })
 }
 
 /// Looks variables up in an FMU.

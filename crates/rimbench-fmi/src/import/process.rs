@@ -10,18 +10,16 @@
 
 use super::host::{Ask, Host, Plan};
 use super::library::{self, Loaded};
+use crate::last_words::LastWords;
 use rimbench_core::error::{Error, Result};
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::os::unix::net::UnixStream as Socket;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// The hidden command by which the program is a worker.
 pub const WORKER: &str = "fmu-worker";
-/// How much of what an FMU has printed is repeated, characters.
-const LAST_WORDS: usize = 300;
 /// How long a worker may take to end.
 const LEAVE: Duration = Duration::from_secs(2);
 /// How long a worker whose socket has ended may take to be gone itself.
@@ -36,8 +34,7 @@ pub(super) struct Remote {
     socket: Socket,
     child: Child,
     file: String,
-    /// The end of what it has printed.
-    printed: Arc<Mutex<String>>,
+    printed: LastWords,
     bytes: Vec<u8>,
     answer_within: Duration,
 }
@@ -83,10 +80,7 @@ impl Remote {
             .spawn()
             .map_err(wrong)?;
         own.set_read_timeout(Some(answer_within)).map_err(wrong)?;
-        let printed = Arc::new(Mutex::new(String::new()));
-        let kept = Arc::clone(&printed);
-        // Ends with the process, when the pipe does.
-        std::thread::spawn(move || keep_last(BufReader::new(output), &kept));
+        let printed = LastWords::of(output);
         let mut remote = Remote { socket: own, child, file, printed, bytes: Vec::new(), answer_within };
         let plan = serde_json::to_vec(plan).map_err(|error| error.to_string())?;
         let mut message = (plan.len() as u64).to_le_bytes().to_vec();
@@ -121,29 +115,13 @@ impl Remote {
         let alone = !matches!(self.child.try_wait(), Ok(None));
         let _ = self.child.kill();
         let ended = self.child.wait().map_or_else(|error| error.to_string(), |status| status.to_string());
-        // The thread that reads what it has printed may be behind.
-        std::thread::sleep(Duration::from_millis(20));
-        let printed = self.printed.lock().map(|printed| printed.trim().to_owned()).unwrap_or_default();
-        let printed = if printed.is_empty() { String::new() } else { format!("; it printed: {printed}") };
+        let printed = self.printed.quoted();
         if hangs {
             format!("{}: no answer within {} s{printed}", self.file, self.answer_within.as_secs_f64())
         } else if alone {
             format!("{}: its process ended ({ended}){printed}", self.file)
         } else {
             format!("{}: its process no longer answers ({error}) and was ended{printed}", self.file)
-        }
-    }
-}
-
-/// Keeps the end of what is printed.
-fn keep_last(from: impl BufRead, kept: &Mutex<String>) {
-    for line in from.split(b'\n').map_while(std::result::Result::ok) {
-        let Ok(mut kept) = kept.lock() else { return };
-        let line = String::from_utf8_lossy(&line);
-        kept.extend(line.chars().map(|c| if c.is_control() { ' ' } else { c }).chain([' ']));
-        let beyond = kept.chars().count().saturating_sub(LAST_WORDS);
-        if beyond > 0 {
-            *kept = kept.chars().skip(beyond).collect();
         }
     }
 }

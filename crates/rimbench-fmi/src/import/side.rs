@@ -1,31 +1,36 @@
-//! A subsystem that is an FMU.
+//! A subsystem that is an FMU, or a program of its own.
 
 use super::host::{Ask, Host};
-use rimbench_core::cosim::{Abilities, OutputRates, Ports, Subsystem, SubsystemCounters, not_offered};
-use rimbench_core::error::Failure;
+use rimbench_core::cosim::{
+    Abilities, InputPolynomials, OutputRates, Ports, Subsystem, SubsystemCounters, not_offered,
+};
+use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::{ContactSpring, ReducedInterfaceModel};
 use rimbench_core::name::Name;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What an FMU can do besides.
+/// What it can do besides.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Offers {
-    pub(super) rates: bool,
-    pub(super) copies: bool,
-    pub(super) work: bool,
-    pub(super) observables: Vec<Name>,
-    /// Numbers of contacts and interface rows of its interface model.
-    pub(super) model: Option<[usize; 2]>,
+pub(crate) struct Offers {
+    pub(crate) rates: bool,
+    pub(crate) copies: bool,
+    pub(crate) work: bool,
+    /// It takes the course of its inputs within a step.
+    pub(crate) polynomials: bool,
+    /// It cannot be told of a number that is not finite.
+    pub(crate) finite_only: bool,
+    pub(crate) observables: Vec<Name>,
 }
 
-/// One copy of the state of an FMU.
-pub(super) struct ImportedSide {
+/// One copy of its state.
+pub(crate) struct ImportedSide {
     host: Arc<Mutex<Box<dyn Host>>>,
     id: u32,
     ports: Ports,
     offers: Offers,
     /// An empty interface model.
     model: Option<ReducedInterfaceModel>,
+    polynomials: Option<InputPolynomials>,
     input: Vec<f64>,
     output: Vec<f64>,
     /// Outputs that the last call has told, and the inputs that they are for.
@@ -38,14 +43,20 @@ pub(super) struct ImportedSide {
 }
 
 impl ImportedSide {
-    /// Takes what drives an FMU; `model_step` (s) is one for which it may be asked for its interface model.
-    pub(super) fn new(host: Box<dyn Host>, ports: Ports, offers: Offers, model_step: f64) -> Result<Self, String> {
+    /// Takes what drives it; `model` is an empty one of its interface models, if it has them.
+    pub(crate) fn new(
+        host: Box<dyn Host>,
+        ports: Ports,
+        offers: Offers,
+        model: Option<ReducedInterfaceModel>,
+    ) -> ImportedSide {
         let (y, u) = (vec![0.0; ports.outputs.len()], vec![0.0; ports.inputs.len()]);
-        let mut side = ImportedSide {
+        ImportedSide {
             host: Arc::new(Mutex::new(host)),
             id: 0,
+            polynomials: offers.polynomials.then(|| InputPolynomials::new(ports.inputs.len())),
             ports,
-            model: None,
+            model,
             offers,
             input: Vec::new(),
             output: Vec::new(),
@@ -54,19 +65,25 @@ impl ImportedSide {
             known: false,
             failed: None,
             counters: SubsystemCounters::default(),
-        };
-        if let Some([contacts, interface]) = side.offers.model {
-            // What does not change over a run belongs to the empty model.
-            let mut filled = ReducedInterfaceModel::zeros(contacts, interface);
-            side.fill(model_step, &mut filled)?;
-            let mut empty = ReducedInterfaceModel::zeros(contacts, interface);
-            (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
-            empty.spring = filled.spring;
-            if filled.restitution > 0.0 {
-                empty.own_approach = vec![0.0; contacts];
-            }
-            side.model = Some(empty);
         }
+    }
+
+    /// Takes what drives one that says itself, when it is asked for its interface model for a step (s), what of that never changes;
+    /// it has so many contacts and interface rows.
+    ///
+    /// # Errors
+    /// What it says instead.
+    pub(super) fn with_model(self, step: f64, [contacts, interface]: [usize; 2]) -> Result<Self, String> {
+        let mut side = self;
+        let mut filled = ReducedInterfaceModel::zeros(contacts, interface);
+        side.fill(step, &mut filled)?;
+        let mut empty = ReducedInterfaceModel::zeros(contacts, interface);
+        (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
+        empty.spring = filled.spring;
+        if filled.restitution > 0.0 {
+            empty.own_approach = vec![0.0; contacts];
+        }
+        side.model = Some(empty);
         Ok(side)
     }
 
@@ -103,8 +120,13 @@ impl ImportedSide {
         Ok(())
     }
 
-    /// What could not be said when it happened.
-    fn check(&mut self) -> Result<(), Failure> {
+    /// What could not be said when it happened, and what cannot be said at all.
+    fn check(&mut self, u: &[f64]) -> Result<(), Failure> {
+        if self.offers.finite_only
+            && let Some(index) = u.iter().position(|u| !u.is_finite())
+        {
+            return Err(Cause::NonFinite { quantity: self.ports.inputs[index].name.clone() }.into());
+        }
         self.failed.take().map_or(Ok(()), Err)
     }
 }
@@ -115,7 +137,7 @@ impl Subsystem for ImportedSide {
     }
 
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        self.check()?;
+        self.check(u)?;
         if !(self.known && (!self.ports.direct_feedthrough || self.u == u)) {
             self.input.clear();
             self.input.extend_from_slice(u);
@@ -129,10 +151,13 @@ impl Subsystem for ImportedSide {
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        self.check()?;
+        self.check(u)?;
         self.input.clear();
         self.input.extend([t, h]);
         self.input.extend_from_slice(u);
+        if let Some(course) = self.polynomials.as_mut().and_then(InputPolynomials::take) {
+            self.input.extend(course.iter().flatten());
+        }
         self.known = false;
         self.ask(Ask::Step).map_err(Failure::reported)?;
         self.y.copy_from_slice(&self.output);
@@ -162,6 +187,7 @@ impl Subsystem for ImportedSide {
             ports: self.ports.clone(),
             offers: self.offers.clone(),
             model: self.model.clone(),
+            polynomials: self.polynomials.clone(),
             input: Vec::new(),
             output: Vec::new(),
             y: self.y.clone(),
@@ -175,7 +201,6 @@ impl Subsystem for ImportedSide {
 
 impl Abilities for ImportedSide {
     not_offered!(
-        input_polynomials,
         use_second_order,
         use_friction_law,
         joint_steps,
@@ -209,6 +234,10 @@ impl Abilities for ImportedSide {
         rates.feedthrough.copy_from_slice(&self.output[p..p + entries]);
         rates.rate_gain.copy_from_slice(&self.output[p + entries..]);
         Ok(true)
+    }
+
+    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
+        self.polynomials.as_mut()
     }
 
     fn observables(&mut self) -> &[Name] {
