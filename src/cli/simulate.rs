@@ -103,7 +103,7 @@ fn json(spec: &RunSpec, run: &EvaluatedRun, exchanges: &BTreeMap<String, Exchang
             Value::from(object)
         };
         let all = exchanges.iter().map(|(program, times)| (program.clone(), of_program(times)));
-        object.put("exchanges", Value::Object(all.collect()));
+        object.put("program_exchanges", Value::Object(all.collect()));
     }
     object.into()
 }

@@ -255,7 +255,7 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
         }
     };
     type Change = Box<dyn Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>>;
-    let changes: [(Change, &[&str]); 8] = [
+    let changes: [(Change, &[&str]); 9] = [
         (
             Box::new(|name, bytes| (name != "modelDescription.xml").then(|| (name.to_owned(), bytes))),
             &["modelDescription.xml cannot be read"],
@@ -263,6 +263,10 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
         (Box::new(described("<CoSimulation", "<Cosimulation")), &["modelDescription.xml", "not for co-simulation"]),
         (Box::new(described("fmiVersion=\"3.0\"", "fmiVersion=\"1.0\"")), &["fmiVersion = 1.0", "2.0, 3.0"]),
         (Box::new(described("<ModelVariables>", "<ModelVariables")), &["modelDescription.xml"]),
+        (
+            Box::new(described("<CoSimulation", "<CoSimulation canBeInstantiatedOnlyOncePerProcess=\"true\"")),
+            &["may be in a process only once", "valid: process = \"own\""],
+        ),
         (Box::new(described("instantiationToken=\"", "instantiationToken=\"0")), &["no instance can be made", "token"]),
         (
             Box::new(|name, bytes| {

@@ -5,9 +5,14 @@ use crate::export::{LAYERED_STANDARD, platform};
 use rimbench_core::error::{Error, Result};
 use sha2::{Digest, Sha256};
 use std::env::consts::{DLL_SUFFIX, OS};
-use std::io::Cursor;
+use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 use zip::ZipArchive;
+
+/// Most that an FMU may hold when it is unpacked, bytes: what is more was packed to fill a disk.
+const MOST_BYTES: u64 = 4 << 30;
+/// Most files in it.
+const MOST_FILES: usize = 100_000;
 
 /// An FMU unpacked into a folder that lives as long as this.
 pub(super) struct Unpacked {
@@ -37,6 +42,7 @@ impl Unpacked {
             .prefix("rimbench-fmu-")
             .tempdir()
             .map_err(|error| wrong(format!("there is no room to unpack it: {error}")))?;
+        check_size(&mut archive, MOST_BYTES).map_err(&wrong)?;
         archive.extract(folder.path()).map_err(|error| wrong(format!("cannot be unpacked: {error}")))?;
         let text = std::fs::read_to_string(folder.path().join("modelDescription.xml"))
             .map_err(|error| wrong(format!("is no FMU: modelDescription.xml cannot be read: {error}")))?;
@@ -65,6 +71,21 @@ impl Unpacked {
     }
 }
 
+/// Unpacks an archive to nowhere: what its files say of their sizes need not be true.
+fn check_size(archive: &mut ZipArchive<Cursor<Vec<u8>>>, most: u64) -> std::result::Result<(), String> {
+    if archive.len() > MOST_FILES {
+        return Err(format!("has {} files in it; at most {MOST_FILES} make sense", archive.len()));
+    }
+    let mut rest = most;
+    for index in 0..archive.len() {
+        let file = archive.by_index(index).map_err(|error| format!("cannot be unpacked: {error}"))?;
+        let size = std::io::copy(&mut file.take(rest + 1), &mut std::io::sink());
+        let size = size.map_err(|error| format!("cannot be unpacked: {error}"))?;
+        rest = rest.checked_sub(size).ok_or_else(|| format!("holds more than {most} bytes when it is unpacked"))?;
+    }
+    Ok(())
+}
+
 /// The name of this platform in an FMU for FMI 2.0.
 fn platform_2() -> String {
     let system = match OS {
@@ -73,4 +94,26 @@ fn platform_2() -> String {
         other => other,
     };
     format!("{system}{}", usize::BITS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+    use zip::ZipWriter;
+    use zip::write::SimpleFileOptions;
+
+    #[test]
+    fn an_archive_that_would_fill_the_disk_is_not_unpacked() {
+        let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+        for name in ["modelDescription.xml", "resources/zeros"] {
+            writer.start_file(name, SimpleFileOptions::default()).unwrap();
+            writer.write_all(&[0; 600_000]).unwrap();
+        }
+        let mut archive = ZipArchive::new(Cursor::new(writer.finish().unwrap().into_inner())).unwrap();
+        // It is small as it is.
+        assert!(archive.decompressed_size().unwrap() == 1_200_000);
+        assert_eq!(check_size(&mut archive, 1_200_000), Ok(()));
+        assert!(check_size(&mut archive, 1_199_999).unwrap_err().contains("more than 1199999 bytes"));
+    }
 }

@@ -490,6 +490,12 @@ fn check_named(name: &str, parameter: &ParameterTable) -> Result<()> {
 /// Opens the FMU of a side and finds all that the case file names in it.
 fn fmu_member(file: &CaseFile, table: &SideTable, fmu: &Path, side: Side, rows: &[[String; 3]]) -> Result<FmuMember> {
     let unpacked = Unpacked::open(fmu)?;
+    if unpacked.description.only_once && file.process == ProcessKind::Same {
+        return Err(Error::file(
+            fmu,
+            "may be in a process only once (canBeInstantiatedOnlyOncePerProcess), and a case is built more often: valid: process = \"own\"",
+        ));
+    }
     let finder = Finder { unpacked: &unpacked };
     let [given, taken] = given_and_taken(side, rows.len());
     let coupled = |list: &[(usize, usize)], causality: &str| -> Result<Vec<(Port, Scaled)>> {
@@ -654,9 +660,13 @@ impl Finder<'_> {
     /// A variable that can be set before a run.
     fn settable(&self, name: &str) -> Result<&FmuVariable> {
         let variable = self.variable(name, "parameter")?;
-        if ["parameter", "structuralParameter", "input", "local"].contains(&&*variable.causality)
-            && variable.dimensions.is_empty()
-        {
+        if variable.causality == "structuralParameter" {
+            return Err(self.wrong(format!(
+                "variable `{name}` is a structural parameter, which changes the sizes of others: it stays what the FMU has it; valid: a \
+                 parameter"
+            )));
+        }
+        if ["parameter", "input", "local"].contains(&&*variable.causality) && variable.dimensions.is_empty() {
             return Ok(variable);
         }
         Err(self.wrong(format!(

@@ -44,6 +44,8 @@ pub(super) struct Description {
     pub(super) identifier: String,
     pub(super) keeps_state: bool,
     pub(super) derivatives: bool,
+    /// Only one instance of it may be in a process.
+    pub(super) only_once: bool,
     pub(super) variables: Vec<FmuVariable>,
     /// For an output with dependencies that are listed, the value references that it depends on.
     pub(super) dependencies: BTreeMap<u32, Vec<u32>>,
@@ -111,6 +113,7 @@ impl Description {
             identifier: needed("modelIdentifier")?,
             keeps_state: flag(if two { "canGetAndSetFMUstate" } else { "canGetAndSetFMUState" }),
             derivatives: flag(if two { "providesDirectionalDerivative" } else { "providesDirectionalDerivatives" }),
+            only_once: flag("canBeInstantiatedOnlyOncePerProcess"),
             version,
             variables,
             dependencies,

@@ -99,6 +99,14 @@ unsafe extern "C" fn log_2(
     unsafe { note(environment, message) };
 }
 
+/// A folder as FMI 2.0 wants it: a URI, in which all but a few characters are written as `%` and their code.
+fn uri(folder: &std::path::Path) -> String {
+    let path = folder.display().to_string();
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"/-._~:".contains(&byte);
+    let written = |byte: u8| if plain(byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") };
+    format!("file://{}", path.bytes().map(written).collect::<String>())
+}
+
 /// What an error says, with what is behind it; one line.
 fn why(error: &dyn std::error::Error) -> String {
     let behind = error.source().map_or(String::new(), |source| format!(" ({source})"));
@@ -284,7 +292,7 @@ impl Loaded {
         let resources = plan.resources.display();
         let mut callbacks = None;
         let instance = if two {
-            let resources = text(&format!("file://{resources}"))?;
+            let resources = text(&uri(&plan.resources))?;
             let given = callbacks.insert(Box::new(Callbacks2 {
                 log: log_2,
                 allocate: calloc,
@@ -691,5 +699,20 @@ impl Drop for Loaded {
             ManuallyDrop::drop(&mut self.said);
             ManuallyDrop::drop(&mut self.library);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::uri;
+
+    #[test]
+    fn a_folder_of_any_name_is_a_uri() {
+        let folder = std::path::Path::new("/tmp/my models/50 % é/resources");
+        assert_eq!(uri(folder), "file:///tmp/my%20models/50%20%25%20%C3%A9/resources");
+        assert_eq!(
+            uri(std::path::Path::new("/tmp/rimbench-fmu-x1/resources")),
+            "file:///tmp/rimbench-fmu-x1/resources"
+        );
     }
 }

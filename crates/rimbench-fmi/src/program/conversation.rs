@@ -18,6 +18,8 @@ use std::os::unix::process::CommandExt;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
+/// How long a process may take for its first answers, if not longer: an interpreter has much to read.
+const START: Duration = Duration::from_secs(60);
 /// How long a process may take to end when it is told that there is nothing more to ask.
 const LEAVE: Duration = Duration::from_secs(2);
 /// How long a process whose output has ended may take to be gone itself.
@@ -159,7 +161,8 @@ impl Conversation {
             return Err(why.clone());
         }
         let began = Instant::now();
-        let answered = self.send_and_hear(request, began + self.answer_within);
+        let within = if request.is_of_the_start() { self.answer_within.max(START) } else { self.answer_within };
+        let answered = self.send_and_hear(request, began + within);
         if request.is_of_a_step() && answered.is_ok() {
             self.times.note(began.elapsed());
         }
@@ -173,7 +176,7 @@ impl Conversation {
             taken
         });
         taken.map_err(|silence| {
-            let why = self.last_words(request.name(), silence);
+            let why = self.last_words(request.name(), within, silence);
             self.over = Some(why.clone());
             why
         })
@@ -234,7 +237,7 @@ impl Conversation {
     }
 
     /// Why there is no reply to go on with; the process has ended then.
-    fn last_words(&mut self, asked: &str, silence: Silence) -> String {
+    fn last_words(&mut self, asked: &str, within: Duration, silence: Silence) -> String {
         if matches!(silence, Silence::Ended(_)) {
             self.wait_for(END);
         }
@@ -244,7 +247,7 @@ impl Conversation {
         let who = &self.who;
         match silence {
             Silence::Late => {
-                let seconds = self.answer_within.as_secs_f64();
+                let seconds = within.as_secs_f64();
                 format!("`{who}`: no answer to `{asked}` within {seconds} s{printed}")
             }
             Silence::Wrong(what) => format!("`{who}`: its answer to `{asked}` is wrong: {what}{printed}"),

@@ -102,6 +102,11 @@ impl Request<'_> {
         }
     }
 
+    /// Whether it is asked before anything runs.
+    pub(super) fn is_of_the_start(&self) -> bool {
+        matches!(self, Request::Hello { .. } | Request::Begin { .. })
+    }
+
     /// Whether it is part of a macro step, and so of what an exchange costs.
     pub(super) fn is_of_a_step(&self) -> bool {
         !matches!(self, Request::Hello { .. } | Request::Begin { .. } | Request::State | Request::Restore { .. })

@@ -75,9 +75,8 @@ pub fn read_scheme(path: &Path) -> Result<SchemeEntry, Error> {
     let (order, samples, has_gain) = (description.order, description.samples, gain.is_some());
     let shared = Arc::new((command, description));
     let entry = SchemeEntry::new(file.name, about, move |construction| {
-        let PerSide { mechanics, actuator } = construction.ports;
         let gain = has_gain.then_some(construction.gain);
-        Ok(Box::new(ProgramScheme::new(&shared, PerSide { mechanics, actuator }, gain)))
+        Ok(Box::new(ProgramScheme::new(&shared, construction.ports, gain)))
     });
     Ok(SchemeEntry { order, samples, family, needs, gain, digest: Some(digest.into()), ..entry })
 }
