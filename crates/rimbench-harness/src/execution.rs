@@ -3,7 +3,7 @@
 use super::build_info::BuildInfo;
 use super::cache::Cache;
 use super::clock::monotonic_clock;
-use super::experiment::{Experiment, PlannedRun};
+use super::experiment::{Experiment, PlanPart, PlannedRun};
 use super::exported::exported_records;
 use super::foreign::{note_origin, refuse_foreign};
 use super::provenance::Provenance;
@@ -142,6 +142,9 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Resu
 /// # Errors
 /// Those of [`run_job`]; [`Error::Stopped`] if it was ended when all runs were done and the result files were not.
 pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
+    if let Some(Shard::Places { first, last }) = job.shard {
+        return run_places(job, first, last, progress, stop);
+    }
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
     if job.fresh {
         refuse_foreign(&job, &planned)?;
@@ -151,24 +154,79 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     note_origin(&job)?;
     job.experiment.copy_to(job.folder)?;
     let in_shard = |index: &usize| job.shard.is_none_or(|shard| shard.has(*index));
-    // A task of many asks only for its own.
-    let asked = match job.shard {
-        Some(Shard::Places { first, last }) => first..check_places(&planned, first, last)? + 1,
-        _ => 0..planned.len(),
-    };
-    let missing: Vec<usize> =
-        stock.missing(&planned[asked.clone()])?.into_iter().map(|index| asked.start + index).collect();
-    let reused = asked.len() - missing.len();
+    let missing = stock.missing(&planned)?;
+    let reused = planned.len() - missing.len();
     let todo: Vec<usize> = missing.into_iter().filter(in_shard).collect();
+    let (mut summary, held) = compute(&job, &planned, &planned, &stock, &todo, progress, stop)?;
+    summary.reused = reused;
+    // Others may have stored their shards meanwhile.
+    drop(stock);
+    let stock = Stock::open(job.folder, job.experiment, &planned)?;
+    let missing = export_if_complete(&job, &planned, &stock, held, stop.soon)?;
+    let gone = missing.iter().filter(|&index| in_shard(index)).count();
+    if gone > 0 && stop.soon.check().is_ok() {
+        let message = format!(
+            "lacks {gone} runs that had been stored: the folder was removed, or another process began anew with --fresh; \
+             run the experiment again"
+        );
+        return Err(Error::file(job.folder, message));
+    }
+    summary.missing = missing.len();
+    Ok(summary)
+}
+
+/// Runs what is missing at some places of a plan: a task of many asks only for its own, and looks only for its own.
+fn run_places(job: Job<'_>, first: usize, last: usize, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
+    let part = if job.fresh || !job.experiment.is_copied_in(job.folder) {
+        // Whose the folder is has not been found out yet.
+        let planned = job.experiment.plan(job.catalogue, job.quick)?;
+        check_places(planned.len(), first, last)?;
+        if job.fresh {
+            refuse_foreign(&job, &planned)?;
+            Store::clear(job.folder)?;
+        }
+        stock_with_exported(&job, &planned)?;
+        PlanPart { runs: planned[first..=last].to_vec(), of: planned.len(), kinds: planned }
+    } else {
+        let part = job.experiment.plan_part(job.catalogue, job.quick, first..=last)?;
+        check_places(part.of, first, last)?;
+        if Store::experiment_in(job.folder).is_none() {
+            stock_with_exported(&job, &part.kinds)?;
+        } else {
+            refuse_foreign(&job, &part.kinds)?;
+        }
+        part
+    };
+    let stock = Stock::open_for(job.folder, job.experiment, &part)?;
+    note_origin(&job)?;
+    job.experiment.copy_to(job.folder)?;
+    let todo = stock.missing(&part.runs)?;
+    let (mut summary, _) = compute(&job, &part.runs, &part.kinds, &stock, &todo, progress, stop)?;
+    summary.reused = part.runs.len() - todo.len();
+    summary.missing = todo.len() - summary.computed;
+    Ok(summary)
+}
+
+/// Computes some runs of a plan, which `kinds` stands for where it is about columns, and stores them; returns what was done, and the
+/// reference that was used last with the place of a run it belongs to.
+fn compute(
+    job: &Job<'_>,
+    planned: &[PlannedRun],
+    kinds: &[PlannedRun],
+    stock: &Stock<'_>,
+    todo: &[usize],
+    progress: Progress<'_>,
+    stop: StopFlags<'_>,
+) -> Result<(Summary, Option<(usize, Reference)>)> {
     progress(Step::ToDo(todo.len()));
     let store = &stock.store;
     let renewed = todo.iter().filter(|&&index| store.allowed_s(&planned[index].id).is_some()).count();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect(job.build);
-    let friction = results::knows_friction(&planned);
+    let friction = results::knows_friction(kinds);
     let mut held = None;
-    for group in groups_of_one_reference(&planned, &todo) {
-        let first = most_patient(&planned, &group);
+    for group in groups_of_one_reference(planned, todo) {
+        let first = most_patient(planned, &group);
         let spec = &planned[first].spec;
         let keep = |index: usize, run: &EvaluatedRun| -> Result<()> {
             let planned = &planned[index];
@@ -206,30 +264,16 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
         held = Some((first, reference));
     }
     store.sync()?;
-    let mut summary = Summary {
-        planned: asked.len(),
-        reused,
+    let summary = Summary {
+        planned: planned.len(),
+        reused: 0,
         renewed,
         computed: computed.into_inner(),
         not_completed: not_completed.into_inner(),
         damaged: store.damaged,
         missing: 0,
     };
-    if matches!(job.shard, Some(Shard::Places { .. })) {
-        summary.missing = todo.len() - summary.computed;
-        return Ok(summary);
-    }
-    let missing = export_if_complete(&job, &planned, held, stop.soon)?;
-    let gone = missing.iter().filter(|&index| in_shard(index)).count();
-    if gone > 0 && stop.soon.check().is_ok() {
-        let message = format!(
-            "lacks {gone} runs that had been stored: the folder was removed, or another process began anew with --fresh; \
-             run the experiment again"
-        );
-        return Err(Error::file(job.folder, message));
-    }
-    summary.missing = missing.len();
-    Ok(summary)
+    Ok((summary, held))
 }
 
 /// Opens the store of a job, and reads the rows of sealed result files in its folder if the store is empty.
@@ -263,12 +307,12 @@ pub fn prepare_folder(job: Job<'_>) -> Result<()> {
     job.experiment.copy_to(job.folder)
 }
 
-/// Returns the last of some places, if a plan has them.
-fn check_places(planned: &[PlannedRun], first: usize, last: usize) -> Result<usize> {
-    if first <= last && last < planned.len() {
-        return Ok(last);
+/// Checks that a plan of so many runs has some places.
+fn check_places(count: usize, first: usize, last: usize) -> Result<()> {
+    if first <= last && last < count {
+        return Ok(());
     }
-    let expected = format!("places of the plan in order, within 0-{}", planned.len() - 1);
+    let expected = format!("places of the plan in order, within 0-{}", count - 1);
     Err(Error::invalid("places", format!("{first}-{last}"), expected))
 }
 
@@ -309,7 +353,8 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
         wanted = still_wanted;
     }
     own.store.sync()?;
-    let missing = export_if_complete(&job, &planned, None, StopFlag::never())?;
+    let own = if summary.computed == 0 { own } else { Stock::open(job.folder, job.experiment, &planned)? };
+    let missing = export_if_complete(&job, &planned, &own, None, StopFlag::never())?;
     summary.missing = missing.len();
     Ok((summary, missing.into_iter().map(|index| planned[index].clone()).collect()))
 }
@@ -320,11 +365,10 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
 fn export_if_complete(
     job: &Job<'_>,
     planned: &[PlannedRun],
+    stock: &Stock<'_>,
     mut held: Option<(usize, Reference)>,
     stop: StopFlag<'_>,
 ) -> Result<Vec<usize>> {
-    // Other processes may have stored their shards meanwhile.
-    let stock = Stock::open(job.folder, job.experiment, planned)?;
     let missing = stock.missing(planned)?;
     if missing.is_empty() {
         results::write_tables(job.folder, job.experiment, planned, &stock.store)?;

@@ -3,6 +3,7 @@
 mod plan;
 mod scheme_row;
 
+pub(super) use plan::PlanPart;
 pub use plan::PlannedRun;
 
 use super::claims::Claim;
@@ -194,11 +195,15 @@ impl Experiment {
     /// [`Error::File`].
     pub(super) fn copy_to(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))?;
-        let path = folder.join(COPY);
-        if std::fs::read_to_string(&path).is_ok_and(|text| text == self.source) {
+        if self.is_copied_in(folder) {
             return Ok(());
         }
-        write_atomically(&path, |file| file.write_all(self.source.as_bytes()))
+        write_atomically(&folder.join(COPY), |file| file.write_all(self.source.as_bytes()))
+    }
+
+    /// Whether a folder holds a copy of just this file.
+    pub(super) fn is_copied_in(&self, folder: &Path) -> bool {
+        std::fs::read_to_string(folder.join(COPY)).is_ok_and(|text| text == self.source)
     }
 
     /// The case with the reference step of this experiment.

@@ -14,6 +14,7 @@
 use super::experiment::{Experiment, PlannedRun};
 use super::provenance::{self, Provenance};
 use super::store::{Record, Store, TraceMark};
+use rayon::prelude::*;
 use rimbench_cases::metrics::is_of_friction;
 use rimbench_cases::runs::{EvaluatedRun, FRICTION_LAW, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
@@ -23,6 +24,10 @@ use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
 use std::io::Write;
 use std::path::Path;
+
+/// Runs whose rows one thread makes at a time, and how many such blocks are made before they are written: all that is held in memory.
+const BLOCK: usize = 512;
+const BLOCKS_AT_ONCE: usize = 8;
 
 /// Columns of `runs.csv` that the plan says: id and label, what determines a run.
 pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
@@ -136,21 +141,21 @@ pub(super) fn write_tables(
     planned: &[PlannedRun],
     store: &Store,
 ) -> Result<()> {
+    let laws = tries_friction_laws(planned);
     // All three at once: reading and checking a record takes longer than writing its rows.
     let write = |runs: &mut dyn Write, cost: &mut dyn Write, provenance: &mut dyn Write| -> std::io::Result<()> {
         writeln!(runs, "{}", row(&runs_header(planned)))?;
         writeln!(cost, "{}", row(&cost_header()))?;
         writeln!(provenance, "{}", row(&provenance::HEADER))?;
-        let laws = tries_friction_laws(planned);
-        for run in planned {
-            let record = store.read(&run.id).map_err(std::io::Error::other)?;
-            let record = record.ok_or_else(|| std::io::Error::other(format!("record {} has gone", run.id)))?;
-            let limit = record.wall_limit_s.map(number).unwrap_or_default();
-            let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
-            writeln!(runs, "{},{},{limit},{trace}", row(&plan_cells(run, laws)), record.findings)?;
-            let (step, phase) = (number(run.spec.macro_step), number(run.spec.phase));
-            writeln!(cost, "{},{}", row(&[&run.id, &run.label, &step, &phase]), record.costs)?;
-            writeln!(provenance, "{}", record.provenance)?;
+        for blocks in planned.chunks(BLOCK * BLOCKS_AT_ONCE) {
+            let made: Vec<std::io::Result<[String; 3]>> =
+                blocks.par_chunks(BLOCK).map(|block| rows_of(block, laws, experiment, store)).collect();
+            for made in made {
+                let [of_runs, of_cost, of_provenance] = made?;
+                runs.write_all(of_runs.as_bytes())?;
+                cost.write_all(of_cost.as_bytes())?;
+                provenance.write_all(of_provenance.as_bytes())?;
+            }
         }
         Ok(())
     };
@@ -161,6 +166,30 @@ pub(super) fn write_tables(
         });
         of_machine.map_err(std::io::Error::other)
     })
+}
+
+/// Rows of the three tables for some runs of a plan.
+fn rows_of(block: &[PlannedRun], laws: bool, experiment: &Experiment, store: &Store) -> std::io::Result<[String; 3]> {
+    let mut reader = store.reader();
+    let [mut runs, mut cost, mut provenance] = [(); 3].map(|()| String::with_capacity(512 * block.len()));
+    for run in block {
+        let record = reader.read(&run.id).map_err(std::io::Error::other)?;
+        let record = record.ok_or_else(|| std::io::Error::other(format!("record {} has gone", run.id)))?;
+        let limit = record.wall_limit_s.map(number).unwrap_or_default();
+        let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
+        runs += &row(&plan_cells(run, laws));
+        for cells in [record.findings, &limit, &trace] {
+            runs.push(',');
+            runs += cells;
+        }
+        let (step, phase) = (number(run.spec.macro_step), number(run.spec.phase));
+        cost += &row(&[&run.id, &run.label, &step, &phase]);
+        cost.push(',');
+        cost += record.costs;
+        provenance += record.provenance;
+        [&mut runs, &mut cost, &mut provenance].into_iter().for_each(|table| table.push('\n'));
+    }
+    Ok([runs, cost, provenance])
 }
 
 /// Writes `parameters.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of
@@ -258,6 +287,16 @@ pub(super) fn copy_trace(from: &Path, to: &Path, id: &str) -> Result<()> {
 
 /// One CSV row without its line end. Control characters become spaces: a row is one line, and a record one of tabs.
 pub(super) fn row<T: AsRef<str>>(cells: &[T]) -> String {
+    // Most have nothing that would have to be quoted.
+    let plain = |cell: &T| !cell.as_ref().contains(|c: char| c.is_control() || c == ',' || c == '"');
+    if cells.len() > 1 && cells.iter().all(plain) {
+        let mut row = String::with_capacity(cells.iter().map(|cell| cell.as_ref().len() + 1).sum());
+        for (index, cell) in cells.iter().enumerate() {
+            row += if index == 0 { "" } else { "," };
+            row += cell.as_ref();
+        }
+        return row;
+    }
     let mut writer = csv::WriterBuilder::new().from_writer(Vec::new());
     let cells = cells.iter().map(|cell| cell.as_ref().replace(char::is_control, " "));
     // Writing to memory cannot fail.

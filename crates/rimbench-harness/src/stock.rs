@@ -1,6 +1,6 @@
 //! What of a plan is done: runs stored with the time they may take, and with the traces that are asked for.
 
-use super::experiment::{Experiment, PlannedRun};
+use super::experiment::{Experiment, PlanPart, PlannedRun};
 use super::provenance;
 use super::results::{runs_header, trace_name};
 use super::store::{Record, Store, TraceMark};
@@ -25,10 +25,18 @@ impl<'a> Stock<'a> {
     /// # Errors
     /// Those of [`Store::open`].
     pub(super) fn open(folder: &'a Path, experiment: &'a Experiment, planned: &[PlannedRun]) -> Result<Self> {
-        // What records must have been written with to belong together.
-        let provenance = provenance::HEADER.join(",");
-        let columns = format!("{}{provenance}{}", runs_header(planned).join(","), experiment.reference_identity());
-        Ok(Stock { folder, experiment, store: Store::open(folder, &experiment.name(), &columns)? })
+        let store = Store::open(folder, &experiment.name(), &columns(experiment, planned))?;
+        Ok(Stock { folder, experiment, store })
+    }
+
+    /// The same, of the runs of a part of a plan only.
+    ///
+    /// # Errors
+    /// Those of [`Store::open`].
+    pub(super) fn open_for(folder: &'a Path, experiment: &'a Experiment, part: &PlanPart) -> Result<Self> {
+        let ids = part.runs.iter().map(|run| run.id.as_str());
+        let store = Store::open_for(folder, &experiment.name(), &columns(experiment, &part.kinds), ids)?;
+        Ok(Stock { folder, experiment, store })
     }
 
     /// Whether a run need not be computed: it is stored, was given as much time as it may take, and has the trace that is asked for.
@@ -65,4 +73,10 @@ impl<'a> Stock<'a> {
         let lacking = |(index, run)| self.has(run).map(|has| (!has).then_some(index)).transpose();
         planned.iter().enumerate().filter_map(lacking).collect()
     }
+}
+
+/// What records must have been written with to belong together.
+fn columns(experiment: &Experiment, planned: &[PlannedRun]) -> String {
+    let provenance = provenance::HEADER.join(",");
+    format!("{}{provenance}{}", runs_header(planned).join(","), experiment.reference_identity())
 }

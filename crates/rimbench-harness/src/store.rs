@@ -12,11 +12,12 @@
 //! was given most time, and else the newest. What a plan says of a run (its label, its settings) is no part of a record.
 
 use super::cache::hex;
+use rayon::prelude::*;
 use rimbench_core::error::{Error, Result};
 use sha2::{Digest, Sha256};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -30,6 +31,12 @@ const LONGEST_HEADER: u64 = 1 << 12;
 
 /// Data reach the disk at least this often, s; against a crash of the program a write is enough.
 const SYNC_EVERY_S: f64 = 2.0;
+
+/// Logs that are read before what was read of them is taken over.
+const LOGS_AT_ONCE: usize = 16;
+
+/// Digits of a checksum.
+const CHECKSUM: usize = 16;
 
 /// One finished run: what was found, as cells of the three files, without line ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +53,37 @@ pub struct Record {
     pub trace: Option<TraceMark>,
     /// Wall time that the run was given and that was not enough, s; none for a run that came to an end.
     pub wall_limit_s: Option<f64>,
+}
+
+/// A record as it stands in its line.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line<'a> {
+    pub(super) run_id: &'a str,
+    pub(super) findings: &'a str,
+    pub(super) costs: &'a str,
+    pub(super) provenance: &'a str,
+    /// Distance of the rows of the trace, s, and its SHA-256.
+    pub(super) trace: Option<(f64, &'a str)>,
+    pub(super) wall_limit_s: Option<f64>,
+}
+
+impl Line<'_> {
+    fn to_record(self) -> Record {
+        let Line { run_id, findings, costs, provenance, trace, wall_limit_s } = self;
+        let [run_id, findings, costs, provenance] = [run_id, findings, costs, provenance].map(str::to_owned);
+        let trace = trace.map(|(every_s, sha256)| TraceMark { every_s, sha256: sha256.to_owned() });
+        Record { run_id, findings, costs, provenance, trace, wall_limit_s }
+    }
+}
+
+/// A run id, filled up with zeros: an index of a million runs is to take little.
+type Key = [u8; 16];
+
+/// The key of a run id; none of a text that is none, being longer.
+fn key(run_id: &str) -> Option<Key> {
+    let mut key = Key::default();
+    key.get_mut(..run_id.len())?.copy_from_slice(run_id.as_bytes());
+    Some(key)
 }
 
 /// By what a trace is known again.
@@ -73,12 +111,38 @@ pub struct Store {
     folder: PathBuf,
     header: String,
     files: Vec<PathBuf>,
-    index: HashMap<String, Place>,
+    index: HashMap<Key, Place>,
     /// Records that were cut short or damaged, and are as good as never written.
     pub damaged: usize,
     log: Mutex<Option<Log>>,
-    /// The file read last: records are mostly read in the order in which they were written.
-    open: Mutex<Option<(u32, File)>>,
+    /// Where was read last: records are mostly read in the order in which they were written.
+    reading: Mutex<Reading>,
+}
+
+/// A log that is read from.
+#[derive(Debug, Default)]
+struct Reading {
+    /// Number of the log, the log, and how far it has been read.
+    log: Option<(u32, BufReader<File>, u64)>,
+    /// The line read last.
+    line: Vec<u8>,
+}
+
+/// Reads records one after the other, by itself: each thread may have one.
+#[derive(Debug)]
+pub(super) struct Reader<'a> {
+    store: &'a Store,
+    reading: Reading,
+}
+
+impl Reader<'_> {
+    /// Reads a record.
+    ///
+    /// # Errors
+    /// Those of [`Store::read`].
+    pub(super) fn read(&mut self, run_id: &str) -> Result<Option<Line<'_>>> {
+        self.store.read_line(run_id, &mut self.reading)
+    }
 }
 
 #[derive(Debug)]
@@ -95,6 +159,23 @@ impl Store {
     /// # Errors
     /// [`Error::File`] if the store belongs to another experiment, or to another version of rimbench.
     pub fn open(folder: &Path, experiment: &str, columns: &str) -> Result<Self> {
+        Self::open_of(folder, experiment, columns, None)
+    }
+
+    /// The same, of some runs only: others are as if they were not there, damaged ones included.
+    ///
+    /// # Errors
+    /// Those of [`open`](Self::open).
+    pub(super) fn open_for<'a>(
+        folder: &Path,
+        experiment: &str,
+        columns: &str,
+        run_ids: impl Iterator<Item = &'a str>,
+    ) -> Result<Self> {
+        Self::open_of(folder, experiment, columns, Some(&run_ids.filter_map(key).collect()))
+    }
+
+    fn open_of(folder: &Path, experiment: &str, columns: &str, wanted: Option<&HashSet<Key>>) -> Result<Self> {
         let records = folder.join("records");
         let columns_hash = &hex(&Sha256::digest(columns))[..12];
         let mut store = Store {
@@ -104,31 +185,27 @@ impl Store {
             index: HashMap::new(),
             damaged: 0,
             log: Mutex::new(None),
-            open: Mutex::new(None),
+            reading: Mutex::default(),
         };
-        let Ok(entries) = std::fs::read_dir(&records) else { return Ok(store) };
-        let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-        files.retain(|path| path.extension().is_some_and(|extension| extension == "log") && path.is_file());
-        files.sort();
-        for path in files {
-            store.read_log(path)?;
+        let logs = logs_in(&records);
+        for logs in logs.chunks(LOGS_AT_ONCE) {
+            let read: Vec<Result<Contents>> = logs.par_iter().map(|path| store.contents(path, wanted)).collect();
+            for (path, contents) in logs.iter().zip(read) {
+                store.take_over(path, contents?);
+            }
         }
         Ok(store)
     }
 
     /// Name of the experiment whose records a results folder holds; none if it holds no record.
     pub fn experiment_in(folder: &Path) -> Option<String> {
-        let entries = std::fs::read_dir(folder.join("records")).ok()?;
-        let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-        files.retain(|path| path.extension().is_some_and(|extension| extension == "log") && path.is_file());
-        files.sort();
         let name_in = |path: PathBuf| {
             let mut line = String::new();
             BufReader::new(File::open(path).ok()?).take(LONGEST_HEADER).read_line(&mut line).ok()?;
             let mut words = line.strip_suffix('\n')?.split(' ');
             (words.next()? == MAGIC).then(|| words.nth(1).map(str::to_owned)).flatten()
         };
-        files.into_iter().find_map(name_in)
+        logs_in(&folder.join("records")).into_iter().find_map(name_in)
     }
 
     /// Removes all records of a results folder.
@@ -157,7 +234,7 @@ impl Store {
 
     /// Wall time that a stored run was given before it was ended, s; infinite if it came to an end, none if it is not stored.
     pub fn allowed_s(&self, run_id: &str) -> Option<f64> {
-        self.index.get(run_id).map(|place| place.allowed_s)
+        self.index.get(&key(run_id)?).map(|place| place.allowed_s)
     }
 
     /// Whether a run is stored that may take so long: one that took too long counts only if it had at least that time.
@@ -171,21 +248,38 @@ impl Store {
     /// # Errors
     /// [`Error::File`] if the file has gone since the store was opened.
     pub fn read(&self, run_id: &str) -> Result<Option<Record>> {
-        let Some(place) = self.index.get(run_id) else { return Ok(None) };
+        let mut reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        Ok(self.read_line(run_id, &mut reading)?.map(Line::to_record))
+    }
+
+    /// A way to read many.
+    pub(super) fn reader(&self) -> Reader<'_> {
+        Reader { store: self, reading: Reading::default() }
+    }
+
+    fn read_line<'r>(&self, run_id: &str, reading: &'r mut Reading) -> Result<Option<Line<'r>>> {
+        let Some(place) = key(run_id).and_then(|key| self.index.get(&key)) else { return Ok(None) };
         let path = &self.files[place.file as usize];
-        let read = || -> std::io::Result<String> {
-            let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
-            let file = match &mut *open {
-                Some((number, file)) if *number == place.file => file,
-                other => &mut other.insert((place.file, File::open(path)?)).1,
+        let Reading { log, line } = reading;
+        let read = |log: &mut Option<(u32, BufReader<File>, u64)>, line: &mut Vec<u8>| -> std::io::Result<()> {
+            let (_, file, at) = match log {
+                Some(log) if log.0 == place.file => log,
+                other => other.insert((place.file, BufReader::with_capacity(1 << 16, File::open(path)?), 0)),
             };
-            file.seek(SeekFrom::Start(place.offset))?;
-            let mut line = vec![0; place.length as usize];
-            file.read_exact(&mut line)?;
-            Ok(String::from_utf8_lossy(&line).into_owned())
+            // What lies near is in the buffer already.
+            file.seek_relative(place.offset as i64 - *at as i64)?;
+            line.resize(place.length as usize, 0);
+            *at = place.offset;
+            file.read_exact(line)?;
+            *at += u64::from(place.length);
+            Ok(())
         };
-        let line = read().map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
-        Ok(parse(&line))
+        if let Err(error) = read(log, line) {
+            // Nobody knows where it stands now.
+            *log = None;
+            return Err(Error::file(path, format!("cannot be read: {error}")));
+        }
+        Ok(std::str::from_utf8(line).ok().and_then(parse))
     }
 
     /// Appends a record with one write. Safe to call from several threads.
@@ -199,7 +293,7 @@ impl Store {
             empty => empty.insert(self.create_log()?),
         };
         let payload = payload(record);
-        let line = format!("{} {payload}\n", checksum(&payload));
+        let line = format!("{} {payload}\n", String::from_utf8_lossy(&checksum(&payload)));
         let mut write = || {
             log.file.write_all(line.as_bytes())?;
             if log.synced.elapsed().as_secs_f64() > SYNC_EVERY_S {
@@ -236,38 +330,51 @@ impl Store {
         Ok(Log { file, path, synced: Instant::now() })
     }
 
-    fn read_log(&mut self, path: PathBuf) -> Result<()> {
-        let failed = |error: std::io::Error| Error::file(&path, format!("cannot be read: {error}"));
-        let mut reader = BufReader::with_capacity(1 << 16, File::open(&path).map_err(failed)?);
-        let mut line = Vec::new();
+    /// Reads a log: where its records lie, in its order.
+    fn contents(&self, path: &Path, wanted: Option<&HashSet<Key>>) -> Result<Contents> {
+        let failed = |error: std::io::Error| Error::file(path, format!("cannot be read: {error}"));
+        let mut reader = BufReader::with_capacity(1 << 16, File::open(path).map_err(failed)?);
+        let (mut line, mut contents) = (Vec::new(), Contents::default());
         let mut offset = reader.read_until(b'\n', &mut line).map_err(failed)? as u64;
         if line.last() != Some(&b'\n') {
             // Killed while the header was written: nothing was stored.
-            return Ok(());
+            return Ok(contents);
         }
-        self.check_header(&path, String::from_utf8_lossy(&line).trim_end())?;
-        let file = self.files.len() as u32;
+        self.check_header(path, String::from_utf8_lossy(&line).trim_end())?;
         loop {
             line.clear();
             let length = reader.read_until(b'\n', &mut line).map_err(failed)?;
             if length == 0 {
-                break;
+                return Ok(contents);
             }
-            match std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n')).and_then(parse) {
-                Some(record) => {
-                    let allowed_s = record.wall_limit_s.unwrap_or(f64::INFINITY);
-                    let place = Place { file, length: length as u32 - 1, offset, allowed_s };
-                    let known = self.index.entry(record.run_id).or_insert(place);
-                    if allowed_s >= known.allowed_s {
-                        *known = place;
+            let text = std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n'));
+            // Before it is known to be whole: of what nobody wants that need not be found out.
+            let id = |text: &str| key(text.get(CHECKSUM + 1..)?.split('\t').next()?);
+            if wanted.is_none_or(|wanted| text.and_then(id).is_some_and(|id| wanted.contains(&id))) {
+                match text.and_then(parse).and_then(|record| Some((key(record.run_id)?, record.wall_limit_s))) {
+                    Some((key, limit)) => {
+                        contents.records.push((key, offset, length as u32 - 1, limit.unwrap_or(f64::INFINITY)));
                     }
+                    None => contents.damaged += 1,
                 }
-                None => self.damaged += 1,
             }
             offset += length as u64;
         }
-        self.files.push(path);
-        Ok(())
+    }
+
+    /// Takes over what was read of a log, the logs in their order.
+    fn take_over(&mut self, path: &Path, contents: Contents) {
+        let file = self.files.len() as u32;
+        self.files.push(path.to_owned());
+        self.damaged += contents.damaged;
+        self.index.reserve(contents.records.len());
+        for (key, offset, length, allowed_s) in contents.records {
+            let place = Place { file, length, offset, allowed_s };
+            let known = self.index.entry(key).or_insert(place);
+            if allowed_s >= known.allowed_s {
+                *known = place;
+            }
+        }
     }
 
     fn check_header(&self, path: &Path, found: &str) -> Result<()> {
@@ -292,8 +399,30 @@ impl Store {
     }
 }
 
-fn checksum(payload: &str) -> String {
-    hex(&Sha256::digest(payload))[..16].to_owned()
+/// What was read of a log.
+#[derive(Debug, Default)]
+struct Contents {
+    /// Key, offset, length, and the wall time after which the run was ended (s).
+    records: Vec<(Key, u64, u32, f64)>,
+    damaged: usize,
+}
+
+/// The logs of a store, in the order in which they were begun.
+fn logs_in(records: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(records).into_iter().flatten();
+    let mut logs: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    logs.retain(|path| path.extension().is_some_and(|extension| extension == "log") && path.is_file());
+    logs.sort();
+    logs
+}
+
+/// The first half of the digits of the SHA-256.
+fn checksum(payload: &str) -> [u8; CHECKSUM] {
+    let digest = Sha256::digest(payload);
+    std::array::from_fn(|place| {
+        let half = digest[place / 2] >> (4 * ((place + 1) % 2)) & 15;
+        b"0123456789abcdef"[usize::from(half)]
+    })
 }
 
 /// A record as text, without its checksum.
@@ -305,25 +434,24 @@ fn payload(record: &Record) -> String {
 }
 
 /// The record of a line that is whole.
-fn parse(line: &str) -> Option<Record> {
+fn parse(line: &str) -> Option<Line<'_>> {
     let (sum, payload) = line.split_once(' ')?;
-    if checksum(payload) != sum {
+    if checksum(payload) != sum.as_bytes() {
         return None;
     }
-    let parts: Vec<&str> = payload.split('\t').collect();
-    let [run_id, findings, costs, provenance, trace, limit] = *parts.as_slice() else { return None };
-    let mark = |text: &str| {
-        let (every, sha256) = text.split_once(' ')?;
-        Some(TraceMark { every_s: every.parse().ok()?, sha256: sha256.to_owned() })
+    let mut parts = payload.split('\t');
+    let mut next = || parts.next();
+    let [run_id, findings, costs, provenance, trace, limit] = [next()?, next()?, next()?, next()?, next()?, next()?];
+    if next().is_some() {
+        return None;
+    }
+    let trace = match trace.split_once(' ') {
+        None if trace.is_empty() => None,
+        None => return None,
+        Some((every_s, sha256)) => Some((every_s.parse().ok()?, sha256)),
     };
-    Some(Record {
-        run_id: run_id.to_owned(),
-        findings: findings.to_owned(),
-        costs: costs.to_owned(),
-        provenance: provenance.to_owned(),
-        trace: if trace.is_empty() { None } else { Some(mark(trace)?) },
-        wall_limit_s: if limit.is_empty() { None } else { Some(limit.parse().ok()?) },
-    })
+    let wall_limit_s = if limit.is_empty() { None } else { Some(limit.parse().ok()?) };
+    Some(Line { run_id, findings, costs, provenance, trace, wall_limit_s })
 }
 
 #[cfg(test)]

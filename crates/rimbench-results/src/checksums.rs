@@ -50,7 +50,8 @@ pub fn sha256_of_file(path: &Path) -> Option<String> {
 
 /// Lower-case hexadecimal text of a digest.
 pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    let digit = |half: u8| char::from(b"0123456789abcdef"[usize::from(half)]);
+    bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]).collect()
 }
 
 /// Writes the checksums of files below a folder; a file that is not there is an error.

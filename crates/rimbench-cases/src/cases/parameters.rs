@@ -3,7 +3,7 @@
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The value of a parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -156,6 +156,8 @@ pub struct Parameters {
     values: Arc<Vec<Value>>,
     /// Which of them were set, to whatever value.
     given: Arc<Vec<bool>>,
+    /// All of them as text, made when it is first asked for and shared as well: a plan asks once per run.
+    text: Arc<OnceLock<String>>,
 }
 
 impl PartialEq for Parameters {
@@ -168,7 +170,8 @@ impl Parameters {
     /// Sets all to their defaults.
     pub fn defaults(case: Name, declared: &[Parameter]) -> Self {
         let values = Arc::new(declared.iter().map(|parameter| parameter.default.clone()).collect());
-        Parameters { case, declared: declared.into(), values, given: Arc::new(vec![false; declared.len()]) }
+        let given = Arc::new(vec![false; declared.len()]);
+        Parameters { case, declared: declared.into(), values, given, text: Arc::default() }
     }
 
     /// Returns the name of the case.
@@ -190,6 +193,7 @@ impl Parameters {
         let value = self.declared[index].range.parse(key, text)?;
         Arc::make_mut(&mut self.values)[index] = value;
         Arc::make_mut(&mut self.given)[index] = true;
+        self.text = Arc::default();
         Ok(())
     }
 
@@ -217,6 +221,12 @@ impl Parameters {
     /// Returns all parameters with their values.
     pub fn iter(&self) -> impl Iterator<Item = (&Parameter, &Value)> + '_ {
         self.declared.iter().zip(self.values.iter())
+    }
+
+    /// All parameters with their values, one `name = value` per line.
+    pub(crate) fn text(&self) -> &str {
+        self.text
+            .get_or_init(|| self.iter().map(|(parameter, value)| format!("{} = {value}\n", parameter.name)).collect())
     }
 
     /// Those that were set, also to their defaults, as `key=value` separated by spaces.
@@ -268,6 +278,10 @@ mod tests {
             assert_eq!(parameters.set(key, text).unwrap_err().to_string(), wanted);
         }
         assert_eq!(parameters.changed(), "mass_kg=2.5 coupling=pressure");
+        assert_eq!(parameters.text(), "mass_kg = 2.5\ncoupling = pressure\nwheels = 4.0\n");
+        let before = parameters.clone();
+        parameters.set("wheels", "3").unwrap();
+        assert!(before.text().ends_with("wheels = 4.0\n") && parameters.text().ends_with("wheels = 3.0\n"));
     }
 
     #[test]

@@ -136,13 +136,12 @@ impl RunSpec {
                 None => line(fact.name, &""),
             }
         }
-        for (parameter, value) in self.parameters.iter() {
-            line(&parameter.name, value);
-        }
+        text += self.parameters.text();
         if let Some(digest) = &self.scheme.digest {
-            line("scheme_digest", digest);
+            text += &format!("scheme_digest = {digest}\n");
         }
-        Sha256::digest(text)[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+        let hash = Sha256::digest(text)[..8].iter().fold(0_u64, |hash, &byte| hash << 8 | u64::from(byte));
+        format!("{hash:016x}")
     }
 }
 

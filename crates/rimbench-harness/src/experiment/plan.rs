@@ -9,6 +9,7 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, RunSpec};
 use rimbench_core::error::{Error, Result};
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Most runs of one experiment.
@@ -25,6 +26,17 @@ pub struct PlannedRun {
     pub id: String,
 }
 
+/// What the task of an engine needs of a plan.
+#[derive(Debug)]
+pub(crate) struct PlanPart {
+    /// The runs at its places.
+    pub(crate) runs: Vec<PlannedRun>,
+    /// One run of each case, set of parameters and scheme row: what tables have columns for is that of the whole plan.
+    pub(crate) kinds: Vec<PlannedRun>,
+    /// How many runs the whole plan has.
+    pub(crate) of: usize,
+}
+
 impl Experiment {
     /// Lists the runs, cases outermost, then schemes, macro steps, tolerances, phases; names are those of the catalogue.
     ///
@@ -34,13 +46,35 @@ impl Experiment {
         let planned = || {
             self.check_options()?;
             self.check_size(quick)?;
-            let runs = self.expand(catalogue, quick)?;
+            let runs = self.expand(catalogue, quick, None)?.runs;
             refuse_twins(&runs)?;
             // A quick plan may leave out what a claim is about.
             if !quick {
                 check_claims_against_plan(&self.claims, &runs)?;
             }
             Ok(runs)
+        };
+        planned().map_err(|error| match error {
+            error @ Error::File { .. } => error,
+            other => Error::file(&self.path, other),
+        })
+    }
+
+    /// Lists the runs at some places only. That no run is there twice and that claims are about runs of the plan is not asked again: it
+    /// was when the work was divided.
+    ///
+    /// # Errors
+    /// Those of [`plan`](Self::plan), of what is laid out.
+    pub(crate) fn plan_part(
+        &self,
+        catalogue: &Catalogue,
+        quick: bool,
+        places: RangeInclusive<usize>,
+    ) -> Result<PlanPart> {
+        let planned = || {
+            self.check_options()?;
+            self.check_size(quick)?;
+            self.expand(catalogue, quick, Some(places))
         };
         planned().map_err(|error| match error {
             error @ Error::File { .. } => error,
@@ -78,11 +112,12 @@ impl Experiment {
         }
     }
 
-    fn expand(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
+    /// Lays the plan out, or what lies at some places of it.
+    fn expand(&self, catalogue: &Catalogue, quick: bool, places: Option<RangeInclusive<usize>>) -> Result<PlanPart> {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
-        let mut runs = Vec::new();
+        let (mut runs, mut kinds, mut of) = (Vec::new(), Vec::new(), 0);
         for entry in &self.cases {
             let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
             let case = &self.with_own_reference(case);
@@ -92,20 +127,32 @@ impl Experiment {
                     let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
                     let (steps, requests) = (steps.list()?, row.requests());
                     let of_step = |step: f64| requests.iter().map(move |request| (step, request));
-                    for (macro_step, request) in steps.into_iter().flat_map(of_step) {
+                    for (index, (macro_step, request)) in steps.into_iter().flat_map(of_step).enumerate() {
+                        let own = of..of + phases.len();
+                        of = own.end;
+                        let asked = places.as_ref().map_or(own.clone(), |places| {
+                            own.start.max(*places.start())..own.end.min(places.end().saturating_add(1))
+                        });
                         // Phases are what there may be many of. The first error is that of the first phase.
                         let of_phase = |&phase: &f64| {
                             let request = self.request(entry, request, macro_step, phase);
                             let planned = planned(catalogue, (case, parameters), &request, &row.label);
                             planned.map_err(|error| row.place(&error, &entry.name))
                         };
+                        if places.is_some() && index == 0 {
+                            kinds.push(of_phase(&phases[0])?);
+                        }
+                        if asked.is_empty() {
+                            continue;
+                        }
+                        let phases = &phases[asked.start - own.start..asked.end - own.start];
                         let planned: Vec<Result<PlannedRun>> = phases.par_iter().map(of_phase).collect();
                         planned.into_iter().try_for_each(|run| run.map(|run| runs.push(run)))?;
                     }
                 }
             }
         }
-        Ok(runs)
+        Ok(PlanPart { runs, kinds, of })
     }
 
     /// What the file asks of one run: the row goes before the case, the case before the experiment.
@@ -171,6 +218,25 @@ mod tests {
                 let asked = RunRequest { macro_step_s: Some(step), ..RunRequest::of("wedge-box", &*scheme.name) };
                 assert_eq!(asked.resolve(&catalogue).unwrap().id(), run.id, "{} at H = {step}", scheme.name);
             }
+        }
+    }
+
+    /// A task of an engine lays out what it was given, and has the columns of the whole.
+    #[test]
+    fn a_part_of_a_plan_is_what_the_plan_has_at_its_places() {
+        let text = "question = \"?\"\nmacro_steps_s = [1e-3, 5e-3]\nphases = 3\n[[cases]]\nname = \"wedge-box\"\n\
+                    set = { box_mass_kg = [100.0, 200.0] }\n[[cases]]\nname = \"wedge-box-friction\"\n\
+                    [[schemes]]\nscheme = \"nepce\"\n[[schemes]]\nscheme = \"rim-nonsmooth\"\n";
+        let experiment = Experiment::parse(Path::new("usual.toml"), text.to_owned()).unwrap();
+        let catalogue = Catalogue::standard();
+        let plan = experiment.plan(&catalogue, false).unwrap();
+        let ids = |runs: &[PlannedRun]| runs.iter().map(|run| run.id.clone()).collect::<Vec<_>>();
+        for (first, last) in [(0, 0), (0, 35), (4, 13), (35, 35), (17, 18), (36, 90)] {
+            let part = experiment.plan_part(&catalogue, false, first..=last).unwrap();
+            assert_eq!((part.of, part.kinds.len()), (plan.len(), 6));
+            let expected = plan.get(first..(last + 1).min(plan.len())).unwrap_or_default();
+            assert_eq!(ids(&part.runs), ids(expected), "{first}-{last}");
+            assert_eq!(crate::results::runs_header(&part.kinds), crate::results::runs_header(&plan));
         }
     }
 
