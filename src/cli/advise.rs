@@ -1,6 +1,6 @@
 //! `rimbench advise`: which step, which scheme?
 
-use super::advise_text::{Asked, json, markdown, prices_table};
+use super::advise_text::{Asked, json, markdown, prices_json, prices_table};
 use super::interruption::Interruption;
 use super::progress::Progress;
 use super::run::use_threads;
@@ -95,7 +95,11 @@ impl Advise {
         let fixed = self.run.request()?;
         if self.measure_costs {
             use_threads(self.jobs)?;
-            print(&prices_table(measured_prices(catalogue, &fixed)?))?;
+            let measured = measured_prices(catalogue, &fixed)?;
+            print(&match self.format {
+                Format::Markdown => prices_table(measured),
+                Format::Json => serde_json::to_string_pretty(&prices_json(&measured))?,
+            })?;
             return Ok(ExitCode::SUCCESS);
         }
         let error = share(self.error.as_deref().unwrap_or_default())?;

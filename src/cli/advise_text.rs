@@ -24,6 +24,11 @@ impl Asked<'_> {
             let scheme = best.request.scheme.as_deref().unwrap_or_default();
             return format!("Take `{scheme}` ({}) at H = {}.", best.form, milliseconds(best.macro_step));
         }
+        if let (Some(_), [only]) = (&question.fixed.scheme, advice.fallen.as_slice())
+            && only.request.is_none()
+        {
+            return format!("None: `{}` does not compete: {}.", only.scheme, only.reason);
+        }
         if let Some(uncertainty) = advice.reference_uncertainty.filter(|own| *own >= question.error) {
             return format!(
                 "None can be told: the reference itself is uncertain by {} of its peak, and an error of {error} is less.",
@@ -269,7 +274,7 @@ fn fallen_json(fallen: &Fallen) -> Value {
     object.into()
 }
 
-fn prices_json(prices: &Prices) -> Value {
+pub(super) fn prices_json(prices: &Prices) -> Value {
     let mut object = Object::default();
     for (name, price) in Prices::NAMES.iter().zip(prices.list()) {
         object.number(name.replace(' ', "_"), price);

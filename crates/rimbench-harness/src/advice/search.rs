@@ -36,6 +36,8 @@ pub(super) struct Search<'a> {
     began: Instant,
     /// The budget was spent.
     spent: bool,
+    /// Macro steps of forms beyond one that missed the error that an exhaustive search had no budget for.
+    left_beyond: usize,
 }
 
 /// Where and why a form missed the error, and the run that says so.
@@ -54,7 +56,7 @@ impl<'a> Search<'a> {
         phases: &'a [f64],
         candidates: Vec<Candidate>,
     ) -> Self {
-        Search { question, prober, phases, candidates, began: Instant::now(), spent: false }
+        Search { question, prober, phases, candidates, began: Instant::now(), spent: false, left_beyond: 0 }
     }
 
     /// The phases of the search.
@@ -62,13 +64,13 @@ impl<'a> Search<'a> {
         &self.phases[..self.question.phases]
     }
 
-    /// Forms about which nothing is decided.
+    /// Forms about which nothing is decided, and macro steps of forms that should still have been tried.
     pub(super) fn open(&self) -> usize {
         if !self.spent {
             return 0;
         }
         let leaders = self.leaders();
-        (0..self.candidates.len()).filter(|&index| self.next(index, leaders).is_some()).count()
+        (0..self.candidates.len()).filter(|&index| self.next(index, leaders).is_some()).count() + self.left_beyond
     }
 
     /// Searches until nothing can be cheaper than the leaders, and these have stood the phases kept aside.
@@ -328,19 +330,26 @@ impl<'a> Search<'a> {
             beyond.extend(costs.filter(|(own, ..)| cost.is_none_or(|cost| *own < cost * (1.0 - SAME_COST))));
         }
         beyond.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let pairs: Vec<(&Candidate, f64)> =
-            beyond.iter().map(|&(_, index, step)| (&self.candidates[index], steps[step])).collect();
-        let first = self.probes(&pairs, &self.phases[..1])?;
-        for ((&(_, index, step), pair), runs) in beyond.iter().zip(&pairs).zip(&first) {
-            if self.pass(*pair, runs).is_err() {
-                continue;
+        for (batch, tries) in beyond.chunks(BATCH).enumerate() {
+            self.spent |= self.budget_is_spent();
+            if self.spent {
+                self.left_beyond = beyond.len() - batch * BATCH;
+                break;
             }
-            let runs = self.probes(&[*pair], self.phases)?.remove(0);
-            if self.pass(*pair, &runs).is_ok() {
-                let candidate = &mut self.candidates[index];
-                candidate.work = runs.ok().map(|runs| dearest(&runs));
-                (candidate.met, candidate.missed, candidate.checked) = (Some(step), step + 1, true);
-                return Ok(true);
+            let pairs: Vec<(&Candidate, f64)> =
+                tries.iter().map(|&(_, index, step)| (&self.candidates[index], steps[step])).collect();
+            let first = self.probes(&pairs, &self.phases[..1])?;
+            for ((&(_, index, step), pair), runs) in tries.iter().zip(&pairs).zip(&first) {
+                if self.pass(*pair, runs).is_err() {
+                    continue;
+                }
+                let runs = self.probes(&[*pair], self.phases)?.remove(0);
+                if self.pass(*pair, &runs).is_ok() {
+                    let candidate = &mut self.candidates[index];
+                    candidate.work = runs.ok().map(|runs| dearest(&runs));
+                    (candidate.met, candidate.missed, candidate.checked) = (Some(step), step + 1, true);
+                    return Ok(true);
+                }
             }
         }
         Ok(false)
