@@ -11,7 +11,7 @@ use rimbench::error::Error;
 use rimbench::figures::render;
 use rimbench::harness::Provenance;
 use rimbench::perf::{
-    self, BENCHMARKS, History, PerStep, Plan, Program, Row, benchmark_by_name, callgrind, draw_history,
+    self, BENCHMARKS, History, PerStep, Plan, Program, Row, benchmark_by_name, callgrind, draw_history, history_steps,
 };
 use rimbench::statistics::quantile;
 use std::path::{Path, PathBuf};
@@ -34,6 +34,8 @@ enum Command {
     Show(Show),
     /// Draw the history with the steps found in it
     Plot(Plot),
+    /// List all steps of the history in words, each with the revisions that it lies between
+    Steps(Steps),
     /// Measure one benchmark in this process
     #[command(hide = true)]
     Sample(Sample),
@@ -46,6 +48,7 @@ impl Perf {
             Command::Compare(command) => return command.run(),
             Command::Show(command) => command.run()?,
             Command::Plot(command) => command.run()?,
+            Command::Steps(command) => command.run()?,
             Command::Sample(command) => command.run()?,
         }
         Ok(ExitCode::SUCCESS)
@@ -219,6 +222,26 @@ impl Plot {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let files = render::write(&draw_history(&history), path.parent().unwrap_or(Path::new(".")), &name)?;
         print(&files.svg.display().to_string())
+    }
+}
+
+/// Arguments of `perf steps`.
+#[derive(Debug, Args)]
+struct Steps {
+    /// The history
+    #[arg(long, value_name = "FILE", default_value = HISTORY)]
+    history: PathBuf,
+}
+
+impl Steps {
+    fn run(self) -> anyhow::Result<()> {
+        let found = history_steps(&History::read(&self.history)?);
+        let mut table = table(&["from revision", "to revision", "record", "benchmark", "of", "ratio"]);
+        for step in &found {
+            let ratio = format!("{:.4}", step.ratio);
+            table.add_row([&step.before, &step.revision, &step.record, &step.benchmark, step.quantity, &ratio]);
+        }
+        print(&format!("{table}\n{} steps in {}", found.len(), self.history.display()))
     }
 }
 

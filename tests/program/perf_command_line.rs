@@ -48,6 +48,33 @@ fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_compared_and_drawn() {
 }
 
 #[test]
+fn every_step_of_the_history_is_listed_with_the_revisions_it_lies_between() {
+    let folder = tempfile::tempdir().unwrap();
+    let (history, stepped) = (folder.path().join("history.csv"), folder.path().join("stepped.csv"));
+    record(&history);
+    let mut reader = csv::Reader::from_path(&history).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let row = reader.records().next().unwrap().unwrap();
+    let mut writer = csv::Writer::from_path(&stepped).unwrap();
+    writer.write_record(&header).unwrap();
+    for k in 0..12 {
+        let cells = header.iter().zip(&row).map(|(name, cell)| match name {
+            "record" => format!("{k:08}"),
+            "git_revision" => format!("{k:012}"),
+            "instructions" => if k < 7 { "1000000" } else { "1100000" }.to_owned(),
+            _ => cell.to_owned(),
+        });
+        writer.write_record(cells).unwrap();
+    }
+    writer.flush().unwrap();
+    let said = perf(&["steps", "--history"]).arg(&stepped).assert().success().get_output().clone();
+    let said = text(&said.stdout);
+    let line = said.lines().find(|line| line.contains("instructions")).unwrap();
+    let wanted = ["000000000006", "000000000007", "00000007", "kernel/lcp-warm", "1.1000"];
+    assert!(wanted.iter().all(|wanted| line.contains(wanted)) && said.contains("1 steps in"), "{said}");
+}
+
+#[test]
 fn a_regression_has_exit_code_one_and_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let (history, slower) = (folder.path().join("history.csv"), folder.path().join("slower.csv"));

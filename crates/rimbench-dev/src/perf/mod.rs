@@ -15,7 +15,7 @@
 //! | [`callgrind`], `sample` | one measurement by a program, in a process of its own |
 //! | `record` | the suite measured in interleaved pairs |
 //! | `history` | rows of `history.csv` and how they are named |
-//! | `steps` | steps in a series |
+//! | `steps`, `history_steps` | steps in a series; all of a history, with their revisions |
 //! | `decision`, `comparison`, `comparison_text` | what is a regression; what is told about it |
 //! | `per_step` | times of a record per macro and micro step |
 //! | `revision` | two git revisions, built side by side |
@@ -27,6 +27,7 @@ mod comparison;
 mod comparison_text;
 mod decision;
 mod history;
+mod history_steps;
 mod kernels;
 mod per_step;
 mod plot;
@@ -40,6 +41,7 @@ mod yardstick;
 pub use comparison::{Comparison, Paired, compare_pairs, compare_records};
 pub use decision::{Finding, Verdict, decide_counter, decide_instructions, decide_time};
 pub use history::{COUNTERS, History, Row};
+pub use history_steps::{HistoryStep, history_steps};
 pub use per_step::PerStep;
 pub use plot::draw_history;
 pub use record::{Plan, Recording, Round, measure_rounds, paired_ratio, placebo_ratio, record};

@@ -12,7 +12,7 @@ const WIDTH: f64 = 680.0;
 /// Of one panel, px.
 const HEIGHT: f64 = 250.0;
 /// Relative change of a time below which no step is drawn: code layout alone does as much.
-const TIME_FLOOR: f64 = 0.05;
+pub(super) const TIME_FLOOR: f64 = 0.05;
 
 /// Draws the records of the newest target and compiler, of the times only those of the newest machine; the records are
 /// numbered as in the whole history.
