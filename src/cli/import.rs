@@ -4,7 +4,7 @@ use super::{complain, print};
 use clap::Args;
 use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
-use rimbench::error::Error;
+use rimbench::cosim::StopFlag;
 use rimbench::harness::{Cache, Job, Package, Rerun, rerun_sample};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -36,14 +36,7 @@ impl Import {
         let package = Package::read(&self.package, catalogue)?;
         let scratch = tempfile::tempdir()?;
         let folder = scratch.path().join("results");
-        // What is wrong is wrong with the package, not with the place where that was found.
-        package.unpack(catalogue, &folder).map_err(|error| match error {
-            Error::File { path, message } => {
-                let own = path.strip_prefix(&folder).map(|name| self.package.join(name));
-                Error::File { path: own.unwrap_or(path), message }
-            }
-            other => other,
-        })?;
+        package.unpack_named(catalogue, &folder)?;
         if let Some(out) = &self.out {
             package.unpack(catalogue, out)?;
         }
@@ -61,11 +54,10 @@ impl Import {
         if self.sample == 0 {
             return Ok(as_exported);
         }
-        let now = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |now| u64::from(now.subsec_nanos()));
-        let seed = self.seed.unwrap_or_else(now);
+        let seed = self.seed.unwrap_or_else(seed_of_clock);
         let (cache, again) = (Cache::of_user(), scratch.path().join("again"));
         let job = Job { quick: package.quick, ..Job::new(&package.experiment, catalogue, &again, &cache, &BUILD) };
-        let reruns = rerun_sample(job, &package.planned, &folder, self.sample, seed)?;
+        let reruns = rerun_sample(job, &package.planned, |_| true, &folder, (self.sample, seed), StopFlag::never())?;
         complain(&cache);
         reruns.iter().try_for_each(say)?;
         let differ = reruns.iter().filter(|rerun| !rerun.differing.is_empty()).count();
@@ -78,7 +70,13 @@ impl Import {
     }
 }
 
-fn say(rerun: &Rerun) -> anyhow::Result<()> {
+/// A seed that nobody could know when the package was written.
+pub(super) fn seed_of_clock() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |now| u64::from(now.subsec_nanos()))
+}
+
+/// Says of a run what came out differently.
+pub(super) fn say(rerun: &Rerun) -> anyhow::Result<()> {
     let of = format!("{} {} at H = {} ms", rerun.run_id, rerun.label, rerun.macro_step_s * 1e3);
     if rerun.differing.is_empty() {
         return print(&format!("{of}: equal"));

@@ -19,6 +19,7 @@ mod perf_formats;
 mod plan;
 mod progress;
 mod project;
+mod rank;
 mod report;
 mod reproduce;
 mod run;
@@ -84,6 +85,8 @@ enum Command {
     Export(export::Export),
     /// Check a data package, and compute some of its runs once more
     Import(import::Import),
+    /// Rank the scheme rows of experiments, and of submissions, by what they need to know
+    Rank(rank::Rank),
     /// Find the largest stable macro step of a scheme on a case
     Limit(limit::Limit),
     /// Say which scheme and macro step are cheapest within an error, and why not the others
@@ -150,6 +153,7 @@ impl Cli {
             Command::Verify(command) => return command.run(catalogue),
             Command::Export(command) => command.run(catalogue)?,
             Command::Import(command) => return command.run(catalogue),
+            Command::Rank(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,
             Command::Advise(command) => return command.run(catalogue),
             Command::Figures(command) => return command.run(catalogue),

@@ -12,13 +12,13 @@ use rimbench::corpus::{Corpus, FrictionalProblem};
 use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
-use rimbench::harness::{Experiment, Package, Store};
+use rimbench::harness::{Declaration, Experiment, Package, Ranking, Store};
 use rimbench::numerics_version::NUMERICS_VERSION;
 use rimbench::perf::History;
 use rimbench::results_table::ResultsTable;
 use rimbench::runs::RunRequest;
 use sha2::{Digest, Sha256};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::LazyLock;
 
 static CATALOGUE: LazyLock<Catalogue> = LazyLock::new(|| everything().unwrap());
@@ -179,10 +179,16 @@ static SEEDS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
         ("checksums", beginning("results/paper/fig2/SHA256SUMS", all)),
         ("store", STORE.as_bytes().to_vec()),
         ("package", PACKAGE.as_bytes().to_vec()),
+        ("submission", beginning("examples/submission/submission.toml", all)),
+        ("submission", TUNED.as_bytes().to_vec()),
+        ("ranking", beginning("experiments/ranking.toml", all)),
     ]
 });
 
 const STORE: &str = "rimbench-store 2 e 123456789abc\nwrong  0123456789abcdef\tcompleted,,,2.5,false\t0.1,2\trow\t\t\n";
+
+const TUNED: &str = "name = \"mine\"\nabout = \"Mine\"\nauthors = [\"Doe, Jane\", \"A group\"]\nlicence = \"MIT\"\ninformation = \"model\"\n\
+                     scheme = \"a/b.toml\"\npackages = [\"one\", \"two\"]\n[[tuned]]\nwhat = \"a share\"\ncases = [\"wedge-box\"]\n";
 
 static PACKAGE: LazyLock<String> = LazyLock::new(|| {
     let own = r#"{ "experiment": "e", "numerics_version": N, "quick": false, "version": "0.1.0" }"#;
@@ -216,6 +222,12 @@ fn what_is_mangled_was_valid() {
     }
     for text in seeds("figures") {
         FigureList::parse(Path::new("f.toml"), std::str::from_utf8(text).unwrap()).unwrap();
+    }
+    for text in seeds("submission") {
+        Declaration::parse(Path::new("s.toml"), std::str::from_utf8(text).unwrap(), &CATALOGUE).unwrap();
+    }
+    for text in seeds("ranking") {
+        Ranking::parse(Path::new("r.toml"), std::str::from_utf8(text).unwrap()).unwrap();
     }
     let (_folder, path) = file_with("history.csv", seeds("history")[0]);
     assert!(!History::read(&path).unwrap().rows.is_empty());
@@ -256,6 +268,33 @@ proptest! {
         let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
         if let Err(error) = FigureList::parse(Path::new("f.toml"), text) {
             says(&error);
+        }
+    }
+
+    #[test]
+    fn any_declaration_of_a_submission_is_one_or_an_error(which in 0..2_usize, changes in changes()) {
+        let text = mangled(seeds("submission")[which], &changes);
+        let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
+        match Declaration::parse(Path::new("s.toml"), text, &CATALOGUE) {
+            Err(error) => says(&error),
+            // No path leads out of the folder, and no name out of that of all submissions.
+            Ok(declared) => {
+                let packages = declared.packages.iter().map(Path::new);
+                let inside = |path: &Path| path.components().all(|part| matches!(part, Component::Normal(_)));
+                prop_assert!(packages.chain([declared.scheme.as_path()]).all(inside));
+                prop_assert!(declared.name.chars().all(|c| c == '-' || c.is_ascii_alphanumeric()));
+                prop_assert!(declared.authors.iter().all(|author| !author.trim().is_empty()));
+            }
+        }
+    }
+
+    #[test]
+    fn any_ranking_is_one_or_an_error(changes in changes()) {
+        let text = mangled(seeds("ranking")[0], &changes);
+        let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
+        match Ranking::parse(Path::new("r.toml"), text) {
+            Err(error) => says(&error),
+            Ok(ranking) => prop_assert!(!ranking.experiments().is_empty()),
         }
     }
 

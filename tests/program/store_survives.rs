@@ -1,6 +1,9 @@
 //! A sweep that is killed, split, damaged or repeated ends with every record present once, equal to an undisturbed sweep.
 
 use crate::program::{cache, executable, process, rimbench, two_sets_with};
+use proptest::prelude::*;
+use rimbench::harness::{Record, Store};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Stdio};
 use std::time::Duration;
@@ -298,4 +301,73 @@ fn an_interrupt_stops_cleanly_and_says_how_to_go_on() {
     assert_eq!(output.status.code(), Some(130));
     let printed = String::from_utf8_lossy(&output.stdout);
     assert!(printed.contains("Stopped") && printed.contains("the same command goes on"), "{printed}");
+}
+
+/// A record of a run: the writer and its place tell it from others of the same run; of a limit it was ended by it.
+fn written(run: u8, limit: Option<u8>, writer: usize, place: usize) -> Record {
+    Record {
+        run_id: format!("{run:016x}"),
+        findings: format!("{writer},{place}"),
+        costs: "0.5".to_owned(),
+        provenance: "row".to_owned(),
+        trace: None,
+        wall_limit_s: limit.map(f64::from),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Writers that store at once, each killed after any byte of its log: of every run the best of the whole records stands, whatever
+    /// the order, and what was cut is counted.
+    #[test]
+    fn whatever_writers_at_once_store_and_kills_cut_off_the_best_whole_record_stands(
+        writers in prop::collection::vec(
+            (prop::collection::vec((0..5_u8, prop::option::of(1..4_u8)), 0..10), prop::option::of(0.0..1.0_f64)),
+            1..5,
+        ),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            for (writer, (records, _)) in writers.iter().enumerate() {
+                let folder = folder.path();
+                scope.spawn(move || {
+                    let store = Store::open(folder, "e", "columns").unwrap();
+                    for (place, &(run, limit)) in records.iter().enumerate() {
+                        store.append(&written(run, limit, writer, place)).unwrap();
+                    }
+                });
+            }
+        });
+        let mut logs: Vec<PathBuf> =
+            std::fs::read_dir(folder.path().join("records")).into_iter().flatten().map(|entry| entry.unwrap().path()).collect();
+        logs.sort();
+        let (mut best, mut damaged) = (BTreeMap::<u8, (f64, Record)>::new(), 0);
+        for log in &logs {
+            let mut text = std::fs::read_to_string(log).unwrap();
+            // Whose it is stands in its first record.
+            let findings = text.lines().nth(1).unwrap().split('\t').nth(1).unwrap();
+            let writer: usize = findings.split(',').next().unwrap().parse().unwrap();
+            let (records, kill) = &writers[writer];
+            if let Some(share) = kill {
+                text.truncate((share * text.len() as f64) as usize);
+                std::fs::write(log, &text).unwrap();
+            }
+            let whole = text.matches('\n').count().saturating_sub(1);
+            // A header that was cut leaves nothing, a record that was cut counts.
+            damaged += usize::from(text.contains('\n') && !text.ends_with('\n'));
+            for (place, &(run, limit)) in records[..whole].iter().enumerate() {
+                let allowed = limit.map_or(f64::INFINITY, f64::from);
+                if best.get(&run).is_none_or(|(known, _)| allowed >= *known) {
+                    best.insert(run, (allowed, written(run, limit, writer, place)));
+                }
+            }
+        }
+        let store = Store::open(folder.path(), "e", "columns").unwrap();
+        prop_assert_eq!((store.len(), store.damaged), (best.len(), damaged));
+        for run in 0..5 {
+            let found = store.read(&format!("{run:016x}")).unwrap();
+            prop_assert_eq!(found.as_ref(), best.get(&run).map(|(_, record)| record));
+        }
+    }
 }

@@ -21,12 +21,14 @@ mod grid;
 mod load;
 mod package;
 mod provenance;
+mod ranking;
 mod references;
 mod results;
 mod spectral;
 mod stability;
 mod stock;
 mod store;
+mod submission;
 
 pub use advice::{
     Advice, Budget, Choice, Fallen, Information, LimitFound, METRIC, Prices, Probe, Question, Work, advise,
@@ -46,6 +48,7 @@ pub use grid::phase_ensemble;
 pub use load::Load;
 pub use package::{Citation, Differing, Package, Rerun, export, rerun_sample};
 pub use provenance::Provenance;
+pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
 pub use references::obtain_reference;
 pub use spectral::spectral_radius;
 pub use stability::{
@@ -53,3 +56,4 @@ pub use stability::{
     spectral_stability_limit, stability_limit,
 };
 pub use store::{Record, Store, TraceMark};
+pub use submission::{Accepted, CheckedPackage, DECLARATION, Declaration, Tuned, Workplace, accept, check_package};

@@ -1,5 +1,5 @@
 //! The little statistics that rimbench needs, each of it once: quantiles, straight lines, intervals, performance and data
-//! profiles, the bootstrap.
+//! profiles, the bootstrap, ranks.
 //!
 //! Pure functions of slices; nothing is read, written or timed here.
 
@@ -9,6 +9,7 @@ mod geometric_mean;
 mod intervals;
 mod performance_profile;
 mod rank_correlation;
+mod ranking;
 
 pub use bootstrap::bootstrap_interval;
 pub use equal_cost::ratio_at_equal_cost;
@@ -16,6 +17,7 @@ pub use geometric_mean::{charged, shifted_geometric_mean};
 pub use intervals::{Fence, TimeSummary, fence, ratio_interval};
 pub use performance_profile::{data_profile, performance_profile, performance_ratios, share_within};
 pub use rank_correlation::rank_correlation;
+pub use ranking::{Rank, ranks};
 
 /// Returns the middle value, of two middle values their mean; none of an empty list.
 ///

@@ -201,6 +201,20 @@ impl Package {
         Ok(names.into_iter().filter(|name| ours.get(*name) != theirs.get(*name)).cloned().collect())
     }
 
+    /// Unpacks, and says of what is wrong where it stands in the package, not in the place where it was found.
+    ///
+    /// # Errors
+    /// Those of [`unpack`](Self::unpack).
+    pub fn unpack_named(&self, catalogue: &Catalogue, out: &Path) -> Result<()> {
+        self.unpack(catalogue, out).map_err(|error| match error {
+            Error::File { path, message } => {
+                let own = path.strip_prefix(out).map(|name| self.folder.join(name));
+                Error::File { path: own.unwrap_or(path), message }
+            }
+            other => other,
+        })
+    }
+
     /// Writes the results folder that the package was made from, to the byte, into a folder that is empty or not there yet.
     ///
     /// # Errors

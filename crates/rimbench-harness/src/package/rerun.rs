@@ -36,18 +36,19 @@ pub struct Rerun {
     pub differing: Vec<Differing>,
 }
 
-/// Computes `count` runs of the results in `folder` once more, chosen by `seed`, and compares every cell of `runs.csv` that does not
+/// Computes some runs of the results in `folder` that are `asked` for once more, as many as `count`, chosen by `seed`, and compares every cell of `runs.csv` that does not
 /// depend on the machine, and what `reference.csv` and `parameters.csv` say of them. Runs that ended because they took longer than they
 /// may say nothing and are left out. `job` is that of a folder of its own, empty.
 ///
 /// # Errors
-/// Those of [`run_job`].
+/// Those of [`run_job`]; [`Error::Stopped`] if `stop` was raised before all were done.
 pub fn rerun_sample(
     job: Job<'_>,
     planned: &[PlannedRun],
+    asked: impl Fn(&PlannedRun) -> bool,
     folder: &Path,
-    count: usize,
-    seed: u64,
+    (count, seed): (usize, u64),
+    stop: StopFlag<'_>,
 ) -> Result<Vec<Rerun>> {
     let runs = ResultsTable::read(&folder.join("runs.csv"))?;
     let (id, outcome) = (runs.column("run_id")?, runs.column("outcome")?);
@@ -58,6 +59,7 @@ pub fn rerun_sample(
     let mut sample: Vec<(usize, usize)> = planned
         .iter()
         .enumerate()
+        .filter(|(_, run)| asked(run))
         .filter_map(|(place, run)| Some((place, *rows.get(run.id.as_str())?)))
         .filter(|&(place, row)| !says_nothing(&planned[place], row))
         .collect();
@@ -68,7 +70,11 @@ pub fn rerun_sample(
     // The last two cells are the wall limit and the trace.
     let compared = settings..all.len() - 2;
     for &(place, _) in &sample {
-        run_job(Job { shard: Some(Shard::Places { first: place, last: place }), ..job }, &|_| (), StopFlag::never())?;
+        run_job(Job { shard: Some(Shard::Places { first: place, last: place }), ..job }, &|_| (), stop)?;
+        // What was stopped has no record.
+        if stop.check().is_err() {
+            return Err(Error::Stopped);
+        }
     }
     let stock = Stock::open(job.folder, job.experiment, planned)?;
     let mut reruns = Vec::new();
