@@ -56,4 +56,6 @@ pub use stability::{
     spectral_stability_limit, stability_limit,
 };
 pub use store::{Record, Store, TraceMark};
-pub use submission::{Accepted, CheckedPackage, DECLARATION, Declaration, Tuned, Workplace, accept, check_package};
+pub use submission::{
+    Accepted, CheckedPackage, DECLARATION, Declaration, LONGEST_ANSWER_S, Tuned, Workplace, accept, check_package,
+};

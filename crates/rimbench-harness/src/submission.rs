@@ -30,6 +30,12 @@ use std::path::{Component, Path, PathBuf};
 /// Name of the declaration.
 pub const DECLARATION: &str = "submission.toml";
 
+/// Key of a scheme file: how long its program may take for an answer.
+const PATIENCE: &str = "answer_within_s";
+
+/// The most that it may ask for, s.
+pub const LONGEST_ANSWER_S: f64 = 60.0;
+
 /// Longest text of a declaration that is taken for a name, characters.
 const LONGEST: usize = 200;
 
@@ -132,6 +138,26 @@ impl Declaration {
     /// Cases that something was tuned on.
     pub fn tuned_on(&self) -> BTreeSet<String> {
         self.tuned.iter().flat_map(|tuned| tuned.cases.iter().cloned()).collect()
+    }
+
+    /// Looks at how long the program may take for an answer, before it is started: nobody is kept waiting for longer than
+    /// [`LONGEST_ANSWER_S`].
+    ///
+    /// # Errors
+    /// [`Error::File`] naming the scheme file. What else is wrong with it is for its reader to say.
+    pub fn check_patience(&self, folder: &Path) -> Result<()> {
+        let path = folder.join(&self.scheme);
+        let text =
+            std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
+        let file: toml::Table = toml::from_str(&text).unwrap_or_default();
+        let asked = file.get(PATIENCE).and_then(|value| value.as_float().or(value.as_integer().map(|s| s as f64)));
+        match asked.filter(|seconds| seconds.is_nan() || *seconds > LONGEST_ANSWER_S) {
+            None => Ok(()),
+            Some(seconds) => {
+                let expected = format!("at most {LONGEST_ANSWER_S} s in a submission");
+                Err(Error::file(&path, Error::invalid(PATIENCE, seconds, expected)))
+            }
+        }
     }
 
     /// Holds the scheme against what is declared of it.
@@ -302,7 +328,11 @@ pub fn accept(
     std::fs::create_dir_all(&half).map_err(wrong)?;
     std::fs::copy(submission.join(DECLARATION), half.join(DECLARATION)).map_err(wrong)?;
     let mut names = vec![DECLARATION.to_owned(), "check.csv".to_owned()];
-    for package in checked {
+    for (index, package) in checked.iter().enumerate() {
+        if checked[..index].iter().any(|earlier| earlier.experiment == package.experiment) {
+            let message = format!("would hold two packages of the experiment `{}`: give it one", package.experiment);
+            return Err(Error::file(&out, message));
+        }
         let to = half.join(&package.experiment);
         std::fs::create_dir_all(&to).map_err(wrong)?;
         std::fs::copy(package.results.join("runs.csv"), to.join("runs.csv")).map_err(wrong)?;
@@ -427,6 +457,25 @@ cases = ["wedge-box"]
             let said = parsed(&GOOD.replace(from, to)).unwrap_err().to_string();
             assert!(said.starts_with("submission.toml: ") && said.contains(wanted), "{wanted}: {said}");
         }
+    }
+
+    #[test]
+    fn a_program_that_wants_to_be_waited_for_is_not_started() {
+        let (folder, declaration) = (tempfile::tempdir().unwrap(), parsed(GOOD).unwrap());
+        let check = |text: &str| {
+            std::fs::write(folder.path().join("scheme.toml"), text).unwrap();
+            declaration.check_patience(folder.path()).map_err(|error| error.to_string())
+        };
+        for text in ["", "no toml", "answer_within_s = 60", "answer_within_s = 0.5", "answer_within_s = \"long\""] {
+            assert_eq!(check(text), Ok(()), "{text}");
+        }
+        for text in ["answer_within_s = 61", "answer_within_s = 1e9", "answer_within_s = inf", "answer_within_s = nan"]
+        {
+            let said = check(text).unwrap_err();
+            assert!(said.contains("scheme.toml: answer_within_s = ") && said.contains("at most 60 s"), "{said}");
+        }
+        std::fs::remove_file(folder.path().join("scheme.toml")).unwrap();
+        assert!(declaration.check_patience(folder.path()).unwrap_err().to_string().contains("cannot be read"));
     }
 
     #[test]
