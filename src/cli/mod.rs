@@ -2,6 +2,7 @@
 
 mod advise;
 mod advise_text;
+mod check_submission;
 mod collect;
 mod corpus;
 mod export;
@@ -85,6 +86,8 @@ enum Command {
     Export(export::Export),
     /// Check a data package, and compute some of its runs once more
     Import(import::Import),
+    /// Check a third party's scheme: what it declares, its data packages, and a sample of its runs
+    CheckSubmission(check_submission::CheckSubmission),
     /// Rank the scheme rows of experiments, and of submissions, by what they need to know
     Rank(rank::Rank),
     /// Find the largest stable macro step of a scheme on a case
@@ -153,6 +156,7 @@ impl Cli {
             Command::Verify(command) => return command.run(catalogue),
             Command::Export(command) => command.run(catalogue)?,
             Command::Import(command) => return command.run(catalogue),
+            Command::CheckSubmission(command) => return command.run(catalogue),
             Command::Rank(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,
             Command::Advise(command) => return command.run(catalogue),

@@ -28,3 +28,4 @@ mod report;
 mod reproduction;
 mod store_survives;
 mod strict;
+mod submissions;

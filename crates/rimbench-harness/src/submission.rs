@@ -378,7 +378,7 @@ impl Accepted {
     }
 
     fn read(folder: &Path, catalogue: &Catalogue) -> Result<Self> {
-        checksums::verify(folder)?;
+        checksums::verify_with(folder, DECLARATION, "check the submission again")?;
         let declaration = Declaration::read(folder, catalogue)?;
         let files = checksums::read(folder)?.unwrap_or_default();
         let tables = files.keys().filter(|name| name.ends_with("/runs.csv"));

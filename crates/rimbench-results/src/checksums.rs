@@ -99,8 +99,16 @@ pub fn parse(text: &str) -> Option<Checksums> {
 /// # Errors
 /// [`Error::File`] naming the files that differ, or the missing list of checksums.
 pub fn verify(folder: &Path) -> Result<()> {
-    let sums = read(folder)?.filter(|sums| sums.contains_key("runs.csv")).ok_or_else(|| {
-        let reason = "is missing or empty, so nobody can say whether these results are whole: run the experiment again";
+    verify_with(folder, "runs.csv", "run the experiment again")
+}
+
+/// Does the same for a folder of another kind, which has a file `wanted`; `advice` is what to do if it is not as it was written.
+///
+/// # Errors
+/// Those of [`verify`].
+pub fn verify_with(folder: &Path, wanted: &str, advice: &str) -> Result<()> {
+    let sums = read(folder)?.filter(|sums| sums.contains_key(wanted)).ok_or_else(|| {
+        let reason = format!("is missing or empty, so nobody can say whether these results are whole: {advice}");
         Error::file(folder.join(CHECKSUMS), reason)
     })?;
     let differs = |name: &String| match sha256_of_file(&folder.join(name)) {
@@ -114,7 +122,7 @@ pub fn verify(folder: &Path) -> Result<()> {
     let more = different.len().saturating_sub(NAMED);
     let more = if more > 0 { format!(", and {more} more") } else { String::new() };
     let named = different.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join(", ");
-    let message = format!("is not as it was written: {named}{more}; run the experiment again");
+    let message = format!("is not as it was written: {named}{more}; {advice}");
     Err(Error::file(folder, message))
 }
 
@@ -157,5 +165,11 @@ mod tests {
         }
         std::fs::remove_file(folder.path().join(CHECKSUMS)).unwrap();
         assert!(refused().contains("run the experiment again"));
+        write(folder.path(), ["cost.csv".to_owned()]).unwrap();
+        assert!(refused().contains("missing or empty"));
+        verify_with(folder.path(), "cost.csv", "look again").unwrap();
+        std::fs::write(folder.path().join("cost.csv"), "other").unwrap();
+        let said = verify_with(folder.path(), "cost.csv", "look again").unwrap_err().to_string();
+        assert!(said.ends_with("cost.csv has been changed; look again"), "{said}");
     }
 }

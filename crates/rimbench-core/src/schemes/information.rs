@@ -2,8 +2,8 @@
 
 use super::entry::SchemeEntry;
 use super::need::Need;
-use crate::by_name;
 use crate::ceilings::Driver;
+use crate::name::by_name;
 
 /// What a scheme must know, from little to all. Who knows more has an easier task, so that only schemes of one class are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
