@@ -24,12 +24,12 @@ pub struct HistoryStep {
 
 /// Finds all steps of a history, oldest records first, as the plot has them: instructions of one target and compiler, times of one
 /// machine as well.
-pub fn history_steps(history: &History) -> Vec<HistoryStep> {
-    let mut series: BTreeMap<(&str, &str, &str, &str, &str), Vec<(&Row, f64)>> = BTreeMap::new();
+pub fn history_steps<'a>(history: &'a History) -> Vec<HistoryStep> {
+    let mut series: BTreeMap<[&'a str; 5], Vec<(&'a Row, f64)>> = BTreeMap::new();
     for row in history.rows.iter().filter(|row| row.is_ok()) {
-        let mut put = |machine, quantity, value: Option<f64>| {
+        let mut put = |machine: &'a str, quantity: &'static str, value: Option<f64>| {
             if let Some(value) = value {
-                let key = (row.benchmark.as_str(), quantity, row.target.as_str(), row.rustc.as_str(), machine);
+                let key = [row.benchmark.as_str(), quantity, &row.target, &row.rustc, machine];
                 series.entry(key).or_default().push((row, value));
             }
         };
@@ -37,7 +37,7 @@ pub fn history_steps(history: &History) -> Vec<HistoryStep> {
         put(&row.machine, "time", row.time_ratio);
     }
     let mut found: Vec<(u64, HistoryStep)> = Vec::new();
-    for ((benchmark, quantity, ..), rows) in series {
+    for ([benchmark, quantity, ..], rows) in series {
         let values: Vec<f64> = rows.iter().map(|(_, value)| *value).collect();
         let quantity = if quantity == "time" { "time" } else { "instructions" };
         for step in steps(&values, if quantity == "time" { TIME_FLOOR } else { 0.0 }) {
