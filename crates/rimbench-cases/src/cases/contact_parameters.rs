@@ -9,7 +9,7 @@ use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::ContactSpring;
 use rimbench_core::mechanics::{
-    ContactLaw, Friction, MANY_CONTACTS, MechanicalModel, NonSmoothMechanics, bytes_needed,
+    ContactLaw, Friction, MANY_CONTACTS, MechanicalModel, NonSmoothMechanics, bytes_needed, solver_room,
 };
 use std::sync::Arc;
 
@@ -118,8 +118,9 @@ where
     A: Subsystem + 'static,
 {
     let law = law(parameters)?;
-    memory::must_hold(bytes_needed(&model, law, solver.goes_by_active_sets()), model.size().unilateral, parameters)?;
-    let checked = solver.checked(model.size().unilateral);
+    let by_active_sets = solver.goes_by_active_sets();
+    memory::must_hold(bytes_needed(&model, law, by_active_sets), model.size().unilateral, parameters)?;
+    let checked = solver.checked(solver_room(&model, law, by_active_sets));
     let mechanics = NonSmoothMechanics::new(model, law, actuator.ports().facing(), checked);
     let [at_rest, coefficient] = coefficients(parameters);
     let friction = Friction { coefficient, at_rest, restitution: declared(parameters, ALONG) };

@@ -2,9 +2,7 @@
 
 use super::parameters::{Parameters, Range};
 use rimbench_core::error::{Error, Result};
-
-/// Memory of one run, bytes. Several run side by side, so that this is not what a machine has.
-const LIMIT: u64 = 4 << 30;
+use rimbench_core::interface_model::MEMORY_LIMIT as LIMIT;
 
 const GIB: f64 = (1_u64 << 30) as f64;
 

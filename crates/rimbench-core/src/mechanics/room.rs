@@ -22,6 +22,14 @@ pub(super) fn keeps_what_meets(size: ModelSize, mass: &MassMatrix, law: ContactL
         && by_active_sets
 }
 
+/// Returns the size of the problems that the solver of the contacts needs room for: none where few of many contacts meet, which has a
+/// solver of its own.
+pub fn solver_room(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> usize {
+    let size = model.size();
+    let few = keeps_what_meets(size, &model.empty_mass_matrix(), law, by_active_sets);
+    if few && model.unilateral_columns().is_some() { 0 } else { size.unilateral }
+}
+
 /// Returns how many bytes a model and a scheme that uses its interface model take at most.
 ///
 /// ```text
@@ -32,8 +40,7 @@ pub(super) fn keeps_what_meets(size: ModelSize, mass: &MassMatrix, law: ContactL
 /// measured or allocated.
 pub fn bytes_needed(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> u64 {
     let size = model.size();
-    let few = keeps_what_meets(size, &model.empty_mass_matrix(), law, by_active_sets);
-    if few && model.unilateral_columns().is_some() {
+    if solver_room(model, law, by_active_sets) < size.unilateral {
         return size.unilateral as u64 * PER_CONTACT;
     }
     let rows = (size.unilateral + model.tangential_rows() + size.bilateral + size.interface) as u64;

@@ -23,15 +23,39 @@ use super::packed_model::PackedModel;
 use super::parametric_step::{GapMotion, MicroState, ParametricStep};
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSet};
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
-use crate::error::{Failure, Result};
+use crate::error::{Error, Failure, Result};
 use crate::friction::FrictionLaw;
 use crate::interface_model::{
-    Condensation, GapRates, ReducedInterfaceModel, Redundancy, TOUCHING, condense, impact_velocity, resting_approach,
+    Condensation, GapRates, MEMORY_LIMIT, ReducedInterfaceModel, Redundancy, TOUCHING, condense, impact_velocity,
+    resting_approach,
 };
 
 /// Where no other is asked for, the smooth model counts a contact as closed up to this gap, m. Ours: the source paper does not say
 /// how its simulator detects contacts, and without a margin the model does not show what the paper shows.
 const SMOOTH_MARGIN: f64 = 1e-3;
+
+/// Square matrices over all contacts that a scheme keeps at most where it keeps every entry: packed and condensed forms, contact
+/// problems, workspaces of two solvers.
+const SQUARES: u64 = 12;
+
+/// Refuses to keep every entry of the matrices of so many contacts, of which the mechanics keeps only what is not zero.
+///
+/// # Errors
+/// [`Error::Incompatible`] beyond `limit` bytes, with what is needed, at most.
+fn must_hold_every_entry(contacts: usize, limit: u64) -> Result<()> {
+    const GIB: f64 = (1_u64 << 30) as f64;
+    let bytes = 8 * SQUARES * (contacts as u64).pow(2);
+    if bytes <= limit {
+        return Ok(());
+    }
+    Err(Error::Incompatible(format!(
+        "with these options the scheme keeps every entry of the matrices of {contacts} contacts, up to {:.1} GiB, and the limit is {:.1} \
+         GiB: fewer contacts, or a scheme that keeps what is not zero (`rim-nonsmooth-gap` with all contacts, a frozen model and the default \
+         solver)",
+        bytes as f64 / GIB,
+        limit as f64 / GIB
+    )))
+}
 
 /// How contacts enter the model within the macro step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,11 +166,11 @@ impl ReducedInterface {
     fn new(contacts: Contacts, construction: &Construction<'_>) -> Result<Self> {
         let ModelConstruction { empty, options, detection } = construction.model()?;
         let (n_u, n_i, first) = (empty.contacts(), empty.interface(), empty.interface_start());
-        let solver = options.solver.checked(n_u);
         let friction = FrictionalSet::of(empty, &options.solver);
         // A solver that was asked for by name is given every problem.
-        let affine =
-            options.motion != ModelMotion::Extrapolated && empty.spring.is_none() && solver.goes_by_active_sets();
+        let affine = options.motion != ModelMotion::Extrapolated
+            && empty.spring.is_none()
+            && options.solver.goes_by_active_sets();
         // A coefficient that a contact has at rest only changes from micro step to micro step.
         let affine = affine
             && empty.stiction.is_none()
@@ -156,9 +180,13 @@ impl ReducedInterface {
         // The set is all contacts, and the model has no more of them than it says.
         let all =
             options.contacts == ContactChoice::All && matches!(detection, None | Some(ContactDetection::MechanicsLaw));
-        let sparse =
-            empty.meeting().filter(|_| affine && all).map(|meeting| SparseActiveSet::new(meeting, solver.tolerance()));
-        let dense = if sparse.is_some() || friction.is_some() { 0 } else { n_u };
+        let tolerance = options.solver.tolerance;
+        let sparse = empty.meeting().filter(|_| affine && all).map(|meeting| SparseActiveSet::new(meeting, tolerance));
+        if sparse.is_none() && empty.meeting().is_some() {
+            must_hold_every_entry(n_u, MEMORY_LIMIT)?;
+        }
+        // A solver that is not asked keeps no room.
+        let solver = options.solver.checked(if sparse.is_some() || friction.is_some() { 0 } else { n_u });
         Ok(ReducedInterface {
             contacts,
             detection,
@@ -189,8 +217,7 @@ impl ReducedInterface {
                 None if friction.is_some() => ParametricStep::with_friction(n_u, n_i),
                 None => ParametricStep::new(n_u, n_i),
             }),
-            // A solver that is not asked keeps no room.
-            solver: if dense == 0 { solver.without_room() } else { solver },
+            solver,
             sparse,
             friction,
             gap_motion: GapMotion::default(),
@@ -641,8 +668,10 @@ impl CouplingScheme for ReducedInterface {
 mod tests {
     use super::*;
     use crate::cosim::{MacroStep, PerSide, Port, Ports, Quantity};
+    use crate::linear_algebra::SymmetricPattern;
     use crate::schemes::model_options::ModelOptions;
     use approx::assert_relative_eq;
+    use std::sync::Arc;
 
     const STEP: MacroStep = MacroStep { index: 0, start: 0.0, length: 4e-3 };
     const STEPS: usize = 4;
@@ -670,6 +699,29 @@ mod tests {
         scheme.receive(Side::Mechanics, &sample).unwrap();
         scheme.receive(Side::Actuator, &Sample::of_outputs(STEP, &[0.0], delta)).unwrap();
         scheme
+    }
+
+    #[test]
+    fn a_scheme_that_keeps_every_entry_is_refused_where_only_what_is_not_zero_has_room() {
+        let chain = |n: usize| (0..n).map(|i| vec![i.saturating_sub(1)]).collect::<Vec<_>>();
+        let model = |n| ReducedInterfaceModel::zeros_of(Arc::new(SymmetricPattern::new(&chain(n))), 1);
+        let motions = [Quantity::Position, Quantity::Velocity];
+        let sides = [ports(&[Quantity::Force], &motions), ports(&motions, &[Quantity::Force])];
+        let built = |contacts: Contacts, empty: &ReducedInterfaceModel| {
+            let options = ModelOptions::default();
+            let detection =
+                (contacts == Contacts::Bilateral).then_some(ContactDetection::Margin { width: SMOOTH_MARGIN });
+            let ports = PerSide { mechanics: &sides[0], actuator: &sides[1] };
+            let model = Some(ModelConstruction { empty, options: &options, detection });
+            ReducedInterface::new(contacts, &Construction { ports, model, gain: 1.0 }).map(drop)
+        };
+        // 12 matrices of 7000² entries are 4.4 GiB.
+        let many = model(7000);
+        let refused = built(Contacts::Bilateral, &many).unwrap_err().to_string();
+        assert!(refused.contains("7000 contacts, up to 4.4 GiB, and the limit is 4.0 GiB"), "{refused}");
+        assert!(built(Contacts::UnilateralWithGaps, &many).is_ok() && built(Contacts::Bilateral, &model(60)).is_ok());
+        // At the limit, and beyond.
+        assert!(must_hold_every_entry(100, 960_000).is_ok() && must_hold_every_entry(100, 959_999).is_err());
     }
 
     fn micro_step(scheme: &mut ReducedInterface, index: usize) -> [f64; 2] {
