@@ -14,7 +14,7 @@ const CONSTANTS: [&str; 10] = ["1 µm", "10 µm", "30 µm", "0.1 mm", "0.3 mm", 
 const NUMBERING: &str = "A.1";
 
 /// Sources without a DOI that could be verified.
-const WITHOUT_DOI: [&str; 2] = ["raoofian2024", "moreau1988"];
+const WITHOUT_DOI: [&str; 3] = ["raoofian", "raoofian2024", "moreau1988"];
 
 /// Groups of experiments, as their names begin.
 const GROUPS: [&str; 3] = ["paper/", "published/", "study/"];
