@@ -317,3 +317,43 @@ fn the_table_of_the_stability_map_is_that_of_its_rows() {
     }
     assert!(seen >= 100, "only {seen} cells found");
 }
+
+/// So is the table of rivals, against what the last measurement wrote.
+#[test]
+fn the_table_of_rivals_is_that_of_the_last_measurement() {
+    let mut file = csv::Reader::from_path(root().join("results/perf/peers.csv")).unwrap();
+    let measured: Vec<BTreeMap<String, String>> = file.deserialize().map(Result::unwrap).collect();
+    let page = read(&root().join("docs/performance/peers.md"));
+    let columns = [
+        ("settled", "ours_us"),
+        ("settled", "mujoco_us"),
+        ("settled", "mujoco_over_ours"),
+        ("moving", "ours_us"),
+        ("moving", "mujoco_us"),
+        ("moving", "mujoco_over_ours"),
+        ("settled", "mujoco_penetration_mm"),
+        ("settled", "siconos_us"),
+        ("settled", "siconos_over_ours"),
+    ];
+    let mut seen = 0;
+    for line in page.lines().filter(|line| line.starts_with("| `")) {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        let of = |state: &str| {
+            let same = |row: &&BTreeMap<String, String>| {
+                row["case"] == cells[0].trim_matches('`') && row["contacts"] == cells[1] && row["state"] == state
+            };
+            measured.iter().find(same).unwrap_or_else(|| panic!("{line}: not measured"))
+        };
+        for (cell, (state, column)) in cells[2..].iter().zip(columns) {
+            // What nobody else is timed in says nothing.
+            let alone = column == "ours_us" && of(state)["mujoco_us"].is_empty() && of(state)["siconos_us"].is_empty();
+            assert!(alone || cell.is_empty() == of(state)[column].is_empty(), "{line}: {column}");
+            if !cell.is_empty() {
+                let [written, measured]: [f64; 2] = [cell.parse().unwrap(), of(state)[column].parse().unwrap()];
+                assert!((written - measured).abs() <= 6e-3 * measured, "{line}: {column} is {measured}");
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen >= 60, "only {seen} cells found");
+}
