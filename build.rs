@@ -32,7 +32,8 @@ fn list_experiments() {
     let (Some(root), Some(out)) = (std::env::var_os("CARGO_MANIFEST_DIR"), std::env::var_os("OUT_DIR")) else { return };
     let mut files = Vec::new();
     list(Path::new("experiments"), &mut files);
-    files.retain(|file| file.extension().is_some_and(|extension| extension == "toml"));
+    // experiments/<group>/<name>.toml; a file beside the groups is no experiment.
+    files.retain(|file| file.iter().count() == 3 && file.extension().is_some_and(|extension| extension == "toml"));
     files.sort();
     let entry = |file: &PathBuf| {
         // Forward slashes everywhere, as in the names of results.

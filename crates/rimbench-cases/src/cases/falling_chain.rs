@@ -27,7 +27,7 @@ use crate::models::{
     BaseMotion, LineContact, LineDescription, LineMass, LineMasses, SpringActuator, SpringActuatorParameters,
 };
 use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::error::Result;
+use rimbench_core::error::{Error, Result};
 use rimbench_core::name::names;
 
 pub(super) fn entry() -> Case {
@@ -170,6 +170,10 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         drop: get("drop_height_m"),
         gravity: get("gravity_m_s2"),
     };
+    if chain.bead_share >= 1.0 {
+        let expected = "below 1, or the chain is a rod: beads touch and links are taut at once";
+        return Err(Error::invalid("bead_share", chain.bead_share, expected));
+    }
     let platform = get("platform_mass_kg");
     let model = LineMasses::new(chain.above_platform(platform))?;
     // In equilibrium with the platform at 0.

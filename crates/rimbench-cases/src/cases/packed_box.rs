@@ -105,6 +105,8 @@ fn parameters() -> Vec<Parameter> {
 /// `A_r + W/(2 sin α)` to the lower left and `A_l + W/(2 sin α)` to the lower right; at a wall what comes from the one side leaves on the
 /// same side with all of its weight, `A + W/sin α`. So a line of force grows by half a `W/sin α` per layer and by another half each time
 /// a wall turns it back, every 2m − 2 layers.
+/// # Panics
+/// If `columns` is below 2: one disc between two walls has no line of force.
 /// # Source
 /// Ours.
 pub fn wall_forces(columns: u32, layers: u32, angle: f64, weight: f64) -> Vec<f64> {

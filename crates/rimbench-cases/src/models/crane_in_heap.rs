@@ -40,7 +40,7 @@ enum Contact {
 /// in front of the discs.
 ///
 /// ```text
-/// q = (θ, x_0, y_0, x_1, y_1, …)      M = diag(L²(m/3 + m_p), m_h, m_h, m, m, …)
+/// q = (θ, x_0, y_0, x_1, y_1, …)      M = diag(L²(m_l/3 + m_p), m_h, m_h, m, m, …), m_l: the link, m: a disc
 /// g_floor = y_b − R − y_f     g_left = x_b − R − x_l     g_right = x_r − R − x_b     g_ij = |c_j − c_i| − 2R
 /// ```
 /// and the rope as there. Contacts are listed once, at the start: all with floor and walls, and pairs that are closer than a given
