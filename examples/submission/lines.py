@@ -27,7 +27,7 @@ def main():
                     own = {"index": step["index"], "start": step["start_s"], "length": step["length_s"]}
                     scheme.receive(side, SimpleNamespace(time=sample["time_s"], y=sample["y"], **own))
             reply = {side: inputs(scheme, side, step) for side in ("mechanics", "actuator")}
-        print(json.dumps(reply), flush=True)
+        print(json.dumps({**reply, "id": asked["id"]}), flush=True)
 
 
 def inputs(scheme, side, step):

@@ -198,15 +198,28 @@ for line in sys.stdin:
             # Once in a folder it is this, once that.
             a["state"] = os.path.exists("once")
             open("once", "w").close()
+        if fault in ("state", "wide"): a["state"] = True
+        if fault == "hello-id": print(json.dumps(a), flush=True); continue
     elif q["ask"] == "begin":
         if fault == "begin": sys.exit("no licence")
         a = {"y": [0.0, -100.0]}
+    elif q["ask"] == "state":
+        if fault == "state": sys.exit("no room")
+        # Longer than any number of a machine.
+        a = {"state": {"generator": 2**127 + 1, "x": -0.0}}
+    elif q["ask"] == "restore":
+        if q["state"] != {"generator": 2**127 + 1, "x": -0.0}: a = {"error": f"this is not mine: {q['state']}"}
     else:
         count += 1
         if role == "scheme":
             a = {to: {"polynomials": [[y] for y in q[of]["y"]]} for to, of in (("mechanics", "actuator"), ("actuator", "mechanics"))}
         else:
             a = {"y": [0.0, -100.0]}
+        a["id"] = q["id"]
+        # What was said at the fifth comes once more, when the sixth is waited for, and the answer to that behind it.
+        if fault == "late" and count == 5: before = a
+        if fault == "late" and count == 6: print(json.dumps(before), flush=True)
+        if fault == "behind" and count == 20: print(json.dumps(a), flush=True)
         if count == 5:
             if fault == "crash": raise ValueError("lost my way")
             if fault == "killed": os.kill(os.getpid(), 9)
@@ -222,6 +235,11 @@ for line in sys.stdin:
             if fault == "words": a = {"error": "the pump is dry"}
             if fault == "nothing": a = {}
             if fault == "list": a = []
+            if fault == "no-id": del a["id"]; print(json.dumps(a), flush=True); continue
+            if fault == "id-text": a["id"] = str(a["id"]); print(json.dumps(a), flush=True); continue
+            if fault == "endless":
+                for _ in range(200): sys.stderr.write("x" * 1000000)
+                sys.exit(3)
             if fault == "key": a["polynomial"] = 1
             for name, bad in (("nan", float("nan")), ("inf", float("inf"))):
                 if fault == name: a = json.loads(json.dumps(a).replace("-100.0", str(bad)) .replace("nan", "NaN").replace("inf", "Infinity")) if role != "scheme" else {**a, "mechanics": {"polynomials": [[bad]]}}
@@ -230,6 +248,7 @@ for line in sys.stdin:
             if fault == "powers": a["mechanics"] = {"polynomials": [[1.0, 2.0, 3.0, 4.0, 5.0]]}
             if fault == "pieces": a["mechanics"] = {"pieces": []}
             if fault == "both": a["mechanics"] = {"pieces": [[1.0]], "polynomials": [[1.0]]}
+    if isinstance(a, dict): a["id"] = q["id"]
     try:
         print(json.dumps(a), flush=True)
     except OSError:
@@ -265,15 +284,21 @@ fn a_program_that_fails_costs_one_run_and_says_why() {
         return;
     }
     for (fault, role, words) in [
-        ("crash", "scheme", &["ended at `inputs`", "exit status: 1", "ValueError: lost my way"] as &[&str]),
-        ("crash", "mechanics", &["ended at `step`", "exit status: 1", "ValueError: lost my way"]),
+        ("crash", "scheme", &["ended at `inputs` (exit status: 1)"] as &[&str]),
+        ("crash", "mechanics", &["ended at `step` (exit status: 1)"]),
         ("killed", "scheme", &["signal: 9"]),
         ("leaves", "scheme", &["ended at `inputs`", "exit status: 0"]),
         ("hang", "mechanics", &["no answer to `step` within 0.5 s"]),
         ("half", "scheme", &["no answer to `inputs` within 0.5 s"]),
         ("closes", "scheme", &["no longer answers `inputs`"]),
         ("text", "scheme", &["is wrong: no line of JSON: ", "it said: step 5 is done"]),
-        ("twice", "mechanics", &["more than one line"]),
+        // Whichever of both is seen first.
+        ("twice", "mechanics", &["answer to `step` is wrong"]),
+        ("late", "scheme", &["`id` is 7; valid: 8, that of the request", "it said: {"]),
+        ("late", "mechanics", &["`id` is 7; valid: 8, that of the request"]),
+        ("no-id", "scheme", &["`id` is missing; valid: 7"]),
+        ("id-text", "mechanics", &["invalid type: string \"7\""]),
+        ("endless", "scheme", &["ended at `inputs` (exit status: 3)"]),
         ("words", "mechanics", &["refuses `step`: the pump is dry"]),
         ("nothing", "scheme", &["`mechanics` is missing"]),
         ("nothing", "mechanics", &["`y` is missing"]),
@@ -287,7 +312,7 @@ fn a_program_that_fails_costs_one_run_and_says_why() {
         ("powers", "scheme", &["5 coefficients in a polynomial of the mechanics", "valid: 1 to 4"]),
         ("pieces", "scheme", &["0 `pieces` of the mechanics"]),
         ("both", "scheme", &["either `polynomials` or `pieces`"]),
-        ("begin", "scheme", &["ended at `begin`", "no licence"]),
+        ("begin", "scheme", &["ended at `begin` (exit status: 1)"]),
     ] {
         let (folder, file) = faulty(fault, role);
         let (said, _) = run(&arguments(role, &file));
@@ -298,6 +323,9 @@ fn a_program_that_fails_costs_one_run_and_says_why() {
             "{fault} {role}: {reason}"
         );
         assert!(!reason.contains('\n'), "{reason}");
+        // Of what it printed nothing is recorded.
+        let printed = ["Traceback", "ValueError", "no licence", "xxx"];
+        assert!(!printed.iter().any(|word| reason.contains(word)), "{reason}");
         // What it had started has ended with it.
         if fault == "hang" {
             let child = fs::read_to_string(folder.path().join("child")).unwrap();
@@ -310,6 +338,48 @@ fn a_program_that_fails_costs_one_run_and_says_why() {
 }
 
 #[test]
+fn what_a_program_prints_is_shown_and_not_recorded() {
+    if no_python() {
+        return;
+    }
+    for (fault, role, words) in [
+        ("crash", "scheme", "` printed:\n  Traceback (most recent call last):\n"),
+        ("crash", "mechanics", "\n  ValueError: lost my way\n"),
+        ("begin", "scheme", "`python3 faulty.py begin scheme` printed:\n  no licence\n"),
+        ("behind", "scheme", "`python3 faulty.py behind scheme` said more than it was asked: {"),
+    ] {
+        let (_folder, file) = faulty(fault, role);
+        let output = rimbench().arg("simulate").args(arguments(role, &file)).assert().success().get_output().clone();
+        let (said, shown) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+        assert!(shown.contains(words), "{fault} {role}: {shown}");
+        // What is said behind the last reply comes too late to change anything.
+        assert_eq!(said.contains("subsystem-failed"), fault != "behind", "{said}");
+        assert!(!said.contains("Traceback") && !said.contains("no licence"), "{said}");
+    }
+}
+
+#[test]
+fn a_state_comes_back_as_it_was_said_and_one_that_is_not_given_is_a_failure() {
+    if no_python() {
+        return;
+    }
+    let doubling = ["--step-control", "step-doubling", "--step-tolerance", "1e-3"];
+    for (fault, role, outcome) in [
+        ("wide", "scheme", "completed"),
+        ("state", "scheme", "subsystem-failed"),
+        ("state", "mechanics", "subsystem-failed"),
+    ] {
+        let (_folder, file) = faulty(fault, role);
+        let (said, _) = run(&[&arguments(role, &file)[..], &doubling[..]].concat());
+        assert_eq!(said["outcome"], outcome, "{role}: {said:#}");
+        if fault == "state" {
+            let reason = said["reason"].as_str().unwrap();
+            assert!(reason.contains("ended at `state` (exit status: 1)"), "{reason}");
+        }
+    }
+}
+
+#[test]
 fn what_is_wrong_with_a_program_from_the_start_is_one_error_with_its_file() {
     if no_python() {
         return;
@@ -317,8 +387,11 @@ fn what_is_wrong_with_a_program_from_the_start_is_one_error_with_its_file() {
     let refused = |role: &str, file: &Path| {
         let output = rimbench().arg("simulate").args(arguments(role, file)).assert().code(2).get_output().clone();
         let message = String::from_utf8(output.stderr).unwrap();
-        assert!(output.stdout.is_empty() && message.trim_end().lines().count() == 1, "{message}");
-        assert!(message.starts_with("error: ") && message.contains("faulty.toml"), "{message}");
+        // What the program printed stands before the error.
+        let (printed, error) = message.split_at(message.find("error: ").unwrap());
+        assert!(output.stdout.is_empty() && error.trim_end().lines().count() == 1, "{message}");
+        assert!(printed.is_empty() || printed.contains(" printed:\n"), "{message}");
+        assert!(error.contains("faulty.toml"), "{message}");
         message
     };
     for (fault, role, words) in [
@@ -326,6 +399,7 @@ fn what_is_wrong_with_a_program_from_the_start_is_one_error_with_its_file() {
         ("version", "mechanics", &["[mechanics]", "`version` is 2; valid: 1"]),
         ("role", "scheme", &["`role` is \"actuator\"; valid: \"scheme\""]),
         ("no-hello", "scheme", &["no line of JSON", "it said: ready"]),
+        ("hello-id", "scheme", &["answer to `hello` is wrong: `id` is missing; valid: 1"]),
         ("slip", "scheme", &["unknown field `sampels`", "`samples`"]),
         (
             "names",
@@ -348,6 +422,7 @@ fn what_is_wrong_with_a_program_from_the_start_is_one_error_with_its_file() {
         ("name = \"faulty\"", "name = \"Faulty\"", "kebab-case"),
         ("name = \"faulty\"", "name = \"nepce\"", "not taken yet"),
         ("name = \"faulty\"", "name = \"faulty\"\nfiles = [\"none.py\"]", "none.py: cannot be read"),
+        ("name = \"faulty\"", "name = \"faulty\"\nfiles = [\"/dev/zero\"]", "/dev/zero: is no regular file"),
         ("name = \"faulty\"", "name = \"faulty\"\nanswer_within_s = 0", "answer_within_s = 0 is not valid"),
         ("name = \"faulty\"", "name = \"faulty\"\ncomand = 1", "unknown field `comand`"),
     ] {

@@ -2,6 +2,8 @@
 
 use rimbench_core::error::{Error, Result};
 use sha2::{Digest, Sha256};
+use std::fs::{File, metadata};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -11,6 +13,8 @@ const SHORTEST_ANSWER: f64 = 1e-3;
 /// A command as a file gives it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CommandLine {
+    /// The file that names it.
+    pub(super) file: PathBuf,
     /// In which it runs: that of the file that names it.
     pub(super) folder: PathBuf,
     pub(super) words: Vec<String>,
@@ -49,7 +53,7 @@ impl CommandLine {
             hash_file(&mut hash, &folder.join(file))?;
         }
         let digest = hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-        Ok(CommandLine { folder, words: words.to_vec(), answer_within, digest })
+        Ok(CommandLine { file: path.to_owned(), folder, words: words.to_vec(), answer_within, digest })
     }
 
     /// Where the program is: a word with a slash in it is a file of the folder, any other is looked for on the path.
@@ -65,11 +69,25 @@ impl std::fmt::Display for CommandLine {
     }
 }
 
+/// Hashes a file, of whatever length, in blocks.
 fn hash_file(hash: &mut Sha256, file: &Path) -> Result<()> {
-    let bytes = std::fs::read(file).map_err(|error| Error::file(file, format!("cannot be read: {error}")))?;
-    hash.update(format!("{} bytes\n", bytes.len()));
-    hash.update(bytes);
-    Ok(())
+    let wrong = |error: std::io::Error| Error::file(file, format!("cannot be read: {error}"));
+    let found = metadata(file).map_err(wrong)?;
+    // A pipe would never answer, and a device never end.
+    if !found.is_file() {
+        let what = if found.is_dir() { "is a folder" } else { "is no regular file" };
+        return Err(Error::file(file, format!("{what}; valid: files that can be read again")));
+    }
+    hash.update(format!("{} bytes\n", found.len()));
+    // What grows while it is read is read as far as was said.
+    let mut file_read = File::open(file).map_err(wrong)?.take(found.len());
+    let mut block = vec![0; 1 << 16];
+    loop {
+        match file_read.read(&mut block).map_err(wrong)? {
+            0 => return Ok(()),
+            length => hash.update(&block[..length]),
+        }
+    }
 }
 
 /// Reads how long a process may take for an answer.
@@ -81,4 +99,32 @@ pub(crate) fn answer_within(seconds: f64) -> Result<Duration> {
         return Ok(Duration::from_secs_f64(seconds.min(1e9)));
     }
     Err(Error::invalid("answer_within_s", seconds, format!("a finite time of at least {SHORTEST_ANSWER} s")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_digest_is_of_files_and_nothing_else_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("scheme.toml");
+        let data = folder.path().join("data");
+        let digest = |files: &[&str]| {
+            let files: Vec<PathBuf> = files.iter().map(PathBuf::from).collect();
+            CommandLine::new(&file, &["cat".to_owned()], &files, Duration::ZERO).map(|command| command.digest)
+        };
+        // More than one block.
+        let mut bytes = vec![7; 200_000];
+        std::fs::write(&data, &bytes).unwrap();
+        let before = digest(&["data"]).unwrap();
+        assert_eq!(digest(&["data"]).unwrap(), before);
+        bytes[150_000] = 8;
+        std::fs::write(&data, &bytes).unwrap();
+        assert_ne!(digest(&["data"]).unwrap(), before);
+        for (name, words) in [("none", "cannot be read"), (".", "is a folder"), ("/dev/zero", "is no regular file")] {
+            let message = digest(&[name]).unwrap_err().to_string();
+            assert!(message.contains(words), "{message}");
+        }
+    }
 }

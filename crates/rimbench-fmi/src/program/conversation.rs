@@ -5,8 +5,8 @@
 
 use super::command_line::CommandLine;
 use super::exchange_times::{ExchangeTimes, add_exchange_times};
-use super::messages::{PROTOCOL, Reply, Request, Role, VERSION};
-use crate::last_words::LastWords;
+use super::messages::{Numbered, PROTOCOL, Reply, Request, Role, VERSION};
+use crate::last_words::{LastWords, tell_once};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
@@ -15,6 +15,7 @@ use serde_json::Value;
 use std::io::{ErrorKind, Read, Write};
 use std::os::fd::AsFd;
 use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -36,6 +37,8 @@ const CHUNK: usize = 1 << 13;
 /// A process, and what has been heard of it that is not used yet.
 pub(super) struct Conversation {
     who: String,
+    /// The file that names it.
+    file: PathBuf,
     child: Child,
     /// None when there is nothing more to ask.
     stdin: Option<ChildStdin>,
@@ -43,6 +46,8 @@ pub(super) struct Conversation {
     said: LastWords,
     heard: Vec<u8>,
     line: Vec<u8>,
+    /// How often it was asked, and so the number of the last request.
+    asked: u64,
     answer_within: Duration,
     times: ExchangeTimes,
     /// Why it is over, if it is.
@@ -52,7 +57,7 @@ pub(super) struct Conversation {
 /// Why there is no reply.
 enum Silence {
     Late,
-    Ended(std::io::Error),
+    Ended,
     /// There is one, and what is wrong with it.
     Wrong(String),
     /// There is one, which says why there is no other.
@@ -67,7 +72,7 @@ impl From<String> for Silence {
 
 impl From<std::io::Error> for Silence {
     fn from(error: std::io::Error) -> Self {
-        if error.kind() == ErrorKind::TimedOut { Silence::Late } else { Silence::Ended(error) }
+        if error.kind() == ErrorKind::TimedOut { Silence::Late } else { Silence::Ended }
     }
 }
 
@@ -92,12 +97,14 @@ impl Conversation {
         };
         let conversation = Conversation {
             who: who.clone(),
+            file: command.file.clone(),
             child,
             stdin: Some(stdin),
             stdout,
             said: LastWords::of(stderr),
             heard: Vec::new(),
             line: Vec::new(),
+            asked: 0,
             answer_within: command.answer_within,
             times: ExchangeTimes::default(),
             over: None,
@@ -112,13 +119,14 @@ impl Conversation {
 
     /// Asks what the program is, and checks that it speaks this protocol.
     pub(super) fn hello<D: DeserializeOwned>(&mut self, role: Role, request: &Request<'_>) -> Result<D, String> {
-        self.exchange(request, |line| {
+        self.exchange(request, |line, id| {
             let mut reply: Value = parsed(line)?;
             let Some(fields) = reply.as_object_mut() else { return Err(NO_OBJECT.to_owned().into()) };
             if let Some(error) = fields.get("error").and_then(Value::as_str) {
                 return Err(Silence::Refused(error.to_owned()));
             }
-            let own = [("protocol", PROTOCOL.into()), ("version", VERSION.into()), ("role", serde_json::json!(role))];
+            let role = serde_json::json!(role);
+            let own = [("protocol", PROTOCOL.into()), ("version", VERSION.into()), ("role", role), ("id", id.into())];
             for (key, valid) in own {
                 match fields.remove(key) {
                     Some(found) if found == valid => {}
@@ -139,15 +147,18 @@ impl Conversation {
         request: &Request<'_>,
         take: impl FnOnce(Reply) -> Result<T, String>,
     ) -> Result<T, String> {
-        self.exchange(request, |line| {
+        self.exchange(request, |line, id| {
             // A list would be taken for the fields one after the other.
             if line.trim_ascii_start().starts_with(b"[") {
                 return Err(NO_OBJECT.to_owned().into());
             }
             let mut reply: Reply = parsed(line)?;
-            match reply.error.take() {
-                Some(error) => Err(Silence::Refused(error)),
-                None => Ok(take(reply)?),
+            match (reply.error.take(), reply.id) {
+                (Some(error), _) => Err(Silence::Refused(error)),
+                (None, Some(found)) if found == id => Ok(take(reply)?),
+                // What was said to an earlier request would be a step old, and everything behind it as well.
+                (None, Some(found)) => Err(format!("`id` is {found}; valid: {id}, that of the request").into()),
+                (None, None) => Err(format!("`id` is missing; valid: {id}, that of the request").into()),
             }
         })
     }
@@ -155,20 +166,22 @@ impl Conversation {
     fn exchange<T>(
         &mut self,
         request: &Request<'_>,
-        take: impl FnOnce(&[u8]) -> Result<T, Silence>,
+        take: impl FnOnce(&[u8], u64) -> Result<T, Silence>,
     ) -> Result<T, String> {
         if let Some(why) = &self.over {
             return Err(why.clone());
         }
+        self.asked += 1;
+        let id = self.asked;
         let began = Instant::now();
         let within = if request.is_of_the_start() { self.answer_within.max(START) } else { self.answer_within };
-        let answered = self.send_and_hear(request, began + within);
+        let answered = self.send_and_hear(&Numbered { id, request }, began + within);
         if request.is_of_a_step() && answered.is_ok() {
             self.times.note(began.elapsed());
         }
         let taken = answered.and_then(|()| {
             let line = std::mem::take(&mut self.line);
-            let taken = take(&line).map_err(|silence| match silence {
+            let taken = take(&line, id).map_err(|silence| match silence {
                 Silence::Wrong(error) => Silence::Wrong(format!("{error}; it said: {}", beginning(&line))),
                 other => other,
             });
@@ -183,7 +196,7 @@ impl Conversation {
     }
 
     /// Sends one line; the reply is in `line` then.
-    fn send_and_hear(&mut self, request: &Request<'_>, until: Instant) -> Result<(), Silence> {
+    fn send_and_hear(&mut self, request: &Numbered<'_>, until: Instant) -> Result<(), Silence> {
         let mut message = serde_json::to_vec(request).map_err(|error| Silence::Wrong(error.to_string()))?;
         message.push(b'\n');
         // What it says unasked would be taken for the reply to this.
@@ -191,7 +204,7 @@ impl Conversation {
         if !self.heard.is_empty() {
             return Err(Silence::Wrong(format!("it said more than one line: {}", beginning(&self.heard))));
         }
-        let Some(stdin) = &mut self.stdin else { return Err(Silence::Ended(ErrorKind::BrokenPipe.into())) };
+        let Some(stdin) = &mut self.stdin else { return Err(Silence::Ended) };
         let mut rest = message.as_slice();
         while !rest.is_empty() {
             match stdin.write(rest) {
@@ -238,24 +251,20 @@ impl Conversation {
 
     /// Why there is no reply to go on with; the process has ended then.
     fn last_words(&mut self, asked: &str, within: Duration, silence: Silence) -> String {
-        if matches!(silence, Silence::Ended(_)) {
+        if matches!(silence, Silence::Ended) {
             self.wait_for(END);
         }
         let alone = self.has_ended();
         let ended = self.end();
-        let printed = self.said.quoted();
+        // What it printed may name folders of this machine: that is for the person here, and no part of what is recorded.
+        self.said.show(&self.who);
         let who = &self.who;
         match silence {
-            Silence::Late => {
-                let seconds = within.as_secs_f64();
-                format!("`{who}`: no answer to `{asked}` within {seconds} s{printed}")
-            }
-            Silence::Wrong(what) => format!("`{who}`: its answer to `{asked}` is wrong: {what}{printed}"),
-            Silence::Refused(why) => format!("`{who}` refuses `{asked}`: {}{printed}", one_line(&why)),
-            Silence::Ended(_) if alone => format!("`{who}`: its process ended at `{asked}` ({ended}){printed}"),
-            Silence::Ended(error) => {
-                format!("`{who}`: its process no longer answers `{asked}` ({error}) and was ended{printed}")
-            }
+            Silence::Late => format!("`{who}`: no answer to `{asked}` within {} s", within.as_secs_f64()),
+            Silence::Wrong(what) => format!("`{who}`: its answer to `{asked}` is wrong: {what}"),
+            Silence::Refused(why) => format!("`{who}` refuses `{asked}`: {}", one_line(&why)),
+            Silence::Ended if alone => format!("`{who}`: its process ended at `{asked}` ({ended})"),
+            Silence::Ended => format!("`{who}`: its process no longer answers `{asked}` and was ended"),
         }
     }
 
@@ -286,7 +295,7 @@ impl Conversation {
 
 impl Drop for Conversation {
     fn drop(&mut self) {
-        add_exchange_times(&self.who, &self.times);
+        add_exchange_times(&self.who, &self.file, &self.times);
         if self.over.is_some() {
             return;
         }
@@ -294,6 +303,11 @@ impl Drop for Conversation {
         self.stdin = None;
         self.wait_for(LEAVE);
         self.end();
+        // Every reply that was used had its number; what came behind the last is a fault of the program that has changed nothing.
+        let _ = self.hear();
+        if !self.heard.is_empty() {
+            tell_once(&format!("`{}` said more than it was asked: {}\n", self.who, beginning(&self.heard)));
+        }
     }
 }
 

@@ -2,13 +2,13 @@
 
 use super::conversation::Conversation;
 use super::messages::{Request, wanted};
-use serde_json::Value;
+use serde_json::value::RawValue;
 
 /// A conversation about several copies of one state, the first of which is 0.
 pub(super) struct Copies {
     conversation: Conversation,
     /// Of each copy that somebody has, the state while another is the present one.
-    kept: Vec<Option<Value>>,
+    kept: Vec<Option<Box<RawValue>>>,
     used: Vec<bool>,
     present: usize,
 }
@@ -32,21 +32,22 @@ impl Copies {
         Ok(&mut self.conversation)
     }
 
-    fn state(&mut self) -> Result<Value, String> {
+    fn state(&mut self) -> Result<Box<RawValue>, String> {
         self.conversation.ask(&Request::State, |reply| wanted(reply.state, "state"))
     }
 
-    /// Makes a copy of a copy, and says which it is.
-    pub(super) fn copy(&mut self, of: usize) -> Result<usize, String> {
-        self.of(of)?;
-        let state = Some(self.state()?);
+    /// Makes a copy of a copy, and says which it is. Where the program fails at that the conversation is over, and whoever uses the copy
+    /// is told why.
+    pub(super) fn copy(&mut self, of: usize) -> usize {
+        let given = self.of(of).map(|_| ()).and_then(|()| self.state());
+        let state = given.ok();
         if let Some(free) = self.used.iter().position(|used| !used).filter(|free| *free != self.present) {
             (self.used[free], self.kept[free]) = (true, state);
-            return Ok(free);
+            return free;
         }
         self.used.push(true);
         self.kept.push(state);
-        Ok(self.used.len() - 1)
+        self.used.len() - 1
     }
 
     /// Forgets a copy.

@@ -1,6 +1,7 @@
 //! How long exchanges with programs take, kept apart from what runs compute.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -54,18 +55,33 @@ impl ExchangeTimes {
     }
 }
 
-static ALL: Mutex<BTreeMap<String, ExchangeTimes>> = Mutex::new(BTreeMap::new());
+/// By the words of the command and the file that names it: those of two files may be the same, and their programs not.
+type ByProgram = BTreeMap<(String, PathBuf), ExchangeTimes>;
+
+static ALL: Mutex<ByProgram> = Mutex::new(BTreeMap::new());
 
 /// Adds the exchanges of a conversation that has ended to those with the same program.
-pub(super) fn add_exchange_times(program: &str, times: &ExchangeTimes) {
+pub(super) fn add_exchange_times(words: &str, file: &Path, times: &ExchangeTimes) {
     if times.count() > 0 {
-        ALL.lock().unwrap_or_else(PoisonError::into_inner).entry(program.to_owned()).or_default().add(times);
+        let program = (words.to_owned(), file.to_owned());
+        ALL.lock().unwrap_or_else(PoisonError::into_inner).entry(program).or_default().add(times);
     }
 }
 
-/// Takes what is known of all conversations that have ended since this was last asked, by their commands.
+/// Takes what is known of all conversations that have ended since this was last asked, by their commands; where those of two programs
+/// are the same, with the files that name them.
 pub fn take_exchange_times() -> BTreeMap<String, ExchangeTimes> {
-    std::mem::take(&mut *ALL.lock().unwrap_or_else(PoisonError::into_inner))
+    told_apart(std::mem::take(&mut *ALL.lock().unwrap_or_else(PoisonError::into_inner)))
+}
+
+fn told_apart(all: ByProgram) -> BTreeMap<String, ExchangeTimes> {
+    let mut of_words: BTreeMap<String, usize> = BTreeMap::new();
+    all.keys().for_each(|(words, _)| *of_words.entry(words.clone()).or_default() += 1);
+    let named = all.into_iter().map(|((words, file), times)| {
+        let alone = of_words.get(&words) == Some(&1);
+        (if alone { words } else { format!("{words} of {}", file.display()) }, times)
+    });
+    named.collect()
 }
 
 #[cfg(test)]
@@ -85,5 +101,13 @@ mod tests {
         // The least and the most that there is a bin for.
         [Duration::ZERO, Duration::from_nanos(1), Duration::MAX].into_iter().for_each(|time| times.note(time));
         assert_eq!(times.count(), 1003);
+    }
+
+    #[test]
+    fn programs_with_the_same_words_are_told_apart_by_their_files() {
+        let of = |words: &str, file: &str| ((words.to_owned(), PathBuf::from(file)), ExchangeTimes::default());
+        let all = [of("python3 x.py", "a/x.toml"), of("python3 x.py", "b/x.toml"), of("y", "a/y.toml")];
+        let told: Vec<String> = told_apart(all.into()).into_keys().collect();
+        assert_eq!(told, ["python3 x.py of a/x.toml", "python3 x.py of b/x.toml", "y"]);
     }
 }

@@ -4,6 +4,7 @@ use rimbench_core::cosim::Side;
 use rimbench_core::interface_model::ReducedInterfaceModel;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 
 /// What the protocol is called, in the first line of both.
@@ -33,7 +34,15 @@ impl From<Side> for Role {
     }
 }
 
-/// One line to a program.
+/// One line to a program: what is asked, and a number by which its reply is known.
+#[derive(Debug, Serialize)]
+pub(super) struct Numbered<'a> {
+    pub(super) id: u64,
+    #[serde(flatten)]
+    pub(super) request: &'a Request<'a>,
+}
+
+/// What a program is asked.
 #[derive(Debug, Serialize)]
 #[serde(tag = "ask", rename_all = "snake_case")]
 pub(super) enum Request<'a> {
@@ -79,7 +88,7 @@ pub(super) enum Request<'a> {
     /// Of one that offers it: give your state, whatever it is.
     State,
     /// Go back to a state that you have given.
-    Restore { state: &'a Value },
+    Restore { state: &'a RawValue },
 }
 
 impl Request<'_> {
@@ -293,6 +302,8 @@ pub(super) struct ModelDescription {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Reply {
+    /// That of the request.
+    pub(super) id: Option<u64>,
     /// Why it cannot go on.
     pub(super) error: Option<String>,
     pub(super) y: Option<Vec<f64>>,
@@ -310,7 +321,8 @@ pub(super) struct Reply {
     pub(super) position: Option<Vec<f64>>,
     pub(super) own_approach: Option<Vec<f64>>,
     pub(super) closed: Option<Vec<bool>>,
-    pub(super) state: Option<Value>,
+    /// As it was said: it may hold integers that no number of ours does.
+    pub(super) state: Option<Box<RawValue>>,
     pub(super) mechanics: Option<Inputs>,
     pub(super) actuator: Option<Inputs>,
 }
@@ -338,4 +350,21 @@ pub(super) fn copy_wanted(part: Option<Vec<f64>>, name: &str, to: &mut [f64]) ->
     }
     to.copy_from_slice(&part);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_comes_back_as_it_was_said() {
+        let state = r#"{"rng":170141183460469231731687303715884105729,"x":[-0.0,1e-400,0.10],"a":"\u00b5","a":null}"#;
+        let reply: Reply = serde_json::from_str(&format!(r#"{{"state": {state}, "id": 7}}"#)).unwrap();
+        assert_eq!(reply.id, Some(7));
+        let state_said = reply.state.unwrap();
+        let line = serde_json::to_string(&Numbered { id: 8, request: &Request::Restore { state: &state_said } });
+        assert_eq!(line.unwrap(), format!(r#"{{"id":8,"ask":"restore","state":{state}}}"#));
+        let line = serde_json::to_string(&Numbered { id: 9, request: &Request::State });
+        assert_eq!(line.unwrap(), r#"{"id":9,"ask":"state"}"#);
+    }
 }

@@ -270,10 +270,12 @@ impl CouplingScheme for ProgramScheme {
         if !self.described.1.state {
             return None;
         }
-        let copies = Arc::clone(self.copies.as_ref().ok()?);
-        let id = copies.lock().unwrap_or_else(PoisonError::into_inner).copy(self.id).ok()?;
+        // A program that fails here has said that it gives its state away: what is made of it fails when it is used, and says why.
+        let copies = self.copies.clone();
+        let id =
+            copies.as_ref().map_or(0, |copies| copies.lock().unwrap_or_else(PoisonError::into_inner).copy(self.id));
         Some(Box::new(ProgramScheme {
-            copies: Ok(copies),
+            copies,
             id,
             described: Arc::clone(&self.described),
             names: self.names.clone(),

@@ -37,7 +37,7 @@ pub struct Rerun {
 }
 
 /// Computes some runs of the results in `folder` that are `asked` for once more, as many as `count`, chosen by `seed`, and compares every cell of `runs.csv` that does not
-/// depend on the machine, and what `reference.csv` and `parameters.csv` say of them. Runs that ended because they took longer than they
+/// depend on the machine, and what `reference.csv` and `parameters.csv` say of them; of what failed as a subsystem not the words. Runs that ended because they took longer than they
 /// may say nothing and are left out. `job` is that of a folder of its own, empty.
 ///
 /// # Errors
@@ -69,6 +69,7 @@ pub fn rerun_sample(
     let (all, settings) = (runs_header(planned), plan_header(planned).len());
     // The last two cells are the wall limit and the trace.
     let compared = settings..all.len() - 2;
+    let reason = runs.column("reason")?;
     for &(place, _) in &sample {
         run_job(Job { shard: Some(Shard::Places { first: place, last: place }), ..job }, &|_| (), stop)?;
         // What was stopped has no record.
@@ -85,7 +86,11 @@ pub fn rerun_sample(
         let mut cells = csv::ReaderBuilder::new().has_headers(false).from_reader(record.findings.as_bytes());
         let cells = cells.records().next().transpose().map_err(|error| Error::file(job.folder, error))?;
         let found = cells.unwrap_or_default();
-        let pairs = compared.clone().map(|column| (column, found.get(column - settings).unwrap_or_default()));
+        // In which words a program of its own fails may depend on what arrives first; that it fails, and when, does not.
+        let same_failure =
+            [runs.text(row, outcome), found.get(outcome - settings).unwrap_or_default()] == ["subsystem-failed"; 2];
+        let columns = compared.clone().filter(|&column| !(same_failure && column == reason));
+        let pairs = columns.map(|column| (column, found.get(column - settings).unwrap_or_default()));
         let differing =
             pairs.filter(|&(column, found)| runs.text(row, column) != found).map(|(column, found)| Differing {
                 column: all[column].to_owned(),
