@@ -38,11 +38,14 @@ pub struct CheckSubmission {
 impl CheckSubmission {
     /// Ends with exit code 1 if anything comes out differently.
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
+        // All that the program does takes of it, from its first word on.
+        let over = stop_after(Duration::from_secs(self.limit));
         let declaration = Declaration::read(&self.folder, catalogue)?;
         let of_declaration = |error: Error| match error {
             error @ Error::File { .. } => error,
             error => Error::file(self.folder.join(DECLARATION), error),
         };
+        declaration.check_places(&self.folder)?;
         declaration.check_patience(&self.folder)?;
         let scheme = read_scheme(&self.folder.join(&declaration.scheme))?;
         declaration.check_scheme(&scheme).map_err(of_declaration)?;
@@ -61,12 +64,15 @@ impl CheckSubmission {
         ))?;
         let seed = self.seed.unwrap_or_else(seed_of_clock);
         let (scratch, cache) = (tempfile::tempdir()?, Cache::of_user());
-        let over = stop_after(Duration::from_secs(self.limit));
         let workplace = Workplace { catalogue: &catalogue, scratch: scratch.path(), cache: &cache, build: &BUILD };
         let (mut checked, mut holds) = (Vec::new(), true);
         for name in &declaration.packages {
+            let stop = StopFlag::new(&over);
             let sample = (self.sample as usize, seed);
-            let package = check_package((&self.folder, name), &declaration, workplace, sample, StopFlag::new(&over));
+            let package = stop
+                .check()
+                .map_err(|_| Error::Stopped)
+                .and_then(|()| check_package((&self.folder, name), &declaration, workplace, sample, &checked, stop));
             let package = package.map_err(|error| match error {
                 Error::Stopped => Error::file(
                     self.folder.join(name),
@@ -96,7 +102,7 @@ impl CheckSubmission {
         match &self.accept {
             None => print("The submission holds. --accept DIR puts its rows where the ranking finds them.")?,
             Some(folder) => {
-                let place = accept(&self.folder, &declaration, &checked, seed, folder)?;
+                let place = accept(&declaration, &checked, seed, folder)?;
                 print(&format!("The submission holds: {}. Rank it with: rimbench rank", place.display()))?;
             }
         }

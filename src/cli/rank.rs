@@ -40,7 +40,7 @@ impl Rank {
             print(&format!("{}{tuned}:\n{}\n", group[0].class, of_rows(group)))?;
         }
         for row in &ranked.unranked {
-            print(&format!("not ranked: {}{}, lacks {} problems", row.label, by(&row.submission), row.lacks))?;
+            print(&format!("not ranked: {}{}, {}", row.label, by(&row.submission), row.why))?;
         }
         let differ = ranked.claims.iter().map(say).filter(|(_, differs)| *differs).count();
         ranked.claims.iter().try_for_each(|claim| print(&say(claim).0))?;

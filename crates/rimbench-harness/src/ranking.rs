@@ -20,6 +20,7 @@ use super::experiment::Experiment;
 use super::submission::Accepted;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result, said_at};
+use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_core::schemes::InformationClass;
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums;
@@ -50,6 +51,32 @@ const PROBLEM: [&str; 9] = [
     "macro_step_s",
     "phase",
 ];
+
+/// Columns of what can be chosen for a scheme row. Within a row they are the same on every problem: otherwise it would be several rows,
+/// each where it is best.
+pub(super) const OPTIONS: [&str; 13] = [
+    "scheme",
+    "sequence",
+    "force_return",
+    "mechanics_steps",
+    "redundancy",
+    "model_motion",
+    "contact_detection",
+    "contacts",
+    "energy_return",
+    "solver",
+    "gain",
+    "step_control",
+    "step_tolerance",
+];
+
+/// The first of the [`OPTIONS`] in which two runs differ, and what it is in each.
+pub(super) fn first_differing<'a>(one: &'a [String], other: &'a [String]) -> Option<(&'static str, &'a str, &'a str)> {
+    let differs = |((option, one), other): ((&'static str, &'a String), &'a String)| {
+        (one != other).then_some((option, one.as_str(), other.as_str()))
+    };
+    OPTIONS.into_iter().zip(one).zip(other).find_map(differs)
+}
 
 /// A ranking file as it is written.
 #[derive(Debug, Clone, Deserialize)]
@@ -118,8 +145,8 @@ pub struct Unranked {
     pub label: String,
     /// Name of the submission; empty if it is one of this project's schemes.
     pub submission: String,
-    /// Problems that it lacks.
-    pub lacks: usize,
+    /// In words.
+    pub why: String,
 }
 
 /// A claim with what was found.
@@ -150,7 +177,7 @@ pub struct CheckedRankClaim {
 pub struct Ranked {
     /// Rows by class, untuned before tuned, by score.
     pub rows: Vec<RankedRow>,
-    /// Rows that lack problems.
+    /// Rows that lack problems, or were computed by other numerics.
     pub unranked: Vec<Unranked>,
     /// Claims.
     pub claims: Vec<CheckedRankClaim>,
@@ -174,6 +201,8 @@ struct Entrant {
     class: InformationClass,
     tuned_on: BTreeSet<String>,
     outcomes: BTreeMap<Vec<String>, Outcome>,
+    /// Its [`OPTIONS`], and the case of the run that has them; of runs on cases that it was not tuned on.
+    options: Option<(Vec<String>, String)>,
     /// Per macro step, of completed runs: exchanges, steps of the mechanics.
     work: [Vec<f64>; 2],
 }
@@ -234,13 +263,22 @@ impl Ranking {
             }
             enter(&mut entrants, &runs, "", |row| of_catalogue(catalogue, &runs, row))?;
         }
+        let mut older = Vec::new();
         for submission in submissions {
+            // Digits of other numerics are not those of the rows beside them.
+            if submission.numerics.as_deref() != Some(NUMERICS_VERSION.to_string().as_str()) {
+                let by = submission.numerics.as_deref().unwrap_or("of a version that is not written down");
+                let (label, submission) = (submission.name.clone(), submission.name.clone());
+                older.push(Unranked { label, submission, why: format!("computed by numerics {by}; check it again") });
+                continue;
+            }
             for runs in &submission.runs {
                 enter(&mut entrants, runs, &submission.name, |row| submission.entry(runs, row))?;
             }
         }
-        let ranked = rank(entrants);
-        self.with_claims(ranked)
+        let (mut ranked, values) = rank(entrants);
+        ranked.unranked.append(&mut older);
+        self.with_claims((ranked, values))
     }
 
     fn with_claims(&self, (mut ranked, values): (Ranked, BTreeMap<Name, Vec<f64>>)) -> Result<Ranked> {
@@ -329,6 +367,9 @@ pub(super) fn class_of_run(of_scheme: InformationClass, runs: &ResultsTable, row
 }
 
 /// Enters the runs of a table; `who` says class and tuning of a run, or that it is none of the submission's.
+///
+/// # Errors
+/// [`Error::File`] for a row that has other options on one problem than on another, unless it was tuned on that case.
 fn enter(
     entrants: &mut BTreeMap<Name, Entrant>,
     runs: &ResultsTable,
@@ -339,6 +380,7 @@ fn enter(
     let [label, outcome, error, step, duration] =
         ["label", "outcome", ERROR, "macro_step_s", "duration_s"].map(|name| runs.column(name));
     let (label, outcome, error, step, duration) = (label?, outcome?, error?, step?, duration?);
+    let options = OPTIONS.map(|name| runs.column(name).ok());
     let counters = [runs.column("exchanges")?, runs.column("mechanics_micro_steps")?];
     for row in 0..runs.len() {
         let Some((class, tuned_on)) = who(row)? else { continue };
@@ -350,12 +392,31 @@ fn enter(
         let error = if ended == "completed" && value.is_finite() { value.min(CHARGE) } else { CHARGE };
         let skipped = ended == "skipped";
         let failed = ended != "completed" && !skipped;
-        let entrant = entrants.entry((submission.to_owned(), runs.text(row, label).to_owned())).or_insert_with(|| {
-            Entrant { class, tuned_on: BTreeSet::new(), outcomes: BTreeMap::new(), work: [Vec::new(), Vec::new()] }
-        });
+        let entrant =
+            entrants.entry((submission.to_owned(), runs.text(row, label).to_owned())).or_insert_with(|| Entrant {
+                class,
+                tuned_on: BTreeSet::new(),
+                outcomes: BTreeMap::new(),
+                options: None,
+                work: [Vec::new(), Vec::new()],
+            });
+        let case = &key[0];
+        if !tuned_on.contains(case) {
+            let own: Vec<String> =
+                options.iter().map(|column| column.map_or("", |column| runs.text(row, column)).to_owned()).collect();
+            let (known, there) = entrant.options.get_or_insert_with(|| (own.clone(), case.clone()));
+            if let Some((option, was, is)) = first_differing(known, &own) {
+                let message = format!(
+                    "row `{}` has {option} = `{was}` on `{there}` and `{is}` on `{case}`: what is ranked under one label is the same \
+                     everywhere",
+                    runs.text(row, label)
+                );
+                return Err(Error::file(runs.path(), message));
+            }
+        }
         entrant.class = entrant.class.max(class);
         entrant.tuned_on.extend(tuned_on);
-        // One row that was run several ways on a problem, as with several tolerances, has the worst of them: none was chosen beforehand.
+        // One row that was run several ways on a problem, as with several gains, has the worst of them: none was chosen beforehand.
         let known = entrant.outcomes.entry(key).or_insert(Outcome { error, failed, skipped });
         if error > known.error || failed {
             *known = Outcome { error, failed, skipped };
@@ -392,7 +453,7 @@ fn rank(entrants: BTreeMap<Name, Entrant>) -> (Ranked, BTreeMap<Name, Vec<f64>>)
         let lacks = problems.iter().filter(|problem| !entrant.outcomes.contains_key(*problem)).count();
         if lacks > 0 {
             let (submission, label) = name.clone();
-            unranked.push(Unranked { label, submission, lacks });
+            unranked.push(Unranked { label, submission, why: format!("lacks {lacks} problems") });
             continue;
         }
         let mut of_witness: BTreeMap<String, Vec<f64>> = BTreeMap::new();
@@ -510,9 +571,30 @@ mod tests {
             ("whole", "b", "1.0", "completed", "0.001"),
             ("part", "a", "1.0", "completed", "0.001"),
         ]));
-        assert_eq!(ranked.unranked, [Unranked { label: "part".into(), submission: String::new(), lacks: 3 }]);
+        assert_eq!(
+            ranked.unranked,
+            [Unranked { label: "part".into(), submission: String::new(), why: "lacks 3 problems".into() }]
+        );
         approx::assert_relative_eq!(ranked.rows[0].score, (0.101_f64 * 0.002).sqrt() - 1e-3, max_relative = 1e-12);
         assert_eq!(values.len(), 1);
+    }
+
+    #[test]
+    fn a_row_that_is_another_scheme_on_another_case_is_refused_unless_it_was_tuned_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.csv");
+        let row = |case: &str, control: &str| {
+            format!("mine,{case},,nepce,a,b,,0.001,{control},1.0,1e-4,1.0,completed,0.1,2000,1000\n")
+        };
+        std::fs::write(&path, format!("{HEADER}\n{}{}", row("a", "none"), row("b", "energy-residual"))).unwrap();
+        let runs = ResultsTable::read(&path).unwrap();
+        let entered = |tuned_on: &[&str]| {
+            let tuned_on: BTreeSet<String> = tuned_on.iter().map(|case| (*case).to_owned()).collect();
+            enter(&mut BTreeMap::new(), &runs, "mine", |_| Ok(Some((InformationClass::Samples, tuned_on.clone()))))
+        };
+        let said = entered(&[]).unwrap_err().to_string();
+        assert!(said.contains("row `mine` has step_control = `none` on `a` and `energy-residual` on `b`"), "{said}");
+        entered(&["b"]).unwrap();
     }
 
     #[test]

@@ -14,21 +14,33 @@ use super::cache::Cache;
 use super::execution::Job;
 use super::experiment::PlannedRun;
 use super::package::{Citation, DESCRIPTION, Package, Rerun, rerun_sample};
-use super::ranking::class_of_run;
+use super::ranking::{OPTIONS, class_of_run, first_differing};
+use super::results::{plan_cells, plan_header, tries_friction_laws};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result, said_at};
 use rimbench_core::name::check_new_name;
+use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_core::schemes::{InformationClass, SchemeEntry};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums;
 use rimbench_results::results_table::ResultsTable;
 use serde::Deserialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 /// Name of the declaration.
 pub const DECLARATION: &str = "submission.toml";
+
+/// Name of the table of what was computed once more.
+const CHECK: &str = "check.csv";
+
+/// Its column of the version of the numerics that computed.
+const NUMERICS: &str = "numerics_version";
+
+/// Keys of a scheme file: what is started, and which further files its digits depend on.
+const COMMAND: &str = "command";
+const FILES: &str = "files";
 
 /// Key of a scheme file: how long its program may take for an answer.
 const PATIENCE: &str = "answer_within_s";
@@ -83,6 +95,8 @@ pub struct Declaration {
     pub packages: Vec<String>,
     /// What was tuned; nothing if all was fixed beforehand.
     pub tuned: Vec<Tuned>,
+    /// As it was read: the program may write to the file afterwards.
+    text: String,
 }
 
 impl Declaration {
@@ -106,10 +120,10 @@ impl Declaration {
         let raw: Raw = toml::from_str(text).map_err(|error: toml::de::Error| {
             Error::file(path, format!("is no declaration: {}", said_at(text, error.span(), error.message())))
         })?;
-        Self::checked(raw, catalogue).map_err(|error| Error::file(path, error))
+        Self::checked(raw, text, catalogue).map_err(|error| Error::file(path, error))
     }
 
-    fn checked(raw: Raw, catalogue: &Catalogue) -> Result<Self> {
+    fn checked(raw: Raw, text: &str, catalogue: &Catalogue) -> Result<Self> {
         let Raw { name, about, authors, licence, information, scheme, packages, tuned } = raw;
         check_new_name("scheme", &name, catalogue.schemes().iter().map(|scheme| &*scheme.name))?;
         in_words("about", &about, "what the scheme does, in a line")?;
@@ -132,12 +146,62 @@ impl Declaration {
             }
             tuned.cases.iter().try_for_each(|case| catalogue.case(case).map(drop))?;
         }
-        Ok(Declaration { name, about, authors, licence, information, scheme, packages, tuned })
+        let text = text.to_owned();
+        Ok(Declaration { name, about, authors, licence, information, scheme, packages, tuned, text })
     }
 
     /// Cases that something was tuned on.
     pub fn tuned_on(&self) -> BTreeSet<String> {
         self.tuned.iter().flat_map(|tuned| tuned.cases.iter().cloned()).collect()
+    }
+
+    /// Looks at where its files are, links followed, before the program is started: whoever has the folder has all of the submission.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a declaration, a scheme file, a package, or a file that the scheme file names, which lies elsewhere. What is not
+    /// there at all is for its reader to say.
+    pub fn check_places(&self, folder: &Path) -> Result<()> {
+        let whole = folder.canonicalize().map_err(|error| Error::file(folder, format!("cannot be found: {error}")))?;
+        let lies_inside =
+            |path: &Path| path.canonicalize().is_ok_and(|path| path.starts_with(&whole)) || !path.exists();
+        let path = folder.join(DECLARATION);
+        if !lies_inside(&path) {
+            return Err(Error::file(path, "leads out of the folder of the submission: put the file itself there"));
+        }
+        for (key, name) in std::iter::once(("scheme", self.scheme.as_path()))
+            .chain(self.packages.iter().map(|package| ("packages", Path::new(package))))
+        {
+            if !lies_inside(&folder.join(name)) {
+                return Err(Error::file(path, Error::invalid(key, name.display(), INSIDE)));
+            }
+        }
+        let path = folder.join(&self.scheme);
+        let text =
+            std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
+        let file: toml::Table = toml::from_str(&text).unwrap_or_default();
+        let beside = path.parent().unwrap_or(folder);
+        let words = |key: &str| -> Vec<String> {
+            let words = file.get(key).and_then(toml::Value::as_array).into_iter().flatten();
+            words.filter_map(|word| word.as_str().map(str::to_owned)).collect()
+        };
+        for file in words(FILES) {
+            // Whether or not it is there, no file of a submission is named so.
+            if Path::new(&file).is_absolute() || !lies_inside(&beside.join(&file)) {
+                return Err(Error::file(&path, Error::invalid(FILES, file, INSIDE)));
+            }
+        }
+        for word in words(COMMAND) {
+            // The value of an option is a path as well, and what has no slash is one where there is such a file.
+            for part in std::iter::once(&*word).chain(word.split_once('=').map(|(_, value)| value)) {
+                if Path::new(part).is_absolute() || !lies_inside(&beside.join(part)) {
+                    return Err(Error::file(
+                        &path,
+                        Error::invalid(COMMAND, &word, format!("{INSIDE}, or a name on the path")),
+                    ));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Looks at how long the program may take for an answer, before it is started: nobody is kept waiting for longer than
@@ -222,6 +286,9 @@ fn in_words(key: &str, text: &str, expected: &str) -> Result<()> {
     if good { Ok(()) } else { Err(Error::invalid(key, text, format!("{expected}, at most {LONGEST} characters"))) }
 }
 
+/// What a path in a submission is.
+const INSIDE: &str = "a path below the folder of the submission";
+
 /// A path that does not lead out of the folder.
 fn inside(key: &str, text: &str) -> Result<PathBuf> {
     let path = Path::new(text);
@@ -229,7 +296,7 @@ fn inside(key: &str, text: &str) -> Result<PathBuf> {
     if !text.is_empty() && path.components().all(plain) && !text.contains(char::is_control) {
         return Ok(path.to_owned());
     }
-    Err(Error::invalid(key, text, "a path below the folder of the submission"))
+    Err(Error::invalid(key, text, INSIDE))
 }
 
 /// A package of a submission that was looked at.
@@ -245,8 +312,10 @@ pub struct CheckedPackage {
     pub changed: Vec<String>,
     /// Runs that were computed once more.
     pub reruns: Vec<Rerun>,
-    /// Where its results folder was unpacked to.
-    pub results: PathBuf,
+    /// Its `runs.csv` as it was before the first of these runs: the program may write to what lies on the disk.
+    runs_csv: Vec<u8>,
+    /// Options of each row of the scheme, on cases that nothing was tuned on, with the run that has them.
+    options: BTreeMap<String, (Vec<String>, String)>,
 }
 
 impl CheckedPackage {
@@ -269,7 +338,45 @@ pub struct Workplace<'a> {
     pub build: &'a BuildInfo,
 }
 
-/// Checks a package of a submission: its files, what is declared of it, and a sample of the scheme's own runs, chosen by a seed.
+/// Options of the rows of a package that are the scheme's, by label, each with the run that has them, on cases that nothing was tuned on.
+/// `earlier` are the packages before.
+///
+/// # Errors
+/// [`Error::Incompatible`] for a label that has one value of an option in one run and another in another: it would be several schemes,
+/// each where it is best.
+fn options_of(
+    package: &Package,
+    (name, declaration): (&str, &Declaration),
+    earlier: &[CheckedPackage],
+) -> Result<BTreeMap<String, (Vec<String>, String)>> {
+    let (header, laws) = (plan_header(&package.planned), tries_friction_laws(&package.planned));
+    let places = OPTIONS.map(|option| header.iter().position(|column| *column == option));
+    let tuned_on = declaration.tuned_on();
+    let mut found: BTreeMap<String, (Vec<String>, String)> = BTreeMap::new();
+    for run in &package.planned {
+        if run.spec.scheme.name != declaration.name || tuned_on.contains(&*run.spec.case.name) {
+            continue;
+        }
+        let cells = plan_cells(run, laws);
+        let own: Vec<String> = places.map(|place| place.map_or_else(String::new, |place| cells[place].clone())).into();
+        let here = format!("{name}, {}", run.spec.case.name);
+        let before = earlier.iter().map(|package| &package.options).chain([&found]);
+        for (options, there) in before.filter_map(|options| options.get(&run.label)) {
+            if let Some((option, was, is)) = first_differing(options, &own) {
+                return Err(Error::Incompatible(format!(
+                    "row `{}` has {option} = `{was}` in {there} and `{is}` in {here}: give each a label, or declare as [[tuned]] what \
+                     was chosen for that case",
+                    run.label
+                )));
+            }
+        }
+        found.entry(run.label.clone()).or_insert((own, here));
+    }
+    Ok(found)
+}
+
+/// Checks a package of a submission: its files, what is declared of it, and a sample of the scheme's own runs, chosen by a seed. `earlier`
+/// are its packages that were checked before.
 ///
 /// # Errors
 /// Those of [`Package::read`], [`Package::unpack`] and [`rerun_sample`]; what is declared and is not so.
@@ -278,6 +385,7 @@ pub fn check_package(
     declaration: &Declaration,
     Workplace { catalogue, scratch, cache, build }: Workplace<'_>,
     (sample, seed): (usize, u64),
+    earlier: &[CheckedPackage],
     stop: StopFlag<'_>,
 ) -> Result<CheckedPackage> {
     let place = folder.join(name);
@@ -286,20 +394,35 @@ pub fn check_package(
     }
     let package = Package::read(&place, catalogue)?;
     declaration.check_package(&package).map_err(|error| Error::file(&place, error))?;
+    let options = options_of(&package, (name, declaration), earlier).map_err(|error| Error::file(&place, error))?;
+    // It becomes the name of a folder.
+    let experiment = package.experiment.name();
+    inside("rimbench.experiment", &experiment).map_err(|error| Error::file(place.join(DESCRIPTION), error))?;
     let [results, anew, again] = ["results", "anew", "again"].map(|part| scratch.join(name).join(part));
     package.unpack_named(catalogue, &results)?;
+    let table = results.join("runs.csv");
+    let read = || std::fs::read(&table).map_err(|error| Error::file(&table, format!("cannot be read: {error}")));
+    let runs_csv = read()?;
     let changed = package.not_as_exported(catalogue, &results, &anew)?;
     let job = Job { quick: package.quick, ..Job::new(&package.experiment, catalogue, &again, cache, build) };
     // Rows of other schemes are no matter of the submission.
     let own = |run: &PlannedRun| run.spec.scheme.name == declaration.name;
     let reruns = rerun_sample(job, &package.planned, own, &results, (sample, seed), stop)?;
+    // What was held against the runs is what is kept.
+    if read()? != runs_csv {
+        return Err(Error::file(
+            table,
+            "has been changed while its runs were computed: by the program, if by nobody else",
+        ));
+    }
     Ok(CheckedPackage {
         name: name.to_owned(),
-        experiment: package.experiment.name(),
+        experiment,
         runs: package.planned.len(),
         changed,
         reruns,
-        results,
+        runs_csv,
+        options,
     })
 }
 
@@ -307,13 +430,7 @@ pub fn check_package(
 ///
 /// # Errors
 /// [`Error::File`].
-pub fn accept(
-    submission: &Path,
-    declaration: &Declaration,
-    checked: &[CheckedPackage],
-    seed: u64,
-    folder: &Path,
-) -> Result<PathBuf> {
+pub fn accept(declaration: &Declaration, checked: &[CheckedPackage], seed: u64, folder: &Path) -> Result<PathBuf> {
     let out = folder.join(&declaration.name);
     if out.exists() {
         return Err(Error::file(
@@ -321,35 +438,37 @@ pub fn accept(
             "is there already: move it away, so that nobody's rows are replaced without a word",
         ));
     }
-    // Whole or not at all: what is there is believed.
-    let half = folder.join(format!(".{}", declaration.name));
-    let wrong = |error: std::io::Error| Error::file(&out, format!("cannot be written: {error}"));
-    let _ = std::fs::remove_dir_all(&half);
-    std::fs::create_dir_all(&half).map_err(wrong)?;
-    std::fs::copy(submission.join(DECLARATION), half.join(DECLARATION)).map_err(wrong)?;
-    let mut names = vec![DECLARATION.to_owned(), "check.csv".to_owned()];
     for (index, package) in checked.iter().enumerate() {
         if checked[..index].iter().any(|earlier| earlier.experiment == package.experiment) {
             let message = format!("would hold two packages of the experiment `{}`: give it one", package.experiment);
             return Err(Error::file(&out, message));
         }
-        let to = half.join(&package.experiment);
-        std::fs::create_dir_all(&to).map_err(wrong)?;
-        std::fs::copy(package.results.join("runs.csv"), to.join("runs.csv")).map_err(wrong)?;
-        names.push(format!("{}/runs.csv", package.experiment));
     }
-    write_atomically(&half.join("check.csv"), |file| {
-        writeln!(file, "experiment,run_id,label,macro_step_s,seed,equal")?;
+    let make = |place: &Path| {
+        std::fs::create_dir_all(place).map_err(|error| Error::file(place, format!("cannot be made: {error}")))
+    };
+    make(&out)?;
+    let mut names = vec![DECLARATION.to_owned(), CHECK.to_owned()];
+    // Nothing is read again: since the program was started, what lies on the disk may be its work.
+    write_atomically(&out.join(DECLARATION), |file| file.write_all(declaration.text.as_bytes()))?;
+    for package in checked {
+        make(&out.join(&package.experiment))?;
+        let name = format!("{}/runs.csv", package.experiment);
+        write_atomically(&out.join(&name), |file| file.write_all(&package.runs_csv))?;
+        names.push(name);
+    }
+    write_atomically(&out.join(CHECK), |file| {
+        writeln!(file, "experiment,run_id,label,macro_step_s,{NUMERICS},seed,equal")?;
         for package in checked {
             for Rerun { run_id, label, macro_step_s, differing } in &package.reruns {
                 let row = super::results::row(&[&package.experiment, run_id, label]);
-                writeln!(file, "{row},{macro_step_s:?},{seed},{}", differing.is_empty())?;
+                writeln!(file, "{row},{macro_step_s:?},{NUMERICS_VERSION},{seed},{}", differing.is_empty())?;
             }
         }
         Ok(())
     })?;
-    checksums::write(&half, names)?;
-    std::fs::rename(&half, &out).map_err(wrong)?;
+    // Written last: what lacks it is not believed.
+    checksums::write(&out, names)?;
     Ok(out)
 }
 
@@ -360,6 +479,8 @@ pub struct Accepted {
     pub name: String,
     information: InformationClass,
     tuned_on: BTreeSet<String>,
+    /// Version of the numerics that it was checked by; none if nobody wrote it down.
+    pub(super) numerics: Option<String>,
     /// Its runs, and those of other schemes beside them.
     pub runs: Vec<ResultsTable>,
 }
@@ -384,7 +505,10 @@ impl Accepted {
         let tables = files.keys().filter(|name| name.ends_with("/runs.csv"));
         let runs = tables.map(|name| ResultsTable::read(&folder.join(name))).collect::<Result<Vec<_>>>()?;
         let tuned_on = declaration.tuned_on();
-        Ok(Accepted { name: declaration.name, information: declaration.information, tuned_on, runs })
+        let check = ResultsTable::read(&folder.join(CHECK))?;
+        let version = |row: usize, column: usize| check.text(row, column).to_owned();
+        let numerics = check.column(NUMERICS).ok().filter(|_| !check.is_empty()).map(|column| version(0, column));
+        Ok(Accepted { name: declaration.name, information: declaration.information, tuned_on, numerics, runs })
     }
 
     /// Class and tuning of a run; none if it is of another scheme.
@@ -476,6 +600,74 @@ cases = ["wedge-box"]
         }
         std::fs::remove_file(folder.path().join("scheme.toml")).unwrap();
         assert!(declaration.check_patience(folder.path()).unwrap_err().to_string().contains("cannot be read"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_submission_all_of_which_is_not_in_its_folder_is_refused_links_followed() {
+        use std::os::unix::fs::symlink;
+        let (above, declaration) = (tempfile::tempdir().unwrap(), parsed(GOOD).unwrap());
+        let folder = above.path().join("mine");
+        std::fs::create_dir_all(folder.join("package")).unwrap();
+        for name in ["mine/lines.py", "mine/submission.toml", "elsewhere.py"] {
+            std::fs::write(above.path().join(name), "").unwrap();
+        }
+        symlink("../elsewhere.py", folder.join("linked.py")).unwrap();
+        let check = |text: &str| {
+            std::fs::write(folder.join("scheme.toml"), text).unwrap();
+            declaration.check_places(&folder).map_err(|error| error.to_string())
+        };
+        for text in [
+            "",
+            "command = [\"python3\", \"lines.py\", \"module:Class\", \"--rate=1/2\"]\nfiles = [\"lines.py\"]",
+            "command = [\"./lines.py\"]",
+            "command = [\"python3\"]\nfiles = [\"is-not-there.py\"]",
+        ] {
+            assert_eq!(check(text), Ok(()), "{text}");
+        }
+        for text in [
+            "command = [\"python3\", \"../elsewhere.py\"]",
+            "command = [\"python3\", \"linked.py\"]",
+            "command = [\"python3\", \"/no/such/file.py\"]",
+            "command = [\"python3\", \"--from=../elsewhere.py\"]",
+            "files = [\"../elsewhere.py\"]",
+            "files = [\"linked.py\"]",
+            "files = [\"/etc/hostname\"]",
+        ] {
+            let said = check(text).unwrap_err();
+            let key = text.split(' ').next().unwrap();
+            let wanted = format!("scheme.toml: {key} = ");
+            assert!(said.contains(&wanted) && said.contains("below the folder of the submission"), "{text}: {said}");
+        }
+        check("").unwrap();
+        std::fs::remove_dir(folder.join("package")).unwrap();
+        symlink("..", folder.join("package")).unwrap();
+        let said = check("").unwrap_err();
+        assert!(said.contains("submission.toml: packages = package is not valid"), "{said}");
+    }
+
+    /// Whatever is done to the files after they were read and checked.
+    #[test]
+    fn what_is_accepted_is_what_was_checked_and_says_which_numerics_computed_it() {
+        let (folder, declaration) = (tempfile::tempdir().unwrap(), parsed(GOOD).unwrap());
+        let package = CheckedPackage {
+            name: "package".into(),
+            experiment: "sweep".into(),
+            runs: 1,
+            changed: Vec::new(),
+            reruns: vec![Rerun { run_id: "a".into(), label: "mine".into(), macro_step_s: 1e-3, differing: Vec::new() }],
+            runs_csv: b"run_id,scheme\na,mine\n".to_vec(),
+            options: BTreeMap::new(),
+        };
+        let out = accept(&declaration, &[package], 5, folder.path()).unwrap();
+        assert_eq!(std::fs::read_to_string(out.join(DECLARATION)).unwrap(), GOOD);
+        assert_eq!(std::fs::read(out.join("sweep/runs.csv")).unwrap(), b"run_id,scheme\na,mine\n");
+        let accepted = Accepted::read_all(folder.path(), &Catalogue::standard()).unwrap();
+        assert_eq!(accepted.len(), 1);
+        assert_eq!(accepted[0].numerics, Some(NUMERICS_VERSION.to_string()));
+        // One whose checksums were not written was not whole.
+        std::fs::remove_file(out.join(checksums::CHECKSUMS)).unwrap();
+        assert!(Accepted::read_all(folder.path(), &Catalogue::standard()).is_err());
     }
 
     #[test]
