@@ -819,6 +819,26 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
 }
 
 #[test]
+fn a_picture_that_leaves_cases_out_says_so_itself() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let names: Vec<String> = (0..14).map(|case| format!("case-{case:02}")).collect();
+    let cases: Vec<(&str, [f64; 3])> = names.iter().map(|name| (name.as_str(), [1e-3, 2e-3, 5e-3])).collect();
+    unlisted_results(place.path(), "mine/lines", &cases, 3);
+    unlisted_results(place.path(), "mine/rows", &cases, 20);
+    unlisted_results(place.path(), "mine/all", &cases[..12], 20);
+    let (list, failed) = FigureList { figures: Vec::new() }.completed(place.path(), None);
+    let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
+    assert!(failed.is_empty() && made.failed.is_empty(), "{failed:?} {made:?}");
+    for (name, left_out) in [("lines", true), ("rows", true), ("all", false)] {
+        let svg = read(&place.path().join(format!("mine/{name}/figures/mine-{name}-error.svg")));
+        let texts = texts_of(&String::from_utf8(svg).unwrap());
+        let said = texts.keys().any(|text| text.starts_with("2 more cases are not drawn"));
+        assert_eq!(said, left_out, "{name}: {texts:?}");
+        assert!(texts.contains_key("(l) case-11"), "{texts:?}");
+    }
+}
+
+#[test]
 fn ranked_rows_signed_axes_and_lost_phases_say_what_they_show() {
     let place = tempfile::tempdir().expect("a temporary folder");
     made_up_results(place.path());

@@ -123,6 +123,8 @@ const LENS: f64 = 25.0;
 const MAGNIFIED: f64 = 25.0;
 /// Height of the curves, px.
 const CHART: f64 = 92.0;
+/// Height of the key below them, px.
+const KEY: f64 = 20.0;
 /// Seconds of playing per second outside and inside the slow part, and the rest at the end.
 const PACE: [f64; 2] = [1.6, 14.0];
 const REST_S: f64 = 1.2;
@@ -143,7 +145,7 @@ impl Animation {
         let (top, drawing) = (HEADER, (BELOW_M + ABOVE_M) * scale);
         let lenses = top + drawing + 6.0;
         let chart = lenses + 2.0 * LENS + 26.0;
-        let height = chart + CHART + 20.0;
+        let height = chart + CHART + 20.0 + KEY;
         let (mut style, mut body) = (String::new(), String::new());
         for (index, scheme) in self.schemes.iter().take(2).enumerate() {
             let left = MARGIN + index as f64 * (cell + 12.0);
@@ -151,6 +153,7 @@ impl Animation {
             self.scheme(&stage, scheme, &palette, &mut style, &mut body);
         }
         self.chart(chart, page, &palette, &mut style, &mut body);
+        self.key(chart + CHART + 20.0 + 0.4 * KEY, page, &palette, &mut body);
         let moving: String = style;
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height:.0}\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" \
@@ -159,6 +162,65 @@ impl Animation {
             escaped(&self.title),
             hex(palette.paper),
         )
+    }
+
+    /// What the curves and the arrows are, and what the strip leaves out.
+    fn key(&self, y: f64, page: Page, palette: &Palette, body: &mut String) {
+        let soft = hex(palette.soft);
+        let mut x = MARGIN;
+        let mut entry = |sample: String, words: &str| {
+            let _ = writeln!(
+                body,
+                "{sample}<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"11\" fill=\"{soft}\">{}</text>",
+                x + 22.0,
+                y + 4.0,
+                escaped(words),
+            );
+            // Some other typeface may be wider than ours.
+            x += 22.0 + 1.1 * super::font::width(words, 11.0, super::drawing::Weight::Regular) + 14.0;
+            x
+        };
+        let line = |x: f64, color: Color| {
+            format!("<path stroke=\"{}\" stroke-width=\"1.6\" d=\"M{x:.1} {y:.1}h16\"/>", hex(color))
+        };
+        let mut at = MARGIN;
+        if self.curves.iter().any(|curve| curve.color.is_none()) {
+            at = entry(line(at, palette.ink), "reference");
+        }
+        for scheme in self.schemes.iter().take(2) {
+            at = entry(line(at, page.of(scheme.color)), &scheme.label);
+        }
+        if self.schemes.iter().any(|scheme| self.shown(&scheme.poses).any(|pose| !pose.contact_forces.is_empty())) {
+            let arrow = format!(
+                "<path fill=\"{}\" d=\"M{:.1} {:.1}v-9h-2.5l4-7l4 7h-2.5v9z\"/>",
+                hex(palette.force),
+                at + 6.5,
+                y + 7.0
+            );
+            at = entry(arrow, "contact force");
+        }
+        let [low, high] = self.force_n;
+        let (from, to) = (self.shown_s[0], self.shown_s[1]);
+        let largest = self.curves.iter().flat_map(|curve| &curve.points);
+        let largest = largest.filter(|(t, force)| (from..=to).contains(t) && force.is_finite());
+        let largest = largest
+            .fold(0.0_f64, |most, (_, force)| if (low..=high).contains(force) { most } else { most.max(force.abs()) });
+        if largest > 0.0 {
+            let ends = match low == -high {
+                true => format!("±{:.0}", high / 1000.0),
+                false => format!(
+                    "{} and {}",
+                    signed(format!("{:.0}", low / 1000.0)),
+                    signed(format!("{:.0}", high / 1000.0))
+                ),
+            };
+            let words = format!("cut off at {ends} kN: the largest is {:.0} kN", largest / 1000.0);
+            let _ = writeln!(
+                body,
+                "<text x=\"{at:.1}\" y=\"{:.1}\" font-size=\"11\" fill=\"{soft}\">{words}</text>",
+                y + 4.0
+            );
+        }
     }
 
     /// Duration of one round, s.
@@ -181,17 +243,20 @@ impl Animation {
         poses.iter().filter(move |pose| (from - 1e-9..=to + 1e-9).contains(&pose.time_s))
     }
 
-    /// A rule that moves a class through its states, and the still that it starts from.
-    fn moved(&self, name: &str, states: &[(f64, State)], turns: bool, style: &mut String) {
-        let written = |state: &State| {
+    /// A rule that moves a class through its states, and the still that it starts from. Returns the attributes of what moves: its class,
+    /// and the still for a reader that applies no style sheet.
+    fn moved(&self, name: &str, states: &[(f64, State)], turns: bool, style: &mut String) -> String {
+        let written = |state: &State, [px, deg]: [&str; 2]| {
             let [x, y, third] = state.map(|value| round(value, 100.0));
             match turns {
-                true => format!("translate({x}px,{y}px) rotate({third}deg)"),
-                false => format!("translate({x}px,{y}px) scale({third})"),
+                true => format!("translate({x}{px},{y}{px}) rotate({third}{deg})"),
+                false => format!("translate({x}{px},{y}{px}) scale({third})"),
             }
         };
+        // An attribute takes numbers only, a style sheet wants units.
+        let (bare, units) = (["", ""], ["px", "deg"]);
         let still = states.iter().min_by(|a, b| (a.0 - self.still_s).abs().total_cmp(&(b.0 - self.still_s).abs()));
-        let Some((_, still)) = still else { return };
+        let Some((_, still)) = still else { return format!("class=\"{name}\"") };
         let round_s = self.round_s();
         let timed: Vec<(f64, State)> = states.iter().map(|(t, state)| (self.played(*t) / round_s, *state)).collect();
         let mut frames = String::new();
@@ -199,15 +264,16 @@ impl Animation {
         for (index, (share, state)) in kept.iter().enumerate() {
             let share = round(100.0 * share, 100.0);
             let last = if index + 1 == kept.len() { ",100%" } else { "" };
-            let _ = write!(frames, "{share}%{last}{{transform:{}}}", written(state));
+            let _ = write!(frames, "{share}%{last}{{transform:{}}}", written(state, units));
         }
         let _ = writeln!(
             style,
             ".{name}{{transform:{}}}@keyframes {name}{{{frames}}}\
              @media(prefers-reduced-motion:no-preference){{.{name}{{animation:{name} {:.2}s linear infinite}}}}",
-            written(still),
+            written(still, units),
             round_s,
         );
+        format!("class=\"{name}\" transform=\"{}\"", written(still, bare))
     }
 
     fn scheme(&self, stage: &Stage, scheme: &Moving, palette: &Palette, style: &mut String, body: &mut String) {
@@ -240,14 +306,14 @@ impl Animation {
         let ledge = ledge.map(|point| place(first, point));
         let hatch: String =
             (-90..90).map(|k| format!("M{:.1} {:.1}l-6 8", left + 0.5 * cell + 14.0 * f64::from(k), floor)).collect();
-        self.moved(&name("g"), &states(&|pose| [(first.box_x_m - pose.box_x_m) * scale, 0.0, 0.0]), true, style);
+        let ground =
+            self.moved(&name("g"), &states(&|pose| [(first.box_x_m - pose.box_x_m) * scale, 0.0, 0.0]), true, style);
         let _ = write!(
             body,
             "<path fill=\"{}\" stroke=\"none\" d=\"M{left} {floor:.1}h{cell:.1}v99h-{cell:.1}z\"/>\n\
-             <g class=\"{}\"><path fill=\"{}\" d=\"{}\"/><path stroke=\"{soft}\" d=\"{hatch}\"/></g>\n\
+             <g {ground}><path fill=\"{}\" d=\"{}\"/><path stroke=\"{soft}\" d=\"{hatch}\"/></g>\n\
              <path d=\"M{left} {floor:.1}h{cell:.1}\"/>\n",
             hex(palette.ground),
-            name("g"),
             hex(palette.ledge),
             polygon(&ledge),
         );
@@ -257,13 +323,8 @@ impl Animation {
             let at = place(pose, tip);
             [at.0, at.1, -(tip.1 - pin.1).atan2(tip.0 - pin.0).to_degrees()]
         };
-        self.moved(&name("r"), &states(&rod), true, style);
-        let _ = writeln!(
-            body,
-            "<g class=\"{}\"><path fill=\"{}\" d=\"M-600-2.2H0v4.4H-600z\"/></g>",
-            name("r"),
-            hex(palette.metal)
-        );
+        let moving = self.moved(&name("r"), &states(&rod), true, style);
+        let _ = writeln!(body, "<g {moving}><path fill=\"{}\" d=\"M-600-2.2H0v4.4H-600z\"/></g>", hex(palette.metal));
         // Box, wedges and disc in the frame of the box.
         let own = |(x, y): (f64, f64)| (x * scale, -y * scale);
         let (half_width, half_height) = (0.5 * geometry.box_width_m, 0.5 * geometry.box_height_m);
@@ -286,12 +347,11 @@ impl Animation {
             let (x, y) = place(pose, (pose.box_x_m, pose.box_y_m));
             [x, y, -pose.box_angle_rad.to_degrees()]
         };
-        self.moved(&name("b"), &states(&at), true, style);
+        let moving = self.moved(&name("b"), &states(&at), true, style);
         let _ = writeln!(
             body,
-            "<g class=\"{}\"><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{:.1}\" fill=\"{}\"/><path fill=\"{}\" d=\"{}{wedges}\"/>\
+            "<g {moving}><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{:.1}\" fill=\"{}\"/><path fill=\"{}\" d=\"{}{wedges}\"/>\
              <path fill=\"{}\" d=\"{}\"/><g fill=\"{}\"><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\"/><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\"/></g></g>",
-            name("b"),
             disc.0,
             disc.1,
             geometry.disc_radius_m * scale,
@@ -314,11 +374,10 @@ impl Animation {
                 let size = force.fx_n.hypot(force.fy_n) / FULL_FORCE_N;
                 [x, y, if size.is_finite() { size.min(1.6) } else { 0.0 }]
             };
-            let name = format!("f{index}{contact}");
-            self.moved(&name, &states(&arrow), false, style);
+            let moving = self.moved(&format!("f{index}{contact}"), &states(&arrow), false, style);
             let _ = writeln!(
                 body,
-                "<g class=\"{name}\"><path fill=\"{}\" stroke=\"{}\" stroke-width=\".8\" d=\"M-3.5 0V-78H-12L0-108L12-78H3.5V0z\"/></g>",
+                "<g {moving}><path fill=\"{}\" stroke=\"{}\" stroke-width=\".8\" d=\"M-3.5 0V-78H-12L0-108L12-78H3.5V0z\"/></g>",
                 hex(palette.force),
                 hex(palette.paper),
             );
@@ -357,14 +416,14 @@ impl Animation {
                     (pose.time_s, [across, floor - up, 0.0])
                 })
                 .collect();
-            self.moved(&name, &states, true, style);
+            let moving = self.moved(&name, &states, true, style);
             let id = format!("lens{index}{wedge}");
             let _ = write!(
                 body,
                 "<clipPath id=\"{id}\"><circle cx=\"{across:.1}\" cy=\"{middle:.1}\" r=\"{LENS}\"/></clipPath>\
                  <g clip-path=\"url(#{id})\"><circle cx=\"{across:.1}\" cy=\"{middle:.1}\" r=\"{LENS}\" fill=\"{}\"/>\
                  <path stroke=\"{soft}\" stroke-dasharray=\"2 2\" d=\"M{:.1} {mark:.1}h{}\"/>\
-                 <g class=\"{name}\"><path fill=\"{}\" stroke=\"{ink}\" d=\"M0 0L-30-64H30z\"/></g>\
+                 <g {moving}><path fill=\"{}\" stroke=\"{ink}\" d=\"M0 0L-30-64H30z\"/></g>\
                  <path stroke=\"{ink}\" d=\"M{:.1} {floor:.1}h{}\"/></g>\
                  <circle cx=\"{across:.1}\" cy=\"{middle:.1}\" r=\"{LENS}\" fill=\"none\" stroke=\"{}\"/>\n\
                  <text x=\"{:.1}\" y=\"{:.1}\" font-size=\"11\" fill=\"{soft}\">4 mm</text>\n",
@@ -433,11 +492,9 @@ impl Animation {
             .first()
             .map_or_else(Vec::new, |scheme| self.shown(&scheme.poses).map(|pose| pose.time_s).collect());
         let states: Vec<(f64, State)> = instants.iter().map(|&t| (t, [across(t), 0.0, 0.0])).collect();
-        self.moved("cursor", &states, true, style);
-        let _ = writeln!(
-            body,
-            "<g class=\"cursor\"><path stroke=\"{ink}\" stroke-width=\"1.4\" d=\"M0 {top:.1}v{CHART}\"/></g>"
-        );
+        let moving = self.moved("cursor", &states, true, style);
+        let _ =
+            writeln!(body, "<g {moving}><path stroke=\"{ink}\" stroke-width=\"1.4\" d=\"M0 {top:.1}v{CHART}\"/></g>");
     }
 }
 
@@ -556,6 +613,29 @@ mod tests {
             assert_eq!(svg.matches("animation:").count(), rules);
         }
         assert_ne!(animation().svg(Page::Light), animation().svg(Page::Dark));
+    }
+
+    #[test]
+    fn bodies_lie_where_they_belong_without_a_style_sheet_as_well() {
+        let svg = animation().svg(Page::Light);
+        let moving = svg.matches("<g class=").count();
+        assert!(moving > 6 && svg.matches(" transform=\"translate(").count() == moving, "{moving}");
+        // What an attribute does not understand is not drawn at all.
+        let attributes = svg.split(" transform=\"").skip(1).filter_map(|rest| rest.split('"').next());
+        assert!(attributes.into_iter().all(|value| !value.contains("px") && !value.contains("deg")));
+    }
+
+    #[test]
+    fn a_key_says_what_curves_and_arrows_are_and_what_is_cut_off() {
+        let mut animation = animation();
+        let svg = animation.svg(Page::Light);
+        assert!(svg.contains(">reference</text>") && svg.contains(">one</text>") && !svg.contains("cut off"));
+        assert!(!svg.contains("contact force"));
+        animation.curves[0].points[300].1 = -31_200.0;
+        let force = super::super::manoeuvre::ContactForce { x_m: 0.0, y_m: 0.0, fx_n: 0.0, fy_n: 1e3 };
+        animation.schemes[0].poses.iter_mut().for_each(|pose| pose.contact_forces.push(force));
+        let svg = animation.svg(Page::Dark);
+        assert!(svg.contains("cut off at ±2 kN: the largest is 31 kN") && svg.contains(">contact force</text>"));
     }
 
     #[test]

@@ -18,12 +18,19 @@ const ROW_LABEL: f64 = 9.4;
 const SWATCH: f64 = 8.0;
 const BETWEEN_COLUMNS: f64 = 16.0;
 const BETWEEN_ROWS: f64 = 6.0;
-/// Width of the part right of a panel that a kind of sign gets for the runs that it lost, px.
-const LOST: f64 = 13.0;
+/// Least and largest width of the part right of a panel that a kind of sign gets for the runs that it lost, px.
+const LOST: [f64; 2] = [13.0, 24.0];
+/// Between the words below these parts, px.
+const BETWEEN_LOST: f64 = 3.5;
 /// How far signs of one row stand above each other, px.
 const APART: f64 = 2.1;
-/// Height of the line that says what the signs are, px.
+/// Height of the first line that says what the signs are, and of each further one, px.
 const KEY: f64 = 20.0;
+const KEY_LINE: f64 = 14.0;
+/// Between an entry of these lines and the next, px.
+const BETWEEN_ENTRIES: f64 = 14.0;
+/// Width of a shaded sample, px.
+const SHADED: f64 = 16.0;
 
 /// Signs, by their number.
 const SIGNS: [Marker; 9] = [
@@ -69,6 +76,24 @@ pub struct DotRow {
     pub name: String,
     /// Its colour.
     pub color: Color,
+}
+
+/// What an entry of the key shows before its words.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Sample {
+    Sign(Marker),
+    /// Runs that were lost: all of them, or some.
+    Lost(bool),
+    Shade,
+}
+
+impl Sample {
+    fn width(self) -> f64 {
+        match self {
+            Sample::Sign(_) | Sample::Lost(_) => 2.0 * MARKER,
+            Sample::Shade => SHADED,
+        }
+    }
 }
 
 /// A panel: one quantity of all schemes.
@@ -124,7 +149,13 @@ impl DotPlot {
     /// Room for lost runs right of each panel, px.
     fn lost_width(&self) -> f64 {
         let lost = self.panels.iter().flat_map(|panel| panel.dots.iter().flatten()).any(|dot| dot.lost > Some(0.0));
-        if lost { LOST * self.signs.len() as f64 + 12.0 } else { 0.0 }
+        if lost { self.lost_column() * self.signs.len() as f64 + 12.0 } else { 0.0 }
+    }
+
+    /// Width of the part of one kind of sign in it, px.
+    fn lost_column(&self) -> f64 {
+        let words = self.signs.iter().map(|sign| font::width(&sign.short, TICK_SIZE, Weight::Regular));
+        (words.fold(0.0, f64::max) + BETWEEN_LOST).clamp(LOST[0], LOST[1])
     }
 
     fn panel_width(&self) -> f64 {
@@ -140,7 +171,9 @@ impl DotPlot {
         let lines = self.panels.len().div_ceil(columns);
         let (above, inside) = (TITLE_SIZE + 10.0, ROW * self.rows.len().max(1) as f64 + 6.0);
         let line = above + inside + BELOW;
-        let height = 2.0 * MARGIN + lines as f64 * line + (lines.max(1) - 1) as f64 * BETWEEN_ROWS + KEY;
+        let key = self.key();
+        let key_height = KEY + KEY_LINE * (key.len().max(1) - 1) as f64;
+        let height = 2.0 * MARGIN + lines as f64 * line + (lines.max(1) - 1) as f64 * BETWEEN_ROWS + key_height;
         let mut drawing = Drawing::new(self.width, height);
         drawing.title = self.panels.iter().map(|panel| panel.title.as_str()).collect::<Vec<_>>().join("; ");
         let width = self.panel_width();
@@ -159,7 +192,9 @@ impl DotPlot {
                 column == 0,
             );
         }
-        self.draw_key(&mut drawing, height - MARGIN - 0.4 * KEY);
+        for (index, entries) in key.iter().enumerate() {
+            self.draw_key(&mut drawing, entries, height - MARGIN - key_height + 0.6 * KEY + KEY_LINE * index as f64);
+        }
         drawing
     }
 
@@ -238,13 +273,16 @@ impl DotPlot {
                 drawing.line(ends.map(|end| (end, height(index))).to_vec(), bar);
             }
         }
+        if let Some(word) = without_sign(dots) {
+            drawing.text(Text::new(word, (area.left + 5.0, y), TICK_SIZE).colored(Color::SOFT_INK).centred());
+        }
         let mut points = Vec::new();
         for (index, (dot, sign)) in dots.iter().zip(&self.signs).enumerate() {
             let at = inside(dot.value).map(|x| (x, height(index)));
             if let Some(at) = at {
                 marker::draw(drawing, SIGNS[index % SIGNS.len()], at, MARKER, row.color);
             }
-            let column = lost_left + (index as f64 + 0.5) * LOST;
+            let column = lost_left + (index as f64 + 0.5) * self.lost_column();
             let lost = dot.lost.filter(|lost| *lost > 0.0);
             if let Some(share) = lost {
                 marker::draw_lost(drawing, (column, y), MARKER, row.color, share >= 1.0);
@@ -262,13 +300,14 @@ impl DotPlot {
 
     /// The part for lost runs: a column for each kind of sign.
     fn draw_lost_axis(&self, drawing: &mut Drawing, area: &Rect, left: f64) {
-        let right = left + LOST * self.signs.len() as f64;
+        let column = self.lost_column();
+        let right = left + column * self.signs.len() as f64;
         let edge = Stroke { color: Color::SOFT_INK, width: 0.8, dash: &[1.5, 2.5] };
         drawing.line(vec![(left, area.top), (left, area.bottom)], edge);
         for (index, sign) in self.signs.iter().enumerate() {
-            let at = (left + (index as f64 + 0.5) * LOST, area.bottom + TICK + 7.5);
+            let at = (left + (index as f64 + 0.5) * column, area.bottom + TICK + 7.5);
             let text = Text::new(&sign.short, at, TICK_SIZE).anchored(Anchor::Middle).centred();
-            if text.width() <= LOST + 3.0 {
+            if text.width() <= column {
                 drawing.text(text.colored(Color::SOFT_INK));
             }
         }
@@ -277,41 +316,67 @@ impl DotPlot {
         drawing.text(word.colored(Color::SOFT_INK));
     }
 
-    /// What the signs stand for.
-    fn draw_key(&self, drawing: &mut Drawing, y: f64) {
+    /// What the signs stand for, in as many lines as the width asks for.
+    fn key(&self) -> Vec<Vec<(Sample, String)>> {
         let lost = |all: bool| {
             let dots = self.panels.iter().flat_map(|panel| panel.dots.iter().flatten());
             dots.filter_map(|dot| dot.lost).any(|lost| lost > 0.0 && (lost >= 1.0) == all)
         };
-        let mut entries: Vec<(Option<Marker>, bool, String)> = self
-            .signs
-            .iter()
-            .enumerate()
-            .map(|(index, sign)| (Some(SIGNS[index % SIGNS.len()]), false, sign.label.clone()))
-            .collect();
+        let sign = |(index, sign): (usize, &Sign)| (Sample::Sign(SIGNS[index % SIGNS.len()]), sign.label.clone());
+        let mut entries: Vec<(Sample, String)> = self.signs.iter().enumerate().map(sign).collect();
         for (all, label) in [(false, "some runs diverged"), (true, "all runs diverged")] {
             if lost(all) {
-                entries.push((None, all, label.to_owned()));
+                entries.push((Sample::Lost(all), label.to_owned()));
             }
-        }
-        let size = TICK_SIZE;
-        let width = |label: &str| 2.0 * MARKER + 5.0 + font::width(label, size, Weight::Regular) + 14.0;
-        let total: f64 = entries.iter().map(|(_, _, label)| width(label)).sum();
-        let mut x = (0.5 * (self.width - total)).max(MARGIN);
-        for (sign, all, label) in entries {
-            match sign {
-                Some(sign) => marker::draw(drawing, sign, (x + MARKER, y), MARKER, Color::SOFT_INK),
-                None => marker::draw_lost(drawing, (x + MARKER, y), MARKER, Color::SOFT_INK, all),
-            }
-            drawing.text(Text::new(&label, (x + 2.0 * MARKER + 5.0, y), size).centred());
-            x += width(&label);
         }
         if self.panels.iter().any(|panel| panel.floor.is_some()) {
-            let sample = Rect { left: x, top: y - 4.0, right: x + 16.0, bottom: y + 4.0 };
-            drawing.area(sample.corners(), Some(super::guides::SHADE), None);
-            drawing.text(Text::new("below the reference's uncertainty", (x + 21.0, y), size).centred());
+            entries.push((Sample::Shade, "below the reference's uncertainty".to_owned()));
+        }
+        let mut lines: Vec<Vec<(Sample, String)>> = Vec::new();
+        for entry in entries {
+            let room = self.width - 2.0 * MARGIN - entry_width(&entry);
+            match lines.last_mut() {
+                Some(line) if line_width(line) + BETWEEN_ENTRIES <= room => line.push(entry),
+                _ => lines.push(vec![entry]),
+            }
+        }
+        lines
+    }
+
+    /// One line of it.
+    fn draw_key(&self, drawing: &mut Drawing, entries: &[(Sample, String)], y: f64) {
+        let mut x = (0.5 * (self.width - line_width(entries))).max(MARGIN);
+        for entry in entries {
+            let (sample, label) = entry;
+            match *sample {
+                Sample::Sign(sign) => marker::draw(drawing, sign, (x + MARKER, y), MARKER, Color::SOFT_INK),
+                Sample::Lost(all) => marker::draw_lost(drawing, (x + MARKER, y), MARKER, Color::SOFT_INK, all),
+                Sample::Shade => {
+                    let sample = Rect { left: x, top: y - 4.0, right: x + SHADED, bottom: y + 4.0 };
+                    drawing.area(sample.corners(), Some(super::guides::SHADE), None);
+                }
+            }
+            drawing.text(Text::new(label, (x + sample.width() + 5.0, y), TICK_SIZE).centred());
+            x += entry_width(entry) + BETWEEN_ENTRIES;
         }
     }
+}
+
+/// Width of an entry of the key, px.
+fn entry_width((sample, label): &(Sample, String)) -> f64 {
+    sample.width() + 5.0 + font::width(label, TICK_SIZE, Weight::Regular)
+}
+
+/// Width of a line of the key, px.
+fn line_width(entries: &[(Sample, String)]) -> f64 {
+    entries.iter().map(entry_width).sum::<f64>() + BETWEEN_ENTRIES * (entries.len().max(1) - 1) as f64
+}
+
+/// What is said of a row without any sign in a panel; nothing of one that has some.
+fn without_sign(dots: &[Dot]) -> Option<&'static str> {
+    let shown = |dot: &Dot| dot.value.is_finite() || dot.lost > Some(0.0);
+    let run = dots.iter().any(|dot| dot.lost.is_some());
+    (!dots.iter().any(shown)).then_some(if run { "no value" } else { "not run" })
 }
 
 #[cfg(test)]
@@ -362,5 +427,58 @@ mod tests {
         let drawing = plot(&[[2.0, 2.0]], 0.0).draw();
         let [one, two] = &drawing.data[0].series[0].points[..] else { panic!() };
         assert!(one.at.unwrap().1 != two.at.unwrap().1);
+    }
+
+    #[test]
+    fn a_key_of_many_entries_is_broken_into_lines_and_nothing_ends_beyond_the_picture() {
+        let mut long = plot(&[[1.0, 2.0], [3.0, f64::NAN]], 0.5);
+        let few = long.draw().height;
+        for (index, sign) in long.signs.iter_mut().enumerate() {
+            sign.label = format!("macro step {} of each case, in many more words", index + 1);
+        }
+        let more = (0..5).map(|k| Sign { label: format!("macro step {k} of each case"), ..long.signs[0].clone() });
+        long.signs.extend(more.collect::<Vec<_>>());
+        long.panels[0].floor = Some(1.5);
+        let drawing = long.draw();
+        let rightmost = |text: &Text| match text.anchor {
+            Anchor::Start => text.at.0 + text.width(),
+            Anchor::Middle => text.at.0 + 0.5 * text.width(),
+            Anchor::End => text.at.0,
+        };
+        let mut levels = Vec::new();
+        for shape in &drawing.shapes {
+            let Shape::Text(text) = shape else { continue };
+            assert!(rightmost(text) <= drawing.width && text.at.1 <= drawing.height, "{text:?}");
+            if text.content.starts_with("macro step") || text.content.starts_with("below") {
+                levels.push(text.at.1);
+            }
+        }
+        levels.dedup();
+        assert!(levels.len() > 1 && levels.windows(2).all(|pair| pair[1] - pair[0] >= TICK_SIZE), "{levels:?}");
+        assert!(drawing.height >= few + KEY_LINE * (levels.len() - 1) as f64 - 1e-9);
+    }
+
+    #[test]
+    fn words_below_lost_runs_do_not_touch() {
+        let mut plot = plot(&[[1.0, 2.0], [3.0, f64::NAN]], 1.0);
+        for (sign, short) in plot.signs.iter_mut().zip(["0.2", "0.5"]) {
+            sign.short = short.to_owned();
+        }
+        let drawing = plot.draw();
+        let find = |word: &str| {
+            let is_it = |shape: &&Shape| matches!(shape, Shape::Text(text) if text.content == word);
+            let Some(Shape::Text(text)) = drawing.shapes.iter().find(is_it) else { panic!("{word}") };
+            (text.at.0 - 0.5 * text.width(), text.at.0 + 0.5 * text.width())
+        };
+        assert!(find("0.5").0 - find("0.2").1 >= 3.0, "{:?} {:?}", find("0.2"), find("0.5"));
+    }
+
+    #[test]
+    fn a_row_without_a_sign_says_why() {
+        let mut none = plot(&[[1.0, 2.0], [f64::NAN, f64::NAN], [f64::NAN, f64::NAN]], 0.0);
+        none.panels[0].dots[2].iter_mut().for_each(|dot| dot.lost = None);
+        let drawing = none.draw();
+        let count = |word: &str| words(&drawing).iter().filter(|said| **said == word).count();
+        assert_eq!((count("no value"), count("not run")), (1, 1));
     }
 }

@@ -86,24 +86,40 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
     );
     if let Some((metric, words)) = metric {
         let shown = &problems[..problems.len().min(MOST_PANELS)];
-        let left = problems.len() - shown.len();
-        let left = if left > 0 {
-            format!(" The first {MOST_PANELS} cases; {left} more are in `runs.csv`.")
-        } else {
-            String::new()
+        let (left, note) = match problems.len() - shown.len() {
+            0 => (String::new(), None),
+            left => (
+                format!(" The first {MOST_PANELS} cases; {left} more are in `runs.csv`."),
+                Some(format!(
+                    "{left} more {} not drawn: the values are in runs.csv.",
+                    if left == 1 { "case is" } else { "cases are" }
+                )),
+            ),
         };
         let lines = labels.len() <= MOST_LINES && steps.len() > 2;
         // Parameters may be long: then there are fewer panels in a line, and what is common to all is left out.
-        let one_case = problems.iter().all(|(case, _)| *case == problems[0].0);
-        let heading = |(index, (case, set)): (usize, &(String, String))| {
-            let letter = if shown.len() > 1 { format!("({}) ", char::from(b'a' + index as u8)) } else { String::new() };
-            match (one_case && shown.len() > 1, set.is_empty()) {
-                (_, true) => format!("{letter}{case}"),
-                (true, false) => format!("{letter}{set}"),
-                (false, false) => format!("{letter}{case}, {set}"),
-            }
+        let one_case = shown.iter().all(|(case, _)| *case == shown[0].0);
+        let common = if one_case { common_parameters(shown) } else { Vec::new() };
+        let left = match common.is_empty() {
+            true => left,
+            false => format!("{left} In all panels: {}.", common.join(", ")),
         };
-        let headings: Vec<String> = shown.iter().enumerate().map(heading).collect();
+        let mut parts: Vec<(String, Vec<&str>)> = Vec::new();
+        for (case, set) in shown {
+            let own: Vec<&str> = set.split_whitespace().filter(|parameter| !common.contains(parameter)).collect();
+            let head = match (one_case && shown.len() > 1, own.is_empty()) {
+                (_, true) => case.clone(),
+                (true, false) => String::new(),
+                (false, false) => format!("{case}, "),
+            };
+            parts.push((head, own));
+        }
+        let letter = |index: usize| match shown.len() {
+            1 => String::new(),
+            _ => format!("({}) ", char::from(b'a' + index as u8)),
+        };
+        let headings: Vec<String> =
+            parts.iter().enumerate().map(|(k, (head, own))| format!("{}{head}{}", letter(k), own.join(" "))).collect();
         let longest = headings.iter().map(|heading| heading.chars().count()).max().unwrap_or(0);
         let columns = shown.len().min(if lines && longest <= 26 { 3 } else { 2 });
         let room = match (columns, lines) {
@@ -112,6 +128,11 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
             (2, false) => 32,
             _ => 26,
         };
+        let headings: Vec<String> = told_apart(&parts, room - letter(0).chars().count())
+            .into_iter()
+            .enumerate()
+            .map(|(index, heading)| letter(index) + &heading)
+            .collect();
         let rows = shown.len().div_ceil(columns) as f64;
         let chosen: Vec<f64> = spread(&steps.iter().map(|bits| f64::from_bits(*bits)).collect::<Vec<_>>());
         let kind = if lines { "sweep" } else { "dots" };
@@ -123,6 +144,9 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
             ),
         );
         let _ = writeln!(list, "source = \"runs.csv, columns label, macro_step_s, {metric}\"\ncolumns = {columns}");
+        if let Some(note) = note {
+            let _ = writeln!(list, "note = {}", quoted(&note));
+        }
         match lines {
             true => {
                 let legend = 20.0 + 16.0 * (labels.len() as f64 / 3.0).ceil();
@@ -145,7 +169,7 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
             let _ = writeln!(
                 list,
                 "[[figure.panels]]\ntitle = {}\nmetric = \"{metric}\"\nlabel = \"{words}\"\nonly = {{ case = {}, set = {} }}",
-                quoted(&shortened(heading, room)),
+                quoted(heading),
                 quoted(case),
                 quoted(set)
             );
@@ -172,9 +196,56 @@ fn id(name: &str, end: &str) -> String {
     format!("{kept}-{end}").trim_start_matches('.').to_owned()
 }
 
-/// A heading that is no longer than there is room for.
+/// Parameters that all of several problems have in common.
+fn common_parameters(problems: &[(String, String)]) -> Vec<&str> {
+    let [(_, first), others @ ..] = problems else { return Vec::new() };
+    let in_all = |parameter: &&str| others.iter().all(|(_, set)| set.split_whitespace().any(|own| own == *parameter));
+    if others.is_empty() { Vec::new() } else { first.split_whitespace().filter(in_all).collect() }
+}
+
+/// Headings of a beginning and parameters each, no longer than there is room for and no two alike unless they are so in full. Where one is too
+/// long the names of parameters whose values are words go, then names are cut, and only then the whole.
+fn told_apart(parts: &[(String, Vec<&str>)], most: usize) -> Vec<String> {
+    let joined = |form: &dyn Fn(&str) -> String| -> Vec<String> {
+        let heading = |(head, own): &(String, Vec<&str>)| {
+            let own: Vec<String> = own.iter().map(|parameter| form(parameter)).collect();
+            format!("{head}{}", own.join(" "))
+        };
+        parts.iter().map(heading).collect()
+    };
+    let fit = |headings: &[String]| headings.iter().all(|heading| heading.chars().count() <= most);
+    let kinds = |headings: &[String]| headings.iter().collect::<BTreeSet<_>>().len();
+    let full = joined(&|parameter| parameter.to_owned());
+    let good = |headings: &Vec<String>| fit(headings) && kinds(headings) == kinds(&full);
+    let longest = parts.iter().flat_map(|(_, own)| own).map(|parameter| parameter.chars().count()).max().unwrap_or(0);
+    let cut = (3..=longest).rev().map(|name| joined(&|parameter| with_name_of(parameter, name)));
+    let whole = || full.iter().map(|heading| shortened(heading, most)).collect();
+    [full.clone()].into_iter().chain(cut).find(good).unwrap_or_else(whole)
+}
+
+/// A parameter without its name where the value is a word that says enough, else with as many letters of the name.
+fn with_name_of(parameter: &str, letters: usize) -> String {
+    let Some((name, value)) = parameter.split_once('=') else { return parameter.to_owned() };
+    let is_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) && !matches!(value, "true" | "false");
+    if is_word && value.parse::<f64>().is_err() {
+        value.to_owned()
+    } else {
+        let kept: String = name.chars().take(letters).collect();
+        let end = if kept.len() < name.len() { "…" } else { "" };
+        format!("{kept}{end}={value}")
+    }
+}
+
+/// A text that is no longer than there is room for: its middle goes, since beginnings are often alike.
 fn shortened(text: &str, most: usize) -> String {
-    if text.chars().count() <= most { text.to_owned() } else { text.chars().take(most - 1).collect::<String>() + "…" }
+    let letters: Vec<char> = text.chars().collect();
+    if letters.len() <= most {
+        return text.to_owned();
+    }
+    let kept = most.saturating_sub(1);
+    let (head, tail) = (kept.div_ceil(2), kept / 2);
+    let end = letters.len() - tail;
+    letters[..head].iter().chain(&['…']).chain(&letters[end..]).collect()
 }
 
 #[cfg(test)]
@@ -193,5 +264,35 @@ mod tests {
         assert_eq!(spread(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]), [1.0, 3.0, 5.0, 7.0]);
         assert_eq!(spread(&[1.0]), [1.0]);
         assert_eq!(spread(&[1.0, 2.0]), [1.0, 2.0]);
+    }
+
+    #[test]
+    fn headings_that_are_too_long_are_cut_where_they_are_alike() {
+        let set = |coupling: &str, driver: &str| {
+            ("hydraulic-crane".to_owned(), format!("manoeuvre=m1 coupling={coupling} {driver}"))
+        };
+        let mut problems = Vec::new();
+        for coupling in ["force-displacement", "pressure-displacement"] {
+            for driver in ["published_driver=true", "stale_feedthrough=false", "stale_feedthrough=true"] {
+                problems.push(set(coupling, driver));
+            }
+        }
+        let common = common_parameters(&problems);
+        assert_eq!(common, ["manoeuvre=m1"]);
+        assert!(common_parameters(&problems[..1]).is_empty());
+        let own =
+            |(_, set): &'_ (String, String)| set.split_whitespace().skip(1).map(str::to_owned).collect::<Vec<_>>();
+        let owned: Vec<Vec<String>> = problems.iter().map(own).collect();
+        let parts: Vec<(String, Vec<&str>)> =
+            owned.iter().map(|own| (String::new(), own.iter().map(String::as_str).collect())).collect();
+        for most in [20, 30, 40, 60] {
+            let headings = told_apart(&parts, most);
+            assert!(headings.iter().all(|heading| heading.chars().count() <= most), "{headings:?}");
+            let kinds: BTreeSet<&String> = headings.iter().collect();
+            assert!(most < 30 || kinds.len() == 6, "{headings:?}");
+        }
+        assert_eq!(told_apart(&parts, 60)[0], "coupling=force-displacement published_driver=true");
+        assert!(told_apart(&parts, 40)[2].starts_with("force-displacement stale_"));
+        assert!(told_apart(&parts, 40)[2].ends_with("=true") && told_apart(&parts, 40)[1].ends_with("=false"));
     }
 }

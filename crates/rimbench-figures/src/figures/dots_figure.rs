@@ -20,6 +20,8 @@ pub struct DotsFigure {
     labels: Vec<String>,
     /// Macro steps shown, ms; all if absent.
     macro_steps_ms: Option<Vec<f64>>,
+    /// What the picture says below its panels.
+    note: Option<String>,
     panels: Vec<DotsPanel>,
 }
 
@@ -109,7 +111,7 @@ impl DotsFigure {
                 floor: runs.floor(&spec.metric).filter(|floor| *floor > lowest),
             }
         };
-        DotPlot {
+        let drawing = DotPlot {
             width: self.width,
             columns: self.columns.unwrap_or(self.panels.len()),
             quantity,
@@ -117,7 +119,8 @@ impl DotsFigure {
             rows: order.iter().map(row).collect(),
             panels: self.panels.iter().zip(&parts).zip(dots).map(panel).collect(),
         }
-        .draw_if_it_fits()
+        .draw_if_it_fits()?;
+        Ok(drawing.noted(self.note.as_deref().unwrap_or_default()))
     }
 
     /// The macro steps of a panel, ms, ascending.

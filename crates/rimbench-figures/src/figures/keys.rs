@@ -150,6 +150,7 @@ pub const COMMON: &[Key] = &[
 ];
 
 const HEIGHT: Key = key("height", Takes::Pixels, Default("330"), "height, px");
+const NOTE: Key = key("note", Takes::Text, Then("none"), "what the picture itself says below its panels");
 const TITLE: Key = key("title", Takes::Text, Default("\"\""), "heading");
 const LABELS: Key = key("labels", Takes::Labels, ALL_LABELS, "scheme rows shown");
 const ONLY: Key = key("only", Takes::Table(ONLY_KEYS), ONE_PROBLEM, "the part of the results shown");
@@ -229,10 +230,11 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
             COLUMNS,
             LABELS,
             key("macro_steps_ms", Takes::Numbers, AUTOMATIC, "macro steps shown, ms; at most nine"),
+            NOTE,
             key("panels", Takes::Tables(DOTS_PANEL), Needed, "panels, from the left"),
         ],
     ),
-    ("sweep", &[HEIGHT, COLUMNS, key("panels", Takes::Tables(SWEEP_PANEL), Needed, "panels, from the left")]),
+    ("sweep", &[HEIGHT, COLUMNS, NOTE, key("panels", Takes::Tables(SWEEP_PANEL), Needed, "panels, from the left")]),
     ("phases", &[HEIGHT, ONLY, key("panels", Takes::Tables(PHASE_PANEL), Needed, "panels, from the left")]),
     (
         "stability-map",

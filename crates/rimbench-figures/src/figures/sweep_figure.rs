@@ -21,6 +21,8 @@ pub struct SweepFigure {
     height: f64,
     /// Panels per row; all in one if absent.
     columns: Option<usize>,
+    /// What the picture says below its panels.
+    note: Option<String>,
     panels: Vec<SweepPanel>,
 }
 
@@ -124,7 +126,7 @@ impl SweepFigure {
             }
             figure = figure.panel(panel);
         }
-        figure.draw_if_it_fits()
+        Ok(figure.draw_if_it_fits()?.noted(self.note.as_deref().unwrap_or_default()))
     }
 }
 
@@ -155,10 +157,13 @@ impl SweepPanel {
         self.range.map_or(least, |[low, _]| low)
     }
 
-    /// Whether somewhere in the interval over which its order is fitted the curve has none: on a plateau no number is one.
+    /// Whether the curve has no order where its order would be: at the smallest macro steps of the interval over which it is fitted. At the
+    /// largest ones every error ends somewhere, which is no floor.
     fn levels_off(&self, points: &[OverPhases]) -> bool {
-        let known: Vec<&OverPhases> = self.fitted(points).filter(|point| point.median > 0.0).collect();
-        known.windows(2).any(|pair| (pair[1].median / pair[0].median).ln() < LEAST_ORDER * (pair[1].x / pair[0].x).ln())
+        let mut known: Vec<&OverPhases> = self.fitted(points).filter(|point| point.median > 0.0).collect();
+        known.sort_by(|a, b| a.x.total_cmp(&b.x));
+        let [small, next, ..] = known[..] else { return false };
+        (next.median / small.median).ln() < LEAST_ORDER * (next.x / small.x).ln()
     }
 
     fn order(&self, points: &[OverPhases]) -> Option<f64> {
@@ -193,4 +198,43 @@ pub(super) fn with_range(
     };
     let series = Series::new(entry, medians, style).mode(Mode::LineMarkers).named(name).bars(bars.collect());
     panel.series(series.notes(points.iter().map(note).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Medians of an rms force error over the macro steps, N over ms.
+    fn points(medians: &[f64]) -> Vec<OverPhases> {
+        let steps = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
+        let point = |(&x, &median): (&f64, &f64)| OverPhases { x, median, least: median, most: median, lost: 0.0 };
+        steps.iter().zip(medians).map(point).collect()
+    }
+
+    fn panel(more: &str) -> SweepPanel {
+        toml::from_str(&format!("title = \"\"\nmetric = \"error\"\nlabel = \"\"\n{more}")).unwrap()
+    }
+
+    #[test]
+    fn only_what_ends_at_small_steps_levels_off_and_what_ends_at_large_ones_has_an_order() {
+        let panel_of_all = panel("");
+        let saturated = points(&[2.13, 3.53, 6.69, 16.6, 30.5, 26.5]);
+        assert!(!panel_of_all.levels_off(&saturated));
+        let order = panel_of_all.order(&saturated).unwrap();
+        assert!((0.7..0.9).contains(&order), "{order}");
+        for floor in [[36.1, 37.9, 41.4, 43.2, 46.2, 33.5], [0.282, 0.261, 0.259, 0.851, 3.31, 9.70]] {
+            assert!(panel_of_all.levels_off(&points(&floor)), "{floor:?}");
+        }
+    }
+
+    #[test]
+    fn where_a_curve_ends_is_looked_for_where_its_order_is_fitted() {
+        let floor = points(&[0.282, 0.261, 0.259, 0.851, 3.31, 9.70]);
+        assert!(!panel("orders_over_ms = [2.0, 20.0]").levels_off(&floor));
+        // One point, or none, says nothing.
+        assert!(!panel("orders_over_ms = [10.0, 10.0]").levels_off(&floor));
+        assert!(!panel("").levels_off(&points(&[f64::NAN, 1.0])));
+        // A step at which nothing completed is no plateau.
+        assert!(!panel("").levels_off(&points(&[f64::NAN, 1.0, 2.0, f64::NAN])));
+    }
 }
