@@ -274,6 +274,13 @@ fn the_readme_counts_the_committed_claims() {
     let readme = read(&root().join("README.md"));
     assert!(readme.contains(&sentence), "README.md does not say: {sentence}");
     assert!(readme.contains("](results/paper/claims.md)"), "README.md does not link to the table of claims");
+    // The page leaves out of its count those that others have replaced, and says so.
+    let replaced = rows.iter().filter(|row| !row["superseded"].is_empty()).count();
+    let counted: Vec<_> = rows.iter().filter(|row| row["superseded"].is_empty()).collect();
+    let reproduced = counted.iter().filter(|row| row["verdict"] == "reproduced").count();
+    let page = read(&root().join("results/paper/report.html"));
+    let sentence = format!("<strong>{reproduced} of {} claims reproduce</strong>", counted.len());
+    assert!(page.contains(&sentence) && page.contains(&format!("{replaced} more are superseded")), "{sentence}");
 }
 
 /// Medians that are typed on a page grow old when digits change; those of the stability map are held against its rows.

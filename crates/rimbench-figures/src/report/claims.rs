@@ -259,7 +259,10 @@ pub(super) fn marks(report: &Report<'_>) -> String {
         if all == 0 { String::new() } else { format!("{name} {good} of {all}") }
     };
     let parts = [part("the paper’s", good(Some(true))), part("ours", good(Some(false)))];
-    let parts: Vec<&String> = parts.iter().filter(|part| !part.is_empty()).collect();
+    // They are in the table, and elsewhere they count.
+    let superseded = self::claims(report).filter(|(_, claim)| !claim.counts()).count();
+    let more = if superseded == 0 { String::new() } else { format!("{superseded} more are superseded") };
+    let parts: Vec<&String> = parts.iter().chain([&more]).filter(|part| !part.is_empty()).collect();
     let (reproduced, all) = good(None);
     let mut text = format!(
         "<p class=\"score\"><strong>{reproduced} of {all} claims reproduce</strong> <span class=\"soft\">({})</span></p>\n<ul class=\"marks\" aria-label=\"Claims, failures first\">",
