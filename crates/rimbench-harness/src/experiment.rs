@@ -7,6 +7,7 @@ pub(super) use plan::PlanPart;
 pub use plan::PlannedRun;
 
 use super::claims::Claim;
+use super::files::{make_folder, read_text};
 use super::grid::{MacroSteps, Phases, one_phase};
 use super::store::Store;
 use rimbench_cases::cases::Case;
@@ -101,9 +102,7 @@ impl Experiment {
     /// # Errors
     /// [`Error::File`] with path, line and what is wrong; unknown keys are errors.
     pub fn read(path: &Path) -> Result<Self> {
-        let text =
-            std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
-        Self::parse(path, text)
+        Self::parse(path, read_text(path)?)
     }
 
     /// Reads the text of an experiment file; `path` gives its name and group, and is what errors name.
@@ -194,7 +193,7 @@ impl Experiment {
     /// # Errors
     /// [`Error::File`].
     pub(super) fn copy_to(&self, folder: &Path) -> Result<()> {
-        std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))?;
+        make_folder(folder)?;
         if self.is_copied_in(folder) {
             return Ok(());
         }

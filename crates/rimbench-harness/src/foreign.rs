@@ -2,6 +2,7 @@
 
 use super::execution::Job;
 use super::experiment::{COPY, Experiment, PlannedRun};
+use super::files::make_folder;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use std::collections::HashSet;
@@ -49,7 +50,7 @@ pub(super) fn refuse_foreign(job: &Job<'_>, planned: &[PlannedRun]) -> Result<()
 /// [`Error::File`].
 pub(super) fn note_origin(job: &Job<'_>) -> Result<()> {
     let records = job.folder.join("records");
-    std::fs::create_dir_all(&records).map_err(|error| Error::file(&records, format!("cannot be made: {error}")))?;
+    make_folder(&records)?;
     // An experiment that is part of the program has no file.
     let Ok(path) = job.experiment.path().canonicalize() else { return Ok(()) };
     let origin = job.folder.join(ORIGIN);

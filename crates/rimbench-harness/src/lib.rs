@@ -16,6 +16,7 @@ mod equal_cost;
 mod execution;
 mod experiment;
 mod exported;
+mod files;
 mod foreign;
 mod grid;
 mod load;

@@ -17,6 +17,7 @@
 use super::checked_results::checked_runs;
 use super::claims::Verdict;
 use super::experiment::Experiment;
+use super::files::{make_folder, read_text};
 use super::submission::Accepted;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result, said_at};
@@ -216,9 +217,7 @@ impl Ranking {
     /// # Errors
     /// [`Error::File`] with path, line and what is wrong; unknown keys are errors.
     pub fn read(path: &Path) -> Result<Self> {
-        let text =
-            std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
-        Self::parse(path, &text)
+        Self::parse(path, &read_text(path)?)
     }
 
     /// Reads the text of a ranking file; `path` is what its experiments are relative to, and what errors name.
@@ -331,7 +330,7 @@ impl Ranked {
     /// # Errors
     /// [`Error::File`].
     pub fn write(&self, folder: &Path) -> Result<()> {
-        std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))?;
+        make_folder(folder)?;
         write_rows(&folder.join("ranking.csv"), &self.rows)?;
         write_rows(&folder.join("claims.csv"), &self.claims)?;
         checksums::write(folder, ["ranking.csv", "claims.csv"].map(str::to_owned))

@@ -12,6 +12,7 @@
 //! ```
 
 use super::experiment::{Experiment, PlannedRun};
+use super::files::make_folder;
 use super::provenance::{self, Provenance};
 use super::store::{Record, Store, TraceMark};
 use rayon::prelude::*;
@@ -252,7 +253,7 @@ pub(super) fn write_checksums(
 /// [`Error::File`] naming the file.
 pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, every: f64) -> Result<TraceMark> {
     let traces = folder.join("traces");
-    std::fs::create_dir_all(&traces).map_err(|error| Error::file(&traces, format!("cannot be made: {error}")))?;
+    make_folder(&traces)?;
     write_atomically(&traces.join(name), |file| {
         let mut table = csv::Writer::from_writer(file);
         table.write_record(trajectory.columns())?;
@@ -281,7 +282,7 @@ pub(super) fn copy_trace(from: &Path, to: &Path, id: &str) -> Result<()> {
     let name = trace_name(id);
     let Ok(content) = std::fs::read(from.join("traces").join(&name)) else { return Ok(()) };
     let traces = to.join("traces");
-    std::fs::create_dir_all(&traces).map_err(|error| Error::file(&traces, format!("cannot be made: {error}")))?;
+    make_folder(&traces)?;
     write_atomically(&traces.join(&name), |file| file.write_all(&content))
 }
 

@@ -13,6 +13,7 @@ use super::build_info::BuildInfo;
 use super::cache::Cache;
 use super::execution::Job;
 use super::experiment::PlannedRun;
+use super::files::{make_folder, read_text};
 use super::package::{Citation, DESCRIPTION, Package, Rerun, rerun_sample};
 use super::ranking::{OPTIONS, class_of_run, first_differing};
 use super::results::{plan_cells, plan_header, tries_friction_laws};
@@ -106,9 +107,7 @@ impl Declaration {
     /// Those of [`parse`](Self::parse).
     pub fn read(folder: &Path, catalogue: &Catalogue) -> Result<Self> {
         let path = folder.join(DECLARATION);
-        let text =
-            std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
-        Self::parse(&path, &text, catalogue)
+        Self::parse(&path, &read_text(&path)?, catalogue)
     }
 
     /// Reads the text of a declaration; `path` is what errors name.
@@ -175,10 +174,7 @@ impl Declaration {
                 return Err(Error::file(path, Error::invalid(key, name.display(), INSIDE)));
             }
         }
-        let path = folder.join(&self.scheme);
-        let text =
-            std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
-        let file: toml::Table = toml::from_str(&text).unwrap_or_default();
+        let (path, file) = self.scheme_file(folder)?;
         let beside = path.parent().unwrap_or(folder);
         let words = |key: &str| -> Vec<String> {
             let words = file.get(key).and_then(toml::Value::as_array).into_iter().flatten();
@@ -204,16 +200,20 @@ impl Declaration {
         Ok(())
     }
 
+    /// Path and keys of the scheme file; no keys if it is no TOML, which is for its reader to say.
+    fn scheme_file(&self, folder: &Path) -> Result<(PathBuf, toml::Table)> {
+        let path = folder.join(&self.scheme);
+        let text = read_text(&path)?;
+        Ok((path, toml::from_str(&text).unwrap_or_default()))
+    }
+
     /// Looks at how long the program may take for an answer, before it is started: nobody is kept waiting for longer than
     /// [`LONGEST_ANSWER_S`].
     ///
     /// # Errors
     /// [`Error::File`] naming the scheme file. What else is wrong with it is for its reader to say.
     pub fn check_patience(&self, folder: &Path) -> Result<()> {
-        let path = folder.join(&self.scheme);
-        let text =
-            std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
-        let file: toml::Table = toml::from_str(&text).unwrap_or_default();
+        let (path, file) = self.scheme_file(folder)?;
         let asked = file.get(PATIENCE).and_then(|value| value.as_float().or(value.as_integer().map(|s| s as f64)));
         match asked.filter(|seconds| seconds.is_nan() || *seconds > LONGEST_ANSWER_S) {
             None => Ok(()),
@@ -444,15 +444,12 @@ pub fn accept(declaration: &Declaration, checked: &[CheckedPackage], seed: u64, 
             return Err(Error::file(&out, message));
         }
     }
-    let make = |place: &Path| {
-        std::fs::create_dir_all(place).map_err(|error| Error::file(place, format!("cannot be made: {error}")))
-    };
-    make(&out)?;
+    make_folder(&out)?;
     let mut names = vec![DECLARATION.to_owned(), CHECK.to_owned()];
     // Nothing is read again: since the program was started, what lies on the disk may be its work.
     write_atomically(&out.join(DECLARATION), |file| file.write_all(declaration.text.as_bytes()))?;
     for package in checked {
-        make(&out.join(&package.experiment))?;
+        make_folder(&out.join(&package.experiment))?;
         let name = format!("{}/runs.csv", package.experiment);
         write_atomically(&out.join(&name), |file| file.write_all(&package.runs_csv))?;
         names.push(name);

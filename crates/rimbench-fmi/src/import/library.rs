@@ -708,11 +708,11 @@ mod tests {
 
     #[test]
     fn a_folder_of_any_name_is_a_uri() {
-        let folder = std::path::Path::new("/tmp/my models/50 % é/resources");
-        assert_eq!(uri(folder), "file:///tmp/my%20models/50%20%25%20%C3%A9/resources");
+        let folder = std::path::Path::new("/models/my models/50 % é/resources");
+        assert_eq!(uri(folder), "file:///models/my%20models/50%20%25%20%C3%A9/resources");
         assert_eq!(
-            uri(std::path::Path::new("/tmp/rimbench-fmu-x1/resources")),
-            "file:///tmp/rimbench-fmu-x1/resources"
+            uri(std::path::Path::new("/models/rimbench-fmu-x1/resources")),
+            "file:///models/rimbench-fmu-x1/resources"
         );
     }
 }

@@ -23,6 +23,7 @@ pub use rerun::{Differing, Rerun, rerun_sample};
 use crate::checked_results::checked_runs;
 use crate::claims::{check_claims, write_claims};
 use crate::experiment::{COPY, Experiment, PlannedRun};
+use crate::files::{make_folder, read_text};
 use columns::{Column, Kind};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
@@ -282,14 +283,6 @@ fn refuse_filled(out: &Path) -> Result<()> {
         Err(_) if out.exists() => Err(Error::file(out, "is no folder")),
         Err(_) => Ok(()),
     }
-}
-
-fn make_folder(folder: &Path) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, format!("cannot be made: {error}")))
-}
-
-fn read_text(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))
 }
 
 fn resource(out: &Path, name: &str, columns: Option<Vec<(String, Column)>>) -> Result<Resource> {

@@ -2,6 +2,7 @@
 
 use crate::execution::{Job, Shard, run_job};
 use crate::experiment::PlannedRun;
+use crate::files::read_text;
 use crate::references::obtain_reference;
 use crate::results::{plan_header, runs_header, write_references};
 use crate::stock::Stock;
@@ -119,10 +120,7 @@ fn differing_tables(job: Job<'_>, run: &PlannedRun, folder: &Path) -> Result<Vec
     write_references(job.folder, std::iter::once(Ok((run, reference))), None)?;
     let mut differing = Vec::new();
     for name in ["parameters.csv", "reference.csv"] {
-        let [stored, found] = [folder, job.folder].map(|folder| {
-            let path = folder.join(name);
-            std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))
-        });
+        let [stored, found] = [folder, job.folder].map(|folder| read_text(&folder.join(name)));
         let (stored, found) = (stored?, found?);
         let known: HashSet<&str> = stored.lines().collect();
         let missing = found.lines().filter(|line| !known.contains(line));
