@@ -1,7 +1,7 @@
 //! The wedge box at a row of instants, one row per scheme.
 
 use super::trace_figure::trace_path;
-use crate::animation::{Animation, Curve, Moving, Page};
+use crate::animation::{Animation, Curve, Moving, Page, Timing};
 use crate::drawing::Drawing;
 use crate::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
 use crate::style::Styles;
@@ -71,9 +71,7 @@ impl ManoeuvreFigure {
         let animation = Animation {
             title: format!("The wedge box touching down, with {}", names.join(" and with ")),
             geometry,
-            shown_s,
-            slow_s: self.slow_s.unwrap_or(shown_s),
-            still_s,
+            timing: Timing { shown_s, slow_s: self.slow_s.unwrap_or(shown_s), still_s },
             schemes,
             curves,
             force_n: [-4000.0, 4000.0],
