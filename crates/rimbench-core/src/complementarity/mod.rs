@@ -23,6 +23,7 @@ mod lcp;
 mod lemke;
 mod lemke_tableau;
 mod natural_residual;
+mod proximal_guess;
 mod solver;
 mod sparse_active_set;
 mod unsolved;

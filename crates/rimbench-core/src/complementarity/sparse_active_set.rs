@@ -3,10 +3,15 @@
 //! What differs from the dense one: the factor keeps one order for all sets, so that a contact enters or leaves by a change along its
 //! path in the elimination tree; several enter one after the other before velocities are computed anew; whatever would push with the wrong
 //! sign after a change of the matrix leaves at once, as long as it is not by far less than the worst; and every answer is measured here by
-//! the natural residual, as [`Checked`](super::Checked) does with others. An answer that is not good enough is looked for once more from
-//! the empty set.
+//! the natural residual, as [`Checked`](super::Checked) does with others. An answer that is not good enough is looked for once more with
+//! the set factorised anew, then from the empty set.
+//!
+//! Where many contacts change at once, pivots one by one are many. Then a [`ProximalGuess`] tells which contacts push. More may push than
+//! can be told apart; of those that depend on others each hands its impulse over to them, along a ray on which no velocity changes, until
+//! it has none or another one has none and leaves in its place. From there it goes on as ever.
 
-use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE, REFRESH};
+use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE};
+use super::proximal_guess::ProximalGuess;
 use super::{SolveStats, SolverCounters, Unsolved};
 use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
@@ -15,6 +20,14 @@ use std::sync::Arc;
 const TOGETHER: f64 = 0.1;
 /// Contacts that promise at least this part of the best enter one after the other, before velocities are computed anew.
 const ENTER: f64 = 0.5;
+/// Changes of the factor before it is computed anew: a change takes a hundredth of the time and less, and answers are measured.
+const REFRESH: u32 = 512;
+/// More than one in so many contacts that pull or go too far are too many to be changed one by one. With fewer, in the hard micro steps
+/// of a heap, handing impulses over takes what the guess has saved.
+const MANY_WRONG: usize = 4;
+/// Of the contacts that a guess lets push, what is left of a row when the others are taken out of it must be more than this: a guess is not
+/// exact, and those that can hardly be told apart would make thousands of newtons of what is missing.
+const NEARLY_DEPENDENT: f64 = 1e-7;
 
 /// Where the next problem stands in its series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +57,11 @@ pub struct SparseActiveSet {
     /// `q + M z`, and the direction of a drive; by contacts.
     w: Vec<f64>,
     p: Vec<f64>,
+    /// The last answer.
+    last: Vec<f64>,
+    guess: ProximalGuess,
+    /// Whether it has been asked for the present problem.
+    guessed: bool,
     counters: SolverCounters,
 }
 
@@ -51,9 +69,12 @@ impl SparseActiveSet {
     /// Makes room for problems with matrices of this pattern; answers are accepted up to this natural residual.
     pub fn new(pattern: &SymmetricPattern, tolerance: f64) -> Self {
         let n = pattern.size();
+        let order = Arc::new(EliminationOrder::new(pattern));
         SparseActiveSet {
             tolerance,
-            factor: SparseFactor::new(Arc::new(EliminationOrder::new(pattern))),
+            guess: ProximalGuess::new(&order),
+            guessed: false,
+            factor: SparseFactor::new(order),
             age: None,
             set: Vec::with_capacity(n),
             first: Vec::with_capacity(n),
@@ -62,6 +83,7 @@ impl SparseActiveSet {
             violated: Vec::with_capacity(n),
             w: vec![0.0; n],
             p: vec![0.0; n],
+            last: vec![0.0; n],
             counters: SolverCounters::default(),
         }
     }
@@ -143,12 +165,20 @@ impl SparseActiveSet {
             self.w.copy_from_slice(q);
             return Ok(stats);
         }
+        self.guessed = false;
         let mut ended = self.pivot(m, q, z, &mut stats);
         stats.residual = self.residual(m, q, z);
-        if ended.is_err() || stats.residual > self.tolerance {
-            self.counters.fallbacks += 1;
-            stats.fallback = true;
-            self.set.clear();
+        for from_nothing in [false, true] {
+            if ended.is_ok() && stats.residual <= self.tolerance {
+                break;
+            }
+            if from_nothing {
+                self.counters.fallbacks += 1;
+                stats.fallback = true;
+                self.set.clear();
+                // One by one.
+                self.guessed = true;
+            }
             self.age = None;
             ended = self.pivot(m, q, z, &mut stats);
             stats.residual = self.residual(m, q, z);
@@ -158,6 +188,7 @@ impl SparseActiveSet {
         if ended.is_err() || stats.residual.is_nan() || stats.residual > self.tolerance {
             return self.failed(Unsolved::NotFound { residual: stats.residual });
         }
+        self.last.copy_from_slice(z);
         self.counters.worst_residual = self.counters.worst_residual.max(stats.residual);
         Ok(stats)
     }
@@ -199,10 +230,15 @@ impl SparseActiveSet {
         if self.age.is_some_and(|age| age < REFRESH) {
             return;
         }
+        self.factorise_independent(m, DEPENDENT, stats);
+    }
+
+    /// Factorises the matrix of the set anew, without the members whose pivot is at most `dependent` times their diagonal.
+    fn factorise_independent(&mut self, m: SymmetricRows<'_>, dependent: f64, stats: &mut SolveStats) {
         let Self { factor, set, p, .. } = self;
         p.fill(0.0);
         set.iter().for_each(|&i| p[i] = 1.0);
-        factor.factorise(m, 0.0, DEPENDENT, |i| p[i] != 0.0);
+        factor.factorise(m, 0.0, dependent, |i| p[i] != 0.0);
         set.retain(|&i| factor.contains(i));
         self.age = Some(0);
         stats.factorisations += 1;
@@ -220,9 +256,17 @@ impl SparseActiveSet {
             }
             self.factor.solve(z);
             let pull = |i: usize| if z[i] < 0.0 { z[i] * z[i] * m.diagonal(i) } else { 0.0 };
-            let worst = self.set.iter().fold(0.0, |worst: f64, &i| worst.max(pull(i)));
+            let (mut worst, mut pulling) = (0.0_f64, 0);
+            for &i in &self.set {
+                worst = worst.max(pull(i));
+                pulling += usize::from(z[i] < 0.0);
+            }
             if worst == 0.0 {
                 return;
+            }
+            if pulling * MANY_WRONG > q.len() && !self.guessed {
+                self.take_guess(m, q, z, stats);
+                continue;
             }
             let Self { factor, set, .. } = self;
             let before = set.len();
@@ -255,6 +299,10 @@ impl SparseActiveSet {
             self.compute_velocities(m, q, z);
             let (negligible, bland) = (NEGLIGIBLE * q_max, stats.pivots > bland_after);
             let Some(least) = self.list_violated(m, z, negligible, bland) else { return Ok(()) };
+            if !self.guessed && self.violated.len() * MANY_WRONG > n {
+                self.take_guess(m, q, z, stats);
+                continue;
+            }
             let mut entered = false;
             for at in 0..self.violated.len() {
                 let j = self.violated[at] as usize;
@@ -280,6 +328,61 @@ impl SparseActiveSet {
                 }
             }
         }
+    }
+
+    /// Goes over to the contacts that push as far as a guess can tell, without those that depend on others.
+    fn take_guess(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64], stats: &mut SolveStats) {
+        self.guessed = true;
+        let Self { guess, factor, last, .. } = self;
+        stats.factorisations += guess.find(m, q, |i| factor.contains(i), last, z);
+        self.set.clear();
+        self.set.extend((0..q.len()).filter(|&i| z[i] > 0.0));
+        self.violated.clear();
+        self.violated.extend(self.set.iter().map(|&i| i as u32));
+        self.factorise_independent(m, NEARLY_DEPENDENT, stats);
+        for at in 0..self.violated.len() {
+            let j = self.violated[at] as usize;
+            if !self.factor.contains(j) && z[j] > 0.0 {
+                self.hand_over(m, z, j);
+                stats.pivots += 1;
+            }
+        }
+    }
+
+    /// Lowers `z_j` of a contact that depends on the members, which take over what it carries, until it or one of them carries nothing.
+    fn hand_over(&mut self, m: SymmetricRows<'_>, z: &mut [f64], j: usize) {
+        self.respond(m, j);
+        let (mut t, mut blocking) = (z[j], None);
+        for (slot, &i) in self.set.iter().enumerate() {
+            let p = self.p[i];
+            if p < 0.0 && p * p * m.diagonal(i) > NO_MOTION * m.diagonal(j) && z[i] < -t * p {
+                (t, blocking) = (-z[i] / p, Some(slot));
+            }
+        }
+        for &i in &self.set {
+            z[i] = (z[i] + t * self.p[i]).max(0.0);
+        }
+        z[j] -= t;
+        match blocking {
+            None => z[j] = 0.0,
+            Some(slot) => {
+                let left = self.set.swap_remove(slot);
+                self.factor.leave(left);
+                self.factor.enter(m, j, 0.0);
+                self.set.push(j);
+                self.changed();
+                self.changed();
+            }
+        }
+    }
+
+    /// Writes `M_AA⁻¹ M_Aj` to `p`.
+    fn respond(&mut self, m: SymmetricRows<'_>, j: usize) {
+        self.p.fill(0.0);
+        for (i, entry) in m.row(j) {
+            self.p[i] = entry;
+        }
+        self.factor.solve(&mut self.p);
     }
 
     /// Lists the contacts that go further than they may, those first that promise the largest decrease of the objective, `w²/m`, and
@@ -317,11 +420,7 @@ impl SparseActiveSet {
     ) -> Result<bool, Unsolved> {
         let (m_jj, mut w_j) = (m.diagonal(j), self.w[j]);
         loop {
-            self.p.fill(0.0);
-            for (i, entry) in m.row(j) {
-                self.p[i] = entry;
-            }
-            self.factor.solve(&mut self.p);
+            self.respond(m, j);
             let d = m_jj - m.row(j).map(|(i, entry)| entry * self.p[i]).sum::<f64>();
             let independent = d > DEPENDENT * m_jj;
             let mut t = if independent { -w_j / d } else { f64::INFINITY };
@@ -352,7 +451,7 @@ impl SparseActiveSet {
                     z[left] = 0.0;
                 }
                 None => {
-                    self.factor.enter(m, j);
+                    self.factor.enter(m, j, 0.0);
                     self.set.push(j);
                     return Ok(true);
                 }

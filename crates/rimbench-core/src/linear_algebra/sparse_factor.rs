@@ -71,6 +71,11 @@ impl EliminationOrder {
         EliminationOrder { row_at, place_of, starts, places, row_starts, row_columns, row_entries }
     }
 
+    /// Returns the number of rows.
+    pub fn size(&self) -> usize {
+        self.row_at.len()
+    }
+
     /// Returns the number of entries of L below the diagonal.
     pub fn entries(&self) -> usize {
         self.places.len()
@@ -210,8 +215,8 @@ impl SparseFactor {
         count
     }
 
-    /// Takes up a row that is not in A and does not depend on it.
-    pub fn enter(&mut self, m: SymmetricRows<'_>, row: usize) {
+    /// Takes up a row that is not in A and does not depend on it, with `shift` on its diagonal.
+    pub fn enter(&mut self, m: SymmetricRows<'_>, row: usize, shift: f64) {
         let EliminationOrder { place_of, starts, places, row_starts, row_columns, row_entries, .. } = &*self.order;
         let k = place_of[row] as usize;
         for (other, entry) in m.row(row) {
@@ -229,7 +234,7 @@ impl SparseFactor {
                 self.x[k] -= y * self.l[entry];
             }
         }
-        self.d[k] = std::mem::take(&mut self.x[k]);
+        self.d[k] = std::mem::take(&mut self.x[k]) + shift;
         self.inside[k] = true;
         let column = starts[k]..starts[k + 1];
         for (&place, l) in places[column.clone()].iter().zip(&mut self.l[column]) {
@@ -375,7 +380,7 @@ mod tests {
                     factor.solve(&mut p);
                     let d = m.diagonal(row) - m.row(row).map(|(i, entry)| entry * p[i]).sum::<f64>();
                     if d > 1e-2 * m.diagonal(row) {
-                        factor.enter(m, row);
+                        factor.enter(m, row, 0.0);
                     }
                 }
                 check(m, &mut factor);

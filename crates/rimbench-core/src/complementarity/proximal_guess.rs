@@ -1,0 +1,205 @@
+//! Which of many contacts push, found for all of them at once: the guess from which [`SparseActiveSet`](super::SparseActiveSet) goes on.
+//!
+//! One proximal step of the contact problem, from the impulses `p`, is the problem of contacts that give way a little:
+//!
+//! ```text
+//! w = M z + q,   w + μ (z − p) ≥ 0 ⟂ z ≥ 0        μ = 1e-4 max M_ii
+//! ```
+//! Contacts that depend on each other do not trouble it: `M + μ` is regular. Newton's method on the equivalent minimum
+//!
+//! ```text
+//! φ(z) = ½ zᵀ M z + 1/(2μ) Σ max(0, μ p − w)²
+//! ```
+//! changes all wrong contacts at once, and goes along each direction as far as φ decreases: φ is convex and made of parabolas, so that the
+//! exact minimum takes one pass over the contacts that change on the way. Without that, contacts of a heap throw each other over.
+//! # Source
+//! Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim. 14 (1976); the Newton method with the exact
+//! search is that of Qi, Sun, *A nonsmooth version of Newton's method*, Math. Programming 58 (1993), on a quadratic made of pieces.
+
+use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricRows};
+use std::sync::Arc;
+
+/// μ as a part of the largest entry of the diagonal.
+const SOFTNESS: f64 = 1e-4;
+/// A guess need not be better than what so many directions give.
+const DIRECTIONS: u32 = 40;
+/// Up to one in so many contacts enters or leaves the factor by itself, rather than all of it being computed anew.
+const ONE_BY_ONE: usize = 8;
+
+/// Below this part of the largest `q`, what a contact has too much or too little is rounding, and changes nothing.
+const ROUNDING: f64 = 1e-13;
+
+/// Room to guess in.
+#[derive(Debug, Clone)]
+pub(super) struct ProximalGuess {
+    factor: SparseFactor,
+    /// `μ p`, the velocities, and by how much the direction changes impulses and velocities.
+    centre: Vec<f64>,
+    w: Vec<f64>,
+    dz: Vec<f64>,
+    dw: Vec<f64>,
+    /// Where on a direction a contact begins or ends to push, and which.
+    bends: Vec<(f64, u32)>,
+}
+
+impl ProximalGuess {
+    /// Makes room for problems with matrices of this order.
+    pub(super) fn new(order: &Arc<EliminationOrder>) -> Self {
+        let n = order.size();
+        ProximalGuess {
+            factor: SparseFactor::new(order.clone()),
+            centre: vec![0.0; n],
+            w: vec![0.0; n],
+            dz: vec![0.0; n],
+            dw: vec![0.0; n],
+            bends: Vec::with_capacity(n),
+        }
+    }
+
+    /// Writes the impulses of the proximal step from `p` to `z`, looked for from the contacts of which `pushes` says so; returns the number
+    /// of factorisations.
+    pub(super) fn find(
+        &mut self,
+        m: SymmetricRows<'_>,
+        q: &[f64],
+        pushes: impl Fn(usize) -> bool,
+        p: &[f64],
+        z: &mut [f64],
+    ) -> u32 {
+        let n = q.len();
+        let mu = SOFTNESS * (0..n).fold(0.0, |most: f64, i| most.max(m.diagonal(i)));
+        let rounding = ROUNDING * q.iter().fold(0.0, |most: f64, q| most.max(q.abs()));
+        let Self { factor, centre, w, dz, dw, .. } = self;
+        centre.iter_mut().zip(p).for_each(|(centre, p)| *centre = mu * p);
+        factor.factorise(m, mu, 0.0, pushes);
+        minimum_of_piece(m, q, centre, factor, z, w);
+        let mut factorisations = 1;
+        for _ in 0..DIRECTIONS {
+            let changes = |factor: &SparseFactor, i: usize| {
+                let excess = centre[i] - w[i];
+                if factor.contains(i) { excess < -rounding } else { excess > rounding }
+            };
+            let count = (0..n).filter(|&i| changes(factor, i)).count();
+            if count == 0 {
+                break;
+            }
+            if count * ONE_BY_ONE <= n {
+                for i in 0..n {
+                    if changes(factor, i) {
+                        if factor.contains(i) { factor.leave(i) } else { factor.enter(m, i, mu) }
+                    }
+                }
+            } else {
+                // Nobody asks the factor about those that have been.
+                dz.iter_mut().enumerate().for_each(|(i, dz)| *dz = f64::from(factor.contains(i) != changes(factor, i)));
+                factor.factorise(m, mu, 0.0, |i| dz[i] != 0.0);
+                factorisations += 1;
+            }
+            minimum_of_piece(m, q, centre, factor, dz, dw);
+            dz.iter_mut().zip(&*z).for_each(|(dz, z)| *dz -= z);
+            dw.iter_mut().zip(&*w).for_each(|(dw, w)| *dw -= w);
+            let way = way_to_minimum(&mut self.bends, mu, centre, [z, w, dz, dw]);
+            z.iter_mut().zip(&*dz).for_each(|(z, dz)| *z += way * dz);
+            w.iter_mut().zip(&*dw).for_each(|(w, dw)| *w += way * dw);
+        }
+        for (z, (centre, w)) in z.iter_mut().zip(centre.iter().zip(&*w)) {
+            let excess = centre - w;
+            *z = if excess > rounding { excess / mu } else { 0.0 };
+        }
+        factorisations
+    }
+}
+
+/// Writes where φ would be least if the contacts in the factor pushed, and no others: `z = (M + μ)_AA⁻¹ (μ p − q)_A` and `w = M z + q`.
+fn minimum_of_piece(
+    m: SymmetricRows<'_>,
+    q: &[f64],
+    centre: &[f64],
+    factor: &mut SparseFactor,
+    z: &mut [f64],
+    w: &mut [f64],
+) {
+    for (z, (centre, q)) in z.iter_mut().zip(centre.iter().zip(q)) {
+        *z = centre - q;
+    }
+    factor.solve(z);
+    w.copy_from_slice(q);
+    for (i, &z) in z.iter().enumerate() {
+        if z != 0.0 {
+            m.add_row(i, z, w);
+        }
+    }
+}
+
+/// The part of a direction up to which φ decreases, at most all of it.
+///
+/// ```text
+/// dφ/ds = z·dw + s dz·dw − 1/μ Σ max(0, c − s dw) dw        c = μ p − w
+/// ```
+fn way_to_minimum(bends: &mut Vec<(f64, u32)>, mu: f64, centre: &[f64], [z, w, dz, dw]: [&[f64]; 4]) -> f64 {
+    let (mut slope, mut rise) = (0.0, 0.0);
+    bends.clear();
+    for i in 0..centre.len() {
+        let (c, dw) = (centre[i] - w[i], dw[i]);
+        slope += z[i] * dw;
+        rise += dz[i] * dw;
+        if c > 0.0 || c == 0.0 && dw < 0.0 {
+            slope -= c * dw / mu;
+            rise += dw * dw / mu;
+        }
+        if c * dw > 0.0 && c.abs() < dw.abs() {
+            bends.push((c / dw, i as u32));
+        }
+    }
+    bends.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    for &(at, i) in &*bends {
+        if slope + rise * at >= 0.0 {
+            break;
+        }
+        let (c, dw) = (centre[i as usize] - w[i as usize], dw[i as usize]);
+        let sign = if c > 0.0 { 1.0 } else { -1.0 };
+        slope += sign * c * dw / mu;
+        rise -= sign * dw * dw / mu;
+    }
+    if slope + rise < 0.0 || rise <= 0.0 { 1.0 } else { (-slope / rise).clamp(0.0, 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linear_algebra::SymmetricPattern;
+    use rand::{RngExt, SeedableRng};
+
+    /// Contacts of few bodies, so that many depend on each other.
+    #[test]
+    fn the_guess_is_the_minimum_for_contacts_that_give_way() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
+        for (n, coordinates) in [(12, 5), (60, 30), (60, 80)] {
+            let pattern = SymmetricPattern::new(&vec![(0..n).collect(); n]);
+            let order = Arc::new(EliminationOrder::new(&pattern));
+            let mut guess = ProximalGuess::new(&order);
+            for _ in 0..20 {
+                // One coordinate opens all contacts: no impulse grows beyond bounds as contacts get stiffer.
+                let mut row =
+                    || (0..coordinates).map(|k| rng.random_range(if k == 0 { 0.3 } else { -1.0 }..1.0)).collect();
+                let a: Vec<Vec<f64>> = (0..n).map(|_| row()).collect();
+                let dot = |i: usize, j: usize| a[i].iter().zip(&a[j]).map(|(a, b)| a * b).sum::<f64>();
+                let entries: Vec<f64> = (0..n * n).map(|at| dot(at / n, at % n)).collect();
+                let m = SymmetricRows { pattern: &pattern, entries: &entries };
+                let mut draw = |from: f64| (0..n).map(|_| rng.random_range(from..1.0)).collect::<Vec<f64>>();
+                let (q, p, start) = (draw(-1.0), draw(0.0), draw(-1.0));
+                let mut z = vec![0.0; n];
+                guess.find(m, &q, |i| start[i] > 0.0, &p, &mut z);
+                let mu = SOFTNESS * (0..n).fold(0.0, |most: f64, i| most.max(m.diagonal(i)));
+                assert!(z.iter().any(|z| *z > 0.0));
+                for i in 0..n {
+                    let w = q[i] + m.row(i).map(|(j, m)| m * z[j]).sum::<f64>() + mu * (z[i] - p[i]);
+                    // What counts as rounding of a velocity, through μ in each impulse.
+                    let rounding = ROUNDING / mu * m.row(i).map(|(_, m)| m.abs()).sum::<f64>();
+                    let holds = z[i] >= 0.0 && w >= -rounding && (z[i] == 0.0 || w <= rounding);
+                    assert!(holds && rounding < 1e-6, "{n} {i}: {} and {w:e} beyond {rounding:e}", z[i]);
+                }
+            }
+        }
+    }
+}
