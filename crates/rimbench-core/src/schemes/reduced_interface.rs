@@ -331,6 +331,7 @@ impl ReducedInterface {
     fn prepare(&mut self) -> Result<(), Failure> {
         self.packed_anew = true;
         if let Some(parametric) = &mut self.parametric {
+            parametric.catch_up(&self.gap_motion, &mut self.w, &mut self.gap);
             parametric.forget();
         }
         match self.contacts {
@@ -425,7 +426,7 @@ impl ReducedInterface {
                 self.packed.free_velocity(&self.w[..n_i], lambda, &mut self.w_free[..n_i]);
             }
             Contacts::Unilateral | Contacts::UnilateralWithGaps => {
-                if !self.step_with_last_set(lambda) {
+                if !self.step_with_last_set(lambda, at) {
                     self.step_by_solving(lambda)?;
                 }
                 if at.index == 0 {
@@ -460,8 +461,16 @@ impl ReducedInterface {
 
     /// Takes the micro step with the active set of the last one, if that is its set too; the velocities are then in `w_free`.
     #[inline(always)]
-    fn step_with_last_set(&mut self, lambda: &[f64]) -> bool {
+    fn step_with_last_set(&mut self, lambda: &[f64], at: MicroStep) -> bool {
         let Some(parametric) = &mut self.parametric else { return false };
+        if parametric.looks_ahead() {
+            if let &[force] = lambda
+                && parametric.go_on(&self.gap_motion, force, &self.w, &mut self.w_free)
+            {
+                return true;
+            }
+            parametric.catch_up(&self.gap_motion, &mut self.w, &mut self.gap);
+        }
         if !parametric.is_known() {
             // Impulses of another model say nothing.
             if self.packed_anew {
@@ -483,6 +492,11 @@ impl ReducedInterface {
                 Some(_) => parametric.step::<true>(packed, motion, lambda, state),
             }
         {
+            if self.sparse.is_some() {
+                // The last one looks at all contacts: whoever asks at the communication point finds them as they are.
+                let steps = at.count.saturating_sub(at.index + 2);
+                parametric.look_ahead(motion, lambda, steps, &self.w_free, &self.gap);
+            }
             return true;
         }
         parametric.forget();
