@@ -225,12 +225,13 @@ impl SparseActiveSet {
         }
     }
 
-    /// Brings the factor to matrix and set; members that depend on others are left out.
-    fn factorise(&mut self, m: SymmetricRows<'_>, stats: &mut SolveStats) {
-        if self.age.is_some_and(|age| age < REFRESH) {
-            return;
+    /// Brings the factor to matrix and set; members that depend on others are left out. Says whether it had to.
+    fn factorise(&mut self, m: SymmetricRows<'_>, stats: &mut SolveStats) -> bool {
+        let anew = self.age.is_none_or(|age| age >= REFRESH);
+        if anew {
+            self.factorise_independent(m, DEPENDENT, stats);
         }
-        self.factorise_independent(m, DEPENDENT, stats);
+        anew
     }
 
     /// Factorises the matrix of the set anew, without the members whose pivot is at most `dependent` times their diagonal.
@@ -293,14 +294,26 @@ impl SparseActiveSet {
         let n = q.len();
         let q_max = q.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
         let (bland_after, bound) = (stats.pivots + 10 + 5 * n as u32, stats.pivots + 50 * n as u32);
+        // Whether impulses are those of the set, and whether they have come about by changes.
+        let (mut solved, mut changed) = (false, false);
         loop {
-            self.factorise(m, stats);
-            self.make_feasible(m, q, z, stats);
+            if self.factorise(m, stats) || !solved {
+                self.make_feasible(m, q, z, stats);
+                (solved, changed) = (true, false);
+            }
             self.compute_velocities(m, q, z);
             let (negligible, bland) = (NEGLIGIBLE * q_max, stats.pivots > bland_after);
-            let Some(least) = self.list_violated(m, z, negligible, bland) else { return Ok(()) };
+            let Some(least) = self.list_violated(m, z, negligible, bland) else {
+                if !changed {
+                    return Ok(());
+                }
+                // Once more, without what rounding has added up.
+                solved = false;
+                continue;
+            };
             if !self.guessed && self.violated.len() * MANY_WRONG > n {
                 self.take_guess(m, q, z, stats);
+                solved = false;
                 continue;
             }
             let mut entered = false;
@@ -315,6 +328,7 @@ impl SparseActiveSet {
                     continue;
                 }
                 self.w[j] = w_j;
+                changed = true;
                 if self.drive(m, z, j, stats, bound)? {
                     entered = true;
                 } else if !entered {
@@ -324,6 +338,7 @@ impl SparseActiveSet {
                         Err(Unsolved::NotFound { residual: f64::INFINITY })
                     };
                 } else {
+                    solved = false;
                     break;
                 }
             }

@@ -101,6 +101,9 @@ fn merged(a: &[u32], b: &[u32], without: [u32; 2]) -> Vec<u32> {
 
 /// `Σ l x` over the places of the entries, in four sums that need not wait for each other.
 fn gathered(l: &[f64], places: &[u32], x: &[f64]) -> f64 {
+    if l.len() < 4 {
+        return l.iter().zip(places).map(|(l, &place)| l * x[place as usize]).sum();
+    }
     let mut sums = [0.0; 4];
     let (l_fours, l_rest) = l.as_chunks::<4>();
     let (place_fours, place_rest) = places.as_chunks::<4>();
