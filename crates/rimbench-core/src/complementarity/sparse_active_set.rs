@@ -316,11 +316,15 @@ impl SparseActiveSet {
                 solved = false;
                 continue;
             }
-            let mut entered = false;
-            for at in 0..self.violated.len() {
-                let j = self.violated[at] as usize;
+            let (mut entered, mut at) = (false, 0);
+            while let Some(&j) = self.violated.get(at) {
+                let j = j as usize;
+                at += 1;
                 if self.age.is_none_or(|age| age >= REFRESH) {
                     break;
+                }
+                if self.factor.contains(j) {
+                    continue;
                 }
                 // What entered before has changed it.
                 let w_j = if entered { q[j] + m.row(j).map(|(i, m)| m * z[i]).sum::<f64>() } else { self.w[j] };
@@ -331,6 +335,7 @@ impl SparseActiveSet {
                 changed = true;
                 if self.drive(m, z, j, stats, bound)? {
                     entered = true;
+                    self.list_neighbours(m, j);
                 } else if !entered {
                     return if w_j >= -RAY_NOISE * q_max {
                         Ok(())
@@ -341,6 +346,16 @@ impl SparseActiveSet {
                     solved = false;
                     break;
                 }
+            }
+        }
+    }
+
+    /// Lists what meets a contact that has entered: a blow goes on from one to the next.
+    fn list_neighbours(&mut self, m: SymmetricRows<'_>, j: usize) {
+        for (i, _) in m.row(j) {
+            // There is room for as many as there are contacts.
+            if !self.factor.contains(i) && self.violated.len() < self.p.len() {
+                self.violated.push(i as u32);
             }
         }
     }
@@ -440,10 +455,10 @@ impl SparseActiveSet {
             let independent = d > DEPENDENT * m_jj;
             let mut t = if independent { -w_j / d } else { f64::INFINITY };
             let mut blocking = None;
-            for (slot, &i) in self.set.iter().enumerate() {
-                let p = self.p[i];
-                if p > 0.0 && p * p * m.diagonal(i) > NO_MOTION * m_jj && z[i] < t * p {
-                    (t, blocking) = (z[i] / p, Some(slot));
+            // Of others than members it is zero.
+            for (i, (&p, &z)) in self.p.iter().zip(&*z).enumerate() {
+                if p > 0.0 && z < t * p && p * p * m.diagonal(i) > NO_MOTION * m_jj {
+                    (t, blocking) = (z / p, Some(i));
                 }
             }
             if blocking.is_none() && !independent {
@@ -453,15 +468,16 @@ impl SparseActiveSet {
                 return Err(Unsolved::NotFound { residual: f64::INFINITY });
             }
             stats.pivots += 1;
-            for &i in &self.set {
-                z[i] = (z[i] - t * self.p[i]).max(0.0);
+            for (z, p) in z.iter_mut().zip(&self.p) {
+                let less = *z - t * p;
+                *z = if less > 0.0 { less } else { 0.0 };
             }
             z[j] += t;
             self.changed();
             match blocking {
-                Some(slot) => {
+                Some(left) => {
                     w_j += t * d.max(0.0);
-                    let left = self.set.swap_remove(slot);
+                    self.set.retain(|&member| member != left);
                     self.factor.leave(left);
                     z[left] = 0.0;
                 }
