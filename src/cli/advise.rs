@@ -5,7 +5,7 @@ use super::interruption::Interruption;
 use super::progress::Progress;
 use super::run::use_threads;
 use super::run_options::RunOptions;
-use super::{INTERRUPTED, complain, print};
+use super::{INTERRUPTED, complain, file_option, print, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
@@ -91,8 +91,15 @@ enum Format {
 }
 
 impl Advise {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
-        let fixed = self.run.request()?;
+    /// `files` are the options by which files of cases and schemes were given.
+    pub(super) fn run(self, catalogue: &Catalogue, mut files: String) -> anyhow::Result<ExitCode> {
+        let mut fixed = self.run.request()?;
+        for (option, file) in [("--case-file", &fixed.case), ("--scheme-file", &fixed.scheme)] {
+            if let Some(file) = file.as_ref().filter(|name| name.ends_with(".toml")) {
+                files += &file_option(option, file.as_ref());
+            }
+        }
+        let catalogue = &*with_files(catalogue, &mut fixed)?;
         if self.measure_costs {
             use_threads(self.jobs)?;
             let measured = measured_prices(catalogue, &fixed)?;
@@ -110,7 +117,7 @@ impl Advise {
             micro_step: self.micro_cost.unwrap_or(usual.micro_step),
             model_solve: self.model_cost.unwrap_or(usual.model_solve),
         };
-        let grid = self.grid(catalogue, &fixed)?;
+        let grid = macro_steps(catalogue, &fixed, self.from, self.to, self.per_decade)?;
         let budget = Budget { wall: self.budget.map(seconds).transpose()?, runs: self.most_runs };
         use_threads(self.jobs)?;
         let interruption = Interruption::listen()?;
@@ -149,35 +156,41 @@ impl Advise {
         };
         progress.end();
         complain(&cache);
-        let asked = Asked { question: &question, advice: &advice };
+        let asked = Asked { question: &question, advice: &advice, files: &files };
         match self.format {
             Format::Markdown => print(&markdown(&asked))?,
             Format::Json => print(&serde_json::to_string_pretty(&json(&asked))?)?,
         }
         Ok(ExitCode::SUCCESS)
     }
+}
 
-    /// Macro steps, evenly spread in logarithms, of as few digits as keep them apart.
-    fn grid(&self, catalogue: &Catalogue, fixed: &RunRequest) -> Result<Vec<f64>> {
-        let case = catalogue.case(fixed.case.as_deref().unwrap_or_default())?;
-        let duration = fixed.duration_s.unwrap_or(case.defaults.duration_s);
-        let to = self.to.unwrap_or_else(|| longest_macro_step(duration));
-        if to > duration {
-            return Err(Error::invalid("to", to, format!("at most the duration, {duration} s")));
-        }
-        let steps = logarithmic_grid(self.from.unwrap_or_else(|| shortest_macro_step(to)), to, self.per_decade)?;
-        let digits = if self.per_decade <= 12 { 1 } else { 4 };
-        let mut rounded: Vec<f64> = steps
-            .iter()
-            .map(|step| format!("{step:.digits$e}").parse::<f64>().unwrap_or(*step).clamp(steps[0], to))
-            .collect();
-        rounded.dedup();
-        Ok(rounded)
+/// Macro steps, evenly spread in logarithms, of as few digits as keep them apart.
+pub(super) fn macro_steps(
+    catalogue: &Catalogue,
+    fixed: &RunRequest,
+    from: Option<f64>,
+    to: Option<f64>,
+    per_decade: usize,
+) -> Result<Vec<f64>> {
+    let case = catalogue.case(fixed.case.as_deref().unwrap_or_default())?;
+    let duration = fixed.duration_s.unwrap_or(case.defaults.duration_s);
+    let to = to.unwrap_or_else(|| longest_macro_step(duration));
+    if to > duration {
+        return Err(Error::invalid("to", to, format!("at most the duration, {duration} s")));
     }
+    let steps = logarithmic_grid(from.unwrap_or_else(|| shortest_macro_step(to)), to, per_decade)?;
+    let digits = if per_decade <= 12 { 1 } else { 4 };
+    let mut rounded: Vec<f64> = steps
+        .iter()
+        .map(|step| format!("{step:.digits$e}").parse::<f64>().unwrap_or(*step).clamp(steps[0], to))
+        .collect();
+    rounded.dedup();
+    Ok(rounded)
 }
 
 /// Reads `1%` or `0.01`.
-fn share(text: &str) -> Result<f64> {
+pub(super) fn share(text: &str) -> Result<f64> {
     let (number, unit) = text.trim().strip_suffix('%').map_or((text.trim(), 1.0), |number| (number.trim(), 0.01));
     let number: Option<f64> = number.parse().ok().map(|number: f64| number * unit);
     number

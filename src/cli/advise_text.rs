@@ -13,12 +13,14 @@ use std::fmt::Write;
 pub(super) struct Asked<'a> {
     pub(super) question: &'a Question<'a>,
     pub(super) advice: &'a Advice,
+    /// Options that name the files of cases and schemes, as they are typed.
+    pub(super) files: &'a str,
 }
 
 impl Asked<'_> {
     /// The answer in a sentence; why there is none, where there is none.
     fn headline(&self) -> String {
-        let Asked { question, advice } = self;
+        let Asked { question, advice, .. } = self;
         let error = percent(question.error);
         if let Some(best) = &advice.best {
             let scheme = best.request.scheme.as_deref().unwrap_or_default();
@@ -45,7 +47,7 @@ impl Asked<'_> {
 
     /// What the numbers rest on.
     fn grounds(&self) -> Vec<String> {
-        let Asked { question, advice } = self;
+        let Asked { question, advice, .. } = self;
         let Question { phases, kept_aside, macro_steps, prices, .. } = question;
         let mut grounds = vec![format!(
             "The error is the rms of the interface force over communication points, relative to the peak force of the reference \
@@ -62,9 +64,10 @@ impl Asked<'_> {
         let [exchange, mechanics, micro, model] = prices.list();
         grounds.push(format!(
             "Cost = {exchange} × exchanges + {mechanics} × mechanics solves + {micro} × micro steps + {model} × model solves. By \
-             default these are instructions of the wedge box over those of a micro step; `rimbench advise --case {} \
+             default these are instructions of the wedge box over those of a micro step; `rimbench advise --case {}{} \
              --measure-costs` measures them here.",
-            question.fixed.case.as_deref().unwrap_or_default()
+            question.fixed.case.as_deref().unwrap_or_default(),
+            self.files
         ));
         if let [first, .., last] = macro_steps {
             grounds.push(format!(
@@ -113,19 +116,24 @@ impl Asked<'_> {
         let request = RunRequest { macro_step_s: None, phase: None, ..choice.request.clone() };
         let to = choice.limit.first_unstable.unwrap_or(choice.limit.last_stable);
         let phases = self.question.phases;
-        format!("rimbench limit{} --from {:?} --to {to:?} --phases {phases}", typed(&request), choice.macro_step)
+        format!(
+            "rimbench limit{}{} --from {:?} --to {to:?} --phases {phases}",
+            typed(&request),
+            self.files,
+            choice.macro_step
+        )
     }
 }
 
-/// The run of a choice as it would be typed.
-fn command(request: &RunRequest, run: &Probe) -> String {
+/// The run of a choice as it would be typed; `files` are options that name files.
+fn command(request: &RunRequest, run: &Probe, files: &str) -> String {
     let (macro_step_s, phase) = (Some(run.macro_step), Some(run.phase));
-    format!("rimbench simulate{}", typed(&RunRequest { macro_step_s, phase, ..request.clone() }))
+    format!("rimbench simulate{}{files}", typed(&RunRequest { macro_step_s, phase, ..request.clone() }))
 }
 
 /// Writes an advice for reading.
 pub(super) fn markdown(asked: &Asked<'_>) -> String {
-    let Asked { question, advice } = asked;
+    let Asked { question, advice, .. } = asked;
     let case = question.fixed.case.as_deref().unwrap_or_default();
     let set: String = question.fixed.set.iter().map(|(key, value)| format!(", {key} = {value}")).collect();
     let mut text =
@@ -164,7 +172,7 @@ pub(super) fn markdown(asked: &Asked<'_>) -> String {
                 .iter()
                 .chain(&choice.kept_aside)
                 .max_by(|a, b| a.error.unwrap_or(0.0).total_cmp(&b.error.unwrap_or(0.0)));
-            let worst = worst.map(|run| command(&choice.request, run)).unwrap_or_default();
+            let worst = worst.map(|run| command(&choice.request, run, asked.files)).unwrap_or_default();
             let _ = writeln!(text, "\n```sh\n{worst}\n{}\n```", asked.limit_command(choice));
         }
     }
@@ -203,7 +211,7 @@ fn nearest(fallen: &[Fallen]) -> Vec<&Fallen> {
 
 /// Writes an advice for programs.
 pub(super) fn json(asked: &Asked<'_>) -> Value {
-    let Asked { question, advice } = asked;
+    let Asked { question, advice, .. } = asked;
     let mut object = Object::default();
     object.put("case", question.fixed.case.clone());
     object.put("set", question.fixed.set.iter().map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>());
@@ -219,7 +227,7 @@ pub(super) fn json(asked: &Asked<'_>) -> Value {
     for (key, choice) in [("advised", &advice.best), ("runner_up", &advice.runner_up)] {
         object.put(key, choice.as_ref().map_or(Value::Null, |choice| choice_json(asked, choice)));
     }
-    object.put("fallen", advice.fallen.iter().map(fallen_json).collect::<Vec<_>>());
+    object.put("fallen", advice.fallen.iter().map(|fallen| fallen_json(fallen, asked.files)).collect::<Vec<_>>());
     object.put("open_forms", advice.open);
     object.put("runs_made", advice.computed);
     object.put("runs_stored", advice.reused);
@@ -246,30 +254,31 @@ fn choice_json(asked: &Asked<'_>, choice: &Choice) -> Value {
     object.put("run_there", choice.limit.run_id.clone());
     object.number("spectral_radius", choice.spectral_radius);
     object.put("limit_command", asked.limit_command(choice));
-    let runs = |runs: &[Probe]| runs.iter().map(|run| probe_json(&choice.request, run)).collect::<Vec<_>>();
+    let runs =
+        |runs: &[Probe]| runs.iter().map(|run| probe_json(&choice.request, run, asked.files)).collect::<Vec<_>>();
     object.put("runs", runs(&choice.runs));
     object.put("kept_aside", runs(&choice.kept_aside));
     object.into()
 }
 
-fn probe_json(request: &RunRequest, run: &Probe) -> Value {
+fn probe_json(request: &RunRequest, run: &Probe, files: &str) -> Value {
     let mut object = Object::default();
     object.put("run_id", run.run_id.as_str());
     object.number("macro_step_s", run.macro_step);
     object.number("phase", run.phase);
     object.put("outcome", run.outcome.as_str());
     object.number("error", run.error);
-    object.put("command", command(request, run));
+    object.put("command", command(request, run, files));
     object.into()
 }
 
-fn fallen_json(fallen: &Fallen) -> Value {
+fn fallen_json(fallen: &Fallen, files: &str) -> Value {
     let mut object = Object::default();
     object.put("scheme", fallen.scheme.as_str());
     object.put("form", fallen.form.as_str());
     object.put("reason", fallen.reason.as_str());
     object.number("cost", fallen.cost);
-    let run = fallen.request.as_ref().zip(fallen.run.as_ref()).map(|(request, run)| probe_json(request, run));
+    let run = fallen.request.as_ref().zip(fallen.run.as_ref()).map(|(request, run)| probe_json(request, run, files));
     object.put("run", run.unwrap_or(Value::Null));
     object.into()
 }

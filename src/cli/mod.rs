@@ -2,6 +2,7 @@
 
 mod advise;
 mod advise_text;
+mod check_advice;
 mod check_submission;
 mod collect;
 mod corpus;
@@ -94,6 +95,8 @@ enum Command {
     Limit(limit::Limit),
     /// Say which scheme and macro step are cheapest within an error, and why not the others
     Advise(advise::Advise),
+    /// Hold what `advise` says of every case against phases it never saw and an exhaustive search
+    CheckAdvice(check_advice::CheckAdvice),
     /// Write one side of a case as an FMU, for other masters
     Fmu(fmu::Fmu),
     /// Record the program's own performance, and compare records or git revisions
@@ -159,7 +162,13 @@ impl Cli {
             Command::CheckSubmission(command) => return command.run(catalogue),
             Command::Rank(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,
-            Command::Advise(command) => return command.run(catalogue),
+            Command::Advise(command) => {
+                let options = [("--case-file", &self.case_file), ("--scheme-file", &self.scheme_file)];
+                let given =
+                    options.into_iter().flat_map(|(option, files)| files.iter().map(move |file| (option, file)));
+                return command.run(catalogue, given.map(|(option, file)| file_option(option, file)).collect());
+            }
+            Command::CheckAdvice(command) => return command.run(catalogue),
             Command::Figures(command) => return command.run(catalogue),
             Command::Fmu(command) => command.run(catalogue)?,
             Command::Perf(command) => return command.run(),
@@ -192,6 +201,14 @@ fn add_scheme_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
     let name = scheme.name.to_string();
     catalogue.add_scheme(scheme)?;
     Ok(name)
+}
+
+/// A file as it is given by an option, behind other words of a command.
+fn file_option(option: &str, file: &Path) -> String {
+    let file = file.display().to_string();
+    // As shells take it.
+    let plain = file.chars().all(|c| c.is_alphanumeric() || "-_./+:,@".contains(c));
+    if plain { format!(" {option} {file}") } else { format!(" {option} '{}'", file.replace('\'', r"'\''")) }
 }
 
 /// The same catalogue, with case and scheme of a request in it where they are given as files that make them of FMUs and programs.

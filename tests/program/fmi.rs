@@ -2,6 +2,7 @@
 //! one line.
 
 use crate::program::rimbench;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Cursor, Read, Write};
@@ -147,6 +148,75 @@ fn repacked(from: &Path, to: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(St
         }
     }
     fs::write(to, out.finish().unwrap().into_inner()).unwrap();
+}
+
+/// An advice on a case file, as JSON.
+fn advised(file: &Path) -> Value {
+    let limits = ["--from", "2e-3", "--to", "2e-2", "--per-decade", "4", "--phases", "2", "--kept-aside", "2"];
+    let mut command = rimbench();
+    command.args(["advise", "--error", "5%", "--format", "json", "--case"]).arg(file).args(limits);
+    serde_json::from_slice(&command.assert().success().get_output().stdout).unwrap()
+}
+
+/// What is advised, with its numbers again by the commands that are printed.
+fn assert_advice_holds(advice: &Value) {
+    let best = &advice["advised"];
+    assert!(best["worst_error"].as_f64().unwrap() <= 0.05, "{best}");
+    assert!(best["last_stable_s"].as_f64() >= best["macro_step_s"].as_f64(), "{best}");
+    let run = &best["kept_aside"][1];
+    for command in [&run["command"], &best["limit_command"]] {
+        let typed: Vec<&str> = command.as_str().unwrap().split(' ').skip(1).collect();
+        let output = rimbench().args(typed).args(["--format", "json"]).assert().success().get_output().stdout.clone();
+        let facts: Value = serde_json::from_slice(&output).unwrap();
+        if command == &run["command"] {
+            assert_eq!((&facts["run_id"], &facts["force_error_rms_of_peak"]), (&run["run_id"], &run["error"]));
+        }
+    }
+}
+
+/// Schemes that have no form on a case, with why.
+fn skipped(advice: &Value) -> BTreeMap<&str, &str> {
+    let fallen = advice["fallen"].as_array().unwrap().iter();
+    let reasons = fallen.map(|fallen| (fallen["scheme"].as_str().unwrap(), fallen["reason"].as_str().unwrap()));
+    reasons.filter(|(_, reason)| reason.starts_with("skipped")).collect()
+}
+
+#[test]
+fn a_case_of_fmus_is_advised_on_with_derivatives_and_without() {
+    let folder = exported("impact-oscillator", &[]);
+    let head = "duration_s = 0.3\nmacro_step_s = 1e-3\nmicro_step_s = 5e-4\nprocess = \"same\"";
+    let text = case_file(CARRIAGE, head);
+    let file = folder.path().join("case.toml");
+    fs::write(&file, &text).unwrap();
+    let advice = advised(&file);
+    assert_advice_holds(&advice);
+    // FMUs know of derivatives, and of no volumes of oil.
+    assert_eq!(skipped(&advice).into_keys().collect::<Vec<_>>(), ["hydraulic-line"]);
+
+    // The same FMUs without a word of derivatives: what needs them falls, each with the reason, and something else is advised.
+    let plain = |name: &str, bytes: Vec<u8>| {
+        let text = (name == "modelDescription.xml").then(|| String::from_utf8(bytes.clone()).unwrap());
+        let text = text.map(|text| text.replace(" providesDirectionalDerivatives=\"true\"", ""));
+        let without = |text: String| -> String {
+            let parts: Vec<&str> = text.split(" derivative=\"").collect();
+            let behind = |part: &&str| part.split_once('"').unwrap().1.to_owned();
+            parts[0].to_owned() + &parts[1..].iter().map(behind).collect::<String>()
+        };
+        Some((name.to_owned(), text.map_or(bytes, |text| without(text).into_bytes())))
+    };
+    for side in ["mechanics", "actuator"] {
+        let path = |name: &str| folder.path().join(format!("{name}.fmu"));
+        repacked(&path(side), &path(&format!("{side}-plain")), plain);
+    }
+    let file = folder.path().join("plain.toml");
+    fs::write(&file, text.replace(".fmu\"", "-plain.fmu\"")).unwrap();
+    let advice = advised(&file);
+    assert_advice_holds(&advice);
+    let skipped = skipped(&advice);
+    for scheme in ["interface-jacobian", "nepce-feedthrough", "transmission-line"] {
+        assert!(skipped[scheme].contains("offers no directional derivatives"), "{skipped:?}");
+    }
+    assert!(!skipped.contains_key("zero-order-hold") && !skipped.contains_key("nepce"), "{skipped:?}");
 }
 
 /// An error of the program: one line, and the code of bad input.

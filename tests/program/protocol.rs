@@ -178,6 +178,31 @@ fn an_experiment_has_schemes_and_cases_that_are_programs_by_their_names() {
     assert_eq!(rows.matches("completed").count(), 8, "{rows}");
 }
 
+#[test]
+fn an_advice_on_a_case_with_a_program_for_a_side_says_what_it_lacks() {
+    if no_python() {
+        return;
+    }
+    let folder = of_the_page();
+    let case = path(&folder, "mass.toml");
+    let limits = ["--from", "1e-2", "--to", "2e-2", "--per-decade", "2", "--phases", "1", "--kept-aside", "1"];
+    let output = rimbench()
+        .args(["advise", "--error", "5%", "--duration", "0.5", "--format", "json", "--case", &case])
+        .args(["--scheme", "true-acceleration-linear"])
+        .args(limits)
+        .assert()
+        .success()
+        .get_output()
+        .stdout
+        .clone();
+    // Lines of text know no derivatives, and no interface model comes of them.
+    let advice: Value = serde_json::from_slice(&output).unwrap();
+    assert!(advice["answer"].as_str().unwrap().starts_with("None: no scheme in any form"), "{advice}");
+    let fallen = advice["fallen"].as_array().unwrap();
+    let lacks = |fallen: &Value| fallen["reason"] == "skipped: the mechanics offers no reduced interface model";
+    assert!(!fallen.is_empty() && fallen.iter().all(lacks), "{fallen:?}");
+}
+
 /// A scheme that is good until its fifth exchange, and a side that is good until its fifth step.
 const FAULTY: &str = r#"
 import json, os, subprocess, sys, time

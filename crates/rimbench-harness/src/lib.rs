@@ -32,8 +32,8 @@ mod store;
 mod submission;
 
 pub use advice::{
-    Advice, Budget, Choice, Fallen, Information, LimitFound, METRIC, Prices, Probe, Question, Work, advise,
-    measured_prices, milliseconds,
+    Advice, AdviceVerdict, Budget, CheckedAdvice, Choice, Fallen, Further, Information, LimitFound, METRIC, Prices,
+    Probe, Question, Work, advise, check_advice, measured_prices, milliseconds,
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;

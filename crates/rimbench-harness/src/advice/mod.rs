@@ -9,6 +9,7 @@
 
 mod account;
 mod candidate;
+mod check;
 mod form;
 mod limit;
 mod measure;
@@ -16,6 +17,7 @@ mod price;
 mod probe;
 mod search;
 
+pub use check::{AdviceVerdict, CheckedAdvice, Further, check_advice};
 pub use form::Information;
 pub use limit::LimitFound;
 pub use measure::measured_prices;
