@@ -17,9 +17,6 @@ pub struct Collect {
     folders: Vec<PathBuf>,
 }
 
-/// Missing runs that are named one by one.
-const NAMED: usize = 20;
-
 impl Collect {
     /// Ends with exit code 1 if runs are missing: what there is has been merged.
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
@@ -35,7 +32,7 @@ impl Collect {
         let cache = Cache::of_user();
         let job = Job::new(&experiment, catalogue, first, &cache, &BUILD);
         let others: Vec<&Path> = others.iter().map(PathBuf::as_path).collect();
-        let (summary, missing) = collect_shards(job, &others)?;
+        let (summary, first_missing) = collect_shards(job, &others)?;
         complain(&cache);
         print(&format!(
             "{} of {} runs in {}: {} taken over, {} damaged records left out",
@@ -45,16 +42,16 @@ impl Collect {
             summary.computed,
             summary.damaged,
         ))?;
-        for run in missing.iter().take(NAMED) {
+        for run in &first_missing {
             let (step, phase) = (run.spec.macro_step * 1e3, run.spec.phase);
             print(&format!("missing: {} {} at H = {step} ms, phase {phase}", run.label, run.spec.parameters.given()))?;
         }
-        if missing.len() > NAMED {
-            print(&format!("… and {} more", missing.len() - NAMED))?;
+        if summary.missing > first_missing.len() {
+            print(&format!("… and {} more", summary.missing - first_missing.len()))?;
         }
-        if missing.is_empty() && !experiment.claims().is_empty() {
+        if summary.missing == 0 && !experiment.claims().is_empty() {
             print(&claims_table(&check_claims(&experiment, catalogue, first)?))?;
         }
-        Ok(if missing.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+        Ok(if summary.missing == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }

@@ -3,6 +3,7 @@
 use super::build_info::BuildInfo;
 use super::cache::Cache;
 use super::clock::monotonic_clock;
+use super::collection::export_if_complete;
 use super::experiment::{Experiment, PlanPart, PlannedRun};
 use super::exported::exported_records;
 use super::foreign::{note_origin, refuse_foreign};
@@ -147,7 +148,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     }
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
     if job.fresh {
-        refuse_foreign(&job, &planned)?;
+        refuse_foreign(&job)?;
         Store::clear(job.folder)?;
     }
     let stock = stock_with_exported(&job, &planned)?;
@@ -161,8 +162,9 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     summary.reused = reused;
     // Others may have stored their shards meanwhile.
     drop(stock);
-    let stock = Stock::open(job.folder, job.experiment, &planned)?;
-    let missing = export_if_complete(&job, &planned, &stock, held, stop.soon)?;
+    let held = held.map(|(index, reference)| (planned[index].spec.clone(), reference));
+    drop(planned);
+    let missing = export_if_complete(&job, held, stop.soon)?.missing;
     let gone = missing.iter().filter(|&index| in_shard(index)).count();
     if gone > 0 && stop.soon.check().is_ok() {
         let message = format!(
@@ -182,7 +184,7 @@ fn run_places(job: Job<'_>, first: usize, last: usize, progress: Progress<'_>, s
         let planned = job.experiment.plan(job.catalogue, job.quick)?;
         check_places(planned.len(), first, last)?;
         if job.fresh {
-            refuse_foreign(&job, &planned)?;
+            refuse_foreign(&job)?;
             Store::clear(job.folder)?;
         }
         stock_with_exported(&job, &planned)?;
@@ -193,7 +195,7 @@ fn run_places(job: Job<'_>, first: usize, last: usize, progress: Progress<'_>, s
         if Store::experiment_in(job.folder).is_none() {
             stock_with_exported(&job, &part.kinds)?;
         } else {
-            refuse_foreign(&job, &part.kinds)?;
+            refuse_foreign(&job)?;
         }
         part
     };
@@ -279,7 +281,7 @@ fn compute(
 /// Opens the store of a job, and reads the rows of sealed result files in its folder if the store is empty.
 pub(super) fn stored<'a>(job: &Job<'a>, planned: &[PlannedRun]) -> Result<(Stock<'a>, Vec<Record>)> {
     let stock = Stock::open(job.folder, job.experiment, planned)?;
-    refuse_foreign(job, planned)?;
+    refuse_foreign(job)?;
     let asks = stock.store.is_empty() && !job.fresh;
     let exported = if asks { exported_records(job.folder, job.experiment, planned)? } else { Vec::new() };
     Ok((stock, exported))
@@ -320,74 +322,6 @@ fn check_places(count: usize, first: usize, last: usize) -> Result<()> {
 fn most_patient(planned: &[PlannedRun], group: &[usize]) -> usize {
     let patience = |index: &usize| planned[*index].spec.wall_limit.unwrap_or(Duration::MAX);
     group.iter().copied().rev().max_by_key(patience).unwrap_or(group[0])
-}
-
-/// Copies the records of other folders into that of a job, writes the result files if all runs are there, and returns the
-/// runs that are missing.
-///
-/// # Errors
-/// Folders that belong to something else; a disk that is full.
-pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<PlannedRun>)> {
-    let planned = job.experiment.plan(job.catalogue, job.quick)?;
-    refuse_foreign(&job, &planned)?;
-    job.experiment.copy_to(job.folder)?;
-    let own = Stock::open(job.folder, job.experiment, &planned)?;
-    let mut wanted = own.missing(&planned)?;
-    let mut summary = Summary { planned: planned.len(), damaged: own.store.damaged, ..Summary::default() };
-    summary.reused = planned.len() - wanted.len();
-    for folder in folders {
-        let other = Stock::open(folder, job.experiment, &planned)?;
-        summary.damaged += other.store.damaged;
-        let mut still_wanted = Vec::new();
-        for index in wanted {
-            let run = &planned[index];
-            let record = if other.has(run)? { other.store.read(&run.id)? } else { None };
-            let Some(record) = record else {
-                still_wanted.push(index);
-                continue;
-            };
-            results::copy_trace(folder, job.folder, &run.id)?;
-            own.store.append(&record)?;
-            summary.computed += 1;
-        }
-        wanted = still_wanted;
-    }
-    own.store.sync()?;
-    let own = if summary.computed == 0 { own } else { Stock::open(job.folder, job.experiment, &planned)? };
-    let missing = export_if_complete(&job, &planned, &own, None, StopFlag::never())?;
-    summary.missing = missing.len();
-    Ok((summary, missing.into_iter().map(|index| planned[index].clone()).collect()))
-}
-
-/// Writes the result files of an experiment if all its runs are stored; else says which are missing, by their places in the plan.
-///
-/// `held` is a reference that is at hand, with the index of a run that it belongs to.
-fn export_if_complete(
-    job: &Job<'_>,
-    planned: &[PlannedRun],
-    stock: &Stock<'_>,
-    mut held: Option<(usize, Reference)>,
-    stop: StopFlag<'_>,
-) -> Result<Vec<usize>> {
-    let missing = stock.missing(planned)?;
-    if missing.is_empty() {
-        results::write_tables(job.folder, job.experiment, planned, &stock.store)?;
-        let everything: Vec<usize> = (0..planned.len()).collect();
-        let references = groups_of_one_reference(planned, &everything).into_iter().map(|group| {
-            let run = &planned[most_patient(planned, &group)];
-            let shared = |held: &mut (usize, Reference)| planned[held.0].spec.shares_reference_with(&run.spec);
-            if let Some((_, reference)) = held.take_if(shared) {
-                return Ok((run, Some(reference)));
-            }
-            match obtain_reference(&run.spec, job.cache, stop) {
-                Err(Error::Overdue { .. }) => Ok((run, None)),
-                found => Ok((run, Some(found?))),
-            }
-        });
-        let traces = results::write_references(job.folder, references, job.experiment.trace_every_s)?;
-        results::write_checksums(job.folder, job.experiment, planned, &traces)?;
-    }
-    Ok(missing)
 }
 
 /// Runs that share case, parameters and duration, and so the reference; in the order of the plan.

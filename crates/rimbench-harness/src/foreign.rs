@@ -16,7 +16,7 @@ const ORIGIN: &str = "records/origin";
 ///
 /// # Errors
 /// [`Error::File`] naming what is there and what to do.
-pub(super) fn refuse_foreign(job: &Job<'_>, planned: &[PlannedRun]) -> Result<()> {
+pub(super) fn refuse_foreign(job: &Job<'_>) -> Result<()> {
     let (runs, copy) = (job.folder.join("runs.csv"), job.folder.join(COPY));
     let advice = "move it away or choose another folder with --out";
     if runs.exists() && (!copy.is_file() || !begins_as_ours(&runs)) {
@@ -37,7 +37,7 @@ pub(super) fn refuse_foreign(job: &Job<'_>, planned: &[PlannedRun]) -> Result<()
         let message = format!("holds the results of {}, an experiment of the same name: {advice}", other.display());
         return Err(Error::file(job.folder, message));
     }
-    if runs.exists() && !job.folder.join(ORIGIN).exists() && !shares_runs(&text, job, planned) {
+    if runs.exists() && !job.folder.join(ORIGIN).exists() && !shares_runs(&text, job) {
         let message = format!("holds the results of another experiment of the same name: {advice}");
         return Err(Error::file(job.folder, message));
     }
@@ -81,12 +81,18 @@ fn other_file(folder: &Path, own: &Path) -> Option<PathBuf> {
 }
 
 /// Whether an earlier version of the experiment had a run that this one has.
-fn shares_runs(text: &str, job: &Job<'_>, planned: &[PlannedRun]) -> bool {
+fn shares_runs(text: &str, job: &Job<'_>) -> bool {
     let earlier = Experiment::parse(&job.folder.join(COPY), text.to_owned());
-    let ids: HashSet<&str> = planned.iter().map(|run| run.id.as_str()).collect();
     let shares = |quick| {
-        let earlier = earlier.as_ref().ok()?.plan(job.catalogue, quick).ok()?;
-        Some(earlier.iter().any(|run| ids.contains(run.id.as_str())))
+        let earlier: HashSet<String> =
+            earlier.as_ref().ok()?.plan(job.catalogue, quick).ok()?.into_iter().map(|run| run.id).collect();
+        let mut shared = false;
+        let look = &mut |_, runs: &[PlannedRun]| {
+            shared |= runs.iter().any(|run| earlier.contains(&run.id));
+            Ok(())
+        };
+        job.experiment.plan_in_blocks(job.catalogue, job.quick, look).ok()?;
+        Some(shared)
     };
     // What no longer has a plan was ours when it was written.
     [false, true].into_iter().any(|quick| shares(quick).unwrap_or(true))

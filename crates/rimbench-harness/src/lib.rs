@@ -10,6 +10,7 @@ mod cache;
 mod checked_results;
 mod claims;
 mod clock;
+mod collection;
 mod comparison;
 mod engines;
 mod equal_cost;
@@ -39,11 +40,10 @@ pub use build_info::BuildInfo;
 pub use cache::Cache;
 pub use claims::{CheckedClaim, Claim, Claimant, STATISTICS, Verdict, check_claims, claim_metrics, write_claims};
 pub use clock::monotonic_clock;
+pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use engines::{Chunk, ChunkLimits, Chunking, Engine, Order, Submission, Words, missing_chunks, next_place};
-pub use execution::{
-    Job, Progress, Shard, Step, StopFlags, Summary, collect_shards, prepare_folder, run_job, run_job_until,
-};
+pub use execution::{Job, Progress, Shard, Step, StopFlags, Summary, prepare_folder, run_job, run_job_until};
 pub use experiment::{Experiment, PlannedRun};
 pub use grid::phase_ensemble;
 pub use load::Load;

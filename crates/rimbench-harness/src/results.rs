@@ -26,9 +26,8 @@ use rimbench_results::checksums::{self, sha256_of_file};
 use std::io::Write;
 use std::path::Path;
 
-/// Runs whose rows one thread makes at a time, and how many such blocks are made before they are written: all that is held in memory.
+/// Runs whose rows one thread makes at a time.
 const BLOCK: usize = 512;
-const BLOCKS_AT_ONCE: usize = 8;
 
 /// Columns of `runs.csv` that the plan says: id and label, what determines a run.
 pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
@@ -132,50 +131,49 @@ fn record_with(
     }
 }
 
-/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan, one row at a time.
+/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan: `plan` gives its runs to whom it is
+/// given, block by block, and `kinds` stands for all of them where it is about columns.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.
 pub(super) fn write_tables(
     folder: &Path,
     experiment: &Experiment,
-    planned: &[PlannedRun],
+    kinds: &[PlannedRun],
     store: &Store,
+    plan: impl FnOnce(&mut dyn FnMut(&[PlannedRun]) -> Result<()>) -> Result<()>,
 ) -> Result<()> {
-    let laws = tries_friction_laws(planned);
+    let laws = tries_friction_laws(kinds);
     // All three at once: reading and checking a record takes longer than writing its rows.
-    let write = |runs: &mut dyn Write, cost: &mut dyn Write, provenance: &mut dyn Write| -> std::io::Result<()> {
-        writeln!(runs, "{}", row(&runs_header(planned)))?;
-        writeln!(cost, "{}", row(&cost_header()))?;
-        writeln!(provenance, "{}", row(&provenance::HEADER))?;
-        for blocks in planned.chunks(BLOCK * BLOCKS_AT_ONCE) {
-            let made: Vec<std::io::Result<[String; 3]>> =
-                blocks.par_chunks(BLOCK).map(|block| rows_of(block, laws, experiment, store)).collect();
-            for made in made {
-                let [of_runs, of_cost, of_provenance] = made?;
-                runs.write_all(of_runs.as_bytes())?;
-                cost.write_all(of_cost.as_bytes())?;
-                provenance.write_all(of_provenance.as_bytes())?;
-            }
-        }
-        Ok(())
+    let write = |mut files: [&mut dyn Write; 3]| -> std::io::Result<()> {
+        let mut write =
+            |rows: [String; 3]| files.iter_mut().zip(rows).try_for_each(|(file, rows)| file.write_all(rows.as_bytes()));
+        write([row(&runs_header(kinds)), row(&cost_header()), row(&provenance::HEADER)].map(|header| header + "\n"))?;
+        let mut unwritten = None;
+        let gone_through = plan(&mut |runs| {
+            let made: Vec<Result<[String; 3]>> =
+                runs.par_chunks(BLOCK).map(|block| rows_of(block, laws, experiment, store)).collect();
+            // What the disk says is handed on as it is, beside the plan.
+            made.into_iter()
+                .try_for_each(|made| write(made?).map_err(|error| _ = unwritten.insert(error)).or(Err(Error::Stopped)))
+        });
+        unwritten.map_or_else(|| gone_through.map_err(std::io::Error::other), Err)
     };
     let [runs, cost, provenance] = ["runs.csv", "cost.csv", "provenance.csv"].map(|name| folder.join(name));
     write_atomically(&runs, |runs| {
         let of_machine = write_atomically(&cost, |cost| {
-            write_atomically(&provenance, |provenance| write(runs, cost, provenance)).map_err(std::io::Error::other)
+            write_atomically(&provenance, |provenance| write([runs, cost, provenance])).map_err(std::io::Error::other)
         });
         of_machine.map_err(std::io::Error::other)
     })
 }
 
 /// Rows of the three tables for some runs of a plan.
-fn rows_of(block: &[PlannedRun], laws: bool, experiment: &Experiment, store: &Store) -> std::io::Result<[String; 3]> {
-    let mut reader = store.reader();
+fn rows_of(block: &[PlannedRun], laws: bool, experiment: &Experiment, store: &Store) -> Result<[String; 3]> {
+    let records = store.read_many(block.iter().map(|run| run.id.as_str()))?;
     let [mut runs, mut cost, mut provenance] = [(); 3].map(|()| String::with_capacity(512 * block.len()));
-    for run in block {
-        let record = reader.read(&run.id).map_err(std::io::Error::other)?;
-        let record = record.ok_or_else(|| std::io::Error::other(format!("record {} has gone", run.id)))?;
+    for (nth, run) in block.iter().enumerate() {
+        let record = records.get(nth).ok_or_else(|| Error::Incompatible(format!("record {} has gone", run.id)))?;
         let limit = record.wall_limit_s.map(number).unwrap_or_default();
         let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
         runs += &row(&plan_cells(run, laws));
@@ -200,16 +198,16 @@ fn rows_of(block: &[PlannedRun], laws: bool, experiment: &Experiment, store: &St
 /// [`Error::File`] naming the file; whatever makes a reference fail.
 pub(super) fn write_references<'a>(
     folder: &Path,
-    references: impl Iterator<Item = Result<(&'a PlannedRun, Option<Reference>)>>,
+    references: impl Iterator<Item = Result<(&'a RunSpec, Option<Reference>)>>,
     trace_every_s: Option<f64>,
 ) -> Result<Vec<String>> {
     let mut traces = Vec::new();
     let mut parameters = vec![row(&["case", "set", "parameter", "value", "unit", "source"])];
     let mut columns = vec![row(&["case", "set", "column", "rms_uncertainty", "observed_order", "finest_step_s"])];
     for (index, found) in references.enumerate() {
-        let (run, reference) = found?;
-        let (case, set) = (&*run.spec.case.name, run.spec.parameters.given());
-        for (parameter, value) in run.spec.parameters.iter() {
+        let (spec, reference) = found?;
+        let (case, set) = (&*spec.case.name, spec.parameters.given());
+        for (parameter, value) in spec.parameters.iter() {
             let value = value.to_string();
             parameters.push(row(&[case, &set, &parameter.name, &value, &parameter.unit, &parameter.source]));
         }
@@ -230,19 +228,12 @@ pub(super) fn write_references<'a>(
     Ok(traces)
 }
 
-/// Seals the results: from now on a file that is changed or gone is noticed.
+/// Seals the results, of which these are the traces: from now on a file that is changed or gone is noticed.
 ///
 /// # Errors
 /// [`Error::File`] naming a file that has gone meanwhile.
-pub(super) fn write_checksums(
-    folder: &Path,
-    experiment: &Experiment,
-    planned: &[PlannedRun],
-    reference_traces: &[String],
-) -> Result<()> {
+pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String>) -> Result<()> {
     let tables = ["runs.csv", "cost.csv", "provenance.csv", "parameters.csv", "reference.csv", "experiment.toml"];
-    let traced = planned.iter().filter(|run| experiment.trace_of(&run.label).is_some());
-    let traces = traced.map(|run| trace_name(&run.id)).chain(reference_traces.iter().cloned());
     let files = tables.into_iter().map(str::to_owned).chain(traces.map(|name| format!("traces/{name}")));
     checksums::write(folder, files)
 }

@@ -15,6 +15,9 @@ use std::sync::Arc;
 /// Most runs of one experiment.
 const MOST_RUNS: usize = 1_000_000;
 
+/// Runs that are laid out before somebody looks at them, where the plan is not held.
+const BLOCK: usize = 4096;
+
 /// One run of the plan, with what its row in data says about it.
 #[derive(Debug, Clone)]
 pub struct PlannedRun {
@@ -46,7 +49,11 @@ impl Experiment {
         let planned = || {
             self.check_options()?;
             self.check_size(quick)?;
-            let runs = self.expand(catalogue, quick, None)?.runs;
+            let mut runs = Vec::new();
+            self.lay_out(catalogue, quick, 0..=usize::MAX, None, &mut |of_step| {
+                runs.extend(of_step);
+                Ok(())
+            })?;
             refuse_twins(&runs)?;
             // A quick plan may leave out what a claim is about.
             if !quick {
@@ -54,10 +61,7 @@ impl Experiment {
             }
             Ok(runs)
         };
-        planned().map_err(|error| match error {
-            error @ Error::File { .. } => error,
-            other => Error::file(&self.path, other),
-        })
+        planned().map_err(|error| self.in_file(error))
     }
 
     /// Lists the runs at some places only. That no run is there twice and that claims are about runs of the plan is not asked again: it
@@ -74,12 +78,66 @@ impl Experiment {
         let planned = || {
             self.check_options()?;
             self.check_size(quick)?;
-            self.expand(catalogue, quick, Some(places))
+            let (mut runs, mut kinds) = (Vec::new(), Vec::new());
+            let of = self.lay_out(catalogue, quick, places, Some(&mut kinds), &mut |of_step| {
+                runs.extend(of_step);
+                Ok(())
+            })?;
+            Ok(PlanPart { runs, kinds, of })
         };
-        planned().map_err(|error| match error {
+        planned().map_err(|error| self.in_file(error))
+    }
+
+    /// Lists one run of each case, set of parameters and scheme row: what tables have columns for is that of the whole plan.
+    ///
+    /// # Errors
+    /// Those of [`plan`](Self::plan), of what is laid out.
+    pub(crate) fn kinds(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
+        Ok(self.plan_part(catalogue, quick, 0..=0)?.kinds)
+    }
+
+    /// Gives the runs of the plan to `take`, in its order, a few thousand at a time: who goes through a million of them holds no more.
+    /// Places count from 0. That no run is there twice and that claims are about runs of the plan is not asked again.
+    ///
+    /// # Errors
+    /// Those of [`plan`](Self::plan), of what is laid out; that of `take`.
+    pub(crate) fn plan_in_blocks(
+        &self,
+        catalogue: &Catalogue,
+        quick: bool,
+        take: &mut dyn FnMut(usize, &[PlannedRun]) -> Result<()>,
+    ) -> Result<()> {
+        let (mut block, mut first, mut refused) = (Vec::with_capacity(2 * BLOCK), 0, None);
+        let mut lay_out = || {
+            self.check_options()?;
+            self.check_size(quick)?;
+            self.lay_out(catalogue, quick, 0..=usize::MAX, None, &mut |of_step| {
+                block.extend(of_step);
+                if block.len() >= BLOCK {
+                    // What is wrong there is not wrong with the file.
+                    take(first, &block).map_err(|error| _ = refused.insert(error)).or(Err(Error::Stopped))?;
+                    first += block.len();
+                    block.clear();
+                }
+                Ok(())
+            })
+        };
+        let laid_out = lay_out();
+        match refused {
+            Some(error) => Err(error),
+            None => {
+                laid_out.map_err(|error| self.in_file(error))?;
+                if block.is_empty() { Ok(()) } else { take(first, &block) }
+            }
+        }
+    }
+
+    /// An error with the file that it is about, if it names none.
+    fn in_file(&self, error: Error) -> Error {
+        match error {
             error @ Error::File { .. } => error,
             other => Error::file(&self.path, other),
-        })
+        }
     }
 
     /// Refuses a grid that is empty or beyond all use, before it is laid out.
@@ -112,12 +170,20 @@ impl Experiment {
         }
     }
 
-    /// Lays the plan out, or what lies at some places of it.
-    fn expand(&self, catalogue: &Catalogue, quick: bool, places: Option<RangeInclusive<usize>>) -> Result<PlanPart> {
+    /// Lays out what lies at some places of the plan and gives it to `take` in its order, some runs of a case, a scheme row and a macro
+    /// step at a time; `kinds` gets one run of each case, set of parameters and scheme row. Returns how many runs the whole plan has.
+    fn lay_out(
+        &self,
+        catalogue: &Catalogue,
+        quick: bool,
+        places: RangeInclusive<usize>,
+        mut kinds: Option<&mut Vec<PlannedRun>>,
+        take: &mut dyn FnMut(Vec<PlannedRun>) -> Result<()>,
+    ) -> Result<usize> {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
-        let (mut runs, mut kinds, mut of) = (Vec::new(), Vec::new(), 0);
+        let mut of = 0;
         for entry in &self.cases {
             let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
             let case = &self.with_own_reference(case);
@@ -130,29 +196,27 @@ impl Experiment {
                     for (index, (macro_step, request)) in steps.into_iter().flat_map(of_step).enumerate() {
                         let own = of..of + phases.len();
                         of = own.end;
-                        let asked = places.as_ref().map_or(own.clone(), |places| {
-                            own.start.max(*places.start())..own.end.min(places.end().saturating_add(1))
-                        });
                         // Phases are what there may be many of. The first error is that of the first phase.
                         let of_phase = |&phase: &f64| {
                             let request = self.request(entry, request, macro_step, phase);
                             let planned = planned(catalogue, (case, parameters), &request, &row.label);
                             planned.map_err(|error| row.place(&error, &entry.name))
                         };
-                        if places.is_some() && index == 0 {
+                        if let Some(kinds) = kinds.as_mut().filter(|_| index == 0) {
                             kinds.push(of_phase(&phases[0])?);
                         }
+                        let asked = own.start.max(*places.start())..own.end.min(places.end().saturating_add(1));
                         if asked.is_empty() {
                             continue;
                         }
-                        let phases = &phases[asked.start - own.start..asked.end - own.start];
-                        let planned: Vec<Result<PlannedRun>> = phases.par_iter().map(of_phase).collect();
-                        planned.into_iter().try_for_each(|run| run.map(|run| runs.push(run)))?;
+                        for phases in phases[asked.start - own.start..asked.end - own.start].chunks(BLOCK) {
+                            take(phases.par_iter().map(of_phase).collect::<Result<_>>()?)?;
+                        }
                     }
                 }
             }
         }
-        Ok(PlanPart { runs, kinds, of })
+        Ok(of)
     }
 
     /// What the file asks of one run: the row goes before the case, the case before the experiment.

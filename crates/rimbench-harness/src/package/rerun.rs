@@ -117,7 +117,7 @@ fn differing_tables(job: Job<'_>, run: &PlannedRun, folder: &Path) -> Result<Vec
         Err(Error::Overdue { .. }) => None,
         reference => Some(reference?),
     };
-    write_references(job.folder, std::iter::once(Ok((run, reference))), None)?;
+    write_references(job.folder, std::iter::once(Ok((&run.spec, reference))), None)?;
     let mut differing = Vec::new();
     for name in ["parameters.csv", "reference.csv"] {
         let [stored, found] = [folder, job.folder].map(|folder| read_text(&folder.join(name)));

@@ -11,11 +11,21 @@
 //! that says most stands, whatever their order: a run that came to an end before one that took too long, of those the one that
 //! was given most time, and else the newest. What a plan says of a run (its label, its settings) is no part of a record.
 
+mod index;
+mod reading;
+mod record;
+
+pub(crate) use record::Line;
+pub use record::{Record, TraceMark};
+
 use super::cache::hex;
+use index::{Index, Key, Place, key};
 use rayon::prelude::*;
+use reading::Reading;
+use record::{CHECKSUM, line_of};
 use rimbench_core::error::{Error, Result};
 use sha2::{Digest, Sha256};
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -35,114 +45,18 @@ const SYNC_EVERY_S: f64 = 2.0;
 /// Logs that are read before what was read of them is taken over.
 const LOGS_AT_ONCE: usize = 16;
 
-/// Digits of a checksum.
-const CHECKSUM: usize = 16;
-
-/// One finished run: what was found, as cells of the three files, without line ends.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Record {
-    /// [`RunSpec::id`](rimbench_cases::runs::RunSpec::id).
-    pub run_id: String,
-    /// Cells of `runs.csv` behind the settings.
-    pub findings: String,
-    /// Cells of `cost.csv` behind the settings.
-    pub costs: String,
-    /// Row of `provenance.csv`.
-    pub provenance: String,
-    /// The trace that was written with it.
-    pub trace: Option<TraceMark>,
-    /// Wall time that the run was given and that was not enough, s; none for a run that came to an end.
-    pub wall_limit_s: Option<f64>,
-}
-
-/// A record as it stands in its line.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Line<'a> {
-    pub(super) run_id: &'a str,
-    pub(super) findings: &'a str,
-    pub(super) costs: &'a str,
-    pub(super) provenance: &'a str,
-    /// Distance of the rows of the trace, s, and its SHA-256.
-    pub(super) trace: Option<(f64, &'a str)>,
-    pub(super) wall_limit_s: Option<f64>,
-}
-
-impl Line<'_> {
-    fn to_record(self) -> Record {
-        let Line { run_id, findings, costs, provenance, trace, wall_limit_s } = self;
-        let [run_id, findings, costs, provenance] = [run_id, findings, costs, provenance].map(str::to_owned);
-        let trace = trace.map(|(every_s, sha256)| TraceMark { every_s, sha256: sha256.to_owned() });
-        Record { run_id, findings, costs, provenance, trace, wall_limit_s }
-    }
-}
-
-/// A run id, filled up with zeros: an index of a million runs is to take little.
-type Key = [u8; 16];
-
-/// The key of a run id; none of a text that is none, being longer.
-fn key(run_id: &str) -> Option<Key> {
-    let mut key = Key::default();
-    key.get_mut(..run_id.len())?.copy_from_slice(run_id.as_bytes());
-    Some(key)
-}
-
-/// By what a trace is known again.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TraceMark {
-    /// Distance of its rows, s.
-    pub every_s: f64,
-    /// SHA-256 of the file.
-    pub sha256: String,
-}
-
-/// Where a record lies.
-#[derive(Debug, Clone, Copy)]
-struct Place {
-    file: u32,
-    length: u32,
-    offset: u64,
-    /// Wall time after which the run was ended, s; infinite if it came to an end.
-    allowed_s: f64,
-}
-
 /// The records of one experiment.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
     header: String,
     files: Vec<PathBuf>,
-    index: HashMap<Key, Place>,
+    index: Index,
     /// Records that were cut short or damaged, and are as good as never written.
     pub damaged: usize,
     log: Mutex<Option<Log>>,
     /// Where was read last: records are mostly read in the order in which they were written.
     reading: Mutex<Reading>,
-}
-
-/// A log that is read from.
-#[derive(Debug, Default)]
-struct Reading {
-    /// Number of the log, the log, and how far it has been read.
-    log: Option<(u32, BufReader<File>, u64)>,
-    /// The line read last.
-    line: Vec<u8>,
-}
-
-/// Reads records one after the other, by itself: each thread may have one.
-#[derive(Debug)]
-pub(super) struct Reader<'a> {
-    store: &'a Store,
-    reading: Reading,
-}
-
-impl Reader<'_> {
-    /// Reads a record.
-    ///
-    /// # Errors
-    /// Those of [`Store::read`].
-    pub(super) fn read(&mut self, run_id: &str) -> Result<Option<Line<'_>>> {
-        self.store.read_line(run_id, &mut self.reading)
-    }
 }
 
 #[derive(Debug)]
@@ -182,18 +96,23 @@ impl Store {
             header: format!("{MAGIC} {LAYOUT} {} {columns_hash}", experiment.replace(char::is_whitespace, "_")),
             folder: records.clone(),
             files: Vec::new(),
-            index: HashMap::new(),
+            index: Index::default(),
             damaged: 0,
             log: Mutex::new(None),
             reading: Mutex::default(),
         };
-        let logs = logs_in(&records);
+        let logs: Vec<(u32, PathBuf)> = (0..).zip(logs_in(&records)).collect();
         for logs in logs.chunks(LOGS_AT_ONCE) {
-            let read: Vec<Result<Contents>> = logs.par_iter().map(|path| store.contents(path, wanted)).collect();
-            for (path, contents) in logs.iter().zip(read) {
-                store.take_over(path, contents?);
+            let read: Vec<Result<Contents>> =
+                logs.par_iter().map(|(number, path)| store.contents(*number, path, wanted)).collect();
+            for contents in read {
+                let Contents { records, damaged } = contents?;
+                store.damaged += damaged;
+                store.index.take_over(records);
             }
         }
+        store.index.settle();
+        store.files = logs.into_iter().map(|(_, path)| path).collect();
         Ok(store)
     }
 
@@ -229,12 +148,12 @@ impl Store {
 
     /// Tells whether no run is stored.
     pub fn is_empty(&self) -> bool {
-        self.index.is_empty()
+        self.len() == 0
     }
 
     /// Wall time that a stored run was given before it was ended, s; infinite if it came to an end, none if it is not stored.
     pub fn allowed_s(&self, run_id: &str) -> Option<f64> {
-        self.index.get(&key(run_id)?).map(|place| place.allowed_s)
+        self.index.get(run_id).map(|place| place.allowed_s)
     }
 
     /// Whether a run is stored that may take so long: one that took too long counts only if it had at least that time.
@@ -248,38 +167,10 @@ impl Store {
     /// # Errors
     /// [`Error::File`] if the file has gone since the store was opened.
     pub fn read(&self, run_id: &str) -> Result<Option<Record>> {
-        let mut reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
-        Ok(self.read_line(run_id, &mut reading)?.map(Line::to_record))
-    }
-
-    /// A way to read many.
-    pub(super) fn reader(&self) -> Reader<'_> {
-        Reader { store: self, reading: Reading::default() }
-    }
-
-    fn read_line<'r>(&self, run_id: &str, reading: &'r mut Reading) -> Result<Option<Line<'r>>> {
-        let Some(place) = key(run_id).and_then(|key| self.index.get(&key)) else { return Ok(None) };
-        let path = &self.files[place.file as usize];
-        let Reading { log, line } = reading;
-        let read = |log: &mut Option<(u32, BufReader<File>, u64)>, line: &mut Vec<u8>| -> std::io::Result<()> {
-            let (_, file, at) = match log {
-                Some(log) if log.0 == place.file => log,
-                other => other.insert((place.file, BufReader::with_capacity(1 << 16, File::open(path)?), 0)),
-            };
-            // What lies near is in the buffer already.
-            file.seek_relative(place.offset as i64 - *at as i64)?;
-            line.resize(place.length as usize, 0);
-            *at = place.offset;
-            file.read_exact(line)?;
-            *at += u64::from(place.length);
-            Ok(())
-        };
-        if let Err(error) = read(log, line) {
-            // Nobody knows where it stands now.
-            *log = None;
-            return Err(Error::file(path, format!("cannot be read: {error}")));
-        }
-        Ok(std::str::from_utf8(line).ok().and_then(parse))
+        let Some(place) = self.index.get(run_id) else { return Ok(None) };
+        let mut line = Vec::new();
+        self.reading.lock().unwrap_or_else(PoisonError::into_inner).read(self, place, &mut line)?;
+        Ok(std::str::from_utf8(&line).ok().and_then(Line::parse).map(Line::to_record))
     }
 
     /// Appends a record with one write. Safe to call from several threads.
@@ -292,8 +183,7 @@ impl Store {
             Some(log) => log,
             empty => empty.insert(self.create_log()?),
         };
-        let payload = payload(record);
-        let line = format!("{} {payload}\n", String::from_utf8_lossy(&checksum(&payload)));
+        let line = line_of(record);
         let mut write = || {
             log.file.write_all(line.as_bytes())?;
             if log.synced.elapsed().as_secs_f64() > SYNC_EVERY_S {
@@ -331,7 +221,7 @@ impl Store {
     }
 
     /// Reads a log: where its records lie, in its order.
-    fn contents(&self, path: &Path, wanted: Option<&HashSet<Key>>) -> Result<Contents> {
+    fn contents(&self, file: u32, path: &Path, wanted: Option<&HashSet<Key>>) -> Result<Contents> {
         let failed = |error: std::io::Error| Error::file(path, format!("cannot be read: {error}"));
         let mut reader = BufReader::with_capacity(1 << 16, File::open(path).map_err(failed)?);
         let (mut line, mut contents) = (Vec::new(), Contents::default());
@@ -351,29 +241,15 @@ impl Store {
             // Before it is known to be whole: of what nobody wants that need not be found out.
             let id = |text: &str| key(text.get(CHECKSUM + 1..)?.split('\t').next()?);
             if wanted.is_none_or(|wanted| text.and_then(id).is_some_and(|id| wanted.contains(&id))) {
-                match text.and_then(parse).and_then(|record| Some((key(record.run_id)?, record.wall_limit_s))) {
+                match text.and_then(Line::parse).and_then(|record| Some((key(record.run_id)?, record.wall_limit_s))) {
                     Some((key, limit)) => {
-                        contents.records.push((key, offset, length as u32 - 1, limit.unwrap_or(f64::INFINITY)));
+                        let allowed_s = limit.unwrap_or(f64::INFINITY);
+                        contents.records.push((key, Place { file, length: length as u32 - 1, offset, allowed_s }));
                     }
                     None => contents.damaged += 1,
                 }
             }
             offset += length as u64;
-        }
-    }
-
-    /// Takes over what was read of a log, the logs in their order.
-    fn take_over(&mut self, path: &Path, contents: Contents) {
-        let file = self.files.len() as u32;
-        self.files.push(path.to_owned());
-        self.damaged += contents.damaged;
-        self.index.reserve(contents.records.len());
-        for (key, offset, length, allowed_s) in contents.records {
-            let place = Place { file, length, offset, allowed_s };
-            let known = self.index.entry(key).or_insert(place);
-            if allowed_s >= known.allowed_s {
-                *known = place;
-            }
         }
     }
 
@@ -402,8 +278,7 @@ impl Store {
 /// What was read of a log.
 #[derive(Debug, Default)]
 struct Contents {
-    /// Key, offset, length, and the wall time after which the run was ended (s).
-    records: Vec<(Key, u64, u32, f64)>,
+    records: Vec<(Key, Place)>,
     damaged: usize,
 }
 
@@ -414,44 +289,6 @@ fn logs_in(records: &Path) -> Vec<PathBuf> {
     logs.retain(|path| path.extension().is_some_and(|extension| extension == "log") && path.is_file());
     logs.sort();
     logs
-}
-
-/// The first half of the digits of the SHA-256.
-fn checksum(payload: &str) -> [u8; CHECKSUM] {
-    let digest = Sha256::digest(payload);
-    std::array::from_fn(|place| {
-        let half = digest[place / 2] >> (4 * ((place + 1) % 2)) & 15;
-        b"0123456789abcdef"[usize::from(half)]
-    })
-}
-
-/// A record as text, without its checksum.
-fn payload(record: &Record) -> String {
-    let Record { run_id, findings, costs, provenance, trace, wall_limit_s } = record;
-    let trace = trace.as_ref().map(|trace| format!("{:?} {}", trace.every_s, trace.sha256)).unwrap_or_default();
-    let limit = wall_limit_s.map(|limit| format!("{limit:?}")).unwrap_or_default();
-    [run_id, findings, costs, provenance, trace.as_str(), limit.as_str()].join("\t")
-}
-
-/// The record of a line that is whole.
-fn parse(line: &str) -> Option<Line<'_>> {
-    let (sum, payload) = line.split_once(' ')?;
-    if checksum(payload) != sum.as_bytes() {
-        return None;
-    }
-    let mut parts = payload.split('\t');
-    let mut next = || parts.next();
-    let [run_id, findings, costs, provenance, trace, limit] = [next()?, next()?, next()?, next()?, next()?, next()?];
-    if next().is_some() {
-        return None;
-    }
-    let trace = match trace.split_once(' ') {
-        None if trace.is_empty() => None,
-        None => return None,
-        Some((every_s, sha256)) => Some((every_s.parse().ok()?, sha256)),
-    };
-    let wall_limit_s = if limit.is_empty() { None } else { Some(limit.parse().ok()?) };
-    Some(Line { run_id, findings, costs, provenance, trace, wall_limit_s })
 }
 
 #[cfg(test)]
