@@ -53,19 +53,21 @@ fn read(path: impl AsRef<Path>) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// A copy of the example and its package.
-fn copied() -> tempfile::TempDir {
-    fn copy(from: &Path, to: &Path) {
-        std::fs::create_dir_all(to).unwrap();
-        for entry in std::fs::read_dir(from).unwrap().map(|entry| entry.unwrap()) {
-            let target = to.join(entry.file_name());
-            if entry.path().is_dir() {
-                copy(&entry.path(), &target);
-            } else {
-                std::fs::copy(entry.path(), target).unwrap();
-            }
+/// Copies a folder.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap().map(|entry| entry.unwrap()) {
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).unwrap();
         }
     }
+}
+
+/// A copy of the example and its package.
+fn copied() -> tempfile::TempDir {
     let to = tempfile::tempdir().unwrap();
     copy(MADE.path(), to.path());
     to
@@ -81,6 +83,69 @@ fn checked(folder: &Path, options: &[&str]) -> (Option<i32>, String) {
     let output = rimbench().arg("check-submission").arg(folder).args(options).assert().get_output().clone();
     let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
     (output.status.code(), said)
+}
+
+/// The example that is a crate, with its package; none where cargo cannot build it without a network.
+fn of_a_crate() -> Option<tempfile::TempDir> {
+    let folder = tempfile::tempdir().unwrap();
+    copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/submission-crate"), folder.path());
+    let built = Process::new("cargo")
+        .envs(of_cargo())
+        .args(["build", "--release", "--locked", "--quiet", "--manifest-path"])
+        .arg(folder.path().join("Cargo.toml"))
+        .output();
+    let built = built.map_err(|error| error.to_string()).and_then(|output| match output.status.success() {
+        true => Ok(()),
+        false => Err(String::from_utf8_lossy(&output.stderr).into_owned()),
+    });
+    if let Err(said) = built {
+        // What is wrong with the sources is no reason to skip.
+        assert!(!said.contains("error[") && !said.contains("could not compile"), "{said}");
+        eprintln!("skipped: cargo cannot build the example: {said}");
+        return None;
+    }
+    let [scheme, sweep, results, package] =
+        ["scheme.toml", "sweep.toml", "results/sweep", "package"].map(|name| folder.path().join(name));
+    with(&scheme).envs(of_cargo()).arg("run").arg(&sweep).arg("--out").arg(&results).assert().success();
+    let export = ["--author", "The rimbench authors"];
+    with(&scheme)
+        .envs(of_cargo())
+        .arg("export")
+        .arg(&results)
+        .arg("--out")
+        .arg(&package)
+        .args(export)
+        .assert()
+        .success();
+    Some(folder)
+}
+
+/// Lets cargo keep what it builds where the tests of this project do, and ask nobody.
+fn of_cargo() -> [(&'static str, PathBuf); 2] {
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("submission-crate");
+    [("CARGO_TARGET_DIR", target), ("CARGO_NET_OFFLINE", "true".into())]
+}
+
+/// The cells of a results table, run ids and what the program of the scheme is called aside.
+fn numbers(runs: &Path) -> Vec<Vec<String>> {
+    let mut reader = csv::Reader::from_path(runs).unwrap();
+    reader.records().map(|row| row.unwrap().iter().skip(1).map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn a_crate_is_checked_like_a_class_and_has_its_numbers() {
+    let Some(folder) = of_a_crate() else { return };
+    let mut command = rimbench();
+    command.envs(of_cargo()).arg("check-submission").arg(folder.path()).args(["--seed", "7", "--sample", "3"]);
+    let output = command.assert().success().get_output().clone();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("3 equal to the digit, 0 not"), "{said}");
+    if has_python() {
+        // The same rule in two languages: the same bits, whoever writes and reads them.
+        let [own, other] = [folder.path(), MADE.path()].map(|folder| numbers(&folder.join("results/sweep/runs.csv")));
+        assert!(own.len() >= 8, "{own:?}");
+        assert_eq!(own, other);
+    }
 }
 
 #[test]
