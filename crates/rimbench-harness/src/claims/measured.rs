@@ -1,299 +1,19 @@
-//! Claims: what an experiment file says should come out, held against what did.
+//! What was measured of a claim.
 
-use super::checked_results::checked_runs;
-use super::equal_cost::{self, CostedRun};
-use super::experiment::{Experiment, PlannedRun};
-use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::metrics::METRICS;
-use rimbench_core::error::{Error, Result};
+use super::ALL;
+use super::declared::{Claim, Statistic, Verdict};
+use super::table::CheckedClaim;
+use crate::equal_cost::{self, CostedRun};
+use rimbench_core::error::Result;
 use rimbench_results::results_table::ResultsTable;
 use rimbench_statistics::{bootstrap_interval, median, order_of_convergence};
-use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
-use std::path::Path;
-
-/// Relative slack when a macro step of a claim is looked up among those of the runs.
-const SAME_STEP: f64 = 1e-9;
-
-/// One claim of an experiment file.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Claim {
-    /// Short name.
-    pub id: String,
-    /// Who claims it.
-    pub by: Claimant,
-    /// The claim in words.
-    pub text: String,
-    /// The case it is about, by name; `all` of several, which must be said.
-    case: Option<String>,
-    /// The set of parameters it is about, as in the column `set` of `runs.csv`; `all` of several, which must be said.
-    set: Option<String>,
-    /// Label of the scheme row it is about.
-    scheme: String,
-    /// Label of another scheme row; the measured value is then the ratio of the two.
-    relative_to: Option<String>,
-    /// A counter by name: the ratio to the other scheme row is then that at equal counts, case by case.
-    at_equal: Option<String>,
-    /// The macro step it is about; all of them if absent.
-    macro_step_s: Option<f64>,
-    /// A metric by name, or `diverged` (1 or 0), or `diverged_at_s`.
-    metric: String,
-    /// What to make of several runs.
-    #[serde(default)]
-    statistic: Statistic,
-    /// A comparison with a number, for example `>= 2`.
-    expect: Expectation,
-    /// What was found when the experiment was last looked at.
-    pub finding: Verdict,
-    /// Why the claim has been replaced by another, if it has: it is kept, and measured, all the same.
-    #[serde(default)]
-    superseded: String,
-}
-
-/// Who makes a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Claimant {
-    /// The source paper.
-    Paper,
-    /// This project.
-    Ours,
-}
-
-/// What to make of several runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Statistic {
-    #[default]
-    Median,
-    Min,
-    Max,
-    Mean,
-    /// Slope of the median over phases against the macro step, in logarithms.
-    Order,
-}
-
-/// Names of what a claim may make of several runs, for whoever offers them to a user.
-pub const STATISTICS: [&str; 5] = ["median", "min", "max", "mean", "order"];
-
-/// What came of a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// The expectation holds.
-    Reproduced,
-    /// It does not.
-    NotReproduced,
-    /// The runs it is about are not part of this plan (a quick one), or the metric does not apply to them.
-    NotMeasured,
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Verdict::Reproduced => "reproduced",
-            Verdict::NotReproduced => "not reproduced",
-            Verdict::NotMeasured => "not measured",
-        })
-    }
-}
-
-/// A comparison with a number.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "String")]
-struct Expectation {
-    at_least: bool,
-    bound: f64,
-}
-
-impl TryFrom<String> for Expectation {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        let parsed = [(">=", true), ("<=", false)].into_iter().find_map(|(sign, at_least)| {
-            let bound: f64 = text.trim().strip_prefix(sign)?.trim().parse().ok()?;
-            bound.is_finite().then_some(Expectation { at_least, bound })
-        });
-        parsed.ok_or_else(|| {
-            format!("expect = \"{text}\" is no comparison; valid: \">= number\" or \"<= number\", the number finite")
-        })
-    }
-}
-
-impl fmt::Display for Expectation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", if self.at_least { "≥" } else { "≤" }, self.bound)
-    }
-}
-
-/// A claim with what was measured.
-#[derive(Debug, Clone, Serialize)]
-pub struct CheckedClaim {
-    /// Experiment the claim stands in.
-    pub experiment: String,
-    /// Short name.
-    pub id: String,
-    /// Who claims it.
-    pub by: Claimant,
-    /// The claim in words.
-    pub text: String,
-    /// Metric and statistic.
-    pub quantity: String,
-    /// What was measured.
-    pub measured: Option<f64>,
-    /// 95 % interval of a median, by the bootstrap over cases, or over phases where there is one case.
-    pub low: Option<f64>,
-    /// Its upper end.
-    pub high: Option<f64>,
-    /// The same without the cases in which the model of some run is the mechanics itself, if there are such.
-    pub without_exact: Option<f64>,
-    /// What was expected.
-    pub expected: String,
-    /// Whether it holds.
-    pub verdict: Verdict,
-    /// What was found when the experiment was last looked at.
-    pub finding: Verdict,
-    /// Why it has been replaced by another; empty if it has not.
-    pub superseded: String,
-    /// The runs it rests on.
-    pub run_ids: String,
-}
-
-/// Columns of `claims.csv`: name, whether it is a number, what it is.
-pub(crate) const CLAIM_COLUMNS: [(&str, bool, &str); 14] = [
-    ("experiment", false, "Experiment the claim stands in"),
-    ("id", false, "Short name of the claim"),
-    ("by", false, "Who claims it: the paper, or ours"),
-    ("text", false, "The claim in words"),
-    ("quantity", false, "Metric and statistic"),
-    ("measured", true, "What was measured, in the unit of the metric"),
-    (
-        "low",
-        true,
-        "Lower end of its 95 % interval, by the bootstrap over cases, or over phases where there is one case",
-    ),
-    ("high", true, "Upper end of it"),
-    ("without_exact", true, "The same without cases in which the model is the mechanics itself"),
-    ("expected", false, "What is expected"),
-    ("verdict", false, "Whether it holds"),
-    ("finding", false, "What was found when the experiment was last looked at"),
-    ("superseded", false, "Why the claim has been replaced by another"),
-    ("run_ids", false, "The runs it rests on"),
-];
-
-/// Quantities of a claim besides the metrics.
-const OUTCOMES: [&str; 2] = ["diverged", "diverged_at_s"];
-
-/// Names of what a claim may be about: the metrics, and how runs ended.
-pub fn claim_metrics() -> impl Iterator<Item = &'static str> {
-    METRICS.iter().map(|metric| metric.name).chain(OUTCOMES)
-}
-
-/// What a claim says for its case or its set when it is about all of them.
-const ALL: &str = "all";
 
 /// Outcomes that say nothing about whether a run diverges.
 const NO_ANSWER: [&str; 3] = ["skipped", "timeout", "panicked"];
 
-/// Checks all claims of an experiment against the results in its folder, which must hold the runs of its plan, or of its quick
-/// plan; claims about macro steps that are not in that one come back as not measured.
-///
-/// # Errors
-/// [`Error::File`] for results that are not there, not whole, or not as they were written.
-pub fn check_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<Vec<CheckedClaim>> {
-    let (runs, _) = checked_runs(experiment, catalogue, folder)?;
-    experiment.claims().iter().map(|claim| check(claim, &experiment.name(), &runs)).collect()
-}
-
-/// Checks that each claim is about runs of the plan, and about one case and one set of parameters unless it says otherwise.
-///
-/// # Errors
-/// A claim about a scheme, case, set, metric or macro step that the plan does not have, one that pools without saying so, one whose
-/// id is taken.
-pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]) -> Result<()> {
-    for (index, claim) in claims.iter().enumerate() {
-        if claims[..index].iter().any(|earlier| earlier.id == claim.id) {
-            return Err(Error::Incompatible(format!("two claims have the id `{}`", claim.id)));
-        }
-        claim.check_equal_cost()?;
-        if !claim_metrics().any(|name| name == claim.metric) {
-            return Err(Error::unknown("metric of a claim", &claim.metric, claim_metrics()));
-        }
-        for label in std::iter::once(&claim.scheme).chain(&claim.relative_to) {
-            let of_label = || planned.iter().filter(|run| run.label == *label);
-            if of_label().next().is_none() {
-                let mut valid: Vec<&str> = planned.iter().map(|run| run.label.as_str()).collect();
-                valid.dedup();
-                return Err(Error::unknown("scheme of a claim", label, valid));
-            }
-            claim.check_problems(of_label())?;
-            if !of_label().any(|run| claim.is_about(run.spec.macro_step)) {
-                let step = claim.macro_step_s.unwrap_or(f64::NAN);
-                let message =
-                    format!("claim `{}` is about macro_step_s = {step}, which `{label}` does not run", claim.id);
-                return Err(Error::Incompatible(message));
-            }
-        }
-    }
-    Ok(())
-}
-
-impl Claim {
-    /// Checks that what is compared at equal counts is something else than itself, at all its macro steps.
-    fn check_equal_cost(&self) -> Result<()> {
-        let Some(counter) = &self.at_equal else { return Ok(()) };
-        if self.relative_to.is_some() && self.macro_step_s.is_none() && self.statistic != Statistic::Order {
-            return Ok(());
-        }
-        Err(Error::Incompatible(format!(
-            "claim `{}`: at_equal = \"{counter}\" needs relative_to, no macro_step_s, and a statistic other than order",
-            self.id
-        )))
-    }
-
-    /// Checks that the case and the set it names are there, and that it names them where there are several.
-    fn check_problems<'a>(&self, runs: impl Iterator<Item = &'a PlannedRun>) -> Result<()> {
-        let problems: BTreeSet<(String, String)> =
-            runs.map(|run| (run.spec.case.name.clone().into_owned(), run.spec.parameters.given())).collect();
-        let cases: BTreeSet<&str> = problems.iter().map(|(case, _)| case.as_str()).collect();
-        let named = self.case.as_deref().filter(|case| *case != ALL);
-        if let Some(case) = named.filter(|case| !cases.contains(case)) {
-            return Err(Error::unknown("case of a claim", case, cases));
-        }
-        if self.case.is_none() && cases.len() > 1 {
-            return Err(self.pools("case", cases));
-        }
-        let of_case = |case: &&(String, String)| named.is_none_or(|named| case.0 == named);
-        let sets: BTreeSet<&str> = problems.iter().filter(of_case).map(|(_, set)| set.as_str()).collect();
-        match self.set.as_deref() {
-            Some(ALL) => Ok(()),
-            Some(set) if !sets.contains(set) => Err(Error::unknown("set of a claim", set, sets)),
-            Some(_) => Ok(()),
-            // Over several cases it is enough that none of them has several sets.
-            None if problems.iter().filter(of_case).count() > cases.len().min(named.map_or(usize::MAX, |_| 1)) => {
-                Err(self.pools("set", sets))
-            }
-            None => Ok(()),
-        }
-    }
-
-    fn pools(&self, key: &str, values: BTreeSet<&str>) -> Error {
-        let values: Vec<String> = values.into_iter().map(|value| format!("\"{value}\"")).collect();
-        Error::Incompatible(format!(
-            "claim `{}` would pool several: say {key} = one of {}, or {key} = \"{ALL}\"",
-            self.id,
-            values.join(", ")
-        ))
-    }
-
-    fn is_about(&self, macro_step: f64) -> bool {
-        self.macro_step_s.is_none_or(|wanted| (macro_step / wanted - 1.0).abs() < SAME_STEP)
-    }
-}
-
-fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<CheckedClaim> {
+/// Holds a claim against the rows of an experiment.
+pub(super) fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<CheckedClaim> {
     let mut basis = Basis::default();
     let mut samples = samples(claim, Of::Own, &claim.scheme, runs, &mut basis)?;
     if let Some(other) = &claim.relative_to {
@@ -352,13 +72,6 @@ fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<Checked
         superseded: claim.superseded.clone(),
         run_ids: basis.run_ids.join(" "),
     })
-}
-
-impl CheckedClaim {
-    /// Whether the verdict is another than the recorded finding; one that was never recorded cannot differ.
-    pub fn differs(&self) -> bool {
-        self.finding != Verdict::NotMeasured && self.verdict != self.finding
-    }
 }
 
 /// What a measurement rests on.
@@ -537,20 +250,6 @@ impl Statistic {
     }
 }
 
-/// Writes checked claims to `claims.csv`.
-///
-/// # Errors
-/// [`Error::File`].
-pub fn write_claims(path: &Path, claims: &[CheckedClaim]) -> Result<()> {
-    rimbench_results::atomic_file::write_atomically(path, |file| {
-        let mut writer = csv::Writer::from_writer(file);
-        for claim in claims {
-            writer.serialize(claim)?;
-        }
-        writer.flush()
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -703,13 +402,5 @@ mod tests {
         assert!(mean.quantity.contains("2 of 3 runs left out"), "{}", mean.quantity);
         let never = checked("metric = \"diverged\"\nstatistic = \"max\"", &rows[..2]);
         assert_eq!((never.measured, never.verdict), (None, Verdict::NotMeasured));
-    }
-
-    #[test]
-    fn an_expectation_is_a_comparison_or_an_error() {
-        assert_eq!(Expectation::try_from(">= 2".to_owned()), Ok(Expectation { at_least: true, bound: 2.0 }));
-        for text in ["about 2", ">= nan", "<= inf", ">= -inf", ">=", "> 2"] {
-            assert!(Expectation::try_from(text.to_owned()).unwrap_err().contains("valid"), "{text}");
-        }
     }
 }

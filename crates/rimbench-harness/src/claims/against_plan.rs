@@ -1,0 +1,89 @@
+//! Whether claims are about runs of the plan.
+
+use super::ALL;
+use super::declared::{Claim, Statistic, claim_metrics};
+use crate::experiment::PlannedRun;
+use rimbench_core::error::{Error, Result};
+use std::collections::BTreeSet;
+
+/// Checks that each claim is about runs of the plan, and about one case and one set of parameters unless it says otherwise.
+///
+/// # Errors
+/// A claim about a scheme, case, set, metric or macro step that the plan does not have, one that pools without saying so, one whose
+/// id is taken.
+pub(crate) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]) -> Result<()> {
+    for (index, claim) in claims.iter().enumerate() {
+        if claims[..index].iter().any(|earlier| earlier.id == claim.id) {
+            return Err(Error::Incompatible(format!("two claims have the id `{}`", claim.id)));
+        }
+        claim.check_equal_cost()?;
+        if !claim_metrics().any(|name| name == claim.metric) {
+            return Err(Error::unknown("metric of a claim", &claim.metric, claim_metrics()));
+        }
+        for label in std::iter::once(&claim.scheme).chain(&claim.relative_to) {
+            let of_label = || planned.iter().filter(|run| run.label == *label);
+            if of_label().next().is_none() {
+                let mut valid: Vec<&str> = planned.iter().map(|run| run.label.as_str()).collect();
+                valid.dedup();
+                return Err(Error::unknown("scheme of a claim", label, valid));
+            }
+            claim.check_problems(of_label())?;
+            if !of_label().any(|run| claim.is_about(run.spec.macro_step)) {
+                let step = claim.macro_step_s.unwrap_or(f64::NAN);
+                let message =
+                    format!("claim `{}` is about macro_step_s = {step}, which `{label}` does not run", claim.id);
+                return Err(Error::Incompatible(message));
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Claim {
+    /// Checks that what is compared at equal counts is something else than itself, at all its macro steps.
+    fn check_equal_cost(&self) -> Result<()> {
+        let Some(counter) = &self.at_equal else { return Ok(()) };
+        if self.relative_to.is_some() && self.macro_step_s.is_none() && self.statistic != Statistic::Order {
+            return Ok(());
+        }
+        Err(Error::Incompatible(format!(
+            "claim `{}`: at_equal = \"{counter}\" needs relative_to, no macro_step_s, and a statistic other than order",
+            self.id
+        )))
+    }
+
+    /// Checks that the case and the set it names are there, and that it names them where there are several.
+    fn check_problems<'a>(&self, runs: impl Iterator<Item = &'a PlannedRun>) -> Result<()> {
+        let problems: BTreeSet<(String, String)> =
+            runs.map(|run| (run.spec.case.name.clone().into_owned(), run.spec.parameters.given())).collect();
+        let cases: BTreeSet<&str> = problems.iter().map(|(case, _)| case.as_str()).collect();
+        let named = self.case.as_deref().filter(|case| *case != ALL);
+        if let Some(case) = named.filter(|case| !cases.contains(case)) {
+            return Err(Error::unknown("case of a claim", case, cases));
+        }
+        if self.case.is_none() && cases.len() > 1 {
+            return Err(self.pools("case", cases));
+        }
+        let of_case = |case: &&(String, String)| named.is_none_or(|named| case.0 == named);
+        let sets: BTreeSet<&str> = problems.iter().filter(of_case).map(|(_, set)| set.as_str()).collect();
+        match self.set.as_deref() {
+            Some(ALL) => Ok(()),
+            Some(set) if !sets.contains(set) => Err(Error::unknown("set of a claim", set, sets)),
+            Some(_) => Ok(()),
+            // Over several cases it is enough that none of them has several sets.
+            None if problems.iter().filter(of_case).count() > cases.len().min(named.map_or(usize::MAX, |_| 1)) => {
+                Err(self.pools("set", sets))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn pools(&self, key: &str, values: BTreeSet<&str>) -> Error {
+        let values: Vec<String> = values.into_iter().map(|value| format!("\"{value}\"")).collect();
+        Error::Incompatible(format!(
+            "claim `{}` would pool several: say {key} = one of {}, or {key} = \"{ALL}\"",
+            self.id,
+            values.join(", ")
+        ))
+    }
+}

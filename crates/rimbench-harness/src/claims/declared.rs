@@ -1,0 +1,148 @@
+//! What a claim says.
+
+use rimbench_cases::metrics::METRICS;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Relative slack when a macro step of a claim is looked up among those of the runs.
+const SAME_STEP: f64 = 1e-9;
+
+/// One claim of an experiment file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Claim {
+    /// Short name.
+    pub id: String,
+    /// Who claims it.
+    pub by: Claimant,
+    /// The claim in words.
+    pub text: String,
+    /// The case it is about, by name; `all` of several, which must be said.
+    pub(super) case: Option<String>,
+    /// The set of parameters it is about, as in the column `set` of `runs.csv`; `all` of several, which must be said.
+    pub(super) set: Option<String>,
+    /// Label of the scheme row it is about.
+    pub(super) scheme: String,
+    /// Label of another scheme row; the measured value is then the ratio of the two.
+    pub(super) relative_to: Option<String>,
+    /// A counter by name: the ratio to the other scheme row is then that at equal counts, case by case.
+    pub(super) at_equal: Option<String>,
+    /// The macro step it is about; all of them if absent.
+    pub(super) macro_step_s: Option<f64>,
+    /// A metric by name, or `diverged` (1 or 0), or `diverged_at_s`.
+    pub(super) metric: String,
+    /// What to make of several runs.
+    #[serde(default)]
+    pub(super) statistic: Statistic,
+    /// A comparison with a number, for example `>= 2`.
+    pub(super) expect: Expectation,
+    /// What was found when the experiment was last looked at.
+    pub finding: Verdict,
+    /// Why the claim has been replaced by another, if it has: it is kept, and measured, all the same.
+    #[serde(default)]
+    pub(super) superseded: String,
+}
+
+/// Who makes a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Claimant {
+    /// The source paper.
+    Paper,
+    /// This project.
+    Ours,
+}
+
+/// What to make of several runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Statistic {
+    #[default]
+    Median,
+    Min,
+    Max,
+    Mean,
+    /// Slope of the median over phases against the macro step, in logarithms.
+    Order,
+}
+
+/// Names of what a claim may make of several runs, for whoever offers them to a user.
+pub const STATISTICS: [&str; 5] = ["median", "min", "max", "mean", "order"];
+
+/// What came of a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The expectation holds.
+    Reproduced,
+    /// It does not.
+    NotReproduced,
+    /// The runs it is about are not part of this plan (a quick one), or the metric does not apply to them.
+    NotMeasured,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Verdict::Reproduced => "reproduced",
+            Verdict::NotReproduced => "not reproduced",
+            Verdict::NotMeasured => "not measured",
+        })
+    }
+}
+
+/// A comparison with a number.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "String")]
+pub(super) struct Expectation {
+    pub(super) at_least: bool,
+    pub(super) bound: f64,
+}
+
+impl TryFrom<String> for Expectation {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let parsed = [(">=", true), ("<=", false)].into_iter().find_map(|(sign, at_least)| {
+            let bound: f64 = text.trim().strip_prefix(sign)?.trim().parse().ok()?;
+            bound.is_finite().then_some(Expectation { at_least, bound })
+        });
+        parsed.ok_or_else(|| {
+            format!("expect = \"{text}\" is no comparison; valid: \">= number\" or \"<= number\", the number finite")
+        })
+    }
+}
+
+impl fmt::Display for Expectation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", if self.at_least { "≥" } else { "≤" }, self.bound)
+    }
+}
+
+/// Quantities of a claim besides the metrics.
+const OUTCOMES: [&str; 2] = ["diverged", "diverged_at_s"];
+
+/// Names of what a claim may be about: the metrics, and how runs ended.
+pub fn claim_metrics() -> impl Iterator<Item = &'static str> {
+    METRICS.iter().map(|metric| metric.name).chain(OUTCOMES)
+}
+
+impl Claim {
+    /// Whether it is about runs at a macro step (s).
+    pub(super) fn is_about(&self, macro_step: f64) -> bool {
+        self.macro_step_s.is_none_or(|wanted| (macro_step / wanted - 1.0).abs() < SAME_STEP)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_expectation_is_a_comparison_or_an_error() {
+        assert_eq!(Expectation::try_from(">= 2".to_owned()), Ok(Expectation { at_least: true, bound: 2.0 }));
+        for text in ["about 2", ">= nan", "<= inf", ">= -inf", ">=", "> 2"] {
+            assert!(Expectation::try_from(text.to_owned()).unwrap_err().contains("valid"), "{text}");
+        }
+    }
+}

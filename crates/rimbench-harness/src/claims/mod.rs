@@ -1,0 +1,34 @@
+//! Claims: what an experiment file says should come out, held against what did.
+//!
+//! ```text
+//! what a claim says (declared) → that it is about runs of the plan (against_plan) → what was measured of it (measured) → claims.csv (table)
+//! ```
+
+mod against_plan;
+mod declared;
+mod measured;
+mod table;
+
+pub(super) use against_plan::check_claims_against_plan;
+pub use declared::{Claim, Claimant, STATISTICS, Verdict, claim_metrics};
+pub(crate) use table::CLAIM_COLUMNS;
+pub use table::{CheckedClaim, write_claims};
+
+use super::checked_results::checked_runs;
+use super::experiment::Experiment;
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_core::error::Result;
+use std::path::Path;
+
+/// What a claim says for its case or its set when it is about all of them.
+const ALL: &str = "all";
+
+/// Checks all claims of an experiment against the results in its folder, which must hold the runs of its plan, or of its quick
+/// plan; claims about macro steps that are not in that one come back as not measured.
+///
+/// # Errors
+/// [`Error::File`] for results that are not there, not whole, or not as they were written.
+pub fn check_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<Vec<CheckedClaim>> {
+    let (runs, _) = checked_runs(experiment, catalogue, folder)?;
+    experiment.claims().iter().map(|claim| measured::check(claim, &experiment.name(), &runs)).collect()
+}

@@ -1,0 +1,82 @@
+//! A claim with what was measured, and the table of them.
+
+use super::declared::{Claimant, Verdict};
+use rimbench_core::error::Result;
+use serde::Serialize;
+use std::path::Path;
+
+/// A claim with what was measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct CheckedClaim {
+    /// Experiment the claim stands in.
+    pub experiment: String,
+    /// Short name.
+    pub id: String,
+    /// Who claims it.
+    pub by: Claimant,
+    /// The claim in words.
+    pub text: String,
+    /// Metric and statistic.
+    pub quantity: String,
+    /// What was measured.
+    pub measured: Option<f64>,
+    /// 95 % interval of a median, by the bootstrap over cases, or over phases where there is one case.
+    pub low: Option<f64>,
+    /// Its upper end.
+    pub high: Option<f64>,
+    /// The same without the cases in which the model of some run is the mechanics itself, if there are such.
+    pub without_exact: Option<f64>,
+    /// What was expected.
+    pub expected: String,
+    /// Whether it holds.
+    pub verdict: Verdict,
+    /// What was found when the experiment was last looked at.
+    pub finding: Verdict,
+    /// Why it has been replaced by another; empty if it has not.
+    pub superseded: String,
+    /// The runs it rests on.
+    pub run_ids: String,
+}
+
+/// Columns of `claims.csv`: name, whether it is a number, what it is.
+pub(crate) const CLAIM_COLUMNS: [(&str, bool, &str); 14] = [
+    ("experiment", false, "Experiment the claim stands in"),
+    ("id", false, "Short name of the claim"),
+    ("by", false, "Who claims it: the paper, or ours"),
+    ("text", false, "The claim in words"),
+    ("quantity", false, "Metric and statistic"),
+    ("measured", true, "What was measured, in the unit of the metric"),
+    (
+        "low",
+        true,
+        "Lower end of its 95 % interval, by the bootstrap over cases, or over phases where there is one case",
+    ),
+    ("high", true, "Upper end of it"),
+    ("without_exact", true, "The same without cases in which the model is the mechanics itself"),
+    ("expected", false, "What is expected"),
+    ("verdict", false, "Whether it holds"),
+    ("finding", false, "What was found when the experiment was last looked at"),
+    ("superseded", false, "Why the claim has been replaced by another"),
+    ("run_ids", false, "The runs it rests on"),
+];
+
+impl CheckedClaim {
+    /// Whether the verdict is another than the recorded finding; one that was never recorded cannot differ.
+    pub fn differs(&self) -> bool {
+        self.finding != Verdict::NotMeasured && self.verdict != self.finding
+    }
+}
+
+/// Writes checked claims to `claims.csv`.
+///
+/// # Errors
+/// [`Error::File`].
+pub fn write_claims(path: &Path, claims: &[CheckedClaim]) -> Result<()> {
+    rimbench_results::atomic_file::write_atomically(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        for claim in claims {
+            writer.serialize(claim)?;
+        }
+        writer.flush()
+    })
+}
