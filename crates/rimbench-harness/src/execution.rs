@@ -68,7 +68,7 @@ pub enum Shard {
         of: usize,
     },
     /// Neighbours, which mostly share a reference: from one place to another, both included, counted from 0. These are one task of
-    /// many, so none of them looks after the whole: [`collect_shards`] writes the result files.
+    /// many, so none of them looks after the whole: [`collect_shards`](crate::collect_shards) writes the result files.
     Places {
         /// Place of the first run.
         first: usize,

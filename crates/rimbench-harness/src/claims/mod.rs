@@ -27,7 +27,7 @@ const ALL: &str = "all";
 /// plan; claims about macro steps that are not in that one come back as not measured.
 ///
 /// # Errors
-/// [`Error::File`] for results that are not there, not whole, or not as they were written.
+/// [`Error::File`](rimbench_core::error::Error::File) for results that are not there, not whole, or not as they were written.
 pub fn check_claims(experiment: &Experiment, catalogue: &Catalogue, folder: &Path) -> Result<Vec<CheckedClaim>> {
     let (runs, _) = checked_runs(experiment, catalogue, folder)?;
     experiment.claims().iter().map(|claim| measured::check(claim, &experiment.name(), &runs)).collect()

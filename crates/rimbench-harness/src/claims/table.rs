@@ -70,7 +70,7 @@ impl CheckedClaim {
 /// Writes checked claims to `claims.csv`.
 ///
 /// # Errors
-/// [`Error::File`].
+/// [`Error::File`](rimbench_core::error::Error::File).
 pub fn write_claims(path: &Path, claims: &[CheckedClaim]) -> Result<()> {
     rimbench_results::atomic_file::write_atomically(path, |file| {
         let mut writer = csv::Writer::from_writer(file);

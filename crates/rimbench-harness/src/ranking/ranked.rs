@@ -101,7 +101,7 @@ impl Ranked {
     /// Writes `ranking.csv` and `claims.csv` into a folder, with their checksums.
     ///
     /// # Errors
-    /// [`Error::File`].
+    /// [`Error::File`](rimbench_core::error::Error::File).
     pub fn write(&self, folder: &Path) -> Result<()> {
         make_folder(folder)?;
         write_rows(&folder.join("ranking.csv"), &self.rows)?;
