@@ -17,7 +17,7 @@
 //!
 //! Nothing is timed before it is verified: the model, used with one micro step of H, must give the velocity that the mechanics itself
 //! reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall. Without `--bench` only that is
-//! done, on the small systems.
+//! done, on the small systems. `--case NAME` leaves the other families out; `--joints` compares eliminations only.
 
 #[path = "peers/figure.rs"]
 mod figure;
@@ -459,8 +459,9 @@ fn main() {
         "One macro step of {SCHEME} at H = 5 ms, ns: building the model, taking it, {MICRO_STEPS} micro steps with it,"
     );
     println!("and the mechanics' own step (its reduction is the model's); the share of the real-time budget H.");
-    for family in families(whole) {
-        println!("\n{}", family.case);
+    let only = std::env::args().skip_while(|argument| argument != "--case").nth(1);
+    for family in families(whole).into_iter().filter(|family| only.as_deref().is_none_or(|case| case == family.case)) {
+        println!("\n{} {:?}", family.case, family.set);
         println!(
             "  bodies contacts closed rank      build       take        use       step  share of H  pivots factorisations fallbacks per micro step"
         );
