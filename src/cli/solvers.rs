@@ -29,7 +29,7 @@ pub struct Solvers {
     /// have
     #[arg(long)]
     friction: bool,
-    /// Problems of 64 to some 1100 contacts, made anew from their cases, for the solver of many contacts, Clarabel with sparse matrices and
+    /// Problems of 65 to 1560 contacts, made anew from their cases, for the solver of many contacts, Clarabel with sparse matrices and
     /// all that are given whole ones; each as far as it gets in a few seconds
     #[arg(long, conflicts_with_all = ["friction", "corpus", "source"])]
     large: bool,

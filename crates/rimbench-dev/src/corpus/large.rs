@@ -30,7 +30,7 @@ const fn of(case: &'static str, settings: &'static [(&'static str, &'static str)
     LargeSystem { case, settings, duration_s }
 }
 
-/// From some 64 to some 1000 contacts; of each case from the smallest on. Discs of large heaps and packings are lighter, or the cylinder
+/// From 65 to 1560 possible contacts; of each case from the smallest on. Discs of large heaps and packings are lighter, or the cylinder
 /// could not hold them.
 pub const LARGE_SYSTEMS: &[LargeSystem] = &[
     of("disc-row", &[("discs", "32"), ("disc_gap_m", "0"), ("wall_gap_m", "0")], 0.25),
@@ -196,7 +196,7 @@ impl Contestant {
 
     fn start(&self, pattern: &SymmetricPattern) -> Running {
         match self {
-            Contestant::Sparse => Running::Sparse(SparseActiveSet::new(pattern, self.tolerance())),
+            Contestant::Sparse => Running::Sparse(Box::new(SparseActiveSet::new(pattern, self.tolerance()))),
             Contestant::SparseClarabel => Running::SparseClarabel(Box::new(Clarabel::new())),
             Contestant::Dense(solver) => Running::Dense((solver.build)(pattern.size())),
         }
@@ -206,7 +206,7 @@ impl Contestant {
 /// The same at work, from nothing.
 #[derive(Clone)]
 enum Running {
-    Sparse(SparseActiveSet),
+    Sparse(Box<SparseActiveSet>),
     SparseClarabel(Box<Clarabel>),
     Dense(Solver),
 }
