@@ -1,11 +1,12 @@
 //! Cost of a macro step against the number of contacts and bodies: building the interface model, using it, and the mechanics' own
 //! step, each by itself.
 //!
-//! Three families, in the state that costs most, all supports or discs in contact:
+//! Families, in the state that costs most, all supports or discs in contact:
 //!
 //! - `n-wedge-box` after its manoeuvre: two bodies on 2 to 64 coplanar wedges (rank 2 of H_uu), the disc in the air;
 //! - `disc-row` pushed against the wall: n + 1 bodies, 2n + 1 contacts, all of them needed;
-//! - `disc-pile` against the wall: a heap whose contacts are redundant.
+//! - `disc-pile` against the wall: a heap whose contacts are redundant;
+//! - `falling-chain` on its scale: 2n − 1 contacts, of which n are closed, and 3n joints where beads have four pieces.
 //!
 //! With n velocities, n_b joint rows and n_u contacts the elimination is `n_u² n` products at most (less by what is zero), the
 //! model's copy and packing `n_u²`, a micro step of the model `2 n_u²` with a warm active set plus what its right-hand side changes
@@ -16,14 +17,17 @@
 //!
 //! Nothing is timed before it is verified: the model, used with one micro step of H, must give the velocity that the mechanics itself
 //! reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall. Without `--bench` only that is
-//! done, on the small systems.
+//! done, on the small systems. `--case NAME` leaves the other families out; `--joints` compares eliminations only.
 
 #[path = "peers/figure.rs"]
 mod figure;
 
+use rimbench::cases::Chain;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Bounds, CouplingScheme, MacroStep, MicroStep, Outcome, Sample, Side, Subsystem, Supervision};
-use rimbench::interface_model::ReducedInterfaceModel;
+use rimbench::interface_model::{Elimination, Linearisation, ReducedInterfaceModel, Rows};
+use rimbench::mechanics::MechanicalModel;
+use rimbench::models::LineMasses;
 use rimbench::runs::RunRequest;
 use rimbench::statistics::{self, order_of_convergence};
 use std::hint::black_box;
@@ -60,7 +64,7 @@ struct Family {
     sizes: Vec<Size>,
 }
 
-fn families(whole: bool) -> [Family; 3] {
+fn families(whole: bool) -> [Family; 5] {
     let up_to = |sizes: &[usize]| sizes[..if whole { sizes.len() } else { 2 }].to_vec();
     let box_of = |supports| Size {
         set: vec![("supports", supports)],
@@ -83,6 +87,9 @@ fn families(whole: bool) -> [Family; 3] {
             contact_force: None,
         }
     };
+    let chains = up_to(&[4, 16, 32, 64, 128, 256, 512, 1024, 2500]);
+    let chain_of =
+        |links: usize, pieces| Size { set: vec![("links", links)], bodies: 1 + pieces * links, contact_force: None };
     let piles = [(2, 2), (4, 3), (6, 4), (8, 6), (10, 8), (15, 12), (22, 18), (32, 26), (46, 38)];
     [
         Family {
@@ -102,6 +109,18 @@ fn families(whole: bool) -> [Family; 3] {
             set: &[("wall_gap_m", "0")],
             settled_s: 0.25,
             sizes: piles[..if whole { piles.len() } else { 2 }].iter().map(|&(c, l)| pile_of(c, l)).collect(),
+        },
+        Family {
+            case: "falling-chain",
+            set: &[],
+            settled_s: 0.6,
+            sizes: chains.iter().map(|&links| chain_of(links, 1)).collect(),
+        },
+        Family {
+            case: "falling-chain",
+            set: &[("bead_pieces", "4")],
+            settled_s: 0.6,
+            sizes: chains.iter().map(|&links| chain_of(links, 4)).collect(),
         },
     ]
 }
@@ -337,6 +356,90 @@ fn print_csv() {
     }
 }
 
+/// A chain of so many beads of so many pieces, at rest over a platform: Eq. 3 with all entries of its rows, or those that they know.
+fn jointed(links: u32, pieces: u32, known: bool) -> Linearisation {
+    let chain =
+        Chain { links, length: 1.0, mass: 2.0, bead_share: 0.2, bead_pieces: pieces, drop: 0.0, gravity: GRAVITY };
+    let mut model = LineMasses::new(chain.above_platform(1.0)).unwrap();
+    let (size, (q, v)) = (model.size(), model.initial_state());
+    let rows = |count: usize, columns: Option<Vec<Vec<usize>>>| match columns.filter(|_| known) {
+        Some(columns) => Rows::in_columns(size.velocities, &columns),
+        None => Rows::zeros(count, size.velocities),
+    };
+    let mut eq3 = Linearisation {
+        mass: model.empty_mass_matrix(),
+        force: vec![0.0; size.velocities],
+        bilateral: rows(size.bilateral, model.bilateral_columns()),
+        unilateral: rows(size.unilateral, model.unilateral_columns()),
+        tangential: Rows::zeros(0, size.velocities),
+        interface: Rows::zeros(1, size.velocities),
+    };
+    model.prepare(&q, &v);
+    model.mass_matrix(&q, &mut eq3.mass);
+    model.forces(&q, &v, &mut eq3.force);
+    model.bilateral(&q, &v, &mut eq3.bilateral);
+    model.unilateral(&q, &v, &mut eq3.unilateral);
+    model.interface(&q, &v, &mut eq3.interface);
+    eq3
+}
+
+/// Time of one elimination with the velocities after it, s; what these are.
+fn eliminate(eq3: &Linearisation) -> (f64, Vec<f64>) {
+    let mut elimination = Elimination::new(eq3);
+    let mut model = match Elimination::meeting(eq3) {
+        Some(meeting) => ReducedInterfaceModel::zeros_of(meeting, 1),
+        None => ReducedInterfaceModel::zeros(eq3.unilateral.len(), 1),
+    };
+    let (v, impulses) = (vec![0.1; eq3.velocities()], vec![0.5; eq3.unilateral.len() + 1]);
+    let (mut after, mut p_b) = (v.clone(), vec![0.0; eq3.bilateral.len()]);
+    let time = repeated(shortest, || {
+        timed(|| {
+            elimination.reduce(black_box(eq3), &v, H, 0.2, &mut model).unwrap();
+            elimination.velocity_after(H, &impulses, &mut after);
+            elimination.bilateral_impulses(H, &impulses, &mut p_b);
+        })
+    });
+    (time, after)
+}
+
+/// Largest number of joints whose entries are all kept, for a comparison.
+const MOST_WITH_ALL: usize = 600;
+
+/// Prints what an elimination takes with all entries of joints and contacts, and with those that they know.
+fn print_joints(whole: bool) {
+    println!(
+        "\nElimination and velocities after it, ns, with all entries of joints and contacts and with those that they know:"
+    );
+    println!("  joints contacts groups        all      known  all/known");
+    let one_group = [3, 5, 7, 9, 13, 17, 33, 65, 129, 513, 1000].map(|pieces| (2, pieces));
+    let many_groups = [2, 4, 6, 8, 12, 16, 32, 64, 256, 1024, 2500].map(|links| (links, 3));
+    for sizes in [one_group, many_groups] {
+        let mut points = Vec::new();
+        for (links, pieces) in sizes.into_iter().take(if whole { sizes.len() } else { 2 }) {
+            let eq3 = [false, true].map(|known| {
+                let joints = (links * (pieces - 1)) as usize;
+                (known || joints <= MOST_WITH_ALL).then(|| jointed(links, pieces, known))
+            });
+            let [all, known] = eq3.each_ref().map(|eq3| eq3.as_ref().map(eliminate));
+            let (Some(eq3), Some((time, after))) = (&eq3[1], known) else { continue };
+            if let Some((_, expected)) = &all {
+                let off = expected.iter().zip(&after).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-9, "{links} links of {pieces}: velocities off by {off:e} m/s");
+            }
+            let joints = eq3.bilateral.len();
+            print!("  {joints:6} {:8} {links:6}", eq3.unilateral.len());
+            match all {
+                Some((all, _)) => println!(" {:10.0} {:10.0} {:10.2}", 1e9 * all, 1e9 * time, all / time),
+                None => println!("          – {:10.0}          –", 1e9 * time),
+            }
+            if joints >= LARGE {
+                points.push((joints as f64, time));
+            }
+        }
+        println!("  exponent in joints, from {LARGE} on: {:.2}", order_of_convergence(&points).unwrap_or(f64::NAN));
+    }
+}
+
 fn main() {
     let asked = |name: &str| std::env::args().any(|argument| argument == name);
     let whole = asked("--bench");
@@ -348,12 +451,17 @@ fn main() {
         let drawn = figure::draw(Path::new(&path.expect("a path after --figure")));
         return drawn.unwrap_or_else(|error| panic!("{error}"));
     }
+    print_joints(whole);
+    if asked("--joints") {
+        return;
+    }
     println!(
         "One macro step of {SCHEME} at H = 5 ms, ns: building the model, taking it, {MICRO_STEPS} micro steps with it,"
     );
     println!("and the mechanics' own step (its reduction is the model's); the share of the real-time budget H.");
-    for family in families(whole) {
-        println!("\n{}", family.case);
+    let only = std::env::args().skip_while(|argument| argument != "--case").nth(1);
+    for family in families(whole).into_iter().filter(|family| only.as_deref().is_none_or(|case| case == family.case)) {
+        println!("\n{} {:?}", family.case, family.set);
         println!(
             "  bodies contacts closed rank      build       take        use       step  share of H  pivots factorisations fallbacks per micro step"
         );

@@ -7,9 +7,10 @@ use super::{Format, print, table};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
+use rimbench::complementarity::SolverEntry;
 use rimbench::corpus::{
-    Corpus, FrictionMethod, FrictionalProblem, Posed, Replay, Solve, Start, Uniqueness, draw_profile, replay,
-    replay_with_friction,
+    Contestant, Corpus, FrictionMethod, FrictionalProblem, LARGE_SYSTEMS, LargeCorpus, LargeReplay, Posed, Replay,
+    Solve, Start, Uniqueness, draw_profile, replay, replay_large, replay_with_friction,
 };
 use rimbench::error::{Error, Result};
 use rimbench::figures::render;
@@ -18,6 +19,7 @@ use rimbench::runs::FactValue;
 use rimbench::statistics::{nearest_rank, performance_ratios, share_within};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Arguments of `solvers`.
@@ -27,6 +29,10 @@ pub struct Solvers {
     /// have
     #[arg(long)]
     friction: bool,
+    /// Problems of 65 to 1560 contacts, made anew from their cases, for the solver of many contacts, Clarabel with sparse matrices and
+    /// all that are given whole ones; each as far as it gets in a few seconds
+    #[arg(long, conflicts_with_all = ["friction", "corpus", "source"])]
+    large: bool,
     /// The corpus of contact problems (see `rimbench corpus`) [default: that of the project's folder, or the one built in]
     #[arg(long, value_name = "FILE")]
     corpus: Option<PathBuf>,
@@ -56,15 +62,52 @@ type Row = Vec<(Name, FactValue)>;
 
 impl Solvers {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        if self.friction { self.compare_with_friction() } else { self.compare(catalogue) }
+        match (self.friction, self.large) {
+            (true, _) => self.compare_with_friction(),
+            (false, true) => self.compare_large(catalogue),
+            (false, false) => self.compare(catalogue),
+        }
+    }
+
+    /// Those asked for, or all.
+    fn chosen(&self, catalogue: &Catalogue) -> Result<Vec<Arc<SolverEntry>>> {
+        if self.solver.is_empty() {
+            return Ok(catalogue.solvers().to_vec());
+        }
+        self.solver.iter().map(|name| catalogue.solver(name).cloned()).collect()
+    }
+
+    fn compare_large(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+        let contestants = Contestant::with(&self.chosen(catalogue)?);
+        self.check_folder()?;
+        let mut rows: Vec<Row> = Vec::new();
+        let mut before: Option<(&str, usize, Vec<LargeReplay>)> = None;
+        for (done, &system) in LARGE_SYSTEMS.iter().enumerate() {
+            let corpus = LargeCorpus::of(system)?;
+            let n = corpus.contacts();
+            eprintln!("{} of {}: {}, {n} contacts", done + 1, LARGE_SYSTEMS.len(), system.case);
+            let smaller = before.as_ref().filter(|(case, ..)| *case == system.case);
+            let replays: Vec<LargeReplay> = contestants
+                .iter()
+                .enumerate()
+                .map(|(at, contestant)| {
+                    replay_large(&corpus, contestant, smaller.map(|(_, contacts, replays)| (*contacts, &replays[at])))
+                })
+                .collect();
+            rows.extend(replays.iter().map(|replay| large_row(&corpus, replay, &replays[0])));
+            before = Some((system.case, n, replays));
+        }
+        if let Some(folder) = &self.out {
+            write_csv(&folder.join("large.csv"), &rows)?;
+        }
+        match self.format {
+            Format::Json => print(&serde_json::to_string_pretty(&json(&rows))?),
+            Format::Table => print(&text(&rows)),
+        }
     }
 
     fn compare(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        let chosen = if self.solver.is_empty() {
-            catalogue.solvers().to_vec()
-        } else {
-            self.solver.iter().map(|name| catalogue.solver(name).cloned()).collect::<Result<_>>()?
-        };
+        let chosen = self.chosen(catalogue)?;
         self.check_folder()?;
         let corpus = self.corpus.as_deref().map_or_else(|| Project::find().corpus(), Corpus::read)?;
         let corpus = self.of_source(corpus)?;
@@ -253,6 +296,27 @@ fn uniqueness(corpus: &Corpus<FrictionalProblem>) -> Row {
             ("without_solution", count(none)),
             ("least_margin", FactValue::Number(least_margin)),
             ("margin_not_above_0", count(beyond_painleve)),
+        ],
+    );
+    row
+}
+
+/// What a solver made of the problems of one large system, beside the first.
+fn large_row(corpus: &LargeCorpus, replay: &LargeReplay, first: &LargeReplay) -> Row {
+    let tenth = |number: f64| FactValue::Number((10.0 * number).round() / 10.0);
+    let mut row: Row = vec![("case".into(), text_of(corpus.system.case))];
+    put(
+        &mut row,
+        [
+            ("contacts", count(corpus.contacts())),
+            ("solver", text_of(&replay.solver)),
+            ("problems", count(corpus.len())),
+            ("given", count(replay.given)),
+            ("solved", count(replay.solved)),
+            ("worst_accepted_residual", FactValue::Number(replay.worst_residual)),
+            ("pivots", FactValue::Count(replay.pivots)),
+            ("median_us", tenth(1e-3 * replay.median_ns)),
+            ("over_the_first", tenth(replay.median_ns / first.median_ns)),
         ],
     );
     row

@@ -148,7 +148,7 @@ fn solve_dense(problem: &Problem) -> Dense {
 /// Largest error relative to its tolerance; 1 is the limit.
 fn compare(problem: &Problem) -> (f64, f64) {
     let dense = solve_dense(problem);
-    let (elimination, model) = reduce(&problem.eq3, &problem.v, problem.h, problem.stabilisation);
+    let (mut elimination, model) = reduce(&problem.eq3, &problem.v, problem.h, problem.stabilisation);
     let (n_u, n_c) = (model.contacts(), problem.active.len());
     // Contact impulses of the reduced model: w_c + h a_c + H_cc P_c + H_ci h λ = 0.
     let h_cc = DMatrix::from_fn(n_c, n_c, |i, j| model.entry(problem.active[i], problem.active[j]));
@@ -267,6 +267,124 @@ fn thirty_three_joints_must_not_differ_from_the_full_matrix_either() {
         println!("33 joints, dense={dense}: {error:.3} of tolerance {tolerance:.1e}");
         assert!(error <= 1.0, "dense={dense}: {error} of tolerance {tolerance:e}");
         assert!(tolerance < 1e-8, "tolerance {tolerance:e} is no test");
+    }
+}
+
+/// Bodies of three velocities in groups that joints hold together, each to the next by two rows, with a contact of each body with the next
+/// one and friction along it where asked: the same rows twice, with all entries and with those that they know.
+fn jointed_systems(rng: &mut Pcg64, groups: usize, bodies: usize, friction: bool) -> [Linearisation; 2] {
+    let (all, n) = (groups * bodies, 3 * groups * bodies);
+    let between = |body: usize| -> Vec<usize> { (3 * body..3 * body + 3).chain(3 * body + 3..3 * body + 6).collect() };
+    let jointed: Vec<_> =
+        (0..all).filter(|body| (body + 1) % bodies != 0).flat_map(|body| [between(body), between(body)]).collect();
+    let contacts: Vec<_> = (0..all - 1).map(between).collect();
+    let interface = random_rows(rng, 2, n);
+    let tangential = random_rows(rng, if friction { contacts.len() } else { 0 }, n);
+    let mass = random_mass(rng, n, false);
+    let force: Vec<f64> = (0..n).map(|_| rng.random_range(-10.0..10.0)).collect();
+    let mut known = |columns: &[Vec<usize>]| {
+        let mut rows = [Rows::zeros(columns.len(), n), Rows::in_columns(n, columns)];
+        for (row, columns) in columns.iter().enumerate() {
+            let (convective, position) = (rng.random_range(-1.0..1.0), rng.random_range(-1e-3..1e-3));
+            for rows in &mut rows {
+                (rows.convective[row], rows.position[row]) = (convective, position);
+            }
+            for (slot, &column) in columns.iter().enumerate() {
+                let entry = rng.random_range(-1.0..1.0);
+                rows.iter_mut().for_each(|rows| rows.set(row, slot, column, entry));
+            }
+        }
+        rows
+    };
+    let ([all_joints, known_joints], [all_contacts, known_contacts]) = (known(&jointed), known(&contacts));
+    let of = |bilateral, unilateral| Linearisation {
+        mass: mass.clone(),
+        force: force.clone(),
+        bilateral,
+        unilateral,
+        tangential: tangential.clone(),
+        interface: interface.clone(),
+    };
+    // With friction contacts keep everything, joints need not.
+    let kept = if friction { all_contacts.clone() } else { known_contacts };
+    [of(all_joints, all_contacts), of(known_joints, kept)]
+}
+
+/// A model of a system, of the kind that its elimination fills.
+fn model_for(eq3: &Linearisation) -> ReducedInterfaceModel {
+    let (n_u, n_i) = (eq3.unilateral.len(), eq3.interface.len());
+    match Elimination::meeting(eq3) {
+        Some(meeting) => ReducedInterfaceModel::zeros_of(meeting, n_i),
+        None if eq3.tangential.is_empty() => ReducedInterfaceModel::zeros(n_u, n_i),
+        None => ReducedInterfaceModel::zeros_with_friction(&vec![0.3; n_u], n_i),
+    }
+}
+
+#[test]
+fn joints_that_keep_what_they_know_must_give_what_they_give_with_all_entries() {
+    let mut rng = Pcg64::seed_from_u64(20);
+    let systems = [(1, 2, false), (1, 9, true), (1, 70, false), (12, 3, true), (40, 3, false), (90, 2, false)];
+    for (groups, bodies, friction) in systems {
+        let eq3 = jointed_systems(&mut rng, groups, bodies, friction);
+        let n = eq3[0].velocities();
+        let v: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let rows = eq3[0].unilateral.len() + eq3[0].tangential.len() + eq3[0].interface.len();
+        // Every third contact is open.
+        let impulses: Vec<f64> =
+            (0..rows).map(|row| if row % 3 == 0 { 0.0 } else { rng.random_range(0.0..1.0) }).collect();
+        let h = 1e-3;
+        let [all, known] = eq3.each_ref().map(|eq3| {
+            let (mut elimination, mut model) = (Elimination::new(eq3), model_for(eq3));
+            // Twice, as in a run: nothing must be left from before.
+            for _ in 0..2 {
+                elimination.reduce(eq3, &v, h, 0.2, &mut model).unwrap();
+            }
+            let (mut velocity, mut p_b) = (vec![0.0; n], vec![0.0; eq3.bilateral.len()]);
+            elimination.velocity_after(h, &impulses, &mut velocity);
+            elimination.bilateral_impulses(h, &impulses, &mut p_b);
+            (model, velocity, p_b, elimination.start_velocity.clone(), elimination.free_acceleration.clone())
+        });
+        // Few of many meet where groups are small.
+        assert_eq!(known.0.meeting().is_some(), groups >= 40, "{groups} groups of {bodies}");
+        let entries = |model: &ReducedInterfaceModel| -> Vec<f64> {
+            (0..rows * rows).map(|at| model.entry(at / rows, at % rows)).collect()
+        };
+        let pairs = [
+            ("H", entries(&all.0), entries(&known.0)),
+            ("w", all.0.w.clone(), known.0.w.clone()),
+            ("a", all.0.a.clone(), known.0.a.clone()),
+            ("velocity", all.1, known.1),
+            ("impulses of joints", all.2, known.2),
+            ("start velocity", all.3, known.3),
+            ("free acceleration", all.4, known.4),
+        ];
+        for (what, expected, found) in pairs {
+            let scale = expected.iter().fold(0.0_f64, |scale, x| scale.max(x.abs()));
+            let off = max_difference(&expected, &found) / scale;
+            println!("{groups} groups of {bodies}: {what} off by {off:.1e}");
+            assert!(off < 1e-9, "{groups} groups of {bodies}: {what} off by {off:e}");
+        }
+    }
+}
+
+#[test]
+fn dependent_joints_are_refused_alike_whatever_is_kept_of_them() {
+    let mut rng = Pcg64::seed_from_u64(21);
+    for (groups, bodies) in [(1, 3), (30, 3)] {
+        for mut eq3 in jointed_systems(&mut rng, groups, bodies, false) {
+            let mut model = model_for(&eq3);
+            let mut elimination = Elimination::new(&eq3);
+            let v = vec![0.0; eq3.velocities()];
+            assert!(elimination.reduce(&eq3, &v, 1e-3, 0.2, &mut model).is_ok());
+            // The second row of the last joint becomes twice the first.
+            let last = eq3.bilateral.jacobian.len() - eq3.bilateral.jacobian.len() / eq3.bilateral.len();
+            let entries = eq3.bilateral.jacobian.len() - last;
+            for at in 0..entries {
+                eq3.bilateral.jacobian[last + at] = 2.0 * eq3.bilateral.jacobian[last - entries + at];
+            }
+            let refused = elimination.reduce(&eq3, &v, 1e-3, 0.2, &mut model).unwrap_err();
+            assert!(refused.to_string().contains("A_b M⁻¹ A_bᵀ"), "{refused}");
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use crate::support::*;
 use rimbench::cases::{Chain, wall_forces};
 use rimbench::cosim::{Outcome, Subsystem};
 use rimbench::models::LineMasses;
+use rimbench::runs::RunResult;
 
 fn observed(mechanics: &mut dyn Subsystem, name: &str, h: f64) -> f64 {
     let names = mechanics.abilities().observables().to_vec();
@@ -129,8 +130,8 @@ fn error_of_chain(chain: &Chain) -> [f64; 2] {
 
 #[test]
 fn a_chain_presses_with_three_times_the_weight_of_what_lies_within_half_a_link() {
-    for (bead_share, drop) in [(0.2, 0.0), (0.0, 0.0), (0.5, 0.3)] {
-        let chain = |links| Chain { links, length: 1.0, mass: 2.0, bead_share, drop, gravity: 9.81 };
+    for (bead_share, drop, bead_pieces) in [(0.2, 0.0, 1), (0.0, 0.0, 1), (0.5, 0.3, 1), (0.2, 0.0, 5)] {
+        let chain = |links| Chain { links, length: 1.0, mass: 2.0, bead_share, bead_pieces, drop, gravity: 9.81 };
         if drop == 0.0 {
             let [landed, force] = chain(20).landed_and_force(0.25);
             approx::assert_relative_eq!(force, 3.0 * landed * 9.81, max_relative = 1e-12);
@@ -138,7 +139,9 @@ fn a_chain_presses_with_three_times_the_weight_of_what_lies_within_half_a_link()
         let mut errors = Vec::new();
         for links in [10, 20, 40, 80] {
             let [error, allowed] = error_of_chain(&chain(links));
-            println!("d/l {bead_share}, h {drop} m, {links} links: {error:.4} N·s of at most {allowed:.4}");
+            println!(
+                "d/l {bead_share}, h {drop} m, {links} links of {bead_pieces}: {error:.4} N·s of at most {allowed:.4}"
+            );
             assert!(error <= allowed, "{links} links: {error} N·s");
             errors.push(error);
         }
@@ -151,7 +154,7 @@ fn a_chain_presses_with_three_times_the_weight_of_what_lies_within_half_a_link()
 
 #[test]
 fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_one() {
-    let chain = Chain { links: 160, length: 1.0, mass: 2.0, bead_share: 0.2, drop: 0.0, gravity: 9.81 };
+    let chain = Chain { links: 160, length: 1.0, mass: 2.0, bead_share: 0.2, bead_pieces: 1, drop: 0.0, gravity: 9.81 };
     let mut spec = usual_spec("falling-chain", "rim-nonsmooth-gap", 1e-3);
     spec.parameters.set("links", "160").unwrap();
     let run = run(&spec);
@@ -172,6 +175,32 @@ fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_on
     // What falls loses all of its speed in plastic impacts: half of what its weight does, but for what the platform keeps.
     let account = run.report.audit.accounts.mechanics.unwrap();
     assert!(account.closure().abs() < 1e-9);
+}
+
+/// A whole run of a chain with beads of so many pieces.
+fn run_of_chain(links: &str, pieces: &str) -> RunResult {
+    let mut spec = usual_spec("falling-chain", "rim-nonsmooth-gap", 2e-3);
+    spec.parameters.set("links", links).unwrap();
+    spec.parameters.set("bead_pieces", pieces).unwrap();
+    run(&spec)
+}
+
+#[test]
+fn a_chain_with_beads_of_pieces_on_joints_moves_as_one_without() {
+    // Many contacts and joints; few contacts and one long group of joints for each bead; fewer of both than are kept apart.
+    for (links, pieces) in [("60", "4"), ("4", "150"), ("6", "2")] {
+        let (whole, jointed) = (run_of_chain(links, "1"), run_of_chain(links, pieces));
+        for name in ["actuator_force_n", "lowest_bead_y_m", "effective_mass_kg"] {
+            let (expected, found) = (column(&whole.trajectory, name), column(&jointed.trajectory, name));
+            let size = largest(expected.iter().map(|x| x.abs()));
+            let off = largest(expected.iter().zip(&found).map(|(a, b)| (a - b).abs())) / size;
+            println!("{links} links of {pieces}: {name} off by {off:.1e} of its largest");
+            assert!(off < 1e-8, "{links} links of {pieces}: {name} off by {off:e}");
+        }
+        assert_eq!(jointed.report.work.sides.mechanics.solver.failures, 0);
+        let account = jointed.report.audit.accounts.mechanics.unwrap();
+        assert!(account.closure().abs() < 1e-9, "{:e} J", account.closure());
+    }
 }
 
 /// A load under three discs in a shaft.
@@ -260,6 +289,7 @@ fn large_cases_run_with_thousands_of_contacts_and_say_no_beyond_memory() {
         // Layers of 15 and 14: floor 15, walls 10, neighbours in a layer 5 · (14 + 13), between layers 9 · 28. The rope hangs loose.
         ("crane-heap", vec![("columns", "15"), ("layers", "10"), ("wall_gap_m", "0"), ("listed_radii", "1.3")], 412.0),
         ("falling-chain", vec![("links", "600")], 599.0),
+        ("falling-chain", vec![("links", "600"), ("bead_pieces", "4")], 599.0),
     ] {
         let (case, parameters) = case_with(case, &set);
         let mut mechanics = (case.build)(&parameters, solver()).unwrap().sides.mechanics;
@@ -281,6 +311,10 @@ fn large_cases_run_with_thousands_of_contacts_and_say_no_beyond_memory() {
         let error = (case.build)(&parameters, solver_by_name("lemke")).map(drop).unwrap_err().to_string();
         assert!(error.starts_with(wanted) && error.contains("4.0 GiB"), "{error}");
     }
+    // Joints that keep only what they know take room as they are many, and not as their square.
+    let (case, parameters) = case_with("falling-chain", &[("links", "2500"), ("bead_pieces", "1000")]);
+    let error = (case.build)(&parameters, solver()).map(drop).unwrap_err().to_string();
+    assert!(error.contains("2497500 joints") && error.contains("4.0 GiB"), "{error}");
 }
 
 #[test]
@@ -301,6 +335,16 @@ fn impossible_packings_are_refused_with_the_numbers() {
     ] {
         let error = refused("crane-heap", key, value);
         assert!(error.contains(wanted), "{key} = {value}: {error}");
+    }
+    let (_, parameters) = case_with("packed-box", &[("columns", "2"), ("layers", "1"), ("packing_angle_rad", "0.59")]);
+    let error = (case_by_name("packed-box").build)(&parameters, solver()).map(drop).unwrap_err().to_string();
+    assert!(
+        error.contains("packing_angle_rad = 0.59 is not valid; valid: above 0.600") && error.contains("layers = 1"),
+        "{error}"
+    );
+    for (key, value) in [("drop_height_m", "1e300"), ("chain_length_m", "1e7")] {
+        let error = refused("falling-chain", key, value);
+        assert!(error.contains(key) && error.contains("at most 1e6 m above the scale"), "{error}");
     }
     let error = refused("falling-chain", "bead_share", "1");
     assert!(error.contains("bead_share = 1 is not valid; valid: below 1"), "{error}");

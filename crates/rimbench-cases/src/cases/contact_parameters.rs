@@ -119,7 +119,7 @@ where
 {
     let law = law(parameters)?;
     let by_active_sets = solver.goes_by_active_sets();
-    memory::must_hold(bytes_needed(&model, law, by_active_sets), model.size().unilateral, parameters)?;
+    memory::must_hold(bytes_needed(&model, law, by_active_sets), model.size(), parameters)?;
     let checked = solver.checked(solver_room(&model, law, by_active_sets));
     let mechanics = NonSmoothMechanics::new(model, law, actuator.ports().facing(), checked);
     let [at_rest, coefficient] = coefficients(parameters);

@@ -108,6 +108,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     let model = LineMasses::new(LineDescription {
         masses: (0..3).map(ball).collect(),
         springs: Vec::new(),
+        joints: Vec::new(),
         contacts: vec![contact(0), contact(1)],
         driven: 0,
         state_names: names(&[

@@ -32,33 +32,23 @@ use super::parameters::{Parameter, Parameters, Range, Value, number as p};
 use crate::models::{CraneInHeap, HeapGeometry};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
-use rimbench_core::name::names;
 
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "theta_1_rad",
-            "load_x_m",
-            "load_y_m",
-            "heap_height_m",
-            "actuator_length_m",
-            "actuator_velocity_m_s",
-            "actuator_force_n",
-            "force_to_mechanics_n",
-            "pressure_1_pa",
-            "pressure_2_pa",
-            "effective_mass_kg",
-            "gap_rope_m",
-            "gap_floor_m",
-            "gap_lowest_m",
-            "contact_force_rope_n",
-            "contact_force_floor_n",
-            "closed_contacts",
-            "contact_force_sum_n",
-            "largest_displacement_m",
-        ]),
+        trace_columns: cylinder::trace_columns(
+            &["theta_1_rad", "load_x_m", "load_y_m", "heap_height_m"],
+            &[
+                "gap_rope_m",
+                "gap_floor_m",
+                "gap_lowest_m",
+                "contact_force_rope_n",
+                "contact_force_floor_n",
+                "closed_contacts",
+                "contact_force_sum_n",
+                "largest_displacement_m",
+            ],
+        ),
         interface_columns: vec![cylinder::interface()],
         ..Case::new(
             "crane-heap",

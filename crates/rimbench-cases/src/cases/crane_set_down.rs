@@ -29,29 +29,14 @@ use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{CraneGeometry, CraneWithRope};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
-use rimbench_core::name::names;
 
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "theta_1_rad",
-            "load_x_m",
-            "load_y_m",
-            "actuator_length_m",
-            "actuator_velocity_m_s",
-            "actuator_force_n",
-            "force_to_mechanics_n",
-            "pressure_1_pa",
-            "pressure_2_pa",
-            "effective_mass_kg",
-            "gap_rope_m",
-            "gap_ground_m",
-            "contact_force_rope_n",
-            "contact_force_ground_n",
-            "closed_contacts",
-        ]),
+        trace_columns: cylinder::trace_columns(
+            &["theta_1_rad", "load_x_m", "load_y_m"],
+            &["gap_rope_m", "gap_ground_m", "contact_force_rope_n", "contact_force_ground_n", "closed_contacts"],
+        ),
         interface_columns: vec![cylinder::interface()],
         reference: contact_parameters::reference(),
         ..Case::new(

@@ -8,12 +8,28 @@ use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{HydraulicCylinder, Spool, SupportedBox};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
+use rimbench_core::name::{Name, names};
 
 const OURS: &str = "as in the wedge box";
 
 /// The interface of a cylinder and what it pushes.
 pub(super) fn interface() -> InterfaceColumns {
     InterfaceColumns::new("actuator_length_m", "actuator_velocity_m_s", "actuator_force_n")
+}
+
+/// The columns of a trace: time, those of the case's own, the cylinder with the mass that it feels, and what else the case has, contacts
+/// for the most part.
+pub(super) fn trace_columns(own: &[&'static str], contacts: &[&'static str]) -> Vec<Name> {
+    const SHARED: [&str; 7] = [
+        "actuator_length_m",
+        "actuator_velocity_m_s",
+        "actuator_force_n",
+        "force_to_mechanics_n",
+        "pressure_1_pa",
+        "pressure_2_pa",
+        "effective_mass_kg",
+    ];
+    names(&[&["time_s"], own, &SHARED, contacts].concat())
 }
 
 /// Cylinder, valve with its ramp, and fluid.

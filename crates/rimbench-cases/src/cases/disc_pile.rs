@@ -31,7 +31,7 @@ use rimbench_core::name::names;
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&loader::TRACE_COLUMNS),
+        trace_columns: loader::trace_columns(),
         drawing_columns: names(&loader::DRAWING_COLUMNS),
         interface_columns: vec![cylinder::interface()],
         ..Case::new(

@@ -41,6 +41,7 @@ pub(super) fn system(
             start: mass.start,
         }],
         springs: Vec::new(),
+        joints: Vec::new(),
         contacts: mass.stops.iter().map(contact).collect(),
         driven: 0,
         state_names: Vec::new(),

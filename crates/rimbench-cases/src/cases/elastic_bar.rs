@@ -117,6 +117,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     let model = LineMasses::new(LineDescription {
         masses: (0..=n).map(node).collect(),
         springs: (0..n).map(spring).collect(),
+        joints: Vec::new(),
         contacts: vec![LineContact { below: None, above: Some(0), distance: 0.0 }],
         driven: n,
         state_names: names(&["bottom_x_m", "bottom_velocity_m_s"]),

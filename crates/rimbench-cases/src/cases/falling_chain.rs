@@ -7,7 +7,9 @@
 //!     ══╧════ platform
 //! ```
 //! n + 1 velocities (platform, beads), 2n − 1 contacts: the lowest bead on the platform, each bead on the one below it (`y_i − y_{i−1} ≥ d`)
-//! and each link, which can pull and not push (`y_i − y_{i−1} ≤ l`). Each row knows two velocities.
+//! and each link, which can pull and not push (`y_i − y_{i−1} ≤ l`). Each row knows two velocities. A bead may be made of p pieces side by
+//! side on rigid joints, of which the first stands on what is below and the last carries what is above: p n + 1 velocities, (p − 1) n joint
+//! rows, and the same motion, so that what joints cost and whether they hold can be seen.
 //!
 //! **Manoeuvre.** The chain hangs straight, its lower end `h` above the scale at rest in its equilibrium, and is let go.
 //!
@@ -61,6 +63,8 @@ pub(super) fn entry() -> Case {
 }
 
 const OURS: &str = "ours";
+/// Upper end of the chain at the start, m: positions are rounded to 1e-10 m there, and a step of 0.1 ms from rest goes 1e-7 m.
+const HIGHEST: f64 = 1e6;
 
 fn parameters() -> Vec<Parameter> {
     use Range::{Fraction, NotNegative, Positive, Whole};
@@ -69,6 +73,14 @@ fn parameters() -> Vec<Parameter> {
         p("chain_length_m", "m", 1.0, Positive, "length L of the chain; a link is L/n", OURS),
         p("chain_mass_kg", "kg", 2.0, Positive, "mass M of the chain; a bead has M/n", OURS),
         p("bead_share", "-", 0.2, Fraction, "diameter of a bead in lengths of a link, d/l", OURS),
+        p(
+            "bead_pieces",
+            "-",
+            1.0,
+            Whole(1, 1000),
+            "number p of pieces of a bead, on rigid joints: the same motion",
+            OURS,
+        ),
         p("drop_height_m", "m", 0.0, NotNegative, "height h of the lower end above the scale at the start", OURS),
         p("platform_mass_kg", "kg", 1.0, Positive, "mass m_p of the platform", OURS),
         p("spring_stiffness_n_m", "N/m", 4e4, Positive, "stiffness k between carriage and platform", OURS),
@@ -93,6 +105,8 @@ pub struct Chain {
     pub mass: f64,
     /// d/l.
     pub bead_share: f64,
+    /// p; 1 without joints.
+    pub bead_pieces: u32,
     /// h, m.
     pub drop: f64,
     /// m/s².
@@ -117,15 +131,22 @@ impl Chain {
             load: -mass * self.gravity,
             start: [start, 0.0],
         };
-        let place = |index: u32| self.drop + (f64::from(index) + 0.5) * link;
-        let beads = (0..self.links).map(|index| of(self.mass / f64::from(self.links), place(index)));
-        let on = |upper: usize, distance: f64| LineContact { below: Some(upper - 1), above: Some(upper), distance };
+        let place = |bead: u32| self.drop + (f64::from(bead) + 0.5) * link;
+        let (pieces, of_piece) = (self.bead_pieces as usize, self.mass / f64::from(self.links * self.bead_pieces));
+        let beads = (0..self.links).flat_map(|bead| (0..pieces).map(move |_| bead));
+        let beads = beads.map(|bead| of(of_piece, place(bead)));
+        // The first and the last piece of a bead; the platform is the one below the first bead.
+        let first = |bead: usize| Some(1 + (bead - 1) * pieces);
+        let last = |bead: usize| Some(bead * pieces);
+        let on = |upper: usize, distance: f64| LineContact { below: last(upper - 1), above: first(upper), distance };
         // A link is a contact the other way round.
-        let pulled = |upper: usize| LineContact { below: Some(upper), above: Some(upper - 1), distance: -link };
+        let pulled = |upper: usize| LineContact { below: first(upper), above: last(upper - 1), distance: -link };
+        let beside = |piece: usize| LineContact { below: Some(piece - 1), above: Some(piece), distance: 0.0 };
         let upper = 2..=self.links as usize;
         LineDescription {
             masses: std::iter::once(of(platform, 0.0)).chain(beads).collect(),
             springs: Vec::new(),
+            joints: (2..=self.links as usize * pieces).filter(|piece| (piece - 1) % pieces != 0).map(beside).collect(),
             contacts: std::iter::once(on(1, 0.5 * bead))
                 .chain(upper.flat_map(|upper| [pulled(upper), on(upper, bead)]))
                 .collect(),
@@ -167,12 +188,22 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         length: get("chain_length_m"),
         mass: get("chain_mass_kg"),
         bead_share: get("bead_share"),
+        bead_pieces: parameters.whole("bead_pieces"),
         drop: get("drop_height_m"),
         gravity: get("gravity_m_s2"),
     };
     if chain.bead_share >= 1.0 {
         let expected = "below 1, or the chain is a rod: beads touch and links are taut at once";
         return Err(Error::invalid("bead_share", chain.bead_share, expected));
+    }
+    let highest = chain.drop + chain.length;
+    if highest > HIGHEST {
+        let (key, found) =
+            if chain.drop > chain.length { ("drop_height_m", chain.drop) } else { ("chain_length_m", chain.length) };
+        let expected = format!(
+            "a chain whose upper end starts at most {HIGHEST:e} m above the scale, not {highest:e} m: where positions are larger, what moves within a step is lost to rounding"
+        );
+        return Err(Error::invalid(key, found, expected));
     }
     let platform = get("platform_mass_kg");
     let model = LineMasses::new(chain.above_platform(platform))?;

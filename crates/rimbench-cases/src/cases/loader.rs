@@ -2,34 +2,31 @@
 
 use super::case::CoupledSystem;
 use super::contact_parameters;
+use super::cylinder;
 use super::fluid;
 use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
 use crate::models::{Discs, DiscsGeometry};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
+use rimbench_core::name::Name;
 
 /// Columns of a trace. The many contacts show as their least gap, the number closed and the sum of their forces; one at the blade,
 /// one at the wall and one between discs by name.
-pub(super) const TRACE_COLUMNS: [&str; 17] = [
-    "time_s",
-    "blade_x_m",
-    "disc_momentum_x_kg_m_s",
-    "actuator_length_m",
-    "actuator_velocity_m_s",
-    "actuator_force_n",
-    "force_to_mechanics_n",
-    "pressure_1_pa",
-    "pressure_2_pa",
-    "effective_mass_kg",
-    "gap_blade_m",
-    "gap_wall_m",
-    "gap_pair_m",
-    "gap_lowest_m",
-    "closed_contacts",
-    "contact_force_sum_n",
-    "largest_displacement_m",
-];
+pub(super) fn trace_columns() -> Vec<Name> {
+    cylinder::trace_columns(
+        &["blade_x_m", "disc_momentum_x_kg_m_s"],
+        &[
+            "gap_blade_m",
+            "gap_wall_m",
+            "gap_pair_m",
+            "gap_lowest_m",
+            "closed_contacts",
+            "contact_force_sum_n",
+            "largest_displacement_m",
+        ],
+    )
+}
 
 /// Columns for drawings.
 pub(super) const DRAWING_COLUMNS: [&str; 3] = ["contact_force_blade_n", "contact_force_wall_n", "contact_force_pair_n"];

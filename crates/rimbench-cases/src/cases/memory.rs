@@ -3,6 +3,7 @@
 use super::parameters::{Parameters, Range};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::MEMORY_LIMIT as LIMIT;
+use rimbench_core::mechanics::ModelSize;
 
 const GIB: f64 = (1_u64 << 30) as f64;
 
@@ -10,19 +11,21 @@ const GIB: f64 = (1_u64 << 30) as f64;
 ///
 /// # Errors
 /// [`Error::InvalidValue`] with the bytes needed and the limit.
-pub(super) fn must_hold(bytes: u64, contacts: usize, parameters: &Parameters) -> Result<()> {
+pub(super) fn must_hold(bytes: u64, size: ModelSize, parameters: &Parameters) -> Result<()> {
     if bytes <= LIMIT {
         return Ok(());
     }
     let counts = parameters.iter().filter(|(parameter, _)| matches!(parameter.range, Range::Whole(..)));
     let (keys, values): (Vec<&str>, Vec<String>) =
         counts.map(|(parameter, _)| (&*parameter.name, parameters.whole(&parameter.name).to_string())).unzip();
+    let ModelSize { unilateral: contacts, bilateral: joints, .. } = size;
+    let joints = if joints == 0 { String::new() } else { format!(" and {joints} joints") };
     Err(Error::invalid(
         format!("{}: {}", parameters.case(), keys.join(", ")),
         values.join(", "),
         format!(
-            "what fits into {:.1} GiB, where these {contacts} contacts need up to {:.1} GiB with the solver that was asked for and every \
-             entry of their matrices kept",
+            "what fits into {:.1} GiB, where these {contacts} contacts{joints} need up to {:.1} GiB with the solver that was asked for \
+             and what is kept of their matrices",
             LIMIT as f64 / GIB,
             bytes as f64 / GIB
         ),
@@ -47,6 +50,7 @@ mod tests {
         };
         assert_eq!((key.as_str(), found.as_str()), ("disc-row: discs", "2500"));
         assert!(expected.contains("4.0 GiB") && expected.contains("5001 contacts"), "{expected}");
-        assert!(must_hold(LIMIT, 5001, &parameters).is_ok() && must_hold(LIMIT + 1, 5001, &parameters).is_err());
+        let size = ModelSize { velocities: 2501, bilateral: 0, unilateral: 5001, interface: 1 };
+        assert!(must_hold(LIMIT, size, &parameters).is_ok() && must_hold(LIMIT + 1, size, &parameters).is_err());
     }
 }

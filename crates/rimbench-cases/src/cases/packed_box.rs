@@ -38,7 +38,7 @@ use std::f64::consts::{FRAC_PI_3, FRAC_PI_6};
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&loader::TRACE_COLUMNS),
+        trace_columns: loader::trace_columns(),
         drawing_columns: names(&loader::DRAWING_COLUMNS),
         interface_columns: vec![cylinder::interface()],
         ..Case::new(
@@ -140,6 +140,15 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     if angle <= FRAC_PI_6 || angle >= FRAC_PI_3 {
         let expected = format!(
             "between π/6 = {FRAC_PI_6:.6} and π/3 = {FRAC_PI_3:.6}, where discs of a layer or of each second one meet"
+        );
+        return Err(Error::invalid("packing_angle_rad", angle, expected));
+    }
+    // Neighbours of a layer are 4 R cos α apart.
+    let flattest = libm::acos(0.25 * (2.0 + Discs::LISTED));
+    if layers == 1 && angle <= flattest {
+        let expected = format!(
+            "above {flattest:.6} where layers = 1: two discs of one layer would start more than {} radii apart, and no pair could ever touch",
+            Discs::LISTED
         );
         return Err(Error::invalid("packing_angle_rad", angle, expected));
     }

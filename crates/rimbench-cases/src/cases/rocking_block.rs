@@ -32,24 +32,10 @@ use rimbench_core::name::names;
 pub(super) fn entry() -> Case {
     Case {
         parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "box_x_m",
-            "box_y_m",
-            "box_angle_rad",
-            "box_rate_rad_s",
-            "actuator_length_m",
-            "actuator_velocity_m_s",
-            "actuator_force_n",
-            "force_to_mechanics_n",
-            "pressure_1_pa",
-            "pressure_2_pa",
-            "effective_mass_kg",
-            "gap_right_support_m",
-            "gap_left_support_m",
-            "closed_contacts",
-            "rank_h_uu",
-        ]),
+        trace_columns: cylinder::trace_columns(
+            &["box_x_m", "box_y_m", "box_angle_rad", "box_rate_rad_s"],
+            &["gap_right_support_m", "gap_left_support_m", "closed_contacts", "rank_h_uu"],
+        ),
         drawing_columns: names(&["contact_force_right_support_n", "contact_force_left_support_n"]),
         interface_columns: vec![cylinder::interface()],
         reference: contact_parameters::reference(),

@@ -61,25 +61,17 @@ pub(super) fn entry() -> Case {
 /// The case with what is recorded of this box.
 pub(super) fn recorded(case: Case) -> Case {
     Case {
-        trace_columns: names(&[
-            "time_s",
-            "box_x_m",
-            "box_y_m",
-            "box_angle_rad",
-            "actuator_length_m",
-            "actuator_velocity_m_s",
-            "actuator_force_n",
-            "force_to_mechanics_n",
-            "pressure_1_pa",
-            "pressure_2_pa",
-            "effective_mass_kg",
-            "gap_right_wedge_m",
-            "gap_left_wedge_m",
-            "gap_disc_ledge_m",
-            "gap_disc_floor_m",
-            "closed_contacts",
-            "rank_h_uu",
-        ]),
+        trace_columns: cylinder::trace_columns(
+            &["box_x_m", "box_y_m", "box_angle_rad"],
+            &[
+                "gap_right_wedge_m",
+                "gap_left_wedge_m",
+                "gap_disc_ledge_m",
+                "gap_disc_floor_m",
+                "closed_contacts",
+                "rank_h_uu",
+            ],
+        ),
         drawing_columns: names(&[
             "disc_ledge_normal_rad",
             "contact_force_right_wedge_n",

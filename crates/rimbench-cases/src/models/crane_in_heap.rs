@@ -2,7 +2,7 @@
 
 use super::crane::CraneGeometry;
 use super::crane_with_rope::CraneWithRope;
-use super::discs::Apart;
+use super::discs::{Apart, potential_of_weights, weigh};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
@@ -178,10 +178,7 @@ impl MechanicalModel for CraneInHeap {
 
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) {
         self.crane.forces(&q[..3], &v[..3], &mut force[..3]);
-        let weight = self.geometry.disc_mass * self.gravity;
-        for disc in force[3..].as_chunks_mut::<2>().0 {
-            *disc = [0.0, -weight];
-        }
+        weigh(&mut force[3..], self.geometry.disc_mass, self.gravity);
     }
 
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
@@ -202,11 +199,7 @@ impl MechanicalModel for CraneInHeap {
                 Contact::Pair(i, j) => {
                     let apart =
                         Apart::of(Self::centre(q, j) - Self::centre(q, i), Self::centre(v, j) - Self::centre(v, i));
-                    let normal = apart.normal;
-                    let entries = [-normal.x, -normal.y, normal.x, normal.y];
-                    entries.into_iter().enumerate().for_each(|(slot, entry)| set(slot, entry));
-                    rows.position[index] = apart.distance - 2.0 * self.geometry.radius;
-                    rows.convective[index] = apart.convective;
+                    apart.write_pair(rows, index, known, self.geometry.radius);
                     continue;
                 }
             }
@@ -227,8 +220,7 @@ impl MechanicalModel for CraneInHeap {
     }
 
     fn potential_energy(&self, q: &[f64]) -> f64 {
-        let heights: f64 = q[3..].as_chunks::<2>().0.iter().map(|disc| disc[1]).sum();
-        self.crane.potential_energy(&q[..3]) + self.geometry.disc_mass * self.gravity * heights
+        self.crane.potential_energy(&q[..3]) + potential_of_weights(&q[3..], self.geometry.disc_mass, self.gravity)
     }
 
     fn observables(&self) -> Vec<Name> {

@@ -29,10 +29,6 @@ pub struct DiscsGeometry {
     pub gravity: f64,
 }
 
-/// Contacts with a gap below this many radii at the start are listed: in a hexagonal heap the direct neighbours, whose next ones
-/// are 1.46 radii away, and both discs at the end of each layer.
-const LISTED: f64 = 1.3;
-
 /// Two centres, of which one is seen from the other.
 pub(super) struct Apart {
     pub(super) distance: f64,
@@ -49,7 +45,35 @@ impl Apart {
         let across = normal.perp(&rate);
         Apart { distance, normal, convective: across * across / distance }
     }
+
+    /// Writes the row of two discs of this radius, the second seen from the first; their velocities are those in `known`.
+    #[inline]
+    pub(super) fn write_pair(&self, rows: &mut Rows, index: usize, known: [usize; 4], radius: f64) {
+        let normal = self.normal;
+        for (slot, entry) in [-normal.x, -normal.y, normal.x, normal.y].into_iter().enumerate() {
+            rows.set(index, slot, known[slot], entry);
+        }
+        rows.position[index] = self.distance - 2.0 * radius;
+        rows.convective[index] = self.convective;
+    }
 }
+
+/// Writes the weights of discs of this mass (kg) to their forces.
+pub(super) fn weigh(force: &mut [f64], mass: f64, gravity: f64) {
+    let weight = mass * gravity;
+    for disc in force.as_chunks_mut::<2>().0 {
+        *disc = [0.0, -weight];
+    }
+}
+
+/// Their potential energy, J, from their places.
+pub(super) fn potential_of_weights(q: &[f64], mass: f64, gravity: f64) -> f64 {
+    let heights: f64 = q.as_chunks::<2>().0.iter().map(|disc| disc[1]).sum();
+    mass * gravity * heights
+}
+
+/// Tells contacts of a kind, and says what is missing where there is none, with `{}` for the reach of the list.
+type Kind = (fn(&Contact) -> bool, &'static str);
 
 /// What a disc can touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,6 +106,10 @@ pub struct Discs {
 }
 
 impl Discs {
+    /// Contacts with a gap below this many radii at the start are listed: in a hexagonal heap the direct neighbours, whose next ones
+    /// are 1.46 radii away, and both discs at the end of each layer.
+    pub const LISTED: f64 = 1.3;
+
     /// Lists the contacts. The first rows are a disc at the blade, one at the wall and a pair: those have names.
     ///
     /// # Errors
@@ -105,24 +133,25 @@ impl Discs {
                     "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
                 )));
             }
-            if gap < LISTED * geometry.radius {
+            if gap < Self::LISTED * geometry.radius {
                 contacts.push(contact);
             } else {
                 // Both bodies may come closer.
                 reach = f64::min(reach, 0.5 * gap);
             }
         }
-        let kinds: [fn(&Contact) -> bool; 3] = [
-            |contact| matches!(contact, Contact::Blade(_)),
-            |contact| matches!(contact, Contact::Wall(_)),
-            |contact| matches!(contact, Contact::Pair(..)),
+        let kinds: [Kind; 3] = [
+            (
+                |contact| matches!(contact, Contact::Blade(_)),
+                "no disc starts within {} m of the blade or wall that the actuator moves",
+            ),
+            (|contact| matches!(contact, Contact::Wall(_)), "no disc starts within {} m of the fixed wall"),
+            (|contact| matches!(contact, Contact::Pair(..)), "no two discs start within {} m of each other"),
         ];
-        for (row, kind) in kinds.into_iter().enumerate() {
+        for (row, (kind, missing)) in kinds.into_iter().enumerate() {
             let found = contacts.iter().position(kind).ok_or_else(|| {
-                Error::Incompatible(format!(
-                    "impossible geometry: blade, discs and wall must start within {} m of each other",
-                    LISTED * geometry.radius
-                ))
+                let listed = format!("{:.6}", Self::LISTED * geometry.radius);
+                Error::Incompatible(format!("impossible geometry: {}", missing.replace("{}", &listed)))
             })?;
             contacts.swap(row, found);
         }
@@ -203,11 +232,8 @@ impl MechanicalModel for Discs {
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
-        let weight = self.geometry.disc_mass * self.geometry.gravity;
         force[0] = 0.0;
-        for disc in force[1..].as_chunks_mut::<2>().0 {
-            *disc = [0.0, -weight];
-        }
+        weigh(&mut force[1..], self.geometry.disc_mass, self.geometry.gravity);
     }
 
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
@@ -226,11 +252,7 @@ impl MechanicalModel for Discs {
                 Contact::Pair(i, j) => {
                     let apart =
                         Apart::of(Self::centre(q, j) - Self::centre(q, i), Self::centre(v, j) - Self::centre(v, i));
-                    let normal = apart.normal;
-                    let entries = [-normal.x, -normal.y, normal.x, normal.y];
-                    entries.into_iter().enumerate().for_each(|(slot, entry)| set(slot, entry));
-                    rows.convective[index] = apart.convective;
-                    rows.position[index] = apart.distance - 2.0 * self.geometry.radius;
+                    apart.write_pair(rows, index, known, self.geometry.radius);
                     continue;
                 }
                 Contact::Bump(disc, bump) => {
@@ -264,8 +286,7 @@ impl MechanicalModel for Discs {
     }
 
     fn potential_energy(&self, q: &[f64]) -> f64 {
-        let heights: f64 = q[1..].as_chunks::<2>().0.iter().map(|disc| disc[1]).sum();
-        self.geometry.disc_mass * self.geometry.gravity * heights
+        potential_of_weights(&q[1..], self.geometry.disc_mass, self.geometry.gravity)
     }
 
     fn observables(&self) -> Vec<Name> {

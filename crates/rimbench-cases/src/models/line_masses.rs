@@ -1,4 +1,4 @@
-//! Point masses on one axis, with springs between them and to the ground, and contacts among them and with stops.
+//! Point masses on one axis, with springs between them and to the ground, joints among them, and contacts among them and with stops.
 
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
@@ -33,10 +33,10 @@ pub struct LineSpring {
     pub length: f64,
 }
 
-/// A contact between neighbours; no mass stands for the ground, which is at 0.
+/// A contact between neighbours, or a joint; no mass stands for the ground, which is at 0.
 ///
 /// ```text
-/// g = x_above − x_below − d
+/// g = x_above − x_below − d          contact: g ≥ 0; joint: g = 0
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineContact {
@@ -54,6 +54,20 @@ impl LineContact {
     fn known(&self) -> impl Iterator<Item = (usize, f64)> {
         [(self.above, 1.0), (self.below, -1.0)].into_iter().filter_map(|(mass, sign)| Some((mass?, sign)))
     }
+
+    fn write(&self, row: usize, q: &[f64], rows: &mut Rows) {
+        let mut gap = -self.distance;
+        for (slot, (mass, sign)) in self.known().enumerate() {
+            rows.set(row, slot, mass, sign);
+            gap += sign * q[mass];
+        }
+        rows.position[row] = gap;
+    }
+
+    /// The masses that each of them knows.
+    fn columns(all: &[Self]) -> Vec<Vec<usize>> {
+        all.iter().map(|one| one.known().map(|(mass, _)| mass).collect()).collect()
+    }
 }
 
 /// What a [`LineMasses`] is made of, and how its data are named.
@@ -63,6 +77,8 @@ pub struct LineDescription {
     pub masses: Vec<LineMass>,
     /// Springs between them.
     pub springs: Vec<LineSpring>,
+    /// Masses that keep their distance.
+    pub joints: Vec<LineContact>,
     /// Contacts, in the order of the names.
     pub contacts: Vec<LineContact>,
     /// The mass that the actuator holds.
@@ -94,7 +110,7 @@ impl LineMasses {
     pub fn new(line: LineDescription) -> Result<Self> {
         let model = LineMasses { line };
         let (q, v) = model.initial_state();
-        let mut rows = Rows::zeros(model.line.contacts.len(), q.len());
+        let mut rows = Rows::in_columns(q.len(), &LineContact::columns(&model.line.contacts));
         model.unilateral(&q, &v, &mut rows);
         for (contact, gap) in rows.position.iter().enumerate() {
             if *gap < -ROUND_OFF {
@@ -115,7 +131,7 @@ impl MechanicalModel for LineMasses {
     fn size(&self) -> ModelSize {
         ModelSize {
             velocities: self.line.masses.len(),
-            bilateral: 0,
+            bilateral: self.line.joints.len(),
             unilateral: self.line.contacts.len(),
             interface: 1,
         }
@@ -148,22 +164,20 @@ impl MechanicalModel for LineMasses {
         }
     }
 
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
+    fn bilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+        self.line.joints.iter().enumerate().for_each(|(row, joint)| joint.write(row, q, rows));
+    }
+
+    fn bilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
+        Some(LineContact::columns(&self.line.joints))
+    }
 
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
-        for (row, contact) in self.line.contacts.iter().enumerate() {
-            let mut gap = -contact.distance;
-            for (slot, (mass, sign)) in contact.known().enumerate() {
-                rows.set(row, slot, mass, sign);
-                gap += sign * q[mass];
-            }
-            rows.position[row] = gap;
-        }
+        self.line.contacts.iter().enumerate().for_each(|(row, contact)| contact.write(row, q, rows));
     }
 
     fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
-        let masses = |contact: &LineContact| contact.known().map(|(mass, _)| mass).collect();
-        Some(self.line.contacts.iter().map(masses).collect())
+        Some(LineContact::columns(&self.line.contacts))
     }
 
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {

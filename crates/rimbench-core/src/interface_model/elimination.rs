@@ -1,5 +1,6 @@
 //! From Eq. 3 to Eq. 4: velocities and bilateral impulses are eliminated once, and can be recovered afterwards.
 
+use super::jointed_elimination::JointedElimination;
 use super::linearisation::{Linearisation, MassMatrix};
 use super::local_elimination::LocalElimination;
 use super::reduced_interface_model::ReducedInterfaceModel;
@@ -45,6 +46,8 @@ pub struct Elimination {
     y: Vec<f64>,
     /// In place of all that follows, where few of many contacts meet.
     local: Option<LocalElimination>,
+    /// In place of all, where joints by the dozen know few velocities each.
+    jointed: Option<Box<JointedElimination>>,
     /// `G A_xᵀ`, transposed; (n_u+n_i)×n.
     g_rows: Vec<f64>,
     /// `C_xᵀ`, n_b×(n_u+n_i).
@@ -64,12 +67,22 @@ impl Elimination {
     /// Makes the workspace for systems of the size of `linearisation`.
     pub fn new(linearisation: &Linearisation) -> Self {
         let n = linearisation.velocities();
-        let n_b = linearisation.bilateral.len();
+        let jointed = match linearisation.mass {
+            MassMatrix::Diagonal(_) => {
+                JointedElimination::new(linearisation, Self::meeting(linearisation).as_deref()).map(Box::new)
+            }
+            MassMatrix::Dense(_) => None,
+        };
+        let n_b = if jointed.is_some() { 0 } else { linearisation.bilateral.len() };
         let rows = linearisation.unilateral.len() + linearisation.tangential.len() + linearisation.interface.len();
-        let local = Self::meeting(linearisation).and_then(|meeting| LocalElimination::new(linearisation, &meeting));
-        let rows = if local.is_some() { 0 } else { rows };
+        let local = match &jointed {
+            None => Self::meeting(linearisation).and_then(|meeting| LocalElimination::new(linearisation, &meeting)),
+            Some(_) => None,
+        };
+        let rows = if local.is_some() || jointed.is_some() { 0 } else { rows };
         Elimination {
             local,
+            jointed,
             velocities: n,
             bilateral: n_b,
             rows,
@@ -87,10 +100,16 @@ impl Elimination {
         }
     }
 
-    /// Returns which contacts meet, if the unilateral rows of Eq. 3 keep only what they can know; the system must then be without joints
-    /// and have a diagonal mass, and the model that is filled must be one of that meeting.
+    /// Returns which contacts meet, if the rows of Eq. 3 keep only what they can know, the bilateral ones as well, and these leave few
+    /// that meet; the system must then have a diagonal mass, and the model that is filled must be one of that meeting.
     pub fn meeting(linearisation: &Linearisation) -> Option<Arc<SymmetricPattern>> {
-        LocalElimination::meeting(&linearisation.unilateral, linearisation.velocities()).map(Arc::new)
+        let Linearisation { bilateral, unilateral, .. } = linearisation;
+        let meeting = if bilateral.is_empty() {
+            LocalElimination::meeting(unilateral, linearisation.velocities())
+        } else {
+            JointedElimination::meeting(unilateral, bilateral, linearisation.velocities())
+        };
+        meeting.map(Arc::new)
     }
 
     /// Fills `model` from Eq. 3 at velocity `v`, for a mechanics step `h` with joint stabilisation `γ`.
@@ -105,6 +124,9 @@ impl Elimination {
         if let Some(local) = &mut self.local {
             self.start_velocity.copy_from_slice(v);
             local.reduce(eq3, v, &mut self.free_acceleration, model);
+        } else if let Some(jointed) = &mut self.jointed {
+            let state = [&mut self.start_velocity[..], &mut self.free_acceleration[..]];
+            jointed.reduce(eq3, v, [h, stabilisation], state, model)?;
         } else {
             self.reduce_all(eq3, v, h, stabilisation, model)?;
         }
@@ -135,12 +157,17 @@ impl Elimination {
     }
 
     /// Recovers `v⁺` after a step `h` from the stacked impulses `[P_u; h λ_i]` (N·s).
-    pub fn velocity_after(&self, h: f64, impulses: &[f64], v: &mut [f64]) {
-        if let Some(local) = &self.local {
+    pub fn velocity_after(&mut self, h: f64, impulses: &[f64], v: &mut [f64]) {
+        if self.local.is_some() || self.jointed.is_some() {
             for (v, (start, free)) in v.iter_mut().zip(self.start_velocity.iter().zip(&self.free_acceleration)) {
                 *v = start + h * free;
             }
+        }
+        if let Some(local) = &self.local {
             return local.add_impulses(impulses, v);
+        }
+        if let Some(jointed) = &mut self.jointed {
+            return jointed.add_impulses(impulses, v);
         }
         match self.velocities {
             3 => self.velocity_in_blocks::<3>(1, h, impulses, v),
@@ -150,7 +177,10 @@ impl Elimination {
     }
 
     /// Recovers the bilateral impulses `P_b` (N·s) of the same step.
-    pub fn bilateral_impulses(&self, h: f64, impulses: &[f64], p_b: &mut [f64]) {
+    pub fn bilateral_impulses(&mut self, h: f64, impulses: &[f64], p_b: &mut [f64]) {
+        if let Some(jointed) = &mut self.jointed {
+            return jointed.bilateral_impulses(h, impulses, p_b);
+        }
         for (b, out) in p_b.iter_mut().enumerate() {
             let from_rows: f64 =
                 impulses.iter().zip(&self.coupling[b * self.rows..]).map(|(impulse, c)| impulse * c).sum();

@@ -1,6 +1,7 @@
 //! From Eq. 3 to Eq. 4 where few of many contacts meet: no joints, a diagonal mass, and rows that know few velocities each.
 
 use super::linearisation::{Linearisation, MassMatrix, Rows};
+use super::meetings::Meetings;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::linear_algebra::SymmetricPattern;
 
@@ -13,11 +14,7 @@ use crate::linear_algebra::SymmetricPattern;
 /// All of it costs as much as there are meetings, of which each contact of a heap has a few.
 #[derive(Debug, Clone)]
 pub(super) struct LocalElimination {
-    /// Of each entry of `H_uu` at or below the diagonal: where it stands, and where its mirror image.
-    meetings: Vec<[u32; 2]>,
-    /// Where the products of a meeting end, and the two entries of `A_u` in each.
-    ends: Vec<u32>,
-    products: Vec<[u32; 2]>,
+    meetings: Meetings,
     inverse_mass: Vec<f64>,
     /// `A_u M⁻¹` and `M⁻¹ A_iᵀ`.
     scaled: Vec<f64>,
@@ -31,38 +28,15 @@ impl LocalElimination {
     /// Returns the contacts that meet: those that know a velocity in common.
     pub(super) fn meeting(rows: &Rows, velocities: usize) -> Option<SymmetricPattern> {
         let (starts, columns) = rows.known_columns()?;
-        let mut knowing = vec![Vec::new(); velocities];
-        for (contact, bounds) in starts.windows(2).enumerate() {
-            columns[bounds[0]..bounds[1]].iter().for_each(|&column| knowing[column as usize].push(contact));
-        }
-        let others = |bounds: &[usize]| -> Vec<usize> {
-            columns[bounds[0]..bounds[1]].iter().flat_map(|&column| knowing[column as usize].iter().copied()).collect()
-        };
-        Some(SymmetricPattern::new(&starts.windows(2).map(others).collect::<Vec<_>>()))
+        Some(Meetings::pattern(starts, columns, velocities, |column| column))
     }
 
     /// Lists the products of every meeting; none if the rows keep all their entries.
     pub(super) fn new(eq3: &Linearisation, meeting: &SymmetricPattern) -> Option<Self> {
         let (starts, columns) = eq3.unilateral.known_columns()?;
-        let (mut meetings, mut ends, mut products) = (Vec::new(), Vec::new(), Vec::new());
-        for row in 0..meeting.size() {
-            for &column in meeting.columns(row).iter().filter(|&&column| column as usize <= row) {
-                let other = column as usize;
-                let Some(mirrored) = meeting.position(other, row) else { continue };
-                let Some(at) = meeting.position(row, other) else { continue };
-                meetings.push([at as u32, mirrored as u32]);
-                for a in starts[row]..starts[row + 1] {
-                    let b = (starts[other]..starts[other + 1]).find(|&b| columns[b] == columns[a]);
-                    products.extend(b.map(|b| [a as u32, b as u32]));
-                }
-                ends.push(products.len() as u32);
-            }
-        }
         let (n, n_i) = (eq3.velocities(), eq3.interface.len());
         Some(LocalElimination {
-            meetings,
-            ends,
-            products,
+            meetings: Meetings::new(starts, columns, meeting),
             inverse_mass: vec![0.0; n],
             scaled: vec![0.0; columns.len()],
             interface: vec![0.0; n * n_i],
@@ -92,13 +66,7 @@ impl LocalElimination {
         for ((scaled, a), &column) in self.scaled.iter_mut().zip(a).zip(&self.columns) {
             *scaled = a * self.inverse_mass[column as usize];
         }
-        let mut first = 0;
-        for (&[at, mirrored], &end) in self.meetings.iter().zip(&self.ends) {
-            let products = &self.products[first as usize..end as usize];
-            let entry = products.iter().map(|&[row, other]| a[row as usize] * self.scaled[other as usize]).sum();
-            (model.h[at as usize], model.h[mirrored as usize]) = (entry, entry);
-            first = end;
-        }
+        self.meetings.fill(a, &self.scaled, &mut model.h);
         for contact in 0..n_u {
             let entries = self.starts[contact]..self.starts[contact + 1];
             let known = a[entries.clone()].iter().zip(&self.columns[entries]);

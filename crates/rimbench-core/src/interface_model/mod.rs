@@ -27,9 +27,12 @@ mod contact_law;
 mod contact_spring;
 mod elimination;
 mod frictional_condensation;
+mod jointed_elimination;
+mod joints;
 mod kinks;
 mod linearisation;
 mod local_elimination;
+mod meetings;
 mod reduced_interface_model;
 mod redundancy;
 

@@ -11,7 +11,7 @@ use std::fmt;
 /// to 64; `benches/solvers.rs`.)
 const FAER_FROM: usize = 16;
 /// A pivot below this part of its own diagonal is round-off: a dependent row.
-const DEPENDENT: f64 = 1e-13;
+pub(crate) const DEPENDENT: f64 = 1e-13;
 
 /// A matrix that must be positive definite is not (dependent bilateral rows, vanishing mass).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -22,6 +22,7 @@ mod sparse_rows;
 mod symmetric_rows;
 
 pub use buffer::Buffer;
+pub(crate) use cholesky::DEPENDENT;
 pub use cholesky::{Cholesky, Singular};
 pub use dot::{body_dot, dot};
 pub use factor::Factor;

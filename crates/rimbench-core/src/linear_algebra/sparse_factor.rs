@@ -76,6 +76,11 @@ impl EliminationOrder {
         self.row_at.len()
     }
 
+    /// Sorts rows of the matrix by their place in the order.
+    pub fn sort(&self, rows: &mut [u32]) {
+        rows.sort_unstable_by_key(|&row| self.place_of[row as usize]);
+    }
+
     /// Returns the number of entries of L below the diagonal.
     pub fn entries(&self) -> usize {
         self.places.len()
@@ -312,6 +317,35 @@ impl SparseFactor {
         }
         for (x, &row) in x.iter_mut().zip(row_at) {
             b[row as usize] = std::mem::take(x);
+        }
+    }
+
+    /// The same among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only theirs of `b` are
+    /// read and replaced, and it costs no more than they do.
+    pub fn solve_among(&mut self, rows: &[u32], b: &mut [f64]) {
+        let EliminationOrder { place_of, starts, places, .. } = &*self.order;
+        let x = &mut self.x[..];
+        let place = |row: u32| place_of[row as usize] as usize;
+        for &row in rows {
+            let k = place(row);
+            x[k] += if self.inside[k] { b[row as usize] } else { 0.0 };
+            let x_k = x[k];
+            if x_k != 0.0 {
+                let column = starts[k]..starts[k + 1];
+                for (&place, l) in places[column.clone()].iter().zip(&self.l[column]) {
+                    x[place as usize] -= l * x_k;
+                }
+            }
+        }
+        for &row in rows.iter().rev() {
+            let k = place(row);
+            if self.inside[k] {
+                let column = starts[k]..starts[k + 1];
+                x[k] = x[k] / self.d[k] - gathered(&self.l[column.clone()], &places[column], x);
+            }
+        }
+        for &row in rows {
+            b[row as usize] = std::mem::take(&mut x[place(row)]);
         }
     }
 }

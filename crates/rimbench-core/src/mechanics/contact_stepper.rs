@@ -12,13 +12,12 @@ pub(super) use middle_step::{ContactSet, MiddleStep};
 
 use super::energy_ledger::EnergyLedger;
 use super::mechanical_model::ModelSize;
-use super::room::keeps_what_meets;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSet};
 use crate::cosim::{EnergyAccount, SubsystemCounters};
 use crate::error::Failure;
 use crate::interface_model::{
-    Condensation, ContactSpring, Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows,
-    TOUCHING, condense, gap_velocity, impact_velocity, own_approach, resting_approach,
+    Condensation, ContactSpring, Elimination, Linearisation, ReducedInterfaceModel, Redundancy, Rows, TOUCHING,
+    condense, gap_velocity, impact_velocity, own_approach, resting_approach,
 };
 use crate::linear_algebra::body_dot;
 
@@ -104,27 +103,14 @@ pub(super) struct ContactStepper {
 }
 
 impl ContactStepper {
-    /// Makes room for a system of this size at its start state.
+    /// Makes room for a system of this size, with room for Eq. 3 at hand, at its start state.
     pub(super) fn new(
         size: ModelSize,
-        columns: Option<Vec<Vec<usize>>>,
-        mass: MassMatrix,
+        eq3: Linearisation,
         (q, v): (Vec<f64>, Vec<f64>),
         law: ContactLaw,
         solver: Checked,
     ) -> Self {
-        let local = keeps_what_meets(size, &mass, law, solver.goes_by_active_sets());
-        let eq3 = Linearisation {
-            mass,
-            force: vec![0.0; size.velocities],
-            bilateral: Rows::zeros(size.bilateral, size.velocities),
-            unilateral: match columns.filter(|_| local) {
-                Some(columns) => Rows::in_columns(size.velocities, &columns),
-                None => Rows::zeros(size.unilateral, size.velocities),
-            },
-            tangential: Rows::zeros(0, size.velocities),
-            interface: Rows::zeros(size.interface, size.velocities),
-        };
         let meeting = Elimination::meeting(&eq3);
         let sparse = meeting.as_deref().map(|meeting| SparseActiveSet::new(meeting, solver.tolerance()));
         let mut eq4 = match meeting {

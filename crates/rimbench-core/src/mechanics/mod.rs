@@ -19,5 +19,5 @@ pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelSize};
 pub use monolithic::{ReferenceSteps, monolithic};
 pub use non_smooth_mechanics::NonSmoothMechanics;
-pub use room::{bytes_needed, solver_room};
+pub use room::{MANY_JOINTS, bytes_needed, solver_room};
 pub use stiff_forces::StiffForces;

@@ -6,6 +6,7 @@ use super::contact_stepper::{
 use super::energy_ledger::EnergyLedger;
 use super::kink_finder::KinkFinder;
 use super::mechanical_model::MechanicalModel;
+use super::room::empty_equations;
 use super::second_order::{Drive, SecondOrderSteps};
 use crate::complementarity::Checked;
 use crate::cosim::{
@@ -53,8 +54,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         let mut mechanics = NonSmoothMechanics {
             stepper: ContactStepper::new(
                 size,
-                model.unilateral_columns(),
-                model.empty_mass_matrix(),
+                empty_equations(&model, law, solver.goes_by_active_sets()),
                 start,
                 law,
                 solver,
@@ -256,6 +256,9 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
         }
         if self.stepper.is_sparse() {
             return Err("contacts by the dozen, of which few meet, are stepped by the semi-implicit rule");
+        }
+        if self.stepper.eq3.bilateral.known_columns().is_some() {
+            return Err("joints by the dozen that know few velocities each are stepped by the semi-implicit rule");
         }
         let stiff = self.model.empty_stiff_forces();
         self.stepper.implicit = stiff.map(|forces| Box::new(ImplicitPart::new(&self.stepper.eq3, forces)));

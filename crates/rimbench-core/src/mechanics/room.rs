@@ -1,8 +1,8 @@
 //! How much memory a mechanical system takes, before any of it is taken.
 
 use super::contact_stepper::{ContactLaw, MANY_CONTACTS};
-use super::mechanical_model::{MechanicalModel, ModelSize};
-use crate::interface_model::MassMatrix;
+use super::mechanical_model::MechanicalModel;
+use crate::interface_model::{Elimination, Linearisation, MassMatrix, Rows};
 
 /// Square matrices over all rows that mechanics and a scheme with a model keep between them, where every entry is kept: models, their
 /// packed and condensed forms, contact problems, and the workspaces of two solvers.
@@ -11,23 +11,75 @@ const SQUARES: u64 = 24;
 const WIDE: u64 = 3;
 /// Bytes per contact where few meet: some 10 entries of `H_uu` and 30 of a factor, each in several copies with its place.
 const PER_CONTACT: u64 = 16 << 10;
+/// Bytes per joint where only what is not zero is kept of them: some 5 entries of `S` and 10 of its factor, with their places.
+const PER_JOINT: u64 = 2 << 10;
 
-/// Tells whether only what is not zero is kept of the contacts: many, of which few meet, without joints, springs or a solver that is
-/// given whole matrices.
-pub(super) fn keeps_what_meets(size: ModelSize, mass: &MassMatrix, law: ContactLaw, by_active_sets: bool) -> bool {
-    size.unilateral >= MANY_CONTACTS
-        && size.bilateral == 0
-        && matches!(mass, MassMatrix::Diagonal(_))
-        && law.spring.is_none()
-        && by_active_sets
+/// Joints from which on only what is not zero is kept of them, where each knows few velocities (`benches/scaling.rs`).
+pub const MANY_JOINTS: usize = 12;
+
+/// Columns of the rows of which only what is not zero is kept.
+struct Kept {
+    contacts: Option<Vec<Vec<usize>>>,
+    joints: Option<Vec<Vec<usize>>>,
+}
+
+impl Kept {
+    /// Tells what is kept of a model's rows: of contacts, if they are many, without springs and without a solver that is given whole
+    /// matrices; of joints, if they or the contacts are many. With joints that keep everything contacts do so, too.
+    fn of(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Self {
+        let size = model.size();
+        let diagonal = matches!(model.empty_mass_matrix(), MassMatrix::Diagonal(_));
+        let many = size.unilateral >= MANY_CONTACTS;
+        let joints = (size.bilateral > 0 && diagonal && (many || size.bilateral >= MANY_JOINTS))
+            .then(|| model.bilateral_columns())
+            .flatten();
+        let apart = diagonal && (size.bilateral == 0 || joints.is_some());
+        let contacts =
+            (many && apart && law.spring.is_none() && by_active_sets).then(|| model.unilateral_columns()).flatten();
+        Kept { contacts, joints }
+    }
+
+    /// Rows with these columns, or with all.
+    fn rows(columns: Option<&Vec<Vec<usize>>>, count: usize, velocities: usize) -> Rows {
+        match columns {
+            Some(columns) => Rows::in_columns(velocities, columns),
+            None => Rows::zeros(count, velocities),
+        }
+    }
+
+    /// Whether few contacts meet; nothing is taken for rows that keep everything.
+    fn few_meet(&self, velocities: usize) -> bool {
+        let known = |columns: &Option<Vec<Vec<usize>>>| Self::rows(columns.as_ref(), 0, velocities);
+        let eq3 = Linearisation {
+            mass: MassMatrix::Diagonal(Vec::new()),
+            force: vec![0.0; velocities],
+            bilateral: known(&self.joints),
+            unilateral: known(&self.contacts),
+            tangential: Rows::default(),
+            interface: Rows::default(),
+        };
+        self.contacts.is_some() && Elimination::meeting(&eq3).is_some()
+    }
+}
+
+/// Makes Eq. 3 of a model, with nothing in it yet and room for what is to be kept of its rows.
+pub(super) fn empty_equations(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> Linearisation {
+    let (size, kept) = (model.size(), Kept::of(model, law, by_active_sets));
+    Linearisation {
+        mass: model.empty_mass_matrix(),
+        force: vec![0.0; size.velocities],
+        bilateral: Kept::rows(kept.joints.as_ref(), size.bilateral, size.velocities),
+        unilateral: Kept::rows(kept.contacts.as_ref(), size.unilateral, size.velocities),
+        tangential: Rows::zeros(0, size.velocities),
+        interface: Rows::zeros(size.interface, size.velocities),
+    }
 }
 
 /// Returns the size of the problems that the solver of the contacts needs room for: none where few of many contacts meet, which has a
 /// solver of its own.
 pub fn solver_room(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> usize {
     let size = model.size();
-    let few = keeps_what_meets(size, &model.empty_mass_matrix(), law, by_active_sets);
-    if few && model.unilateral_columns().is_some() { 0 } else { size.unilateral }
+    if Kept::of(model, law, by_active_sets).few_meet(size.velocities) { 0 } else { size.unilateral }
 }
 
 /// Returns how many bytes a model and a scheme that uses its interface model take at most.
@@ -35,14 +87,20 @@ pub fn solver_room(model: &impl MechanicalModel, law: ContactLaw, by_active_sets
 /// ```text
 /// 8 (24 r² + 3 r n) bytes          r = 2 n_u + n_b + n_i rows with friction, n_u + n_b + n_i without; n velocities
 /// 16 kiB per contact               where few of many contacts meet
+/// 2 kiB per joint and velocity     in place of its rows above, where joints are many and know few velocities each
 /// ```
 /// `by_active_sets` tells whether the solver of the contacts goes from one active set to the next. An estimate from above: nothing is
 /// measured or allocated.
 pub fn bytes_needed(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> u64 {
-    let size = model.size();
-    if solver_room(model, law, by_active_sets) < size.unilateral {
-        return size.unilateral as u64 * PER_CONTACT;
+    let (size, kept) = (model.size(), Kept::of(model, law, by_active_sets));
+    let contacts = (size.unilateral + model.tangential_rows() + size.interface) as u64;
+    let (joints, velocities) = (size.bilateral as u64, size.velocities as u64);
+    let (of_joints, rows) = match kept.joints {
+        Some(_) => ((joints + velocities) * PER_JOINT, contacts),
+        None => (0, contacts + joints),
+    };
+    if kept.few_meet(size.velocities) {
+        return of_joints + size.unilateral as u64 * PER_CONTACT;
     }
-    let rows = (size.unilateral + model.tangential_rows() + size.bilateral + size.interface) as u64;
-    8 * rows * (SQUARES * rows + WIDE * size.velocities as u64)
+    of_joints + 8 * rows * (SQUARES * rows + WIDE * velocities)
 }

@@ -30,6 +30,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 
 use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
+use rimbench_core::linear_algebra::SymmetricRows;
 
 /// Gap asked of Clarabel, on the scaled program: the square of the residual accepted in the list of solvers.
 const GAP: f64 = 1e-14;
@@ -59,12 +60,20 @@ pub(super) fn has_answer(status: SolverStatus) -> bool {
     matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress)
 }
 
+/// Where the entries of the upper triangle stand, by columns: starts of the columns, rows of the entries.
+type Structure = (Vec<usize>, Vec<usize>);
+
 /// `1/√M_ii` (1 where there is none), and `‖q‖_∞ / √(max M_ii)`: the units in which the root of the gap bounds the residual.
 pub(super) fn scaling(lcp: Lcp<'_>) -> (Vec<f64>, f64) {
     let n = lcp.size();
+    scaling_of(lcp.m.iter().step_by(n + 1).copied(), lcp.q)
+}
+
+/// The same from the diagonal.
+fn scaling_of(diagonal: impl Iterator<Item = f64>, q: &[f64]) -> (Vec<f64>, f64) {
     let inverse_root = |m_ii: f64| if m_ii > 0.0 { 1.0 / m_ii.sqrt() } else { 1.0 };
-    let scale: Vec<f64> = (0..n).map(|i| inverse_root(lcp.m[i * n + i])).collect();
-    let q_max = lcp.q.iter().fold(f64::MIN_POSITIVE, |max, q| max.max(q.abs()));
+    let scale: Vec<f64> = diagonal.map(inverse_root).collect();
+    let q_max = q.iter().fold(f64::MIN_POSITIVE, |max, q| max.max(q.abs()));
     let unit = q_max * scale.iter().copied().fold(f64::INFINITY, f64::min);
     (scale, unit)
 }
@@ -74,8 +83,8 @@ pub(super) fn scaling(lcp: Lcp<'_>) -> (Vec<f64>, f64) {
 /// Guaranteed for symmetric positive semidefinite `M` if some impulses open every contact. Allocates at every problem.
 #[derive(Default)]
 pub struct Clarabel {
-    /// For problems of the last size.
-    kept: Option<(usize, DefaultSolver<f64>)>,
+    /// For problems of the last size, and where entries that are zero are left out of the last structure.
+    kept: Option<(usize, Option<Structure>, DefaultSolver<f64>)>,
 }
 
 impl Clarabel {
@@ -84,25 +93,79 @@ impl Clarabel {
         Clarabel::default()
     }
 
-    /// The solver object with the data of a program of size `n`; `None` if Clarabel refuses them.
-    fn with_data(&mut self, n: usize, values: Vec<f64>, q: &[f64]) -> Option<&mut DefaultSolver<f64>> {
-        match self.kept.take_if(|(kept, _)| *kept == n) {
-            Some((_, mut solver)) => {
+    /// The solver object with the data of a program of size `n`, of which all entries are kept or those of a structure; `None` if Clarabel
+    /// refuses them.
+    fn with_data(
+        &mut self,
+        n: usize,
+        structure: Option<Structure>,
+        values: Vec<f64>,
+        q: &[f64],
+    ) -> Option<&mut DefaultSolver<f64>> {
+        match self.kept.take_if(|(kept, of, _)| *kept == n && *of == structure) {
+            Some((_, structure, mut solver)) => {
                 solver.update_P(&values).ok()?;
                 solver.update_q(&q.to_vec()).ok()?;
-                Some(&mut self.kept.insert((n, solver)).1)
+                Some(&mut self.kept.insert((n, structure, solver)).2)
             }
             None => {
                 // Upper triangle by columns.
-                let starts = (0..=n).map(|j| j * (j + 1) / 2).collect();
-                let rows = (0..n).flat_map(|j| 0..=j).collect();
+                let all = || ((0..=n).map(|j| j * (j + 1) / 2).collect(), (0..n).flat_map(|j| 0..=j).collect());
+                let (starts, rows) = structure.clone().unwrap_or_else(all);
                 let p = CscMatrix::new(n, n, starts, rows, values);
                 let minus_identity = CscMatrix::new(n, n, (0..=n).collect(), (0..n).collect(), vec![-1.0; n]);
                 let cones = [NonnegativeConeT(n)];
                 let solver = DefaultSolver::new(&p, q, &minus_identity, &vec![0.0; n], &cones, settings()).ok()?;
-                Some(&mut self.kept.insert((n, solver)).1)
+                Some(&mut self.kept.insert((n, structure, solver)).2)
             }
         }
+    }
+
+    /// Solves the scaled program, and writes its answer in the units of the problem.
+    fn solve_program(
+        &mut self,
+        (structure, values): (Option<Structure>, Vec<f64>),
+        (scale, unit): (&[f64], f64),
+        q: &[f64],
+        z: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        let unsolved = || Unsolved::NotFound { residual: f64::INFINITY };
+        let q: Vec<f64> = scale.iter().zip(q).map(|(s, q)| s * q / unit).collect();
+        let solver = self.with_data(q.len(), structure, values, &q).ok_or_else(unsolved)?;
+        solver.solve();
+        let stats = SolveStats { pivots: solver.solution.iterations, ..SolveStats::default() };
+        if !has_answer(solver.solution.status) {
+            return Err(unsolved());
+        }
+        for ((z, s), x) in z.iter_mut().zip(scale).zip(&solver.solution.x) {
+            *z = (s * unit * x).max(0.0);
+        }
+        Ok(stats)
+    }
+
+    /// Writes a proposal for a problem whose matrix keeps only what is not zero for good, as [`attempt`](ComplementaritySolver::attempt)
+    /// does for one with all entries.
+    ///
+    /// # Errors
+    /// If the algorithm ended without an answer, or the problem is not finite.
+    pub fn attempt_rows(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        z.fill(0.0);
+        if q.iter().chain(m.entries).any(|x| !x.is_finite()) {
+            return Err(Unsolved::NonFinite);
+        }
+        if q.iter().all(|q| *q >= 0.0) {
+            return Ok(SolveStats::default());
+        }
+        let (scale, unit) = scaling_of((0..m.size()).map(|i| m.diagonal(i)), q);
+        let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
+        for j in 0..m.size() {
+            for (i, entry) in m.row(j).filter(|(i, _)| *i <= j) {
+                rows.push(i);
+                values.push(scale[i] * entry * scale[j]);
+            }
+            starts.push(rows.len());
+        }
+        self.solve_program((Some((starts, rows)), values), (&scale, unit), q, z)
     }
 }
 
@@ -121,22 +184,11 @@ impl ComplementaritySolver for Clarabel {
             return Ok(SolveStats::default());
         }
         lcp.require_finite_matrix()?;
-        let unsolved = || Unsolved::NotFound { residual: f64::INFINITY };
         let (scale, unit) = scaling(lcp);
-        let q: Vec<f64> = scale.iter().zip(lcp.q).map(|(s, q)| s * q / unit).collect();
         // M is symmetric, so column j of its upper triangle is the head of row j.
         let values = (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)));
         let values = values.map(|(i, j)| scale[i] * lcp.m[j * n + i] * scale[j]).collect();
-        let solver = self.with_data(n, values, &q).ok_or_else(unsolved)?;
-        solver.solve();
-        let stats = SolveStats { pivots: solver.solution.iterations, ..SolveStats::default() };
-        if !has_answer(solver.solution.status) {
-            return Err(unsolved());
-        }
-        for ((z, s), x) in z.iter_mut().zip(&scale).zip(&solver.solution.x) {
-            *z = (s * unit * x).max(0.0);
-        }
-        Ok(stats)
+        self.solve_program((None, values), (&scale, unit), lcp.q, z)
     }
 
     fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
@@ -158,7 +210,7 @@ mod tests {
                 let (mut solver, lcp, mut z) = (Clarabel::new(), Lcp::new(&m, &q), [0.0; 2]);
                 solver.attempt(lcp, &mut z).unwrap();
                 let asked = DefaultSettings { tol_gap_abs: gap, ..settings() };
-                solver.kept.as_mut().unwrap().1.update_settings(asked).unwrap();
+                solver.kept.as_mut().unwrap().2.update_settings(asked).unwrap();
                 solver.attempt(lcp, &mut z).unwrap();
                 natural_residual(lcp, &z)
             };

@@ -1,0 +1,69 @@
+//! Which rows meet in velocities that both know, and the products that this makes.
+
+use crate::linear_algebra::SymmetricPattern;
+
+/// `A M⁻¹ Aᵀ` of rows that know few velocities each, meeting by meeting.
+#[derive(Debug, Clone)]
+pub(super) struct Meetings {
+    /// Of each entry at or below the diagonal: where it stands, and where its mirror image.
+    places: Vec<[u32; 2]>,
+    /// Where the products of a meeting end, and the two entries of `A` in each.
+    ends: Vec<u32>,
+    products: Vec<[u32; 2]>,
+}
+
+impl Meetings {
+    /// Returns which rows meet: those that know one of the `places`, to which `place_of` sends the columns, in common.
+    pub(super) fn pattern(
+        starts: &[usize],
+        columns: &[u32],
+        places: usize,
+        place_of: impl Fn(usize) -> usize,
+    ) -> SymmetricPattern {
+        let mut knowing = vec![Vec::new(); places];
+        let known = |bounds: &[usize]| -> Vec<usize> {
+            columns[bounds[0]..bounds[1]].iter().map(|&column| place_of(column as usize)).collect()
+        };
+        for (row, bounds) in starts.windows(2).enumerate() {
+            known(bounds).into_iter().for_each(|place| {
+                // A row may come to one place by several of its columns.
+                if knowing[place].last() != Some(&row) {
+                    knowing[place].push(row);
+                }
+            });
+        }
+        let others =
+            |bounds: &[usize]| known(bounds).into_iter().flat_map(|place| knowing[place].iter().copied()).collect();
+        SymmetricPattern::new(&starts.windows(2).map(others).collect::<Vec<_>>())
+    }
+
+    /// Lists the products of every meeting in `pattern`, of rows that keep their entries between `starts` in `columns`.
+    pub(super) fn new(starts: &[usize], columns: &[u32], pattern: &SymmetricPattern) -> Self {
+        let (mut places, mut ends, mut products) = (Vec::new(), Vec::new(), Vec::new());
+        for row in 0..pattern.size() {
+            for &column in pattern.columns(row).iter().filter(|&&column| column as usize <= row) {
+                let other = column as usize;
+                let Some(mirrored) = pattern.position(other, row) else { continue };
+                let Some(at) = pattern.position(row, other) else { continue };
+                places.push([at as u32, mirrored as u32]);
+                for a in starts[row]..starts[row + 1] {
+                    let b = (starts[other]..starts[other + 1]).find(|&b| columns[b] == columns[a]);
+                    products.extend(b.map(|b| [a as u32, b as u32]));
+                }
+                ends.push(products.len() as u32);
+            }
+        }
+        Meetings { places, ends, products }
+    }
+
+    /// Writes the entries of the matrix from those of `A` and of `A M⁻¹`.
+    pub(super) fn fill(&self, a: &[f64], scaled: &[f64], entries: &mut [f64]) {
+        let mut first = 0;
+        for (&[at, mirrored], &end) in self.places.iter().zip(&self.ends) {
+            let products = &self.products[first as usize..end as usize];
+            let entry = products.iter().map(|&[row, other]| a[row as usize] * scaled[other as usize]).sum();
+            (entries[at as usize], entries[mirrored as usize]) = (entry, entry);
+            first = end;
+        }
+    }
+}
