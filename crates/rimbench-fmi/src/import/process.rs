@@ -115,13 +115,14 @@ impl Remote {
         let alone = !matches!(self.child.try_wait(), Ok(None));
         let _ = self.child.kill();
         let ended = self.child.wait().map_or_else(|error| error.to_string(), |status| status.to_string());
-        let printed = self.printed.quoted();
+        // What it printed may name folders of this machine: that is for the person here, and no part of what is recorded.
+        self.printed.show(&self.file);
         if hangs {
-            format!("{}: no answer within {} s{printed}", self.file, self.answer_within.as_secs_f64())
+            format!("{}: no answer within {} s", self.file, self.answer_within.as_secs_f64())
         } else if alone {
-            format!("{}: its process ended ({ended}){printed}", self.file)
+            format!("{}: its process ended ({ended})", self.file)
         } else {
-            format!("{}: its process no longer answers ({error}) and was ended{printed}", self.file)
+            format!("{}: its process no longer answers ({error}) and was ended", self.file)
         }
     }
 }
