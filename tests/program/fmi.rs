@@ -76,6 +76,46 @@ fn a_wedge_box_that_was_written_as_fmus_has_the_digits_of_the_case_it_was_writte
 }
 
 #[test]
+fn friction_and_kinks_of_an_interface_model_come_through_the_fmu_to_the_bit() {
+    let head = "duration_s = 0.3\nmacro_step_s = 2e-3\nmicro_step_s = 5e-5\nreference_step_s = 5e-5";
+    let long = ["--duration", "0.3", "--macro-step", "2e-3", "--micro-step", "5e-5"];
+    let with = |more: &[&'static str]| long.iter().chain(more).copied().collect::<Vec<_>>();
+    let gap = with(&["--scheme", "rim-nonsmooth-gap"]);
+    let frictional = [
+        gap.clone(),
+        with(&["--scheme", "rim-nonsmooth"]),
+        with(&["--scheme", "rim-smooth-active"]),
+        with(&["--scheme", "rim-nonsmooth-gap", "--model-motion", "extrapolated"]),
+    ];
+    let frictional: Vec<&[&str]> = frictional.iter().map(Vec::as_slice).collect();
+    compared("wedge-box-friction", CYLINDER, head, &[], &frictional);
+    // Contacts that bounce, along the surface as well; and a coefficient that is larger at rest.
+    let bouncing = ["--set", "restitution=0.3", "--set", "tangential_restitution=0.3"];
+    compared("wedge-box-friction", CYLINDER, head, &bouncing, &[&gap]);
+    compared("towed-block", CARRIAGE, head, &[], &[&gap]);
+    // A box that comes to the corner of its ledge within a macro step.
+    let (head, long) =
+        (head.replace("0.3", "0.6"), ["--duration", "0.6", "--macro-step", "2e-3", "--micro-step", "5e-5"]);
+    let moving =
+        |motion: &'static str| [&long[..], &["--scheme", "rim-nonsmooth-gap", "--model-motion", motion]].concat();
+    compared("wedge-box", CYLINDER, &head, &[], &[&moving("piecewise")]);
+    let folder = tempfile::tempdir().unwrap();
+    let [frozen, piecewise] = ["frozen", "piecewise"].map(|motion| trace(folder.path(), "wedge-box", &moving(motion)));
+    assert_ne!(frozen, piecewise, "no kink lies within this run");
+    // What is the mechanics' own affair cannot be changed from outside, and that is said.
+    let folder = exported("towed-block", &[]);
+    let file = folder.path().join("case.toml");
+    fs::write(&file, case_file(CARRIAGE, &head)).unwrap();
+    let mut command = rimbench();
+    command.args(["simulate", "--scheme", "rim-nonsmooth", "--friction-law", "box", "--case"]).arg(&file);
+    let refused = String::from_utf8(command.assert().code(2).get_output().stderr.clone()).unwrap();
+    assert!(
+        refused.contains("friction_law = box: mechanics: what friction an FMU or a program has is its own"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn a_case_in_the_same_process_has_the_same_digits() {
     let head = "duration_s = 0.3\nmacro_step_s = 1e-3\nmicro_step_s = 5e-4\nprocess = \"same\"";
     let run: &[&str] = &["--scheme", "zero-order-hold", "--duration", "0.3", "--macro-step", "1e-3"];

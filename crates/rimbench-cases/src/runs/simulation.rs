@@ -8,7 +8,7 @@ use rimbench_core::cosim::{
     counts_interface_way, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{Coupling, Need};
+use rimbench_core::schemes::{Coupling, ModelMotion, Need};
 use std::time::Duration;
 
 /// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that every
@@ -58,6 +58,7 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
         .incompatibility(sides.lend())
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| unreturnable(spec, sides.lend()))
+        .or_else(|| without_sight(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
     let coupled = match skip {
         Some(reason) => Err(reason),
@@ -104,6 +105,15 @@ fn without_forecast(spec: &RunSpec, coupling: &Coupling) -> Option<String> {
     (by_defect && coupling.scheme.forecast().is_none()).then(|| {
         let name = &spec.scheme.name;
         format!("step control model-defect: scheme {name} moves no model of the mechanics together with the actuator")
+    })
+}
+
+/// Why a model cannot move as it is to with this mechanics, if it cannot.
+fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+    let motion = spec.model.as_ref().map(|model| model.motion).filter(|motion| *motion == ModelMotion::Piecewise)?;
+    let model = sides.mechanics.abilities().empty_interface_model()?;
+    model.kinks.blind.then(|| {
+        format!("model_motion = {motion}: the mechanics' interface model does not say where its geometry has kinks")
     })
 }
 

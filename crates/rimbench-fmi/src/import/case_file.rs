@@ -7,7 +7,7 @@ use super::library::Loaded;
 use super::like_case;
 use super::process::Remote;
 use super::program_member::ProgramMember;
-use super::side::{ImportedSide, Offers};
+use super::side::{ImportedSide, ModelSize, Offers};
 use crate::export::side_name;
 use crate::program::{Named, answer_within, unit};
 use rimbench_cases::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range};
@@ -205,8 +205,8 @@ struct FmuMember {
     plan: Plan,
     ports: Ports,
     offers: Offers,
-    /// Numbers of contacts and interface rows of its interface model.
-    model: Option<[usize; 2]>,
+    /// The size of its interface model.
+    model: Option<ModelSize>,
     /// Parameters of the case with the variables that take them.
     parameters: Vec<(String, Scaled)>,
 }
@@ -733,8 +733,8 @@ impl Finder<'_> {
         Ok(scaled)
     }
 
-    /// The interface model of our proposal, with the numbers of its contacts and interface rows.
-    fn model(&self, rows: usize) -> Result<Option<(ModelVariables, [usize; 2])>> {
+    /// The interface model of our proposal, with its size.
+    fn model(&self, rows: usize) -> Result<Option<(ModelVariables, ModelSize)>> {
         let description = &self.unpacked.description;
         let find = |name: &str, kind: Type, dimensions: &[usize]| -> Result<(u32, usize)> {
             let found = description.variable(name);
@@ -751,9 +751,14 @@ impl Finder<'_> {
             _ => Err(self.wrong(format!("its interface model has no variable `{name}` with one dimension"))),
         };
         let (n, interface) = (extent("rim.a")?, extent("rim.position")?);
-        let Some(contacts) = n.checked_sub(interface).filter(|_| interface == rows) else {
-            return Err(self
-                .wrong(format!("its interface model has {interface} rows of the interface, and the case has {rows}")));
+        // With friction each contact has two rows.
+        let has_friction = description.variable("rim.friction").is_some();
+        let rows_each = if has_friction { 2 } else { 1 };
+        let contacts = n.checked_sub(interface).filter(|of_contacts| of_contacts.is_multiple_of(rows_each));
+        let Some(contacts) = contacts.filter(|_| interface == rows).map(|of_contacts| of_contacts / rows_each) else {
+            return Err(self.wrong(format!(
+                "its interface model has {n} rows, {interface} of them of the interface, and the case has {rows}"
+            )));
         };
         if n > MOST_ROWS {
             return Err(self.wrong(format!("its interface model has {n} rows; at most {MOST_ROWS} make sense")));
@@ -774,7 +779,24 @@ impl Finder<'_> {
         for name in ["rim.stabilisation", "rim.restitution", "rim.contact_stiffness", "rim.contact_damping"] {
             numbers.push(number(name, &[])?);
         }
+        let (mut friction, mut states) = (Vec::new(), Vec::new());
+        if has_friction {
+            friction.push(number("rim.friction", &[contacts])?);
+            for name in ["rim.friction_at_rest", "rim.friction_in_motion", "rim.tangential_restitution"] {
+                friction.push(number(name, &[])?);
+            }
+            for name in ["rim.state", "rim.solved_state"] {
+                states.push(find(name, Type::Integer, &[contacts])?);
+            }
+        }
+        let (mut kinks, mut places) = (None, 0);
+        if description.variable("rim.kink_count").is_some() {
+            places = extent("rim.kink_time")?;
+            let parts = [number("rim.kink_time", &[places])?, number("rim.kink_jump", &[places, n])?];
+            kinks = Some((find("rim.kink_count", Type::Integer, &[])?.0, parts));
+        }
         let step = number("rim.step", &[])?.0;
-        Ok(Some((ModelVariables { step, numbers, truths }, [contacts, interface])))
+        let size = ModelSize { contacts, interface, friction: has_friction, kinks: places };
+        Ok(Some((ModelVariables { step, numbers, truths, friction, states, kinks }, size)))
     }
 }

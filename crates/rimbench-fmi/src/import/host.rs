@@ -14,7 +14,7 @@ pub(crate) enum Ask {
     Step,
     /// Time and inputs in; rates, feedthrough and rate gain out.
     Rates,
-    /// Step of the mechanics in; the parts of the interface model out, one after the other.
+    /// Step of the mechanics in, and 1 if the kinks that lie ahead are wanted; the parts of the interface model out, one after the other.
     Model,
     /// Step of the mechanics in; observed quantities out.
     Observe,
@@ -90,6 +90,12 @@ pub(super) struct ModelVariables {
     pub(super) numbers: Vec<(u32, usize)>,
     /// Truths likewise, after them.
     pub(super) truths: Vec<(u32, usize)>,
+    /// Numbers of contacts with friction, after those.
+    pub(super) friction: Vec<(u32, usize)>,
+    /// Whole numbers likewise.
+    pub(super) states: Vec<(u32, usize)>,
+    /// How many kinks lie ahead, when, and by how much accelerations jump there: after everything else, where they are asked for.
+    pub(super) kinks: Option<(u32, [(u32, usize); 2])>,
 }
 
 /// Everything that driving an FMU needs.

@@ -139,6 +139,7 @@ struct Functions {
     derivative: Option<Derivative>,
     /// Truths as bytes: what a library writes need be none of the two that a `bool` may have.
     booleans: Option<unsafe extern "C" fn(Instance, *const u32, usize, *mut u8, usize) -> c_int>,
+    integers: Option<unsafe extern "C" fn(Instance, *const u32, usize, *mut i32, usize) -> c_int>,
 }
 
 struct StateFunctions {
@@ -205,6 +206,7 @@ pub(super) struct Loaded {
     observed: Vec<u32>,
     room: Vec<f64>,
     truths: Vec<u8>,
+    integers: Vec<i32>,
     said: ManuallyDrop<Box<Said>>,
     callbacks: ManuallyDrop<Option<Box<Callbacks2>>>,
     library: ManuallyDrop<Library>,
@@ -256,6 +258,7 @@ impl Loaded {
                     None
                 },
                 booleans: None,
+                integers: None,
             }
         } else {
             Functions {
@@ -271,6 +274,12 @@ impl Loaded {
                     None
                 },
                 booleans: if plan.model.is_some() { Some(function!(b"fmi3GetBoolean")) } else { None },
+                integers: if plan.model.as_ref().is_some_and(|model| !model.states.is_empty() || model.kinks.is_some())
+                {
+                    Some(function!(b"fmi3GetInt32"))
+                } else {
+                    None
+                },
             }
         };
         let state = match (plan.keeps_state, two) {
@@ -364,6 +373,7 @@ impl Loaded {
             observed: references(&plan.observed),
             room: Vec::new(),
             truths: Vec::new(),
+            integers: Vec::new(),
             said: ManuallyDrop::new(said),
             callbacks: ManuallyDrop::new(callbacks),
             library: ManuallyDrop::new(library),
@@ -577,6 +587,51 @@ impl Loaded {
         Ok(())
     }
 
+    /// Appends the parts of the interface model.
+    fn read_model(
+        &self,
+        input: &[f64],
+        output: &mut Vec<f64>,
+        truths: &mut Vec<u8>,
+        integers: &mut Vec<i32>,
+    ) -> Result<(), String> {
+        let Some(model) = &self.plan.model else { return Err("it has no interface model".to_owned()) };
+        let [step, kinks @ ..] = input else { return Err("a model needs a step".to_owned()) };
+        self.set(&[model.step], &[*step])?;
+        let append = |output: &mut Vec<f64>, &(reference, count): &(u32, usize)| {
+            let from = output.len();
+            output.resize(from + count, 0.0);
+            self.get(&[reference], &mut output[from..])
+        };
+        let mut append_integers = |output: &mut Vec<f64>, reference: u32, count: usize| {
+            let Some(get) = self.functions.integers else { return Err("it gives no whole numbers".to_owned()) };
+            integers.clear();
+            integers.resize(count, 0);
+            let status = unsafe { get(self.instance, &reference, 1, integers.as_mut_ptr(), count) };
+            self.check(status, "getting a whole number")?;
+            output.extend(integers.iter().map(|number| f64::from(*number)));
+            Ok(())
+        };
+        model.numbers.iter().try_for_each(|part| append(output, part))?;
+        for &(reference, count) in &model.truths {
+            let Some(get) = self.functions.booleans else { return Err("it gives no truths".to_owned()) };
+            truths.clear();
+            truths.resize(count, 0);
+            let status = unsafe { get(self.instance, &reference, 1, truths.as_mut_ptr(), count) };
+            self.check(status, "getting a truth")?;
+            output.extend(truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
+        }
+        model.friction.iter().try_for_each(|part| append(output, part))?;
+        model.states.iter().try_for_each(|&(reference, count)| append_integers(output, reference, count))?;
+        if let (Some((count, parts)), [wanted, ..]) = (&model.kinks, kinks)
+            && *wanted != 0.0
+        {
+            append_integers(output, *count, 1)?;
+            parts.iter().try_for_each(|part| append(output, part))?;
+        }
+        Ok(())
+    }
+
     fn step(&mut self, t: f64, h: f64) -> Result<(), String> {
         let status = match self.functions.step {
             Step::Two(call) => unsafe { call(self.instance, t, h, 0) },
@@ -638,22 +693,11 @@ impl Host for Loaded {
                 self.jacobian(true, output)
             }
             Ask::Model => {
-                let Some(model) = &self.plan.model else { return Err("it has no interface model".to_owned()) };
-                self.set(&[model.step], input)?;
-                for &(reference, count) in &model.numbers {
-                    let from = output.len();
-                    output.resize(from + count, 0.0);
-                    self.get(&[reference], &mut output[from..])?;
-                }
-                for &(reference, count) in &model.truths {
-                    let Some(get) = self.functions.booleans else { return Err("it gives no truths".to_owned()) };
-                    self.truths.clear();
-                    self.truths.resize(count, 0);
-                    let status = unsafe { get(self.instance, &reference, 1, self.truths.as_mut_ptr(), count) };
-                    self.check(status, "getting a truth")?;
-                    output.extend(self.truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
-                }
-                Ok(())
+                // Room that is there already, lent for the while.
+                let (mut truths, mut integers) = (std::mem::take(&mut self.truths), std::mem::take(&mut self.integers));
+                let read = self.read_model(input, output, &mut truths, &mut integers);
+                (self.truths, self.integers) = (truths, integers);
+                read
             }
             Ask::Observe => {
                 if let Some(step) = self.plan.step {

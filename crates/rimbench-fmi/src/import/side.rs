@@ -5,7 +5,8 @@ use rimbench_core::cosim::{
     Abilities, InputPolynomials, OutputRates, Ports, Subsystem, SubsystemCounters, not_offered,
 };
 use rimbench_core::error::{Cause, Failure};
-use rimbench_core::interface_model::{ContactSpring, ReducedInterfaceModel};
+use rimbench_core::friction::{ContactState, FrictionLaw, Stiction};
+use rimbench_core::interface_model::{ContactSpring, Kinks, ReducedInterfaceModel};
 use rimbench_core::name::Name;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -20,6 +21,30 @@ pub(crate) struct Offers {
     /// It cannot be told of a number that is not finite.
     pub(crate) finite_only: bool,
     pub(crate) observables: Vec<Name>,
+}
+
+/// How large an interface model is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct ModelSize {
+    pub(super) contacts: usize,
+    pub(super) interface: usize,
+    /// Whether contacts have tangential rows.
+    pub(super) friction: bool,
+    /// Most kinks that may lie ahead at once.
+    pub(super) kinks: usize,
+}
+
+impl ModelSize {
+    fn empty(self) -> ReducedInterfaceModel {
+        let ModelSize { contacts, interface, friction, kinks } = self;
+        let mut empty = if friction {
+            ReducedInterfaceModel::zeros_with_friction(&vec![0.0; contacts], interface)
+        } else {
+            ReducedInterfaceModel::zeros(contacts, interface)
+        };
+        empty.kinks = Kinks::with_room(kinks, empty.interface_start() + interface);
+        empty
+    }
 }
 
 /// One copy of its state.
@@ -68,21 +93,22 @@ impl ImportedSide {
         }
     }
 
-    /// Takes what drives one that says itself, when it is asked for its interface model for a step (s), what of that never changes;
-    /// it has so many contacts and interface rows.
+    /// Takes what drives one that says itself, when it is asked for its interface model for a step (s), what of that never changes.
     ///
     /// # Errors
     /// What it says instead.
-    pub(super) fn with_model(self, step: f64, [contacts, interface]: [usize; 2]) -> Result<Self, String> {
+    pub(super) fn with_model(self, step: f64, size: ModelSize) -> Result<Self, String> {
         let mut side = self;
-        let mut filled = ReducedInterfaceModel::zeros(contacts, interface);
+        let mut filled = size.empty();
         side.fill(step, &mut filled)?;
-        let mut empty = ReducedInterfaceModel::zeros(contacts, interface);
+        let mut empty = size.empty();
         (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
         empty.spring = filled.spring;
         if filled.restitution > 0.0 {
-            empty.own_approach = vec![0.0; contacts];
+            empty.own_approach = vec![0.0; size.contacts];
         }
+        empty.friction.copy_from_slice(&filled.friction);
+        (empty.stiction, empty.tangential_restitution) = (filled.stiction, filled.tangential_restitution);
         side.model = Some(empty);
         Ok(side)
     }
@@ -95,17 +121,20 @@ impl ImportedSide {
     fn fill(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), String> {
         self.input.clear();
         self.input.push(h);
+        if model.kinks.wanted {
+            self.input.push(1.0);
+        }
         self.ask(Ask::Model)?;
         let mut rest = self.output.as_slice();
         let mut next = |count: usize| {
             let taken = rest.split_off(..count);
             taken.ok_or_else(|| "its interface model has too few numbers".to_owned())
         };
-        let (n, contacts) = (model.a.len(), model.gap.len());
+        let (n, contacts, interface) = (model.a.len(), model.gap.len(), model.position.len());
         model.h.copy_from_slice(next(n * n)?);
         model.a.copy_from_slice(next(n)?);
         model.w.copy_from_slice(next(n)?);
-        model.position.copy_from_slice(next(n - contacts)?);
+        model.position.copy_from_slice(next(interface)?);
         model.gap.copy_from_slice(next(contacts)?);
         let own = next(contacts)?;
         if !model.own_approach.is_empty() {
@@ -116,6 +145,34 @@ impl ImportedSide {
         let (stiffness, damping) = (next(1)?[0], next(1)?[0]);
         model.spring = (stiffness > 0.0).then_some(ContactSpring { stiffness, damping });
         model.at_bound.iter_mut().zip(next(contacts)?).for_each(|(at_bound, truth)| *at_bound = *truth != 0.0);
+        if model.has_friction() {
+            model.friction.copy_from_slice(next(contacts)?);
+            let (at_rest, in_motion) = (next(1)?[0], next(1)?[0]);
+            model.stiction = (at_rest > 0.0).then_some(Stiction { at_rest, in_motion });
+            model.tangential_restitution = next(1)?[0];
+            for states in [&mut model.states, &mut model.solved_states] {
+                for (state, number) in states.iter_mut().zip(next(contacts)?) {
+                    let known = ContactState::ALL.into_iter().find(|known| f64::from(*known as u8) == *number);
+                    *state = known.ok_or_else(|| {
+                        format!(
+                            "its interface model has a contact in state {number}; valid: 0 to {}",
+                            ContactState::ALL.len() - 1
+                        )
+                    })?;
+                }
+            }
+        }
+        if model.kinks.wanted && model.kinks.places() > 0 {
+            let (places, count) = (model.kinks.places(), next(1)?[0]);
+            let (times, jumps) = (next(places)?, next(places * n)?);
+            if !(0.0..=places as f64).contains(&count) {
+                return Err(format!("its interface model has {count} kinks ahead, and room for {places}"));
+            }
+            model.kinks.clear();
+            for (time, jumps) in times.iter().zip(jumps.chunks_exact(n)).take(count as usize) {
+                model.kinks.add(*time).copy_from_slice(jumps);
+            }
+        }
         model.mechanics_step = h;
         Ok(())
     }
@@ -202,13 +259,16 @@ impl Subsystem for ImportedSide {
 impl Abilities for ImportedSide {
     not_offered!(
         use_second_order,
-        use_friction_law,
         joint_steps,
         oil_lines,
         interface_displacement,
         energy_identity_residual,
         energy_account,
     );
+
+    fn use_friction_law(&mut self, _: FrictionLaw) -> Result<(), &'static str> {
+        Err("what friction an FMU or a program has is its own, and no other law can be put in its place")
+    }
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.model.clone()

@@ -150,6 +150,8 @@ impl ProgramSide {
             let mut empty = ReducedInterfaceModel::zeros(model.contacts, interface);
             (empty.stabilisation, empty.restitution) = (model.stabilisation, model.restitution);
             empty.spring = spring(model);
+            // It is not asked for them.
+            empty.kinks.blind = true;
             if model.restitution > 0.0 {
                 empty.own_approach = vec![0.0; model.contacts];
             }
