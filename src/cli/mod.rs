@@ -140,6 +140,7 @@ impl Cli {
             rimbench::fmi::import::serve()?;
             return Ok(ExitCode::SUCCESS);
         }
+        interruption::hear()?;
         let mut catalogue = everything()?;
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, file).map(drop))?;
         self.scheme_file.iter().try_for_each(|file| add_scheme_file(&mut catalogue, file).map(drop))?;
@@ -151,7 +152,7 @@ impl Cli {
             Command::Simulate(command) => command.run(catalogue)?,
             Command::Plan(command) => command.run(catalogue)?,
             Command::Run(command) => return command.run(catalogue),
-            Command::Submit(command) => return command.run(catalogue),
+            Command::Submit(command) => return command.run(catalogue, (&self.case_file, &self.scheme_file)),
             Command::Collect(command) => return command.run(catalogue),
             Command::Verify(command) => return command.run(catalogue),
             Command::Export(command) => command.run(catalogue)?,

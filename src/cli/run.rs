@@ -58,7 +58,7 @@ impl Run {
         };
         let folder = self.out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         check_writable_folder(&folder)?;
-        let interruption = Interruption::listen()?;
+        let interruption = Interruption::listen();
         let progress = Progress::begin("run", total);
         let cache = Cache::of_user();
         let job = Job { fresh: self.fresh, shard, ..Job::new(&experiment, catalogue, &folder, &cache, &BUILD) };
