@@ -37,7 +37,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
-use rimbench::fmi::import::read_case;
+use rimbench::fmi::import::{ProbeQuality, read_case};
 use rimbench::fmi::program::{ExchangeTimes, read_scheme};
 use rimbench::harness::{Cache, CheckedClaim, Verdict};
 use rimbench::runs::RunRequest;
@@ -214,6 +214,19 @@ fn print(text: &str) -> anyhow::Result<()> {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         result => Ok(result?),
     }
+}
+
+/// How good what FMUs were probed for is, a line for each of them.
+fn probe_lines(probed: &BTreeMap<PathBuf, ProbeQuality>) -> Vec<String> {
+    let line = |(file, quality): (&PathBuf, &ProbeQuality)| {
+        let ProbeQuality { count, median, largest } = quality;
+        format!(
+            "{} was probed {count} times for how its outputs move: half of the relative errors are at most {median:.1e}, the largest is \
+             {largest:.1e} (estimated from two step sizes)",
+            file.display()
+        )
+    };
+    probed.iter().map(line).collect()
 }
 
 /// What exchanges with programs took, a line for each: that is no cost of a scheme or a side, but of how it is asked.

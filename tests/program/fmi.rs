@@ -20,7 +20,7 @@ fn exported(case: &str, more: &[&str]) -> tempfile::TempDir {
 }
 
 /// What a case file says of two FMUs that have their coupling variables by the names of columns.
-fn case_file(columns: [&str; 3], head: &str) -> String {
+pub fn case_file(columns: [&str; 3], head: &str) -> String {
     let [position, velocity, force] = columns;
     let ends = format!("position = \"{position}\"\nvelocity = \"{velocity}\"\nforce = \"{force}\"\n");
     format!(
@@ -61,7 +61,7 @@ fn compared(case: &str, columns: [&str; 3], head: &str, set: &[&str], runs: &[&[
 }
 
 const CYLINDER: [&str; 3] = ["actuator_length_m", "actuator_velocity_m_s", "actuator_force_n"];
-const CARRIAGE: [&str; 3] = ["interface_position_m", "interface_velocity_m_s", "actuator_force_n"];
+pub const CARRIAGE: [&str; 3] = ["interface_position_m", "interface_velocity_m_s", "actuator_force_n"];
 
 #[test]
 fn a_wedge_box_that_was_written_as_fmus_has_the_digits_of_the_case_it_was_written_from() {
@@ -174,7 +174,7 @@ fn a_case_of_fmus_is_in_lists_and_experiments_by_its_name() {
 }
 
 /// The files of an archive, changed and packed again.
-fn repacked(from: &Path, to: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>) {
+pub fn repacked(from: &Path, to: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>) {
     let mut archive = ZipArchive::new(Cursor::new(fs::read(from).unwrap())).unwrap();
     let mut out = ZipWriter::new(Cursor::new(Vec::new()));
     for index in 0..archive.len() {

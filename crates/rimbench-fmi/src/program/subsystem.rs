@@ -164,6 +164,7 @@ impl ProgramSide {
             polynomials: d.polynomials,
             finite_only: true,
             observables: d.observables.iter().cloned().map(Name::from).collect(),
+            ..Offers::default()
         };
         let host: Box<dyn Host> = match self.begin(parameters) {
             Ok(host) => Box::new(host),
