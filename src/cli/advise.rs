@@ -120,7 +120,7 @@ impl Advise {
         let grid = macro_steps(catalogue, &fixed, self.from, self.to, self.per_decade)?;
         let budget = Budget { wall: self.budget.map(seconds).transpose()?, runs: self.most_runs };
         use_threads(self.jobs)?;
-        let interruption = Interruption::listen()?;
+        let interruption = Interruption::listen();
         let progress = Progress::begin("advise", 0);
         let cache = Cache::of_user();
         let told = |step: Step<'_>| match step {

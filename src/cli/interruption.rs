@@ -3,9 +3,10 @@
 use super::INTERRUPTED;
 use anyhow::Context;
 use rimbench::cosim::StopFlag;
+use rimbench::fmi::program::end_programs;
 use rimbench::harness::StopFlags;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// What a run needs to see the flag and to end. It looks in every step of its own; what else there may be gets no longer.
@@ -15,16 +16,33 @@ const GRACE: Duration = Duration::from_millis(900);
 #[derive(Debug, Clone, Default)]
 pub(super) struct Interruption(Arc<[AtomicBool; 2]>);
 
+/// Who has begun to listen; while nobody has, the program leaves at once.
+static LISTENING: Mutex<Option<Interruption>> = Mutex::new(None);
+
+/// Ends the program, and the programs that it has started.
+fn leave() -> ! {
+    end_programs();
+    std::process::exit(INTERRUPTED.into())
+}
+
+/// From now on Ctrl-C is heard.
+///
+/// # Errors
+/// If the system does not allow it.
+pub(super) fn hear() -> anyhow::Result<()> {
+    let heard = || {
+        let listening = LISTENING.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        listening.map_or_else(|| leave(), |interruption| interruption.ask());
+    };
+    ctrlc::set_handler(heard).context("cannot listen for Ctrl-C")
+}
+
 impl Interruption {
     /// Begins to listen.
-    ///
-    /// # Errors
-    /// If the system does not allow it.
-    pub(super) fn listen() -> anyhow::Result<Self> {
+    pub(super) fn listen() -> Self {
         let interruption = Interruption::default();
-        let asked = interruption.clone();
-        ctrlc::set_handler(move || asked.ask()).context("cannot listen for Ctrl-C")?;
-        Ok(interruption)
+        *LISTENING.lock().unwrap_or_else(PoisonError::into_inner) = Some(interruption.clone());
+        interruption
     }
 
     fn ask(&self) {
@@ -39,7 +57,7 @@ impl Interruption {
         // Records are appended with one write each, so the store is whole at any time.
         std::thread::spawn(|| {
             std::thread::sleep(GRACE);
-            std::process::exit(INTERRUPTED.into());
+            leave();
         });
     }
 

@@ -38,7 +38,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
-use rimbench::fmi::import::read_case;
+use rimbench::fmi::import::{ProbeQuality, read_case};
 use rimbench::fmi::program::{ExchangeTimes, read_scheme};
 use rimbench::harness::{Cache, CheckedClaim, Verdict};
 use rimbench::runs::RunRequest;
@@ -143,6 +143,7 @@ impl Cli {
             rimbench::fmi::import::serve()?;
             return Ok(ExitCode::SUCCESS);
         }
+        interruption::hear()?;
         let mut catalogue = everything()?;
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, file).map(drop))?;
         self.scheme_file.iter().try_for_each(|file| add_scheme_file(&mut catalogue, file).map(drop))?;
@@ -154,7 +155,7 @@ impl Cli {
             Command::Simulate(command) => command.run(catalogue)?,
             Command::Plan(command) => command.run(catalogue)?,
             Command::Run(command) => return command.run(catalogue),
-            Command::Submit(command) => return command.run(catalogue),
+            Command::Submit(command) => return command.run(catalogue, (&self.case_file, &self.scheme_file)),
             Command::Collect(command) => return command.run(catalogue),
             Command::Verify(command) => return command.run(catalogue),
             Command::Export(command) => command.run(catalogue)?,
@@ -230,6 +231,19 @@ fn print(text: &str) -> anyhow::Result<()> {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         result => Ok(result?),
     }
+}
+
+/// How good what FMUs were probed for is, a line for each of them.
+fn probe_lines(probed: &BTreeMap<PathBuf, ProbeQuality>) -> Vec<String> {
+    let line = |(file, quality): (&PathBuf, &ProbeQuality)| {
+        let ProbeQuality { count, median, largest } = quality;
+        format!(
+            "{} was probed {count} times for how its outputs move: half of the relative errors are at most {median:.1e}, the largest is \
+             {largest:.1e} (estimated from two step sizes)",
+            file.display()
+        )
+    };
+    probed.iter().map(line).collect()
 }
 
 /// What exchanges with programs took, a line for each: that is no cost of a scheme or a side, but of how it is asked.

@@ -3,7 +3,7 @@
 use super::interruption::Interruption;
 use super::progress::Progress;
 use super::summary::remarks;
-use super::{INTERRUPTED, claims_table, complain, exchange_lines, print};
+use super::{INTERRUPTED, claims_table, complain, exchange_lines, print, probe_lines};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
@@ -11,6 +11,7 @@ use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
+use rimbench::fmi::import::take_probe_errors;
 use rimbench::fmi::program::take_exchange_times;
 use rimbench::harness::{Cache, Experiment, Job, Shard, Step, check_claims, run_job_until};
 use std::path::PathBuf;
@@ -58,7 +59,7 @@ impl Run {
         };
         let folder = self.out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         check_writable_folder(&folder)?;
-        let interruption = Interruption::listen()?;
+        let interruption = Interruption::listen();
         let progress = Progress::begin("run", total);
         let cache = Cache::of_user();
         let job = Job { fresh: self.fresh, shard, ..Job::new(&experiment, catalogue, &folder, &cache, &BUILD) };
@@ -92,6 +93,7 @@ impl Run {
         complain(&cache);
         // Those of references are among them.
         exchange_lines(&take_exchange_times()).iter().try_for_each(|line| print(line))?;
+        probe_lines(&take_probe_errors()).iter().try_for_each(|line| print(line))?;
         if summary.damaged > 0 {
             print(&format!(
                 "{} damaged records were left out and computed again where they belong here",

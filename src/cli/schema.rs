@@ -149,6 +149,7 @@ fn case_file(catalogue: &Catalogue) -> Value {
         "observe": names("A variable that becomes a column"),
         "interface_work": text("The variable that counts the work received, an energy"),
         "direct_feedthrough": flag("Whether outputs follow inputs at once"),
+        "probe_step_s": above_zero("The longest step by which an FMU without derivatives is probed, s"),
     });
     let program = object(
         &["command"],

@@ -3,13 +3,14 @@
 use super::json::Object;
 use super::progress::Heartbeat;
 use super::run_options::RunOptions;
-use super::{Format, complain, exchange_lines, print, table, with_files};
+use super::{Format, complain, exchange_lines, print, probe_lines, table, with_files};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::error::Result;
+use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
 use rimbench::fmi::program::{ExchangeTimes, take_exchange_times};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::{METRICS, is_of_friction};
@@ -47,18 +48,19 @@ impl Simulate {
         complain(&cache);
         // Those of the reference are not of the run.
         take_exchange_times();
+        take_probe_errors();
         let result = simulate_inside(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
-        let exchanges = take_exchange_times();
+        let (exchanges, probed) = (take_exchange_times(), take_probe_errors());
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, spec.case.trace_columns.len())?;
         }
         match self.format {
-            Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run, &exchanges))?),
+            Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run, &exchanges, &probed))?),
             Format::Table => {
                 print_tables(&spec, &run)?;
-                exchange_lines(&exchanges).iter().try_for_each(|line| print(line))
+                exchange_lines(&exchanges).iter().chain(&probe_lines(&probed)).try_for_each(|line| print(line))
             }
         }
     }
@@ -77,7 +79,12 @@ pub(super) fn write_trace(path: &Path, trajectory: &Trajectory, columns: usize) 
 }
 
 /// Everything that determines the run, everything that was found, everything it cost.
-fn json(spec: &RunSpec, run: &EvaluatedRun, exchanges: &BTreeMap<String, ExchangeTimes>) -> Value {
+fn json(
+    spec: &RunSpec,
+    run: &EvaluatedRun,
+    exchanges: &BTreeMap<String, ExchangeTimes>,
+    probed: &BTreeMap<PathBuf, ProbeQuality>,
+) -> Value {
     let mut object = Object::default();
     object.put("run_id", spec.id());
     spec.facts().iter().for_each(|fact| object.fact(fact));
@@ -104,6 +111,17 @@ fn json(spec: &RunSpec, run: &EvaluatedRun, exchanges: &BTreeMap<String, Exchang
         };
         let all = exchanges.iter().map(|(program, times)| (program.clone(), of_program(times)));
         object.put("program_exchanges", Value::Object(all.collect()));
+    }
+    if !probed.is_empty() {
+        let of_fmu = |quality: &ProbeQuality| {
+            let mut object = Object::default();
+            object.put("count", quality.count);
+            object.number("error_p50", quality.median);
+            object.number("error_max", quality.largest);
+            Value::from(object)
+        };
+        let all = probed.iter().map(|(file, quality)| (file.display().to_string(), of_fmu(quality)));
+        object.put("probed_fmus", Value::Object(all.collect()));
     }
     object.into()
 }

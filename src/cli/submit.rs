@@ -70,7 +70,9 @@ const LINES: usize = 8;
 
 impl Submit {
     /// Ends with exit code 1 if the engine has ended and runs are missing.
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
+    ///
+    /// `from_outside` are the files of cases and of schemes that the catalogue has besides.
+    pub(super) fn run(self, catalogue: &Catalogue, from_outside: (&[PathBuf], &[PathBuf])) -> anyhow::Result<ExitCode> {
         for (option, value) in [("--chunk-time", self.chunk_time), ("--run-time", self.run_time)] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(Error::invalid(option, value, "a finite time above 0 s").into());
@@ -79,6 +81,7 @@ impl Submit {
         let experiment = Experiment::read(&self.file)?;
         let folder = self.out.clone().unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         let folder = absolute(&folder).context("the current folder is not known")?;
+        let more_files = more_files(from_outside)?;
         let cache = Cache::of_user();
         let job = Job::new(&experiment, catalogue, &folder, &cache, &BUILD);
         // On several cores a chunk takes as long as one on one.
@@ -86,12 +89,12 @@ impl Submit {
         let limits = ChunkLimits { seconds, unmeasured_run_s: self.run_time };
         let chunking = missing_chunks(job, limits)?;
         if chunking.missing == 0 {
-            let collect = collect_command(&folder);
+            let collect = collect_command(&folder, &more_files);
             print(&format!("Nothing is missing: all {} runs are stored. Result files: {collect}", chunking.planned))?;
             return Ok(ExitCode::SUCCESS);
         }
         let place = next_place(&folder);
-        let submission = self.submission(&experiment, &folder, &place, &chunking)?;
+        let submission = self.submission(&experiment, &more_files, &folder, &place, &chunking)?;
         print(&self.said_of(&chunking))?;
         if self.dry_run {
             print(&text_of(&submission))?;
@@ -119,7 +122,7 @@ impl Submit {
             }
         }
         if !self.engine.waits() {
-            print(&format!("When they are done: {}", collect_command(&folder)))?;
+            print(&format!("When they are done: {}", collect_command(&folder, &more_files)))?;
             return Ok(ExitCode::SUCCESS);
         }
         // What came of it the records say.
@@ -141,6 +144,7 @@ impl Submit {
     fn submission(
         &self,
         experiment: &Experiment,
+        more_files: &[(&'static str, PathBuf)],
         folder: &Path,
         place: &Path,
         chunking: &Chunking,
@@ -155,6 +159,7 @@ impl Submit {
             name: &experiment.name(),
             program: &program,
             file: &file,
+            more_files,
             folder,
             place,
             cache: cache.as_deref(),
@@ -184,9 +189,20 @@ impl Submit {
     }
 }
 
+/// Files of cases and schemes, absolute, with the options that read them.
+fn more_files((cases, schemes): (&[PathBuf], &[PathBuf])) -> anyhow::Result<Vec<(&'static str, PathBuf)>> {
+    let of = |option: &'static str, files: &[PathBuf]| -> Vec<(&'static str, PathBuf)> {
+        files.iter().map(|file| (option, file.clone())).collect()
+    };
+    let all = [of("--case-file", cases), of("--scheme-file", schemes)].concat();
+    let all = all.into_iter().map(|(option, file)| Ok((option, absolute(file)?)));
+    all.collect::<std::io::Result<_>>().context("the current folder is not known")
+}
+
 /// The command that writes the result files.
-fn collect_command(folder: &Path) -> String {
-    format!("rimbench collect {}", folder.display())
+fn collect_command(folder: &Path, more_files: &[(&'static str, PathBuf)]) -> String {
+    let more = more_files.iter().map(|(option, file)| format!(" {option} {}", file.display()));
+    format!("rimbench collect {}{}", folder.display(), more.collect::<String>())
 }
 
 /// Files and commands of a submission, for reading.
@@ -237,7 +253,7 @@ fn give(command: &Words, waits: bool) -> anyhow::Result<()> {
 
 /// Works through the commands of a submission as processes of this machine, and says whether somebody stopped it.
 fn work_through(submission: &Submission, place: &Path) -> anyhow::Result<bool> {
-    let interruption = Interruption::listen()?;
+    let interruption = Interruption::listen();
     let total = submission.commands.len();
     let ended = Arc::new(AtomicUsize::new(0));
     let seen = Arc::clone(&ended);

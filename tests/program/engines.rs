@@ -255,6 +255,80 @@ fn gnu_parallel_gives_what_one_run_gives() {
 }
 
 #[test]
+fn files_of_cases_and_schemes_go_to_the_tasks_of_a_submission() {
+    let there = std::process::Command::new("python3").arg("--version").output();
+    if !there.is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: there is no python3 on the path");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    // A folder that a shell would read as three words.
+    let place = folder.path().join("it's my");
+    std::fs::create_dir(&place).unwrap();
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/protocol.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let block = |language: &str, index: usize| {
+        let opening = format!("```{language}\n");
+        page.split(&opening).nth(index).unwrap().split("```").next().unwrap().to_owned()
+    };
+    let sweep = "question = \"?\"\nmacro_steps_s = [1e-3, 2e-3]\nphases = 2\nduration_s = 0.02\n[[cases]]\nname = \"mass-in-python\"\n\
+                 [[schemes]]\nscheme = \"linear-in-python\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n";
+    let (scheme, mass) = (block("python", 1), block("python", 2));
+    let (scheme_file, case_file) = (block("toml", 1), block("toml", 2));
+    for (name, text) in [
+        ("extrapolate.py", scheme.as_str()),
+        ("mass.py", &mass),
+        ("linear.toml", &scheme_file),
+        ("mass.toml", &case_file),
+        ("sweep.toml", sweep),
+    ] {
+        std::fs::write(place.join(name), text).unwrap();
+    }
+    let call = |words: &[&str]| {
+        let mut command = rimbench();
+        let path = "/usr/local/bin:/usr/bin:/bin";
+        command.current_dir(&place).env("PATH", path).args([
+            "--case-file",
+            "mass.toml",
+            "--scheme-file",
+            "linear.toml",
+        ]);
+        let output = command.args(words).assert().success().get_output().clone();
+        let said = String::from_utf8(output.stdout).unwrap();
+        said.replace(executable().to_str().unwrap(), "RIMBENCH").replace(folder.path().to_str().unwrap(), "HERE")
+    };
+    let submit = |engine: &str, out: &str, more: &[&str]| {
+        let of_engine =
+            ["submit", "sweep.toml", "--engine", engine, "--out", out, "--run-time", "1", "--chunk-time", "4"];
+        call(&[&of_engine[..], more].concat())
+    };
+    let dry = submit("local", "out", &["--dry-run"]);
+    let quoted = |name: &str| format!("'HERE/it'\\''s my/{name}'");
+    let chunk = |places: &str| {
+        let [sweep, mass, linear, out] = ["sweep.toml", "mass.toml", "linear.toml", "out"].map(quoted);
+        format!(
+            "RIMBENCH run {sweep} --case-file {mass} --scheme-file {linear} --out {out} --jobs 1 --places {places}\n"
+        )
+    };
+    assert!(dry.ends_with(&format!("# commands\n{}{}", chunk("0-3"), chunk("4-7"))), "{dry}");
+    call(&["run", "sweep.toml", "--out", "whole"]);
+    let tables =
+        |out: &str| ["runs.csv", "parameters.csv"].map(|name| std::fs::read(place.join(out).join(name)).unwrap());
+    let mut engines = vec!["local"];
+    let version = std::process::Command::new("parallel").arg("--version").output();
+    if version.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).contains("GNU parallel")) {
+        engines.push("parallel");
+    }
+    for engine in engines {
+        let said = submit(engine, engine, &[]);
+        assert!(said.contains("in chunks: 2;") && said.contains("8 of 8 runs stored"), "{said}");
+        assert!(tables(engine) == tables("whole"), "{engine}: differs from what `rimbench run` makes");
+        let said = submit(engine, engine, &[]);
+        assert!(said.contains("--case-file HERE/it's my/mass.toml --scheme-file HERE/it's my/linear.toml"), "{said}");
+    }
+}
+
+#[test]
 fn what_cannot_be_submitted_is_one_error() {
     let place = Workplace::new();
     let timed = place.path("timed.toml");

@@ -21,7 +21,7 @@ fn exported(case: &str, more: &[&str]) -> tempfile::TempDir {
 }
 
 /// What a case file says of two FMUs that have their coupling variables by the names of columns.
-fn case_file(columns: [&str; 3], head: &str) -> String {
+pub fn case_file(columns: [&str; 3], head: &str) -> String {
     let [position, velocity, force] = columns;
     let ends = format!("position = \"{position}\"\nvelocity = \"{velocity}\"\nforce = \"{force}\"\n");
     format!(
@@ -62,7 +62,7 @@ fn compared(case: &str, columns: [&str; 3], head: &str, set: &[&str], runs: &[&[
 }
 
 const CYLINDER: [&str; 3] = ["actuator_length_m", "actuator_velocity_m_s", "actuator_force_n"];
-const CARRIAGE: [&str; 3] = ["interface_position_m", "interface_velocity_m_s", "actuator_force_n"];
+pub const CARRIAGE: [&str; 3] = ["interface_position_m", "interface_velocity_m_s", "actuator_force_n"];
 
 #[test]
 fn a_wedge_box_that_was_written_as_fmus_has_the_digits_of_the_case_it_was_written_from() {
@@ -74,6 +74,46 @@ fn a_wedge_box_that_was_written_as_fmus_has_the_digits_of_the_case_it_was_writte
     // What bounces is told from what the mechanics' own steps make.
     let bouncing = with("rim-nonsmooth-gap");
     compared("wedge-box", CYLINDER, head, &["--set", "restitution=0.5"], &[&bouncing]);
+}
+
+#[test]
+fn friction_and_kinks_of_an_interface_model_come_through_the_fmu_to_the_bit() {
+    let head = "duration_s = 0.3\nmacro_step_s = 2e-3\nmicro_step_s = 5e-5\nreference_step_s = 5e-5";
+    let long = ["--duration", "0.3", "--macro-step", "2e-3", "--micro-step", "5e-5"];
+    let with = |more: &[&'static str]| long.iter().chain(more).copied().collect::<Vec<_>>();
+    let gap = with(&["--scheme", "rim-nonsmooth-gap"]);
+    let frictional = [
+        gap.clone(),
+        with(&["--scheme", "rim-nonsmooth"]),
+        with(&["--scheme", "rim-smooth-active"]),
+        with(&["--scheme", "rim-nonsmooth-gap", "--model-motion", "extrapolated"]),
+    ];
+    let frictional: Vec<&[&str]> = frictional.iter().map(Vec::as_slice).collect();
+    compared("wedge-box-friction", CYLINDER, head, &[], &frictional);
+    // Contacts that bounce, along the surface as well; and a coefficient that is larger at rest.
+    let bouncing = ["--set", "restitution=0.3", "--set", "tangential_restitution=0.3"];
+    compared("wedge-box-friction", CYLINDER, head, &bouncing, &[&gap]);
+    compared("towed-block", CARRIAGE, head, &[], &[&gap]);
+    // A box that comes to the corner of its ledge within a macro step.
+    let (head, long) =
+        (head.replace("0.3", "0.6"), ["--duration", "0.6", "--macro-step", "2e-3", "--micro-step", "5e-5"]);
+    let moving =
+        |motion: &'static str| [&long[..], &["--scheme", "rim-nonsmooth-gap", "--model-motion", motion]].concat();
+    compared("wedge-box", CYLINDER, &head, &[], &[&moving("piecewise")]);
+    let folder = tempfile::tempdir().unwrap();
+    let [frozen, piecewise] = ["frozen", "piecewise"].map(|motion| trace(folder.path(), "wedge-box", &moving(motion)));
+    assert_ne!(frozen, piecewise, "no kink lies within this run");
+    // What is the mechanics' own affair cannot be changed from outside, and that is said.
+    let folder = exported("towed-block", &[]);
+    let file = folder.path().join("case.toml");
+    fs::write(&file, case_file(CARRIAGE, &head)).unwrap();
+    let mut command = rimbench();
+    command.args(["simulate", "--scheme", "rim-nonsmooth", "--friction-law", "box", "--case"]).arg(&file);
+    let refused = String::from_utf8(command.assert().code(2).get_output().stderr.clone()).unwrap();
+    assert!(
+        refused.contains("friction_law = box: mechanics: what friction an FMU or a program has is its own"),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -135,7 +175,7 @@ fn a_case_of_fmus_is_in_lists_and_experiments_by_its_name() {
 }
 
 /// The files of an archive, changed and packed again.
-fn repacked(from: &Path, to: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>) {
+pub fn repacked(from: &Path, to: &Path, change: impl Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>) {
     let mut archive = ZipArchive::new(Cursor::new(fs::read(from).unwrap())).unwrap();
     let mut out = ZipWriter::new(Cursor::new(Vec::new()));
     for index in 0..archive.len() {

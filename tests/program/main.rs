@@ -16,6 +16,7 @@ mod engines;
 mod examples;
 mod figures;
 mod fmi;
+mod guest_fmu;
 mod interruption;
 mod outputs;
 mod paper;

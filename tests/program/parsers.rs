@@ -4,7 +4,8 @@
 //! Texts that are valid are mangled: bytes flipped, pieces cut out, repeated, moved, replaced by what numbers and names stumble over, or by a
 //! piece of another kind of file. `PROPTEST_CASES` says how often (256 times each if not set).
 
-use crate::program::lines;
+use crate::fmi::{CARRIAGE, case_file, repacked};
+use crate::program::{lines, rimbench};
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
@@ -12,6 +13,7 @@ use rimbench::corpus::{Corpus, FrictionalProblem};
 use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
+use rimbench::fmi::import::read_case;
 use rimbench::harness::{Declaration, Experiment, Package, Ranking, Store};
 use rimbench::numerics_version::NUMERICS_VERSION;
 use rimbench::perf::History;
@@ -242,6 +244,39 @@ fn what_is_mangled_was_valid() {
     assert!(checksums::read(folder.path()).unwrap().is_some_and(|sums| sums.len() > 3));
 }
 
+/// Two FMUs without a library, and a case file for them: everything is read of them, and nothing of theirs is run.
+static FMUS: LazyLock<(tempfile::TempDir, String)> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    for side in ["mechanics", "actuator"] {
+        let whole = folder.path().join(format!("whole-{side}.fmu"));
+        rimbench().args(["fmu", "--case", "bouncing-ball", "--side", side, "--out"]).arg(&whole).assert().success();
+        repacked(&whole, &folder.path().join(format!("{side}.fmu")), |name, bytes| {
+            let bytes = if name.starts_with("binaries") { b"no library".to_vec() } else { bytes };
+            Some((name.to_owned(), bytes))
+        });
+    }
+    let head = "duration_s = 0.1\nmacro_step_s = 1e-3\nmicro_step_s = 1e-4\nanswer_within_s = 2.0\n";
+    let text = case_file(CARRIAGE, head);
+    let more = "start = { serialisable = true }\nobserve = [\"longest_step_s\"]\ninterface_work = \"interface_work_j\"\nprobe_step_s = 1e-5\n";
+    let text = text.replacen("fmu = \"mechanics.fmu\"\n", &format!("fmu = \"mechanics.fmu\"\n{more}"), 1);
+    let text =
+        format!("{text}[parameters.step]\ndefault = 0.0\nunit = \"s\"\nabout = \"a step\"\nmechanics = \"rim.step\"\n");
+    (folder, text)
+});
+
+/// What reading a case file ends in.
+fn case_of(text: &[u8]) -> Result<String, Error> {
+    let path = FMUS.0.path().join("case.toml");
+    std::fs::write(&path, text).unwrap();
+    read_case(&path, None, &CATALOGUE).map(|case| case.name.to_string())
+}
+
+#[test]
+fn the_case_file_that_is_mangled_fails_only_where_the_library_is_none() {
+    let said = case_of(FMUS.1.as_bytes()).unwrap_err().to_string();
+    assert!(said.contains("its library cannot be loaded"), "{said}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -295,6 +330,18 @@ proptest! {
         match Ranking::parse(Path::new("r.toml"), text) {
             Err(error) => says(&error),
             Ok(ranking) => prop_assert!(!ranking.experiments().is_empty()),
+        }
+    }
+
+    #[test]
+    fn any_case_file_is_an_error_that_says_something(changes in changes()) {
+        // What a file names is started, and no word that came about by chance may be.
+        let text = mangled(FMUS.1.as_bytes(), &changes);
+        if !text.windows(7).any(|word| word == b"command") {
+            match case_of(&text) {
+                Err(error) => says(&error),
+                Ok(name) => prop_assert!(false, "`{name}` was read without a library"),
+            }
         }
     }
 

@@ -474,6 +474,128 @@ fn what_is_wrong_with_a_program_from_the_start_is_one_error_with_its_file() {
     }
 }
 
+/// A scheme that says what it holds in pieces, or asks for all that there is to know and holds.
+const KNOWS: &str = r#"
+import json, sys
+for line in sys.stdin:
+    q = json.loads(line)
+    a = {}
+    if q["ask"] == "hello":
+        a = {"protocol": "rimbench-line", "version": 1, "role": "scheme"}
+        if sys.argv[1] == "all": a["needs"] = ["interface_model", "rates", "force_displacement"]
+    elif q["ask"] == "inputs":
+        y = {side: q[side]["y"] for side in ("mechanics", "actuator")}
+        if sys.argv[1] == "all":
+            model, rates, h = q["mechanics"]["interface_model"], q["actuator"]["rates"], q["step"]["length_s"]
+            assert model["position"] + model["w"] == y["mechanics"], (model, y)
+            assert [len(row) for row in model["H"]] == [1] and model["H"][0][0] > 0 and len(model["a"]) == 1, model
+            assert (model["gap"], model["closed"]) == ([], []) and 0 < model["mechanics_step_s"] <= h, model
+            assert [len(rates[name]) for name in ("rate", "feedthrough", "rate_gain")] == [1, 2, 2], rates
+            assert rates["feedthrough"][0] < 0, rates
+        parts = q["step"]["actuator_steps"]
+        a = {to: {"pieces": [y[of]] * parts} for to, of in (("mechanics", "actuator"), ("actuator", "mechanics"))}
+    a["id"] = q["id"]
+    print(json.dumps(a), flush=True)
+"#;
+
+#[test]
+fn pieces_models_and_rates_are_said_as_they_are() {
+    if no_python() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("knows.py"), KNOWS).unwrap();
+    let more = ["--case", "linear-oscillator", "--duration", "0.1", "--macro-step", "2e-3", "--micro-step", "5e-4"];
+    let (_, held) = run(&[&["--scheme", "zero-order-hold"], &more[..]].concat());
+    for what in ["pieces", "all"] {
+        let text = format!("name = \"knows\"\ncommand = [\"python3\", \"knows.py\", \"{what}\"]\n");
+        fs::write(folder.path().join("knows.toml"), text).unwrap();
+        let (said, trace) = run(&[&["--scheme", &path(&folder, "knows.toml")], &more[..]].concat());
+        assert_eq!(said["outcome"], "completed", "{said:#}");
+        assert!(trace == held, "{what}");
+        assert!(trace.lines().count() > 40);
+    }
+}
+
+/// The two masses of a small case: one that gives its interface model, and a spring with its rates.
+const MASS: &str = r#"
+import json, sys
+M, K = 2.0, 50.0
+for line in sys.stdin:
+    q = json.loads(line)
+    a = {}
+    if q["ask"] == "hello":
+        a = {"protocol": "rimbench-line", "version": 1, "role": "mechanics", "inputs": q["inputs"], "outputs": q["outputs"]}
+        a |= {"interface_model": {"contacts": 0}, "state": True}
+    elif q["ask"] == "begin":
+        x, v = 0.01, -0.0
+        a = {"y": [x, v]}
+    elif q["ask"] == "step":
+        v += q["length_s"] * (q["u"][0] - K * x) / M
+        x += q["length_s"] * v
+        a = {"y": [x, v]}
+    elif q["ask"] == "interface_model":
+        a = {"H": [[1 / M]], "a": [-K * x / M], "w": [v], "position": [x]}
+    elif q["ask"] == "state":
+        a = {"state": [x, v]}
+    elif q["ask"] == "restore":
+        x, v = q["state"]
+    print(json.dumps(a | {"id": q["id"]}), flush=True)
+"#;
+
+const SPRING: &str = r#"
+import json, math, sys
+K, C = 400.0, 3.0
+seen = 0
+for line in sys.stdin:
+    q = json.loads(line)
+    a = {}
+    if q["ask"] == "hello":
+        a = {"protocol": "rimbench-line", "version": 1, "role": "actuator", "inputs": q["inputs"], "outputs": q["outputs"]}
+        a |= {"direct_feedthrough": True, "rates": True, "state": True}
+    elif q["ask"] in ("outputs", "step"):
+        # The sign of a velocity that is nothing comes over as it is.
+        if seen == 0 and math.copysign(1.0, q["u"][1]) > 0: a = {"error": f"the first velocity is {q['u'][1]}"}
+        else: a = {"y": [-K * q["u"][0] - C * q["u"][1]]}
+        seen += 1
+    elif q["ask"] == "rates":
+        a = {"rate": [0.0], "feedthrough": [-K, -C], "rate_gain": [0.0, 0.0]}
+    elif q["ask"] == "state":
+        a = {"state": [seen]}
+    print(json.dumps(a | {"id": q["id"]}), flush=True)
+"#;
+
+#[test]
+fn a_side_with_an_interface_model_and_one_with_rates_run_schemes_that_ask_for_them() {
+    if no_python() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("mass.py"), MASS).unwrap();
+    fs::write(folder.path().join("spring.py"), SPRING).unwrap();
+    let ends = "position = \"x\"\nvelocity = \"v\"\nforce = \"f\"\n";
+    let text = format!(
+        "name = \"two-programs\"\nduration_s = 0.5\nmacro_step_s = 1e-2\nmicro_step_s = 1e-3\n[mechanics]\ncommand = [\"python3\", \
+         \"mass.py\"]\n[actuator]\ncommand = [\"python3\", \"spring.py\"]\n[[interface]]\n[interface.mechanics]\n{ends}\
+         [interface.actuator]\n{ends}"
+    );
+    fs::write(folder.path().join("case.toml"), text).unwrap();
+    let case = path(&folder, "case.toml");
+    let error = |scheme: &str| {
+        let (said, trace) = run(&["--case", &case, "--scheme", scheme, "--mechanics-steps", "all"]);
+        assert_eq!(said["outcome"], "completed", "{scheme}: {said:#}");
+        assert!(trace.lines().nth(1).unwrap().contains(",-0.0,"), "{trace}");
+        said["position_error_rms_m"].as_f64().unwrap()
+    };
+    let held = error("zero-order-hold");
+    for scheme in ["rim-smooth", "rim-nonsmooth-gap", "interface-jacobian"] {
+        assert!(error(scheme) < 0.3 * held, "{scheme}: {} against {held}", error(scheme));
+    }
+    let (skipped, _) = run(&["--case", &case, "--scheme", "rim-smooth", "--model-motion", "piecewise"]);
+    assert_eq!(skipped["outcome"], "skipped", "{skipped:#}");
+    assert!(skipped["reason"].as_str().unwrap().contains("does not say where its geometry has kinks"), "{skipped:#}");
+}
+
 /// Files as they stand in a page, and slips in them, against the schema that the program prints.
 #[test]
 fn the_files_of_the_pages_keep_to_their_schemas_and_slips_do_not() {

@@ -1,4 +1,4 @@
-//! The end of what a process has printed, kept for whoever wants to know why the process failed.
+//! The end of what a process has printed, kept for the person who wants to know why the process failed.
 
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -6,8 +6,6 @@ use std::io::{ErrorKind, Read, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// How much of it is repeated within a message, characters.
-const LONGEST: usize = 300;
 /// How much of it is kept, bytes.
 const KEPT: usize = 1 << 12;
 /// Bytes read at once: a process that prints without an end must not fill our memory.
@@ -26,14 +24,6 @@ impl LastWords {
         let words = LastWords(Arc::clone(&kept));
         std::thread::spawn(move || keep_last(printed, &kept));
         words
-    }
-
-    /// Repeats it, behind a semicolon, if there is anything; the process is to have ended.
-    pub(crate) fn quoted(&self) -> String {
-        let printed = self.text().replace(['\n', '\t'], " ");
-        let beyond = printed.chars().count().saturating_sub(LONGEST);
-        let printed: String = printed.chars().skip(beyond).collect();
-        if printed.is_empty() { String::new() } else { format!("; it printed: {printed}") }
     }
 
     /// Shows it, if there is anything, to the person in front of the program; the process is to have ended.
@@ -93,8 +83,5 @@ mod tests {
         let room = words.0.lock().unwrap().capacity();
         assert!(room <= 4 * (KEPT + CHUNK), "{room}");
         assert!(words.text().ends_with("x [2J\nthe end"), "{}", words.text());
-        assert!(words.quoted().ends_with("x [2J the end") && words.quoted().starts_with("; it printed: xxx"));
-        assert_eq!(words.quoted().chars().count(), LONGEST + "; it printed: ".len());
-        assert_eq!(LastWords(Arc::default()).quoted(), "");
     }
 }

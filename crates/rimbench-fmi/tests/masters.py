@@ -414,17 +414,21 @@ def fmus_of_others_are_simulated_swept_and_limited():
 
 def an_fmu_that_fails_hangs_or_crashes_costs_one_run():
     made_by_others()
-    reasons = {}
+    reasons, shown = {}, {}
     for what, patience in (("fail_above", 60.0), ("die_above", 60.0), ("hang_above", 10.0)):
         # The reference takes shorter steps and is there; the run does not get far.
         (FOLDER / f"{what}.toml").write_text(pair(patience, f", {what} = 5e-3"))
-        told = rimbench("simulate", "--case", f"{what}.toml", "--scheme", "zero-order-hold", "--format", "json")
-        run = json.loads(told)
+        arguments = ["simulate", "--case", f"{what}.toml", "--scheme", "zero-order-hold", "--format", "json"]
+        done = subprocess.run([PROGRAM, *arguments], cwd=FOLDER, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        run = json.loads(done.stdout)
         assert run["outcome"] == "subsystem-failed", run
-        reasons[what] = run["reason"]
+        reasons[what], shown[what] = run["reason"], done.stderr
     assert all("Body.fmu" in reason for reason in reasons.values()), reasons
     assert "DoStep returned" in reasons["fail_above"], reasons
-    assert "its process ended (signal: 6" in reasons["die_above"] and "going down" in reasons["die_above"], reasons
+    assert "its process ended (signal: 6" in reasons["die_above"], reasons
+    # What it prints is shown, and no part of the result.
+    assert "going down" not in reasons["die_above"] and "Body.fmu` printed:\n  going down" in shown["die_above"], (reasons, shown)
     assert "no answer within 10 s" in reasons["hang_above"], reasons
 
 

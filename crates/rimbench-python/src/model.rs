@@ -18,6 +18,8 @@ pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInt
         }
     }
     let mut model = ReducedInterfaceModel::zeros(contacts, interface);
+    // Nobody asks an object for them.
+    model.kinks.blind = true;
     (model.stabilisation, model.restitution) = (stabilisation, restitution);
     Ok(model)
 }

@@ -8,7 +8,7 @@ use rimbench_core::cosim::{
     counts_interface_way, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{Coupling, Need};
+use rimbench_core::schemes::{ContactChoice, Coupling, ModelMotion, Need};
 use std::time::Duration;
 
 /// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that every
@@ -58,6 +58,7 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
         .incompatibility(sides.lend())
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| unreturnable(spec, sides.lend()))
+        .or_else(|| without_sight(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
     let coupled = match skip {
         Some(reason) => Err(reason),
@@ -105,6 +106,31 @@ fn without_forecast(spec: &RunSpec, coupling: &Coupling) -> Option<String> {
         let name = &spec.scheme.name;
         format!("step control model-defect: scheme {name} moves no model of the mechanics together with the actuator")
     })
+}
+
+/// Why the model of this mechanics does not go with the options of one, if it does not.
+fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
+    let options = spec.model.as_ref()?;
+    let piecewise = options.motion == ModelMotion::Piecewise;
+    // What nobody has asked for may mean nothing.
+    let usual = spec.scheme.detection(None).ok().flatten();
+    let chosen = match options.detection {
+        detection if detection.is_some() && detection != usual => {
+            detection.map(|own| format!("contact_detection = {own}"))
+        }
+        _ => (options.contacts != ContactChoice::All).then(|| format!("contacts = {}", options.contacts)),
+    };
+    if !piecewise && chosen.is_none() {
+        return None;
+    }
+    let model = sides.mechanics.abilities().empty_interface_model()?;
+    if piecewise && model.kinks.blind {
+        let why = "the mechanics' interface model does not say where its geometry has kinks";
+        return Some(format!("model_motion = {}: {why}", options.motion));
+    }
+    let why =
+        "the mechanics' interface model is a smooth one, which has its contacts within and lists none to choose from";
+    chosen.filter(|_| model.smooth).map(|chosen| format!("{chosen}: {why}"))
 }
 
 /// Why energy cannot be returned to these subsystems, if it cannot.

@@ -15,6 +15,9 @@
 pub struct Kinks {
     /// Whether somebody asks for them: to find one costs two evaluations of the model's rows.
     pub wanted: bool,
+    /// Whether whoever fills the model cannot look for them: nothing then follows from there being none.
+    pub blind: bool,
+    places: usize,
     rows: usize,
     times: Vec<f64>,
     jumps: Vec<f64>,
@@ -26,6 +29,8 @@ impl Clone for Kinks {
     fn clone(&self) -> Self {
         let mut copy = Kinks {
             wanted: self.wanted,
+            blind: self.blind,
+            places: self.places,
             rows: self.rows,
             times: Vec::with_capacity(self.times.capacity()),
             jumps: Vec::with_capacity(self.jumps.capacity()),
@@ -39,7 +44,18 @@ impl Kinks {
     /// Makes room for `places` kinks of models with `rows` rows.
     pub fn with_room(places: usize, rows: usize) -> Self {
         let (times, jumps) = (Vec::with_capacity(places), Vec::with_capacity(places * rows));
-        Kinks { wanted: false, rows, times, jumps }
+        Kinks { wanted: false, blind: false, places, rows, times, jumps }
+    }
+
+    /// Returns how many there may be at once.
+    pub fn places(&self) -> usize {
+        self.places
+    }
+
+    /// Forgets those that there are.
+    pub fn clear(&mut self) {
+        self.times.clear();
+        self.jumps.clear();
     }
 
     /// Adds a kink `time` (s) after the communication point; returns where its jumps belong, all zero.

@@ -73,6 +73,9 @@ pub struct ReducedInterfaceModel {
     pub contact_forces: Vec<f64>,
     /// Kinks of the geometry that lie ahead, where they are asked for.
     pub kinks: Kinks,
+    /// Whether it has contacts without listing them: those that push are in `h` and `a`, which hold as long as none opens or closes. Only
+    /// schemes whose contacts are bilateral can do with that.
+    pub smooth: bool,
 }
 
 impl ReducedInterfaceModel {
@@ -117,6 +120,7 @@ impl ReducedInterfaceModel {
             friction_law: FrictionLaw::Coulomb,
             contact_forces: Vec::new(),
             kinks: Kinks::default(),
+            smooth: false,
         }
     }
 

@@ -37,7 +37,7 @@ impl InformationClass {
     /// caller to add.
     pub fn of(scheme: &SchemeEntry) -> Self {
         let of_need = |need: &Need| match need {
-            Need::InterfaceModel => InformationClass::Model,
+            Need::InterfaceModel | Need::ListedContacts => InformationClass::Model,
             Need::OilLines => InformationClass::Inside,
             Need::OutputRates | Need::OutputRatesIfFeedthrough => InformationClass::Derivatives,
             Need::Copies => InformationClass::Repetition,

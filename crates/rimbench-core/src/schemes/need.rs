@@ -1,6 +1,8 @@
 //! What a scheme asks of the subsystems, and whether they have it to offer.
 
 use crate::cosim::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES, OutputRates, Port, Quantity, Sides, Subsystem};
+use crate::error::{Cause, Failure};
+use crate::interface_model::ReducedInterfaceModel;
 
 /// Something a scheme cannot do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,6 +11,8 @@ pub enum Need {
     ForceDisplacement,
     /// A reduced interface model of the mechanics.
     InterfaceModel,
+    /// Contacts that the reduced interface model lists: a smooth one, which has them within, will not do.
+    ListedContacts,
     /// Contacts without friction, where there is a reduced interface model: its contact problems are those without.
     NoFriction,
     /// An interface of at most so many rows.
@@ -37,7 +41,19 @@ impl Need {
                 is_force_displacement(mechanics, actuator),
                 "a force-displacement coupling is needed: forces to the mechanics, their positions and velocities back",
             ),
-            Need::InterfaceModel => (mechanics.abilities().empty_interface_model().is_some(), NO_INTERFACE_MODEL),
+            Need::InterfaceModel => {
+                let abilities = mechanics.abilities();
+                if abilities.empty_interface_model().is_none() {
+                    let asked = abilities.interface_model(0.0, &mut ReducedInterfaceModel::zeros(0, 0));
+                    return Some(not_offered(NO_INTERFACE_MODEL, &asked));
+                }
+                return None;
+            }
+            Need::ListedContacts => (
+                mechanics.abilities().empty_interface_model().is_none_or(|model| !model.smooth),
+                "the mechanics' interface model is a smooth one, whose contacts neither open nor close: use a scheme whose contacts are \
+                 bilateral, such as rim-smooth",
+            ),
             Need::NoFriction => (
                 mechanics.abilities().empty_interface_model().is_none_or(|model| !model.has_friction()),
                 "its picture of the contacts knows no friction: use a scheme with a reduced interface model, or one without a model",
@@ -51,6 +67,9 @@ impl Need {
             Need::OutputRates | Need::OutputRatesIfFeedthrough => {
                 let mut rates = OutputRates::zeros(outputs, inputs);
                 let offered = actuator.abilities().output_rates(0.0, &vec![0.0; inputs], &mut rates);
+                if matches!(&offered, Err(failure) if matches!(failure.cause(), Cause::NotOffered { .. })) {
+                    return Some(not_offered(NO_OUTPUT_RATES, &offered));
+                }
                 // One that fails offers them, and will fail in the run, with its reason.
                 (offered.unwrap_or(true), NO_OUTPUT_RATES)
             }
@@ -60,6 +79,14 @@ impl Need {
             ),
         };
         (!met).then(|| reason.to_owned())
+    }
+}
+
+/// Why something is not offered, with what the subsystem itself says of it, if it says anything.
+fn not_offered(reason: &str, asked: &Result<bool, Failure>) -> String {
+    match asked.as_ref().map_err(Failure::cause) {
+        Err(Cause::NotOffered { what }) => format!("{reason}: {what}"),
+        _ => reason.to_owned(),
     }
 }
 

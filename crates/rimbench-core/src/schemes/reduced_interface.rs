@@ -156,7 +156,10 @@ impl ReducedInterface {
             },
             order: 2,
             sequence: Sequence::GaussSeidel { first: Side::Actuator },
-            needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
+            needs: match contacts {
+                Contacts::Bilateral => vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
+                _ => vec![Need::ForceDisplacement, Need::InterfaceModel, Need::ListedContacts, Need::NotMechanicsFirst],
+            },
             moves_model: true,
             solves_friction: matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps),
             ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))

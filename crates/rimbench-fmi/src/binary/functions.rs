@@ -233,6 +233,14 @@ unsafe extern "C" fn fmi3GetBoolean(
 }
 
 #[unsafe(no_mangle)]
+unsafe extern "C" fn fmi3GetInt32(h: *mut Handle, refs: *const u32, n: usize, values: *mut i32, count: usize) -> i32 {
+    with(h, |handle| {
+        let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
+        handle.instance.get_integers(refs, values)
+    })
+}
+
+#[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3SetBoolean(
     h: *mut Handle,
     refs: *const u32,
@@ -437,7 +445,7 @@ macro_rules! refused {
 refused! {
     fmi3ActivateModelPartition fmi3CompletedIntegratorStep fmi3EnterConfigurationMode fmi3EnterContinuousTimeMode fmi3EnterEventMode
     fmi3EnterStepMode fmi3EvaluateDiscreteStates fmi3ExitConfigurationMode fmi3GetAdjointDerivative fmi3GetBinary fmi3GetClock
-    fmi3GetContinuousStateDerivatives fmi3GetContinuousStates fmi3GetEventIndicators fmi3GetFloat32 fmi3GetInt16 fmi3GetInt32
+    fmi3GetContinuousStateDerivatives fmi3GetContinuousStates fmi3GetEventIndicators fmi3GetFloat32 fmi3GetInt16
     fmi3GetInt64 fmi3GetInt8 fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetNominalsOfContinuousStates
     fmi3GetNumberOfContinuousStates fmi3GetNumberOfEventIndicators fmi3GetNumberOfVariableDependencies fmi3GetOutputDerivatives
     fmi3GetShiftDecimal fmi3GetShiftFraction fmi3GetUInt16 fmi3GetUInt32 fmi3GetUInt64 fmi3GetUInt8 fmi3GetVariableDependencies

@@ -24,6 +24,8 @@ struct Built {
     observed_known: bool,
     model: Option<ReducedInterfaceModel>,
     model_known: bool,
+    /// Whether the kinks ahead are among what is known of it.
+    kinks_known: bool,
 }
 
 impl Built {
@@ -40,12 +42,14 @@ impl Built {
             observed_known: false,
             model,
             model_known: false,
+            kinks_known: false,
             subsystem,
         }
     }
 
     fn forget(&mut self) {
-        (self.y_known, self.rates_known, self.observed_known, self.model_known) = (false, false, false, false);
+        (self.y_known, self.rates_known, self.observed_known) = (false, false, false);
+        (self.model_known, self.kinks_known) = (false, false);
     }
 
     fn try_clone(&self) -> Option<Built> {
@@ -223,16 +227,19 @@ impl Instance {
         Ok(&built.observed)
     }
 
-    fn model(&mut self) -> Result<&ReducedInterfaceModel, Refusal> {
+    /// The interface model; with the kinks that lie ahead, which cost more, where they are asked for.
+    fn model(&mut self, kinks: bool) -> Result<&ReducedInterfaceModel, Refusal> {
         let h = self.state.model_step;
         let built = self.built()?;
         let model = built.model.as_mut().ok_or("no interface model is offered with these parameters")?;
-        if !built.model_known {
+        if !built.model_known || (kinks && !built.kinks_known) {
+            model.kinks.clear();
+            model.kinks.wanted = kinks;
             let offered = built.subsystem.abilities().interface_model(h, model);
             if !offered.map_err(|failure| failure.to_string())? {
                 return Err("no interface model is offered in this state".to_owned());
             }
-            built.model_known = true;
+            (built.model_known, built.kinks_known) = (true, kinks);
         }
         Ok(model)
     }
@@ -266,7 +273,7 @@ impl Instance {
                     _ => return Err(format!("value reference {reference} is no number")),
                 },
                 Kind::Model(part) => {
-                    let model = self.model()?;
+                    let model = self.model(matches!(part, Model::KinkTime | Model::KinkJump))?;
                     let rows = model.interface_start() + model.interface();
                     match part {
                         Model::H => (0..rows * rows).try_for_each(|at| put(model.entry(at / rows, at % rows)))?,
@@ -281,7 +288,24 @@ impl Instance {
                         Model::Restitution => put(model.restitution)?,
                         Model::Stiffness => put(model.spring.map_or(0.0, |spring| spring.stiffness))?,
                         Model::Damping => put(model.spring.map_or(0.0, |spring| spring.damping))?,
-                        Model::AtBound => return Err("rim.at_bound is Boolean".to_owned()),
+                        Model::Friction => model.friction.iter().try_for_each(|value| put(*value))?,
+                        Model::FrictionAtRest => put(model.stiction.map_or(0.0, |stiction| stiction.at_rest))?,
+                        Model::FrictionInMotion => put(model.stiction.map_or(0.0, |stiction| stiction.in_motion))?,
+                        Model::TangentialRestitution => put(model.tangential_restitution)?,
+                        Model::KinkTime => {
+                            let times = model.kinks.iter().map(|(time, _)| time).chain(std::iter::repeat(0.0));
+                            times.take(model.kinks.places()).try_for_each(&mut put)?;
+                        }
+                        Model::KinkJump => {
+                            let jumps = model.kinks.iter().flat_map(|(_, jumps)| jumps).copied();
+                            jumps
+                                .chain(std::iter::repeat(0.0))
+                                .take(model.kinks.places() * rows)
+                                .try_for_each(&mut put)?;
+                        }
+                        Model::AtBound | Model::State | Model::SolvedState | Model::KinkCount => {
+                            return Err(format!("value reference {reference} is no Float64"));
+                        }
                     }
                 }
                 Kind::Serialisable => return Err("serialisable is Boolean".to_owned()),
@@ -298,7 +322,7 @@ impl Instance {
         for &reference in references {
             match self.variable(reference, |_| true, "variable")?.kind {
                 Kind::Serialisable => found.push(self.state.serialisable),
-                Kind::Model(Model::AtBound) => found.extend_from_slice(&self.model()?.at_bound),
+                Kind::Model(Model::AtBound) => found.extend_from_slice(&self.model(false)?.at_bound),
                 _ => return Err(format!("value reference {reference} is not Boolean")),
             }
         }
@@ -307,6 +331,29 @@ impl Instance {
         }
         values.iter_mut().zip(found).for_each(|(place, truth)| {
             place.write(truth);
+        });
+        Ok(())
+    }
+
+    pub(super) fn get_integers(&mut self, references: &[u32], values: &mut [MaybeUninit<i32>]) -> Result<(), Refusal> {
+        let mut found = Vec::with_capacity(values.len());
+        for &reference in references {
+            match self.variable(reference, |_| true, "variable")?.kind {
+                Kind::Model(Model::State) => {
+                    found.extend(self.model(false)?.states.iter().map(|state| i32::from(*state as u8)));
+                }
+                Kind::Model(Model::SolvedState) => {
+                    found.extend(self.model(false)?.solved_states.iter().map(|state| i32::from(*state as u8)));
+                }
+                Kind::Model(Model::KinkCount) => found.push(self.model(true)?.kinks.iter().count() as i32),
+                _ => return Err(format!("value reference {reference} is no Int32")),
+            }
+        }
+        if found.len() != values.len() {
+            return Err(format!("there is room for {} values, and the variables have {}", values.len(), found.len()));
+        }
+        values.iter_mut().zip(found).for_each(|(place, number)| {
+            place.write(number);
         });
         Ok(())
     }
@@ -357,7 +404,7 @@ impl Instance {
             Kind::ModelStep if value > 0.0 && value.is_finite() => {
                 self.state.model_step = value;
                 if let Some(built) = &mut self.state.built {
-                    (built.model_known, built.observed_known) = (false, false);
+                    (built.model_known, built.kinks_known, built.observed_known) = (false, false, false);
                 }
             }
             Kind::ModelStep => return Err(format!("rim.step = {value} is not valid; valid: a finite number above 0")),

@@ -131,6 +131,10 @@ fn write_variable(
             kind = "Boolean";
             "causality=\"output\" variability=\"discrete\""
         }
+        Kind::Model(Model::State | Model::SolvedState | Model::KinkCount) => {
+            kind = "Int32";
+            "causality=\"output\" variability=\"discrete\""
+        }
         Kind::Model(_) => "causality=\"output\" variability=\"continuous\"",
         Kind::Observable(_) | Kind::InterfaceWork => "causality=\"local\" variability=\"continuous\"",
     };

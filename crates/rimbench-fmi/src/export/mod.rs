@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 pub const RESOURCE: &str = "rimbench.json";
 
 /// The proposed layered standard for reduced interface models: name and version. Its manifest lies in `extra/<name>/`.
-pub const LAYERED_STANDARD: [&str; 2] = ["rimbench.reduced-interface", "0.2.0"];
+pub const LAYERED_STANDARD: [&str; 2] = ["rimbench.reduced-interface", "0.3.0"];
 
 /// What the library needs to know to be one side of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

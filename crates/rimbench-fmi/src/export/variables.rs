@@ -30,6 +30,24 @@ pub enum Model {
     Stiffness,
     /// c of compliant contacts, N·s/m.
     Damping,
+    /// Coefficients of friction of the next step, n_u.
+    Friction,
+    /// Coefficient of a contact at rest, where that is another; else 0.
+    FrictionAtRest,
+    /// Likewise of one that slides.
+    FrictionInMotion,
+    /// Restitution along the surface.
+    TangentialRestitution,
+    /// What contacts did in the last step, n_u: [`ContactState`](rimbench_core::friction::ContactState) by its number.
+    State,
+    /// From which the next contact problem starts, likewise.
+    SolvedState,
+    /// How many kinks lie ahead.
+    KinkCount,
+    /// When each is reached, s; room for all that there may be.
+    KinkTime,
+    /// By how much accelerations jump there, one row for each, m/s².
+    KinkJump,
 }
 
 /// What a variable stands for.
@@ -147,14 +165,14 @@ impl Variables {
             "Step of the mechanics for which local quantities and rim.* are given",
             &[],
         );
-        if let Some(model) = subsystem.abilities().empty_interface_model().filter(|model| !model.has_friction()) {
+        if let Some(model) = subsystem.abilities().empty_interface_model() {
             let (contacts, interface) = (model.contacts(), model.interface());
-            let n = contacts + interface;
+            let n = model.interface_start() + interface;
             put(
                 "rim.H",
                 Kind::Model(Model::H),
                 "1/kg",
-                "Interface model: [H_uu H_ui; H_iu H_ii], contacts first",
+                "Interface model: [H_uu H_ui; H_iu H_ii], contacts first, with friction their tangential rows behind them",
                 &[n, n],
             );
             put("rim.a", Kind::Model(Model::A), "m/s²", "Interface model: free accelerations [a_u; a_i]", &[n]);
@@ -191,6 +209,30 @@ impl Variables {
                 "Interface model: damping of compliant contacts",
                 &[],
             );
+            if model.has_friction() {
+                let about = "Interface model: coefficients of friction in the step that starts here";
+                put("rim.friction", Kind::Model(Model::Friction), "", about, &[contacts]);
+                let about = "Interface model: coefficient of friction of a contact that stood still; 0: coefficients do not change";
+                put("rim.friction_at_rest", Kind::Model(Model::FrictionAtRest), "", about, &[]);
+                let about =
+                    "Interface model: coefficient of friction of any other contact; 0: coefficients do not change";
+                put("rim.friction_in_motion", Kind::Model(Model::FrictionInMotion), "", about, &[]);
+                let about = "Interface model: restitution of closing contacts along the surface";
+                put("rim.tangential_restitution", Kind::Model(Model::TangentialRestitution), "", about, &[]);
+                let about = "Interface model: what contacts did in the last step: 0 open, 1 sticking, 2 sliding forwards, 3 backwards";
+                put("rim.state", Kind::Model(Model::State), "", about, &[contacts]);
+                let about = "Interface model: states from which the next contact problem starts, numbered likewise";
+                put("rim.solved_state", Kind::Model(Model::SolvedState), "", about, &[contacts]);
+            }
+            let places = model.kinks.places();
+            if places > 0 {
+                let about = "Interface model: how many kinks of the geometry lie ahead";
+                put("rim.kink_count", Kind::Model(Model::KinkCount), "", about, &[]);
+                let about = "Interface model: times from now at which they are reached, as many as there are";
+                put("rim.kink_time", Kind::Model(Model::KinkTime), "s", about, &[places]);
+                let about = "Interface model: jumps of rim.a there, a row for each";
+                put("rim.kink_jump", Kind::Model(Model::KinkJump), "m/s²", about, &[places, n]);
+            }
         }
         if subsystem.abilities().interface_work().is_some() {
             let about = "Work received through the interface since the start, as the model's own steps count it";

@@ -2,12 +2,12 @@
 
 use super::archive::Unpacked;
 use super::description::{FmuVariable, Type};
-use super::host::{Host, ModelVariables, Plan, Scaled, Start};
+use super::host::{Host, ModelVariables, Plan, Probe, Scaled, Start};
 use super::library::Loaded;
 use super::like_case;
 use super::process::Remote;
 use super::program_member::ProgramMember;
-use super::side::{ImportedSide, Offers};
+use super::side::{ImportedSide, ModelSize, Offers};
 use crate::export::side_name;
 use crate::program::{Named, answer_within, unit};
 use rimbench_cases::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range};
@@ -97,6 +97,8 @@ pub(super) struct SideTable {
     pub(super) observe: Vec<String>,
     pub(super) interface_work: Option<String>,
     pub(super) direct_feedthrough: Option<bool>,
+    /// The longest step by which an FMU without derivatives is probed, s.
+    pub(super) probe_step_s: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -152,6 +154,20 @@ const ENERGY: [i32; 8] = [1, 2, -2, 0, 0, 0, 0, 0];
 /// The parameters that say what a case is made from: FMUs, or also programs.
 pub(super) const DIGESTS: [&str; 2] = ["fmu_digest", "program_digest"];
 
+/// By how much forces are changed where an FMU is probed, of their magnitude: little enough that the same contacts push.
+const FORCE_CHANGE: f64 = 1e-3;
+/// Likewise positions and velocities: a force that follows a stiff element answers to micrometres.
+const MOTION_CHANGE: f64 = 1e-6;
+/// Where no micro step is given, the share of the macro step by which an FMU is probed.
+const PROBED_SHARE: f64 = 0.1;
+
+/// Why there are no rates of an FMU's outputs.
+const NO_RATES: &str = "its FMU has no directional derivatives of them, and cannot be probed for them, which takes states to be kept \
+                        and set, and steps of any length";
+/// Why there is no interface model.
+const NO_MODEL: &str = "its FMU has none, no directional derivatives of how its velocities move, and cannot be probed for them, which \
+                        takes states to be kept and set, and steps of any length";
+
 /// Most rows of an interface model, whose square must have room.
 const MOST_ROWS: usize = 4096;
 
@@ -189,8 +205,10 @@ impl Member {
             Member::Fmu(fmu) => {
                 let side =
                     ImportedSide::new(fmu.host(parameters, process)?, fmu.ports.clone(), fmu.offers.clone(), None);
+                let side = side.of_file(&fmu.unpacked.file);
                 Ok(Box::new(match fmu.model {
                     Some(size) => side.with_model(step, size)?,
+                    None if fmu.offers.smooth => side.with_smooth_model(fmu.ports.inputs.len()),
                     None => side,
                 }))
             }
@@ -205,8 +223,8 @@ struct FmuMember {
     plan: Plan,
     ports: Ports,
     offers: Offers,
-    /// Numbers of contacts and interface rows of its interface model.
-    model: Option<[usize; 2]>,
+    /// The size of its interface model.
+    model: Option<ModelSize>,
     /// Parameters of the case with the variables that take them.
     parameters: Vec<(String, Scaled)>,
 }
@@ -252,6 +270,14 @@ pub fn read_case(path: &Path, program: Option<&Path>, catalogue: &Catalogue) -> 
     for (key, value) in times.into_iter().filter_map(|(key, value)| Some((key, value?))) {
         if !(value.is_finite() && value > 0.0) {
             return Err(wrong(Error::invalid(key, value, "a finite time above 0 s").to_string()));
+        }
+    }
+    for side in Side::BOTH {
+        if let Some(step) = file.side(side).and_then(|table| table.probe_step_s)
+            && !(step.is_finite() && step > 0.0)
+        {
+            let key = format!("probe_step_s of [{}]", side_name(side));
+            return Err(wrong(Error::invalid(&key, step, "a finite time above 0 s").to_string()));
         }
     }
     let patience = answer_within(file.answer_within_s).map_err(|error| wrong(error.to_string()))?;
@@ -580,8 +606,28 @@ fn fmu_member(file: &CaseFile, table: &SideTable, fmu: &Path, side: Side, rows: 
         outputs.iter().map(rate_of).collect::<Option<_>>().filter(|_| description.derivatives);
     let plain = inputs.iter().chain(&outputs).all(|(_, scaled)| scaled.factor == 1.0);
     let model = if side == Side::Mechanics && plain && unpacked.layered { finder.model(rows.len())? } else { None };
+    let mechanics = side == Side::Mechanics;
+    let probe =
+        (rates.is_none() && model.is_none() && description.keeps_state && description.any_step).then(|| Probe {
+            step: table
+                .probe_step_s
+                .or(file.micro_step_s)
+                .unwrap_or(PROBED_SHARE * file.macro_step_s.unwrap_or(f64::NAN)),
+            change: if mechanics { FORCE_CHANGE } else { MOTION_CHANGE },
+            feedthrough: ports.direct_feedthrough,
+        });
+    let moves = rates.is_some() || probe.is_some();
+    // Velocities that jump with a force have no accelerations.
+    let smooth = mechanics && model.is_none() && moves && !ports.direct_feedthrough;
     let offers = Offers {
-        rates: side == Side::Actuator && rates.is_some(),
+        rates: !mechanics && moves,
+        probed: probe.is_some(),
+        smooth,
+        without: match (mechanics, moves) {
+            (false, false) => Some(NO_RATES),
+            (true, _) if !smooth => Some(NO_MODEL),
+            _ => None,
+        },
         copies: description.keeps_state,
         work: work.is_some(),
         observables: table.observe.iter().cloned().map(Name::from).collect(),
@@ -600,6 +646,8 @@ fn fmu_member(file: &CaseFile, table: &SideTable, fmu: &Path, side: Side, rows: 
         outputs: outputs.into_iter().map(|(_, scaled)| scaled).collect(),
         rates,
         derivatives: description.derivatives,
+        smooth,
+        probe,
         keeps_state: description.keeps_state,
         step: description.variable("rim.step").filter(|_| unpacked.layered).map(|variable| variable.reference),
         model: model.map(|(model, _)| model),
@@ -733,8 +781,8 @@ impl Finder<'_> {
         Ok(scaled)
     }
 
-    /// The interface model of our proposal, with the numbers of its contacts and interface rows.
-    fn model(&self, rows: usize) -> Result<Option<(ModelVariables, [usize; 2])>> {
+    /// The interface model of our proposal, with its size.
+    fn model(&self, rows: usize) -> Result<Option<(ModelVariables, ModelSize)>> {
         let description = &self.unpacked.description;
         let find = |name: &str, kind: Type, dimensions: &[usize]| -> Result<(u32, usize)> {
             let found = description.variable(name);
@@ -751,9 +799,14 @@ impl Finder<'_> {
             _ => Err(self.wrong(format!("its interface model has no variable `{name}` with one dimension"))),
         };
         let (n, interface) = (extent("rim.a")?, extent("rim.position")?);
-        let Some(contacts) = n.checked_sub(interface).filter(|_| interface == rows) else {
-            return Err(self
-                .wrong(format!("its interface model has {interface} rows of the interface, and the case has {rows}")));
+        // With friction each contact has two rows.
+        let has_friction = description.variable("rim.friction").is_some();
+        let rows_each = if has_friction { 2 } else { 1 };
+        let contacts = n.checked_sub(interface).filter(|of_contacts| of_contacts.is_multiple_of(rows_each));
+        let Some(contacts) = contacts.filter(|_| interface == rows).map(|of_contacts| of_contacts / rows_each) else {
+            return Err(self.wrong(format!(
+                "its interface model has {n} rows, {interface} of them of the interface, and the case has {rows}"
+            )));
         };
         if n > MOST_ROWS {
             return Err(self.wrong(format!("its interface model has {n} rows; at most {MOST_ROWS} make sense")));
@@ -774,7 +827,24 @@ impl Finder<'_> {
         for name in ["rim.stabilisation", "rim.restitution", "rim.contact_stiffness", "rim.contact_damping"] {
             numbers.push(number(name, &[])?);
         }
+        let (mut friction, mut states) = (Vec::new(), Vec::new());
+        if has_friction {
+            friction.push(number("rim.friction", &[contacts])?);
+            for name in ["rim.friction_at_rest", "rim.friction_in_motion", "rim.tangential_restitution"] {
+                friction.push(number(name, &[])?);
+            }
+            for name in ["rim.state", "rim.solved_state"] {
+                states.push(find(name, Type::Integer, &[contacts])?);
+            }
+        }
+        let (mut kinks, mut places) = (None, 0);
+        if description.variable("rim.kink_count").is_some() {
+            places = extent("rim.kink_time")?;
+            let parts = [number("rim.kink_time", &[places])?, number("rim.kink_jump", &[places, n])?];
+            kinks = Some((find("rim.kink_count", Type::Integer, &[])?.0, parts));
+        }
         let step = number("rim.step", &[])?.0;
-        Ok(Some((ModelVariables { step, numbers, truths }, [contacts, interface])))
+        let size = ModelSize { contacts, interface, friction: has_friction, kinks: places };
+        Ok(Some((ModelVariables { step, numbers, truths, friction, states, kinks }, size)))
     }
 }

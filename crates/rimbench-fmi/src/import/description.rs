@@ -44,6 +44,8 @@ pub(super) struct Description {
     pub(super) identifier: String,
     pub(super) keeps_state: bool,
     pub(super) derivatives: bool,
+    /// Steps of any length may be taken.
+    pub(super) any_step: bool,
     /// Only one instance of it may be in a process.
     pub(super) only_once: bool,
     pub(super) variables: Vec<FmuVariable>,
@@ -113,6 +115,7 @@ impl Description {
             identifier: needed("modelIdentifier")?,
             keeps_state: flag(if two { "canGetAndSetFMUstate" } else { "canGetAndSetFMUState" }),
             derivatives: flag(if two { "providesDirectionalDerivative" } else { "providesDirectionalDerivatives" }),
+            any_step: flag("canHandleVariableCommunicationStepSize"),
             only_once: flag("canBeInstantiatedOnlyOncePerProcess"),
             version,
             variables,

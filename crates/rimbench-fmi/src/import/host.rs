@@ -12,9 +12,9 @@ pub(crate) enum Ask {
     /// Time, step, inputs in, and of each input four coefficients of its course if it is known; the outputs that the state has come to
     /// out, with these inputs.
     Step,
-    /// Time and inputs in; rates, feedthrough and rate gain out.
+    /// Time and inputs in; rates, feedthrough and rate gain out, and where they are probed their relative error behind them.
     Rates,
-    /// Step of the mechanics in; the parts of the interface model out, one after the other.
+    /// Step of the mechanics in, and 1 if the kinks that lie ahead are wanted; the parts of the interface model out, one after the other.
     Model,
     /// Step of the mechanics in; observed quantities out.
     Observe,
@@ -90,6 +90,23 @@ pub(super) struct ModelVariables {
     pub(super) numbers: Vec<(u32, usize)>,
     /// Truths likewise, after them.
     pub(super) truths: Vec<(u32, usize)>,
+    /// Numbers of contacts with friction, after those.
+    pub(super) friction: Vec<(u32, usize)>,
+    /// Whole numbers likewise.
+    pub(super) states: Vec<(u32, usize)>,
+    /// How many kinks lie ahead, when, and by how much accelerations jump there: after everything else, where they are asked for.
+    pub(super) kinks: Option<(u32, [(u32, usize); 2])>,
+}
+
+/// How an FMU that does not give the rates of its outputs is probed for them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Probe {
+    /// The longer of the two steps that are compared, s.
+    pub(super) step: f64,
+    /// By how much inputs are changed, of their magnitude, or of 1 in SI where that is less.
+    pub(super) change: f64,
+    /// Whether outputs follow inputs at once.
+    pub(super) feedthrough: bool,
 }
 
 /// Everything that driving an FMU needs.
@@ -109,6 +126,10 @@ pub(super) struct Plan {
     /// Rates of the outputs, where all of them have one.
     pub(super) rates: Option<Vec<Scaled>>,
     pub(super) derivatives: bool,
+    /// A mechanics of whose rates only the accelerations count.
+    pub(super) smooth: bool,
+    /// The longest step by which rates are probed, s, where they are not given.
+    pub(super) probe: Option<Probe>,
     pub(super) keeps_state: bool,
     pub(super) model: Option<ModelVariables>,
     /// The variable that takes the step of the mechanics for what is observed, if there is one.

@@ -4,7 +4,7 @@
 
 #![allow(unsafe_code, reason = "functions of a library that others wrote")]
 
-use super::host::{Ask, Host, Plan, Scaled, Start};
+use super::host::{Ask, Host, Plan, Probe, Scaled, Start};
 use libloading::Library;
 use std::cell::Cell;
 use std::ffi::{CString, c_char, c_int, c_void};
@@ -139,6 +139,7 @@ struct Functions {
     derivative: Option<Derivative>,
     /// Truths as bytes: what a library writes need be none of the two that a `bool` may have.
     booleans: Option<unsafe extern "C" fn(Instance, *const u32, usize, *mut u8, usize) -> c_int>,
+    integers: Option<unsafe extern "C" fn(Instance, *const u32, usize, *mut i32, usize) -> c_int>,
 }
 
 struct StateFunctions {
@@ -192,6 +193,37 @@ struct Slot {
     used: bool,
 }
 
+/// What probing needs, and what it has found.
+#[derive(Default)]
+struct Probed {
+    /// The state from which it goes out.
+    kept: Option<Keep>,
+    /// Rates, feedthrough and rate gain by the longer steps, and by the shorter ones.
+    coarse: Vec<f64>,
+    fine: Vec<f64>,
+    /// The largest that each of them has been.
+    largest: Vec<f64>,
+    input: Vec<f64>,
+    before: Vec<f64>,
+    after: Vec<f64>,
+}
+
+impl Probed {
+    /// The largest difference between both in the rows from `first` on, of so many with so many inputs each, of the largest that the number
+    /// has been so far; no digit is right at 1.
+    fn error(&mut self, first: usize, rows: usize, inputs: usize) -> f64 {
+        self.largest.resize(self.fine.len(), 0.0);
+        let row = |at: usize| if at < rows { at } else { (at - rows) / inputs % rows };
+        let parts = self.coarse.iter().zip(&self.fine).zip(&mut self.largest);
+        let counted = parts.enumerate().filter(|(at, _)| row(*at) >= first).map(|(_, part)| part);
+        let error = counted.map(|((coarse, fine), largest)| {
+            *largest = largest.max(fine.abs());
+            if coarse == fine { 0.0 } else { (coarse - fine).abs() / *largest }
+        });
+        error.fold(0.0, |worst: f64, error| if error.is_nan() { 1.0 } else { worst.max(error) }).min(1.0)
+    }
+}
+
 /// An FMU in this process.
 pub(super) struct Loaded {
     plan: Plan,
@@ -205,9 +237,11 @@ pub(super) struct Loaded {
     observed: Vec<u32>,
     room: Vec<f64>,
     truths: Vec<u8>,
+    integers: Vec<i32>,
     said: ManuallyDrop<Box<Said>>,
     callbacks: ManuallyDrop<Option<Box<Callbacks2>>>,
     library: ManuallyDrop<Library>,
+    probed: Probed,
     /// Whether it has come to step mode, from which it may be asked to terminate.
     stepping: bool,
     /// The worst status so far.
@@ -256,6 +290,7 @@ impl Loaded {
                     None
                 },
                 booleans: None,
+                integers: None,
             }
         } else {
             Functions {
@@ -271,6 +306,12 @@ impl Loaded {
                     None
                 },
                 booleans: if plan.model.is_some() { Some(function!(b"fmi3GetBoolean")) } else { None },
+                integers: if plan.model.as_ref().is_some_and(|model| !model.states.is_empty() || model.kinks.is_some())
+                {
+                    Some(function!(b"fmi3GetInt32"))
+                } else {
+                    None
+                },
             }
         };
         let state = match (plan.keeps_state, two) {
@@ -364,9 +405,11 @@ impl Loaded {
             observed: references(&plan.observed),
             room: Vec::new(),
             truths: Vec::new(),
+            integers: Vec::new(),
             said: ManuallyDrop::new(said),
             callbacks: ManuallyDrop::new(callbacks),
             library: ManuallyDrop::new(library),
+            probed: Probed::default(),
             stepping: false,
             worst: Cell::new(0),
             plan,
@@ -523,9 +566,7 @@ impl Loaded {
         if self.copies[self.present].used {
             self.store(self.present)?;
         }
-        let Some(functions) = &self.functions.state else { return Err("it keeps no state".to_owned()) };
-        let status = unsafe { (functions.set)(self.instance, kept) };
-        self.check(status, "setting its state")?;
+        self.set_state(Some(kept))?;
         self.present = id;
         Ok(())
     }
@@ -539,20 +580,17 @@ impl Loaded {
         self.check(status, "getting its state")
     }
 
-    fn release(&mut self, id: usize) {
-        if let (Some(functions), Some(mut kept)) = (&self.functions.state, self.copies[id].kept.take()) {
+    fn release(&mut self, kept: Option<Keep>) {
+        if let (Some(functions), Some(mut kept)) = (&self.functions.state, kept) {
             // What cannot be freed is the FMU's loss.
             let _ = unsafe { (functions.free)(self.instance, &raw mut kept) };
         }
     }
 
-    /// `∂unknowns/∂inputs`, row by row, in SI.
-    fn jacobian(&mut self, of_rates: bool, output: &mut Vec<f64>) -> Result<(), String> {
-        let (unknowns, scales) = if of_rates {
-            (&self.rates, self.plan.rates.as_deref().unwrap_or_default())
-        } else {
-            (&self.outputs, &*self.plan.outputs)
-        };
+    /// `∂unknowns/∂inputs`, row by row, in SI; the unknowns are outputs, or their rates, from a place on.
+    fn jacobian(&self, unknowns: &[u32], first: usize, of_rates: bool, output: &mut Vec<f64>) -> Result<(), String> {
+        let scales = if of_rates { self.plan.rates.as_deref().unwrap_or_default() } else { &*self.plan.outputs };
+        let scales = &scales[first..];
         let (rows, columns) = (unknowns.len(), self.inputs.len());
         let from = output.len();
         output.resize(from + rows * columns, 0.0);
@@ -573,6 +611,146 @@ impl Loaded {
             for (row, (value, own)) in column.iter().zip(scales).enumerate() {
                 output[from + row * columns + at] = value * (own.factor / scale.factor);
             }
+        }
+        Ok(())
+    }
+
+    /// Appends rates, feedthrough and rate gain as steps from here show them, and their relative error; the state is what it was
+    /// afterwards, with inputs `u`.
+    ///
+    /// ```text
+    /// r = (y(t + δ) − y(t))/δ         inputs held
+    /// D = Δy/Δu                       at once
+    /// R = (r(u + Δ) − r(u − Δ))/2Δ    each from the same state
+    /// ```
+    /// With δ and Δ, and with half of both: the latter is the answer, and what lies between the two its error.
+    fn probe(&mut self, probe: Probe, t: f64, u: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
+        let mut probed = std::mem::take(&mut self.probed);
+        let done = self.probe_from(&mut probed, probe, t, u);
+        // Back, whatever has become of it.
+        let back = self.set_state(probed.kept).and_then(|()| self.put(u));
+        if done.is_ok() && back.is_ok() {
+            output.extend_from_slice(&probed.fine);
+            // Of a mechanics only velocities matter: what a step adds to a position is of the step, and not of the model.
+            let first = if self.plan.smooth { self.outputs.len() / 2 } else { 0 };
+            output.push(probed.error(first, self.outputs.len(), u.len()));
+        }
+        self.probed = probed;
+        done.and(back).map_err(|why| format!("{why} (while it was probed for how its outputs move)"))
+    }
+
+    fn probe_from(&mut self, probed: &mut Probed, probe: Probe, t: f64, u: &[f64]) -> Result<(), String> {
+        self.put(u)?;
+        let Some(functions) = &self.functions.state else { return Err("it keeps no state".to_owned()) };
+        let mut kept = probed.kept.unwrap_or(ptr::null_mut());
+        let status = unsafe { (functions.get)(self.instance, &raw mut kept) };
+        probed.kept = (!kept.is_null()).then_some(kept);
+        self.check(status, "getting its state")?;
+        for share in [1.0, 0.5] {
+            std::mem::swap(&mut probed.coarse, &mut probed.fine);
+            self.probe_once(probed, Probe { step: share * probe.step, change: share * probe.change, ..probe }, t, u)?;
+        }
+        Ok(())
+    }
+
+    /// Fills `probed.fine`.
+    fn probe_once(&mut self, probed: &mut Probed, probe: Probe, t: f64, u: &[f64]) -> Result<(), String> {
+        let (p, n) = (self.outputs.len(), u.len());
+        let Probed { kept, fine, input, before, after, .. } = probed;
+        fine.clear();
+        fine.resize(p * (1 + 2 * n), 0.0);
+        let (rate, gains) = fine.split_at_mut(p);
+        let (feedthrough, rate_gain) = gains.split_at_mut(p * n);
+        self.shoot(*kept, t, u, probe.step, [before, after])?;
+        rate.iter_mut().zip(before.iter().zip(&*after)).for_each(|(r, (y0, y))| *r = (y - y0) / probe.step);
+        for at in 0..n {
+            let change = probe.change * u[at].abs().max(1.0);
+            for sign in [1.0, -1.0] {
+                input.clear();
+                input.extend_from_slice(u);
+                input[at] += sign * change;
+                // What it is in the end, to the last bit.
+                let twice = 2.0 * (input[at] - u[at]).abs() * sign;
+                self.shoot(*kept, t, input, probe.step, [before, after])?;
+                for row in 0..p {
+                    let entry = row * n + at;
+                    if probe.feedthrough {
+                        feedthrough[entry] += before[row] / twice;
+                    }
+                    rate_gain[entry] += (after[row] - before[row]) / probe.step / twice;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Outputs before and after a step from a state that was kept.
+    fn shoot(
+        &mut self,
+        from: Option<Keep>,
+        t: f64,
+        u: &[f64],
+        h: f64,
+        [before, after]: [&mut Vec<f64>; 2],
+    ) -> Result<(), String> {
+        self.set_state(from)?;
+        self.put(u)?;
+        before.clear();
+        self.take(&self.outputs, &self.plan.outputs, before)?;
+        self.step(t, h)?;
+        after.clear();
+        self.take(&self.outputs, &self.plan.outputs, after)
+    }
+
+    fn set_state(&self, kept: Option<Keep>) -> Result<(), String> {
+        let (Some(functions), Some(kept)) = (&self.functions.state, kept) else {
+            return Err("it keeps no state".to_owned());
+        };
+        let status = unsafe { (functions.set)(self.instance, kept) };
+        self.check(status, "setting its state")
+    }
+
+    /// Appends the parts of the interface model.
+    fn read_model(
+        &self,
+        input: &[f64],
+        output: &mut Vec<f64>,
+        truths: &mut Vec<u8>,
+        integers: &mut Vec<i32>,
+    ) -> Result<(), String> {
+        let Some(model) = &self.plan.model else { return Err("it has no interface model".to_owned()) };
+        let [step, kinks @ ..] = input else { return Err("a model needs a step".to_owned()) };
+        self.set(&[model.step], &[*step])?;
+        let append = |output: &mut Vec<f64>, &(reference, count): &(u32, usize)| {
+            let from = output.len();
+            output.resize(from + count, 0.0);
+            self.get(&[reference], &mut output[from..])
+        };
+        let mut append_integers = |output: &mut Vec<f64>, reference: u32, count: usize| {
+            let Some(get) = self.functions.integers else { return Err("it gives no whole numbers".to_owned()) };
+            integers.clear();
+            integers.resize(count, 0);
+            let status = unsafe { get(self.instance, &reference, 1, integers.as_mut_ptr(), count) };
+            self.check(status, "getting a whole number")?;
+            output.extend(integers.iter().map(|number| f64::from(*number)));
+            Ok(())
+        };
+        model.numbers.iter().try_for_each(|part| append(output, part))?;
+        for &(reference, count) in &model.truths {
+            let Some(get) = self.functions.booleans else { return Err("it gives no truths".to_owned()) };
+            truths.clear();
+            truths.resize(count, 0);
+            let status = unsafe { get(self.instance, &reference, 1, truths.as_mut_ptr(), count) };
+            self.check(status, "getting a truth")?;
+            output.extend(truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
+        }
+        model.friction.iter().try_for_each(|part| append(output, part))?;
+        model.states.iter().try_for_each(|&(reference, count)| append_integers(output, reference, count))?;
+        if let (Some((count, parts)), [wanted, ..]) = (&model.kinks, kinks)
+            && *wanted != 0.0
+        {
+            append_integers(output, *count, 1)?;
+            parts.iter().try_for_each(|part| append(output, part))?;
         }
         Ok(())
     }
@@ -631,29 +809,27 @@ impl Host for Loaded {
                 self.take(&self.outputs, &self.plan.outputs, output)
             }
             Ask::Rates => {
-                let [_, u @ ..] = input else { return Err("rates need a time".to_owned()) };
+                let [t, u @ ..] = input else { return Err("rates need a time".to_owned()) };
+                if let Some(probe) = self.plan.probe {
+                    return self.probe(probe, *t, u, output);
+                }
                 self.put(u)?;
                 self.take(&self.rates, self.plan.rates.as_deref().unwrap_or_default(), output)?;
-                self.jacobian(false, output)?;
-                self.jacobian(true, output)
+                if self.plan.smooth {
+                    // Positions and velocities do not follow forces at once, and an FMU may refuse to say by how much.
+                    let (rows, columns) = (self.outputs.len(), self.inputs.len());
+                    output.resize(output.len() + rows * columns + rows / 2 * columns, 0.0);
+                    return self.jacobian(&self.rates[rows / 2..], rows / 2, true, output);
+                }
+                self.jacobian(&self.outputs, 0, false, output)?;
+                self.jacobian(&self.rates, 0, true, output)
             }
             Ask::Model => {
-                let Some(model) = &self.plan.model else { return Err("it has no interface model".to_owned()) };
-                self.set(&[model.step], input)?;
-                for &(reference, count) in &model.numbers {
-                    let from = output.len();
-                    output.resize(from + count, 0.0);
-                    self.get(&[reference], &mut output[from..])?;
-                }
-                for &(reference, count) in &model.truths {
-                    let Some(get) = self.functions.booleans else { return Err("it gives no truths".to_owned()) };
-                    self.truths.clear();
-                    self.truths.resize(count, 0);
-                    let status = unsafe { get(self.instance, &reference, 1, self.truths.as_mut_ptr(), count) };
-                    self.check(status, "getting a truth")?;
-                    output.extend(self.truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
-                }
-                Ok(())
+                // Room that is there already, lent for the while.
+                let (mut truths, mut integers) = (std::mem::take(&mut self.truths), std::mem::take(&mut self.integers));
+                let read = self.read_model(input, output, &mut truths, &mut integers);
+                (self.truths, self.integers) = (truths, integers);
+                read
             }
             Ask::Observe => {
                 if let Some(step) = self.plan.step {
@@ -687,7 +863,12 @@ impl Drop for Loaded {
         if self.worst.get() == FATAL {
             return;
         }
-        (0..self.copies.len()).for_each(|id| self.release(id));
+        for id in 0..self.copies.len() {
+            let kept = self.copies[id].kept.take();
+            self.release(kept);
+        }
+        let kept = self.probed.kept.take();
+        self.release(kept);
         // SAFETY: the instance is alive, and nobody has it afterwards; the library goes last, because the rest calls into it or is
         // called from it. Nothing is dropped twice: `self` is not used again.
         unsafe {

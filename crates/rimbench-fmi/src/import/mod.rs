@@ -12,6 +12,7 @@ mod description;
 mod host;
 mod library;
 mod like_case;
+mod probing;
 #[cfg(unix)]
 mod process;
 #[cfg(not(unix))]
@@ -23,5 +24,6 @@ mod side;
 pub(crate) use case_file::can_name_a_column;
 pub use case_file::read_case;
 pub(crate) use host::{Ask, Host};
+pub use probing::{ProbeQuality, take_probe_errors};
 pub use process::{WORKER, serve};
 pub(crate) use side::{ImportedSide, Offers};

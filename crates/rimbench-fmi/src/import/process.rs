@@ -6,7 +6,8 @@
 //! first     length u64, plan as JSON              → status u8; 1: length u64, message
 //! then      what u8, copy u32, n u64, n numbers   → status u8, n u64, n numbers; 1: length u64, message
 //! ```
-//! Integers and f64 in little-endian order. The end of the socket is the end of the worker.
+//! Integers and f64 in little-endian order. Five zeros take leave of the worker. An end of the socket without them means that the program
+//! has been killed, and is the end of the worker as well.
 
 use super::host::{Ask, Host, Plan};
 use super::library::{self, Loaded};
@@ -14,12 +15,15 @@ use crate::last_words::LastWords;
 use rimbench_core::error::{Error, Result};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream as Socket;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The hidden command by which the program is a worker.
 pub const WORKER: &str = "fmu-worker";
+/// What takes leave of a worker.
+const LEAVE_TAKING: [u8; 5] = [0; 5];
 /// How long a worker may take to end.
 const LEAVE: Duration = Duration::from_secs(2);
 /// How long a worker whose socket has ended may take to be gone itself.
@@ -77,6 +81,8 @@ impl Remote {
             .stdin(Stdio::from(std::os::fd::OwnedFd::from(theirs)))
             .stdout(said.try_clone().map_err(wrong)?)
             .stderr(said)
+            // Ctrl-C in a terminal is for this program, which ends its runs as it should; the worker follows it.
+            .process_group(0)
             .spawn()
             .map_err(wrong)?;
         own.set_read_timeout(Some(answer_within)).map_err(wrong)?;
@@ -115,13 +121,14 @@ impl Remote {
         let alone = !matches!(self.child.try_wait(), Ok(None));
         let _ = self.child.kill();
         let ended = self.child.wait().map_or_else(|error| error.to_string(), |status| status.to_string());
-        let printed = self.printed.quoted();
+        // What it printed may name folders of this machine: that is for the person here, and no part of what is recorded.
+        self.printed.show(&self.file);
         if hangs {
-            format!("{}: no answer within {} s{printed}", self.file, self.answer_within.as_secs_f64())
+            format!("{}: no answer within {} s", self.file, self.answer_within.as_secs_f64())
         } else if alone {
-            format!("{}: its process ended ({ended}){printed}", self.file)
+            format!("{}: its process ended ({ended})", self.file)
         } else {
-            format!("{}: its process no longer answers ({error}) and was ended{printed}", self.file)
+            format!("{}: its process no longer answers ({error}) and was ended", self.file)
         }
     }
 }
@@ -143,6 +150,7 @@ impl Host for Remote {
 
 impl Drop for Remote {
     fn drop(&mut self) {
+        let _ = self.socket.write_all(&LEAVE_TAKING);
         let _ = self.socket.shutdown(std::net::Shutdown::Both);
         let began = Instant::now();
         while began.elapsed() < LEAVE {
@@ -175,7 +183,8 @@ pub fn serve() -> Result<()> {
     read_bytes(&mut socket, &mut bytes, length).map_err(wrong)?;
     let plan: Result<Plan, _> = serde_json::from_slice(&bytes).map_err(|error| error.to_string());
     let folder = plan.as_ref().ok().and_then(|plan| plan.resources.parent()).map(Path::to_owned);
-    std::thread::spawn(move || outlive_nobody(started_by, folder.as_deref()));
+    let of_thread = folder.clone();
+    std::thread::spawn(move || outlive_nobody(started_by, of_thread.as_deref()));
     let loaded = plan.and_then(Loaded::new);
     let mut loaded = match loaded {
         Ok(loaded) => loaded,
@@ -190,9 +199,13 @@ pub fn serve() -> Result<()> {
     let (mut input, mut output, mut answer) = (Vec::new(), Vec::new(), Vec::new());
     loop {
         let mut head = [0; 5];
-        // Whoever asked has gone.
-        if socket.read_exact(&mut head).is_err() || read_numbers(&mut socket, &mut bytes, &mut input).is_err() {
+        let heard = socket.read_exact(&mut head);
+        if heard.is_ok() && head == LEAVE_TAKING {
             return Ok(());
+        }
+        // Whoever asked has gone without a word.
+        if heard.and_then(|()| read_numbers(&mut socket, &mut bytes, &mut input)).is_err() {
+            outlive_nobody(started_by, folder.as_deref());
         }
         let [what, id @ ..] = head;
         let asked = Ask::of(what).ok_or_else(|| "asked for what there is not".to_owned());
@@ -205,14 +218,14 @@ pub fn serve() -> Result<()> {
             Err(message) => answer = refusal(&message),
         }
         if socket.write_all(&answer).is_err() {
-            return Ok(());
+            outlive_nobody(started_by, folder.as_deref());
         }
     }
 }
 
 /// Ends this process when the program that started it has gone, wherever the FMU is by then, and removes the folder that the FMU was
 /// unpacked to, which nobody else would do.
-fn outlive_nobody(started_by: u32, folder: Option<&Path>) {
+fn outlive_nobody(started_by: u32, folder: Option<&Path>) -> ! {
     while std::os::unix::process::parent_id() == started_by {
         std::thread::sleep(LOOK);
     }

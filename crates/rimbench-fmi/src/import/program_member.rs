@@ -42,6 +42,7 @@ impl ProgramMember {
             ("observe", !table.observe.is_empty()),
             ("interface_work", table.interface_work.is_some()),
             ("direct_feedthrough", table.direct_feedthrough.is_some()),
+            ("probe_step_s", table.probe_step_s.is_some()),
         ];
         if let Some((key, _)) = in_vain.iter().find(|(_, given)| *given) {
             return Err(Error::Incompatible(format!(

@@ -1,12 +1,15 @@
 //! A subsystem that is an FMU, or a program of its own.
 
 use super::host::{Ask, Host};
+use super::probing::ProbeErrors;
 use rimbench_core::cosim::{
     Abilities, InputPolynomials, OutputRates, Ports, Subsystem, SubsystemCounters, not_offered,
 };
 use rimbench_core::error::{Cause, Failure};
-use rimbench_core::interface_model::{ContactSpring, ReducedInterfaceModel};
+use rimbench_core::friction::{ContactState, FrictionLaw, Stiction};
+use rimbench_core::interface_model::{ContactSpring, Kinks, ReducedInterfaceModel};
 use rimbench_core::name::Name;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// What it can do besides.
@@ -15,11 +18,41 @@ pub(crate) struct Offers {
     pub(crate) rates: bool,
     pub(crate) copies: bool,
     pub(crate) work: bool,
+    /// Its rates are found by probing, and told with their error.
+    pub(crate) probed: bool,
+    /// What its outputs' rates say is its interface model: a mechanics that has no other.
+    pub(crate) smooth: bool,
+    /// Why it has neither rates nor an interface model, where more is to be said than that.
+    pub(crate) without: Option<&'static str>,
     /// It takes the course of its inputs within a step.
     pub(crate) polynomials: bool,
     /// It cannot be told of a number that is not finite.
     pub(crate) finite_only: bool,
     pub(crate) observables: Vec<Name>,
+}
+
+/// How large an interface model is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct ModelSize {
+    pub(super) contacts: usize,
+    pub(super) interface: usize,
+    /// Whether contacts have tangential rows.
+    pub(super) friction: bool,
+    /// Most kinks that may lie ahead at once.
+    pub(super) kinks: usize,
+}
+
+impl ModelSize {
+    fn empty(self) -> ReducedInterfaceModel {
+        let ModelSize { contacts, interface, friction, kinks } = self;
+        let mut empty = if friction {
+            ReducedInterfaceModel::zeros_with_friction(&vec![0.0; contacts], interface)
+        } else {
+            ReducedInterfaceModel::zeros(contacts, interface)
+        };
+        empty.kinks = Kinks::with_room(kinks, empty.interface_start() + interface);
+        empty
+    }
 }
 
 /// One copy of its state.
@@ -37,6 +70,10 @@ pub(crate) struct ImportedSide {
     y: Vec<f64>,
     u: Vec<f64>,
     known: bool,
+    /// Where its last step has ended, s; none before anything was asked.
+    time: Option<f64>,
+    /// By how much what was probed may be wrong.
+    errors: ProbeErrors,
     /// What was refused where nothing can fail.
     failed: Option<Failure>,
     counters: SubsystemCounters,
@@ -63,28 +100,46 @@ impl ImportedSide {
             y,
             u,
             known: false,
+            time: None,
+            errors: ProbeErrors::default(),
             failed: None,
             counters: SubsystemCounters::default(),
         }
     }
 
-    /// Takes what drives one that says itself, when it is asked for its interface model for a step (s), what of that never changes;
-    /// it has so many contacts and interface rows.
+    /// Takes what drives one that says itself, when it is asked for its interface model for a step (s), what of that never changes.
     ///
     /// # Errors
     /// What it says instead.
-    pub(super) fn with_model(self, step: f64, [contacts, interface]: [usize; 2]) -> Result<Self, String> {
+    pub(super) fn with_model(self, step: f64, size: ModelSize) -> Result<Self, String> {
         let mut side = self;
-        let mut filled = ReducedInterfaceModel::zeros(contacts, interface);
+        let mut filled = size.empty();
         side.fill(step, &mut filled)?;
-        let mut empty = ReducedInterfaceModel::zeros(contacts, interface);
+        let mut empty = size.empty();
         (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
         empty.spring = filled.spring;
         if filled.restitution > 0.0 {
-            empty.own_approach = vec![0.0; contacts];
+            empty.own_approach = vec![0.0; size.contacts];
         }
+        empty.friction.copy_from_slice(&filled.friction);
+        (empty.stiction, empty.tangential_restitution) = (filled.stiction, filled.tangential_restitution);
         side.model = Some(empty);
         Ok(side)
+    }
+
+    /// Takes what drives a mechanics whose interface model is what the rates of its outputs say, with so many rows.
+    pub(super) fn with_smooth_model(self, interface: usize) -> Self {
+        let mut side = self;
+        let empty = side.model.insert(ReducedInterfaceModel::zeros(0, interface));
+        (empty.smooth, empty.kinks.blind) = (true, true);
+        side
+    }
+
+    /// Takes what drives one that may be probed; the errors are told as those of `file`.
+    pub(super) fn of_file(self, file: &Path) -> Self {
+        let mut side = self;
+        side.errors = ProbeErrors::of(file);
+        side
     }
 
     fn ask(&mut self, ask: Ask) -> Result<(), String> {
@@ -95,17 +150,20 @@ impl ImportedSide {
     fn fill(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), String> {
         self.input.clear();
         self.input.push(h);
+        if model.kinks.wanted {
+            self.input.push(1.0);
+        }
         self.ask(Ask::Model)?;
         let mut rest = self.output.as_slice();
         let mut next = |count: usize| {
             let taken = rest.split_off(..count);
             taken.ok_or_else(|| "its interface model has too few numbers".to_owned())
         };
-        let (n, contacts) = (model.a.len(), model.gap.len());
+        let (n, contacts, interface) = (model.a.len(), model.gap.len(), model.position.len());
         model.h.copy_from_slice(next(n * n)?);
         model.a.copy_from_slice(next(n)?);
         model.w.copy_from_slice(next(n)?);
-        model.position.copy_from_slice(next(n - contacts)?);
+        model.position.copy_from_slice(next(interface)?);
         model.gap.copy_from_slice(next(contacts)?);
         let own = next(contacts)?;
         if !model.own_approach.is_empty() {
@@ -116,8 +174,104 @@ impl ImportedSide {
         let (stiffness, damping) = (next(1)?[0], next(1)?[0]);
         model.spring = (stiffness > 0.0).then_some(ContactSpring { stiffness, damping });
         model.at_bound.iter_mut().zip(next(contacts)?).for_each(|(at_bound, truth)| *at_bound = *truth != 0.0);
+        if model.has_friction() {
+            model.friction.copy_from_slice(next(contacts)?);
+            let (at_rest, in_motion) = (next(1)?[0], next(1)?[0]);
+            model.stiction = (at_rest > 0.0).then_some(Stiction { at_rest, in_motion });
+            model.tangential_restitution = next(1)?[0];
+            for states in [&mut model.states, &mut model.solved_states] {
+                for (state, number) in states.iter_mut().zip(next(contacts)?) {
+                    let known = ContactState::ALL.into_iter().find(|known| f64::from(*known as u8) == *number);
+                    *state = known.ok_or_else(|| {
+                        format!(
+                            "its interface model has a contact in state {number}; valid: 0 to {}",
+                            ContactState::ALL.len() - 1
+                        )
+                    })?;
+                }
+            }
+        }
+        if model.kinks.wanted && model.kinks.places() > 0 {
+            let (places, count) = (model.kinks.places(), next(1)?[0]);
+            let (times, jumps) = (next(places)?, next(places * n)?);
+            if !(0.0..=places as f64).contains(&count) {
+                return Err(format!("its interface model has {count} kinks ahead, and room for {places}"));
+            }
+            model.kinks.clear();
+            for (time, jumps) in times.iter().zip(jumps.chunks_exact(n)).take(count as usize) {
+                model.kinks.add(*time).copy_from_slice(jumps);
+            }
+        }
         model.mechanics_step = h;
         Ok(())
+    }
+
+    /// Asks how the outputs move.
+    fn ask_rates(&mut self, t: f64, u: &[f64]) -> Result<(), Failure> {
+        self.check(u)?;
+        self.input.clear();
+        self.input.push(t);
+        self.input.extend_from_slice(u);
+        self.ask(Ask::Rates).map_err(Failure::reported)?;
+        if self.offers.probed {
+            let error = self.output.pop().unwrap_or(f64::NAN);
+            self.errors.note(error);
+            // The same from two step sizes, with the inputs as they are and each of them changed both ways.
+            self.counters.micro_steps += 2 * (1 + 2 * u.len() as u64);
+            if self.output.iter().any(|number| !number.is_finite()) {
+                return Err(Failure::reported("probing it for how its outputs move gives numbers that are not finite"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The interface model that follows from how the velocities move: `H = ∂v̇/∂λ`, `a = v̇ − H λ`, with the forces λ of the last step.
+    fn fill_smooth(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), Failure> {
+        let u = std::mem::take(&mut self.u);
+        let asked = self.ask_rates(self.time.unwrap_or(0.0), &u);
+        self.u = u;
+        asked?;
+        let m = model.position.len();
+        // Of positions and velocities by forces.
+        let (rates, gains) = (&self.output[..2 * m], &self.output[2 * m + 2 * m * m..]);
+        for row in 0..m {
+            let mut free = rates[m + row];
+            for column in 0..m {
+                // To round-off it is symmetric anyway.
+                let [one, other] = [(row, column), (column, row)].map(|(row, column)| gains[(m + row) * m + column]);
+                let entry = 0.5 * (one + other);
+                model.h[row * m + column] = entry;
+                free -= entry * self.u[column];
+            }
+            model.a[row] = free;
+        }
+        let u = std::mem::take(&mut self.u);
+        let known = self.know_outputs(&u);
+        self.u = u;
+        known?;
+        model.position.copy_from_slice(&self.y[..m]);
+        model.w.copy_from_slice(&self.y[m..]);
+        model.mechanics_step = h;
+        Ok(())
+    }
+
+    /// Asks for the outputs with these inputs, unless they are known.
+    fn know_outputs(&mut self, u: &[f64]) -> Result<(), Failure> {
+        self.check(u)?;
+        self.time.get_or_insert(0.0);
+        if !(self.known && (!self.ports.direct_feedthrough || self.u == u)) {
+            self.input.clear();
+            self.input.extend_from_slice(u);
+            self.ask(Ask::Outputs).map_err(Failure::reported)?;
+            self.y.copy_from_slice(&self.output);
+            self.known = true;
+        }
+        Ok(())
+    }
+
+    /// Says that something is not offered, and why, where that is known.
+    fn without(&self) -> Result<bool, Failure> {
+        self.offers.without.map_or(Ok(false), |what| Err(Cause::NotOffered { what }.into()))
     }
 
     /// What could not be said when it happened, and what cannot be said at all.
@@ -137,15 +291,8 @@ impl Subsystem for ImportedSide {
     }
 
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        self.check(u)?;
-        if !(self.known && (!self.ports.direct_feedthrough || self.u == u)) {
-            self.input.clear();
-            self.input.extend_from_slice(u);
-            self.ask(Ask::Outputs).map_err(Failure::reported)?;
-            self.y.copy_from_slice(&self.output);
-            self.u.copy_from_slice(u);
-            self.known = true;
-        }
+        self.know_outputs(u)?;
+        self.u.copy_from_slice(u);
         y.copy_from_slice(&self.y);
         Ok(())
     }
@@ -158,7 +305,7 @@ impl Subsystem for ImportedSide {
         if let Some(course) = self.polynomials.as_mut().and_then(InputPolynomials::take) {
             self.input.extend(course.iter().flatten());
         }
-        self.known = false;
+        (self.known, self.time) = (false, Some(t + h));
         self.ask(Ask::Step).map_err(Failure::reported)?;
         self.y.copy_from_slice(&self.output);
         self.u.copy_from_slice(u);
@@ -193,6 +340,8 @@ impl Subsystem for ImportedSide {
             y: self.y.clone(),
             u: self.u.clone(),
             known: self.known,
+            time: self.time,
+            errors: self.errors.of_a_copy(),
             failed: self.failed.clone(),
             counters: self.counters,
         }))
@@ -202,7 +351,6 @@ impl Subsystem for ImportedSide {
 impl Abilities for ImportedSide {
     not_offered!(
         use_second_order,
-        use_friction_law,
         joint_steps,
         oil_lines,
         interface_displacement,
@@ -210,29 +358,39 @@ impl Abilities for ImportedSide {
         energy_account,
     );
 
+    fn use_friction_law(&mut self, _: FrictionLaw) -> Result<(), &'static str> {
+        Err("what friction an FMU or a program has is its own, and no other law can be put in its place")
+    }
+
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.model.clone()
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
         if self.model.is_none() {
-            return Ok(false);
+            return self.without();
+        }
+        if self.offers.smooth {
+            return self.fill_smooth(h, model).map(|()| true);
         }
         self.fill(h, model).map(|()| true).map_err(Failure::reported)
     }
 
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         if !self.offers.rates {
-            return Ok(false);
+            return self.without();
         }
-        self.input.clear();
-        self.input.push(t);
-        self.input.extend_from_slice(u);
-        self.ask(Ask::Rates).map_err(Failure::reported)?;
+        if self.offers.probed && self.time.is_none() {
+            // Whether it offers them is asked with inputs that are none, and a model that is probed there may break. Nobody can take this
+            // for an answer.
+            rates.rate.fill(f64::NAN);
+            return Ok(true);
+        }
+        self.ask_rates(t, u)?;
         let (p, entries) = (rates.rate.len(), rates.feedthrough.len());
         rates.rate.copy_from_slice(&self.output[..p]);
         rates.feedthrough.copy_from_slice(&self.output[p..p + entries]);
-        rates.rate_gain.copy_from_slice(&self.output[p + entries..]);
+        rates.rate_gain.copy_from_slice(&self.output[p + entries..p + 2 * entries]);
         Ok(true)
     }
 

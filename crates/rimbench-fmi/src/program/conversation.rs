@@ -5,6 +5,7 @@
 
 use super::command_line::CommandLine;
 use super::exchange_times::{ExchangeTimes, add_exchange_times};
+use super::living::{Living, wait_if_over};
 use super::messages::{Numbered, PROTOCOL, Reply, Request, Role, VERSION};
 use crate::last_words::{LastWords, tell_once};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -40,6 +41,8 @@ pub(super) struct Conversation {
     /// The file that names it.
     file: PathBuf,
     child: Child,
+    /// None when it has ended.
+    living: Option<Living>,
     /// None when there is nothing more to ask.
     stdin: Option<ChildStdin>,
     stdout: ChildStdout,
@@ -98,6 +101,7 @@ impl Conversation {
         let conversation = Conversation {
             who: who.clone(),
             file: command.file.clone(),
+            living: Some(Living::of(&child)),
             child,
             stdin: Some(stdin),
             stdout,
@@ -251,6 +255,7 @@ impl Conversation {
 
     /// Why there is no reply to go on with; the process has ended then.
     fn last_words(&mut self, asked: &str, within: Duration, silence: Silence) -> String {
+        wait_if_over();
         if matches!(silence, Silence::Ended) {
             self.wait_for(END);
         }
@@ -289,6 +294,7 @@ impl Conversation {
         if let Some(group) = Pid::from_raw(self.child.id() as i32) {
             let _ = kill_process_group(group, Signal::KILL);
         }
+        self.living = None;
         self.child.wait().map_or_else(|error| error.to_string(), |status| status.to_string())
     }
 }

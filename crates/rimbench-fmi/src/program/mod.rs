@@ -14,12 +14,18 @@ mod conversation;
 mod conversation;
 mod copies;
 mod exchange_times;
+#[cfg(unix)]
+mod living;
 mod messages;
 mod scheme;
 mod subsystem;
 
 pub(crate) use command_line::{CommandLine, answer_within};
+#[cfg(not(unix))]
+pub use conversation::end_programs;
 pub use exchange_times::{ExchangeTimes, take_exchange_times};
+#[cfg(unix)]
+pub use living::end_programs;
 pub(crate) use messages::Named;
 pub use messages::{PROTOCOL, VERSION};
 pub use scheme::read_scheme;

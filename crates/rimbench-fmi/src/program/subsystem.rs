@@ -150,6 +150,8 @@ impl ProgramSide {
             let mut empty = ReducedInterfaceModel::zeros(model.contacts, interface);
             (empty.stabilisation, empty.restitution) = (model.stabilisation, model.restitution);
             empty.spring = spring(model);
+            // It is not asked for them.
+            empty.kinks.blind = true;
             if model.restitution > 0.0 {
                 empty.own_approach = vec![0.0; model.contacts];
             }
@@ -162,6 +164,7 @@ impl ProgramSide {
             polynomials: d.polynomials,
             finite_only: true,
             observables: d.observables.iter().cloned().map(Name::from).collect(),
+            ..Offers::default()
         };
         let host: Box<dyn Host> = match self.begin(parameters) {
             Ok(host) => Box::new(host),

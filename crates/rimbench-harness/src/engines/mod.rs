@@ -103,6 +103,8 @@ pub struct Order<'a> {
     pub program: &'a Path,
     /// Experiment file, absolute.
     pub file: &'a Path,
+    /// Files of cases and schemes that the experiment has from outside, absolute, each behind the option that reads it.
+    pub more_files: &'a [(&'static str, PathBuf)],
     /// Results folder, absolute.
     pub folder: &'a Path,
     /// Where the files of the submission go, as [`next_place`] says.
@@ -128,6 +130,7 @@ impl Order<'_> {
     fn chunk_command(&self, places: &str) -> Words {
         let mut words = Words::of(self.program.display());
         words.extend(["run".to_owned(), self.file.display().to_string()]);
+        self.more_files.iter().for_each(|(option, file)| words.option(option, file.display()));
         words.option("--out", self.folder.display());
         words.option("--jobs", self.cpus);
         words.option("--places", places);
@@ -185,6 +188,7 @@ mod tests {
             name: "cost",
             program: Path::new("/opt/rim bench/rimbench"),
             file: Path::new("/data/it's/cost.toml"),
+            more_files: &[],
             folder: Path::new("/data/results/cost"),
             place: Path::new("/data/results/cost/records/submissions/1"),
             cache: None,
@@ -251,6 +255,20 @@ mod tests {
         let output = shell.args(["-c", &script, "sh"]).arg(&chunks).env("TASK", "2").output().unwrap();
         let said = "run /data/it's/cost.toml --out /data/results/cost --jobs 1 --places 100-100\n";
         assert_eq!(String::from_utf8_lossy(&output.stdout), said);
+    }
+
+    #[test]
+    fn every_engine_hands_the_files_of_cases_and_schemes_on_to_its_tasks() {
+        let files = [("--case-file", "/data/my truck.toml"), ("--scheme-file", "/data/linear.toml")];
+        let more_files = files.map(|(option, file)| (option, PathBuf::from(file)));
+        let wanted =
+            "cost.toml' --case-file '/data/my truck.toml' --scheme-file /data/linear.toml --out /data/results/cost ";
+        for (name, engine) in Engine::NAMES {
+            let submission = engine.submission(&Order { more_files: &more_files, ..order(&CHUNKS) }).unwrap();
+            let commands = submission.commands.iter().map(Words::to_string);
+            let all: String = submission.files.iter().map(|(_, text)| text.clone()).chain(commands).collect();
+            assert!(all.contains(wanted), "{name}: {all}");
+        }
     }
 
     #[test]
