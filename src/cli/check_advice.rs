@@ -85,7 +85,7 @@ impl CheckAdvice {
         };
         self.out.as_deref().map_or(Ok(()), check_writable_folder)?;
         use_threads(self.jobs)?;
-        let interruption = Interruption::listen()?;
+        let interruption = Interruption::listen();
         let progress = Progress::begin("check-advice", 0);
         let cache = Cache::of_user();
         let told = |step: Step<'_>| match step {
