@@ -335,7 +335,10 @@ impl SparseActiveSet {
                 changed = true;
                 if self.drive(m, z, j, stats, bound)? {
                     entered = true;
-                    self.list_neighbours(m, j);
+                    // Bland's rule is one contact at a time.
+                    if !bland {
+                        self.list_neighbours(m, j);
+                    }
                 } else if !entered {
                     return if w_j >= -RAY_NOISE * q_max {
                         Ok(())

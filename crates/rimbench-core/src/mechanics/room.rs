@@ -1,4 +1,4 @@
-//! How much memory a mechanical system takes, before any of it is taken.
+//! How much memory a mechanical system takes, before its matrices are made.
 
 use super::contact_stepper::{ContactLaw, MANY_CONTACTS};
 use super::mechanical_model::MechanicalModel;
@@ -11,6 +11,8 @@ const SQUARES: u64 = 24;
 const WIDE: u64 = 3;
 /// Bytes per contact where few meet: some 10 entries of `H_uu` and 30 of a factor, each in several copies with its place.
 const PER_CONTACT: u64 = 16 << 10;
+/// Bytes per entry of `H_uu` at most: more where many contacts share a velocity, as where all pairs of a heap are listed.
+const PER_MEETING: u64 = 400;
 /// Bytes per joint where only what is not zero is kept of them: some 5 entries of `S` and 10 of its factor, with their places.
 const PER_JOINT: u64 = 2 << 10;
 
@@ -47,8 +49,11 @@ impl Kept {
         }
     }
 
-    /// Whether few contacts meet; nothing is taken for rows that keep everything.
+    /// Whether `H_uu` keeps only what meets; nothing is taken for rows that keep everything.
     fn few_meet(&self, velocities: usize) -> bool {
+        if self.joints.is_none() {
+            return self.contacts.is_some();
+        }
         let known = |columns: &Option<Vec<Vec<usize>>>| Self::rows(columns.as_ref(), 0, velocities);
         let eq3 = Linearisation {
             mass: MassMatrix::Diagonal(Vec::new()),
@@ -60,6 +65,13 @@ impl Kept {
         };
         self.contacts.is_some() && Elimination::meeting(&eq3).is_some()
     }
+}
+
+/// Returns how many entries contacts with these columns meet in at most: the sum of k² over velocities that k contacts know.
+fn meetings_at_most(columns: &[Vec<usize>], velocities: usize) -> u64 {
+    let mut knowing = vec![0_u64; velocities];
+    columns.iter().flatten().for_each(|&column| knowing[column] += 1);
+    knowing.iter().map(|k| k * k).sum()
 }
 
 /// Makes Eq. 3 of a model, with nothing in it yet and room for what is to be kept of its rows.
@@ -86,11 +98,11 @@ pub fn solver_room(model: &impl MechanicalModel, law: ContactLaw, by_active_sets
 ///
 /// ```text
 /// 8 (24 r² + 3 r n) bytes          r = 2 n_u + n_b + n_i rows with friction, n_u + n_b + n_i without; n velocities
-/// 16 kiB per contact               where few of many contacts meet
+/// 16 kiB per contact               where few of many contacts meet, or 400 bytes for each k² of a velocity that k know, if that is more
 /// 2 kiB per joint and velocity     in place of its rows above, where joints are many and know few velocities each
 /// ```
-/// `by_active_sets` tells whether the solver of the contacts goes from one active set to the next. An estimate from above: nothing is
-/// measured or allocated.
+/// `by_active_sets` tells whether the solver of the contacts goes from one active set to the next. An estimate from above, for which only
+/// the columns are listed.
 pub fn bytes_needed(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> u64 {
     let (size, kept) = (model.size(), Kept::of(model, law, by_active_sets));
     let contacts = (size.unilateral + model.tangential_rows() + size.interface) as u64;
@@ -100,7 +112,8 @@ pub fn bytes_needed(model: &impl MechanicalModel, law: ContactLaw, by_active_set
         None => (0, contacts + joints),
     };
     if kept.few_meet(size.velocities) {
-        return of_joints + size.unilateral as u64 * PER_CONTACT;
+        let meetings = kept.contacts.as_ref().map_or(0, |columns| meetings_at_most(columns, size.velocities));
+        return of_joints + (size.unilateral as u64 * PER_CONTACT).max(meetings * PER_MEETING);
     }
     of_joints + 8 * rows * (SQUARES * rows + WIDE * velocities)
 }
