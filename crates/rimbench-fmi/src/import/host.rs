@@ -12,7 +12,8 @@ pub(crate) enum Ask {
     /// Time, step, inputs in, and of each input four coefficients of its course if it is known; the outputs that the state has come to
     /// out, with these inputs.
     Step,
-    /// Time and inputs in; rates, feedthrough and rate gain out, and where they are probed their relative error behind them.
+    /// Time and inputs in; rates, feedthrough and rate gain out. Where they are probed, the longest step that may be taken for it stands
+    /// before the inputs, and their relative error behind the answer.
     Rates,
     /// Step of the mechanics in, and 1 if the kinks that lie ahead are wanted; the parts of the interface model out, one after the other.
     Model,
@@ -107,6 +108,13 @@ pub(super) struct Probe {
     pub(super) change: f64,
     /// Whether outputs follow inputs at once.
     pub(super) feedthrough: bool,
+}
+
+impl Probe {
+    /// By how much an input is changed, in SI.
+    pub(super) fn change_of(self, input: f64) -> f64 {
+        self.change * input.abs().max(1.0)
+    }
 }
 
 /// Everything that driving an FMU needs.

@@ -72,6 +72,8 @@ pub(crate) struct ImportedSide {
     known: bool,
     /// Where its last step has ended, s; none before anything was asked.
     time: Option<f64>,
+    /// The longest step that it has taken, s.
+    longest: Option<f64>,
     /// By how much what was probed may be wrong.
     errors: ProbeErrors,
     /// What was refused where nothing can fail.
@@ -101,6 +103,7 @@ impl ImportedSide {
             u,
             known: false,
             time: None,
+            longest: None,
             errors: ProbeErrors::default(),
             failed: None,
             counters: SubsystemCounters::default(),
@@ -206,11 +209,14 @@ impl ImportedSide {
         Ok(())
     }
 
-    /// Asks how the outputs move.
-    fn ask_rates(&mut self, t: f64, u: &[f64]) -> Result<(), Failure> {
+    /// Asks how the outputs move; one that is probed takes steps of at most `longest` (s) for it.
+    fn ask_rates(&mut self, t: f64, u: &[f64], longest: f64) -> Result<(), Failure> {
         self.check(u)?;
         self.input.clear();
         self.input.push(t);
+        if self.offers.probed {
+            self.input.push(longest);
+        }
         self.input.extend_from_slice(u);
         self.ask(Ask::Rates).map_err(Failure::reported)?;
         if self.offers.probed {
@@ -228,7 +234,7 @@ impl ImportedSide {
     /// The interface model that follows from how the velocities move: `H = ∂v̇/∂λ`, `a = v̇ − H λ`, with the forces λ of the last step.
     fn fill_smooth(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), Failure> {
         let u = std::mem::take(&mut self.u);
-        let asked = self.ask_rates(self.time.unwrap_or(0.0), &u);
+        let asked = self.ask_rates(self.time.unwrap_or(0.0), &u, h);
         self.u = u;
         asked?;
         let m = model.position.len();
@@ -306,6 +312,7 @@ impl Subsystem for ImportedSide {
             self.input.extend(course.iter().flatten());
         }
         (self.known, self.time) = (false, Some(t + h));
+        self.longest = Some(self.longest.map_or(h, |longest| longest.max(h)));
         self.ask(Ask::Step).map_err(Failure::reported)?;
         self.y.copy_from_slice(&self.output);
         self.u.copy_from_slice(u);
@@ -341,6 +348,7 @@ impl Subsystem for ImportedSide {
             u: self.u.clone(),
             known: self.known,
             time: self.time,
+            longest: self.longest,
             errors: self.errors.of_a_copy(),
             failed: self.failed.clone(),
             counters: self.counters,
@@ -386,7 +394,8 @@ impl Abilities for ImportedSide {
             rates.rate.fill(f64::NAN);
             return Ok(true);
         }
-        self.ask_rates(t, u)?;
+        // Nobody says for which step: no longer than its own.
+        self.ask_rates(t, u, self.longest.unwrap_or(f64::INFINITY))?;
         let (p, entries) = (rates.rate.len(), rates.feedthrough.len());
         rates.rate.copy_from_slice(&self.output[..p]);
         rates.feedthrough.copy_from_slice(&self.output[p..p + entries]);
@@ -437,5 +446,51 @@ impl Drop for ImportedSide {
         if Arc::strong_count(&self.host) > 1 {
             let _ = self.ask(Ask::Drop);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rimbench_core::cosim::{Port, Quantity};
+
+    /// Notes how long the steps may be by which it would be probed.
+    struct Noted(Arc<Mutex<Vec<f64>>>);
+
+    impl Host for Noted {
+        fn ask(&mut self, ask: Ask, _: u32, input: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
+            output.clear();
+            if ask == Ask::Rates {
+                self.0.lock().unwrap().push(input[1]);
+                // Two rates, twice two entries, and the error.
+                output.resize(7, 0.0);
+            } else {
+                output.resize(2, 0.0);
+            }
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_side_is_probed_by_no_longer_steps_than_it_takes() {
+        let port = |name: &'static str, quantity| Port::new(name, quantity);
+        let ports = Ports {
+            inputs: vec![port("f", Quantity::Force)],
+            outputs: vec![port("x", Quantity::Position), port("v", Quantity::Velocity)],
+            direct_feedthrough: false,
+        };
+        let noted = Arc::new(Mutex::new(Vec::new()));
+        let offers = Offers { rates: true, probed: true, smooth: true, ..Offers::default() };
+        let side = ImportedSide::new(Box::new(Noted(Arc::clone(&noted))), ports, offers, None);
+        let mut side = side.with_smooth_model(1);
+        let mut model = side.empty_interface_model().unwrap();
+        side.interface_model(1e-4, &mut model).unwrap();
+        let mut rates = OutputRates::zeros(2, 1);
+        side.output_rates(0.0, &[0.0], &mut rates).unwrap();
+        for h in [2e-4, 1e-4] {
+            side.step(0.0, &[0.0], h).unwrap();
+        }
+        side.output_rates(3e-4, &[0.0], &mut rates).unwrap();
+        assert_eq!(*noted.lock().unwrap(), [1e-4, f64::INFINITY, 2e-4]);
     }
 }
