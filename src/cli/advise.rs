@@ -65,7 +65,7 @@ pub struct Advise {
     /// Try every macro step at which a scheme would be cheaper, also beyond one at which it missed the error
     #[arg(long)]
     exhaustive: bool,
-    /// Stop searching after so many seconds
+    /// Stop searching after so many seconds; a run under way is not ended
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     budget: Option<f64>,
     /// Stop searching after so many runs

@@ -42,6 +42,10 @@ impl Collect {
             summary.computed,
             summary.damaged,
         ))?;
+        if summary.missing > 0 && summary.unplanned > 0 {
+            let count = summary.unplanned;
+            print(&format!("{count} records of other runs: has a case or scheme file changed, or the experiment?"))?;
+        }
         for run in &first_missing {
             let (step, phase) = (run.spec.macro_step * 1e3, run.spec.phase);
             print(&format!("missing: {} {} at H = {step} ms, phase {phase}", run.label, run.spec.parameters.given()))?;

@@ -1,4 +1,5 @@
-//! Ctrl-C: once, and no run is begun any more; twice, and those under way end; and if that takes too long, the program does.
+//! Ctrl-C: once, and no run is begun any more; twice, and those under way end; and if that takes too long, the program does. SIGTERM,
+//! by which `timeout` and schedulers end a program and kill it soon after, is as good as the second Ctrl-C.
 
 use super::INTERRUPTED;
 use anyhow::Context;
@@ -12,7 +13,7 @@ use std::time::Duration;
 /// What a run needs to see the flag and to end. It looks in every step of its own; what else there may be gets no longer.
 const GRACE: Duration = Duration::from_millis(900);
 
-/// What has been asked for by Ctrl-C.
+/// What has been asked for by Ctrl-C or SIGTERM.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Interruption(Arc<[AtomicBool; 2]>);
 
@@ -25,16 +26,32 @@ fn leave() -> ! {
     std::process::exit(INTERRUPTED.into())
 }
 
-/// From now on Ctrl-C is heard.
+/// Hands what was heard to who listens.
+fn heard(act: impl Fn(&Interruption)) {
+    let listening = LISTENING.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    listening.map_or_else(|| leave(), |interruption| act(&interruption));
+}
+
+/// From now on Ctrl-C and SIGTERM are heard.
 ///
 /// # Errors
 /// If the system does not allow it.
 pub(super) fn hear() -> anyhow::Result<()> {
-    let heard = || {
-        let listening = LISTENING.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        listening.map_or_else(|| leave(), |interruption| interruption.ask());
-    };
-    ctrlc::set_handler(heard).context("cannot listen for Ctrl-C")
+    hear_sigterm().context("cannot listen for SIGTERM")?;
+    ctrlc::set_handler(|| heard(Interruption::ask)).context("cannot listen for Ctrl-C")
+}
+
+/// Not SIGHUP: who has begun this program with `nohup` wants it to go on.
+#[cfg(unix)]
+fn hear_sigterm() -> std::io::Result<()> {
+    let mut signals = signal_hook::iterator::Signals::new([signal_hook::consts::SIGTERM])?;
+    let listener = std::thread::Builder::new().name("sigterm".to_owned());
+    listener.spawn(move || signals.forever().for_each(|_| heard(Interruption::end))).map(drop)
+}
+
+#[cfg(not(unix))]
+fn hear_sigterm() -> std::io::Result<()> {
+    Ok(())
 }
 
 impl Interruption {
@@ -46,11 +63,16 @@ impl Interruption {
     }
 
     fn ask(&self) {
-        let [soon, now] = &*self.0;
-        if !soon.swap(true, Ordering::Relaxed) {
+        if !self.0[0].swap(true, Ordering::Relaxed) {
             eprintln!("\nstopping after the runs in progress; again to stop now");
             return;
         }
+        self.end();
+    }
+
+    fn end(&self) {
+        let [soon, now] = &*self.0;
+        soon.store(true, Ordering::Relaxed);
         if !now.swap(true, Ordering::Relaxed) {
             eprintln!("\nstopping now; what is stored is kept");
         }

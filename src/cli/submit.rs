@@ -201,8 +201,10 @@ fn more_files((cases, schemes): (&[PathBuf], &[PathBuf])) -> anyhow::Result<Vec<
 
 /// The command that writes the result files.
 fn collect_command(folder: &Path, more_files: &[(&'static str, PathBuf)]) -> String {
-    let more = more_files.iter().map(|(option, file)| format!(" {option} {}", file.display()));
-    format!("rimbench collect {}{}", folder.display(), more.collect::<String>())
+    let mut words = Words::of("rimbench");
+    words.extend(["collect".to_owned(), folder.display().to_string()]);
+    more_files.iter().for_each(|(option, file)| words.option(option, file.display()));
+    words.to_string()
 }
 
 /// Files and commands of a submission, for reading.

@@ -2,6 +2,7 @@
 //! they repeat are those of the committed files.
 
 use crate::support::{cases, schemes};
+use rimbench::numerics_version::NUMERICS_VERSION;
 use rimbench::statistics::median;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -349,6 +350,8 @@ fn the_page_on_advice_says_what_was_measured_last() {
         .collect();
     let some = |column: usize| choices.iter().filter(|choice| choice[column] != "0").count();
     let page = read(&root().join("docs/guide/advice.md"));
+    let numerics = format!("Numerics version {NUMERICS_VERSION}, {} cases:", cases().len());
+    assert!(page.contains(&numerics), "the page does not say: {numerics}");
     for (of, count) in [
         ("answers", rows.len()),
         ("answers that are none", rows.iter().filter(|row| row["scheme"].is_empty()).count()),

@@ -324,7 +324,9 @@ fn files_of_cases_and_schemes_go_to_the_tasks_of_a_submission() {
         assert!(said.contains("in chunks: 2;") && said.contains("8 of 8 runs stored"), "{said}");
         assert!(tables(engine) == tables("whole"), "{engine}: differs from what `rimbench run` makes");
         let said = submit(engine, engine, &[]);
-        assert!(said.contains("--case-file HERE/it's my/mass.toml --scheme-file HERE/it's my/linear.toml"), "{said}");
+        // The printed command can be typed as it stands.
+        let [mass, linear, out] = ["mass.toml", "linear.toml", engine].map(quoted);
+        assert!(said.contains(&format!("collect {out} --case-file {mass} --scheme-file {linear}\n")), "{said}");
     }
 }
 

@@ -233,27 +233,45 @@ fn a_case_of_fmus_is_advised_on_with_derivatives_and_without() {
     // FMUs know of derivatives, and of no volumes of oil.
     assert_eq!(skipped(&advice).into_keys().collect::<Vec<_>>(), ["hydraulic-line"]);
 
-    // The same FMUs without a word of derivatives: what needs them falls, each with the reason, and something else is advised.
-    let plain = |name: &str, bytes: Vec<u8>| {
-        let text = (name == "modelDescription.xml").then(|| String::from_utf8(bytes.clone()).unwrap());
-        let text = text.map(|text| text.replace(" providesDirectionalDerivatives=\"true\"", ""));
-        let without = |text: String| -> String {
+    // The same FMUs without a word of derivatives. As long as their states can be kept and set they are probed, and what needs
+    // derivatives runs; where they cannot, it falls, each with the reason, and something else is advised.
+    let without = |state: bool| {
+        move |name: &str, bytes: Vec<u8>| {
+            if name != "modelDescription.xml" {
+                return Some((name.to_owned(), bytes));
+            }
+            let mut text = String::from_utf8(bytes).unwrap().replace(" providesDirectionalDerivatives=\"true\"", "");
+            assert!(text.contains(" canGetAndSetFMUState=\"true\""), "{text}");
+            if state {
+                text = text.replace(" canGetAndSetFMUState=\"true\"", " canGetAndSetFMUState=\"false\"");
+            }
             let parts: Vec<&str> = text.split(" derivative=\"").collect();
             let behind = |part: &&str| part.split_once('"').unwrap().1.to_owned();
-            parts[0].to_owned() + &parts[1..].iter().map(behind).collect::<String>()
-        };
-        Some((name.to_owned(), text.map_or(bytes, |text| without(text).into_bytes())))
+            let text = parts[0].to_owned() + &parts[1..].iter().map(behind).collect::<String>();
+            Some((name.to_owned(), text.into_bytes()))
+        }
     };
-    for side in ["mechanics", "actuator"] {
-        let path = |name: &str| folder.path().join(format!("{name}.fmu"));
-        repacked(&path(side), &path(&format!("{side}-plain")), plain);
+    let [probed, plain] = [("probed", false), ("plain", true)].map(|(kind, state)| {
+        for side in ["mechanics", "actuator"] {
+            let path = |name: &str| folder.path().join(format!("{name}.fmu"));
+            repacked(&path(side), &path(&format!("{side}-{kind}")), without(state));
+        }
+        let file = folder.path().join(format!("{kind}.toml"));
+        fs::write(&file, text.replace(".fmu\"", &format!("-{kind}.fmu\""))).unwrap();
+        let advice = advised(&file);
+        assert_advice_holds(&advice);
+        advice
+    });
+    assert_eq!(skipped(&probed), skipped(&advice));
+    let through_derivatives = ["interface-jacobian", "nepce-feedthrough", "transmission-line"];
+    for scheme in through_derivatives {
+        let of_it = |part: &Value| part["scheme"] == scheme;
+        let ran = |part: &Value| of_it(part) && !part["run"].is_null();
+        let chosen = ["advised", "runner_up"].iter().any(|role| of_it(&probed[role]));
+        assert!(chosen || probed["fallen"].as_array().unwrap().iter().any(ran), "{scheme}: {probed}");
     }
-    let file = folder.path().join("plain.toml");
-    fs::write(&file, text.replace(".fmu\"", "-plain.fmu\"")).unwrap();
-    let advice = advised(&file);
-    assert_advice_holds(&advice);
-    let skipped = skipped(&advice);
-    for scheme in ["interface-jacobian", "nepce-feedthrough", "transmission-line"] {
+    let skipped = skipped(&plain);
+    for scheme in through_derivatives {
         assert!(skipped[scheme].contains("offers no directional derivatives"), "{skipped:?}");
     }
     assert!(!skipped.contains_key("zero-order-hold") && !skipped.contains_key("nepce"), "{skipped:?}");

@@ -1,4 +1,4 @@
-//! Ctrl-C during an experiment: it is answered at once, and twice ends what would go on for hours.
+//! Ctrl-C during an experiment: it is answered at once, and twice ends what would go on for hours; SIGTERM does at once.
 #![cfg(unix)]
 
 use crate::program::process;
@@ -10,8 +10,12 @@ const ENDLESS: &str = "question = \"?\"\nmacro_steps_s = [5e-3]\nphases = 4\ndur
                        [[cases]]\nname = \"linear-oscillator\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n\
                        [[schemes]]\nscheme = \"zero-order-hold\"\nlabel = \"many\"\nmechanics_steps = 1000000\n";
 
+fn send(signal: &str, child: &Child) {
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+}
+
 fn interrupt(child: &Child) {
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    send("-INT", child);
 }
 
 /// A child that is ended with the test, whatever becomes of it.
@@ -78,8 +82,10 @@ fn a_program_that_hangs_is_ended_with_the_second_ctrl_c_and_is_no_result() {
         "1e-3",
     ];
     let run: &[&str] = &["--case-file", "hangs.toml", "run", "sweep.toml", "--out", "out"];
-    // One has runs to keep, the other leaves with the first.
-    for (arguments, times) in [(run, 2), (simulate, 1)] {
+    // One has runs to keep, the other leaves with the first; and who sends SIGTERM kills soon after.
+    for (arguments, signal, times) in
+        [(run, "-INT", 2), (simulate, "-INT", 1), (run, "-TERM", 1), (simulate, "-TERM", 1)]
+    {
         let processes = folder.path().join("processes");
         let _ = std::fs::remove_file(&processes);
         let child = process()
@@ -97,11 +103,11 @@ fn a_program_that_hangs_is_ended_with_the_second_ctrl_c_and_is_no_result() {
         let pids = std::fs::read_to_string(&processes).unwrap();
         assert!(pids.split(' ').all(lives), "{pids}");
         let mut lines = BufReader::new(child.0.stderr.take().unwrap()).lines().map(Result::unwrap);
-        interrupt(&child.0);
+        send(signal, &child.0);
         if times == 2 {
             lines.find(|line| line.contains("again to stop now")).expect("an answer");
             assert!(pids.split(' ').all(lives), "an answer is waited for: {pids}");
-            interrupt(&child.0);
+            send(signal, &child.0);
         }
         assert_eq!(child.0.wait().unwrap().code(), Some(130));
         while pids.split(' ').any(lives) {

@@ -32,6 +32,8 @@ pub(super) struct Inventory {
     of_references: Vec<RunSpec>,
     /// Files of the traces that are asked for.
     traces: Vec<String>,
+    /// Stored runs that are not of the plan.
+    unplanned: usize,
 }
 
 impl Inventory {
@@ -39,11 +41,13 @@ impl Inventory {
     fn take(job: &Job<'_>, stock: &Stock<'_>) -> Result<Self> {
         let mut found = Inventory::default();
         let mut ids: Vec<u64> = Vec::new();
+        let mut stored = 0;
         job.experiment.plan_in_blocks(job.catalogue, job.quick, &mut |first, runs| {
             found.planned += runs.len();
             for (place, run) in (first..).zip(runs) {
                 ids.push(u64::from_str_radix(&run.id, 16).unwrap_or_default());
                 found.note_reference(&run.spec);
+                stored += usize::from(stock.store.allowed_s(&run.id).is_some());
                 if job.experiment.trace_of(&run.label).is_some() {
                     found.traces.push(results::trace_name(&run.id));
                 }
@@ -62,14 +66,16 @@ impl Inventory {
             // It says which runs are the same, and where they stand.
             job.experiment.plan(job.catalogue, job.quick)?;
         }
+        found.unplanned = stock.store.len().saturating_sub(stored);
         Ok(found)
     }
 
-    /// Cases and parameters are the outer loops of a plan: runs of one reference are neighbours.
+    /// Cases and parameters are the outer loops of a plan: runs of one reference are mostly neighbours, unless a case is named again
+    /// behind others.
     fn note_reference(&mut self, spec: &RunSpec) {
         let patience = |spec: &RunSpec| spec.wall_limit.unwrap_or(Duration::MAX);
-        match self.of_references.last_mut().filter(|last| last.shares_reference_with(spec)) {
-            Some(last) if patience(spec) > patience(last) => *last = spec.clone(),
+        match self.of_references.iter_mut().rev().find(|known| known.shares_reference_with(spec)) {
+            Some(known) if patience(spec) > patience(known) => *known = spec.clone(),
             Some(_) => {}
             None => self.of_references.push(spec.clone()),
         }
@@ -94,6 +100,7 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
     let found = export_if_complete(&job, None, StopFlag::never())?;
     summary.planned = found.planned;
     summary.missing = found.missing.len();
+    summary.unplanned = found.unplanned;
     summary.reused = found.planned - found.missing.len() - summary.computed;
     Ok((summary, found.told))
 }
@@ -162,4 +169,27 @@ pub(super) fn export_if_complete(
     let of_references = results::write_references(job.folder, references, job.experiment.trace_every_s)?;
     results::write_checksums(job.folder, std::mem::take(&mut found.traces).into_iter().chain(of_references))?;
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rimbench_cases::catalogue::Catalogue;
+
+    #[test]
+    fn a_case_that_is_named_again_behind_another_has_one_reference() {
+        let text = "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"linear-oscillator\"\n[[cases]]\n\
+                    name = \"bouncing-ball\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n";
+        let experiment = Experiment::parse("a.toml".as_ref(), text.to_owned()).unwrap();
+        let plan = experiment.plan(&Catalogue::standard(), false).unwrap();
+        let mut found = Inventory::default();
+        let limited = RunSpec { wall_limit: Some(Duration::from_secs(1)), ..plan[0].spec.clone() };
+        for spec in [&limited, &plan[1].spec, &plan[0].spec, &plan[1].spec, &limited] {
+            found.note_reference(spec);
+        }
+        let names: Vec<_> = found.of_references.iter().map(|spec| &*spec.case.name).collect();
+        assert_eq!(names, ["linear-oscillator", "bouncing-ball"]);
+        // The one that may take longest stands for them.
+        assert_eq!(found.of_references[0].wall_limit, None);
+    }
 }

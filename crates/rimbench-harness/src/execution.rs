@@ -105,6 +105,8 @@ pub struct Summary {
     pub damaged: usize,
     /// Runs of the whole experiment that are not stored yet.
     pub missing: usize,
+    /// Stored runs that are not of the experiment as it is; only [`collect_shards`](super::collect_shards) counts them.
+    pub unplanned: usize,
 }
 
 /// How far a job is.
@@ -274,6 +276,7 @@ fn compute(
         not_completed: not_completed.into_inner(),
         damaged: store.damaged,
         missing: 0,
+        unplanned: 0,
     };
     Ok((summary, held))
 }

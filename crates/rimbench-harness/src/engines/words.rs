@@ -8,17 +8,17 @@ pub struct Words(Vec<String>);
 
 impl Words {
     /// Begins with the program.
-    pub(super) fn of(program: impl Display) -> Self {
+    pub fn of(program: impl Display) -> Self {
         Words(vec![program.to_string()])
     }
 
     /// Adds words.
-    pub(super) fn extend(&mut self, words: impl IntoIterator<Item = String>) {
+    pub fn extend(&mut self, words: impl IntoIterator<Item = String>) {
         self.0.extend(words);
     }
 
     /// Adds an option and its value, in two words.
-    pub(super) fn option(&mut self, name: &str, value: impl Display) {
+    pub fn option(&mut self, name: &str, value: impl Display) {
         self.0.extend([name.to_owned(), value.to_string()]);
     }
 
