@@ -350,7 +350,7 @@ fn impossible_machines_are_refused_with_the_numbers() {
         ("gripper", "upper_pad_m", 0.5, "a pad at 0.5 m is beside the box"),
         ("gripper", "cylinder_length_m", 1.3, "cylinder_length_m = 1.3"),
         ("disc-row", "disc_gap_m", -0.01, "would start with a gap of -0.010000 m"),
-        ("disc-row", "wall_gap_m", 1.0, "must start within 0.13 m of each other"),
+        ("disc-row", "wall_gap_m", 1.0, "no disc starts within 0.130000 m of the fixed wall"),
         ("disc-pile", "wall_gap_m", -0.01, "would start with a gap of -0.01"),
         ("disc-pile", "cylinder_length_m", 3.5, "the actuator starts 1.500000 m long"),
     ] {

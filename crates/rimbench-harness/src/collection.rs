@@ -174,6 +174,7 @@ pub(super) fn export_if_complete(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Experiment;
     use rimbench_cases::catalogue::Catalogue;
 
     #[test]
