@@ -17,7 +17,8 @@
 //!
 //! Nothing is timed before it is verified: the model, used with one micro step of H, must give the velocity that the mechanics itself
 //! reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall. Without `--bench` only that is
-//! done, on the small systems. `--case NAME` leaves the other families out; `--joints` compares eliminations only.
+//! done, on the small systems. `--case NAME` leaves the other families out, `--bodies N` the systems with more
+//! (the largest heap takes half an hour); `--joints` compares eliminations only.
 
 #[path = "peers/figure.rs"]
 mod figure;
@@ -459,14 +460,16 @@ fn main() {
         "One macro step of {SCHEME} at H = 5 ms, ns: building the model, taking it, {MICRO_STEPS} micro steps with it,"
     );
     println!("and the mechanics' own step (its reduction is the model's); the share of the real-time budget H.");
-    let only = std::env::args().skip_while(|argument| argument != "--case").nth(1);
+    let after = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
+    let only = after("--case");
+    let most = after("--bodies").map_or(usize::MAX, |most| most.parse().expect("a number after --bodies"));
     for family in families(whole).into_iter().filter(|family| only.as_deref().is_none_or(|case| case == family.case)) {
         println!("\n{} {:?}", family.case, family.set);
         println!(
             "  bodies contacts closed rank      build       take        use       step  share of H  pivots factorisations fallbacks per micro step"
         );
         let [mut points, mut moving]: [[Vec<(f64, f64)>; 4]; 2] = Default::default();
-        for size in &family.sizes {
+        for size in family.sizes.iter().filter(|size| size.bodies <= most) {
             let mut stopped = Stopped::new(&family, size);
             let motion = if whole { measure_motion(&stopped) } else { Vec::new() };
             let [closed, rank] = stopped.verify(size);
