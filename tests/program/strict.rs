@@ -255,6 +255,24 @@ fn shards_in_folders_of_any_name_are_collected() {
 }
 
 #[test]
+fn collect_says_that_there_are_records_of_other_runs_where_some_are_missing() {
+    let place = Place::new();
+    place.run(EXPERIMENT);
+    let collected = || {
+        let output = rimbench().arg("collect").arg(place.results()).output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let (code, said) = collected();
+    assert!(code == Some(0) && !said.contains("other runs"), "{said}");
+    let file = place.results().join("experiment.toml");
+    let edited = std::fs::read_to_string(&file).unwrap().replace("[2e-3, 5e-3]", "[2e-3, 4e-3]");
+    std::fs::write(&file, edited).unwrap();
+    let (code, said) = collected();
+    assert!(code == Some(1) && said.contains("8 of 16 runs"), "{said}");
+    assert!(said.contains("\nrecords of other runs: 8; has"), "{said}");
+}
+
+#[test]
 fn traces_asked_for_later_or_with_another_step_are_made_and_damaged_ones_made_again() {
     let place = Place::new();
     let traced = |step: &str| EXPERIMENT.replace("duration_s", &format!("trace_every_s = {step}\nduration_s"));
