@@ -18,7 +18,7 @@
 //! Nothing is timed before it is verified: the model, used with one micro step of H, must give the velocity that the mechanics itself
 //! reaches; the contact forces must carry the weight and, in the row, hand the push on to the wall. Without `--bench` only that is
 //! done, on the small systems. `--case NAME` leaves the other families out, `--bodies N` the systems with more
-//! (the largest heap takes half an hour); `--joints` compares eliminations only.
+//! (the largest heap takes half an hour), neither of them out of what `--csv` prints; `--joints` compares eliminations only.
 
 #[path = "peers/figure.rs"]
 mod figure;
@@ -463,7 +463,8 @@ fn main() {
     println!("and the mechanics' own step (its reduction is the model's); the share of the real-time budget H.");
     let after = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
     let only = after("--case");
-    let most = after("--bodies").map_or(usize::MAX, |most| most.parse().expect("a number after --bodies"));
+    let number = |text: Option<String>| text.and_then(|text| text.parse().ok()).expect("a number after --bodies");
+    let most = if asked("--bodies") { number(after("--bodies")) } else { usize::MAX };
     for family in families(whole).into_iter().filter(|family| only.as_deref().is_none_or(|case| case == family.case)) {
         println!("\n{} {:?}", family.case, family.set);
         println!(
