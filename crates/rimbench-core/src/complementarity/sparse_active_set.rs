@@ -29,7 +29,7 @@ const MANY_WRONG: usize = 4;
 /// exact, and those that can hardly be told apart would make thousands of newtons of what is missing.
 const NEARLY_DEPENDENT: f64 = 1e-7;
 
-/// With at most so many wrong contacts a set is changed as it is; to factorise another one takes as long.
+/// With at most so many wrong contacts a set is changed as it is: a factor of another one takes as long as some twenty changes.
 const FEW_WRONG: usize = 8;
 
 /// Where the next problem stands in its series.
@@ -51,8 +51,8 @@ pub struct SparseActiveSet {
     /// Changes since the factor was computed; `None` if it is not that of the last matrix.
     age: Option<u32>,
     set: Vec<usize>,
-    /// The set of the first problem of a series, and of the last one of the series before; the one of them that the next problem does not
-    /// start from; where that stands.
+    /// The set of the first problem of a series, and of the last one of the series before; of two sets for one problem, the one that it
+    /// is not looked for from; where the next problem stands in its series.
     first: Vec<usize>,
     later: Vec<usize>,
     other: Vec<usize>,
@@ -136,24 +136,29 @@ impl SparseActiveSet {
     fn go_on(&mut self) -> bool {
         match self.next {
             Series::Goes => return false,
-            Series::Starts => {
-                self.next = Series::GoesOn;
-                self.other.clone_from(&self.later);
-            }
+            Series::Starts => self.next = Series::GoesOn,
             Series::GoesOn => {
                 self.next = Series::Goes;
                 self.first.clone_from(&self.set);
-                let Self { factor, set, later, .. } = self;
-                let same = later.len() == set.len() && later.iter().all(|&contact| factor.contains(contact));
-                if same || later.is_empty() {
-                    return false;
-                }
-                self.other.clone_from(&self.set);
-                self.set.clone_from(&self.later);
-                self.age = None;
             }
         }
-        !self.other.is_empty()
+        if self.later.is_empty() || self.is_later() {
+            return false;
+        }
+        self.other.clone_from(&self.later);
+        if self.next == Series::Goes {
+            std::mem::swap(&mut self.set, &mut self.other);
+            self.age = None;
+        }
+        true
+    }
+
+    /// Whether the set at hand is the last one of the series before.
+    fn is_later(&mut self) -> bool {
+        let Self { set, later, p, .. } = self;
+        p.fill(0.0);
+        set.iter().for_each(|&contact| p[contact] = 1.0);
+        set.len() == later.len() && later.iter().all(|&contact| p[contact] == 1.0)
     }
 
     /// Takes the other set if many contacts are wrong with the one at hand, and fewer with that; says whether none is, so that `z` is the
@@ -179,7 +184,9 @@ impl SparseActiveSet {
         self.impulses_of_set(q, z);
         self.compute_velocities(m, q, z);
         let negligible = NEGLIGIBLE * largest(q);
-        let is_wrong = |&i: &usize| if self.factor.contains(i) { z[i] < 0.0 } else { self.w[i] < -negligible };
+        let fits = |i: usize| if self.factor.contains(i) { z[i] >= 0.0 } else { self.w[i] >= -negligible };
+        // What is not a number fits nowhere.
+        let is_wrong = |&i: &usize| !fits(i);
         (0..q.len()).filter(is_wrong).count()
     }
 
