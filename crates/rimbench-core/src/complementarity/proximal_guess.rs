@@ -16,7 +16,7 @@
 //! Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim. 14 (1976); the Newton method with the exact
 //! search is that of Qi, Sun, *A nonsmooth version of Newton's method*, Math. Programming 58 (1993), on a quadratic made of pieces.
 
-use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricRows};
+use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricRows, largest_entry};
 use std::sync::Arc;
 
 /// μ as a part of the largest entry of the diagonal.
@@ -68,7 +68,7 @@ impl ProximalGuess {
     ) -> u32 {
         let n = q.len();
         let mu = SOFTNESS * (0..n).fold(0.0, |most: f64, i| most.max(m.diagonal(i)));
-        let rounding = ROUNDING * q.iter().fold(0.0, |most: f64, q| most.max(q.abs()));
+        let rounding = ROUNDING * largest_entry(q);
         let Self { factor, centre, w, dz, dw, .. } = self;
         centre.iter_mut().zip(p).for_each(|(centre, p)| *centre = mu * p);
         factor.factorise(m, mu, 0.0, pushes);

@@ -13,7 +13,7 @@
 use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE};
 use super::proximal_guess::ProximalGuess;
 use super::{SolveStats, SolverCounters, Unsolved};
-use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricPattern, SymmetricRows};
+use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
 use std::sync::Arc;
 
 /// Members that pull by at least this part of the worst (squared) leave together.
@@ -183,7 +183,7 @@ impl SparseActiveSet {
         self.factorise(m, stats);
         self.impulses_of_set(q, z);
         self.compute_velocities(m, q, z);
-        let negligible = NEGLIGIBLE * largest(q);
+        let negligible = NEGLIGIBLE * largest_entry(q);
         let fits = |i: usize| if self.factor.contains(i) { z[i] >= 0.0 } else { self.w[i] >= -negligible };
         // What is not a number fits nowhere.
         let is_wrong = |&i: &usize| !fits(i);
@@ -344,7 +344,7 @@ impl SparseActiveSet {
         stats: &mut SolveStats,
     ) -> Result<(), Unsolved> {
         let n = q.len();
-        let q_max = largest(q);
+        let q_max = largest_entry(q);
         let (bland_after, bound) = (stats.pivots + 10 + 5 * n as u32, stats.pivots + 50 * n as u32);
         // Whether impulses are those of the set, and whether they have come about by changes.
         let (mut solved, mut changed) = (false, false);
@@ -544,10 +544,6 @@ impl SparseActiveSet {
             }
         }
     }
-}
-
-fn largest(entries: &[f64]) -> f64 {
-    entries.iter().fold(0.0, |largest, entry| largest.max(entry.abs()))
 }
 
 #[cfg(test)]

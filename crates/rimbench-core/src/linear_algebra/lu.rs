@@ -76,8 +76,10 @@ impl fmt::Debug for Lu {
     }
 }
 
-fn largest_entry(a: &[f64]) -> f64 {
-    a.iter().fold(0.0_f64, |max, entry| max.max(entry.abs()))
+/// Returns the largest `|a_k|`; what is not a number does not count.
+#[inline]
+pub(crate) fn largest_entry(a: &[f64]) -> f64 {
+    a.iter().fold(0.0_f64, |max, entry| if entry.abs() > max { entry.abs() } else { max })
 }
 
 fn is_pivot(entry: f64, largest: f64) -> bool {

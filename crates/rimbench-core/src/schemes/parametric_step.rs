@@ -32,7 +32,7 @@ use self::outlook::Outlook;
 use super::packed_model::{PackedModel, add_multiple};
 use crate::friction::{ContactState, StateSystem};
 use crate::interface_model::GapRates;
-use crate::linear_algebra::{Factor, SparseFactor};
+use crate::linear_algebra::{Factor, SparseFactor, largest_entry};
 
 /// A member whose pivot is below this part of its diagonal depends on the others; as in the active set.
 const DEPENDENT: f64 = 1e-11;
@@ -181,10 +181,8 @@ pub(super) struct ParametricStep {
     /// What is rounding, as a part of the velocities that a micro step gives, and how much more a contact may go too far.
     negligible: f64,
     accepted: f64,
-    /// What of `r` was solved for, and what was taken out of velocities as rounding that would not last, both by members. With few
-    /// contacts nothing is taken out.
+    /// `r` of this micro step by members, with many contacts what of it is to be solved for.
     r: Vec<f64>,
-    passing: Vec<f64>,
 }
 
 impl ParametricStep {
@@ -231,7 +229,6 @@ impl ParametricStep {
             negligible,
             accepted: ACCEPTED / negligible,
             r: vec![0.0; contacts],
-            passing: vec![0.0; contacts],
         }
     }
 
@@ -331,7 +328,7 @@ impl ParametricStep {
             // The column of r stands between that of a and those of the forces.
             let (column, at) = if j == 0 { (model.drift(rows), 0) } else { (model.force_column(j - 1, rows), j + 1) };
             let (velocities, impulses) = (&mut self.velocities[at * rows..][..rows], &mut self.impulses[at * n..][..k]);
-            self.scales[at] = largest(&column[..n]);
+            self.scales[at] = largest_entry(&column[..n]);
             self.known &= respond(model, &self.set, &mut self.factor, column, velocities, impulses);
             if let SetFactor::Sparse(many) = &mut self.factor {
                 many.take(at, &self.set, impulses);
@@ -431,7 +428,8 @@ impl ParametricStep {
             tolerance = self.tolerance(lambda);
             self.velocities_after(w, lambda, next);
             if !few {
-                self.set.iter().zip(&self.passing).for_each(|(&contact, passing)| next[contact] -= passing);
+                // What was too little to be solved for is taken out all the same.
+                self.set.iter().for_each(|&contact| next[contact] = -gap_velocity(motion.rates, gap, contact));
             }
             if violates(motion.rates, next, gap, self.accepted(tolerance)) {
                 return false;
@@ -621,14 +619,15 @@ impl ParametricStep {
         if let SetFactor::Sparse(..) = self.factor {
             // What would not go on is rounding, as long as it is small: as a part of the column of r it would come back with the opposite
             // sign a few micro steps later, and again, each time with a solve.
-            for ((r, passing), &contact) in self.r[..k].iter_mut().zip(&mut self.passing).zip(&self.set) {
+            for (r, &contact) in self.r[..k].iter_mut().zip(&self.set) {
                 let lasting = lasting_part(motion, self.decay, gap[contact]);
-                *passing = if (*r - lasting).abs() <= tolerance { *r - lasting } else { 0.0 };
-                *r -= *passing;
+                if (*r - lasting).abs() <= tolerance {
+                    *r = lasting;
+                }
             }
         }
         let r = &self.r[..k];
-        let scale = largest(r);
+        let scale = largest_entry(r);
         if scale <= tolerance {
             self.set_r_aside();
             return true;
@@ -709,10 +708,6 @@ fn violates(rates: GapRates, w: &[f64], gap: &[f64], tolerance: f64) -> bool {
 /// Whether a contact that bounces closes within the micro step.
 fn closes(motion: &GapMotion, w: &[f64], gap: &[f64], rounding: f64) -> bool {
     w.iter().zip(gap).any(|(&w, &gap)| w < -rounding && gap + motion.closing_time * w <= 0.0)
-}
-
-fn largest(entries: &[f64]) -> f64 {
-    entries.iter().fold(0.0, |largest, entry| if entry.abs() > largest { entry.abs() } else { largest })
 }
 
 #[cfg(test)]
