@@ -4,7 +4,7 @@ use crate::support::*;
 use rimbench::cases::Case;
 use rimbench::cosim::{Bounds, ForceReturn, Outcome, Sequence, Side, StopFlag, Subsystem, Trajectory};
 use rimbench::mechanics::{MechanicalModel, NonSmoothMechanics, monolithic};
-use rimbench::models::{CraneGeometry, CraneWithRope, Discs, DiscsGeometry, HalfCar, HalfCarGeometry};
+use rimbench::models::{ContactList, CraneGeometry, CraneWithRope, Discs, DiscsGeometry, HalfCar, HalfCarGeometry};
 use rimbench::runs::{RunResult, RunSpec, simulate};
 use rimbench::schemes::ContactChoice;
 
@@ -118,7 +118,7 @@ fn the_convective_terms_of_all_machines_are_what_is_left_of_the_second_derivativ
     let gripper = gripper_geometry(0.0);
     let mut gripper = rimbench::models::Gripper::new(gripper).unwrap();
     check(&mut gripper, &[-0.2, 0.22, 0.01, 0.21, 0.1], &[0.2, -0.1, 0.3, 0.1, 0.4]);
-    let mut discs = Discs::new(row(2, 0.005, 0.0)).unwrap();
+    let mut discs = Discs::new(row(2, 0.005, 0.0), ContactList::Neighbours).unwrap();
     check(&mut discs, &[0.01, 0.11, 0.12, 0.33, 0.1], &[0.3, 0.1, -0.2, 0.3, 0.4]);
 }
 
@@ -189,7 +189,7 @@ fn row(discs: u32, gap: f64, velocity: f64) -> DiscsGeometry {
 #[test]
 fn a_blade_without_force_takes_the_discs_along_and_keeps_the_momentum() {
     let (count, speed, h) = (5, 0.5, 1e-3);
-    let mut mechanics = stepper(Discs::new(row(count, 0.005, speed)).unwrap(), PLASTIC);
+    let mut mechanics = stepper(Discs::new(row(count, 0.005, speed), ContactList::Neighbours).unwrap(), PLASTIC);
     // After k plastic impacts all that was hit moves with M v₀/(M + k m); five gaps of 5 mm take 66 ms, the wall is 0.11 m away.
     for _ in 0..90 {
         mechanics.step(0.0, &[0.0], h).unwrap();
@@ -208,7 +208,7 @@ fn a_blade_without_force_takes_the_discs_along_and_keeps_the_momentum() {
 #[test]
 fn a_closed_row_is_one_mass_and_against_the_wall_it_is_locked() {
     // Three discs in touch: effective mass M + 3 m if all contacts press, as seen by the interface.
-    let mut mechanics = stepper(Discs::new(row(3, 0.0, 0.0)).unwrap(), PLASTIC);
+    let mut mechanics = stepper(Discs::new(row(3, 0.0, 0.0), ContactList::Neighbours).unwrap(), PLASTIC);
     let mut observed = vec![0.0; mechanics.abilities().observables().len()];
     mechanics.step(0.0, &[100.0], 1e-4).unwrap();
     mechanics.abilities().observe(1e-4, &mut observed);
@@ -376,7 +376,7 @@ fn copies_of_a_model_go_their_own_way() {
         (0..10).for_each(|_| mechanics.step(0.0, force, 1e-3).unwrap());
         mechanics.position().to_vec()
     }
-    let discs = Discs::new(row(3, 0.005, 0.0)).unwrap();
+    let discs = Discs::new(row(3, 0.005, 0.0), ContactList::Neighbours).unwrap();
     assert_ne!(moved(&discs, &[500.0]), moved(&discs, &[0.0]));
     assert_eq!(moved(&discs, &[500.0]), moved(&discs, &[500.0]));
 }

@@ -14,8 +14,8 @@
 //! **Manoeuvre.** The rope hangs loose and the heap settles; the spool lifts, the rope becomes taut with a jerk, and the load is pulled up
 //! through the heap, whose discs move aside and fall in behind it.
 //!
-//! **Contacts.** Discs travel and meet others: with the default of `listed_radii` all pairs are listed. With fewer,
-//! discs that were far from each other go through each other, which `gap_lowest_m` shows.
+//! **Contacts.** Discs travel and meet others: what is nearer than `list_reach_radii` is listed, and anew as they travel (see
+//! [`CraneInHeap`]).
 //!
 //! **Direct feedthrough** of the actuator, through its viscous friction. **Reference**: monolithic, h, h/2, h/4; with this many impacts its own
 //! uncertainty must be looked at. With one column, in a shaft, there are closed forms: who is jerked moves as
@@ -52,7 +52,7 @@ pub(super) fn entry() -> Case {
         interface_columns: vec![cylinder::interface()],
         ..Case::new(
             "crane-heap",
-            "Hydraulic crane that pulls its load out from under a heap of discs (53 possible contacts; thousands by its parameters)",
+            "Hydraulic crane that pulls its load out from under a heap of discs (room for 29 contacts; thousands by its parameters)",
             CaseDefaults {
                 duration_s: 1.2,
                 macro_step_s: 5e-3,
@@ -96,7 +96,14 @@ fn parameters() -> Vec<Parameter> {
             p("disc_mass_kg", "kg", 4.0, Positive, "mass of each disc", OURS),
             p("wall_gap_m", "m", 3e-3, NotNegative, "distance of either wall from the lowest layer at the start", OURS),
             p("rope_slack_m", "m", 5e-3, NotNegative, "length of the rope that hangs loose at the start", OURS),
-            p("listed_radii", "-", 1e3, Positive, "gap at the start up to which pairs are listed, in radii", OURS),
+            p(
+                "list_reach_radii",
+                "-",
+                0.8,
+                Positive,
+                "gap up to which contacts are listed, in radii; at most 0.8",
+                OURS,
+            ),
             p("lift_end_s", "s", 0.9, NotNegative, "end of lifting", OURS),
             p("spool_ramp_s", "s", 0.02, Positive, "time in which the spool moves", OURS),
         ],
@@ -128,7 +135,11 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     if columns.is_multiple_of(2) {
         return Err(Error::invalid("columns", columns, "an odd number, so that the load lies in the middle"));
     }
-    let radius = get("disc_radius_m");
+    let (radius, listed) = (get("disc_radius_m"), get("list_reach_radii"));
+    if listed > CraneInHeap::LARGEST_REACH {
+        let most = format!("a number above zero, at most {}", CraneInHeap::LARGEST_REACH);
+        return Err(Error::invalid("list_reach_radii", listed, most));
+    }
     let model = CraneInHeap::new(
         crane_set_down::geometry(parameters),
         HeapGeometry {
@@ -137,7 +148,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
             centres: heap(columns, layers, radius),
             half_width: radius * f64::from(columns) + get("wall_gap_m"),
             slack: get("rope_slack_m"),
-            listed_radii: get("listed_radii"),
+            list_reach_radii: listed,
         },
     )?;
     let (pressures, centre) = hydraulics::equilibrium(parameters, model.crane().link_force())?;

@@ -13,7 +13,8 @@
 //! **Manoeuvre.** The heap is stacked against the blade, with some room before the wall. Let go, it settles: the upper discs push the
 //! lower ones apart until the wall holds them; then the blade pushes all of it.
 //!
-//! **Contacts**: a list made once, at the start (see [`Discs`](crate::models::Discs)); `largest_displacement_m` must stay below its reach.
+//! **Contacts**: a list made once, at the start; a run in which discs move farther than it holds for ends (`out-of-range`). With
+//! `contact_list = travelling` it is made anew as they do (see [`Discs`](crate::models::Discs)).
 //!
 //! **Direct feedthrough** of the actuator, through its viscous friction. **Reference**: monolithic, h, h/2, h/4; with this many impacts its own
 //! uncertainty is not small and must be looked at.
@@ -24,6 +25,7 @@ use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::cylinder;
 use super::loader;
 use super::parameters::{Parameter, Parameters, Range, number as p};
+use crate::models::ContactList;
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
 use rimbench_core::name::names;
@@ -49,11 +51,20 @@ pub(super) fn entry() -> Case {
     }
 }
 
+/// A list of contacts that is made anew as discs travel.
+const TRAVELLING: &str = "travelling";
+
 fn parameters() -> Vec<Parameter> {
     [
         vec![
             p("columns", "-", 6.0, Range::Whole(2, 60), "discs in the lowest layer", "ours"),
             p("layers", "-", 4.0, Range::Whole(1, 60), "layers", "ours"),
+            Parameter::choice(
+                "contact_list",
+                ["start", TRAVELLING],
+                "possible contacts: those near at the start (a run in which discs move farther ends), or near at the time",
+                "ours",
+            ),
         ],
         loader::parameters(),
     ]
@@ -73,5 +84,9 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
             centres.push([x, radius * (1.0 + 3.0_f64.sqrt() * f64::from(layer))]);
         }
     }
-    loader::build(parameters, solver, centres)
+    let list = match parameters.choice("contact_list") {
+        TRAVELLING => ContactList::Travelling,
+        _ => ContactList::Start,
+    };
+    loader::build(parameters, solver, centres, list)
 }

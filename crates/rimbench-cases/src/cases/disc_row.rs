@@ -21,6 +21,7 @@ use super::contact_parameters;
 use super::cylinder;
 use super::loader;
 use super::parameters::{Parameter, Parameters, Range, number as p};
+use crate::models::ContactList;
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
 use rimbench_core::name::names;
@@ -64,5 +65,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     let discs = parameters.whole("discs");
     let (radius, gap) = (parameters.number("disc_radius_m"), parameters.number("disc_gap_m"));
     let place = |disc: u32| [f64::from(disc) * (2.0 * radius + gap) + gap + radius, radius];
-    loader::build(parameters, solver, (0..discs).map(place).collect())
+    loader::build(parameters, solver, (0..discs).map(place).collect(), ContactList::Neighbours)
 }

@@ -6,7 +6,7 @@ use super::cylinder;
 use super::fluid;
 use super::hydraulics;
 use super::parameters::{Parameter, Parameters, Range, number as p};
-use crate::models::{Discs, DiscsGeometry};
+use crate::models::{ContactList, Discs, DiscsGeometry};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::Result;
 use rimbench_core::name::Name;
@@ -64,12 +64,17 @@ pub(super) fn parameters() -> Vec<Parameter> {
 }
 
 /// Both sides for discs with these centres; the wall stands behind the last of them.
-pub(super) fn build(parameters: &Parameters, solver: &SolverEntry, centres: Vec<[f64; 2]>) -> Result<CoupledSystem> {
+pub(super) fn build(
+    parameters: &Parameters,
+    solver: &SolverEntry,
+    centres: Vec<[f64; 2]>,
+    list: ContactList,
+) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
     let radius = get("disc_radius_m");
     let last = centres.iter().map(|centre| centre[0]).fold(f64::NEG_INFINITY, f64::max);
     let length = get("actuator_length_m");
-    let model = Discs::new(DiscsGeometry {
+    let geometry = DiscsGeometry {
         blade_mass: get("blade_mass_kg"),
         blade_velocity: get("blade_velocity_m_s"),
         disc_mass: get("disc_mass_kg"),
@@ -79,7 +84,8 @@ pub(super) fn build(parameters: &Parameters, solver: &SolverEntry, centres: Vec<
         gravity: get("gravity_m_s2"),
         centres,
         bumps: Vec::new(),
-    })?;
+    };
+    let model = Discs::new(geometry, list)?;
     let (start, ramp) = (get("push_start_s"), get("spool_ramp_s"));
     let spool = hydraulics::spool(&[("push_start_s", start, 0.5), ("spool_ramp_s", start + ramp, get("spool_push"))])?;
     let cylinder = hydraulics::cylinder(parameters, length, [get("start_pressure_pa"); 2], spool)?;

@@ -29,7 +29,7 @@ use super::fluid;
 use super::hydraulics;
 use super::loader;
 use super::parameters::{Parameter, Parameters, Range, number as p};
-use crate::models::{Discs, DiscsGeometry};
+use crate::models::{ContactList, Discs, DiscsGeometry};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::names;
@@ -156,7 +156,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     let [centres, bumps] = packing(columns, layers, angle, radius);
     let last = centres.iter().map(|centre| centre[0]).fold(f64::NEG_INFINITY, f64::max);
     let length = get("actuator_length_m");
-    let model = Discs::new(DiscsGeometry {
+    let geometry = DiscsGeometry {
         blade_mass: get("wall_mass_kg"),
         blade_velocity: 0.0,
         disc_mass: get("disc_mass_kg"),
@@ -166,7 +166,8 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         wall_x: last + radius,
         actuator_length: length,
         gravity: get("gravity_m_s2"),
-    })?;
+    };
+    let model = Discs::new(geometry, ContactList::Start)?;
     let weight = get("disc_mass_kg") * get("gravity_m_s2");
     let held = wall_forces(columns, layers, angle, weight).iter().sum();
     let (pressures, centre) = hydraulics::equilibrium(parameters, held)?;

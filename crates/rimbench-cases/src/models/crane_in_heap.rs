@@ -3,8 +3,9 @@
 use super::crane::CraneGeometry;
 use super::crane_with_rope::CraneWithRope;
 use super::discs::{Apart, potential_of_weights, weigh};
+use super::nearby::{Places, TravellingContacts};
 use nalgebra::Vector2;
-use rimbench_core::error::{Error, Result};
+use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::{Name, names};
@@ -22,12 +23,15 @@ pub struct HeapGeometry {
     pub half_width: f64,
     /// How much of the rope hangs loose at the start, m.
     pub slack: f64,
-    /// Pairs with a gap below this many radii at the start are listed.
-    pub listed_radii: f64,
+    /// Contacts with a gap below this many radii are listed, at most [`CraneInHeap::LARGEST_REACH`].
+    pub list_reach_radii: f64,
 }
 
+/// Floor, left and right.
+const WALLS: usize = 3;
+
 /// What can touch what: bodies are the load, 0, and the discs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Contact {
     Rope,
     Floor(usize),
@@ -43,8 +47,9 @@ enum Contact {
 /// q = (θ, x_0, y_0, x_1, y_1, …)      M = diag(L²(m_l/3 + m_p), m_h, m_h, m, m, …), m_l: the link, m: a disc
 /// g_floor = y_b − R − y_f     g_left = x_b − R − x_l     g_right = x_r − R − x_b     g_ij = |c_j − c_i| − 2R
 /// ```
-/// and the rope as there. Contacts are listed once, at the start: all with floor and walls, and pairs that are closer than a given
-/// number of radii, which for a heap that travels must be all. The observable `gap_lowest_m` is that of all pairs, listed or not.
+/// and the rope as there. Contacts are listed as discs travel: those that are closer than a given number of radii, and always the rope and
+/// the load on the floor. The observable `gap_lowest_m` is that of whatever is near, listed or not. Rows without a contact are as far apart as
+/// the list reaches.
 /// # Source
 /// Ours.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,11 +60,13 @@ pub struct CraneInHeap {
     gravity: f64,
     /// Place of the load at the start, m.
     start: [f64; 2],
-    contacts: Vec<Contact>,
-    reach: f64,
+    contacts: TravellingContacts<Contact>,
 }
 
 impl CraneInHeap {
+    /// Largest number of radii up to which contacts may be listed: farther than that there may be more of them than rows.
+    pub const LARGEST_REACH: f64 = TravellingContacts::<Contact>::LARGEST_REACH;
+
     /// Lists the contacts: the rope, the load on the floor, then whatever is near.
     ///
     /// # Errors
@@ -74,42 +81,40 @@ impl CraneInHeap {
             load_mass,
             gravity,
             start: [q[1], q[2]],
-            contacts: Vec::new(),
-            reach: f64::INFINITY,
+            contacts: TravellingContacts::new(
+                vec![Contact::Rope, Contact::Floor(0)],
+                // The load on the floor may be listed although it is far.
+                TravellingContacts::<Contact>::most(bodies, WALLS).min(WALLS * bodies - 1 + bodies * (bodies - 1) / 2),
+                geometry.list_reach_radii * geometry.radius,
+            ),
             geometry,
         };
         let (q, v) = model.initial_state();
-        let candidates = (0..bodies).flat_map(|body| [Contact::Floor(body), Contact::Left(body), Contact::Right(body)]);
-        let pairs = (0..bodies).flat_map(|i| (i + 1..bodies).map(move |j| Contact::Pair(i, j)));
-        let mut contacts = vec![Contact::Rope];
-        for contact in candidates.chain(pairs) {
-            let gap = model.gap(contact, &q, &v);
-            if gap < -1e-9 * model.geometry.radius {
-                return Err(Error::Incompatible(format!(
-                    "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
-                )));
-            }
-            // Floor and walls are few: whatever travels stays in the pit.
-            let pair = matches!(contact, Contact::Pair(..));
-            if !pair || gap < model.geometry.listed_radii * model.geometry.radius {
-                contacts.push(contact);
-            } else {
-                // Both bodies may come closer.
-                model.reach = model.reach.min(0.5 * gap);
-            }
+        let near = model.near(&q, &v);
+        if let Some((gap, contact)) = near.iter().min_by(|a, b| a.0.total_cmp(&b.0))
+            && *gap < -1e-9 * model.geometry.radius
+        {
+            return Err(Error::Incompatible(format!(
+                "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
+            )));
         }
-        model.contacts = contacts;
+        model.contacts.list(&q[1..], near);
         Ok(model)
+    }
+
+    /// Contacts with a gap below the reach of the list, but for the rope, each with its gap (m).
+    fn near(&self, q: &[f64], v: &[f64]) -> Vec<(f64, Contact)> {
+        let (bodies, reach) = (1 + self.geometry.centres.len(), self.contacts.reach());
+        let places = Places::of(&q[1..]);
+        let pairs = places.pairs_within(2.0 * self.geometry.radius + reach).map(|(i, j)| Contact::Pair(i, j));
+        let walls = (0..bodies).flat_map(|body| [Contact::Floor(body), Contact::Left(body), Contact::Right(body)]);
+        let near = walls.chain(pairs).map(|contact| (self.gap(contact, q, v), contact));
+        near.filter(|(gap, _)| *gap < reach).collect()
     }
 
     /// Returns the crane with its rope.
     pub fn crane(&self) -> &CraneWithRope {
         &self.crane
-    }
-
-    /// Returns the displacement of bodies up to which the list of contacts is complete, m; infinite where all are listed.
-    pub fn reach(&self) -> f64 {
-        self.reach
     }
 
     #[inline]
@@ -153,7 +158,7 @@ impl MechanicalModel for CraneInHeap {
         ModelSize {
             velocities: 3 + 2 * self.geometry.centres.len(),
             bilateral: 0,
-            unilateral: self.contacts.len(),
+            unilateral: self.contacts.rows().len(),
             interface: 1,
         }
     }
@@ -184,7 +189,11 @@ impl MechanicalModel for CraneInHeap {
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        for (index, &contact) in self.contacts.iter().enumerate() {
+        for (index, &contact) in self.contacts.rows().iter().enumerate() {
+            let Some(contact) = contact else {
+                rows.position[index] = self.contacts.reach();
+                continue;
+            };
             let (known, _) = Self::columns(contact);
             let mut set = |slot: usize, value: f64| rows.set(index, slot, known[slot], value);
             match contact {
@@ -208,11 +217,23 @@ impl MechanicalModel for CraneInHeap {
     }
 
     fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
-        let known = |&contact: &Contact| {
-            let (columns, count) = Self::columns(contact);
-            columns[..count].to_vec()
+        let known = |contact: &Option<Contact>| {
+            let known = contact.map(Self::columns);
+            known.map_or_else(Vec::new, |(columns, count)| columns[..count].to_vec())
         };
-        Some(self.contacts.iter().map(known).collect())
+        Some(self.contacts.rows().iter().map(known).collect())
+    }
+
+    fn relists(&self) -> bool {
+        true
+    }
+
+    fn relist(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {
+        if !self.contacts.is_due(&q[1..], &v[1..], h) {
+            return Ok(false);
+        }
+        let near = self.near(q, v);
+        Ok(self.contacts.list(&q[1..], near))
     }
 
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
@@ -242,9 +263,8 @@ impl MechanicalModel for CraneInHeap {
             Vector2::from(self.start) + Vector2::from(aside)
         };
         let moved = (0..bodies).map(|body| (Self::centre(q, body) - start(body)).norm());
-        let pairs = (0..bodies).flat_map(|i| (i + 1..bodies).map(move |j| Contact::Pair(i, j)));
-        let others = self.contacts.iter().copied().filter(|contact| !matches!(contact, Contact::Pair(..)));
-        let gaps = pairs.chain(others).map(|contact| self.gap(contact, q, v));
+        let always = [Contact::Rope, Contact::Floor(0)].map(|contact| self.gap(contact, q, v));
+        let gaps = self.near(q, v).into_iter().map(|(gap, _)| gap).chain(always);
         row.copy_from_slice(&[
             q[0],
             q[1],

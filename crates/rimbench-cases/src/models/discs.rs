@@ -1,7 +1,8 @@
 //! Mechanics of many discs between a blade and a wall: a row or a heap that a loader pushes.
 
+use super::nearby::{Places, TravellingContacts};
 use nalgebra::Vector2;
-use rimbench_core::error::{Error, Result};
+use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::{Name, names};
@@ -76,7 +77,7 @@ pub(super) fn potential_of_weights(q: &[f64], mass: f64, gravity: f64) -> f64 {
 type Kind = (fn(&Contact) -> bool, &'static str);
 
 /// What a disc can touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Contact {
     Blade(usize),
     Wall(usize),
@@ -85,7 +86,18 @@ enum Contact {
     Bump(usize, usize),
 }
 
-/// Discs without friction or spin, the blade that pushes them, and a fixed list of possible contacts.
+/// Which contacts of [`Discs`] are possible.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactList {
+    /// Those near at the start, for good: discs keep their neighbours, as in a row.
+    Neighbours,
+    /// Those near at the start; where something moves beyond what that holds for, the run ends.
+    Start,
+    /// Those near at the time, listed anew as discs travel.
+    Travelling,
+}
+
+/// Discs without friction or spin, the blade that pushes them, and their possible contacts.
 ///
 /// ```text
 /// g_blade = x_d − R − x_b     g_wall = x_w − R − x_d     g_floor = y_d − R     g_ij = |c_j − c_i| − 2R
@@ -93,17 +105,22 @@ enum Contact {
 /// ```
 /// A bump is a disc that does not move: `g = |c_d − c_b| − 2R`, `A = nᵀ`.
 ///
-/// The list is made once, at the start: whatever is closer than 1.3 radii. It holds for as long as no disc has moved by more
+/// A [list](ContactList) made at the start is of whatever is closer than 1.3 radii. It holds for as long as no disc has moved by more
 /// than half of what is missing to the nearest contact that is not listed: [`reach`](Self::reach) says how far that is, and the
-/// observable `largest_displacement_m` how much of it is used. A row touches at most two bodies.
+/// observable `largest_displacement_m` how much of it is used. One that is made anew as discs travel is of whatever is closer than 0.8
+/// radii, and of the discs that are nearest to blade and wall at the start, and the nearest pair. A row touches at most two bodies.
 /// # Source
 /// Ours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Discs {
     geometry: DiscsGeometry,
-    contacts: Vec<Contact>,
+    kind: ContactList,
+    contacts: TravellingContacts<Contact>,
     reach: f64,
 }
+
+/// Blade, wall and floor.
+const WALLS: usize = 3;
 
 impl Discs {
     /// Contacts with a gap below this many radii at the start are listed: in a hexagonal heap the direct neighbours, whose next ones
@@ -114,7 +131,7 @@ impl Discs {
     ///
     /// # Errors
     /// [`Error::Incompatible`] if there are fewer than two discs, or anything would start inside something else.
-    pub fn new(geometry: DiscsGeometry) -> Result<Self> {
+    pub fn new(geometry: DiscsGeometry, kind: ContactList) -> Result<Self> {
         let count = geometry.centres.len();
         if count < 2 {
             return Err(Error::Incompatible(format!("there must be at least 2 discs, not {count}")));
@@ -133,7 +150,7 @@ impl Discs {
                     "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
                 )));
             }
-            if gap < Self::LISTED * geometry.radius {
+            if gap < Self::LISTED * geometry.radius || kind == ContactList::Travelling {
                 contacts.push(contact);
             } else {
                 // Both bodies may come closer.
@@ -148,6 +165,15 @@ impl Discs {
             (|contact| matches!(contact, Contact::Wall(_)), "no disc starts within {} m of the fixed wall"),
             (|contact| matches!(contact, Contact::Pair(..)), "no two discs start within {} m of each other"),
         ];
+        if kind == ContactList::Travelling {
+            // Whatever is nearest has the name: nothing need be near.
+            let gap = |contact: &Contact| Self::gap_of(&geometry, *contact, &q);
+            let nearest = |of_kind: fn(&Contact) -> bool| {
+                contacts.iter().copied().filter(of_kind).min_by(|a, b| gap(a).total_cmp(&gap(b)))
+            };
+            let named = kinds.into_iter().filter_map(|(of_kind, _)| nearest(of_kind)).collect();
+            return Ok(Self::travelling(geometry, named));
+        }
         for (row, (kind, missing)) in kinds.into_iter().enumerate() {
             let found = contacts.iter().position(kind).ok_or_else(|| {
                 let listed = format!("{:.6}", Self::LISTED * geometry.radius);
@@ -155,15 +181,48 @@ impl Discs {
             })?;
             contacts.swap(row, found);
         }
-        Ok(Discs { geometry, contacts, reach })
+        let contacts = TravellingContacts::new(contacts, 0, Self::LISTED * geometry.radius);
+        Ok(Discs { geometry, kind, contacts, reach })
+    }
+
+    /// The same with a list that is made anew as discs travel, but for contacts that have names.
+    fn travelling(geometry: DiscsGeometry, named: Vec<Contact>) -> Self {
+        let (count, (q, _)) = (geometry.centres.len(), Self::state(&geometry));
+        let room = TravellingContacts::<Contact>::most(count + geometry.bumps.len(), WALLS);
+        let reach = TravellingContacts::<Contact>::LARGEST_REACH * geometry.radius;
+        let contacts = TravellingContacts::new(named, room, reach);
+        let mut discs = Discs { geometry, kind: ContactList::Travelling, contacts, reach: f64::INFINITY };
+        let near = discs.near(&q);
+        discs.contacts.list(&q, near);
+        discs
+    }
+
+    /// Contacts with a gap below the reach of a list that is made anew, each with its gap (m).
+    fn near(&self, q: &[f64]) -> Vec<(f64, Contact)> {
+        let (count, reach) = (self.geometry.centres.len(), self.contacts.reach());
+        // Bumps after the discs; two of them are no contact.
+        let centres: Vec<f64> = q[1..].iter().chain(self.geometry.bumps.as_flattened()).copied().collect();
+        let places = Places::of(&centres);
+        let pairs = places.pairs_within(2.0 * self.geometry.radius + reach).filter(|(i, _)| *i < count);
+        let pairs = pairs.map(|(i, j)| if j < count { Contact::Pair(i, j) } else { Contact::Bump(i, j - count) });
+        let walls = (0..count).flat_map(|i| [Contact::Blade(i), Contact::Wall(i), Contact::Floor(i)]);
+        let near = walls.chain(pairs).map(|contact| (Self::gap_of(&self.geometry, contact, q), contact));
+        near.filter(|(gap, _)| *gap < reach).collect()
+    }
+
+    /// How far blade and discs are from where they started, at most, m.
+    fn largest_displacement(&self, q: &[f64]) -> f64 {
+        let moved = self.geometry.centres.iter().enumerate();
+        let moved = moved.map(|(disc, start)| (Self::centre(q, disc) - Vector2::from(*start)).norm_squared());
+        moved.fold(q[0] * q[0], f64::max).sqrt()
     }
 
     /// Returns the number of possible contacts.
     pub fn contacts(&self) -> usize {
-        self.contacts.len()
+        self.contacts.rows().len()
     }
 
-    /// Returns the displacement of discs and blade up to which the list of contacts is complete, m.
+    /// Returns the displacement of discs and blade up to which the list of contacts is complete, m; infinite where it is made anew.
     pub fn reach(&self) -> f64 {
         self.reach
     }
@@ -213,7 +272,7 @@ impl MechanicalModel for Discs {
         ModelSize {
             velocities: 1 + 2 * self.geometry.centres.len(),
             bilateral: 0,
-            unilateral: self.contacts.len(),
+            unilateral: self.contacts(),
             interface: 1,
         }
     }
@@ -239,7 +298,11 @@ impl MechanicalModel for Discs {
     fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        for (index, &contact) in self.contacts.iter().enumerate() {
+        for (index, &contact) in self.contacts.rows().iter().enumerate() {
+            let Some(contact) = contact else {
+                rows.position[index] = self.contacts.reach();
+                continue;
+            };
             let known = self.columns(contact);
             let mut set = |slot: usize, value: f64| rows.set(index, slot, known[slot], value);
             match contact {
@@ -272,12 +335,32 @@ impl MechanicalModel for Discs {
     }
 
     fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
-        let known = |&contact: &Contact| match contact {
-            Contact::Blade(_) | Contact::Bump(..) => self.columns(contact)[..2].to_vec(),
-            Contact::Wall(_) | Contact::Floor(_) => self.columns(contact)[..1].to_vec(),
-            Contact::Pair(..) => self.columns(contact).to_vec(),
+        let known = |&contact: &Option<Contact>| match contact {
+            Some(contact @ (Contact::Blade(_) | Contact::Bump(..))) => self.columns(contact)[..2].to_vec(),
+            Some(contact @ (Contact::Wall(_) | Contact::Floor(_))) => self.columns(contact)[..1].to_vec(),
+            Some(contact @ Contact::Pair(..)) => self.columns(contact).to_vec(),
+            None => Vec::new(),
         };
-        Some(self.contacts.iter().map(known).collect())
+        Some(self.contacts.rows().iter().map(known).collect())
+    }
+
+    fn relists(&self) -> bool {
+        self.kind == ContactList::Travelling
+    }
+
+    fn relist(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {
+        match self.kind {
+            ContactList::Neighbours => Ok(false),
+            ContactList::Start => match self.largest_displacement(q) {
+                moved if moved > self.reach => Err(Failure::out_of_range("largest_displacement_m", moved)),
+                _ => Ok(false),
+            },
+            ContactList::Travelling if self.contacts.is_due(q, v, h) => {
+                let near = self.near(q);
+                Ok(self.contacts.list(q, near))
+            }
+            ContactList::Travelling => Ok(false),
+        }
     }
 
     fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
@@ -303,9 +386,9 @@ impl MechanicalModel for Discs {
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
         let momentum: f64 = v[1..].as_chunks::<2>().0.iter().map(|disc| self.geometry.disc_mass * disc[0]).sum();
-        let moved = self.geometry.centres.iter().enumerate();
-        let moved = moved.map(|(disc, start)| (Self::centre(q, disc) - Vector2::from(*start)).norm());
-        let gaps = self.contacts.iter().map(|&contact| Self::gap_of(&self.geometry, contact, q));
-        row.copy_from_slice(&[q[0], momentum, moved.fold(q[0].abs(), f64::max), gaps.fold(f64::INFINITY, f64::min)]);
+        let listed = self.contacts.rows().iter().flatten().map(|&contact| Self::gap_of(&self.geometry, contact, q));
+        let others = if self.relists() { self.near(q) } else { Vec::new() };
+        let gaps = listed.chain(others.into_iter().map(|(gap, _)| gap));
+        row.copy_from_slice(&[q[0], momentum, self.largest_displacement(q), gaps.fold(f64::INFINITY, f64::min)]);
     }
 }

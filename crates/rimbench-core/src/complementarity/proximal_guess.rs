@@ -16,7 +16,7 @@
 //! Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim. 14 (1976); the Newton method with the exact
 //! search is that of Qi, Sun, *A nonsmooth version of Newton's method*, Math. Programming 58 (1993), on a quadratic made of pieces.
 
-use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricRows, largest_entry};
+use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
 use std::sync::Arc;
 
 /// μ as a part of the largest entry of the diagonal.
@@ -54,6 +54,11 @@ impl ProximalGuess {
             dw: vec![0.0; n],
             bends: Vec::with_capacity(n),
         }
+    }
+
+    /// Goes over to matrices of another pattern of the same size.
+    pub(super) fn change_pattern(&mut self, pattern: &SymmetricPattern) {
+        self.factor.change_pattern(pattern);
     }
 
     /// Writes the impulses of the proximal step from `p` to `z`, looked for from the contacts of which `pushes` says so; returns the number
@@ -167,7 +172,6 @@ fn way_to_minimum(bends: &mut Vec<(f64, u32)>, mu: f64, centre: &[f64], [z, w, d
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linear_algebra::SymmetricPattern;
     use rand::{RngExt, SeedableRng};
 
     /// Contacts of few bodies, so that many depend on each other.
@@ -176,8 +180,7 @@ mod tests {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
         for (n, coordinates) in [(12, 5), (60, 30), (60, 80)] {
             let pattern = SymmetricPattern::new(&vec![(0..n).collect(); n]);
-            let order = Arc::new(EliminationOrder::new(&pattern));
-            let mut guess = ProximalGuess::new(&order);
+            let mut guess = ProximalGuess::new(pattern.elimination_order());
             for _ in 0..20 {
                 // One coordinate opens all contacts: no impulse grows beyond bounds as contacts get stiffer.
                 let mut row =

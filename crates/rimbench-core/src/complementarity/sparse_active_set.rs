@@ -13,8 +13,7 @@
 use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE};
 use super::proximal_guess::ProximalGuess;
 use super::{SolveStats, SolverCounters, Unsolved};
-use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
-use std::sync::Arc;
+use crate::linear_algebra::{SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
 
 /// Members that pull by at least this part of the worst (squared) leave together.
 const TOGETHER: f64 = 0.1;
@@ -74,12 +73,12 @@ impl SparseActiveSet {
     /// Makes room for problems with matrices of this pattern; answers are accepted up to this natural residual.
     pub fn new(pattern: &SymmetricPattern, tolerance: f64) -> Self {
         let n = pattern.size();
-        let order = Arc::new(EliminationOrder::new(pattern));
+        let order = pattern.elimination_order();
         SparseActiveSet {
             tolerance,
-            guess: ProximalGuess::new(&order),
+            guess: ProximalGuess::new(order),
             guessed: false,
-            factor: SparseFactor::new(order),
+            factor: SparseFactor::new(order.clone()),
             age: None,
             set: Vec::with_capacity(n),
             first: Vec::with_capacity(n),
@@ -107,6 +106,14 @@ impl SparseActiveSet {
     /// Returns `w = M z + q` of the last problem.
     pub fn velocities(&self) -> &[f64] {
         &self.w
+    }
+
+    /// Goes over to matrices of another pattern for as many contacts. Those that pushed in the last problems still are what the next one is
+    /// looked for from.
+    pub fn change_pattern(&mut self, pattern: &SymmetricPattern) {
+        self.factor.change_pattern(pattern);
+        self.guess.change_pattern(pattern);
+        self.age = None;
     }
 
     /// Says that the next matrix may be another.

@@ -3,9 +3,8 @@
 use super::frictional_condensation::StateWork;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use super::redundancy::Redundancy;
-use crate::linear_algebra::{EliminationOrder, SparseFactor};
+use crate::linear_algebra::SparseFactor;
 use nalgebra::{SMatrix, SymmetricEigen};
-use std::sync::Arc;
 
 /// Below this fraction of the largest diagonal entry a pivot or eigenvalue of `H_cc` counts as zero.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -96,7 +95,7 @@ impl Condensation {
         let Some(meeting) = model.meeting() else { return Self::new(model.contacts(), model.interface()) };
         let mut condensation = Self::new(PSEUDO_INVERSE_LIMIT, model.interface());
         let work = &mut condensation.work;
-        work.factor = Some(SparseFactor::new(Arc::new(EliminationOrder::new(meeting))));
+        work.factor = Some(SparseFactor::new(meeting.elimination_order().clone()));
         work.column = vec![0.0; model.contacts()];
         work.closed = vec![false; model.contacts()];
         condensation
@@ -166,6 +165,7 @@ fn condense_meeting(model: &ReducedInterfaceModel, closed: &[usize], shift: f64,
     let (n_u, n_i) = (model.contacts(), model.interface());
     let Work { factor: Some(factor), column, closed: marks, .. } = &mut out.work else { return };
     let Some(rows) = model.contact_rows() else { return };
+    factor.change_pattern(rows.pattern);
     marks.fill(false);
     closed.iter().for_each(|&contact| marks[contact] = true);
     out.rank = factor.factorise(rows, shift, RANK_TOLERANCE, |contact| marks[contact]);

@@ -2,9 +2,8 @@
 
 use super::linearisation::Rows;
 use super::meetings::Meetings;
-use crate::linear_algebra::{DEPENDENT, EliminationOrder, Singular, SparseFactor, SymmetricPattern, SymmetricRows};
+use crate::linear_algebra::{DEPENDENT, Singular, SparseFactor, SymmetricPattern, SymmetricRows};
 use std::ops::Range;
-use std::sync::Arc;
 
 /// Groups of joints: two that know a velocity in common are in one.
 #[derive(Debug, Clone)]
@@ -98,7 +97,7 @@ impl Joints {
         let (starts, columns) = joints.known_columns()?;
         let groups = Groups::of(joints, velocities)?;
         let pattern = Meetings::pattern(starts, columns, velocities, |column| column);
-        let order = Arc::new(EliminationOrder::new(&pattern));
+        let order = pattern.elimination_order().clone();
         let mut of_group = vec![Vec::new(); groups.count()];
         // A row without entries belongs to none; its pivot is 0, which the factor refuses.
         for (joint, bounds) in starts.windows(2).enumerate() {

@@ -199,8 +199,29 @@ impl ReducedInterfaceModel {
         &self.h[row * self.rows..(row + 1) * self.rows]
     }
 
-    /// Copies another model of the same size without allocating.
+    /// Tells whether contacts of both meet alike, as far as the models know of it.
+    #[inline]
+    pub fn meets_like(&self, other: &Self) -> bool {
+        match (&self.meeting, &other.meeting) {
+            (Some(meeting), Some(other)) => Arc::ptr_eq(meeting, other),
+            (meeting, other) => meeting.is_none() && other.is_none(),
+        }
+    }
+
+    /// Goes over to contacts that meet otherwise, as many as before; the entries of `h` then mean nothing until they are written.
+    pub(crate) fn set_meeting(&mut self, meeting: Arc<SymmetricPattern>) {
+        debug_assert_eq!(meeting.size(), self.contacts);
+        self.h.resize(meeting.entries() + (self.contacts + self.interface) * self.interface, 0.0);
+        self.meeting = Some(meeting);
+    }
+
+    /// Copies another model of the same size without allocating, unless its contacts meet otherwise.
     pub fn copy_from(&mut self, other: &Self) {
+        if let Some(meeting) = &other.meeting
+            && !self.meets_like(other)
+        {
+            self.set_meeting(meeting.clone());
+        }
         self.h.copy_from_slice(&other.h);
         self.a.copy_from_slice(&other.a);
         self.w.copy_from_slice(&other.w);

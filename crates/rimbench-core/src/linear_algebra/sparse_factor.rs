@@ -154,14 +154,26 @@ impl SparseFactor {
         }
     }
 
+    /// Goes over to matrices of this pattern, with the factor of no row, unless it is that of the order at hand.
+    pub fn change_pattern(&mut self, pattern: &SymmetricPattern) {
+        let order = pattern.elimination_order();
+        if !Arc::ptr_eq(&self.order, order) {
+            *self = SparseFactor::new(order.clone());
+        }
+    }
+
     /// Tells whether a row of the matrix is in A.
     #[inline]
     pub fn contains(&self, row: usize) -> bool {
         self.inside[self.order.place_of[row] as usize]
     }
 
-    /// Copies another factor of the same order.
+    /// Copies another factor, without allocating if it is of the same order.
     pub fn copy_from(&mut self, other: &Self) {
+        if !Arc::ptr_eq(&self.order, &other.order) {
+            self.clone_from(other);
+            return;
+        }
         self.l.copy_from_slice(&other.l);
         self.d.copy_from_slice(&other.d);
         self.inside.copy_from_slice(&other.inside);

@@ -1,17 +1,31 @@
 //! A symmetric matrix of which most entries are zero for good.
 
+use super::sparse_factor::EliminationOrder;
+use std::sync::{Arc, OnceLock};
+
 /// Where the entries of a symmetric matrix stand: row by row, columns in order, the diagonal always among them.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct SymmetricPattern {
     starts: Vec<usize>,
     columns: Vec<u32>,
     diagonal: Vec<usize>,
+    /// Found when it is asked for, once for all who have the pattern.
+    order: OnceLock<Arc<EliminationOrder>>,
 }
+
+impl PartialEq for SymmetricPattern {
+    fn eq(&self, other: &Self) -> bool {
+        self.starts == other.starts && self.columns == other.columns
+    }
+}
+
+impl Eq for SymmetricPattern {}
 
 impl SymmetricPattern {
     /// Lays out the matrix whose row `i` has entries in the columns `neighbours[i]`, and on the diagonal.
     pub fn new(neighbours: &[Vec<usize>]) -> Self {
-        let mut pattern = SymmetricPattern { starts: vec![0], columns: Vec::new(), diagonal: Vec::new() };
+        let mut pattern =
+            SymmetricPattern { starts: vec![0], columns: Vec::new(), diagonal: Vec::new(), order: OnceLock::new() };
         for (i, neighbours) in neighbours.iter().enumerate() {
             let mut row: Vec<usize> = neighbours.iter().copied().chain([i]).collect();
             row.sort_unstable();
@@ -27,6 +41,11 @@ impl SymmetricPattern {
     /// Returns the size of the matrix.
     pub fn size(&self) -> usize {
         self.diagonal.len()
+    }
+
+    /// Returns the order in which matrices of this pattern are factorised.
+    pub fn elimination_order(&self) -> &Arc<EliminationOrder> {
+        self.order.get_or_init(|| Arc::new(EliminationOrder::new(self)))
     }
 
     /// Returns where the entry of `row` and `column` stands, if it is not zero for good.

@@ -155,6 +155,25 @@ impl ContactStepper {
         }
     }
 
+    /// Goes over to rows that stand for other contacts, after a step; `columns` are those of the velocities that they can know. A contact that
+    /// was closed or hit in the step must have kept its row.
+    pub(super) fn relist(&mut self, columns: Option<&[Vec<usize>]>) {
+        // It follows from the problem of the rows as they were.
+        self.find_closed();
+        let (rows, velocities) = (self.eq3.unilateral.len(), self.eq3.velocities());
+        match columns.filter(|_| self.sparse.is_some()) {
+            Some(columns) => self.eq3.unilateral = Rows::in_columns(velocities, columns),
+            // What a row no longer knows must be zero.
+            None => self.eq3.unilateral = Rows::zeros(rows, velocities),
+        }
+        self.elimination = Elimination::new(&self.eq3);
+        if let (Some(solver), Some(meeting)) = (&mut self.sparse, Elimination::meeting(&self.eq3)) {
+            solver.change_pattern(&meeting);
+            self.eq4.set_meeting(meeting);
+        }
+        self.forget_reduction();
+    }
+
     /// An interface model of this system's size and law, with nothing in it yet.
     pub(super) fn empty_model(&self) -> ReducedInterfaceModel {
         let mut model = match (self.eq4.meeting(), &self.friction) {

@@ -1,6 +1,7 @@
 //! What a case author writes about a mechanical system.
 
 use super::stiff_forces::StiffForces;
+use crate::error::Failure;
 use crate::interface_model::{MassMatrix, Rows};
 use crate::name::Name;
 
@@ -60,6 +61,23 @@ pub trait MechanicalModel: Send {
     /// joints that say the same or none, only those entries are then kept: [`unilateral`](Self::unilateral) must write by [`Rows::set`].
     fn unilateral_columns(&self) -> Option<Vec<Vec<usize>>> {
         None
+    }
+
+    /// Tells whether unilateral rows may come to stand for other contacts than at the start, see [`relist`](Self::relist).
+    fn relists(&self) -> bool {
+        false
+    }
+
+    /// Lists the possible contacts anew if bodies have moved so far that some which are not listed may close within a step of `h` (s); tells
+    /// whether a row now stands for another contact. Asked after each step, with the state at its end.
+    ///
+    /// There are as many rows as ever. A contact that stays listed keeps its row, and one that is closed is not given up. A row without a
+    /// contact has a gap above zero, no velocity and no entries.
+    ///
+    /// # Errors
+    /// If bodies have gone where what is listed says nothing of what they touch.
+    fn relist(&mut self, _q: &[f64], _v: &[f64], _h: f64) -> Result<bool, Failure> {
+        Ok(false)
     }
 
     /// Number of tangential rows: one per unilateral row, or none if the model has no friction to offer.

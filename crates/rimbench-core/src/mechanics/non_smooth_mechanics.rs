@@ -206,6 +206,10 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
         }
         self.stepper.advance(u, h)?;
         let kinetic = self.stepper.kinetic_energy();
+        let ContactStepper { q, v, .. } = &self.stepper;
+        if self.model.relist(q, v, h)? {
+            self.stepper.relist(self.model.unilateral_columns().as_deref());
+        }
         self.linearise();
         self.stepper.ledger.inertia += self.stepper.kinetic_energy() - kinetic;
         Ok(())
@@ -253,6 +257,9 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
             return Err(
                 "contacts with friction are stepped by the semi-implicit rule: where they start to slide is not located",
             );
+        }
+        if self.model.relists() {
+            return Err("contacts that are listed anew as bodies travel are stepped by the semi-implicit rule");
         }
         if self.stepper.is_sparse() {
             return Err("contacts by the dozen, of which few meet, are stepped by the semi-implicit rule");

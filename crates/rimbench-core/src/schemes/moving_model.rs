@@ -56,10 +56,14 @@ impl MovingModel {
 
     /// Differences of the last two models, and whether they can be gone on with: not if a contact has opened or closed.
     fn take_rates(&mut self, elapsed: f64, model: &ReducedInterfaceModel) -> bool {
-        let same = self.received.at_bound == model.at_bound && self.sent_states == model.states;
+        // Other contacts of the same rows have no difference.
+        let same = self.received.meets_like(model)
+            && self.received.at_bound == model.at_bound
+            && self.sent_states == model.states;
         if !(elapsed > 0.0 && same) {
             return false;
         }
+        self.h_rate.resize(model.h.len(), 0.0);
         let rates = [(&mut self.h_rate, &model.h, &self.received.h), (&mut self.a_rate, &model.a, &self.received.a)];
         for (rate, now, before) in rates {
             for (rate, (now, before)) in rate.iter_mut().zip(now.iter().zip(before)) {

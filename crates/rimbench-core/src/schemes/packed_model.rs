@@ -121,6 +121,12 @@ impl PackedModel {
 
     /// The same with all contacts, where few meet; `impulse_columns` then are those of the interface.
     fn pack_meeting(&mut self, model: &ReducedInterfaceModel) {
+        if let (Some(meeting), Some(packed)) = (model.meeting(), &mut self.meeting)
+            && !Arc::ptr_eq(meeting, packed)
+        {
+            packed.clone_from(meeting);
+            self.h_uu.resize(meeting.entries(), 0.0);
+        }
         let (h_uu, of_interface) = model.h.split_at(self.h_uu.len());
         self.h_uu.copy_from_slice(h_uu);
         self.impulse_columns.copy_from_slice(of_interface);

@@ -380,6 +380,7 @@ impl ReducedInterface {
         let p_u = &mut self.p_u[..n];
         if let (Some(solver), Some(rows)) = (&mut self.sparse, self.packed.contact_rows()) {
             if anew {
+                solver.change_pattern(rows.pattern);
                 // Macro steps begin alike: with penetrations, and with the force of the point itself.
                 solver.start_series();
             }
