@@ -282,6 +282,10 @@ fn the_load_leaves_the_heap_whose_discs_meet_others_and_never_overlap() {
         let (off, scale) = (max_difference(&column(&few.trajectory, name), &of(name)), largest(of(name)));
         assert!(off < 1e-9 * scale, "{name}: off by {off:e} of {scale}");
     }
+    // A list that discs leave within a step misses contacts, and says so.
+    of_few.parameters.set("list_reach_radii", "0.01").unwrap();
+    let outcome = crate::support::run(&of_few).report.outcome;
+    assert!(matches!(&outcome, Outcome::OutOfRange { quantity, .. } if quantity == "gap_not_listed_m"), "{outcome:?}");
 }
 
 /// 22 discs that fall apart before the wall, 0.1 m away, holds them; a list made at the start holds for 0.73 radii.

@@ -135,11 +135,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
     if columns.is_multiple_of(2) {
         return Err(Error::invalid("columns", columns, "an odd number, so that the load lies in the middle"));
     }
-    let (radius, listed) = (get("disc_radius_m"), get("list_reach_radii"));
-    if listed > CraneInHeap::LARGEST_REACH {
-        let most = format!("a number above zero, at most {}", CraneInHeap::LARGEST_REACH);
-        return Err(Error::invalid("list_reach_radii", listed, most));
-    }
+    let radius = get("disc_radius_m");
     let model = CraneInHeap::new(
         crane_set_down::geometry(parameters),
         HeapGeometry {
@@ -148,7 +144,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
             centres: heap(columns, layers, radius),
             half_width: radius * f64::from(columns) + get("wall_gap_m"),
             slack: get("rope_slack_m"),
-            list_reach_radii: listed,
+            list_reach_radii: get("list_reach_radii"),
         },
     )?;
     let (pressures, centre) = hydraulics::equilibrium(parameters, model.crane().link_force())?;

@@ -16,7 +16,7 @@
 //! **Manoeuvre.** Held in equilibrium; the cylinder lets the wall out, then pushes it back in and lifts the packing, which with all its
 //! contacts closed is a mechanism of one degree of freedom.
 //!
-//! **Contacts**: a list made once, at the start (see [`Discs`]); `largest_displacement_m` must stay below its reach.
+//! **Contacts**: a list made once, at the start (see [`Discs`]); a run in which discs move farther than it holds for ends.
 //!
 //! **Direct feedthrough** of the actuator, through its viscous friction. **Reference**: monolithic, h, h/2, h/4.
 //!

@@ -3,7 +3,7 @@
 use super::crane::CraneGeometry;
 use super::crane_with_rope::CraneWithRope;
 use super::discs::{Apart, potential_of_weights, weigh};
-use super::nearby::{Places, TravellingContacts};
+use super::nearby::{Places, ROUNDING, TravellingContacts};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
@@ -48,8 +48,7 @@ enum Contact {
 /// g_floor = y_b − R − y_f     g_left = x_b − R − x_l     g_right = x_r − R − x_b     g_ij = |c_j − c_i| − 2R
 /// ```
 /// and the rope as there. Contacts are listed as discs travel: those that are closer than a given number of radii, and always the rope and
-/// the load on the floor. The observable `gap_lowest_m` is that of whatever is near, listed or not. Rows without a contact are as far apart as
-/// the list reaches.
+/// the load on the floor. Rows without a contact are as far apart as the list reaches.
 /// # Source
 /// Ours.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,8 +69,13 @@ impl CraneInHeap {
     /// Lists the contacts: the rope, the load on the floor, then whatever is near.
     ///
     /// # Errors
-    /// Those of the crane; [`Error::Incompatible`] if anything would start inside something else.
+    /// Those of the crane; [`Error::InvalidValue`] for a list that reaches farther than there are rows, or nowhere;
+    /// [`Error::Incompatible`] if anything would start inside something else.
     pub fn new(crane: CraneGeometry, geometry: HeapGeometry) -> Result<Self> {
+        let (listed, most) = (geometry.list_reach_radii, Self::LARGEST_REACH);
+        if !(listed > 0.0 && listed <= most) {
+            return Err(Error::invalid("list_reach_radii", listed, format!("a number above zero, at most {most}")));
+        }
         let (load_mass, gravity) = (crane.end_mass, crane.gravity);
         let crane = CraneWithRope::with_slack_rope(crane, geometry.slack)?;
         let (q, _) = crane.initial_state();
@@ -92,7 +96,7 @@ impl CraneInHeap {
         let (q, v) = model.initial_state();
         let near = model.near(&q, &v);
         if let Some((gap, contact)) = near.iter().min_by(|a, b| a.0.total_cmp(&b.0))
-            && *gap < -1e-9 * model.geometry.radius
+            && *gap < -ROUNDING * model.geometry.radius
         {
             return Err(Error::Incompatible(format!(
                 "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
@@ -233,7 +237,7 @@ impl MechanicalModel for CraneInHeap {
             return Ok(false);
         }
         let near = self.near(q, v);
-        Ok(self.contacts.list(&q[1..], near))
+        self.contacts.relist(&q[1..], near, ROUNDING * self.geometry.radius)
     }
 
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
@@ -263,8 +267,7 @@ impl MechanicalModel for CraneInHeap {
             Vector2::from(self.start) + Vector2::from(aside)
         };
         let moved = (0..bodies).map(|body| (Self::centre(q, body) - start(body)).norm());
-        let always = [Contact::Rope, Contact::Floor(0)].map(|contact| self.gap(contact, q, v));
-        let gaps = self.near(q, v).into_iter().map(|(gap, _)| gap).chain(always);
+        let gaps = self.contacts.rows().iter().flatten().map(|&contact| self.gap(contact, q, v));
         row.copy_from_slice(&[
             q[0],
             q[1],

@@ -1,6 +1,6 @@
 //! Mechanics of many discs between a blade and a wall: a row or a heap that a loader pushes.
 
-use super::nearby::{Places, TravellingContacts};
+use super::nearby::{Places, ROUNDING, TravellingContacts};
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
@@ -141,22 +141,7 @@ impl Discs {
         let bumps = (0..count).flat_map(|i| (0..geometry.bumps.len()).map(move |bump| Contact::Bump(i, bump)));
         let (q, _) = Self::state(&geometry);
         // Rounding of a contact that starts closed.
-        let closed = -1e-9 * geometry.radius;
-        let (mut contacts, mut reach) = (Vec::new(), f64::INFINITY);
-        for contact in walls.chain(pairs).chain(bumps) {
-            let gap = Self::gap_of(&geometry, contact, &q);
-            if gap < closed {
-                return Err(Error::Incompatible(format!(
-                    "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
-                )));
-            }
-            if gap < Self::LISTED * geometry.radius || kind == ContactList::Travelling {
-                contacts.push(contact);
-            } else {
-                // Both bodies may come closer.
-                reach = f64::min(reach, 0.5 * gap);
-            }
-        }
+        let closed = -ROUNDING * geometry.radius;
         let kinds: [Kind; 3] = [
             (
                 |contact| matches!(contact, Contact::Blade(_)),
@@ -165,13 +150,31 @@ impl Discs {
             (|contact| matches!(contact, Contact::Wall(_)), "no disc starts within {} m of the fixed wall"),
             (|contact| matches!(contact, Contact::Pair(..)), "no two discs start within {} m of each other"),
         ];
+        let mut nearest: [Option<(f64, Contact)>; 3] = [None; 3];
+        let (mut contacts, mut reach) = (Vec::new(), f64::INFINITY);
+        for contact in walls.chain(pairs).chain(bumps) {
+            let gap = Self::gap_of(&geometry, contact, &q);
+            if gap < closed {
+                return Err(Error::Incompatible(format!(
+                    "impossible geometry: {contact:?} would start with a gap of {gap:.6} m"
+                )));
+            }
+            if kind == ContactList::Travelling {
+                // Whatever is nearest has the name: nothing need be near.
+                for (named, (of_kind, _)) in nearest.iter_mut().zip(kinds) {
+                    if of_kind(&contact) && named.is_none_or(|(least, _)| gap < least) {
+                        *named = Some((gap, contact));
+                    }
+                }
+            } else if gap < Self::LISTED * geometry.radius {
+                contacts.push(contact);
+            } else {
+                // Both bodies may come closer.
+                reach = f64::min(reach, 0.5 * gap);
+            }
+        }
         if kind == ContactList::Travelling {
-            // Whatever is nearest has the name: nothing need be near.
-            let gap = |contact: &Contact| Self::gap_of(&geometry, *contact, &q);
-            let nearest = |of_kind: fn(&Contact) -> bool| {
-                contacts.iter().copied().filter(of_kind).min_by(|a, b| gap(a).total_cmp(&gap(b)))
-            };
-            let named = kinds.into_iter().filter_map(|(of_kind, _)| nearest(of_kind)).collect();
+            let named = nearest.into_iter().flatten().map(|(_, contact)| contact).collect();
             return Ok(Self::travelling(geometry, named));
         }
         for (row, (kind, missing)) in kinds.into_iter().enumerate() {
@@ -357,7 +360,7 @@ impl MechanicalModel for Discs {
             },
             ContactList::Travelling if self.contacts.is_due(q, v, h) => {
                 let near = self.near(q);
-                Ok(self.contacts.list(q, near))
+                self.contacts.relist(q, near, ROUNDING * self.geometry.radius)
             }
             ContactList::Travelling => Ok(false),
         }
@@ -386,9 +389,7 @@ impl MechanicalModel for Discs {
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
         let momentum: f64 = v[1..].as_chunks::<2>().0.iter().map(|disc| self.geometry.disc_mass * disc[0]).sum();
-        let listed = self.contacts.rows().iter().flatten().map(|&contact| Self::gap_of(&self.geometry, contact, q));
-        let others = if self.relists() { self.near(q) } else { Vec::new() };
-        let gaps = listed.chain(others.into_iter().map(|(gap, _)| gap));
+        let gaps = self.contacts.rows().iter().flatten().map(|&contact| Self::gap_of(&self.geometry, contact, q));
         row.copy_from_slice(&[q[0], momentum, self.largest_displacement(q), gaps.fold(f64::INFINITY, f64::min)]);
     }
 }

@@ -29,6 +29,8 @@ pub struct ReducedInterfaceModel {
     interface: usize,
     /// All rows of `h`, where it is dense.
     rows: usize,
+    /// Counts how often rows have come to stand for other contacts.
+    listing: u64,
     /// Which contacts meet, where the model has many that do not.
     meeting: Option<Arc<SymmetricPattern>>,
     /// `H = [H_uu H_ui; H_iu H_ii]`, row-major. Where few of many contacts meet, the entries of `H_uu` that are not zero for good, then
@@ -100,6 +102,7 @@ impl ReducedInterfaceModel {
             contacts,
             interface,
             rows: n,
+            listing: 0,
             meeting: None,
             h: vec![0.0; n * n],
             a: vec![0.0; n],
@@ -199,13 +202,15 @@ impl ReducedInterfaceModel {
         &self.h[row * self.rows..(row + 1) * self.rows]
     }
 
-    /// Tells whether contacts of both meet alike, as far as the models know of it.
+    /// Tells whether rows of both stand for the same contacts, for two models of one mechanics.
     #[inline]
-    pub fn meets_like(&self, other: &Self) -> bool {
-        match (&self.meeting, &other.meeting) {
-            (Some(meeting), Some(other)) => Arc::ptr_eq(meeting, other),
-            (meeting, other) => meeting.is_none() && other.is_none(),
-        }
+    pub fn lists_like(&self, other: &Self) -> bool {
+        self.listing == other.listing
+    }
+
+    /// Says that rows stand for other contacts than before.
+    pub(crate) fn note_listing(&mut self) {
+        self.listing += 1;
     }
 
     /// Goes over to contacts that meet otherwise, as many as before; the entries of `h` then mean nothing until they are written.
@@ -218,10 +223,11 @@ impl ReducedInterfaceModel {
     /// Copies another model of the same size without allocating, unless its contacts meet otherwise.
     pub fn copy_from(&mut self, other: &Self) {
         if let Some(meeting) = &other.meeting
-            && !self.meets_like(other)
+            && self.meeting.as_ref().is_none_or(|own| !Arc::ptr_eq(own, meeting))
         {
             self.set_meeting(meeting.clone());
         }
+        self.listing = other.listing;
         self.h.copy_from_slice(&other.h);
         self.a.copy_from_slice(&other.a);
         self.w.copy_from_slice(&other.w);

@@ -157,7 +157,10 @@ impl ContactStepper {
 
     /// Goes over to rows that stand for other contacts, after a step; `columns` are those of the velocities that they can know. A contact that
     /// was closed or hit in the step must have kept its row.
-    pub(super) fn relist(&mut self, columns: Option<&[Vec<usize>]>) {
+    ///
+    /// # Errors
+    /// If they now meet so often that entries which are zero for good are few.
+    pub(super) fn relist(&mut self, columns: Option<&[Vec<usize>]>) -> Result<(), Failure> {
         // It follows from the problem of the rows as they were.
         self.find_closed();
         let (rows, velocities) = (self.eq3.unilateral.len(), self.eq3.velocities());
@@ -167,11 +170,15 @@ impl ContactStepper {
             None => self.eq3.unilateral = Rows::zeros(rows, velocities),
         }
         self.elimination = Elimination::new(&self.eq3);
-        if let (Some(solver), Some(meeting)) = (&mut self.sparse, Elimination::meeting(&self.eq3)) {
+        if let Some(solver) = &mut self.sparse {
+            let few = "contacts that are listed anew meet so often that there is no room for them";
+            let meeting = Elimination::meeting(&self.eq3).ok_or_else(|| Failure::reported(few))?;
             solver.change_pattern(&meeting);
             self.eq4.set_meeting(meeting);
         }
+        self.eq4.note_listing();
         self.forget_reduction();
+        Ok(())
     }
 
     /// An interface model of this system's size and law, with nothing in it yet.

@@ -79,8 +79,11 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// # Errors
     /// [`Error::InvalidValue`](crate::error::Error::InvalidValue) for a coefficient that is none;
     /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts that give way or are kept by the
-    /// dozen, a restitution of one direction alone, a solver that does not go by active sets, or a mechanics that steps at the second order.
+    /// dozen or listed anew, a restitution of one direction alone, a solver that does not go by active sets, or a mechanics that steps at the second order.
     pub fn with_friction(mut self, friction: Friction) -> Result<Self> {
+        if self.model.relists() {
+            return Err(Error::Incompatible("friction does not go with contacts that are listed anew".into()));
+        }
         if self.second_order.is_some() {
             return Err(Error::Incompatible(
                 "friction does not go with a rule of the second order, which was asked for before".into(),
@@ -208,7 +211,7 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
         let kinetic = self.stepper.kinetic_energy();
         let ContactStepper { q, v, .. } = &self.stepper;
         if self.model.relist(q, v, h)? {
-            self.stepper.relist(self.model.unilateral_columns().as_deref());
+            self.stepper.relist(self.model.unilateral_columns().as_deref())?;
         }
         self.linearise();
         self.stepper.ledger.inertia += self.stepper.kinetic_energy() - kinetic;

@@ -11,7 +11,7 @@ const SQUARES: u64 = 24;
 const WIDE: u64 = 3;
 /// Bytes per contact where few meet: some 10 entries of `H_uu` and 30 of a factor, each in several copies with its place.
 const PER_CONTACT: u64 = 16 << 10;
-/// Bytes per entry of `H_uu` at most: more where many contacts share a velocity, as where all pairs of a heap are listed.
+/// Bytes per entry of `H_uu` at most: more where many contacts share a velocity.
 const PER_MEETING: u64 = 400;
 /// Bytes per joint where only what is not zero is kept of them: some 5 entries of `S` and 10 of its factor, with their places.
 const PER_JOINT: u64 = 2 << 10;

@@ -57,7 +57,7 @@ impl MovingModel {
     /// Differences of the last two models, and whether they can be gone on with: not if a contact has opened or closed.
     fn take_rates(&mut self, elapsed: f64, model: &ReducedInterfaceModel) -> bool {
         // Other contacts of the same rows have no difference.
-        let same = self.received.meets_like(model)
+        let same = self.received.lists_like(model)
             && self.received.at_bound == model.at_bound
             && self.sent_states == model.states;
         if !(elapsed > 0.0 && same) {
@@ -136,6 +136,25 @@ mod tests {
         model.h.fill(entry);
         model.states[0] = state;
         model
+    }
+
+    #[test]
+    fn a_model_whose_rows_stand_for_other_contacts_than_before_is_not_gone_on_with() {
+        let model = |entry: f64| {
+            let mut model = ReducedInterfaceModel::zeros(1, 1);
+            model.h.fill(entry);
+            model
+        };
+        let mut moving = MovingModel::new(&model(0.0), ModelMotion::Extrapolated);
+        moving.receive(0.0, &model(1.0));
+        moving.receive(0.1, &model(2.0));
+        assert!(moving.move_to(MIDDLE));
+        let mut other = model(3.0);
+        other.note_listing();
+        moving.receive(0.2, &other);
+        assert!(!moving.move_to(MIDDLE));
+        moving.receive(0.3, &other);
+        assert!(moving.move_to(MIDDLE));
     }
 
     #[test]
