@@ -326,7 +326,7 @@ fn repeated(usual: fn(Vec<f64>) -> f64, mut once: impl FnMut() -> f64) -> f64 {
 }
 
 /// Largest system of [`print_csv`].
-const LARGEST_COMPARED: usize = 1200;
+const LARGEST_COMPARED: usize = 5100;
 
 /// Prints systems, answers and times as CSV, for a comparison with others (`benches/peers`): settled, the shortest of many; moving, the
 /// median over the macro steps, each the shortest of its passes.
