@@ -1,0 +1,434 @@
+//! How the outputs of a loaded FMU move, found by steps from a state to which it is set back.
+
+use super::super::host::Probe;
+use super::{FATAL, Keep, Loaded};
+use std::ptr;
+
+/// How many roundings of an output are taken for what its own arithmetic and that of differences may add up to.
+const ROUNDINGS: f64 = 8.0;
+
+/// What probing needs, and what it has found.
+#[derive(Default)]
+pub(super) struct Probed {
+    /// The state from which it goes out.
+    pub(super) kept: Option<Keep>,
+    /// Rates, feedthrough and rate gain by the longer steps, and by the shorter ones.
+    coarse: Vec<f64>,
+    fine: Vec<f64>,
+    /// The largest magnitude that each output has had in this probe.
+    magnitude: Vec<f64>,
+    input: Vec<f64>,
+    before: Vec<f64>,
+    after: Vec<f64>,
+}
+
+impl Probed {
+    /// How far the shorter steps' numbers are from the longer steps', of the largest of both in the same row of the same block (rates,
+    /// feedthrough, rate gain); the worst row from `first` on, and 1 at most. A number that is no more than what round-off alone may make of
+    /// outputs of that size counts as 0.
+    fn error(&self, probe: Probe, first: usize, u: &[f64]) -> f64 {
+        let (p, n) = (self.magnitude.len(), u.len());
+        // Of the shorter steps, where round-off is most.
+        let (step, change) = (0.5 * probe.step, |at: usize| 0.5 * probe.change_of(u[at]));
+        let roundings = |row: usize| ROUNDINGS * f64::EPSILON * self.magnitude[row];
+        let blocks = [
+            (0, 1, &(|row, _| roundings(row) / step) as &dyn Fn(usize, usize) -> f64),
+            (p, n, &|row, at| roundings(row) / change(at)),
+            (p + p * n, n, &|row, at| roundings(row) / (step * change(at))),
+        ];
+        let mut worst = 0.0_f64;
+        for (start, columns, floor) in blocks {
+            for row in first..p {
+                let (mut apart, mut largest) = (0.0_f64, 0.0_f64);
+                for at in 0..columns {
+                    let entry = start + row * columns + at;
+                    let (coarse, fine) = (self.coarse[entry], self.fine[entry]);
+                    if !(coarse.is_finite() && fine.is_finite()) {
+                        return 1.0;
+                    }
+                    let size = coarse.abs().max(fine.abs());
+                    if size > floor(row, at) {
+                        (apart, largest) = (apart.max((coarse - fine).abs()), largest.max(size));
+                    }
+                }
+                if apart > 0.0 {
+                    worst = worst.max(apart / largest);
+                }
+            }
+        }
+        worst.min(1.0)
+    }
+}
+
+impl Loaded {
+    /// Appends rates, feedthrough and rate gain as steps from here show them, and their relative error; the state is what it was
+    /// afterwards, with inputs `u`.
+    ///
+    /// ```text
+    /// r = (y(t + δ) − y(t))/δ         inputs held
+    /// D = (y(u + Δ) − y(u − Δ))/2Δ    at once
+    /// R = (r(u + Δ) − r(u − Δ))/2Δ    each from the same state
+    /// ```
+    /// With δ and Δ, and with half of both: the latter is the answer, and what lies between the two its error.
+    pub(super) fn probe(&mut self, probe: Probe, t: f64, u: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
+        let mut probed = std::mem::take(&mut self.probed);
+        let kept = self.keep_for_probing(&mut probed, u);
+        let begun = kept.is_ok();
+        let mut done = kept.and_then(|()| self.probe_twice(&mut probed, probe, t, u));
+        // Back to the state that was kept just now, whatever has become of it; but after Fatal nothing may be called.
+        if begun && self.worst.get() < FATAL {
+            done = done.and(self.set_state(probed.kept).and_then(|()| self.put(u)));
+        }
+        if done.is_ok() {
+            output.extend_from_slice(&probed.fine);
+            // Of a mechanics only velocities matter: what a step adds to a position is of the step, and not of the model.
+            let first = if self.plan.smooth { self.outputs.len() / 2 } else { 0 };
+            output.push(probed.error(probe, first, u));
+        }
+        self.probed = probed;
+        done.map_err(|why| format!("{why} (while it was probed for how its outputs move)"))
+    }
+
+    /// Keeps the present state, with these inputs, as that from which probing goes out.
+    fn keep_for_probing(&mut self, probed: &mut Probed, u: &[f64]) -> Result<(), String> {
+        self.put(u)?;
+        let Some(functions) = &self.functions.state else { return Err("it keeps no state".to_owned()) };
+        let mut kept = probed.kept.unwrap_or(ptr::null_mut());
+        let status = unsafe { (functions.get)(self.instance, &raw mut kept) };
+        probed.kept = (!kept.is_null()).then_some(kept);
+        self.check(status, "getting its state")
+    }
+
+    fn probe_twice(&mut self, probed: &mut Probed, probe: Probe, t: f64, u: &[f64]) -> Result<(), String> {
+        probed.magnitude.clear();
+        probed.magnitude.resize(self.outputs.len(), 0.0);
+        for share in [1.0, 0.5] {
+            std::mem::swap(&mut probed.coarse, &mut probed.fine);
+            self.probe_once(probed, Probe { step: share * probe.step, change: share * probe.change, ..probe }, t, u)?;
+        }
+        Ok(())
+    }
+
+    /// Fills `probed.fine`.
+    fn probe_once(&mut self, probed: &mut Probed, probe: Probe, t: f64, u: &[f64]) -> Result<(), String> {
+        let (p, n) = (self.outputs.len(), u.len());
+        let Probed { kept, fine, magnitude, input, before, after, .. } = probed;
+        fine.clear();
+        fine.resize(p * (1 + 2 * n), 0.0);
+        let (rate, gains) = fine.split_at_mut(p);
+        let (feedthrough, rate_gain) = gains.split_at_mut(p * n);
+        self.shoot(*kept, t, u, probe.step, [before, after])?;
+        for row in 0..p {
+            rate[row] = (after[row] - before[row]) / probe.step;
+            magnitude[row] = magnitude[row].max(before[row].abs()).max(after[row].abs());
+        }
+        for at in 0..n {
+            let change = probe.change_of(u[at]);
+            // What the inputs are in the end, to the last bit.
+            let ends = [u[at] + change, u[at] - change];
+            let width = ends[0] - ends[1];
+            for (end, sign) in ends.into_iter().zip([1.0, -1.0]) {
+                input.clear();
+                input.extend_from_slice(u);
+                input[at] = end;
+                self.shoot(*kept, t, input, probe.step, [before, after])?;
+                for row in 0..p {
+                    let entry = row * n + at;
+                    // Differences first, and one division of each: outputs may be large beside what changes in them.
+                    feedthrough[entry] += sign * before[row];
+                    rate_gain[entry] += sign * (after[row] - before[row]);
+                    magnitude[row] = magnitude[row].max(before[row].abs()).max(after[row].abs());
+                }
+            }
+            for entry in (0..p).map(|row| row * n + at) {
+                feedthrough[entry] = if probe.feedthrough { feedthrough[entry] / width } else { 0.0 };
+                rate_gain[entry] /= probe.step * width;
+            }
+        }
+        Ok(())
+    }
+
+    /// Outputs before and after a step from a state that was kept.
+    fn shoot(
+        &mut self,
+        from: Option<Keep>,
+        t: f64,
+        u: &[f64],
+        h: f64,
+        [before, after]: [&mut Vec<f64>; 2],
+    ) -> Result<(), String> {
+        self.set_state(from)?;
+        self.put(u)?;
+        before.clear();
+        self.take(&self.outputs, &self.plan.outputs, before)?;
+        self.step(t, h)?;
+        after.clear();
+        self.take(&self.outputs, &self.plan.outputs, after)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[cfg(unix)]
+    use super::super::ERROR;
+    use super::*;
+    #[cfg(unix)]
+    use guest::{Guest, loaded, rates};
+
+    /// An FMU without an archive: one input, two outputs.
+    #[cfg(unix)]
+    mod guest {
+        use super::super::super::*;
+
+        pub(super) const STEP: f64 = 1e-3;
+        pub(super) const CHANGE: f64 = 1e-6;
+
+        pub(super) struct Guest {
+            pub(super) x: [f64; 2],
+            pub(super) u: f64,
+            /// What a step makes of the state.
+            pub(super) advance: fn([f64; 2], f64, f64) -> [f64; 2],
+            pub(super) say: fn([f64; 2], f64) -> [f64; 2],
+            /// What the step after so many more returns, if it does not go well.
+            pub(super) fault: Option<(usize, c_int)>,
+            /// What keeping a state returns.
+            pub(super) keeping: c_int,
+            pub(super) longest: f64,
+            pub(super) states_set: usize,
+            pub(super) after_fatal: usize,
+            pub(super) fatal: bool,
+        }
+
+        impl Guest {
+            pub(super) fn new(
+                x: [f64; 2],
+                advance: fn([f64; 2], f64, f64) -> [f64; 2],
+                say: fn([f64; 2], f64) -> [f64; 2],
+            ) -> Guest {
+                Guest {
+                    x,
+                    u: 0.0,
+                    advance,
+                    say,
+                    fault: None,
+                    keeping: 0,
+                    longest: 0.0,
+                    states_set: 0,
+                    after_fatal: 0,
+                    fatal: false,
+                }
+            }
+        }
+
+        /// # Safety
+        /// The instance is a [`Guest`] that nobody else looks at.
+        unsafe fn called<'a>(instance: Instance) -> &'a mut Guest {
+            let guest = unsafe { &mut *instance.cast::<Guest>() };
+            guest.after_fatal += usize::from(guest.fatal);
+            guest
+        }
+
+        unsafe extern "C" fn nothing(_: Instance) {}
+        unsafe extern "C" fn well(_: Instance) -> c_int {
+            0
+        }
+        unsafe extern "C" fn get(instance: Instance, _: *const u32, n: usize, values: *mut f64, _: usize) -> c_int {
+            let guest = unsafe { called(instance) };
+            unsafe { std::slice::from_raw_parts_mut(values, n) }.copy_from_slice(&(guest.say)(guest.x, guest.u));
+            0
+        }
+        unsafe extern "C" fn set(instance: Instance, _: *const u32, _: usize, values: *const f64, _: usize) -> c_int {
+            unsafe { called(instance).u = *values };
+            0
+        }
+        unsafe extern "C" fn step(
+            instance: Instance,
+            _: f64,
+            h: f64,
+            _: bool,
+            _: *mut u8,
+            _: *mut u8,
+            _: *mut u8,
+            _: *mut f64,
+        ) -> c_int {
+            let guest = unsafe { called(instance) };
+            guest.longest = guest.longest.max(h);
+            match &mut guest.fault {
+                Some((0, status)) => {
+                    guest.fatal = *status == FATAL;
+                    return *status;
+                }
+                Some((left, _)) => *left -= 1,
+                None => {}
+            }
+            guest.x = (guest.advance)(guest.x, guest.u, h);
+            0
+        }
+        unsafe extern "C" fn get_state(instance: Instance, kept: *mut Keep) -> c_int {
+            let guest = unsafe { called(instance) };
+            if guest.keeping == 0 {
+                unsafe {
+                    if (*kept).is_null() {
+                        *kept = Box::into_raw(Box::new([0.0; 3])).cast();
+                    }
+                    *(*kept).cast::<[f64; 3]>() = [guest.x[0], guest.x[1], guest.u];
+                }
+            }
+            guest.keeping
+        }
+        unsafe extern "C" fn set_state(instance: Instance, kept: Keep) -> c_int {
+            let guest = unsafe { called(instance) };
+            let [x, y, u] = unsafe { *kept.cast::<[f64; 3]>() };
+            (guest.x, guest.u) = ([x, y], u);
+            guest.states_set += 1;
+            0
+        }
+        unsafe extern "C" fn free_state(_: Instance, kept: *mut Keep) -> c_int {
+            drop(unsafe { Box::from_raw((*kept).cast::<[f64; 3]>()) });
+            0
+        }
+
+        /// As an actuator with direct feedthrough, probed by [`STEP`] and [`CHANGE`]; `guest` outlives it.
+        pub(super) fn loaded(guest: &mut Guest) -> Loaded {
+            let plain = |reference| Scaled { reference, factor: 1.0, offset: 0.0 };
+            let plan = Plan {
+                file: "guest.fmu".into(),
+                library: "".into(),
+                needs: Vec::new(),
+                resources: "".into(),
+                version_2: false,
+                token: String::new(),
+                starts: Vec::new(),
+                inputs: vec![plain(0)],
+                outputs: vec![plain(1), plain(2)],
+                rates: None,
+                derivatives: false,
+                smooth: false,
+                probe: Some(Probe { step: STEP, change: CHANGE, feedthrough: true }),
+                keeps_state: true,
+                model: None,
+                step: None,
+                observed: Vec::new(),
+                work: None,
+            };
+            Loaded {
+                functions: Functions {
+                    free: nothing,
+                    terminate: well,
+                    exit_initialization: well,
+                    numbers: Numbers::Three { get, set },
+                    step: Step::Three(step),
+                    state: Some(StateFunctions { get: get_state, set: set_state, free: free_state }),
+                    derivative: None,
+                    booleans: None,
+                    integers: None,
+                },
+                instance: (&raw mut *guest).cast(),
+                copies: vec![Slot { kept: None, used: true }],
+                present: 0,
+                inputs: vec![0],
+                outputs: vec![1, 2],
+                rates: Vec::new(),
+                observed: Vec::new(),
+                room: Vec::new(),
+                truths: Vec::new(),
+                integers: Vec::new(),
+                said: ManuallyDrop::new(Box::new(Said::default())),
+                callbacks: ManuallyDrop::new(None),
+                library: ManuallyDrop::new(libloading::os::unix::Library::this().into()),
+                probed: Probed::default(),
+                stepping: true,
+                worst: Cell::new(0),
+                plan,
+            }
+        }
+
+        /// Rates, feedthrough, rate gain and the estimate, of steps of at most `longest` (s).
+        pub(super) fn rates(loaded: &mut Loaded, longest: f64, u: f64) -> Result<Vec<f64>, String> {
+            let mut output = Vec::new();
+            loaded.ask(Ask::Rates, 0, &[0.0, longest, u], &mut output).map(|()| output)
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn numbers_that_hold_nothing_but_round_off_are_no_error_of_probing() {
+        // The second state does not follow the input, but its last digits do.
+        let advance =
+            |[x, y]: [f64; 2], u: f64, h: f64| [x + h * (2.0 + 5.0 * u), (y + 0.1 * h) * (3.0 + u) / (3.0 + u)];
+        let mut guest = Guest::new([1.0, 1e3], advance, |x, _| x);
+        let mut one = loaded(&mut guest);
+        let mut round_off = 0;
+        for u in (1..40).map(|k| 0.37 * f64::from(k)) {
+            let found = rates(&mut one, 1.0, u).unwrap();
+            // Rates, feedthrough, rate gain.
+            approx::assert_abs_diff_eq!(found[0], 2.0 + 5.0 * u, epsilon = 1e-9);
+            approx::assert_abs_diff_eq!(found[4], 5.0, epsilon = 1e-5);
+            round_off += usize::from(found[5] != 0.0);
+            assert!(found[6] < 1e-5, "{found:?}");
+        }
+        assert!(round_off > 0, "no digit of the second state follows the input");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn an_estimate_of_probing_knows_of_no_other_probe() {
+        // Rates beside which the others are small, and rates that change within a step.
+        let advance = |[x, y]: [f64; 2], u: f64, h: f64| [x + h * u * (1.0 + 400.0 * h), y];
+        let mut guest = Guest::new([0.0, 0.0], advance, |x, _| x);
+        let mut one = loaded(&mut guest);
+        let large = rates(&mut one, 1.0, 1e6).unwrap();
+        let small = rates(&mut one, 1.0, 1.0).unwrap();
+        // δ = 1 ms and 0.5 ms: 1.4 and 1.2.
+        for found in [large, small] {
+            approx::assert_abs_diff_eq!(found[6], 0.2 / 1.4, epsilon = 1e-4);
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn feedthrough_of_outputs_far_from_zero_is_probed_with_all_digits_that_they_have() {
+        let mut guest = Guest::new([0.0, 0.0], |x, _, _| x, |_, u| [1e6 + 400.0 * u, 0.0]);
+        let mut one = loaded(&mut guest);
+        for u in [0.3, 0.7, 1.1, 2.3] {
+            let found = rates(&mut one, 1.0, u).unwrap();
+            // ε|y|/Δ is 4e-4.
+            approx::assert_abs_diff_eq!(found[2], 400.0, epsilon = 1e-3);
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn no_step_of_probing_is_longer_than_what_is_asked_for() {
+        for (longest, taken) in [(1e-4, 1e-4), (1.0, guest::STEP)] {
+            let mut guest = Guest::new([0.0, 0.0], |x, _, _| x, |x, _| x);
+            rates(&mut loaded(&mut guest), longest, 0.0).unwrap();
+            assert_eq!(guest.longest, taken);
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn an_fmu_that_breaks_while_it_is_probed_is_set_back_only_where_that_is_allowed() {
+        for status in [2, ERROR, FATAL] {
+            let mut guest = Guest::new([1.0, 2.0], |[x, y], _, h| [x + h, y - h], |x, _| x);
+            guest.fault = Some((3, status));
+            let message = rates(&mut loaded(&mut guest), 1.0, 0.5).unwrap_err();
+            assert!(message.contains("while it was probed"), "{message}");
+            assert_eq!(guest.after_fatal, 0, "status {status}");
+            // Four shots, and back.
+            assert_eq!(guest.states_set, if status == FATAL { 4 } else { 5 });
+            assert_eq!(guest.x, [1.0, 2.0], "status {status}");
+        }
+        // A state that could not be kept is not replaced by an older one.
+        let mut guest = Guest::new([1.0, 2.0], |[x, y], _, h| [x + h, y - h], |x, _| x);
+        let mut one = loaded(&mut guest);
+        rates(&mut one, 1.0, 0.5).unwrap();
+        // SAFETY: the guest is alive, and `one` does not look at it now.
+        let inside = unsafe { &mut *one.instance.cast::<Guest>() };
+        (inside.x, inside.keeping) = ([7.0, 8.0], 2);
+        rates(&mut one, 1.0, 0.5).unwrap_err();
+        drop(one);
+        assert_eq!(guest.x, [7.0, 8.0]);
+    }
+}
