@@ -6,7 +6,7 @@ mod rest_and_impact;
 
 pub(super) use drive::Drive;
 
-use super::contact_stepper::ContactSet;
+use super::contact_stepper::{ContactSet, ContactStepper};
 use super::mechanical_model::{MechanicalModel, ModelSize};
 use super::non_smooth_mechanics::NonSmoothMechanics;
 use crate::cosim::{ForceCourse, JointActuator, JointSteps, SecondOrder, Sent};
@@ -90,7 +90,10 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 self.accept_piece(steps, &mut drive, h)
             }
             SecondOrder::EventSplit => self.step_from_event_to_event(steps, &mut drive),
-        }
+        }?;
+        // Models whose rows change are not stepped here; others say whether what they list still holds.
+        let ContactStepper { q, v, .. } = &self.stepper;
+        self.model.relist(q, v, h).map(drop)
     }
 
     /// Tries the first piece to know the acceleration in its middle.
