@@ -16,8 +16,7 @@
 //! Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim. 14 (1976); the Newton method with the exact
 //! search is that of Qi, Sun, *A nonsmooth version of Newton's method*, Math. Programming 58 (1993), on a quadratic made of pieces.
 
-use crate::linear_algebra::{EliminationOrder, SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
-use std::sync::Arc;
+use crate::linear_algebra::{SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
 
 /// μ as a part of the largest entry of the diagonal.
 const SOFTNESS: f64 = 1e-4;
@@ -43,11 +42,11 @@ pub(super) struct ProximalGuess {
 }
 
 impl ProximalGuess {
-    /// Makes room for problems with matrices of this order.
-    pub(super) fn new(order: &Arc<EliminationOrder>) -> Self {
-        let n = order.size();
+    /// Makes room for problems with matrices of this pattern.
+    pub(super) fn new(pattern: &SymmetricPattern) -> Self {
+        let n = pattern.size();
         ProximalGuess {
-            factor: SparseFactor::new(order.clone()),
+            factor: SparseFactor::new(pattern),
             centre: vec![0.0; n],
             w: vec![0.0; n],
             dz: vec![0.0; n],
@@ -180,7 +179,7 @@ mod tests {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
         for (n, coordinates) in [(12, 5), (60, 30), (60, 80)] {
             let pattern = SymmetricPattern::new(&vec![(0..n).collect(); n]);
-            let mut guess = ProximalGuess::new(pattern.elimination_order());
+            let mut guess = ProximalGuess::new(&pattern);
             for _ in 0..20 {
                 // One coordinate opens all contacts: no impulse grows beyond bounds as contacts get stiffer.
                 let mut row =

@@ -73,12 +73,11 @@ impl SparseActiveSet {
     /// Makes room for problems with matrices of this pattern; answers are accepted up to this natural residual.
     pub fn new(pattern: &SymmetricPattern, tolerance: f64) -> Self {
         let n = pattern.size();
-        let order = pattern.elimination_order();
         SparseActiveSet {
             tolerance,
-            guess: ProximalGuess::new(order),
+            guess: ProximalGuess::new(pattern),
             guessed: false,
-            factor: SparseFactor::new(order.clone()),
+            factor: SparseFactor::new(pattern),
             age: None,
             set: Vec::with_capacity(n),
             first: Vec::with_capacity(n),

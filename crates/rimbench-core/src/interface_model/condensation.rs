@@ -95,7 +95,7 @@ impl Condensation {
         let Some(meeting) = model.meeting() else { return Self::new(model.contacts(), model.interface()) };
         let mut condensation = Self::new(PSEUDO_INVERSE_LIMIT, model.interface());
         let work = &mut condensation.work;
-        work.factor = Some(SparseFactor::new(meeting.elimination_order().clone()));
+        work.factor = Some(SparseFactor::new(meeting));
         work.column = vec![0.0; model.contacts()];
         work.closed = vec![false; model.contacts()];
         condensation

@@ -66,17 +66,20 @@ pub struct Elimination {
 impl Elimination {
     /// Makes the workspace for systems of the size of `linearisation`.
     pub fn new(linearisation: &Linearisation) -> Self {
+        Self::with_meeting(linearisation, Self::meeting(linearisation).as_deref())
+    }
+
+    /// The same for one whose [meeting](Self::meeting) is known.
+    pub fn with_meeting(linearisation: &Linearisation, meeting: Option<&SymmetricPattern>) -> Self {
         let n = linearisation.velocities();
         let jointed = match linearisation.mass {
-            MassMatrix::Diagonal(_) => {
-                JointedElimination::new(linearisation, Self::meeting(linearisation).as_deref()).map(Box::new)
-            }
+            MassMatrix::Diagonal(_) => JointedElimination::new(linearisation, meeting).map(Box::new),
             MassMatrix::Dense(_) => None,
         };
         let n_b = if jointed.is_some() { 0 } else { linearisation.bilateral.len() };
         let rows = linearisation.unilateral.len() + linearisation.tangential.len() + linearisation.interface.len();
         let local = match &jointed {
-            None => Self::meeting(linearisation).and_then(|meeting| LocalElimination::new(linearisation, &meeting)),
+            None => meeting.and_then(|meeting| LocalElimination::new(linearisation, meeting)),
             Some(_) => None,
         };
         let rows = if local.is_some() || jointed.is_some() { 0 } else { rows };

@@ -97,7 +97,6 @@ impl Joints {
         let (starts, columns) = joints.known_columns()?;
         let groups = Groups::of(joints, velocities)?;
         let pattern = Meetings::pattern(starts, columns, velocities, |column| column);
-        let order = pattern.elimination_order().clone();
         let mut of_group = vec![Vec::new(); groups.count()];
         // A row without entries belongs to none; its pivot is 0, which the factor refuses.
         for (joint, bounds) in starts.windows(2).enumerate() {
@@ -107,7 +106,7 @@ impl Joints {
         }
         let (mut members, mut group_starts) = (Vec::with_capacity(joints.len()), vec![0]);
         for mut joints in of_group {
-            order.sort(&mut joints);
+            pattern.elimination_order().sort(&mut joints);
             members.extend(joints);
             group_starts.push(members.len());
         }
@@ -117,8 +116,8 @@ impl Joints {
             scaled: vec![0.0; columns.len()],
             meetings: Meetings::new(starts, columns, &pattern),
             s: vec![0.0; pattern.entries()],
+            factor: SparseFactor::new(&pattern),
             pattern,
-            factor: SparseFactor::new(order),
             members,
             group_starts,
             impulses: vec![0.0; joints.len()],

@@ -71,11 +71,6 @@ impl EliminationOrder {
         EliminationOrder { row_at, place_of, starts, places, row_starts, row_columns, row_entries }
     }
 
-    /// Returns the number of rows.
-    pub fn size(&self) -> usize {
-        self.row_at.len()
-    }
-
     /// Sorts rows of the matrix by their place in the order.
     pub fn sort(&self, rows: &mut [u32]) {
         rows.sort_unstable_by_key(|&row| self.place_of[row as usize]);
@@ -143,8 +138,8 @@ pub struct SparseFactor {
 
 impl SparseFactor {
     /// Makes the factor of no row.
-    pub fn new(order: Arc<EliminationOrder>) -> Self {
-        let n = order.row_at.len();
+    pub fn new(pattern: &SymmetricPattern) -> Self {
+        let (n, order) = (pattern.size(), pattern.elimination_order().clone());
         SparseFactor {
             l: vec![0.0; order.places.len()],
             d: vec![1.0; n],
@@ -158,7 +153,7 @@ impl SparseFactor {
     pub fn change_pattern(&mut self, pattern: &SymmetricPattern) {
         let order = pattern.elimination_order();
         if !Arc::ptr_eq(&self.order, order) {
-            *self = SparseFactor::new(order.clone());
+            *self = SparseFactor::new(pattern);
         }
     }
 
@@ -413,8 +408,7 @@ mod tests {
         for width in [2, 5, 7] {
             let (pattern, entries) = grid(width, &mut rng);
             let m = SymmetricRows { pattern: &pattern, entries: &entries };
-            let order = Arc::new(EliminationOrder::new(&pattern));
-            let mut factor = SparseFactor::new(order);
+            let mut factor = SparseFactor::new(&pattern);
             // More rows than the bodies can tell apart: some are left out.
             let kept = factor.factorise(m, 0.0, 1e-9, |_| true);
             assert!(kept > width * width && (width == 2 || kept < m.size()), "{kept} of {}", m.size());

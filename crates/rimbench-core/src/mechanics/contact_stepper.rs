@@ -112,6 +112,7 @@ impl ContactStepper {
         solver: Checked,
     ) -> Self {
         let meeting = Elimination::meeting(&eq3);
+        let elimination = Elimination::with_meeting(&eq3, meeting.as_deref());
         let sparse = meeting.as_deref().map(|meeting| SparseActiveSet::new(meeting, solver.tolerance()));
         let mut eq4 = match meeting {
             Some(meeting) => ReducedInterfaceModel::zeros_of(meeting, size.interface),
@@ -125,7 +126,7 @@ impl ContactStepper {
             v_reached: v.clone(),
             v_mean: v.clone(),
             v_change: vec![0.0; size.velocities],
-            elimination: Elimination::new(&eq3),
+            elimination,
             implicit: None,
             condensation: Condensation::of(&eq4),
             eq4,
@@ -169,10 +170,11 @@ impl ContactStepper {
             // What a row no longer knows must be zero.
             None => self.eq3.unilateral = Rows::zeros(rows, velocities),
         }
-        self.elimination = Elimination::new(&self.eq3);
+        let meeting = Elimination::meeting(&self.eq3);
+        self.elimination = Elimination::with_meeting(&self.eq3, meeting.as_deref());
         if let Some(solver) = &mut self.sparse {
             let few = "contacts that are listed anew meet so often that there is no room for them";
-            let meeting = Elimination::meeting(&self.eq3).ok_or_else(|| Failure::reported(few))?;
+            let meeting = meeting.ok_or_else(|| Failure::reported(few))?;
             solver.change_pattern(&meeting);
             self.eq4.set_meeting(meeting);
         }

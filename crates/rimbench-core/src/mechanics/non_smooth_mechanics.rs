@@ -79,7 +79,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// # Errors
     /// [`Error::InvalidValue`](crate::error::Error::InvalidValue) for a coefficient that is none;
     /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts that give way or are kept by the
-    /// dozen or listed anew, a restitution of one direction alone, a solver that does not go by active sets, or a mechanics that steps at the second order.
+    /// dozen or listed anew, a restitution of one direction alone, a solver that does not go by active sets, or a mechanics that steps at
+    /// the second order.
     pub fn with_friction(mut self, friction: Friction) -> Result<Self> {
         if self.model.relists() {
             return Err(Error::Incompatible("friction does not go with contacts that are listed anew".into()));
