@@ -3,6 +3,7 @@
 use super::symmetric_rows::{SymmetricPattern, SymmetricRows};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Order of elimination of a [`SymmetricPattern`], and where the entries of its factor stand.
@@ -19,10 +20,9 @@ pub struct EliminationOrder {
     /// Columns of L, places below the diagonal in order.
     starts: Vec<usize>,
     places: Vec<u32>,
-    /// Rows of L: columns in order, and where in the columns their entries stand.
+    /// Rows of L, columns in order.
     row_starts: Vec<usize>,
     row_columns: Vec<u32>,
-    row_entries: Vec<u32>,
 }
 
 impl EliminationOrder {
@@ -49,26 +49,28 @@ impl EliminationOrder {
             columns.push(column);
         }
         let (mut starts, mut places) = (vec![0], Vec::new());
-        let mut rows: Vec<Vec<(u32, u32)>> = vec![Vec::new(); n];
+        let mut rows: Vec<Vec<u32>> = vec![Vec::new(); n];
         for (k, column) in columns.into_iter().enumerate() {
             let mut column: Vec<u32> = column.into_iter().map(|i| place_of[i as usize]).collect();
             column.sort_unstable();
             for &place in &column {
-                rows[place as usize].push((k as u32, places.len() as u32));
+                rows[place as usize].push(k as u32);
                 places.push(place);
             }
             starts.push(places.len());
         }
         let mut row_starts = vec![0];
-        let (mut row_columns, mut row_entries) = (Vec::new(), Vec::new());
+        let mut row_columns = Vec::new();
         for row in rows {
-            for (column, entry) in row {
-                row_columns.push(column);
-                row_entries.push(entry);
-            }
+            row_columns.extend(row);
             row_starts.push(row_columns.len());
         }
-        EliminationOrder { row_at, place_of, starts, places, row_starts, row_columns, row_entries }
+        EliminationOrder { row_at, place_of, starts, places, row_starts, row_columns }
+    }
+
+    /// The columns before `k` that have an entry in its row of L.
+    fn columns_of(&self, k: usize) -> &[u32] {
+        &self.row_columns[self.row_starts[k]..self.row_starts[k + 1]]
     }
 
     /// Sorts rows of the matrix by their place in the order.
@@ -99,6 +101,14 @@ fn merged(a: &[u32], b: &[u32], without: [u32; 2]) -> Vec<u32> {
     all
 }
 
+/// `x −= y l` over the places of the entries.
+#[inline(always)]
+fn scatter(l: &[f64], y: f64, places: &[u32], x: &mut [f64]) {
+    for (&place, l) in places.iter().zip(l) {
+        x[place as usize] -= l * y;
+    }
+}
+
 /// `Σ l x` over the places of the entries, in four sums that need not wait for each other.
 fn gathered(l: &[f64], places: &[u32], x: &[f64]) -> f64 {
     if l.len() < 4 {
@@ -116,13 +126,15 @@ fn gathered(l: &[f64], places: &[u32], x: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// `M_AA = L D Lᵀ` for a set A that rows enter and leave, with the entries of L where they are for all rows.
+/// `M_AA = L D Lᵀ` for a set A that rows enter and leave, in the order of all rows.
 ///
 /// ```text
 /// k enters:  l_k, d_k and the column below by one pass over row k;   L₃₃ D₃₃ L₃₃ᵀ − d_k c cᵀ
 /// k leaves:  L₃₃ D₃₃ L₃₃ᵀ + d_k c cᵀ                                 c: column k of L, below k
 /// ```
-/// Rows that are not in A are unit rows of L. Nothing is allocated after construction.
+/// Rows that are not in A are unit rows of L. Of a column the entries of members are kept, in order, from where it starts for all rows:
+/// of all that L has room for these are two fifths in a heap that presses, and a fifth where half of the contacts are open. Nothing is
+/// allocated after construction.
 /// # Source
 /// Davis, Hager, *Row modifications of a sparse Cholesky factorization*, SIAM J. Matrix Anal. Appl. 26 (2005); the change of rank one
 /// is method C1 of Gill, Golub, Murray, Saunders 1974.
@@ -130,21 +142,36 @@ fn gathered(l: &[f64], places: &[u32], x: &[f64]) -> f64 {
 pub struct SparseFactor {
     order: Arc<EliminationOrder>,
     l: Vec<f64>,
+    places: Vec<u32>,
+    /// How many entries each column has.
+    counts: Vec<u32>,
     d: Vec<f64>,
     inside: Vec<bool>,
     /// By places; zero between calls.
     x: Vec<f64>,
+    /// While factorising: the first column whose next entry is that of a row, the next such column after it, and where that entry stands.
+    first: Vec<u32>,
+    next: Vec<u32>,
+    at: Vec<usize>,
 }
+
+/// No column.
+const NONE: u32 = u32::MAX;
 
 impl SparseFactor {
     /// Makes the factor of no row.
     pub fn new(pattern: &SymmetricPattern) -> Self {
         let (n, order) = (pattern.size(), pattern.elimination_order().clone());
         SparseFactor {
-            l: vec![0.0; order.places.len()],
+            l: vec![0.0; order.entries()],
+            places: vec![0; order.entries()],
+            counts: vec![0; n],
             d: vec![1.0; n],
             inside: vec![false; n],
             x: vec![0.0; n],
+            first: vec![NONE; n],
+            next: vec![NONE; n],
+            at: vec![0; n],
             order,
         }
     }
@@ -169,9 +196,21 @@ impl SparseFactor {
             self.clone_from(other);
             return;
         }
-        self.l.copy_from_slice(&other.l);
+        for k in 0..other.d.len() {
+            let column = other.column(k);
+            self.l[column.clone()].copy_from_slice(&other.l[column.clone()]);
+            self.places[column.clone()].copy_from_slice(&other.places[column]);
+        }
+        self.counts.copy_from_slice(&other.counts);
         self.d.copy_from_slice(&other.d);
         self.inside.copy_from_slice(&other.inside);
+    }
+
+    /// Where the entries of a column stand.
+    #[inline]
+    fn column(&self, k: usize) -> Range<usize> {
+        let start = self.order.starts[k];
+        start..start + self.counts[k] as usize
     }
 
     /// Factorises `m` plus `shift` on its diagonal anew for the rows of which `wanted` says so, leaving out those whose pivot is at most
@@ -183,117 +222,186 @@ impl SparseFactor {
         dependent: f64,
         wanted: impl Fn(usize) -> bool,
     ) -> usize {
+        let mut others = false;
         for (inside, &row) in self.inside.iter_mut().zip(&self.order.row_at) {
-            *inside = wanted(row as usize);
+            let is_wanted = wanted(row as usize);
+            others |= is_wanted != *inside;
+            *inside = is_wanted;
         }
-        let EliminationOrder { row_at, place_of, starts, places, row_starts, row_columns, row_entries } = &*self.order;
-        let mut count = 0;
-        for k in 0..self.d.len() {
-            let (row, column) = (row_at[k] as usize, starts[k]..starts[k + 1]);
-            if !self.inside[k] {
-                self.l[column].fill(0.0);
-                self.d[k] = 1.0;
+        if others {
+            (0..self.d.len()).for_each(|k| self.list_entries(k));
+        }
+        let Self { order, l, places, counts, d, inside, x, first, next, at } = self;
+        let EliminationOrder { row_at, place_of, starts, .. } = &**order;
+        let (places, x) = (&places[..], &mut x[..]);
+        let (mut count, mut wanted) = (0, 0);
+        for (k, &row) in row_at.iter().enumerate() {
+            if !inside[k] {
                 continue;
             }
+            wanted += 1;
+            let row = row as usize;
             for (other, entry) in m.row(row) {
                 let place = place_of[other] as usize;
-                if place >= k {
-                    self.x[place] = entry;
+                if place >= k && inside[place] {
+                    x[place] = entry;
                 }
             }
-            let known = row_columns[row_starts[k]..row_starts[k + 1]].iter().zip(&row_entries[row_starts[k]..]);
-            for (&j, &entry) in known.clone() {
-                let (j, entry) = (j as usize, entry as usize);
-                let y = self.l[entry] * self.d[j];
+            let mut waiting = std::mem::replace(&mut first[k], NONE);
+            while waiting != NONE {
+                let j = waiting as usize;
+                waiting = next[j];
+                let entries = at[j]..starts[j] + counts[j] as usize;
+                let y = l[entries.start] * d[j];
                 if y != 0.0 {
-                    let end = starts[j + 1];
-                    for (place, l) in places[entry..end].iter().zip(&self.l[entry..end]) {
-                        self.x[*place as usize] -= l * y;
-                    }
+                    scatter(&l[entries.clone()], y, &places[entries.clone()], x);
+                }
+                at[j] += 1;
+                if at[j] < entries.end {
+                    next[j] = std::mem::replace(&mut first[places[at[j]] as usize], j as u32);
                 }
             }
-            let d = std::mem::take(&mut self.x[k]) + shift;
-            self.inside[k] = d > dependent * (m.diagonal(row) + shift);
-            let inverse = if self.inside[k] { 1.0 / d } else { 0.0 };
-            self.d[k] = if self.inside[k] { d } else { 1.0 };
-            for (l, &place) in self.l[column.clone()].iter_mut().zip(&places[column]) {
-                let place = place as usize;
-                *l = if self.inside[place] { self.x[place] * inverse } else { 0.0 };
-                self.x[place] = 0.0;
+            let pivot = std::mem::take(&mut x[k]) + shift;
+            let column = starts[k]..starts[k] + counts[k] as usize;
+            // What is not a number is not more.
+            inside[k] = pivot > dependent * (m.diagonal(row) + shift);
+            let inverse = if inside[k] { 1.0 / pivot } else { 0.0 };
+            for (l, &place) in l[column.clone()].iter_mut().zip(&places[column.clone()]) {
+                *l = std::mem::take(&mut x[place as usize]) * inverse;
             }
-            if self.inside[k] {
+            d[k] = if inside[k] { pivot } else { 1.0 };
+            if inside[k] {
                 count += 1;
-            } else {
-                known.for_each(|(_, &entry)| self.l[entry as usize] = 0.0);
+                if let Some(&row) = places[column.clone()].first() {
+                    (at[k], next[k]) = (column.start, std::mem::replace(&mut first[row as usize], k as u32));
+                }
             }
+        }
+        if count < wanted {
+            self.drop_dependent();
         }
         count
     }
 
-    /// Takes up a row that is not in A and does not depend on it, with `shift` on its diagonal.
-    pub fn enter(&mut self, m: SymmetricRows<'_>, row: usize, shift: f64) {
-        let EliminationOrder { place_of, starts, places, row_starts, row_columns, row_entries, .. } = &*self.order;
-        let k = place_of[row] as usize;
-        for (other, entry) in m.row(row) {
-            self.x[place_of[other] as usize] = entry;
+    /// Lists the rows of A in a column of L, and makes it that of a unit matrix if its row is not in A.
+    fn list_entries(&mut self, k: usize) {
+        let Self { order, places, counts, d, inside, .. } = self;
+        let start = order.starts[k];
+        let mut end = start;
+        if inside[k] {
+            for &place in &order.places[start..order.starts[k + 1]] {
+                places[end] = place;
+                end += usize::from(inside[place as usize]);
+            }
+        } else {
+            d[k] = 1.0;
         }
-        for at in row_starts[k]..row_starts[k + 1] {
-            let (j, entry) = (row_columns[at] as usize, row_entries[at] as usize);
-            let y = std::mem::take(&mut self.x[j]);
-            if y != 0.0 && self.inside[j] {
-                let column = starts[j]..starts[j + 1];
-                for (place, l) in places[column.clone()].iter().zip(&self.l[column]) {
-                    self.x[*place as usize] -= l * y;
+        counts[k] = (end - start) as u32;
+    }
+
+    /// Takes the rows that were found to depend on others, and are not in A any more, out of all columns of L.
+    fn drop_dependent(&mut self) {
+        let Self { order, l, places, counts, inside, .. } = self;
+        for (k, count) in counts.iter_mut().enumerate() {
+            let start = order.starts[k];
+            let mut end = start;
+            for at in start..start + *count as usize {
+                if inside[k] && inside[places[at] as usize] {
+                    (l[end], places[end]) = (l[at], places[at]);
+                    end += 1;
                 }
-                self.l[entry] = y / self.d[j];
-                self.x[k] -= y * self.l[entry];
+            }
+            *count = (end - start) as u32;
+        }
+    }
+
+    /// Takes a row out of A, out of the columns before and with its own; those after it do not change.
+    fn drop_row(&mut self, order: &EliminationOrder, k: usize) {
+        for &j in order.columns_of(k) {
+            let j = j as usize;
+            if self.inside[j] {
+                let column = self.column(j);
+                let found = self.places[column.clone()].partition_point(|&place| (place as usize) < k);
+                let at = column.start + found;
+                self.l.copy_within(at + 1..column.end, at);
+                self.places.copy_within(at + 1..column.end, at);
+                self.counts[j] -= 1;
             }
         }
-        self.d[k] = std::mem::take(&mut self.x[k]) + shift;
+        self.counts[k] = 0;
+        self.d[k] = 1.0;
+        self.inside[k] = false;
+    }
+
+    /// Takes up a row that is not in A and does not depend on it, with `shift` on its diagonal.
+    pub fn enter(&mut self, m: SymmetricRows<'_>, row: usize, shift: f64) {
+        let order = self.order.clone();
+        let k = order.place_of[row] as usize;
         self.inside[k] = true;
-        let column = starts[k]..starts[k + 1];
-        for (&place, l) in places[column.clone()].iter().zip(&mut self.l[column]) {
-            let x = std::mem::take(&mut self.x[place as usize]);
-            *l = if self.inside[place as usize] { x / self.d[k] } else { 0.0 };
+        for (other, entry) in m.row(row) {
+            let place = order.place_of[other] as usize;
+            if self.inside[place] {
+                self.x[place] = entry;
+            }
+        }
+        for &j in order.columns_of(k) {
+            let j = j as usize;
+            if !self.inside[j] {
+                continue;
+            }
+            let (y, column) = (std::mem::take(&mut self.x[j]), self.column(j));
+            let l = y / self.d[j];
+            if y != 0.0 {
+                scatter(&self.l[column.clone()], y, &self.places[column.clone()], &mut self.x);
+                self.x[k] -= y * l;
+            }
+            let found = self.places[column.clone()].partition_point(|&place| (place as usize) < k);
+            let at = column.start + found;
+            self.l.copy_within(at..column.end, at + 1);
+            self.places.copy_within(at..column.end, at + 1);
+            (self.l[at], self.places[at]) = (l, k as u32);
+            self.counts[j] += 1;
+        }
+        self.list_entries(k);
+        self.d[k] = std::mem::take(&mut self.x[k]) + shift;
+        let column = self.column(k);
+        for (&place, l) in self.places[column.clone()].iter().zip(&mut self.l[column]) {
+            *l = std::mem::take(&mut self.x[place as usize]) / self.d[k];
         }
         self.change_by_column(k, -self.d[k]);
     }
 
     /// Removes a row from A.
     pub fn leave(&mut self, row: usize) {
-        let k = self.order.place_of[row] as usize;
+        let order = self.order.clone();
+        let k = order.place_of[row] as usize;
         self.change_by_column(k, self.d[k]);
-        let EliminationOrder { starts, row_starts, row_entries, .. } = &*self.order;
-        for &entry in &row_entries[row_starts[k]..row_starts[k + 1]] {
-            self.l[entry as usize] = 0.0;
-        }
-        self.l[starts[k]..starts[k + 1]].fill(0.0);
-        self.d[k] = 1.0;
-        self.inside[k] = false;
+        self.drop_row(&order, k);
     }
 
     /// Adds `α c cᵀ` to what follows column k of L, where c is that column.
     fn change_by_column(&mut self, k: usize, mut alpha: f64) {
-        let EliminationOrder { starts, places, .. } = &*self.order;
-        let column = starts[k]..starts[k + 1];
-        for (&place, l) in places[column.clone()].iter().zip(&self.l[column]) {
+        let column = self.column(k);
+        for (&place, l) in self.places[column.clone()].iter().zip(&self.l[column]) {
             self.x[place as usize] = *l;
         }
         let mut j = k;
         // The rows of a column are all on the way from the first of them to the last of all.
-        while let Some(&next) = places[starts[j]..starts[j + 1]].first() {
+        while let Some(&next) = self.places[self.column(j)].first() {
             j = next as usize;
             let v = std::mem::take(&mut self.x[j]);
-            if v == 0.0 || !self.inside[j] {
+            if v == 0.0 {
                 continue;
             }
             let d = self.d[j] + alpha * v * v;
             let beta = alpha * v / d;
             alpha *= self.d[j] / d;
             self.d[j] = d;
-            let column = starts[j]..starts[j + 1];
-            for (&place, l) in places[column.clone()].iter().zip(&mut self.l[column]) {
-                let x = &mut self.x[place as usize];
+            let column = self.column(j);
+            let Self { l, places, x, .. } = self;
+            let x = &mut x[..];
+            for (&place, l) in places[column.clone()].iter().zip(&mut l[column]) {
+                let x = &mut x[place as usize];
                 *x -= v * *l;
                 *l += beta * *x;
             }
@@ -302,27 +410,23 @@ impl SparseFactor {
 
     /// Replaces `b` by `M_AA⁻¹ b_A`, zero elsewhere; `b` has an entry for each row of the matrix.
     pub fn solve(&mut self, b: &mut [f64]) {
-        let EliminationOrder { row_at, starts, places, .. } = &*self.order;
-        let (x, n) = (&mut self.x[..], self.d.len());
-        for (k, &row) in row_at.iter().enumerate() {
-            x[k] = if self.inside[k] { b[row as usize] } else { 0.0 };
+        for ((x, &row), &inside) in self.x.iter_mut().zip(&self.order.row_at).zip(&self.inside) {
+            *x = if inside { b[row as usize] } else { 0.0 };
         }
-        for k in 0..n {
-            let x_k = x[k];
-            if x_k != 0.0 {
-                let column = starts[k]..starts[k + 1];
-                for (&place, l) in places[column.clone()].iter().zip(&self.l[column]) {
-                    x[place as usize] -= l * x_k;
-                }
+        let Self { order, l, places, counts, d, inside, x, .. } = self;
+        let (l, places, x) = (&l[..], &places[..], &mut x[..]);
+        let columns = order.starts.iter().zip(&*counts).map(|(&start, &count)| start..start + count as usize);
+        for (k, column) in columns.clone().enumerate() {
+            if x[k] != 0.0 {
+                scatter(&l[column.clone()], x[k], &places[column], x);
             }
         }
-        for k in (0..n).rev() {
-            if self.inside[k] {
-                let column = starts[k]..starts[k + 1];
-                x[k] = x[k] / self.d[k] - gathered(&self.l[column.clone()], &places[column], x);
+        for (k, column) in columns.enumerate().rev() {
+            if inside[k] {
+                x[k] = x[k] / d[k] - gathered(&l[column.clone()], &places[column], x);
             }
         }
-        for (x, &row) in x.iter_mut().zip(row_at) {
+        for (x, &row) in self.x.iter_mut().zip(&self.order.row_at) {
             b[row as usize] = std::mem::take(x);
         }
     }
@@ -330,29 +434,21 @@ impl SparseFactor {
     /// The same among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only theirs of `b` are
     /// read and replaced, and it costs no more than they do.
     pub fn solve_among(&mut self, rows: &[u32], b: &mut [f64]) {
-        let EliminationOrder { place_of, starts, places, .. } = &*self.order;
-        let x = &mut self.x[..];
-        let place = |row: u32| place_of[row as usize] as usize;
         for &row in rows {
-            let k = place(row);
-            x[k] += if self.inside[k] { b[row as usize] } else { 0.0 };
-            let x_k = x[k];
-            if x_k != 0.0 {
-                let column = starts[k]..starts[k + 1];
-                for (&place, l) in places[column.clone()].iter().zip(&self.l[column]) {
-                    x[place as usize] -= l * x_k;
-                }
+            let k = self.order.place_of[row as usize] as usize;
+            let column = self.column(k);
+            self.x[k] += if self.inside[k] { b[row as usize] } else { 0.0 };
+            if self.x[k] != 0.0 {
+                scatter(&self.l[column.clone()], self.x[k], &self.places[column], &mut self.x);
             }
         }
         for &row in rows.iter().rev() {
-            let k = place(row);
-            if self.inside[k] {
-                let column = starts[k]..starts[k + 1];
-                x[k] = x[k] / self.d[k] - gathered(&self.l[column.clone()], &places[column], x);
-            }
+            let k = self.order.place_of[row as usize] as usize;
+            let column = self.column(k);
+            self.x[k] = self.x[k] / self.d[k] - gathered(&self.l[column.clone()], &self.places[column], &self.x);
         }
         for &row in rows {
-            b[row as usize] = std::mem::take(&mut x[place(row)]);
+            b[row as usize] = std::mem::take(&mut self.x[self.order.place_of[row as usize] as usize]);
         }
     }
 }
