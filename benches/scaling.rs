@@ -6,6 +6,7 @@
 //! - `n-wedge-box` after its manoeuvre: two bodies on 2 to 64 coplanar wedges (rank 2 of H_uu), the disc in the air;
 //! - `disc-row` pushed against the wall: n + 1 bodies, 2n + 1 contacts, all of them needed;
 //! - `disc-pile` against the wall: a heap whose contacts are redundant;
+//! - `packed-box` with its wall let out: n discs in layers, 2n of the contacts closed, all of them needed;
 //! - `falling-chain` on its scale: 2n − 1 contacts, of which n are closed, and 3n joints where beads have four pieces.
 //!
 //! With n velocities, n_b joint rows and n_u contacts the elimination is `n_u² n` products at most (less by what is zero), the
@@ -65,7 +66,7 @@ struct Family {
     sizes: Vec<Size>,
 }
 
-fn families(whole: bool) -> [Family; 5] {
+fn families(whole: bool) -> [Family; 6] {
     let up_to = |sizes: &[usize]| sizes[..if whole { sizes.len() } else { 2 }].to_vec();
     let box_of = |supports| Size {
         set: vec![("supports", supports)],
@@ -91,6 +92,13 @@ fn families(whole: bool) -> [Family; 5] {
     let chains = up_to(&[4, 16, 32, 64, 128, 256, 512, 1024, 2500]);
     let chain_of =
         |links: usize, pieces| Size { set: vec![("links", links)], bodies: 1 + pieces * links, contact_force: None };
+    // Lighter discs in the larger ones, or the cylinder cannot hold the wall.
+    let packing_of = |columns: usize, layers: usize, mass| Size {
+        set: vec![("columns", columns), ("layers", layers), ("disc_mass_kg", mass)],
+        bodies: 1 + columns * layers - layers / 2,
+        contact_force: None,
+    };
+    let packings = [(4, 5, 20), (6, 7, 20), (10, 10, 20), (20, 20, 16), (40, 30, 8), (60, 40, 4)];
     let piles = [(2, 2), (4, 3), (6, 4), (8, 6), (10, 8), (15, 12), (22, 18), (32, 26), (46, 38)];
     [
         Family {
@@ -110,6 +118,15 @@ fn families(whole: bool) -> [Family; 5] {
             set: &[("wall_gap_m", "0")],
             settled_s: 0.25,
             sizes: piles[..if whole { piles.len() } else { 2 }].iter().map(|&(c, l)| pile_of(c, l)).collect(),
+        },
+        Family {
+            case: "packed-box",
+            set: &[],
+            settled_s: 0.35,
+            sizes: packings[..if whole { packings.len() } else { 2 }]
+                .iter()
+                .map(|&(c, l, m)| packing_of(c, l, m))
+                .collect(),
         },
         Family {
             case: "falling-chain",
@@ -332,8 +349,9 @@ const LARGEST_COMPARED: usize = 5100;
 /// median over the macro steps, each the shortest of its passes.
 fn print_csv() {
     println!("case,parameters,state,contacts,closed,push_n,contact_force_n,build_us,take_us,use_us,step_us");
-    // The other engines have no chain.
-    for family in families(true).into_iter().filter(|family| family.case != "falling-chain") {
+    // The other engines have neither packings nor chains.
+    let compared = |family: &Family| !["packed-box", "falling-chain"].contains(&family.case);
+    for family in families(true).into_iter().filter(compared) {
         for size in &family.sizes {
             let mut stopped = Stopped::new(&family, size);
             let contacts = stopped.model.contacts();
