@@ -19,7 +19,7 @@ use crate::linear_algebra::{SparseFactor, SymmetricPattern, SymmetricRows, large
 const TOGETHER: f64 = 0.1;
 /// Contacts that promise at least this part of the best enter one after the other, before velocities are computed anew.
 const ENTER: f64 = 0.5;
-/// Changes of the factor before it is computed anew: a change takes a hundredth of the time and less, and answers are measured.
+/// Changes of the factor before it is computed anew: a change takes a thirtieth of the time and less, and answers are measured.
 const REFRESH: u32 = 512;
 /// More than one in so many contacts that pull or go too far are too many to be changed one by one. With fewer, in the hard micro steps
 /// of a heap, handing impulses over takes what the guess has saved.
@@ -28,7 +28,7 @@ const MANY_WRONG: usize = 4;
 /// exact, and those that can hardly be told apart would make thousands of newtons of what is missing.
 const NEARLY_DEPENDENT: f64 = 1e-7;
 
-/// With at most so many wrong contacts a set is changed as it is: a factor of another one takes as long as some twenty changes.
+/// With at most so many wrong contacts a set is changed as it is: a factor of another one takes as long as dozens of changes.
 const FEW_WRONG: usize = 8;
 
 /// Where the next problem stands in its series.

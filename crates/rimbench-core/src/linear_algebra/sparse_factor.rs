@@ -134,7 +134,7 @@ fn gathered(l: &[f64], places: &[u32], x: &[f64]) -> f64 {
 /// ```
 /// Rows that are not in A are unit rows of L. Of a column the entries of members are kept, in order, from where it starts for all rows:
 /// of all that L has room for these are two fifths in a heap that presses, and a fifth where half of the contacts are open. Nothing is
-/// allocated after construction.
+/// allocated after construction, unless for another pattern.
 /// # Source
 /// Davis, Hager, *Row modifications of a sparse Cholesky factorization*, SIAM J. Matrix Anal. Appl. 26 (2005); the change of rank one
 /// is method C1 of Gill, Golub, Murray, Saunders 1974.
@@ -315,55 +315,39 @@ impl SparseFactor {
         }
     }
 
-    /// Takes a row out of A, out of the columns before and with its own; those after it do not change.
-    fn drop_row(&mut self, order: &EliminationOrder, k: usize) {
-        for &j in order.columns_of(k) {
-            let j = j as usize;
-            if self.inside[j] {
-                let column = self.column(j);
-                let found = self.places[column.clone()].partition_point(|&place| (place as usize) < k);
-                let at = column.start + found;
-                self.l.copy_within(at + 1..column.end, at);
-                self.places.copy_within(at + 1..column.end, at);
-                self.counts[j] -= 1;
-            }
-        }
-        self.counts[k] = 0;
-        self.d[k] = 1.0;
-        self.inside[k] = false;
-    }
-
     /// Takes up a row that is not in A and does not depend on it, with `shift` on its diagonal.
     pub fn enter(&mut self, m: SymmetricRows<'_>, row: usize, shift: f64) {
-        let order = self.order.clone();
+        let Self { order, l, places, counts, d, inside, x, .. } = self;
         let k = order.place_of[row] as usize;
-        self.inside[k] = true;
+        debug_assert!(!inside[k], "row {row} is in the set");
+        inside[k] = true;
         for (other, entry) in m.row(row) {
             let place = order.place_of[other] as usize;
-            if self.inside[place] {
-                self.x[place] = entry;
+            if inside[place] {
+                x[place] = entry;
             }
         }
         for &j in order.columns_of(k) {
             let j = j as usize;
-            if !self.inside[j] {
+            if !inside[j] {
                 continue;
             }
-            let (y, column) = (std::mem::take(&mut self.x[j]), self.column(j));
-            let l = y / self.d[j];
+            let y = std::mem::take(&mut x[j]);
+            let column = order.starts[j]..order.starts[j] + counts[j] as usize;
+            let mut entry = 0.0;
             if y != 0.0 {
-                scatter(&self.l[column.clone()], y, &self.places[column.clone()], &mut self.x);
-                self.x[k] -= y * l;
+                scatter(&l[column.clone()], y, &places[column.clone()], x);
+                entry = y / d[j];
+                x[k] -= y * entry;
             }
-            let found = self.places[column.clone()].partition_point(|&place| (place as usize) < k);
-            let at = column.start + found;
-            self.l.copy_within(at..column.end, at + 1);
-            self.places.copy_within(at..column.end, at + 1);
-            (self.l[at], self.places[at]) = (l, k as u32);
-            self.counts[j] += 1;
+            let at = column.start + places[column.clone()].partition_point(|&place| (place as usize) < k);
+            l.copy_within(at..column.end, at + 1);
+            places.copy_within(at..column.end, at + 1);
+            (l[at], places[at]) = (entry, k as u32);
+            counts[j] += 1;
         }
+        d[k] = std::mem::take(&mut x[k]) + shift;
         self.list_entries(k);
-        self.d[k] = std::mem::take(&mut self.x[k]) + shift;
         let column = self.column(k);
         for (&place, l) in self.places[column.clone()].iter().zip(&mut self.l[column]) {
             *l = std::mem::take(&mut self.x[place as usize]) / self.d[k];
@@ -373,10 +357,21 @@ impl SparseFactor {
 
     /// Removes a row from A.
     pub fn leave(&mut self, row: usize) {
-        let order = self.order.clone();
-        let k = order.place_of[row] as usize;
+        let k = self.order.place_of[row] as usize;
+        debug_assert!(self.inside[k], "row {row} is not in the set");
         self.change_by_column(k, self.d[k]);
-        self.drop_row(&order, k);
+        let Self { order, l, places, counts, d, inside, .. } = self;
+        for &j in order.columns_of(k) {
+            let j = j as usize;
+            if inside[j] {
+                let column = order.starts[j]..order.starts[j] + counts[j] as usize;
+                let at = column.start + places[column.clone()].partition_point(|&place| (place as usize) < k);
+                l.copy_within(at + 1..column.end, at);
+                places.copy_within(at + 1..column.end, at);
+                counts[j] -= 1;
+            }
+        }
+        (counts[k], d[k], inside[k]) = (0, 1.0, false);
     }
 
     /// Adds `α c cᵀ` to what follows column k of L, where c is that column.
@@ -485,17 +480,32 @@ mod tests {
         (pattern, entries)
     }
 
-    fn check(m: SymmetricRows<'_>, factor: &mut SparseFactor) {
+    /// Checks what has to hold between calls.
+    fn check_lists(factor: &SparseFactor) {
+        assert!(factor.x.iter().all(|x| *x == 0.0) && factor.first.iter().all(|first| *first == NONE));
+        let order = &factor.order;
+        for k in 0..factor.d.len() {
+            let room = order.places[order.starts[k]..order.starts[k + 1]].iter().copied();
+            let expected: Vec<u32> = room.filter(|&place| factor.inside[k] && factor.inside[place as usize]).collect();
+            assert_eq!(factor.places[factor.column(k)], expected);
+            assert!(factor.inside[k] || factor.d[k] == 1.0);
+        }
+    }
+
+    /// The same, and that the factor is that of its set, with `shift` on the diagonal.
+    fn check(m: SymmetricRows<'_>, shift: f64, factor: &mut SparseFactor) {
+        check_lists(factor);
         let set: Vec<usize> = (0..m.size()).filter(|&i| factor.contains(i)).collect();
         let mut x: Vec<f64> = (0..m.size()).map(|i| libm::sin(i as f64)).collect();
         let b = DVector::from_fn(set.len(), |i, _| x[set[i]]);
         factor.solve(&mut x);
-        let dense = DMatrix::from_fn(set.len(), set.len(), |i, j| m.entry(set[i], set[j]));
+        let dense =
+            DMatrix::from_fn(set.len(), set.len(), |i, j| m.entry(set[i], set[j]) + if i == j { shift } else { 0.0 });
         let found = DVector::from_fn(set.len(), |i, _| x[set[i]]);
         let (error, scale) = ((dense * &found - b).amax(), 1.0 + found.amax());
         assert!(error < 1e-9 * scale, "{error:e} of {scale}: {set:?}");
         assert!((0..m.size()).all(|i| set.contains(&i) || x[i] == 0.0));
-        assert!(factor.x.iter().all(|x| *x == 0.0));
+        check_lists(factor);
     }
 
     #[test]
@@ -508,7 +518,11 @@ mod tests {
             // More rows than the bodies can tell apart: some are left out.
             let kept = factor.factorise(m, 0.0, 1e-9, |_| true);
             assert!(kept > width * width && (width == 2 || kept < m.size()), "{kept} of {}", m.size());
-            check(m, &mut factor);
+            check(m, 0.0, &mut factor);
+            // Once more for the same set, and for another one.
+            let same: Vec<bool> = (0..m.size()).map(|i| factor.contains(i)).collect();
+            assert_eq!(factor.factorise(m, 0.0, 1e-9, |i| same[i]), kept);
+            check(m, 0.0, &mut factor);
             factor.factorise(m, 0.0, 1e-9, |i| i % 2 == 0);
             for _ in 0..200 {
                 let row = rng.random_range(0..m.size());
@@ -522,9 +536,89 @@ mod tests {
                         factor.enter(m, row, 0.0);
                     }
                 }
-                check(m, &mut factor);
+                check(m, 0.0, &mut factor);
             }
         }
+    }
+
+    /// With a shift no row depends on others, so that nothing needs to be asked before one enters.
+    #[test]
+    fn nothing_is_left_behind_by_changes_without_a_solution_in_between() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(8);
+        let (pattern, entries) = grid(6, &mut rng);
+        let (m, shift) = (SymmetricRows { pattern: &pattern, entries: &entries }, 0.5);
+        let mut factor = SparseFactor::new(&pattern);
+        let mut copy = SparseFactor::new(&pattern);
+        for turn in 0..40 {
+            for _ in 0..1 + turn % 7 {
+                let row = rng.random_range(0..m.size());
+                if factor.contains(row) {
+                    factor.leave(row)
+                } else {
+                    factor.enter(m, row, shift)
+                }
+                check_lists(&factor);
+            }
+            match turn % 4 {
+                // For the set at hand, which has come about by changes, and for another one.
+                0 => {
+                    let set: Vec<bool> = (0..m.size()).map(|i| factor.contains(i)).collect();
+                    let count = factor.factorise(m, shift, 0.0, |i| set[i]);
+                    assert_eq!(count, set.iter().filter(|is_in| **is_in).count());
+                }
+                1 => drop(factor.factorise(m, shift, 0.0, |i| (i + turn) % 3 != 0)),
+                // Onto a factor of another set.
+                2 => {
+                    copy.factorise(m, shift, 0.0, |i| i % 5 < turn % 5);
+                    copy.copy_from(&factor);
+                    check(m, shift, &mut copy);
+                }
+                _ => {}
+            }
+            check_lists(&factor);
+            if turn % 3 == 0 {
+                check(m, shift, &mut factor);
+            }
+        }
+        check(m, shift, &mut factor);
+    }
+
+    #[test]
+    fn rows_that_nothing_ties_to_others_are_solved_for_among_themselves() {
+        // Two chains of four rows.
+        let neighbours: Vec<Vec<usize>> = (0..8)
+            .map(|i: usize| [i.wrapping_sub(1), i + 1].into_iter().filter(|&j| j < 8 && j / 4 == i / 4).collect())
+            .collect();
+        let pattern = SymmetricPattern::new(&neighbours);
+        let entries: Vec<f64> = (0..8)
+            .flat_map(|i| pattern.columns(i).iter().map(move |&j| if j as usize == i { 3.0 } else { -1.0 }))
+            .collect();
+        let m = SymmetricRows { pattern: &pattern, entries: &entries };
+        let mut factor = SparseFactor::new(&pattern);
+        // Row 6 is not in the set.
+        factor.factorise(m, 0.0, 0.0, |i| i != 6);
+        let mut rows = [4, 5, 6, 7];
+        pattern.elimination_order().sort(&mut rows);
+        let mut b: Vec<f64> = (0..8).map(|i| 1.0 + i as f64).collect();
+        let mut all = b.clone();
+        factor.solve_among(&rows, &mut b);
+        check_lists(&factor);
+        factor.solve(&mut all);
+        assert_eq!(b[..4], [1.0, 2.0, 3.0, 4.0], "what is of others stays");
+        assert_eq!(b[4..], all[4..]);
+        assert_eq!(b[6], 0.0);
+    }
+
+    #[test]
+    fn a_row_that_is_not_a_number_stays_out() {
+        let pattern = SymmetricPattern::new(&[vec![1], vec![0, 2], vec![1]]);
+        let mut factor = SparseFactor::new(&pattern);
+        let wrong = [2.0, f64::NAN, f64::NAN, 2.0, -1.0, -1.0, 2.0];
+        assert!(factor.factorise(SymmetricRows { pattern: &pattern, entries: &wrong }, 0.0, 1e-9, |_| true) < 3);
+        check_lists(&factor);
+        let right = SymmetricRows { pattern: &pattern, entries: &[2.0, -1.0, -1.0, 2.0, -1.0, -1.0, 2.0] };
+        assert_eq!(factor.factorise(right, 0.0, 1e-9, |_| true), 3);
+        check(right, 0.0, &mut factor);
     }
 
     #[test]
