@@ -98,7 +98,7 @@ fn families(whole: bool) -> [Family; 6] {
         bodies: 1 + columns * layers - layers / 2,
         contact_force: None,
     };
-    let packings = [(4, 5, 20), (6, 7, 20), (10, 10, 20), (20, 20, 16), (40, 30, 8), (60, 40, 4)];
+    let packings = [(4, 5, 20), (6, 7, 20), (10, 10, 20), (20, 20, 8), (40, 30, 4), (60, 40, 2)];
     let piles = [(2, 2), (4, 3), (6, 4), (8, 6), (10, 8), (15, 12), (22, 18), (32, 26), (46, 38)];
     [
         Family {
