@@ -6,9 +6,9 @@
 //! the natural residual, as [`Checked`](super::Checked) does with others. An answer that is not good enough is looked for once more with
 //! the set factorised anew, then from the empty set.
 //!
-//! Where many contacts change at once, pivots one by one are many. Then a [`ProximalGuess`] tells which contacts push. More may push than
-//! can be told apart; of those that depend on others each hands its impulse over to them, along a ray on which no velocity changes, until
-//! it has none or another one has none and leaves in its place. From there it goes on as ever.
+//! Where many contacts change at once, and in the first problem, pivots one by one are many. Then a [`ProximalGuess`] tells which contacts
+//! push. More may push than can be told apart; of those that depend on others each hands its impulse over to them, along a ray on which no
+//! velocity changes, until it has none or another one has none and leaves in its place. From there it goes on as ever.
 
 use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE};
 use super::proximal_guess::ProximalGuess;
@@ -58,7 +58,7 @@ pub struct SparseActiveSet {
     next: Series,
     /// Contacts that may enter.
     violated: Vec<u32>,
-    /// `q + M z`, and the direction of a drive; by contacts.
+    /// `q + M z`, by contacts; the direction of a drive, by places in the factor.
     w: Vec<f64>,
     p: Vec<f64>,
     /// The last answer.
@@ -188,7 +188,7 @@ impl SparseActiveSet {
     fn count_wrong(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64], stats: &mut SolveStats) -> usize {
         self.factorise(m, stats);
         self.impulses_of_set(q, z);
-        self.compute_velocities(m, q, z);
+        self.compute_velocities_of_others(m, q, z);
         let negligible = NEGLIGIBLE * largest_entry(q);
         let fits = |i: usize| if self.factor.contains(i) { z[i] >= 0.0 } else { self.w[i] >= -negligible };
         // What is not a number fits nowhere.
@@ -286,6 +286,18 @@ impl SparseActiveSet {
         }
     }
 
+    /// Writes `w` of the contacts that are not in the set; that of the others is zero up to rounding.
+    fn compute_velocities_of_others(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &[f64]) {
+        if 2 * self.set.len() < q.len() {
+            return self.compute_velocities(m, q, z);
+        }
+        for (i, (w, &q)) in self.w.iter_mut().zip(q).enumerate() {
+            if !self.factor.contains(i) {
+                *w = q + m.row(i).map(|(j, entry)| entry * z[j]).sum::<f64>();
+            }
+        }
+    }
+
     /// Brings the factor to matrix and set; members that depend on others are left out. Says whether it had to.
     fn factorise(&mut self, m: SymmetricRows<'_>, stats: &mut SolveStats) -> bool {
         let anew = self.age.is_none_or(|age| age >= REFRESH);
@@ -359,7 +371,7 @@ impl SparseActiveSet {
                 self.make_feasible(m, q, z, stats);
                 (solved, changed) = (true, false);
             }
-            self.compute_velocities(m, q, z);
+            self.compute_velocities_of_others(m, q, z);
             let (negligible, bland) = (NEGLIGIBLE * q_max, stats.pivots > bland_after);
             let Some(least) = self.list_violated(m, z, negligible, bland) else {
                 if !changed {
@@ -369,7 +381,10 @@ impl SparseActiveSet {
                 solved = false;
                 continue;
             };
-            if !self.guessed && self.violated.len() * MANY_WRONG > n {
+            // Of the first problem nothing is known. Where contacts of a wall hold all others few go too far at first, and in the end most of
+            // them.
+            let knows_nothing = self.counters.solves == 1 && self.set.is_empty();
+            if !self.guessed && (knows_nothing || self.violated.len() * MANY_WRONG > n) {
                 self.take_guess(m, q, z, stats);
                 solved = false;
                 continue;
@@ -442,16 +457,16 @@ impl SparseActiveSet {
 
     /// Lowers `z_j` of a contact that depends on the members, which take over what it carries, until it or one of them carries nothing.
     fn hand_over(&mut self, m: SymmetricRows<'_>, z: &mut [f64], j: usize) {
-        self.respond(m, j);
+        self.factor.respond(m, j, &mut self.p);
         let (mut t, mut blocking) = (z[j], None);
         for (slot, &i) in self.set.iter().enumerate() {
-            let p = self.p[i];
+            let p = self.p[self.factor.place(i)];
             if p < 0.0 && p * p * m.diagonal(i) > NO_MOTION * m.diagonal(j) && z[i] < -t * p {
                 (t, blocking) = (-z[i] / p, Some(slot));
             }
         }
         for &i in &self.set {
-            z[i] = (z[i] + t * self.p[i]).max(0.0);
+            z[i] = (z[i] + t * self.p[self.factor.place(i)]).max(0.0);
         }
         z[j] -= t;
         match blocking {
@@ -465,15 +480,6 @@ impl SparseActiveSet {
                 self.changed();
             }
         }
-    }
-
-    /// Writes `M_AA⁻¹ M_Aj` to `p`.
-    fn respond(&mut self, m: SymmetricRows<'_>, j: usize) {
-        self.p.fill(0.0);
-        for (i, entry) in m.row(j) {
-            self.p[i] = entry;
-        }
-        self.factor.solve(&mut self.p);
     }
 
     /// Lists the contacts that go further than they may, those first that promise the largest decrease of the objective, `w²/m`, and
@@ -511,15 +517,18 @@ impl SparseActiveSet {
     ) -> Result<bool, Unsolved> {
         let (m_jj, mut w_j) = (m.diagonal(j), self.w[j]);
         loop {
-            self.respond(m, j);
-            let d = m_jj - m.row(j).map(|(i, entry)| entry * self.p[i]).sum::<f64>();
+            let Self { factor, p, .. } = self;
+            factor.respond(m, j, p);
+            let d = m_jj - m.row(j).map(|(i, entry)| entry * p[factor.place(i)]).sum::<f64>();
             let independent = d > DEPENDENT * m_jj;
             let mut t = if independent { -w_j / d } else { f64::INFINITY };
             let mut blocking = None;
-            // Of others than members it is zero.
-            for (i, (&p, &z)) in self.p.iter().zip(&*z).enumerate() {
-                if p > 0.0 && z < t * p && p * p * m.diagonal(i) > NO_MOTION * m_jj {
-                    (t, blocking) = (z / p, Some(i));
+            // Of others than members it is zero. Where p is not positive nothing is less than its multiple, and no second question is
+            // asked: its sign is as good as random.
+            for (&p, &i) in p.iter().zip(factor.rows_in_order()) {
+                let i = i as usize;
+                if z[i] < t * p && p * p * m.diagonal(i) > NO_MOTION * m_jj {
+                    (t, blocking) = (z[i] / p, Some(i));
                 }
             }
             if blocking.is_none() && !independent {
@@ -529,9 +538,9 @@ impl SparseActiveSet {
                 return Err(Unsolved::NotFound { residual: f64::INFINITY });
             }
             stats.pivots += 1;
-            for (z, p) in z.iter_mut().zip(&self.p) {
-                let less = *z - t * p;
-                *z = if less > 0.0 { less } else { 0.0 };
+            for (&p, &i) in self.p.iter().zip(self.factor.rows_in_order()) {
+                let less = z[i as usize] - t * p;
+                z[i as usize] = if less > 0.0 { less } else { 0.0 };
             }
             z[j] += t;
             self.changed();
@@ -642,6 +651,9 @@ mod tests {
                 stats.pivots
             })
         };
+        // The first problem of all is another matter.
+        let open = pushing(0);
+        assert_eq!(pivots_of([&open, &open, &open]), [0, 0, 0]);
         let [first, _, later] = pivots_of([&few, &many, &many]);
         assert!(first > 0 && later == 0);
         // As the last series went.
@@ -649,6 +661,31 @@ mod tests {
         // As it ended, and as it began.
         assert_eq!(pivots_of([&many, &many, &many]), [0, 0, 0]);
         assert!(pivots_of([&few, &few, &few])[1..] == [0, 0]);
+    }
+
+    /// Each contact goes too far only once the one before it pushes, so that one of thirty is listed at first.
+    #[test]
+    fn the_first_problem_is_not_solved_contact_by_contact() {
+        let n = 30;
+        let neighbours: Vec<Vec<usize>> =
+            (0..n).map(|i: usize| vec![i.saturating_sub(1), (i + 1).min(n - 1)]).collect();
+        let pattern = SymmetricPattern::new(&neighbours);
+        let row = |i: usize| pattern.columns(i).iter().map(move |&j| if i == j as usize { 2.0 } else { -1.0 });
+        let entries: Vec<f64> = (0..n).flat_map(row).collect();
+        let m = SymmetricRows { pattern: &pattern, entries: &entries };
+        let mut hit = vec![0.0; n];
+        hit[0] = -1.0;
+        let mut solver = SparseActiveSet::new(&pattern, 1e-9);
+        let mut z = vec![0.0; n];
+        let stats = solver.solve(m, &hit, &mut z).unwrap();
+        assert!(stats.pivots == 0 && stats.factorisations > 0 && z.iter().all(|z| *z > 0.0), "{stats:?}");
+        // Nothing pushes for a while. That only one contact is hit is known from then on.
+        solver.solve(m, &vec![1.0; n], &mut z).unwrap();
+        solver.forget_matrix();
+        solver.set.clear();
+        let stats = solver.solve(m, &hit, &mut z).unwrap();
+        assert_eq!(stats.pivots as usize, n);
+        assert!(stats.residual < 1e-12 && z.iter().all(|z| *z > 0.0));
     }
 
     #[test]

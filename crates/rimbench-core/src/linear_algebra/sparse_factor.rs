@@ -109,21 +109,23 @@ fn scatter(l: &[f64], y: f64, places: &[u32], x: &mut [f64]) {
     }
 }
 
-/// `Σ l x` over the places of the entries, in four sums that need not wait for each other.
-fn gathered(l: &[f64], places: &[u32], x: &[f64]) -> f64 {
-    if l.len() < 4 {
-        return l.iter().zip(places).map(|(l, &place)| l * x[place as usize]).sum();
-    }
-    let mut sums = [0.0; 4];
-    let (l_fours, l_rest) = l.as_chunks::<4>();
-    let (place_fours, place_rest) = places.as_chunks::<4>();
-    for (l, places) in l_fours.iter().zip(place_fours) {
-        for k in 0..4 {
+/// `c − Σ l x` over the places of the entries. The first one is subtracted last: it is mostly that which has just been computed, and all
+/// others need not wait for it.
+#[inline(always)]
+fn less_gathered(mut c: f64, l: &[f64], places: &[u32], x: &[f64]) -> f64 {
+    let (Some((&l_first, l)), Some((&first, places))) = (l.split_first(), places.split_first()) else { return c };
+    let mut sums = [0.0; 2];
+    let (l_pairs, l_rest) = l.as_chunks::<2>();
+    let (place_pairs, place_rest) = places.as_chunks::<2>();
+    for (l, places) in l_pairs.iter().zip(place_pairs) {
+        for k in 0..2 {
             sums[k] += l[k] * x[places[k] as usize];
         }
     }
-    let rest: f64 = l_rest.iter().zip(place_rest).map(|(l, &place)| l * x[place as usize]).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+    if let (&[l], &[place]) = (l_rest, place_rest) {
+        c -= l * x[place as usize];
+    }
+    c - (sums[0] + sums[1]) - l_first * x[first as usize]
 }
 
 /// `M_AA = L D Lᵀ` for a set A that rows enter and leave, in the order of all rows.
@@ -405,24 +407,71 @@ impl SparseFactor {
 
     /// Replaces `b` by `M_AA⁻¹ b_A`, zero elsewhere; `b` has an entry for each row of the matrix.
     pub fn solve(&mut self, b: &mut [f64]) {
-        for ((x, &row), &inside) in self.x.iter_mut().zip(&self.order.row_at).zip(&self.inside) {
+        let mut x = std::mem::take(&mut self.x);
+        for ((x, &row), &inside) in x.iter_mut().zip(&self.order.row_at).zip(&self.inside) {
             *x = if inside { b[row as usize] } else { 0.0 };
         }
-        let Self { order, l, places, counts, d, inside, x, .. } = self;
-        let (l, places, x) = (&l[..], &places[..], &mut x[..]);
-        let columns = order.starts.iter().zip(&*counts).map(|(&start, &count)| start..start + count as usize);
-        for (k, column) in columns.clone().enumerate() {
+        for k in 0..x.len() {
             if x[k] != 0.0 {
-                scatter(&l[column.clone()], x[k], &places[column], x);
+                let column = self.column(k);
+                scatter(&self.l[column.clone()], x[k], &self.places[column], &mut x);
             }
         }
+        self.solve_backward(&mut x);
+        for (x, &row) in x.iter_mut().zip(&self.order.row_at) {
+            b[row as usize] = std::mem::take(x);
+        }
+        self.x = x;
+    }
+
+    /// Writes `M_AA⁻¹ M_Aj` for a row j that is not in A, [by places](Self::place) of the order, zero elsewhere.
+    pub fn respond(&self, m: SymmetricRows<'_>, j: usize, p: &mut [f64]) {
+        let Self { order, l, places, inside, .. } = self;
+        let k = order.place_of[j] as usize;
+        debug_assert!(!inside[k], "row {j} is in the set");
+        p.fill(0.0);
+        for (row, entry) in m.row(j) {
+            let place = order.place_of[row] as usize;
+            p[place] = if inside[place] { entry } else { 0.0 };
+        }
+        // What is reached from a row are the columns with an entry in it, and the way from the first of its own.
+        for &column in order.columns_of(k) {
+            let y = p[column as usize];
+            if y != 0.0 {
+                let column = self.column(column as usize);
+                scatter(&l[column.clone()], y, &places[column], p);
+            }
+        }
+        p[k] = 0.0;
+        let own = &order.places[order.starts[k]..order.starts[k + 1]];
+        let mut next = own.iter().find(|&&place| inside[place as usize]);
+        while let Some(&at) = next {
+            let column = self.column(at as usize);
+            scatter(&l[column.clone()], p[at as usize], &places[column.clone()], p);
+            next = places[column].first();
+        }
+        self.solve_backward(p);
+    }
+
+    /// Place of a row in the order of elimination.
+    #[inline]
+    pub fn place(&self, row: usize) -> usize {
+        self.order.place_of[row] as usize
+    }
+
+    /// Rows of the matrix in the order of elimination.
+    pub fn rows_in_order(&self) -> &[u32] {
+        &self.order.row_at
+    }
+
+    /// Replaces x by `L⁻ᵀ D⁻¹ x`, by places.
+    fn solve_backward(&self, x: &mut [f64]) {
+        let Self { order, l, places, counts, d, inside, .. } = self;
+        let columns = order.starts.iter().zip(counts).map(|(&start, &count)| start..start + count as usize);
         for (k, column) in columns.enumerate().rev() {
             if inside[k] {
-                x[k] = x[k] / d[k] - gathered(&l[column.clone()], &places[column], x);
+                x[k] = less_gathered(x[k] / d[k], &l[column.clone()], &places[column], x);
             }
-        }
-        for (x, &row) in self.x.iter_mut().zip(&self.order.row_at) {
-            b[row as usize] = std::mem::take(x);
         }
     }
 
@@ -440,7 +489,7 @@ impl SparseFactor {
         for &row in rows.iter().rev() {
             let k = self.order.place_of[row as usize] as usize;
             let column = self.column(k);
-            self.x[k] = self.x[k] / self.d[k] - gathered(&self.l[column.clone()], &self.places[column], &self.x);
+            self.x[k] = less_gathered(self.x[k] / self.d[k], &self.l[column.clone()], &self.places[column], &self.x);
         }
         for &row in rows {
             b[row as usize] = std::mem::take(&mut self.x[self.order.place_of[row as usize] as usize]);
@@ -531,6 +580,10 @@ mod tests {
                 } else {
                     let mut p: Vec<f64> = (0..m.size()).map(|i| m.entry(i, row)).collect();
                     factor.solve(&mut p);
+                    let mut by_places = vec![f64::NAN; m.size()];
+                    factor.respond(m, row, &mut by_places);
+                    let largest = p.iter().fold(0.0_f64, |largest, p| largest.max(p.abs()));
+                    assert!((0..m.size()).all(|i| (by_places[factor.place(i)] - p[i]).abs() <= 1e-12 * largest));
                     let d = m.diagonal(row) - m.row(row).map(|(i, entry)| entry * p[i]).sum::<f64>();
                     if d > 1e-2 * m.diagonal(row) {
                         factor.enter(m, row, 0.0);
