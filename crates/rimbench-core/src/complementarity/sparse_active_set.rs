@@ -58,7 +58,7 @@ pub struct SparseActiveSet {
     next: Series,
     /// Contacts that may enter.
     violated: Vec<u32>,
-    /// `q + M z`, by contacts; the direction of a drive, by places in the factor.
+    /// `q + M z`, by contacts; the direction of a drive, by places in the factor, and marks, by contacts.
     w: Vec<f64>,
     p: Vec<f64>,
     /// The last answer.
@@ -521,7 +521,8 @@ impl SparseActiveSet {
             factor.respond(m, j, p);
             let d = m_jj - m.row(j).map(|(i, entry)| entry * p[factor.place(i)]).sum::<f64>();
             let independent = d > DEPENDENT * m_jj;
-            let mut t = if independent { -w_j / d } else { f64::INFINITY };
+            // After a tie w_j may be above zero, by rounding.
+            let mut t = if independent { (-w_j / d).max(0.0) } else { f64::INFINITY };
             let mut blocking = None;
             // Of others than members it is zero. Where p is not positive nothing is less than its multiple, and no second question is
             // asked: its sign is as good as random.
@@ -571,7 +572,7 @@ mod tests {
     #[test]
     fn the_answer_is_that_of_the_dense_active_set_through_changes_of_problem_and_matrix() {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(20);
-        for (bodies, n) in [(3, 9), (8, 30), (20, 70)] {
+        for (bodies, n, most) in [(3, 9, 205), (8, 30, 800), (20, 70, 2000)] {
             let pairs: Vec<[usize; 2]> = (0..n).map(|i| [i % bodies, (i + 1 + i / bodies) % bodies]).collect();
             let meet = |i: usize, j: usize| pairs[i].iter().any(|body| pairs[j].contains(body));
             let neighbours: Vec<Vec<usize>> = (0..n).map(|i| (0..n).filter(|&j| meet(i, j)).collect()).collect();
@@ -623,7 +624,8 @@ mod tests {
                 }
                 pivots += stats.pivots;
             }
-            assert!(pivots > 120, "sets change");
+            // An answer that a wrong pivot has led astray is found all the same, with more of them: 198, 777 and 1967 are needed.
+            assert!(pivots > 120 && pivots < most, "{n} contacts: {pivots} pivots");
             assert_eq!((sparse.counters().solves, sparse.counters().failures), (120, 0));
         }
     }
@@ -686,6 +688,29 @@ mod tests {
         let stats = solver.solve(m, &hit, &mut z).unwrap();
         assert_eq!(stats.pivots as usize, n);
         assert!(stats.residual < 1e-12 && z.iter().all(|z| *z > 0.0));
+    }
+
+    /// What a member carries is gone by the time that the one that enters comes to rest: it must not be driven back for the rounding of it.
+    #[test]
+    fn a_tie_takes_no_pivot_more_than_it_has_to() {
+        let mut neighbours = vec![vec![0, 1, 2]; 3];
+        neighbours.extend((3..8).map(|i| vec![i]));
+        let pattern = SymmetricPattern::new(&neighbours);
+        let met = [
+            [1.7488674317652249, 0.5918372306659805, -0.8744337158826124],
+            [0.5918372306659805, 2.8219738766355715, -0.29591861533299024],
+            [-0.8744337158826124, -0.29591861533299024, 1.089576195072927],
+        ];
+        let row = |i: usize| pattern.columns(i).iter().map(move |&j| if i < 3 { met[i][j as usize] } else { 1.0 });
+        let entries: Vec<f64> = (0..8).flat_map(row).collect();
+        let m = SymmetricRows { pattern: &pattern, entries: &entries };
+        let with = |q: [f64; 3]| [&q[..], &[1.0; 5]].concat();
+        let mut solver = SparseActiveSet::new(&pattern, 1e-9);
+        let mut z = vec![0.0; 8];
+        solver.solve(m, &with([-0.7161562335647664, 5.0, -0.5]), &mut z).unwrap();
+        let tie = with([-0.7161562335647664, -3.414746619497626, 0.3580781167823832]);
+        let stats = solver.solve(m, &tie, &mut z).unwrap();
+        assert!(stats.pivots == 2 && stats.residual < 1e-15, "{stats:?}");
     }
 
     #[test]

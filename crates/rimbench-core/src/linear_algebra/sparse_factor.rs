@@ -475,7 +475,7 @@ impl SparseFactor {
         }
     }
 
-    /// The same among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only theirs of `b` are
+    /// [Solves](Self::solve) among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only theirs of `b` are
     /// read and replaced, and it costs no more than they do.
     pub fn solve_among(&mut self, rows: &[u32], b: &mut [f64]) {
         for &row in rows {
