@@ -288,12 +288,13 @@ impl SparseActiveSet {
 
     /// Writes `w` of the contacts that are not in the set; that of the others is zero up to rounding.
     fn compute_velocities_of_others(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &[f64]) {
+        // Columns of few members are less than rows of many others.
         if 2 * self.set.len() < q.len() {
             return self.compute_velocities(m, q, z);
         }
-        for (i, (w, &q)) in self.w.iter_mut().zip(q).enumerate() {
+        for (i, w) in self.w.iter_mut().enumerate() {
             if !self.factor.contains(i) {
-                *w = q + m.row(i).map(|(j, entry)| entry * z[j]).sum::<f64>();
+                *w = velocity_of(m, q, z, i);
             }
         }
     }
@@ -400,7 +401,7 @@ impl SparseActiveSet {
                     continue;
                 }
                 // What entered before has changed it.
-                let w_j = if entered { q[j] + m.row(j).map(|(i, m)| m * z[i]).sum::<f64>() } else { self.w[j] };
+                let w_j = if entered { velocity_of(m, q, z, j) } else { self.w[j] };
                 if w_j >= -negligible || w_j * w_j < least * m.diagonal(j) {
                     continue;
                 }
@@ -562,6 +563,11 @@ impl SparseActiveSet {
     }
 }
 
+/// `w_i = q_i + M_i· z`.
+fn velocity_of(m: SymmetricRows<'_>, q: &[f64], z: &[f64], i: usize) -> f64 {
+    q[i] + m.row(i).map(|(j, entry)| entry * z[j]).sum::<f64>()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -630,15 +636,21 @@ mod tests {
         }
     }
 
+    /// Contacts of which each meets the one before and the one after it: 2 on the diagonal, and what stands beside it.
+    fn chain(n: usize, beside: f64) -> (SymmetricPattern, Vec<f64>) {
+        let neighbours: Vec<Vec<usize>> =
+            (0..n).map(|i: usize| vec![i.saturating_sub(1), (i + 1).min(n - 1)]).collect();
+        let pattern = SymmetricPattern::new(&neighbours);
+        let row = |i: usize| pattern.columns(i).iter().map(move |&j| if i == j as usize { 2.0 } else { beside });
+        let entries = (0..n).flat_map(row).collect();
+        (pattern, entries)
+    }
+
     /// A blow that ends with a series leaves the first set of the next one out of date, and one that begins the last set.
     #[test]
     fn a_problem_is_looked_for_from_that_of_two_sets_with_fewer_wrong_contacts() {
         let n = 60;
-        let neighbours: Vec<Vec<usize>> =
-            (0..n).map(|i: usize| vec![i.saturating_sub(1), (i + 1).min(n - 1)]).collect();
-        let pattern = SymmetricPattern::new(&neighbours);
-        let row = |i: usize| pattern.columns(i).iter().map(move |&j| if i == j as usize { 2.0 } else { -0.5 });
-        let entries: Vec<f64> = (0..n).flat_map(row).collect();
+        let (pattern, entries) = chain(n, -0.5);
         let m = SymmetricRows { pattern: &pattern, entries: &entries };
         let pushing = |members: usize| (0..n).map(|i| if i < members { -1.0 } else { 1.0 }).collect::<Vec<f64>>();
         let (few, many) = (pushing(10), pushing(40));
@@ -669,11 +681,7 @@ mod tests {
     #[test]
     fn the_first_problem_is_not_solved_contact_by_contact() {
         let n = 30;
-        let neighbours: Vec<Vec<usize>> =
-            (0..n).map(|i: usize| vec![i.saturating_sub(1), (i + 1).min(n - 1)]).collect();
-        let pattern = SymmetricPattern::new(&neighbours);
-        let row = |i: usize| pattern.columns(i).iter().map(move |&j| if i == j as usize { 2.0 } else { -1.0 });
-        let entries: Vec<f64> = (0..n).flat_map(row).collect();
+        let (pattern, entries) = chain(n, -1.0);
         let m = SymmetricRows { pattern: &pattern, entries: &entries };
         let mut hit = vec![0.0; n];
         hit[0] = -1.0;

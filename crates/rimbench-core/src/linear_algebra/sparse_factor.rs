@@ -442,7 +442,6 @@ impl SparseFactor {
                 scatter(&l[column.clone()], y, &places[column], p);
             }
         }
-        p[k] = 0.0;
         let own = &order.places[order.starts[k]..order.starts[k + 1]];
         let mut next = own.iter().find(|&&place| inside[place as usize]);
         while let Some(&at) = next {
@@ -475,8 +474,8 @@ impl SparseFactor {
         }
     }
 
-    /// [Solves](Self::solve) among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only theirs of `b` are
-    /// read and replaced, and it costs no more than they do.
+    /// [Solves](Self::solve) among `rows`, in their [order](EliminationOrder::sort), which no entry of the matrix ties to others: only theirs
+    /// of `b` are read and replaced, and it costs no more than they do.
     pub fn solve_among(&mut self, rows: &[u32], b: &mut [f64]) {
         for &row in rows {
             let k = self.order.place_of[row as usize] as usize;
