@@ -91,13 +91,11 @@ enum Format {
 }
 
 impl Advise {
-    /// `files` are the options by which files of cases and schemes were given.
+    /// `files` are the options by which files of cases were given.
     pub(super) fn run(self, catalogue: &Catalogue, mut files: String) -> anyhow::Result<ExitCode> {
         let mut fixed = self.run.request()?;
-        for (option, file) in [("--case-file", &fixed.case), ("--scheme-file", &fixed.scheme)] {
-            if let Some(file) = file.as_ref().filter(|name| name.ends_with(".toml")) {
-                files += &file_option(option, file.as_ref());
-            }
+        if let Some(file) = fixed.case.as_ref().filter(|name| name.ends_with(".toml")) {
+            files += &file_option("--case-file", file.as_ref());
         }
         let catalogue = &*with_files(catalogue, &mut fixed)?;
         if self.measure_costs {

@@ -44,7 +44,7 @@ impl Collect {
         ))?;
         if summary.missing > 0 && summary.unplanned > 0 {
             let count = summary.unplanned;
-            print(&format!("records of other runs: {count}; has a case or scheme file changed, or the experiment?"))?;
+            print(&format!("records of other runs: {count}; has a case file changed, or the experiment?"))?;
         }
         for run in &first_missing {
             let (step, phase) = (run.spec.macro_step * 1e3, run.spec.phase);

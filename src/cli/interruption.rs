@@ -4,7 +4,6 @@
 use super::INTERRUPTED;
 use anyhow::Context;
 use rimbench::cosim::StopFlag;
-use rimbench::fmi::program::end_programs;
 use rimbench::harness::StopFlags;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,9 +19,8 @@ pub(super) struct Interruption(Arc<[AtomicBool; 2]>);
 /// Who has begun to listen; while nobody has, the program leaves at once.
 static LISTENING: Mutex<Option<Interruption>> = Mutex::new(None);
 
-/// Ends the program, and the programs that it has started.
+/// Ends the program; the processes of FMUs see to their own end.
 fn leave() -> ! {
-    end_programs();
     std::process::exit(INTERRUPTED.into())
 }
 

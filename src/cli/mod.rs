@@ -3,7 +3,6 @@
 mod advise;
 mod advise_text;
 mod check_advice;
-mod check_submission;
 mod collect;
 mod corpus;
 mod export;
@@ -38,8 +37,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
-use rimbench::fmi::import::{ProbeQuality, read_case};
-use rimbench::fmi::program::{ExchangeTimes, read_scheme};
+use rimbench::fmi::import::{GONE, ProbeQuality, read_case};
 use rimbench::harness::{Cache, CheckedClaim, Verdict};
 use rimbench::runs::RunRequest;
 use std::borrow::Cow;
@@ -53,12 +51,11 @@ use std::process::ExitCode;
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// A file that makes a case of FMUs or programs, which is then there by its name; may be repeated
+    /// A file that makes a case of FMUs, which is then there by its name; may be repeated
     #[arg(long, value_name = "FILE.toml", global = true)]
     case_file: Vec<PathBuf>,
-    /// A file that makes a coupling scheme of a program, which is then there by its name; may be repeated
-    #[arg(long, value_name = "FILE.toml", global = true)]
-    scheme_file: Vec<PathBuf>,
+    #[arg(long, global = true, hide = true)]
+    scheme_file: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -87,8 +84,6 @@ enum Command {
     Export(export::Export),
     /// Check a data package, and compute some of its runs once more
     Import(import::Import),
-    /// Check a third party's scheme: what it declares, its data packages, and a sample of its runs
-    CheckSubmission(check_submission::CheckSubmission),
     /// Rank the scheme rows of experiments, and of submissions, by what they need to know
     Rank(rank::Rank),
     /// Find the largest stable macro step of a scheme on a case
@@ -146,7 +141,7 @@ impl Cli {
         interruption::hear()?;
         let mut catalogue = everything()?;
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, file).map(drop))?;
-        self.scheme_file.iter().try_for_each(|file| add_scheme_file(&mut catalogue, file).map(drop))?;
+        self.scheme_file.iter().try_for_each(|file| Err(Error::file(file, GONE)))?;
         let catalogue = &catalogue;
         match self.command {
             Command::Reproduce(command) => command.run(catalogue)?,
@@ -155,19 +150,16 @@ impl Cli {
             Command::Simulate(command) => command.run(catalogue)?,
             Command::Plan(command) => command.run(catalogue)?,
             Command::Run(command) => return command.run(catalogue),
-            Command::Submit(command) => return command.run(catalogue, (&self.case_file, &self.scheme_file)),
+            Command::Submit(command) => return command.run(catalogue, &self.case_file),
             Command::Collect(command) => return command.run(catalogue),
             Command::Verify(command) => return command.run(catalogue),
             Command::Export(command) => command.run(catalogue)?,
             Command::Import(command) => return command.run(catalogue),
-            Command::CheckSubmission(command) => return command.run(catalogue),
             Command::Rank(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,
             Command::Advise(command) => {
-                let options = [("--case-file", &self.case_file), ("--scheme-file", &self.scheme_file)];
-                let given =
-                    options.into_iter().flat_map(|(option, files)| files.iter().map(move |file| (option, file)));
-                return command.run(catalogue, given.map(|(option, file)| file_option(option, file)).collect());
+                let given = self.case_file.iter().map(|file| file_option("--case-file", file));
+                return command.run(catalogue, given.collect());
             }
             Command::CheckAdvice(command) => return command.run(catalogue),
             Command::Figures(command) => return command.run(catalogue),
@@ -185,22 +177,14 @@ impl Cli {
     }
 }
 
-/// Adds the case that a file makes of FMUs or programs; returns its name.
+/// Adds the case that a file makes of FMUs; returns its name.
 fn add_case_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
     // FMUs in processes of their own: those of this program.
     let program = std::env::current_exe()
         .map_err(|error| Error::file(file, format!("this program cannot find itself: {error}")))?;
-    let case = read_case(file, Some(&program), catalogue)?;
+    let case = read_case(file, Some(&program))?;
     let name = case.name.to_string();
     catalogue.add_case(case)?;
-    Ok(name)
-}
-
-/// Adds the scheme that a file makes of a program; returns its name.
-fn add_scheme_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
-    let scheme = read_scheme(file)?;
-    let name = scheme.name.to_string();
-    catalogue.add_scheme(scheme)?;
     Ok(name)
 }
 
@@ -212,14 +196,15 @@ fn file_option(option: &str, file: &Path) -> String {
     if plain { format!(" {option} {file}") } else { format!(" {option} '{}'", file.replace('\'', r"'\''")) }
 }
 
-/// The same catalogue, with case and scheme of a request in it where they are given as files that make them of FMUs and programs.
+/// The same catalogue, with the case of a request in it where that is given as a file that makes it of FMUs.
 fn with_files<'a>(catalogue: &'a Catalogue, request: &mut RunRequest) -> Result<Cow<'a, Catalogue>> {
     let mut catalogue = Cow::Borrowed(catalogue);
-    let asked = [&mut request.case, &mut request.scheme].into_iter().zip([add_case_file, add_scheme_file]);
-    for (asked, add) in asked {
-        if let Some(file) = asked.clone().filter(|name| name.ends_with(".toml")) {
-            *asked = Some(add(catalogue.to_mut(), Path::new(&file))?);
-        }
+    let is_file = |name: &&String| name.ends_with(".toml");
+    if let Some(file) = request.scheme.as_ref().filter(is_file) {
+        return Err(Error::file(file, GONE));
+    }
+    if let Some(file) = request.case.as_ref().filter(is_file) {
+        request.case = Some(add_case_file(catalogue.to_mut(), Path::new(file))?);
     }
     Ok(catalogue)
 }
@@ -244,16 +229,6 @@ fn probe_lines(probed: &BTreeMap<PathBuf, ProbeQuality>) -> Vec<String> {
         )
     };
     probed.iter().map(line).collect()
-}
-
-/// What exchanges with programs took, a line for each: that is no cost of a scheme or a side, but of how it is asked.
-fn exchange_lines(exchanges: &BTreeMap<String, ExchangeTimes>) -> Vec<String> {
-    let line = |(program, times): (&String, &ExchangeTimes)| {
-        let [median, most] = [0.5, 0.99].map(|share| times.quantile_s(share).unwrap_or_default() * 1e6);
-        let count = times.count();
-        format!("{count} exchanges with `{program}`: half of them within {median:.1} µs, 99 % within {most:.1} µs")
-    };
-    exchanges.iter().map(line).collect()
 }
 
 /// Says what is wrong with the cache of references, if anything is: without it every command computes them anew.

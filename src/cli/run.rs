@@ -3,7 +3,7 @@
 use super::interruption::Interruption;
 use super::progress::Progress;
 use super::summary::remarks;
-use super::{INTERRUPTED, claims_table, complain, exchange_lines, print, probe_lines};
+use super::{INTERRUPTED, claims_table, complain, print, probe_lines};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
@@ -12,7 +12,6 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
 use rimbench::fmi::import::take_probe_errors;
-use rimbench::fmi::program::take_exchange_times;
 use rimbench::harness::{Cache, Experiment, Job, Shard, Step, check_claims, run_job_until};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -92,7 +91,6 @@ impl Run {
         }
         complain(&cache);
         // Those of references are among them.
-        exchange_lines(&take_exchange_times()).iter().try_for_each(|line| print(line))?;
         probe_lines(&take_probe_errors()).iter().try_for_each(|line| print(line))?;
         if summary.damaged > 0 {
             print(&format!(

@@ -21,14 +21,15 @@ pub struct Schema {
 enum What {
     /// An experiment file, `experiments/<group>/<name>.toml`
     Experiment,
-    /// A case file, of FMUs or programs
+    /// A case file, of FMUs
     Case,
-    /// A scheme file, which names a program
-    Scheme,
 }
 
 /// A text that no option takes, so that what refuses it says what it would take.
 const NONSENSE: &str = "?";
+
+/// Which JSON Schema the schemas are.
+const DRAFT: &str = "https://json-schema.org/draft/2020-12/schema";
 
 /// Options of a run that the grid sets, not a row.
 const SET_BY_GRID: [&str; 3] = ["case", "macro_step_s", "phase"];
@@ -37,8 +38,7 @@ impl Schema {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let schema = match self.what {
             What::Experiment => experiment(catalogue),
-            What::Case => case_file(catalogue),
-            What::Scheme => scheme_file(),
+            What::Case => case_file(),
         };
         print(&serde_json::to_string_pretty(&schema)?)
     }
@@ -99,63 +99,26 @@ fn experiment(catalogue: &Catalogue) -> Value {
     let Value::Object(mut schema) = object(&["question", "macro_steps_s", "cases", "schemes"], properties) else {
         unreachable!("an object is one")
     };
-    schema.insert("$schema".into(), "https://json-schema.org/draft/2020-12/schema".into());
+    schema.insert("$schema".into(), DRAFT.into());
     schema.insert("title".into(), "Experiment of rimbench".into());
     schema.insert("$defs".into(), definitions);
     Value::Object(schema)
 }
 
-/// A schema by itself, with its title.
-fn whole(title: &str, schema: Value) -> Value {
-    let mut schema = schema;
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
-    schema["title"] = title.into();
-    schema
-}
-
-fn command() -> Value {
-    json!({ "type": "array", "minItems": 1, "items": { "type": "string" }, "description": "A program and its arguments" })
-}
-
-fn patience() -> Value {
-    json!({ "type": "number", "minimum": 0.001, "description": "s; after so long without an answer a process is ended" })
-}
-
-fn kebab_case() -> Value {
-    json!({ "type": "string", "pattern": "^[a-z][a-z0-9]*(-[a-z0-9]+)*$" })
-}
-
-/// The schema of a file that makes a scheme of a program.
-fn scheme_file() -> Value {
-    let properties = json!({
-        "name": kebab_case(),
-        "about": text("One line"),
-        "command": command(),
-        "files": list_of(text("A file that its digits depend on besides")),
-        "answer_within_s": patience(),
-    });
-    whole("Scheme of rimbench that is a program", object(&["name", "command"], properties))
-}
-
-/// The schema of a file that makes a case of FMUs or programs.
-fn case_file(catalogue: &Catalogue) -> Value {
+/// The schema of a file that makes a case of FMUs.
+fn case_file() -> Value {
     let flag = |about: &str| json!({ "type": "boolean", "description": about });
     let names = |about: &str| list_of(text(about));
-    let start = json!({ "type": "object", "description": "Values that are set before a run" });
     let fmu = json!({
         "fmu": text("The file, relative to this one"),
         "needs": names("A library that is loaded before"),
-        "start": start,
+        "start": { "type": "object", "description": "Values that are set before a run" },
         "observe": names("A variable that becomes a column"),
         "interface_work": text("The variable that counts the work received, an energy"),
         "direct_feedthrough": flag("Whether outputs follow inputs at once"),
         "probe_step_s": above_zero("The longest step by which an FMU without derivatives is probed, s"),
     });
-    let program = object(
-        &["command"],
-        json!({ "command": command(), "files": names("A file that its digits depend on"), "start": start }),
-    );
-    let side = json!({ "oneOf": [object(&["fmu"], fmu), program] });
+    let side = object(&["fmu"], fmu);
     let end = json!({ "anyOf": [
         text("A variable"),
         object(&["variable", "factor"], json!({ "variable": text("Its name"), "factor": { "type": "number", "not": { "const": 0 } } })),
@@ -174,26 +137,23 @@ fn case_file(catalogue: &Catalogue) -> Value {
         }),
     );
     let properties = json!({
-        "name": kebab_case(),
+        "name": { "type": "string", "pattern": "^[a-z][a-z0-9]*(-[a-z0-9]+)*$" },
         "about": text("One line"),
-        "like": one_of(catalogue.cases().iter().map(|case| &*case.name)),
-        "reference": one_of(["own", "original"]),
         "duration_s": above_zero("Simulated time, s"),
         "macro_step_s": above_zero("Usual H, s"),
         "micro_step_s": above_zero("Longest step of the actuator, s"),
         "reference_step_s": above_zero("Coarsest of the three steps of the reference, s"),
         "process": one_of(["own", "same"]),
-        "answer_within_s": patience(),
+        "answer_within_s": { "type": "number", "minimum": 0.001, "description": "s; after so long without an answer a process is ended" },
         "mechanics": side,
         "actuator": side,
         "interface": { "type": "array", "minItems": 1, "items": row },
         "parameters": { "type": "object", "additionalProperties": parameter },
     });
-    let mut schema = whole("Case of rimbench made of FMUs or programs", object(&["name"], properties));
-    let alone = ["duration_s", "macro_step_s", "mechanics", "actuator", "interface"];
-    schema["if"] = json!({ "required": ["like"] });
-    schema["then"] = json!({ "not": { "required": ["interface"] }, "anyOf": [{ "required": ["mechanics"] }, { "required": ["actuator"] }] });
-    schema["else"] = json!({ "required": alone, "not": { "required": ["reference"] } });
+    let required = ["name", "duration_s", "macro_step_s", "mechanics", "actuator", "interface"];
+    let mut schema = object(&required, properties);
+    schema["$schema"] = DRAFT.into();
+    schema["title"] = "Case of rimbench made of FMUs".into();
     schema
 }
 

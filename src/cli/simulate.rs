@@ -3,7 +3,7 @@
 use super::json::Object;
 use super::progress::Heartbeat;
 use super::run_options::RunOptions;
-use super::{Format, complain, exchange_lines, print, probe_lines, table, with_files};
+use super::{Format, complain, print, probe_lines, table, with_files};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::cases::Value as ParameterValue;
@@ -11,7 +11,6 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::error::Result;
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
-use rimbench::fmi::program::{ExchangeTimes, take_exchange_times};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::{METRICS, is_of_friction};
 use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate_inside};
@@ -47,20 +46,19 @@ impl Simulate {
         let reference = obtain_reference(&spec, &cache, stop)?;
         complain(&cache);
         // Those of the reference are not of the run.
-        take_exchange_times();
         take_probe_errors();
         let result = simulate_inside(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
-        let (exchanges, probed) = (take_exchange_times(), take_probe_errors());
+        let probed = take_probe_errors();
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, spec.case.trace_columns.len())?;
         }
         match self.format {
-            Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run, &exchanges, &probed))?),
+            Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run, &probed))?),
             Format::Table => {
                 print_tables(&spec, &run)?;
-                exchange_lines(&exchanges).iter().chain(&probe_lines(&probed)).try_for_each(|line| print(line))
+                probe_lines(&probed).iter().try_for_each(|line| print(line))
             }
         }
     }
@@ -79,12 +77,7 @@ pub(super) fn write_trace(path: &Path, trajectory: &Trajectory, columns: usize) 
 }
 
 /// Everything that determines the run, everything that was found, everything it cost.
-fn json(
-    spec: &RunSpec,
-    run: &EvaluatedRun,
-    exchanges: &BTreeMap<String, ExchangeTimes>,
-    probed: &BTreeMap<PathBuf, ProbeQuality>,
-) -> Value {
+fn json(spec: &RunSpec, run: &EvaluatedRun, probed: &BTreeMap<PathBuf, ProbeQuality>) -> Value {
     let mut object = Object::default();
     object.put("run_id", spec.id());
     spec.facts().iter().for_each(|fact| object.fact(fact));
@@ -101,17 +94,6 @@ fn json(
     let findings = run.findings();
     let shown = findings.iter().filter(|fact| spec.case.records_friction() || !is_of_friction(fact.name));
     shown.chain(&run.costs()).for_each(|fact| object.fact(fact));
-    if !exchanges.is_empty() {
-        let of_program = |times: &ExchangeTimes| {
-            let mut object = Object::default();
-            object.put("count", times.count());
-            object.number("p50_s", times.quantile_s(0.5));
-            object.number("p99_s", times.quantile_s(0.99));
-            Value::from(object)
-        };
-        let all = exchanges.iter().map(|(program, times)| (program.clone(), of_program(times)));
-        object.put("program_exchanges", Value::Object(all.collect()));
-    }
     if !probed.is_empty() {
         let of_fmu = |quality: &ProbeQuality| {
             let mut object = Object::default();

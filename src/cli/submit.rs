@@ -71,8 +71,8 @@ const LINES: usize = 8;
 impl Submit {
     /// Ends with exit code 1 if the engine has ended and runs are missing.
     ///
-    /// `from_outside` are the files of cases and of schemes that the catalogue has besides.
-    pub(super) fn run(self, catalogue: &Catalogue, from_outside: (&[PathBuf], &[PathBuf])) -> anyhow::Result<ExitCode> {
+    /// `case_files` are those of the cases that the catalogue has besides.
+    pub(super) fn run(self, catalogue: &Catalogue, case_files: &[PathBuf]) -> anyhow::Result<ExitCode> {
         for (option, value) in [("--chunk-time", self.chunk_time), ("--run-time", self.run_time)] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(Error::invalid(option, value, "a finite time above 0 s").into());
@@ -81,7 +81,7 @@ impl Submit {
         let experiment = Experiment::read(&self.file)?;
         let folder = self.out.clone().unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         let folder = absolute(&folder).context("the current folder is not known")?;
-        let more_files = more_files(from_outside)?;
+        let more_files = more_files(case_files)?;
         let cache = Cache::of_user();
         let job = Job::new(&experiment, catalogue, &folder, &cache, &BUILD);
         // On several cores a chunk takes as long as one on one.
@@ -189,14 +189,13 @@ impl Submit {
     }
 }
 
-/// Files of cases and schemes, absolute, with the options that read them.
-fn more_files((cases, schemes): (&[PathBuf], &[PathBuf])) -> anyhow::Result<Vec<(&'static str, PathBuf)>> {
-    let of = |option: &'static str, files: &[PathBuf]| -> Vec<(&'static str, PathBuf)> {
-        files.iter().map(|file| (option, file.clone())).collect()
-    };
-    let all = [of("--case-file", cases), of("--scheme-file", schemes)].concat();
-    let all = all.into_iter().map(|(option, file)| Ok((option, absolute(file)?)));
-    all.collect::<std::io::Result<_>>().context("the current folder is not known")
+/// Files of cases, absolute, with the option that reads them.
+fn more_files(cases: &[PathBuf]) -> anyhow::Result<Vec<(&'static str, PathBuf)>> {
+    cases
+        .iter()
+        .map(|file| Ok(("--case-file", absolute(file)?)))
+        .collect::<std::io::Result<_>>()
+        .context("the current folder is not known")
 }
 
 /// The command that writes the result files.

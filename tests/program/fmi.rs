@@ -310,6 +310,8 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
     assert!(refusal(&place("none.toml")).contains("none.toml: cannot be read"));
     for (text, words) in [
         ("name = ".to_owned(), &["case.toml", "is no case of FMUs", "line 1"] as &[&str]),
+        (good.replacen("fmu = \"mechanics.fmu\"", "command = [\"x\"]", 1), &["case.toml", "a side can be an FMU"]),
+        ("name = \"x\"\nlike = \"wedge-box\"".to_owned(), &["case.toml", "a class in Python"]),
         (good.replace("of-fmus", "Of FMUs"), &["case.toml", "kebab-case"]),
         (good.replace("duration_s = 0.1", "duration_s = -1"), &["case.toml", "duration_s = -1"]),
         (good.replace("duration_s", "duraton_s"), &["case.toml", "duraton_s"]),
@@ -445,5 +447,37 @@ fn an_export_that_cannot_be_is_refused_and_writes_nothing() {
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(message.contains(wanted) && message.trim_end().lines().count() == 1, "{arguments:?}: {message}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_scheme_that_is_a_program_is_refused_with_the_way_to_go() {
+    for words in [
+        &["simulate", "--case", "wedge-box", "--scheme", "mine.toml"][..],
+        &["--scheme-file", "mine.toml", "list", "schemes"],
+    ] {
+        let output = rimbench().args(words).assert().code(2).get_output().clone();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains("mine.toml") && said.contains("a scheme a class in Python"), "{said}");
+    }
+}
+
+#[test]
+fn the_case_file_of_the_page_keeps_to_its_schema_and_slips_do_not() {
+    let said = rimbench().args(["schema", "case"]).assert().success().get_output().stdout.clone();
+    let schema = jsonschema::draft202012::new(&serde_json::from_slice(&said).unwrap()).unwrap();
+    let read = |text: &str| serde_json::to_value(toml::from_str::<toml::Value>(text).unwrap()).unwrap();
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/fmi.md")).unwrap();
+    let text = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    assert!(schema.is_valid(&read(text)));
+    for (from, to) in [
+        ("duration_s = 0.5", "duration_s = -0.5"),
+        ("macro_step_s = 1e-3", ""),
+        ("fmu = \"actuator.fmu\"", "fmu = \"actuator.fmu\"\ncommand = [\"x\"]"),
+        ("factor = 1.0", "factor = 0.0"),
+        ("factor = 1.0", "factor = 1.0, offset = 2.0"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        assert!(!schema.is_valid(&read(&text.replacen(from, to, 1))), "{from}");
     }
 }

@@ -10,14 +10,6 @@ const ENDLESS: &str = "question = \"?\"\nmacro_steps_s = [5e-3]\nphases = 4\ndur
                        [[cases]]\nname = \"linear-oscillator\"\n[[schemes]]\nscheme = \"zero-order-hold\"\n\
                        [[schemes]]\nscheme = \"zero-order-hold\"\nlabel = \"many\"\nmechanics_steps = 1000000\n";
 
-fn send(signal: &str, child: &Child) {
-    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-}
-
-fn interrupt(child: &Child) {
-    send("-INT", child);
-}
-
 /// A child that is ended with the test, whatever becomes of it.
 struct Ended(Child);
 
@@ -28,99 +20,11 @@ impl Drop for Ended {
     }
 }
 
-/// A side that never answers its fifth step, and has started something by then.
-const HANGS: &str = r#"
-import json, os, subprocess, sys, time
-count = 0
-for line in sys.stdin:
-    q = json.loads(line)
-    a = {"id": q["id"]}
-    if q["ask"] == "hello":
-        a |= {"protocol": "rimbench-line", "version": 1, "role": "mechanics", "inputs": q["inputs"], "outputs": q["outputs"]}
-    else:
-        count += q["ask"] == "step"
-        a["y"] = [0.0, -100.0]
-    if count == 5:
-        sleeper = subprocess.Popen(["sleep", "1000"])
-        with open("begun", "w") as file: file.write(f"{os.getpid()} {sleeper.pid}")
-        os.rename("begun", "processes")
-        time.sleep(1000)
-    print(json.dumps(a), flush=True)
-"#;
-
 /// Whether a process is there and not merely unburied.
 fn lives(pid: &str) -> bool {
     let state = Command::new("ps").args(["-o", "stat=", "-p", pid]).output().unwrap().stdout;
     let state = String::from_utf8(state).unwrap();
     !state.trim().is_empty() && !state.starts_with('Z')
-}
-
-#[test]
-fn a_program_that_hangs_is_ended_with_the_second_ctrl_c_and_is_no_result() {
-    if !Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success()) {
-        eprintln!("skipped: there is no python3 on the path");
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-    write("hangs.py", HANGS);
-    let case = "name = \"hangs\"\nlike = \"linear-oscillator\"\nreference = \"original\"\nanswer_within_s = 600\n[mechanics]\n\
-                command = [\"python3\", \"hangs.py\"]\n";
-    write("hangs.toml", case);
-    let sweep = "question = \"?\"\nmacro_steps_s = [1e-3]\nduration_s = 0.02\n[[cases]]\nname = \"hangs\"\n[[schemes]]\n\
-                 scheme = \"zero-order-hold\"\n";
-    write("sweep.toml", sweep);
-    let simulate: &[&str] = &[
-        "simulate",
-        "--case",
-        "hangs.toml",
-        "--scheme",
-        "zero-order-hold",
-        "--duration",
-        "0.02",
-        "--macro-step",
-        "1e-3",
-    ];
-    let run: &[&str] = &["--case-file", "hangs.toml", "run", "sweep.toml", "--out", "out"];
-    // One has runs to keep, the other leaves with the first; and who sends SIGTERM kills soon after.
-    for (arguments, signal, times) in
-        [(run, "-INT", 2), (simulate, "-INT", 1), (run, "-TERM", 1), (simulate, "-TERM", 1)]
-    {
-        let processes = folder.path().join("processes");
-        let _ = std::fs::remove_file(&processes);
-        let child = process()
-            .args(arguments)
-            .current_dir(folder.path())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut child = Ended(child);
-        while !processes.exists() {
-            std::thread::sleep(std::time::Duration::from_millis(20));
-            assert!(child.0.try_wait().unwrap().is_none(), "it has ended by itself");
-        }
-        let pids = std::fs::read_to_string(&processes).unwrap();
-        assert!(pids.split(' ').all(lives), "{pids}");
-        let mut lines = BufReader::new(child.0.stderr.take().unwrap()).lines().map(Result::unwrap);
-        send(signal, &child.0);
-        if times == 2 {
-            lines.find(|line| line.contains("again to stop now")).expect("an answer");
-            assert!(pids.split(' ').all(lives), "an answer is waited for: {pids}");
-            send(signal, &child.0);
-        }
-        assert_eq!(child.0.wait().unwrap().code(), Some(130));
-        while pids.split(' ').any(lives) {
-            std::thread::sleep(std::time::Duration::from_millis(20));
-        }
-        let rest: Vec<String> = lines.collect();
-        assert!(!rest.iter().any(|line| line.contains("hangs.py")), "{rest:?}");
-    }
-    // Nothing of it is stored.
-    let output =
-        process().args(["--case-file", "hangs.toml", "collect", "out"]).current_dir(folder.path()).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.code() == Some(1) && said.contains("0 of 1 runs"), "{said}");
 }
 
 /// A terminal sends Ctrl-C to all processes of its foreground group.
@@ -184,7 +88,15 @@ fn ctrl_c_in_a_terminal_does_not_end_the_processes_of_fmus() {
 }
 
 #[test]
-fn twice_ctrl_c_ends_runs_that_would_take_hours_and_says_so() {
+fn twice_ctrl_c_or_sigterm_ends_runs_that_would_take_hours_and_says_so() {
+    ended_by(
+        &["-INT", "-INT"],
+        &["stopping after the runs in progress; again to stop now", "stopping now; what is stored is kept"],
+    );
+    ended_by(&["-TERM"], &["stopping now; what is stored is kept"]);
+}
+
+fn ended_by(signals: &[&str], answers: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("endless.toml"), ENDLESS).unwrap();
     let child = process()
@@ -200,13 +112,11 @@ fn twice_ctrl_c_ends_runs_that_would_take_hours_and_says_so() {
         std::thread::sleep(std::time::Duration::from_millis(20));
         assert!(child.0.try_wait().unwrap().is_none(), "it has ended by itself");
     }
-    interrupt(&child.0);
     let mut lines = BufReader::new(child.0.stderr.take().unwrap()).lines().map(Result::unwrap);
-    let answer = lines.find(|line| line.contains("stopping")).expect("an answer");
-    assert_eq!(answer, "stopping after the runs in progress; again to stop now");
-    interrupt(&child.0);
-    let answer = lines.find(|line| line.contains("stopping")).expect("a second answer");
-    assert_eq!(answer, "stopping now; what is stored is kept");
+    for (signal, answer) in signals.iter().zip(answers) {
+        assert!(Command::new("kill").args([*signal, &child.0.id().to_string()]).status().unwrap().success());
+        assert_eq!(lines.find(|line| line.contains("stopping")).as_deref(), Some(*answer));
+    }
     // Waits as long as it takes; the runs themselves would take hours.
     assert_eq!(child.0.wait().unwrap().code(), Some(130));
     let mut printed = String::new();

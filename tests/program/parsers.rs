@@ -268,7 +268,7 @@ static FMUS: LazyLock<(tempfile::TempDir, String)> = LazyLock::new(|| {
 fn case_of(text: &[u8]) -> Result<String, Error> {
     let path = FMUS.0.path().join("case.toml");
     std::fs::write(&path, text).unwrap();
-    read_case(&path, None, &CATALOGUE).map(|case| case.name.to_string())
+    read_case(&path, None).map(|case| case.name.to_string())
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! What the boundaries cost: a call of an exported FMU beside the subsystem called directly, and whole runs whose sides or schemes are FMUs
-//! or programs beside those of the case that they were made from.
+//! What the boundaries cost: a call of an exported FMU beside the subsystem called directly, and whole runs whose sides are
+//! FMUs beside those of the case that they were made from.
 //!
 //! All in this one process and turn by turn, so that a slow moment of the machine hits all; what counts is the difference of the medians.
 //! Both ways give the same digits, which is checked before anything is timed. The library that the FMUs hold is the one that Cargo has
@@ -12,7 +12,6 @@ use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, Outcome, Side, StopFlag};
 use rimbench_fmi::export::{Contents, RESOURCE, Variables, build_side, find_library, pack, side_name};
 use rimbench_fmi::import::{WORKER, read_case, serve};
-use rimbench_fmi::program::read_scheme;
 use rimbench_statistics::median;
 use std::ffi::{CString, c_char, c_void};
 use std::hint::black_box;
@@ -252,45 +251,11 @@ fn imported(folder: &Path, turns: usize) {
         );
         let file = folder.join(format!("{process}.toml"));
         std::fs::write(&file, text).unwrap();
-        let case = read_case(&file, Some(&program), &catalogue).unwrap();
+        let case = read_case(&file, Some(&program)).unwrap();
         catalogue.add_case(case).unwrap();
         runs.push((what, RunRequest { case: Some(process.to_owned()), ..request.clone() }));
     }
     compared(&catalogue, force, &runs, turns);
-}
-
-/// The linear oscillator with one step of each side per macro step, as itself and with the programs of the page on the protocol.
-fn programs(folder: &Path, turns: usize) {
-    let page = include_str!("../../../docs/guide/protocol.md");
-    let blocks = |language: &str| -> Vec<&str> {
-        let opening = format!("```{language}\n");
-        page.split(opening.as_str()).skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
-    };
-    let ([scheme, mass], [scheme_file, case_file]) = (&blocks("python")[..], &blocks("toml")[..]) else {
-        panic!("the page has other blocks than it had")
-    };
-    // Degree 0: the hold.
-    let scheme_file = scheme_file.replace("\"1\"]", "\"0\"]");
-    let written =
-        [("extrapolate.py", *scheme), ("mass.py", *mass), ("linear.toml", &scheme_file), ("mass.toml", *case_file)];
-    for (name, text) in written {
-        std::fs::write(folder.join(name), text).unwrap();
-    }
-    let mut catalogue = Catalogue::standard();
-    catalogue.add_scheme(read_scheme(&folder.join("linear.toml")).unwrap()).unwrap();
-    let case = read_case(&folder.join("mass.toml"), None, &catalogue).unwrap();
-    catalogue.add_case(case).unwrap();
-    let request = RunRequest {
-        macro_step_s: Some(STEP),
-        micro_step_s: Some(STEP),
-        duration_s: Some(0.5),
-        set: vec![("integrator".to_owned(), "semi-implicit-euler".to_owned())],
-        ..RunRequest::of("linear-oscillator", "zero-order-hold")
-    };
-    let scheme = RunRequest { scheme: Some("linear-in-python".to_owned()), ..request.clone() };
-    let mass = RunRequest { case: Some("mass-in-python".to_owned()), ..request.clone() };
-    let runs = [("the oscillator itself", request), ("its scheme in Python", scheme), ("its mass in Python", mass)];
-    compared(&catalogue, "x2_m", &runs, turns);
 }
 
 fn main() {
@@ -303,9 +268,4 @@ fn main() {
     let folder = tempfile::tempdir().unwrap();
     exported(turns);
     imported(folder.path(), turns);
-    if std::process::Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success()) {
-        programs(folder.path(), turns);
-    } else {
-        println!("no python3: the protocol is not timed");
-    }
 }

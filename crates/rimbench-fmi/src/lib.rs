@@ -1,12 +1,10 @@
-//! The boundary to FMI (Functional Mock-up Interface): subsystems of rimbench as FMUs for others, FMUs of others as subsystems; and to
-//! programs in any language, as subsystems and coupling schemes.
+//! The boundary to FMI (Functional Mock-up Interface): subsystems of rimbench as FMUs for others, FMUs of others as subsystems.
 //!
 //! | room | what it holds |
 //! |---|---|
 //! | [`export`] | one side of a case as an archive: variables, `modelDescription.xml`, the library, packed |
 //! | `binary` | the functions that a master calls in that library, by hand: no bindgen, no libclang |
-//! | [`import`] | a case file that names FMUs or programs, and what drives FMUs: in a process of their own or in this one |
-//! | [`program`] | programs of their own, over lines of JSON: what is said, the process, schemes and subsystems |
+//! | [`import`] | a case file that names FMUs, and what drives them: in a process of their own or in this one |
 //!
 //! `unsafe` stands in two files: where a master calls us (`binary/functions.rs`), and where we call a library (`import/library.rs`).
 
@@ -15,7 +13,6 @@ pub mod export;
 pub mod import;
 #[cfg(unix)]
 mod last_words;
-pub mod program;
 
 /// The library that this crate is built as, and that every exported FMU holds: its name without prefix and ending.
 pub const LIBRARY: &str = "rimbench_fmi";

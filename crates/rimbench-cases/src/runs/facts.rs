@@ -118,8 +118,8 @@ impl RunSpec {
         ]
     }
 
-    /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, the digest of a scheme that is a
-    /// program of its own, and the version of the numerics. A parameter that is set to its default is as one that is not set.
+    /// Hash of everything that determines the run, 16 hexadecimal digits: all facts, every parameter, and the version of the
+    /// numerics. A parameter that is set to its default is as one that is not set.
     pub fn id(&self) -> String {
         let mut text = format!("numerics {NUMERICS_VERSION}\n");
         let mut line = |name: &str, value: &dyn fmt::Display| {
@@ -137,9 +137,6 @@ impl RunSpec {
             }
         }
         text += self.parameters.text();
-        if let Some(digest) = &self.scheme.digest {
-            text += &format!("scheme_digest = {digest}\n");
-        }
         let hash = Sha256::digest(text)[..8].iter().fold(0_u64, |hash, &byte| hash << 8 | u64::from(byte));
         format!("{hash:016x}")
     }

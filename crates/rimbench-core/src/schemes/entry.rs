@@ -71,8 +71,6 @@ pub struct SchemeEntry {
     pub driver: Driver,
     /// How it is drawn.
     pub line: LineStyle,
-    /// Hash of what its digits depend on besides this program, for a scheme that is a program of its own: another is another run.
-    pub digest: Option<Name>,
     /// Builds the scheme.
     pub build: BuildScheme,
 }
@@ -107,7 +105,6 @@ impl SchemeEntry {
             moves_model: false,
             solves_friction: false,
             driver: Driver::Explicit,
-            digest: None,
             build: Arc::new(build),
         }
     }

@@ -1,17 +1,14 @@
-//! A case file that names two FMUs, or programs in the place of one or both.
+//! A case file that names two FMUs.
 
 use super::archive::Unpacked;
 use super::description::{FmuVariable, Type};
 use super::host::{Host, ModelVariables, Plan, Probe, Scaled, Start};
 use super::library::Loaded;
-use super::like_case;
 use super::process::Remote;
-use super::program_member::ProgramMember;
 use super::side::{ImportedSide, ModelSize, Offers};
 use crate::export::side_name;
-use crate::program::{Named, answer_within, unit};
 use rimbench_cases::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range};
-use rimbench_cases::catalogue::Catalogue;
+use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem, check_coupling};
 use rimbench_core::error::{Error, Result, said_at};
 use rimbench_core::name::{Name, check_new_name};
@@ -22,47 +19,36 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+/// What is said of a file that names a program where an FMU, Python or Rust is the way.
+pub const GONE: &str = "programs that answer lines of JSON are not run: a side can be an FMU (docs/guide/fmi.md) or a class in Python \
+                        (docs/guide/python.md), a scheme a class in Python or a type in Rust (docs/guide/own-scheme.md)";
+
 /// A case file as it is written.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CaseFile {
-    pub(super) name: String,
+struct CaseFile {
+    name: String,
     #[serde(default)]
-    pub(super) about: String,
-    /// A built-in case from which all comes that is not said here.
-    pub(super) like: Option<String>,
-    /// What runs of such a case are held against.
-    pub(super) reference: Option<ReferenceKind>,
-    pub(super) duration_s: Option<f64>,
-    pub(super) macro_step_s: Option<f64>,
-    pub(super) micro_step_s: Option<f64>,
-    pub(super) reference_step_s: Option<f64>,
+    about: String,
+    duration_s: f64,
+    macro_step_s: f64,
+    micro_step_s: Option<f64>,
+    reference_step_s: Option<f64>,
     #[serde(default)]
     process: ProcessKind,
     #[serde(default = "minute")]
-    pub(super) answer_within_s: f64,
-    pub(super) mechanics: Option<SideTable>,
-    pub(super) actuator: Option<SideTable>,
+    answer_within_s: f64,
+    mechanics: SideTable,
+    actuator: SideTable,
+    interface: Vec<Row>,
     #[serde(default)]
-    pub(super) interface: Vec<Row>,
-    #[serde(default)]
-    pub(super) parameters: BTreeMap<String, ParameterTable>,
+    parameters: BTreeMap<String, ParameterTable>,
 }
 
 impl CaseFile {
-    fn side(&self, side: Side) -> Option<&SideTable> {
-        if side == Side::Mechanics { self.mechanics.as_ref() } else { self.actuator.as_ref() }
+    fn side(&self, side: Side) -> &SideTable {
+        if side == Side::Mechanics { &self.mechanics } else { &self.actuator }
     }
-}
-
-/// What runs of a case like another are held against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum ReferenceKind {
-    /// Both sides as they are, in one loop.
-    Own,
-    /// The reference of the case that it is like.
-    Original,
 }
 
 fn minute() -> f64 {
@@ -81,29 +67,24 @@ enum ProcessKind {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct SideTable {
-    pub(super) fmu: Option<PathBuf>,
-    /// A program in the place of an FMU: its words.
-    pub(super) command: Option<Vec<String>>,
-    /// What its digits depend on besides.
-    #[serde(default)]
-    pub(super) files: Vec<PathBuf>,
+struct SideTable {
+    fmu: PathBuf,
     /// Libraries whose symbols the FMU takes for granted, loaded before it.
     #[serde(default)]
-    pub(super) needs: Vec<PathBuf>,
+    needs: Vec<PathBuf>,
     #[serde(default)]
-    pub(super) start: BTreeMap<String, toml::Value>,
+    start: BTreeMap<String, toml::Value>,
     #[serde(default)]
-    pub(super) observe: Vec<String>,
-    pub(super) interface_work: Option<String>,
-    pub(super) direct_feedthrough: Option<bool>,
+    observe: Vec<String>,
+    interface_work: Option<String>,
+    direct_feedthrough: Option<bool>,
     /// The longest step by which an FMU without derivatives is probed, s.
-    pub(super) probe_step_s: Option<f64>,
+    probe_step_s: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Row {
+struct Row {
     columns: Option<[String; 3]>,
     mechanics: Ends,
     actuator: Ends,
@@ -131,14 +112,14 @@ enum End {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ParameterTable {
-    pub(super) default: f64,
+struct ParameterTable {
+    default: f64,
     #[serde(default)]
     unit: String,
     #[serde(default)]
     about: String,
-    pub(super) mechanics: Option<String>,
-    pub(super) actuator: Option<String>,
+    mechanics: Option<String>,
+    actuator: Option<String>,
 }
 
 /// Units of positions, velocities and forces: exponents of kg, m, s, rad and the rest of the base units, and a name.
@@ -151,8 +132,11 @@ const UNITS: [(Quantity, [i32; 8], &str); 3] = [
 /// That of energies.
 const ENERGY: [i32; 8] = [1, 2, -2, 0, 0, 0, 0, 0];
 
-/// The parameters that say what a case is made from: FMUs, or also programs.
-pub(super) const DIGESTS: [&str; 2] = ["fmu_digest", "program_digest"];
+/// The parameter that says what a case is made from.
+const DIGEST: &str = "fmu_digest";
+
+/// Shortest time that a process is given for an answer, s.
+const SHORTEST_ANSWER: f64 = 1e-3;
 
 /// By how much forces are changed where an FMU is probed, of their magnitude: little enough that the same contacts push.
 const FORCE_CHANGE: f64 = 1e-3;
@@ -171,52 +155,6 @@ const NO_MODEL: &str = "its FMU has none, no directional derivatives of how its 
 /// Most rows of an interface model, whose square must have room.
 const MOST_ROWS: usize = 4096;
 
-/// One side of a case.
-enum Member {
-    Fmu(Box<FmuMember>),
-    Program(Box<ProgramMember>),
-}
-
-impl Member {
-    fn ports(&self) -> &Ports {
-        match self {
-            Member::Fmu(fmu) => &fmu.ports,
-            Member::Program(program) => program.side.ports(),
-        }
-    }
-
-    fn observables(&self) -> Vec<Name> {
-        match self {
-            Member::Fmu(fmu) => fmu.offers.observables.clone(),
-            Member::Program(program) => program.side.observables().iter().cloned().map(Name::from).collect(),
-        }
-    }
-
-    fn digest(&self) -> &str {
-        match self {
-            Member::Fmu(fmu) => &fmu.unpacked.digest,
-            Member::Program(program) => program.side.digest(),
-        }
-    }
-
-    /// Makes the side for a run; `step` (s) is one for which an FMU may be asked for its interface model.
-    fn side(&self, parameters: &Parameters, process: &Process, step: f64) -> Result<Box<dyn Subsystem>, String> {
-        match self {
-            Member::Fmu(fmu) => {
-                let side =
-                    ImportedSide::new(fmu.host(parameters, process)?, fmu.ports.clone(), fmu.offers.clone(), None);
-                let side = side.of_file(&fmu.unpacked.file);
-                Ok(Box::new(match fmu.model {
-                    Some(size) => side.with_model(step, size)?,
-                    None if fmu.offers.smooth => side.with_smooth_model(fmu.ports.inputs.len()),
-                    None => side,
-                }))
-            }
-            Member::Program(program) => Ok(Box::new(program.made(parameters))),
-        }
-    }
-}
-
 /// One FMU with what the case makes of it.
 struct FmuMember {
     unpacked: Unpacked,
@@ -230,6 +168,17 @@ struct FmuMember {
 }
 
 impl FmuMember {
+    /// Makes the side for a run; `step` (s) is one for which it may be asked for its interface model.
+    fn side(&self, parameters: &Parameters, process: &Process, step: f64) -> Result<Box<dyn Subsystem>, String> {
+        let side = ImportedSide::new(self.host(parameters, process)?, self.ports.clone(), self.offers.clone());
+        let side = side.of_file(&self.unpacked.file);
+        Ok(Box::new(match self.model {
+            Some(size) => side.with_model(step, size)?,
+            None if self.offers.smooth => side.with_smooth_model(self.ports.inputs.len()),
+            None => side,
+        }))
+    }
+
     /// Starts what drives it.
     fn host(&self, parameters: &Parameters, process: &Process) -> Result<Box<dyn Host>, String> {
         let mut plan = self.plan.clone();
@@ -249,103 +198,63 @@ enum Process {
     Own { program: PathBuf, answer_within: Duration },
 }
 
-/// Reads a case file, its FMUs and programs with it, and tries both sides once. `program` is rimbench itself, for FMUs in processes of
-/// their own; without it they all run in this one. The catalogue is where a case is found that this one is like.
+/// Reads a case file with its FMUs, and tries both sides once. `program` is rimbench itself, for FMUs in processes of their own; without
+/// it they all run in this one.
 ///
 /// # Errors
 /// [`Error::File`] naming the case file or the FMU, what is wrong with it, and what would be valid.
-pub fn read_case(path: &Path, program: Option<&Path>, catalogue: &Catalogue) -> Result<Case> {
+pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     let wrong = |message: String| Error::file(path, message);
     let text = std::fs::read_to_string(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
     let file: CaseFile = toml::from_str(&text).map_err(|error| {
-        wrong(format!("is no case of FMUs or programs: {}", said_at(&text, error.span(), error.message())))
+        wrong(match names_program(&text) {
+            true => GONE.to_owned(),
+            false => format!("is no case of FMUs: {}", said_at(&text, error.span(), error.message())),
+        })
     })?;
     check_new_name("case", &file.name, std::iter::empty()).map_err(|error| wrong(error.to_string()))?;
     let times = [
-        ("duration_s", file.duration_s),
-        ("macro_step_s", file.macro_step_s),
-        ("micro_step_s", file.micro_step_s),
-        ("reference_step_s", file.reference_step_s),
+        ("duration_s".to_owned(), Some(file.duration_s)),
+        ("macro_step_s".to_owned(), Some(file.macro_step_s)),
+        ("micro_step_s".to_owned(), file.micro_step_s),
+        ("reference_step_s".to_owned(), file.reference_step_s),
     ];
-    for (key, value) in times.into_iter().filter_map(|(key, value)| Some((key, value?))) {
+    let probes =
+        Side::BOTH.map(|side| (format!("probe_step_s of [{}]", side_name(side)), file.side(side).probe_step_s));
+    for (key, value) in times.into_iter().chain(probes).filter_map(|(key, value)| Some((key, value?))) {
         if !(value.is_finite() && value > 0.0) {
             return Err(wrong(Error::invalid(key, value, "a finite time above 0 s").to_string()));
         }
     }
-    for side in Side::BOTH {
-        if let Some(step) = file.side(side).and_then(|table| table.probe_step_s)
-            && !(step.is_finite() && step > 0.0)
-        {
-            let key = format!("probe_step_s of [{}]", side_name(side));
-            return Err(wrong(Error::invalid(&key, step, "a finite time above 0 s").to_string()));
-        }
+    let patience = file.answer_within_s;
+    if !(patience.is_finite() && patience >= SHORTEST_ANSWER) {
+        let valid = format!("a finite time of at least {SHORTEST_ANSWER} s");
+        return Err(wrong(Error::invalid("answer_within_s", patience, valid).to_string()));
     }
-    let patience = answer_within(file.answer_within_s).map_err(|error| wrong(error.to_string()))?;
-    if let (Some(micro), Some(step)) = (file.micro_step_s, file.macro_step_s)
-        && micro > step
-    {
-        let valid = format!("at most macro_step_s, {step} s");
-        return Err(wrong(Error::invalid("micro_step_s", micro, valid).to_string()));
+    let micro_step_s = file.micro_step_s.unwrap_or(file.macro_step_s);
+    if micro_step_s > file.macro_step_s {
+        let valid = format!("at most macro_step_s, {} s", file.macro_step_s);
+        return Err(wrong(Error::invalid("micro_step_s", micro_step_s, valid).to_string()));
     }
     file.parameters.iter().try_for_each(|(name, table)| check_parameter(name, table)).map_err(wrong)?;
-    let in_file = |error: Error| match error {
-        Error::File { .. } => error,
-        other => wrong(other.to_string()),
-    };
-    if let Some(like) = &file.like {
-        let original = catalogue.case(like).map_err(|error| wrong(format!("like: {error}")))?;
-        return like_case::read(path, &text, &file, original, patience).map_err(in_file);
-    }
-    if file.reference.is_some() {
-        return Err(wrong(
-            "reference is said of a case that is `like` another; this one is held against its own".into(),
-        ));
-    }
-    let missing = |key: &str| wrong(format!("has no `{key}`, which a case that is `like` no other must have"));
-    let [duration_s, macro_step_s] = [("duration_s", file.duration_s), ("macro_step_s", file.macro_step_s)]
-        .map(|(key, value)| value.ok_or_else(|| missing(key)));
-    let (duration_s, macro_step_s) = (duration_s?, macro_step_s?);
     if file.interface.is_empty() {
         return Err(wrong("has no [[interface]]: at least one row couples the two sides".to_owned()));
     }
     let folder = path.parent().unwrap_or(Path::new(""));
     let rows = columns(&file.interface);
-    let mut members = Vec::new();
-    for side in Side::BOTH {
-        let table = file.side(side).ok_or_else(|| missing(&format!("[{}]", side_name(side))))?;
-        let made = match (&table.fmu, &table.command) {
-            (Some(fmu), None) if table.files.is_empty() => {
-                fmu_member(&file, table, &folder.join(fmu), side, &rows).map(|fmu| Member::Fmu(Box::new(fmu)))
-            }
-            (None, Some(_)) => program_member(path, &file, table, side, &rows, patience)
-                .map(|program| Member::Program(Box::new(program))),
-            _ => Err(Error::Incompatible(format!(
-                "[{}]: valid: either `fmu`, or `command` and, if need be, `files`",
-                side_name(side)
-            ))),
-        };
-        members.push(made.map_err(in_file)?);
-    }
-    let Ok([mechanics, actuator]) = <[Member; 2]>::try_from(members) else { unreachable!("one for each side") };
-    let digest = digest(&text, [mechanics.digest(), actuator.digest()]);
-    let members = PerSide { mechanics: Arc::new(mechanics), actuator: Arc::new(actuator) };
-    check_coupling(members.as_ref().map(|member| member.ports())).map_err(|error| {
+    let member = |side: Side| {
+        fmu_member(&file, &folder.join(&file.side(side).fmu), side, &rows).map_err(|error| match error {
+            Error::File { .. } => error,
+            other => wrong(other.to_string()),
+        })
+    };
+    let members =
+        PerSide { mechanics: Arc::new(member(Side::Mechanics)?), actuator: Arc::new(member(Side::Actuator)?) };
+    check_coupling(members.as_ref().map(|member| &member.ports)).map_err(|error| {
         wrong(format!(
             "{error}; `direct_feedthrough = false` says of a side that its outputs do not depend on its inputs at once"
         ))
     })?;
-    let process = match (file.process, program) {
-        (ProcessKind::Own, Some(program)) => Process::Own { program: program.to_owned(), answer_within: patience },
-        _ => Process::Same,
-    };
-    let micro_step_s = file.micro_step_s.unwrap_or(macro_step_s);
-    let defaults = CaseDefaults {
-        duration_s,
-        macro_step_s,
-        micro_step_s,
-        reference_step_s: file.reference_step_s.unwrap_or(0.5 * micro_step_s),
-        reference_sampling_s: micro_step_s,
-    };
     let interface_columns = rows
         .iter()
         .map(|[position, velocity, force]| InterfaceColumns::new(position.clone(), velocity.clone(), force.clone()));
@@ -354,7 +263,7 @@ pub fn read_case(path: &Path, program: Option<&Path>, catalogue: &Catalogue) -> 
     trace.extend(rows.iter().flatten().cloned().map(Name::from));
     trace.extend(["force_to_mechanics_n", "force_2_to_mechanics_n"].into_iter().take(rows.len()).map(Name::from));
     for side in Side::BOTH {
-        trace.extend(members[side].observables());
+        trace.extend(members[side].offers.observables.iter().cloned());
     }
     if let Some(name) = trace.iter().find(|name| !can_name_a_column(name)) {
         return Err(wrong(format!(
@@ -366,39 +275,57 @@ pub fn read_case(path: &Path, program: Option<&Path>, catalogue: &Catalogue) -> 
     if let Some(twice) = trace.iter().find(|name| !seen.insert((*name).clone())) {
         return Err(wrong(format!("two columns of the trace are named `{twice}`")));
     }
-    let build_members = members.clone();
+    let mut hash = Sha256::new();
+    hash.update(&text);
+    Side::BOTH.into_iter().for_each(|side| hash.update(&members[side].unpacked.digest));
+    let digest = hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    let process = match (file.process, program) {
+        (ProcessKind::Own, Some(program)) => Process::Own {
+            program: program.to_owned(),
+            // What is longer is for ever.
+            answer_within: Duration::from_secs_f64(patience.min(1e9)),
+        },
+        _ => Process::Same,
+    };
+    let macro_step_s = file.macro_step_s;
+    let defaults = CaseDefaults {
+        duration_s: file.duration_s,
+        macro_step_s,
+        micro_step_s,
+        reference_step_s: file.reference_step_s.unwrap_or(0.5 * micro_step_s),
+        reference_sampling_s: micro_step_s,
+    };
     let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
-        let made =
-            |side: Side| build_members[side].side(parameters, &process, macro_step_s).map_err(Error::Incompatible);
+        let made = |side: Side| members[side].side(parameters, &process, macro_step_s).map_err(Error::Incompatible);
         Ok(CoupledSystem::of(PerSide { mechanics: made(Side::Mechanics)?, actuator: made(Side::Actuator)? }))
     };
-    let programs = Side::BOTH.into_iter().filter_map(|side| match &*members[side] {
-        Member::Program(program) => Some(program),
-        Member::Fmu(_) => None,
-    });
-    let programs: Vec<&ProgramMember> = programs.map(|program| &**program).collect();
-    let (kind, digest_name) = if programs.is_empty() { ("FMUs", DIGESTS[0]) } else { ("Programs", DIGESTS[1]) };
-    let about = if file.about.is_empty() { format!("{kind} of {}", path.display()) } else { file.about.clone() };
+    let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
     let case = Case {
-        parameters: parameters(&file, digest_name, &digest),
+        parameters: parameters(&file, digest),
         trace_columns: trace,
         interface_columns,
         ..Case::new(file.name.clone(), about, defaults, build)
     };
-    programs.iter().try_for_each(|program| program.try_to_begin(&case.default_parameters())).map_err(in_file)?;
-    (case.build)(&case.default_parameters(), &rimbench_core::complementarity::SolverEntry::active_set())?;
+    (case.build)(&case.default_parameters(), &SolverEntry::active_set())?;
     Ok(case)
 }
 
+/// Whether a file names a program where an FMU is the way.
+fn names_program(text: &str) -> bool {
+    let Ok(table) = text.parse::<toml::Table>() else { return false };
+    let of_side = |side| table.get(side_name(side)).is_some_and(|table| table.get("command").is_some());
+    table.contains_key("like") || table.contains_key("command") || Side::BOTH.into_iter().any(of_side)
+}
+
 /// Whether a name stands in a table of comma-separated values as it is.
-pub(crate) fn can_name_a_column(name: &str) -> bool {
+fn can_name_a_column(name: &str) -> bool {
     !name.trim().is_empty() && !name.contains([',', '"']) && !name.contains(char::is_control)
 }
 
 /// Checks what of a parameter needs no FMU.
 fn check_parameter(name: &str, table: &ParameterTable) -> std::result::Result<(), String> {
-    if DIGESTS.contains(&name) {
-        return Err(format!("[parameters.{name}]: that name is taken by the hash of FMUs and programs"));
+    if name == DIGEST {
+        return Err(format!("[parameters.{name}]: that name is taken by the hash of FMUs"));
     }
     if name.is_empty() || name.trim() != name || name.contains(['=', ',', '"']) || name.contains(char::is_control) {
         return Err(format!(
@@ -423,7 +350,7 @@ fn columns(rows: &[Row]) -> Vec<[String; 3]> {
 }
 
 /// Parameters of a case: those of its file, and one that says what it is made from, so that results of other FMUs are not taken for its.
-pub(super) fn parameters(file: &CaseFile, digest_name: &'static str, digest: &str) -> Vec<Parameter> {
+fn parameters(file: &CaseFile, digest: String) -> Vec<Parameter> {
     let given = file.parameters.iter().map(|(name, table)| {
         let unit = if table.unit.is_empty() { "-" } else { &table.unit };
         let about = if table.about.is_empty() { "a parameter of an FMU" } else { &table.about };
@@ -437,15 +364,7 @@ pub(super) fn parameters(file: &CaseFile, digest_name: &'static str, digest: &st
         )
     });
     let about = "hash of the case file and what it names; not to be set";
-    given.chain([Parameter::choice(digest_name, [digest.to_owned()], about, "the files themselves")]).collect()
-}
-
-/// Hash of a case file with those of what it names.
-pub(super) fn digest<'a>(text: &str, members: impl IntoIterator<Item = &'a str>) -> String {
-    let mut hash = Sha256::new();
-    hash.update(text);
-    members.into_iter().for_each(|member| hash.update(member));
-    hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+    given.chain([Parameter::choice(DIGEST, [digest], about, "the files themselves")]).collect()
 }
 
 impl Row {
@@ -467,54 +386,9 @@ fn given_and_taken(side: Side, rows: usize) -> [Vec<(usize, usize)>; 2] {
     if side == Side::Mechanics { [motion, force] } else { [force, motion] }
 }
 
-/// Asks the program of a side what it is.
-fn program_member(
-    path: &Path,
-    file: &CaseFile,
-    table: &SideTable,
-    side: Side,
-    rows: &[[String; 3]],
-    patience: Duration,
-) -> Result<ProgramMember> {
-    let [given, taken] = given_and_taken(side, rows.len());
-    let coupled = |list: &[(usize, usize)]| -> Result<(Vec<Port>, Vec<Named>)> {
-        let one = |&(row, which): &(usize, usize)| {
-            let (name, factor) = file.interface[row].end(side, which);
-            if factor != 1.0 {
-                return Err(Error::Incompatible(format!(
-                    "[[interface]]: `{name}` of the {} has a factor, and a program speaks SI: valid: none",
-                    side_name(side)
-                )));
-            }
-            let port = Port::new(rows[row][which].clone(), UNITS[which].0);
-            let named = (name.to_owned(), unit(&port).to_owned());
-            Ok((port, named))
-        };
-        Ok(list.iter().map(one).collect::<Result<Vec<_>>>()?.into_iter().unzip())
-    };
-    let ((outputs, output_names), (inputs, input_names)) = (coupled(&given)?, coupled(&taken)?);
-    let ports = Ports { inputs, outputs, direct_feedthrough: false };
-    let mut parameters = Vec::new();
-    for (name, parameter) in &file.parameters {
-        let to = if side == Side::Mechanics { &parameter.mechanics } else { &parameter.actuator };
-        check_named(name, parameter)?;
-        parameters.extend(to.as_ref().map(|to| (name.clone(), to.clone())));
-    }
-    ProgramMember::open(path, table, side, &ports, [input_names, output_names], patience)?.told_of(parameters, side)
-}
-
-/// Checks that a parameter goes somewhere.
-fn check_named(name: &str, parameter: &ParameterTable) -> Result<()> {
-    if parameter.mechanics.is_none() && parameter.actuator.is_none() {
-        return Err(Error::Incompatible(format!(
-            "[parameters.{name}] names no variable: mechanics = \"…\" or actuator = \"…\""
-        )));
-    }
-    Ok(())
-}
-
 /// Opens the FMU of a side and finds all that the case file names in it.
-fn fmu_member(file: &CaseFile, table: &SideTable, fmu: &Path, side: Side, rows: &[[String; 3]]) -> Result<FmuMember> {
+fn fmu_member(file: &CaseFile, fmu: &Path, side: Side, rows: &[[String; 3]]) -> Result<FmuMember> {
+    let table = file.side(side);
     let unpacked = Unpacked::open(fmu)?;
     if unpacked.description.only_once && file.process == ProcessKind::Same {
         return Err(Error::file(
@@ -564,7 +438,11 @@ fn fmu_member(file: &CaseFile, table: &SideTable, fmu: &Path, side: Side, rows: 
     let mut parameters: Vec<(String, Scaled)> = Vec::new();
     for (name, parameter) in &file.parameters {
         let to = if side == Side::Mechanics { &parameter.mechanics } else { &parameter.actuator };
-        check_named(name, parameter)?;
+        if parameter.mechanics.is_none() && parameter.actuator.is_none() {
+            return Err(Error::Incompatible(format!(
+                "[parameters.{name}] names no variable: mechanics = \"…\" or actuator = \"…\""
+            )));
+        }
         if let Some(to) = to {
             let variable = finder.settable(to)?;
             if variable.kind != Type::Number {
@@ -609,10 +487,7 @@ fn fmu_member(file: &CaseFile, table: &SideTable, fmu: &Path, side: Side, rows: 
     let mechanics = side == Side::Mechanics;
     let probe =
         (rates.is_none() && model.is_none() && description.keeps_state && description.any_step).then(|| Probe {
-            step: table
-                .probe_step_s
-                .or(file.micro_step_s)
-                .unwrap_or(PROBED_SHARE * file.macro_step_s.unwrap_or(f64::NAN)),
+            step: table.probe_step_s.or(file.micro_step_s).unwrap_or(PROBED_SHARE * file.macro_step_s),
             change: if mechanics { FORCE_CHANGE } else { MOTION_CHANGE },
             feedthrough: ports.direct_feedthrough,
         });

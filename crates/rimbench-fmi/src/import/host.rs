@@ -1,4 +1,4 @@
-//! What drives one FMU or program, wherever it runs: numbers in, numbers out.
+//! What drives one FMU, wherever it runs: numbers in, numbers out.
 
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -6,11 +6,10 @@ use std::path::PathBuf;
 /// What a host can be asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub(crate) enum Ask {
+pub(super) enum Ask {
     /// Inputs in; outputs out.
     Outputs = 1,
-    /// Time, step, inputs in, and of each input four coefficients of its course if it is known; the outputs that the state has come to
-    /// out, with these inputs.
+    /// Time, step, inputs in; the outputs that the state has come to out, with these inputs.
     Step,
     /// Time and inputs in; rates, feedthrough and rate gain out. Where they are probed, the longest step that may be taken for it stands
     /// before the inputs, and their relative error behind the answer.
@@ -36,8 +35,8 @@ impl Ask {
     }
 }
 
-/// Drives an FMU or a program with any number of copies of its state, the first of which is 0.
-pub(crate) trait Host: Send {
+/// Drives an FMU with any number of copies of its state, the first of which is 0.
+pub(super) trait Host: Send {
     /// Asks copy `id`; what is answered replaces `output`.
     ///
     /// # Errors

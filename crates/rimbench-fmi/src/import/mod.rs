@@ -1,4 +1,4 @@
-//! FMUs of others, and programs of their own, as the sides of a case.
+//! FMUs of others as the sides of a case.
 //!
 //! ```text
 //! case file ─► archive ─► description ─► checks ─► Case
@@ -11,19 +11,14 @@ mod case_file;
 mod description;
 mod host;
 mod library;
-mod like_case;
 mod probing;
 #[cfg(unix)]
 mod process;
 #[cfg(not(unix))]
 #[path = "no_process.rs"]
 mod process;
-mod program_member;
 mod side;
 
-pub(crate) use case_file::can_name_a_column;
-pub use case_file::read_case;
-pub(crate) use host::{Ask, Host};
+pub use case_file::{GONE, read_case};
 pub use probing::{ProbeQuality, take_probe_errors};
 pub use process::{WORKER, serve};
-pub(crate) use side::{ImportedSide, Offers};

@@ -1,10 +1,8 @@
-//! A subsystem that is an FMU, or a program of its own.
+//! A subsystem that is an FMU.
 
 use super::host::{Ask, Host};
 use super::probing::ProbeErrors;
-use rimbench_core::cosim::{
-    Abilities, InputPolynomials, OutputRates, Ports, Subsystem, SubsystemCounters, not_offered,
-};
+use rimbench_core::cosim::{Abilities, OutputRates, Ports, Subsystem, SubsystemCounters, not_offered};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::friction::{ContactState, FrictionLaw, Stiction};
 use rimbench_core::interface_model::{ContactSpring, Kinks, ReducedInterfaceModel};
@@ -14,21 +12,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// What it can do besides.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Offers {
-    pub(crate) rates: bool,
-    pub(crate) copies: bool,
-    pub(crate) work: bool,
+pub(super) struct Offers {
+    pub(super) rates: bool,
+    pub(super) copies: bool,
+    pub(super) work: bool,
     /// Its rates are found by probing, and told with their error.
-    pub(crate) probed: bool,
+    pub(super) probed: bool,
     /// What its outputs' rates say is its interface model: a mechanics that has no other.
-    pub(crate) smooth: bool,
+    pub(super) smooth: bool,
     /// Why it has neither rates nor an interface model, where more is to be said than that.
-    pub(crate) without: Option<&'static str>,
-    /// It takes the course of its inputs within a step.
-    pub(crate) polynomials: bool,
-    /// It cannot be told of a number that is not finite.
-    pub(crate) finite_only: bool,
-    pub(crate) observables: Vec<Name>,
+    pub(super) without: Option<&'static str>,
+    pub(super) observables: Vec<Name>,
 }
 
 /// How large an interface model is.
@@ -56,14 +50,13 @@ impl ModelSize {
 }
 
 /// One copy of its state.
-pub(crate) struct ImportedSide {
+pub(super) struct ImportedSide {
     host: Arc<Mutex<Box<dyn Host>>>,
     id: u32,
     ports: Ports,
     offers: Offers,
     /// An empty interface model.
     model: Option<ReducedInterfaceModel>,
-    polynomials: Option<InputPolynomials>,
     input: Vec<f64>,
     output: Vec<f64>,
     /// Outputs that the last call has told, and the inputs that they are for.
@@ -82,20 +75,14 @@ pub(crate) struct ImportedSide {
 }
 
 impl ImportedSide {
-    /// Takes what drives it; `model` is an empty one of its interface models, if it has them.
-    pub(crate) fn new(
-        host: Box<dyn Host>,
-        ports: Ports,
-        offers: Offers,
-        model: Option<ReducedInterfaceModel>,
-    ) -> ImportedSide {
+    /// Takes what drives it.
+    pub(super) fn new(host: Box<dyn Host>, ports: Ports, offers: Offers) -> ImportedSide {
         let (y, u) = (vec![0.0; ports.outputs.len()], vec![0.0; ports.inputs.len()]);
         ImportedSide {
             host: Arc::new(Mutex::new(host)),
             id: 0,
-            polynomials: offers.polynomials.then(|| InputPolynomials::new(ports.inputs.len())),
             ports,
-            model,
+            model: None,
             offers,
             input: Vec::new(),
             output: Vec::new(),
@@ -211,7 +198,7 @@ impl ImportedSide {
 
     /// Asks how the outputs move; one that is probed takes steps of at most `longest` (s) for it.
     fn ask_rates(&mut self, t: f64, u: &[f64], longest: f64) -> Result<(), Failure> {
-        self.check(u)?;
+        self.check()?;
         self.input.clear();
         self.input.push(t);
         if self.offers.probed {
@@ -263,7 +250,7 @@ impl ImportedSide {
 
     /// Asks for the outputs with these inputs, unless they are known.
     fn know_outputs(&mut self, u: &[f64]) -> Result<(), Failure> {
-        self.check(u)?;
+        self.check()?;
         self.time.get_or_insert(0.0);
         if !(self.known && (!self.ports.direct_feedthrough || self.u == u)) {
             self.input.clear();
@@ -280,13 +267,8 @@ impl ImportedSide {
         self.offers.without.map_or(Ok(false), |what| Err(Cause::NotOffered { what }.into()))
     }
 
-    /// What could not be said when it happened, and what cannot be said at all.
-    fn check(&mut self, u: &[f64]) -> Result<(), Failure> {
-        if self.offers.finite_only
-            && let Some(index) = u.iter().position(|u| !u.is_finite())
-        {
-            return Err(Cause::NonFinite { quantity: self.ports.inputs[index].name.clone() }.into());
-        }
+    /// What could not be said when it happened.
+    fn check(&mut self) -> Result<(), Failure> {
         self.failed.take().map_or(Ok(()), Err)
     }
 }
@@ -304,13 +286,10 @@ impl Subsystem for ImportedSide {
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        self.check(u)?;
+        self.check()?;
         self.input.clear();
         self.input.extend([t, h]);
         self.input.extend_from_slice(u);
-        if let Some(course) = self.polynomials.as_mut().and_then(InputPolynomials::take) {
-            self.input.extend(course.iter().flatten());
-        }
         (self.known, self.time) = (false, Some(t + h));
         self.longest = Some(self.longest.map_or(h, |longest| longest.max(h)));
         self.ask(Ask::Step).map_err(Failure::reported)?;
@@ -341,7 +320,6 @@ impl Subsystem for ImportedSide {
             ports: self.ports.clone(),
             offers: self.offers.clone(),
             model: self.model.clone(),
-            polynomials: self.polynomials.clone(),
             input: Vec::new(),
             output: Vec::new(),
             y: self.y.clone(),
@@ -362,12 +340,13 @@ impl Abilities for ImportedSide {
         joint_steps,
         oil_lines,
         interface_displacement,
+        input_polynomials,
         energy_identity_residual,
         energy_account,
     );
 
     fn use_friction_law(&mut self, _: FrictionLaw) -> Result<(), &'static str> {
-        Err("what friction an FMU or a program has is its own, and no other law can be put in its place")
+        Err("what friction an FMU has is its own, and no other law can be put in its place")
     }
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
@@ -401,10 +380,6 @@ impl Abilities for ImportedSide {
         rates.feedthrough.copy_from_slice(&self.output[p..p + entries]);
         rates.rate_gain.copy_from_slice(&self.output[p + entries..p + 2 * entries]);
         Ok(true)
-    }
-
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        self.polynomials.as_mut()
     }
 
     fn observables(&mut self) -> &[Name] {
@@ -481,7 +456,7 @@ mod tests {
         };
         let noted = Arc::new(Mutex::new(Vec::new()));
         let offers = Offers { rates: true, probed: true, smooth: true, ..Offers::default() };
-        let side = ImportedSide::new(Box::new(Noted(Arc::clone(&noted))), ports, offers, None);
+        let side = ImportedSide::new(Box::new(Noted(Arc::clone(&noted))), ports, offers);
         let mut side = side.with_smooth_model(1);
         let mut model = side.empty_interface_model().unwrap();
         side.interface_model(1e-4, &mut model).unwrap();
