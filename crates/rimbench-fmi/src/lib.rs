@@ -6,7 +6,7 @@
 //! | `binary` | the functions that a master calls in that library, by hand: no bindgen, no libclang |
 //! | [`import`] | a case file that names FMUs, and what drives them: in a process of their own or in this one |
 //!
-//! `unsafe` stands in two files: where a master calls us (`binary/functions.rs`), and where we call a library (`import/library.rs`).
+//! `unsafe` stands where a master calls us (`binary/functions.rs`), and where we call a library (`import/library.rs` and `library/`).
 
 mod binary;
 pub mod export;

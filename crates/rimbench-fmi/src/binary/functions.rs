@@ -72,6 +72,7 @@ unsafe fn list<'a, T>(first: *const T, count: usize) -> Result<&'a [T], String> 
     match (count, first.is_null()) {
         (0, _) => Ok(&[]),
         (_, true) => Err(format!("a list of {count} values is a null pointer")),
+        // SAFETY: it is not null, so that there are as many values as the caller says.
         (_, false) => Ok(unsafe { std::slice::from_raw_parts(first, count) }),
     }
 }
@@ -84,6 +85,7 @@ unsafe fn room<'a, T>(first: *mut T, count: usize) -> Result<&'a mut [MaybeUnini
     match (count, first.is_null()) {
         (0, _) => Ok(&mut []),
         (_, true) => Err(format!("room for {count} values is a null pointer")),
+        // SAFETY: it is not null, so that the room is as large as the caller says, and nobody else's; what stands there is not looked at.
         (_, false) => Ok(unsafe { std::slice::from_raw_parts_mut(first.cast(), count) }),
     }
 }
@@ -94,7 +96,7 @@ unsafe fn room<'a, T>(first: *mut T, count: usize) -> Result<&'a mut [MaybeUnini
 /// `place` has room for a value, or is null.
 unsafe fn tell<T>(place: *mut T, value: T) {
     if !place.is_null() {
-        // SAFETY: as above; what stands there is not looked at.
+        // SAFETY: it is not null, so that there is room; what stands there is not looked at.
         unsafe { place.write(value) };
     }
 }
@@ -105,6 +107,7 @@ unsafe fn words<'a>(text: *const c_char, what: &str) -> Result<&'a str, String> 
     if text.is_null() {
         return Err(format!("{what} is a null pointer"));
     }
+    // SAFETY: it is not null, so that it ends in zero, as the caller says.
     unsafe { CStr::from_ptr(text) }.to_str().map_err(|_| format!("{what} is not in UTF-8"))
 }
 
@@ -129,6 +132,7 @@ unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _update: *const c_void,
 ) -> *mut Handle {
     let made = catch_unwind(|| {
+        // SAFETY: both are texts that end in zero and outlive this call, as the standard has it, or null.
         let (token, resources) = unsafe { (words(token, "the token")?, words(resources, "the resource path")?) };
         if event_mode {
             return Err("event mode is not offered".to_owned());
@@ -199,6 +203,7 @@ extern "C" fn fmi3SetDebugLogging(
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3GetFloat64(h: *mut Handle, refs: *const u32, n: usize, values: *mut f64, count: usize) -> i32 {
     with(h, |handle| {
+        // SAFETY: the standard has a master hand over `n` references and room for `count` values, for the length of this call.
         let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
         handle.instance.get_numbers(refs, values)
     })
@@ -213,6 +218,7 @@ unsafe extern "C" fn fmi3SetFloat64(
     count: usize,
 ) -> i32 {
     with(h, |handle| {
+        // SAFETY: the standard has a master hand over `n` references and `count` values, for the length of this call.
         let (refs, values) = unsafe { (list(refs, n)?, list(values, count)?) };
         pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_number(*at, *value))
     })
@@ -227,6 +233,7 @@ unsafe extern "C" fn fmi3GetBoolean(
     count: usize,
 ) -> i32 {
     with(h, |handle| {
+        // SAFETY: the standard has a master hand over `n` references and room for `count` values, for the length of this call.
         let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
         handle.instance.get_booleans(refs, values)
     })
@@ -235,6 +242,7 @@ unsafe extern "C" fn fmi3GetBoolean(
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3GetInt32(h: *mut Handle, refs: *const u32, n: usize, values: *mut i32, count: usize) -> i32 {
     with(h, |handle| {
+        // SAFETY: the standard has a master hand over `n` references and room for `count` values, for the length of this call.
         let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
         handle.instance.get_integers(refs, values)
     })
@@ -250,6 +258,7 @@ unsafe extern "C" fn fmi3SetBoolean(
 ) -> i32 {
     with(h, |handle| {
         // As bytes: what a master hands over need be none of the two that a `bool` may have.
+        // SAFETY: the standard has a master hand over `n` references and `count` values, for the length of this call.
         let (refs, values) = unsafe { (list(refs, n)?, list(values, count)?) };
         pairs(refs, values)?.try_for_each(|(at, value)| handle.instance.set_boolean(*at, *value != 0))
     })
@@ -264,6 +273,7 @@ unsafe extern "C" fn fmi3GetString(
     count: usize,
 ) -> i32 {
     with(h, |handle| {
+        // SAFETY: the standard has a master hand over `n` references and room for `count` values, for the length of this call.
         let (refs, values) = unsafe { (list(refs, n)?, room(values, count)?) };
         pairs(refs, values).map(drop)?;
         let texts = refs.iter().map(|at| Ok(CString::new(handle.instance.get_text(*at)?).unwrap_or_default()));
@@ -284,9 +294,12 @@ unsafe extern "C" fn fmi3SetString(
     count: usize,
 ) -> i32 {
     with(h, |handle| {
+        // SAFETY: the standard has a master hand over `n` references and `count` values, for the length of this call.
         let (refs, values) = unsafe { (list(refs, n)?, list(values, count)?) };
-        pairs(refs, values)?
-            .try_for_each(|(at, text)| handle.instance.set_text(*at, unsafe { words(*text, "a text") }?))
+        pairs(refs, values)?.try_for_each(|(at, text)| {
+            // SAFETY: each value is a text that ends in zero and outlives this call, as the standard has it, or null.
+            handle.instance.set_text(*at, unsafe { words(*text, "a text") }?)
+        })
     })
 }
 
@@ -310,11 +323,11 @@ unsafe extern "C" fn fmi3DoStep(
     early: *mut bool,
     last: *mut f64,
 ) -> i32 {
-    [event, terminate, early].into_iter().for_each(|place| unsafe { tell(place, false) });
-    unsafe { tell(last, t) };
     let status = with(h, |handle| handle.instance.do_step(t, length));
-    if status == OK {
-        unsafe { tell(last, t + length) };
+    // SAFETY: a master hands over room for each of the four, or null for what it does not want to know.
+    unsafe {
+        [event, terminate, early].into_iter().for_each(|place| tell(place, false));
+        tell(last, if status == OK { t + length } else { t });
     }
     status
 }
@@ -332,34 +345,50 @@ unsafe extern "C" fn fmi3GetDirectionalDerivative(
     n_out: usize,
 ) -> i32 {
     with(h, |handle| {
-        let (unknowns, knowns) = unsafe { (list(unknowns, n_unknowns)?, list(knowns, n_knowns)?) };
-        let (seed, out) = unsafe { (list(seed, n_seed)?, room(out, n_out)?) };
+        // SAFETY: each pointer goes with the count behind it, and `out` is room for this call alone, as the standard has it.
+        let (unknowns, knowns, seed, out) =
+            unsafe { (list(unknowns, n_unknowns)?, list(knowns, n_knowns)?, list(seed, n_seed)?, room(out, n_out)?) };
         handle.instance.directional(unknowns, knowns, seed, out)
     })
+}
+
+/// Hands a state over; one that is there already is written over, as the standard says.
+///
+/// # Safety
+/// `place` is null, or what stands there is null or a state that was handed over and is not freed.
+unsafe fn hand_over(kept: Kept, place: *mut *mut KeptState) -> Result<(), String> {
+    // SAFETY: as the caller says.
+    let place = unsafe { place.as_mut() }.ok_or("there is no room for a state")?;
+    // SAFETY: as the caller says; a state that was handed over came from a box.
+    match unsafe { place.as_mut() } {
+        Some(old) => old.0 = kept,
+        None => *place = Box::into_raw(Box::new(KeptState(kept))),
+    }
+    Ok(())
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3GetFMUState(h: *mut Handle, state: *mut *mut KeptState) -> i32 {
     with(h, |handle| {
-        let place = unsafe { state.as_mut() }.ok_or("there is no room for a state")?;
-        let kept = KeptState(handle.instance.keep()?);
-        // A state that is there already is written over, as the standard says.
-        match unsafe { place.as_mut() } {
-            Some(old) => *old = kept,
-            None => *place = Box::into_raw(Box::new(kept)),
-        }
-        Ok(())
+        let kept = handle.instance.keep()?;
+        // SAFETY: the standard has a master hand over null, or a state that it got from here.
+        unsafe { hand_over(kept, state) }
     })
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3SetFMUState(h: *mut Handle, state: *mut KeptState) -> i32 {
-    with(h, |handle| handle.instance.restore(&unsafe { state.as_ref() }.ok_or("there is no state")?.0))
+    with(h, |handle| {
+        // SAFETY: a state that the master got from here and has not freed, as the standard has it, or null.
+        let state = unsafe { state.as_ref() }.ok_or("there is no state")?;
+        handle.instance.restore(&state.0)
+    })
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3FreeFMUState(h: *mut Handle, state: *mut *mut KeptState) -> i32 {
     with(h, |_| {
+        // SAFETY: the place where the master keeps a state, as the standard has it, or null.
         let place = unsafe { state.as_mut() }.ok_or("there is no state")?;
         if !place.is_null() {
             // SAFETY: it came from `Box::into_raw` and is given back once: null stands there afterwards.
@@ -373,11 +402,13 @@ unsafe extern "C" fn fmi3FreeFMUState(h: *mut Handle, state: *mut *mut KeptState
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3SerializedFMUStateSize(h: *mut Handle, state: *mut KeptState, size: *mut usize) -> i32 {
     with(h, |handle| {
+        // SAFETY: a state that the master got from here and has not freed, as the standard has it, or null.
         let state = unsafe { state.as_ref() }.ok_or("there is no state")?;
         if size.is_null() {
             return Err("there is no room for a size".to_owned());
         }
         let length = handle.instance.serialised_len(&state.0)?;
+        // SAFETY: a master hands over room for a number.
         unsafe { tell(size, length) };
         Ok(())
     })
@@ -386,6 +417,7 @@ unsafe extern "C" fn fmi3SerializedFMUStateSize(h: *mut Handle, state: *mut Kept
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3SerializeFMUState(h: *mut Handle, state: *mut KeptState, bytes: *mut u8, size: usize) -> i32 {
     with(h, |handle| {
+        // SAFETY: a state that the master got from here and has not freed, or null, and room for `size` bytes for this call alone.
         let (state, bytes) = unsafe { (state.as_ref().ok_or("there is no state")?, room(bytes, size)?) };
         let serialised = handle.instance.serialised(&state.0)?;
         if serialised.len() != bytes.len() {
@@ -406,13 +438,11 @@ unsafe extern "C" fn fmi3DeserializeFMUState(
     state: *mut *mut KeptState,
 ) -> i32 {
     with(h, |handle| {
-        let (bytes, place) = unsafe { (list(bytes, size)?, state.as_mut().ok_or("there is no room for a state")?) };
-        let kept = KeptState(handle.instance.deserialised(bytes)?);
-        match unsafe { place.as_mut() } {
-            Some(old) => *old = kept,
-            None => *place = Box::into_raw(Box::new(kept)),
-        }
-        Ok(())
+        // SAFETY: the standard has a master hand over `size` bytes, for the length of this call.
+        let bytes = unsafe { list(bytes, size)? };
+        let kept = handle.instance.deserialised(bytes)?;
+        // SAFETY: the standard has a master hand over null, or a state that it got from here.
+        unsafe { hand_over(kept, state) }
     })
 }
 

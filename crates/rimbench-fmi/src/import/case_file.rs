@@ -506,7 +506,6 @@ fn fmu_member(file: &CaseFile, fmu: &Path, side: Side, rows: &[[String; 3]]) -> 
         copies: description.keeps_state,
         work: work.is_some(),
         observables: table.observe.iter().cloned().map(Name::from).collect(),
-        ..Offers::default()
     };
     let model_size = model.as_ref().map(|(_, size)| *size);
     let plan = Plan {

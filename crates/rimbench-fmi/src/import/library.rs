@@ -76,7 +76,9 @@ type Said = Mutex<String>;
 /// # Safety
 /// `said` is a [`Said`], and `message` a text that ends in zero, or null.
 unsafe fn note(said: *mut c_void, message: *const c_char) {
+    // SAFETY: what it points to is a `Said`, as the caller says.
     let (Some(said), false) = (unsafe { said.cast::<Said>().as_ref() }, message.is_null()) else { return };
+    // SAFETY: it is not null, so that it ends in zero, as the caller says.
     let message = unsafe { std::ffi::CStr::from_ptr(message) }.to_string_lossy();
     if let Ok(mut said) = said.lock() {
         if !said.is_empty() {
@@ -91,6 +93,7 @@ unsafe fn note(said: *mut c_void, message: *const c_char) {
 }
 
 unsafe extern "C" fn log_3(environment: *mut c_void, _status: c_int, _category: *const c_char, message: *const c_char) {
+    // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the standard has it.
     unsafe { note(environment, message) };
 }
 
@@ -101,6 +104,7 @@ unsafe extern "C" fn log_2(
     _category: *const c_char,
     message: *const c_char,
 ) {
+    // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the standard has it.
     unsafe { note(environment, message) };
 }
 
@@ -344,21 +348,24 @@ impl Loaded {
         for start in &starts {
             self.set_start(start)?;
         }
-        // SAFETY: types of the standard, and an instance that is alive; so in all that follows.
         let status = if two {
             type Setup = unsafe extern "C" fn(Instance, c_int, f64, f64, c_int, f64) -> c_int;
             type Enter = unsafe extern "C" fn(Instance) -> c_int;
             let (setup, enter): (Setup, Enter) =
                 (self.find(b"fmi2SetupExperiment")?, self.find(b"fmi2EnterInitializationMode")?);
+            // SAFETY: the types are those of the standard for these names, and the instance is alive and has just been made.
             let status = unsafe { setup(instance, 0, 0.0, 0.0, 0, 0.0) };
             self.check(status, "fmi2SetupExperiment")?;
+            // SAFETY: as above, and the experiment has been set up.
             unsafe { enter(instance) }
         } else {
             type Enter = unsafe extern "C" fn(Instance, bool, f64, f64, bool, f64) -> c_int;
             let enter: Enter = self.find(b"fmi3EnterInitializationMode")?;
+            // SAFETY: the type is that of the standard for this name, and the instance is alive and has just been made.
             unsafe { enter(instance, false, 0.0, 0.0, false, 0.0) }
         };
         self.check(status, "EnterInitializationMode")?;
+        // SAFETY: the instance is alive and being initialised.
         let status = unsafe { (self.functions.exit_initialization)(instance) };
         self.check(status, "ExitInitializationMode")
     }
@@ -382,25 +389,37 @@ impl Loaded {
         type Set3<T> = unsafe extern "C" fn(Instance, *const u32, usize, *const T, usize) -> c_int;
         let status = match (start, two) {
             (Start::Number(at, value), _) => return self.set(&[*at], &[*value]),
-            (Start::Integer(at, value), true) => unsafe {
-                self.find::<Set2<c_int>>(b"fmi2SetInteger")?(instance, at, 1, value)
-            },
-            (Start::Integer(at, value), false) => unsafe {
-                self.find::<Set3<i32>>(b"fmi3SetInt32")?(instance, at, 1, value, 1)
-            },
-            (Start::Boolean(at, value), true) => unsafe {
-                self.find::<Set2<c_int>>(b"fmi2SetBoolean")?(instance, at, 1, &c_int::from(*value))
-            },
-            (Start::Boolean(at, value), false) => unsafe {
-                self.find::<Set3<bool>>(b"fmi3SetBoolean")?(instance, at, 1, value, 1)
-            },
+            (Start::Integer(at, value), true) => {
+                let set = self.find::<Set2<c_int>>(b"fmi2SetInteger")?;
+                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference, one value.
+                unsafe { set(instance, at, 1, value) }
+            }
+            (Start::Integer(at, value), false) => {
+                let set = self.find::<Set3<i32>>(b"fmi3SetInt32")?;
+                // SAFETY: as above.
+                unsafe { set(instance, at, 1, value, 1) }
+            }
+            (Start::Boolean(at, value), true) => {
+                let set = self.find::<Set2<c_int>>(b"fmi2SetBoolean")?;
+                // SAFETY: as above; truths are whole numbers in FMI 2.0.
+                unsafe { set(instance, at, 1, &c_int::from(*value)) }
+            }
+            (Start::Boolean(at, value), false) => {
+                let set = self.find::<Set3<bool>>(b"fmi3SetBoolean")?;
+                // SAFETY: as above.
+                unsafe { set(instance, at, 1, value, 1) }
+            }
             (Start::Text(at, value), two) => {
                 let text = CString::new(value.as_str()).map_err(|_| "a start value has a zero in it")?;
                 let pointer = text.as_ptr();
                 if two {
-                    unsafe { self.find::<Set2<*const c_char>>(b"fmi2SetString")?(instance, at, 1, &pointer) }
+                    let set = self.find::<Set2<*const c_char>>(b"fmi2SetString")?;
+                    // SAFETY: as above; the text ends in zero and outlives the call.
+                    unsafe { set(instance, at, 1, &pointer) }
                 } else {
-                    unsafe { self.find::<Set3<*const c_char>>(b"fmi3SetString")?(instance, at, 1, &pointer, 1) }
+                    let set = self.find::<Set3<*const c_char>>(b"fmi3SetString")?;
+                    // SAFETY: as above; the text ends in zero and outlives the call.
+                    unsafe { set(instance, at, 1, &pointer, 1) }
                 }
             }
         };
@@ -425,12 +444,17 @@ impl Loaded {
     }
 
     fn set(&self, references: &[u32], values: &[f64]) -> Result<(), String> {
-        if references.is_empty() {
+        let n = references.len();
+        if n != values.len() {
+            return Err(format!("{} values for {n} variables", values.len()));
+        }
+        if n == 0 {
             return Ok(());
         }
-        let n = references.len();
         let status = match self.functions.numbers {
+            // SAFETY: the instance is alive, and there is one value for each reference.
             Numbers::Two { set, .. } => unsafe { set(self.instance, references.as_ptr(), n, values.as_ptr()) },
+            // SAFETY: the instance is alive, and each pointer goes with its count.
             Numbers::Three { set, .. } => unsafe {
                 set(self.instance, references.as_ptr(), n, values.as_ptr(), values.len())
             },
@@ -444,7 +468,9 @@ impl Loaded {
         }
         let n = references.len();
         let status = match self.functions.numbers {
+            // SAFETY: the instance is alive; FMI 2.0 has no arrays, and callers make room for a number for each reference.
             Numbers::Two { get, .. } => unsafe { get(self.instance, references.as_ptr(), n, values.as_mut_ptr()) },
+            // SAFETY: the instance is alive, and each pointer goes with its count.
             Numbers::Three { get, .. } => unsafe {
                 get(self.instance, references.as_ptr(), n, values.as_mut_ptr(), values.len())
             },
@@ -493,6 +519,7 @@ impl Loaded {
     fn store(&mut self, id: usize) -> Result<(), String> {
         let Some(functions) = &self.functions.state else { return Err("it keeps no state".to_owned()) };
         let mut kept = self.copies[id].kept.unwrap_or(ptr::null_mut());
+        // SAFETY: the instance is alive; `kept` is null or a state of it that has not been freed.
         let status = unsafe { (functions.get)(self.instance, &raw mut kept) };
         self.copies[id].kept = (!kept.is_null()).then_some(kept);
         self.check(status, "getting its state")
@@ -500,7 +527,8 @@ impl Loaded {
 
     fn release(&mut self, kept: Option<Keep>) {
         if let (Some(functions), Some(mut kept)) = (&self.functions.state, kept) {
-            // What cannot be freed is the FMU's loss.
+            // SAFETY: the instance is alive; the state is one of it, and who hands it over has it no more. What cannot be freed is the
+            // FMU's loss.
             let _ = unsafe { (functions.free)(self.instance, &raw mut kept) };
         }
     }
@@ -518,9 +546,11 @@ impl Loaded {
         let mut column = vec![0.0; rows];
         for (at, (input, scale)) in self.inputs.iter().zip(&self.plan.inputs).enumerate() {
             let status = match derivative {
+                // SAFETY: the instance is alive; `rows` unknowns with room for as many numbers, one input with one seed.
                 Derivative::Two(call) => unsafe {
                     call(self.instance, unknowns.as_ptr(), rows, input, 1, &1.0, column.as_mut_ptr())
                 },
+                // SAFETY: as above, and each pointer goes with its count.
                 Derivative::Three(call) => unsafe {
                     call(self.instance, unknowns.as_ptr(), rows, input, 1, &1.0, 1, column.as_mut_ptr(), rows)
                 },
@@ -537,6 +567,7 @@ impl Loaded {
         let (Some(functions), Some(kept)) = (&self.functions.state, kept) else {
             return Err("it keeps no state".to_owned());
         };
+        // SAFETY: the instance is alive, and `kept` is a state of it that has not been freed: only `release` frees, as its last use.
         let status = unsafe { (functions.set)(self.instance, kept) };
         self.check(status, "setting its state")
     }
@@ -561,6 +592,7 @@ impl Loaded {
             let Some(get) = self.functions.integers else { return Err("it gives no whole numbers".to_owned()) };
             integers.clear();
             integers.resize(count, 0);
+            // SAFETY: the instance is alive; one reference, and room for `count` numbers.
             let status = unsafe { get(self.instance, &reference, 1, integers.as_mut_ptr(), count) };
             self.check(status, "getting a whole number")?;
             output.extend(integers.iter().map(|number| f64::from(*number)));
@@ -571,6 +603,7 @@ impl Loaded {
             let Some(get) = self.functions.booleans else { return Err("it gives no truths".to_owned()) };
             truths.clear();
             truths.resize(count, 0);
+            // SAFETY: the instance is alive; one reference, and room for `count` bytes, which any bits may fill.
             let status = unsafe { get(self.instance, &reference, 1, truths.as_mut_ptr(), count) };
             self.check(status, "getting a truth")?;
             output.extend(truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
@@ -588,9 +621,12 @@ impl Loaded {
 
     fn step(&mut self, t: f64, h: f64) -> Result<(), String> {
         let status = match self.functions.step {
+            // SAFETY: the instance is alive and has been initialised.
             Step::Two(call) => unsafe { call(self.instance, t, h, 0) },
             Step::Three(call) => {
                 let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, t);
+                // SAFETY: the instance is alive and has been initialised; there is room for all four that it tells, bytes being bytes
+                // whatever it takes for a truth.
                 let status = unsafe {
                     call(self.instance, t, h, false, &raw mut event, &raw mut terminate, &raw mut early, &raw mut last)
                 };

@@ -94,6 +94,7 @@ impl Loaded {
         self.put(u)?;
         let Some(functions) = &self.functions.state else { return Err("it keeps no state".to_owned()) };
         let mut kept = probed.kept.unwrap_or(ptr::null_mut());
+        // SAFETY: the instance is alive; `kept` is null or a state of it that has not been freed.
         let status = unsafe { (functions.get)(self.instance, &raw mut kept) };
         probed.kept = (!kept.is_null()).then_some(kept);
         self.check(status, "getting its state")
@@ -223,6 +224,7 @@ mod tests {
         /// # Safety
         /// The instance is a [`Guest`] that nobody else looks at.
         unsafe fn called<'a>(instance: Instance) -> &'a mut Guest {
+            // SAFETY: as the caller says.
             let guest = unsafe { &mut *instance.cast::<Guest>() };
             guest.after_fatal += usize::from(guest.fatal);
             guest
@@ -233,11 +235,13 @@ mod tests {
             0
         }
         unsafe extern "C" fn get(instance: Instance, _: *const u32, n: usize, values: *mut f64, _: usize) -> c_int {
-            let guest = unsafe { called(instance) };
-            unsafe { std::slice::from_raw_parts_mut(values, n) }.copy_from_slice(&(guest.say)(guest.x, guest.u));
+            // SAFETY: `Loaded` has this guest for its instance, and hands over room for `n` values, all set.
+            let (guest, values) = unsafe { (called(instance), std::slice::from_raw_parts_mut(values, n)) };
+            values.copy_from_slice(&(guest.say)(guest.x, guest.u));
             0
         }
         unsafe extern "C" fn set(instance: Instance, _: *const u32, _: usize, values: *const f64, _: usize) -> c_int {
+            // SAFETY: `Loaded` has this guest for its instance, and hands over its one input.
             unsafe { called(instance).u = *values };
             0
         }
@@ -251,6 +255,7 @@ mod tests {
             _: *mut u8,
             _: *mut f64,
         ) -> c_int {
+            // SAFETY: `Loaded` has this guest for its instance.
             let guest = unsafe { called(instance) };
             guest.longest = guest.longest.max(h);
             match &mut guest.fault {
@@ -265,8 +270,10 @@ mod tests {
             0
         }
         unsafe extern "C" fn get_state(instance: Instance, kept: *mut Keep) -> c_int {
+            // SAFETY: `Loaded` has this guest for its instance.
             let guest = unsafe { called(instance) };
             if guest.keeping == 0 {
+                // SAFETY: a place where null stands, or three numbers that were made here.
                 unsafe {
                     if (*kept).is_null() {
                         *kept = Box::into_raw(Box::new([0.0; 3])).cast();
@@ -277,13 +284,14 @@ mod tests {
             guest.keeping
         }
         unsafe extern "C" fn set_state(instance: Instance, kept: Keep) -> c_int {
-            let guest = unsafe { called(instance) };
-            let [x, y, u] = unsafe { *kept.cast::<[f64; 3]>() };
+            // SAFETY: `Loaded` has this guest for its instance, and hands over three numbers that were made by `get_state`.
+            let (guest, [x, y, u]) = unsafe { (called(instance), *kept.cast::<[f64; 3]>()) };
             (guest.x, guest.u) = ([x, y], u);
             guest.states_set += 1;
             0
         }
         unsafe extern "C" fn free_state(_: Instance, kept: *mut Keep) -> c_int {
+            // SAFETY: three numbers that were boxed by `get_state`, and are freed once.
             drop(unsafe { Box::from_raw((*kept).cast::<[f64; 3]>()) });
             0
         }
