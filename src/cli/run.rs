@@ -19,7 +19,7 @@ use std::process::ExitCode;
 /// Arguments of `run`.
 #[derive(Debug, Args)]
 pub struct Run {
-    /// Experiment file (see experiments/README.md)
+    /// Experiment file (see experiments/README.md), of 100000 runs at most
     file: PathBuf,
     /// Folder for results [default: results/<group>/<name>]
     #[arg(long, value_name = "DIR")]

@@ -4,7 +4,7 @@ use super::build_info::BuildInfo;
 use super::cache::Cache;
 use super::clock::monotonic_clock;
 use super::collection::export_if_complete;
-use super::experiment::{Experiment, PlanPart, PlannedRun};
+use super::experiment::{Experiment, PlannedRun};
 use super::exported::exported_records;
 use super::foreign::{note_origin, refuse_foreign};
 use super::provenance::Provenance;
@@ -145,10 +145,13 @@ pub fn run_job(job: Job<'_>, progress: Progress<'_>, stop: StopFlag<'_>) -> Resu
 /// # Errors
 /// Those of [`run_job`]; [`Error::Stopped`] if it was ended when all runs were done and the result files were not.
 pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
-    if let Some(Shard::Places { first, last }) = job.shard {
-        return run_places(job, first, last, progress, stop);
-    }
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
+    if let Some(Shard::Places { first, last }) = job.shard
+        && !(first <= last && last < planned.len())
+    {
+        let expected = format!("places of the plan in order, within 0-{}", planned.len() - 1);
+        return Err(Error::invalid("places", format!("{first}-{last}"), expected));
+    }
     if job.fresh {
         refuse_foreign(&job)?;
         Store::clear(job.folder)?;
@@ -157,16 +160,21 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     note_origin(&job)?;
     job.experiment.copy_to(job.folder)?;
     let in_shard = |index: &usize| job.shard.is_none_or(|shard| shard.has(*index));
-    let missing = stock.missing(&planned)?;
+    let missing = stock.missing(&planned);
     let reused = planned.len() - missing.len();
     let todo: Vec<usize> = missing.into_iter().filter(in_shard).collect();
-    let (mut summary, held) = compute(&job, &planned, &planned, &stock, &todo, progress, stop)?;
+    let (mut summary, held) = compute(&job, &planned, &stock, &todo, progress, stop)?;
+    // One task of many asks only for its own.
+    if let Some(Shard::Places { first, last }) = job.shard {
+        summary.planned = last - first + 1;
+        summary.reused = summary.planned - todo.len();
+        summary.missing = todo.len() - summary.computed;
+        return Ok(summary);
+    }
     summary.reused = reused;
     // Others may have stored their shards meanwhile.
     drop(stock);
-    let held = held.map(|(index, reference)| (planned[index].spec.clone(), reference));
-    drop(planned);
-    let missing = export_if_complete(&job, held, stop.soon)?.missing;
+    let missing = export_if_complete(&job, &planned, held, stop.soon)?.missing;
     let gone = missing.iter().filter(|&index| in_shard(index)).count();
     if gone > 0 && stop.soon.check().is_ok() {
         let message = format!(
@@ -179,44 +187,10 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
     Ok(summary)
 }
 
-/// Runs what is missing at some places of a plan: a task of many asks only for its own, and looks only for its own.
-fn run_places(job: Job<'_>, first: usize, last: usize, progress: Progress<'_>, stop: StopFlags<'_>) -> Result<Summary> {
-    let part = if job.fresh || !job.experiment.is_copied_in(job.folder) {
-        // Whose the folder is has not been found out yet.
-        let planned = job.experiment.plan(job.catalogue, job.quick)?;
-        check_places(planned.len(), first, last)?;
-        if job.fresh {
-            refuse_foreign(&job)?;
-            Store::clear(job.folder)?;
-        }
-        stock_with_exported(&job, &planned)?;
-        PlanPart { runs: planned[first..=last].to_vec(), of: planned.len(), kinds: planned }
-    } else {
-        let part = job.experiment.plan_part(job.catalogue, job.quick, first..=last)?;
-        check_places(part.of, first, last)?;
-        if Store::experiment_in(job.folder).is_none() {
-            stock_with_exported(&job, &part.kinds)?;
-        } else {
-            refuse_foreign(&job)?;
-        }
-        part
-    };
-    let stock = Stock::open_for(job.folder, job.experiment, &part)?;
-    note_origin(&job)?;
-    job.experiment.copy_to(job.folder)?;
-    let todo = stock.missing(&part.runs)?;
-    let (mut summary, _) = compute(&job, &part.runs, &part.kinds, &stock, &todo, progress, stop)?;
-    summary.reused = part.runs.len() - todo.len();
-    summary.missing = todo.len() - summary.computed;
-    Ok(summary)
-}
-
-/// Computes some runs of a plan, which `kinds` stands for where it is about columns, and stores them; returns what was done, and the
-/// reference that was used last with the place of a run it belongs to.
+/// Computes some runs of a plan and stores them; returns what was done, and the reference that was used last with the place of a run it belongs to.
 fn compute(
     job: &Job<'_>,
     planned: &[PlannedRun],
-    kinds: &[PlannedRun],
     stock: &Stock<'_>,
     todo: &[usize],
     progress: Progress<'_>,
@@ -224,10 +198,10 @@ fn compute(
 ) -> Result<(Summary, Option<(usize, Reference)>)> {
     progress(Step::ToDo(todo.len()));
     let store = &stock.store;
-    let renewed = todo.iter().filter(|&&index| store.allowed_s(&planned[index].id).is_some()).count();
+    let renewed = todo.iter().filter(|&&index| store.get(&planned[index].id).is_some()).count();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect(job.build);
-    let friction = results::knows_friction(kinds);
+    let friction = results::knows_friction(planned);
     let mut held = None;
     for group in groups_of_one_reference(planned, todo) {
         let first = most_patient(planned, &group);
@@ -281,24 +255,22 @@ fn compute(
     Ok((summary, held))
 }
 
-/// Opens the store of a job, and reads the rows of sealed result files in its folder if the store is empty.
+/// Opens the store of a job; if it is empty, it holds the rows of sealed result files in its folder, which are returned as well.
 pub(super) fn stored<'a>(job: &Job<'a>, planned: &[PlannedRun]) -> Result<(Stock<'a>, Vec<Record>)> {
-    let stock = Stock::open(job.folder, job.experiment, planned)?;
+    let mut stock = Stock::open(job.folder, job.experiment, planned)?;
     refuse_foreign(job)?;
     let asks = stock.store.is_empty() && !job.fresh;
     let exported = if asks { exported_records(job.folder, job.experiment, planned)? } else { Vec::new() };
+    stock.store.hold(exported.clone());
     Ok((stock, exported))
 }
 
 /// The same, the rows having become records.
 fn stock_with_exported<'a>(job: &Job<'a>, planned: &[PlannedRun]) -> Result<Stock<'a>> {
     let (stock, exported) = stored(job, planned)?;
-    if exported.is_empty() {
-        return Ok(stock);
-    }
     exported.iter().try_for_each(|record| stock.store.append(record))?;
     stock.store.sync()?;
-    Stock::open(job.folder, job.experiment, planned)
+    Ok(stock)
 }
 
 /// Makes the results folder of a job ready for processes that run parts of it at once.
@@ -310,15 +282,6 @@ pub fn prepare_folder(job: Job<'_>) -> Result<()> {
     stock_with_exported(&job, &planned)?;
     note_origin(&job)?;
     job.experiment.copy_to(job.folder)
-}
-
-/// Checks that a plan of so many runs has some places.
-fn check_places(count: usize, first: usize, last: usize) -> Result<()> {
-    if first <= last && last < count {
-        return Ok(());
-    }
-    let expected = format!("places of the plan in order, within 0-{}", count - 1);
-    Err(Error::invalid("places", format!("{first}-{last}"), expected))
 }
 
 /// The run of a group that may take longest: the reference of all of them may take as long.

@@ -3,8 +3,7 @@
 mod plan;
 mod scheme_row;
 
-pub(super) use plan::PlanPart;
-pub use plan::PlannedRun;
+pub use plan::{MOST_RUNS, PlannedRun};
 
 use super::claims::Claim;
 use super::files::{make_folder, read_text};

@@ -1,7 +1,7 @@
 //! Whose a results folder is: what others have put there is not replaced without a word.
 
 use super::execution::Job;
-use super::experiment::{COPY, Experiment, PlannedRun};
+use super::experiment::{COPY, Experiment};
 use super::files::make_folder;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
@@ -86,13 +86,8 @@ fn shares_runs(text: &str, job: &Job<'_>) -> bool {
     let shares = |quick| {
         let earlier: HashSet<String> =
             earlier.as_ref().ok()?.plan(job.catalogue, quick).ok()?.into_iter().map(|run| run.id).collect();
-        let mut shared = false;
-        let look = &mut |_, runs: &[PlannedRun]| {
-            shared |= runs.iter().any(|run| earlier.contains(&run.id));
-            Ok(())
-        };
-        job.experiment.plan_in_blocks(job.catalogue, job.quick, look).ok()?;
-        Some(shared)
+        let planned = job.experiment.plan(job.catalogue, job.quick).ok()?;
+        Some(planned.iter().any(|run| earlier.contains(&run.id)))
     };
     // What no longer has a plan was ours when it was written.
     [false, true].into_iter().any(|quick| shares(quick).unwrap_or(true))

@@ -44,7 +44,7 @@ pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use engines::{Chunk, ChunkLimits, Chunking, Engine, Order, Submission, Words, missing_chunks, next_place};
 pub use execution::{Job, Progress, Shard, Step, StopFlags, Summary, prepare_folder, run_job, run_job_until};
-pub use experiment::{Experiment, PlannedRun};
+pub use experiment::{Experiment, MOST_RUNS, PlannedRun};
 pub use grid::phase_ensemble;
 pub use load::Load;
 pub use package::{Citation, Differing, Package, Rerun, export, rerun_sample};

@@ -15,7 +15,6 @@ use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
 use super::provenance::{self, Provenance};
 use super::store::{Record, Store, TraceMark};
-use rayon::prelude::*;
 use rimbench_cases::metrics::is_of_friction;
 use rimbench_cases::runs::{EvaluatedRun, FRICTION_LAW, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
@@ -23,11 +22,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_core::friction::FrictionLaw;
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
-use std::io::Write;
 use std::path::Path;
-
-/// Runs whose rows one thread makes at a time.
-const BLOCK: usize = 512;
 
 /// Columns of `runs.csv` that the plan says: id and label, what determines a run.
 pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
@@ -131,64 +126,39 @@ fn record_with(
     }
 }
 
-/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan: `plan` gives its runs to whom it is
-/// given, block by block, and `kinds` stands for all of them where it is about columns.
+/// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.
 pub(super) fn write_tables(
     folder: &Path,
     experiment: &Experiment,
-    kinds: &[PlannedRun],
+    planned: &[PlannedRun],
     store: &Store,
-    plan: impl FnOnce(&mut dyn FnMut(&[PlannedRun]) -> Result<()>) -> Result<()>,
 ) -> Result<()> {
-    let laws = tries_friction_laws(kinds);
-    // All three at once: reading and checking a record takes longer than writing its rows.
-    let write = |mut files: [&mut dyn Write; 3]| -> std::io::Result<()> {
-        let mut write =
-            |rows: [String; 3]| files.iter_mut().zip(rows).try_for_each(|(file, rows)| file.write_all(rows.as_bytes()));
-        write([row(&runs_header(kinds)), row(&cost_header()), row(&provenance::HEADER)].map(|header| header + "\n"))?;
-        let mut unwritten = None;
-        let gone_through = plan(&mut |runs| {
-            let made: Vec<Result<[String; 3]>> =
-                runs.par_chunks(BLOCK).map(|block| rows_of(block, laws, experiment, store)).collect();
-            // What the disk says is handed on as it is, beside the plan.
-            made.into_iter()
-                .try_for_each(|made| write(made?).map_err(|error| _ = unwritten.insert(error)).or(Err(Error::Stopped)))
-        });
-        unwritten.map_or_else(|| gone_through.map_err(std::io::Error::other), Err)
-    };
-    let [runs, cost, provenance] = ["runs.csv", "cost.csv", "provenance.csv"].map(|name| folder.join(name));
-    write_atomically(&runs, |runs| {
-        let of_machine = write_atomically(&cost, |cost| {
-            write_atomically(&provenance, |provenance| write([runs, cost, provenance])).map_err(std::io::Error::other)
-        });
-        of_machine.map_err(std::io::Error::other)
-    })
-}
-
-/// Rows of the three tables for some runs of a plan.
-fn rows_of(block: &[PlannedRun], laws: bool, experiment: &Experiment, store: &Store) -> Result<[String; 3]> {
-    let records = store.read_many(block.iter().map(|run| run.id.as_str()))?;
-    let [mut runs, mut cost, mut provenance] = [(); 3].map(|()| String::with_capacity(512 * block.len()));
-    for (nth, run) in block.iter().enumerate() {
-        let record = records.get(nth).ok_or_else(|| Error::Incompatible(format!("record {} has gone", run.id)))?;
+    let laws = tries_friction_laws(planned);
+    let header = [row(&runs_header(planned)), row(&cost_header()), row(&provenance::HEADER)];
+    let mut tables = header.map(|header| header + "\n");
+    for run in planned {
+        let record = store.get(&run.id).ok_or_else(|| Error::file(folder, format!("record {} has gone", run.id)))?;
+        let [runs, cost, provenance] = &mut tables;
         let limit = record.wall_limit_s.map(number).unwrap_or_default();
         let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
-        runs += &row(&plan_cells(run, laws));
-        for cells in [record.findings, &limit, &trace] {
+        *runs += &row(&plan_cells(run, laws));
+        for cells in [&record.findings, &limit, &trace] {
             runs.push(',');
-            runs += cells;
+            *runs += cells;
         }
-        let (step, phase) = (number(run.spec.macro_step), number(run.spec.phase));
-        cost += &row(&[&run.id, &run.label, &step, &phase]);
+        *cost += &row(&[&run.id, &run.label, &number(run.spec.macro_step), &number(run.spec.phase)]);
         cost.push(',');
-        cost += record.costs;
-        provenance += record.provenance;
-        [&mut runs, &mut cost, &mut provenance].into_iter().for_each(|table| table.push('\n'));
+        *cost += &record.costs;
+        *provenance += &record.provenance;
+        tables.iter_mut().for_each(|table| table.push('\n'));
     }
-    Ok([runs, cost, provenance])
+    for (name, table) in ["runs.csv", "cost.csv", "provenance.csv"].into_iter().zip(tables).rev() {
+        write_atomically(&folder.join(name), |file| file.write_all(table.as_bytes()))?;
+    }
+    Ok(())
 }
 
 /// Writes `parameters.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of

@@ -103,7 +103,7 @@ impl<'a> Prober<'a> {
 
     fn stored(&self, id: &str, spec: &RunSpec) -> Option<Probe> {
         let store = self.store.as_ref().filter(|store| store.holds(id, spec.wall_limit))?;
-        read(spec, &store.read(id).ok().flatten()?)
+        read(spec, store.get(id)?)
     }
 
     fn made(&self, id: &str, spec: &RunSpec) -> Result<Probe> {

@@ -5,7 +5,7 @@ use crate::experiment::PlannedRun;
 use crate::results::{COST_PLAN, cost_header};
 use crate::store::Record;
 use rimbench_core::error::Result;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// Neighbours in the plan of which some are missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,16 +65,8 @@ const LOOKED_AT: usize = 4;
 /// Bad input; a folder that belongs to something else.
 pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
-    let (stock, exported) = stored(&job, &planned)?;
-    let exported: HashMap<&str, &Record> = exported.iter().map(|record| (record.run_id.as_str(), record)).collect();
-    let lacking = |place: &usize| {
-        let run = &planned[*place];
-        exported.get(run.id.as_str()).is_none_or(|record| !stock.would_have(run, record))
-    };
-    let missing = match exported.is_empty() {
-        true => stock.missing(&planned)?,
-        false => (0..planned.len()).filter(lacking).collect(),
-    };
+    let (stock, _) = stored(&job, &planned)?;
+    let missing = stock.missing(&planned);
     let mut times = Times::default();
     // Nobody asks what is done how long it took.
     if !missing.is_empty() {
@@ -82,11 +74,7 @@ pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
             if !times.wants(run) {
                 continue;
             }
-            let record = match exported.get(run.id.as_str()) {
-                Some(record) => Some((*record).clone()),
-                None => stock.store.read(&run.id)?,
-            };
-            if let Some(seconds) = record.as_ref().and_then(wall_s) {
+            if let Some(seconds) = stock.store.get(&run.id).and_then(wall_s) {
                 times.learn(run, seconds);
             }
         }

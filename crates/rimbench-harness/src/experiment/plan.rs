@@ -9,14 +9,10 @@ use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, RunSpec};
 use rimbench_core::error::{Error, Result};
 use std::collections::HashMap;
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// Most runs of one experiment.
-const MOST_RUNS: usize = 1_000_000;
-
-/// Runs that are laid out before somebody looks at them, where the plan is not held.
-const BLOCK: usize = 4096;
+/// Most runs of one experiment: plan and records are held in memory, some 2 kB for each run.
+pub const MOST_RUNS: usize = 100_000;
 
 /// One run of the plan, with what its row in data says about it.
 #[derive(Debug, Clone)]
@@ -29,17 +25,6 @@ pub struct PlannedRun {
     pub id: String,
 }
 
-/// What the task of an engine needs of a plan.
-#[derive(Debug)]
-pub(crate) struct PlanPart {
-    /// The runs at its places.
-    pub(crate) runs: Vec<PlannedRun>,
-    /// One run of each case, set of parameters and scheme row: what tables have columns for is that of the whole plan.
-    pub(crate) kinds: Vec<PlannedRun>,
-    /// How many runs the whole plan has.
-    pub(crate) of: usize,
-}
-
 impl Experiment {
     /// Lists the runs, cases outermost, then schemes, macro steps, tolerances, phases; names are those of the catalogue.
     ///
@@ -49,11 +34,7 @@ impl Experiment {
         let planned = || {
             self.check_options()?;
             self.check_size(quick)?;
-            let mut runs = Vec::new();
-            self.lay_out(catalogue, quick, 0..=usize::MAX, None, &mut |of_step| {
-                runs.extend(of_step);
-                Ok(())
-            })?;
+            let runs = self.lay_out(catalogue, quick)?;
             refuse_twins(&runs)?;
             // A quick plan may leave out what a claim is about.
             if !quick {
@@ -61,83 +42,10 @@ impl Experiment {
             }
             Ok(runs)
         };
-        planned().map_err(|error| self.in_file(error))
-    }
-
-    /// Lists the runs at some places only. That no run is there twice and that claims are about runs of the plan is not asked again: it
-    /// was when the work was divided.
-    ///
-    /// # Errors
-    /// Those of [`plan`](Self::plan), of what is laid out.
-    pub(crate) fn plan_part(
-        &self,
-        catalogue: &Catalogue,
-        quick: bool,
-        places: RangeInclusive<usize>,
-    ) -> Result<PlanPart> {
-        let planned = || {
-            self.check_options()?;
-            self.check_size(quick)?;
-            let (mut runs, mut kinds) = (Vec::new(), Vec::new());
-            let of = self.lay_out(catalogue, quick, places, Some(&mut kinds), &mut |of_step| {
-                runs.extend(of_step);
-                Ok(())
-            })?;
-            Ok(PlanPart { runs, kinds, of })
-        };
-        planned().map_err(|error| self.in_file(error))
-    }
-
-    /// Lists one run of each case, set of parameters and scheme row: what tables have columns for is that of the whole plan.
-    ///
-    /// # Errors
-    /// Those of [`plan`](Self::plan), of what is laid out.
-    pub(crate) fn kinds(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
-        Ok(self.plan_part(catalogue, quick, 0..=0)?.kinds)
-    }
-
-    /// Gives the runs of the plan to `take`, in its order, a few thousand at a time: who goes through a million of them holds no more.
-    /// Places count from 0. That no run is there twice and that claims are about runs of the plan is not asked again.
-    ///
-    /// # Errors
-    /// Those of [`plan`](Self::plan), of what is laid out; that of `take`.
-    pub(crate) fn plan_in_blocks(
-        &self,
-        catalogue: &Catalogue,
-        quick: bool,
-        take: &mut dyn FnMut(usize, &[PlannedRun]) -> Result<()>,
-    ) -> Result<()> {
-        let (mut block, mut first, mut refused) = (Vec::with_capacity(2 * BLOCK), 0, None);
-        let mut lay_out = || {
-            self.check_options()?;
-            self.check_size(quick)?;
-            self.lay_out(catalogue, quick, 0..=usize::MAX, None, &mut |of_step| {
-                block.extend(of_step);
-                if block.len() >= BLOCK {
-                    // What is wrong there is not wrong with the file.
-                    take(first, &block).map_err(|error| _ = refused.insert(error)).or(Err(Error::Stopped))?;
-                    first += block.len();
-                    block.clear();
-                }
-                Ok(())
-            })
-        };
-        let laid_out = lay_out();
-        match refused {
-            Some(error) => Err(error),
-            None => {
-                laid_out.map_err(|error| self.in_file(error))?;
-                if block.is_empty() { Ok(()) } else { take(first, &block) }
-            }
-        }
-    }
-
-    /// An error with the file that it is about, if it names none.
-    fn in_file(&self, error: Error) -> Error {
-        match error {
+        planned().map_err(|error| match error {
             error @ Error::File { .. } => error,
             other => Error::file(&self.path, other),
-        }
+        })
     }
 
     /// Refuses a grid that is empty or beyond all use, before it is laid out.
@@ -164,26 +72,18 @@ impl Experiment {
                 self.schemes.len()
             ))),
             runs if runs > MOST_RUNS => Err(Error::Incompatible(format!(
-                "the grid has {runs} runs, more than the {MOST_RUNS} that one experiment may have: split it"
+                "the grid has {runs} runs, more than the {MOST_RUNS} that one experiment may have: split it into several files"
             ))),
             _ => Ok(()),
         }
     }
 
-    /// Lays out what lies at some places of the plan and gives it to `take` in its order, some runs of a case, a scheme row and a macro
-    /// step at a time; `kinds` gets one run of each case, set of parameters and scheme row. Returns how many runs the whole plan has.
-    fn lay_out(
-        &self,
-        catalogue: &Catalogue,
-        quick: bool,
-        places: RangeInclusive<usize>,
-        mut kinds: Option<&mut Vec<PlannedRun>>,
-        take: &mut dyn FnMut(Vec<PlannedRun>) -> Result<()>,
-    ) -> Result<usize> {
+    /// Lays the grid out.
+    fn lay_out(&self, catalogue: &Catalogue, quick: bool) -> Result<Vec<PlannedRun>> {
         let quick = self.quick.as_ref().filter(|_| quick);
         let phases = quick.and_then(|quick| quick.phases.as_ref()).unwrap_or(&self.phases).list();
         let quick_steps = quick.and_then(|quick| quick.macro_steps_s.as_ref());
-        let mut of = 0;
+        let mut runs = Vec::new();
         for entry in &self.cases {
             let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
             let case = &self.with_own_reference(case);
@@ -192,31 +92,21 @@ impl Experiment {
                     let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
                     let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
                     let (steps, requests) = (steps.list()?, row.requests());
-                    let of_step = |step: f64| requests.iter().map(move |request| (step, request));
-                    for (index, (macro_step, request)) in steps.into_iter().flat_map(of_step).enumerate() {
-                        let own = of..of + phases.len();
-                        of = own.end;
+                    for (macro_step, request) in
+                        steps.iter().flat_map(|step| requests.iter().map(move |of| (*step, of)))
+                    {
                         // Phases are what there may be many of. The first error is that of the first phase.
                         let of_phase = |&phase: &f64| {
                             let request = self.request(entry, request, macro_step, phase);
                             let planned = planned(catalogue, (case, parameters), &request, &row.label);
                             planned.map_err(|error| row.place(&error, &entry.name))
                         };
-                        if let Some(kinds) = kinds.as_mut().filter(|_| index == 0) {
-                            kinds.push(of_phase(&phases[0])?);
-                        }
-                        let asked = own.start.max(*places.start())..own.end.min(places.end().saturating_add(1));
-                        if asked.is_empty() {
-                            continue;
-                        }
-                        for phases in phases[asked.start - own.start..asked.end - own.start].chunks(BLOCK) {
-                            take(phases.par_iter().map(of_phase).collect::<Result<_>>()?)?;
-                        }
+                        runs.extend(phases.par_iter().map(of_phase).collect::<Result<Vec<_>>>()?);
                     }
                 }
             }
         }
-        Ok(of)
+        Ok(runs)
     }
 
     /// What the file asks of one run: the row goes before the case, the case before the experiment.
@@ -282,25 +172,6 @@ mod tests {
                 let asked = RunRequest { macro_step_s: Some(step), ..RunRequest::of("wedge-box", &*scheme.name) };
                 assert_eq!(asked.resolve(&catalogue).unwrap().id(), run.id, "{} at H = {step}", scheme.name);
             }
-        }
-    }
-
-    /// A task of an engine lays out what it was given, and has the columns of the whole.
-    #[test]
-    fn a_part_of_a_plan_is_what_the_plan_has_at_its_places() {
-        let text = "question = \"?\"\nmacro_steps_s = [1e-3, 5e-3]\nphases = 3\n[[cases]]\nname = \"wedge-box\"\n\
-                    set = { box_mass_kg = [100.0, 200.0] }\n[[cases]]\nname = \"wedge-box-friction\"\n\
-                    [[schemes]]\nscheme = \"nepce\"\n[[schemes]]\nscheme = \"rim-nonsmooth\"\n";
-        let experiment = Experiment::parse(Path::new("usual.toml"), text.to_owned()).unwrap();
-        let catalogue = Catalogue::standard();
-        let plan = experiment.plan(&catalogue, false).unwrap();
-        let ids = |runs: &[PlannedRun]| runs.iter().map(|run| run.id.clone()).collect::<Vec<_>>();
-        for (first, last) in [(0, 0), (0, 35), (4, 13), (35, 35), (17, 18), (36, 90)] {
-            let part = experiment.plan_part(&catalogue, false, first..=last).unwrap();
-            assert_eq!((part.of, part.kinds.len()), (plan.len(), 6));
-            let expected = plan.get(first..(last + 1).min(plan.len())).unwrap_or_default();
-            assert_eq!(ids(&part.runs), ids(expected), "{first}-{last}");
-            assert_eq!(crate::results::runs_header(&part.kinds), crate::results::runs_header(&plan));
         }
     }
 

@@ -82,7 +82,7 @@ pub fn rerun_sample(
     let mut reruns = Vec::new();
     for (place, row) in sample {
         let run = &planned[place];
-        let record = stock.store.read(&run.id)?;
+        let record = stock.store.get(&run.id);
         let record = record.ok_or_else(|| Error::file(job.folder, format!("record {} has gone", run.id)))?;
         let mut cells = csv::ReaderBuilder::new().has_headers(false).from_reader(record.findings.as_bytes());
         let cells = cells.records().next().transpose().map_err(|error| Error::file(job.folder, error))?;

@@ -10,22 +10,20 @@
 //! run id. A record that is cut short or damaged fails its checksum and is computed again. Of several records of one run the one
 //! that says most stands, whatever their order: a run that came to an end before one that took too long, of those the one that
 //! was given most time, and else the newest. What a plan says of a run (its label, its settings) is no part of a record.
+//!
+//! All records are held in memory, which an experiment has no more runs than there is room for
+//! ([`MOST_RUNS`](super::experiment::MOST_RUNS)).
 
-mod index;
-mod reading;
 mod record;
 
-pub(crate) use record::Line;
 pub use record::{Record, TraceMark};
 
 use super::cache::hex;
-use index::{Index, Key, Place, key};
 use rayon::prelude::*;
-use reading::Reading;
-use record::{CHECKSUM, line_of};
+use record::line_of;
 use rimbench_core::error::{Error, Result};
 use sha2::{Digest, Sha256};
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -42,21 +40,16 @@ const LONGEST_HEADER: u64 = 1 << 12;
 /// Data reach the disk at least this often, s; against a crash of the program a write is enough.
 const SYNC_EVERY_S: f64 = 2.0;
 
-/// Logs that are read before what was read of them is taken over.
-const LOGS_AT_ONCE: usize = 16;
-
 /// The records of one experiment.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
     header: String,
-    files: Vec<PathBuf>,
-    index: Index,
+    /// What was stored when it was opened, by run id.
+    records: HashMap<String, Record>,
     /// Records that were cut short or damaged, and are as good as never written.
     pub damaged: usize,
     log: Mutex<Option<Log>>,
-    /// Where was read last: records are mostly read in the order in which they were written.
-    reading: Mutex<Reading>,
 }
 
 #[derive(Debug)]
@@ -67,53 +60,38 @@ struct Log {
 }
 
 impl Store {
-    /// Opens the store of `experiment` in its results folder and reads which runs are there. `columns` are the names of
+    /// Opens the store of `experiment` in its results folder and reads what is there. `columns` are the names of
     /// all columns, which a record must have been written with.
     ///
     /// # Errors
     /// [`Error::File`] if the store belongs to another experiment, or to another version of rimbench.
     pub fn open(folder: &Path, experiment: &str, columns: &str) -> Result<Self> {
-        Self::open_of(folder, experiment, columns, None)
-    }
-
-    /// The same, of some runs only: others are as if they were not there, damaged ones included.
-    ///
-    /// # Errors
-    /// Those of [`open`](Self::open).
-    pub(super) fn open_for<'a>(
-        folder: &Path,
-        experiment: &str,
-        columns: &str,
-        run_ids: impl Iterator<Item = &'a str>,
-    ) -> Result<Self> {
-        Self::open_of(folder, experiment, columns, Some(&run_ids.filter_map(key).collect()))
-    }
-
-    fn open_of(folder: &Path, experiment: &str, columns: &str, wanted: Option<&HashSet<Key>>) -> Result<Self> {
         let records = folder.join("records");
         let columns_hash = &hex(&Sha256::digest(columns))[..12];
         let mut store = Store {
             header: format!("{MAGIC} {LAYOUT} {} {columns_hash}", experiment.replace(char::is_whitespace, "_")),
             folder: records.clone(),
-            files: Vec::new(),
-            index: Index::default(),
+            records: HashMap::new(),
             damaged: 0,
             log: Mutex::new(None),
-            reading: Mutex::default(),
         };
-        let logs: Vec<(u32, PathBuf)> = (0..).zip(logs_in(&records)).collect();
-        for logs in logs.chunks(LOGS_AT_ONCE) {
-            let read: Vec<Result<Contents>> =
-                logs.par_iter().map(|(number, path)| store.contents(*number, path, wanted)).collect();
-            for contents in read {
-                let Contents { records, damaged } = contents?;
-                store.damaged += damaged;
-                store.index.take_over(records);
+        let read: Vec<Result<(Vec<Record>, usize)>> =
+            logs_in(&records).par_iter().map(|path| store.contents(path)).collect();
+        for contents in read {
+            let (records, damaged) = contents?;
+            store.damaged += damaged;
+            store.hold(records);
+        }
+        Ok(store)
+    }
+
+    /// Takes records up into memory, later ones behind earlier ones.
+    pub(super) fn hold(&mut self, records: Vec<Record>) {
+        for record in records {
+            if self.get(&record.run_id).is_none_or(|known| record.allowed_s() >= known.allowed_s()) {
+                self.records.insert(record.run_id.clone(), record);
             }
         }
-        store.index.settle();
-        store.files = logs.into_iter().map(|(_, path)| path).collect();
-        Ok(store)
     }
 
     /// Name of the experiment whose records a results folder holds; none if it holds no record.
@@ -143,7 +121,7 @@ impl Store {
 
     /// Returns the number of runs stored.
     pub fn len(&self) -> usize {
-        self.index.len()
+        self.records.len()
     }
 
     /// Tells whether no run is stored.
@@ -151,29 +129,18 @@ impl Store {
         self.len() == 0
     }
 
-    /// Wall time that a stored run was given before it was ended, s; infinite if it came to an end, none if it is not stored.
-    pub fn allowed_s(&self, run_id: &str) -> Option<f64> {
-        self.index.get(run_id).map(|place| place.allowed_s)
+    /// Returns the record of a run, if it was stored when the store was opened.
+    pub fn get(&self, run_id: &str) -> Option<&Record> {
+        self.records.get(run_id)
     }
 
     /// Whether a run is stored that may take so long: one that took too long counts only if it had at least that time.
     pub fn holds(&self, run_id: &str, wall_limit: Option<Duration>) -> bool {
         let wanted_s = wall_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
-        self.allowed_s(run_id).is_some_and(|allowed_s| allowed_s >= wanted_s)
+        self.get(run_id).is_some_and(|record| record.allowed_s() >= wanted_s)
     }
 
-    /// Reads a record.
-    ///
-    /// # Errors
-    /// [`Error::File`] if the file has gone since the store was opened.
-    pub fn read(&self, run_id: &str) -> Result<Option<Record>> {
-        let Some(place) = self.index.get(run_id) else { return Ok(None) };
-        let mut line = Vec::new();
-        self.reading.lock().unwrap_or_else(PoisonError::into_inner).read(self, place, &mut line)?;
-        Ok(std::str::from_utf8(&line).ok().and_then(Line::parse).map(Line::to_record))
-    }
-
-    /// Appends a record with one write. Safe to call from several threads.
+    /// Appends a record to the log with one write; who opens the store next holds it. Safe to call from several threads.
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be written, for example on a full disk; what was stored before stays.
@@ -220,36 +187,27 @@ impl Store {
         Ok(Log { file, path, synced: Instant::now() })
     }
 
-    /// Reads a log: where its records lie, in its order.
-    fn contents(&self, file: u32, path: &Path, wanted: Option<&HashSet<Key>>) -> Result<Contents> {
+    /// Reads a log: its records in its order, and how many are damaged.
+    fn contents(&self, path: &Path) -> Result<(Vec<Record>, usize)> {
         let failed = |error: std::io::Error| Error::file(path, format!("cannot be read: {error}"));
         let mut reader = BufReader::with_capacity(1 << 16, File::open(path).map_err(failed)?);
-        let (mut line, mut contents) = (Vec::new(), Contents::default());
-        let mut offset = reader.read_until(b'\n', &mut line).map_err(failed)? as u64;
+        let (mut line, mut records, mut damaged) = (Vec::new(), Vec::new(), 0);
+        reader.read_until(b'\n', &mut line).map_err(failed)?;
         if line.last() != Some(&b'\n') {
             // Killed while the header was written: nothing was stored.
-            return Ok(contents);
+            return Ok((records, damaged));
         }
         self.check_header(path, String::from_utf8_lossy(&line).trim_end())?;
         loop {
             line.clear();
-            let length = reader.read_until(b'\n', &mut line).map_err(failed)?;
-            if length == 0 {
-                return Ok(contents);
+            if reader.read_until(b'\n', &mut line).map_err(failed)? == 0 {
+                return Ok((records, damaged));
             }
             let text = std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n'));
-            // Before it is known to be whole: of what nobody wants that need not be found out.
-            let id = |text: &str| key(text.get(CHECKSUM + 1..)?.split('\t').next()?);
-            if wanted.is_none_or(|wanted| text.and_then(id).is_some_and(|id| wanted.contains(&id))) {
-                match text.and_then(Line::parse).and_then(|record| Some((key(record.run_id)?, record.wall_limit_s))) {
-                    Some((key, limit)) => {
-                        let allowed_s = limit.unwrap_or(f64::INFINITY);
-                        contents.records.push((key, Place { file, length: length as u32 - 1, offset, allowed_s }));
-                    }
-                    None => contents.damaged += 1,
-                }
+            match text.and_then(Record::parse) {
+                Some(record) => records.push(record),
+                None => damaged += 1,
             }
-            offset += length as u64;
         }
     }
 
@@ -273,13 +231,6 @@ impl Store {
         };
         Err(Error::file(path, format!("{message}; use another folder, or --fresh to start anew")))
     }
-}
-
-/// What was read of a log.
-#[derive(Debug, Default)]
-struct Contents {
-    records: Vec<(Key, Place)>,
-    damaged: usize,
 }
 
 /// The logs of a store, in the order in which they were begun.
@@ -321,7 +272,7 @@ mod tests {
                 drop(store);
                 let store = Store::open(folder.path(), "test", "columns").unwrap();
                 let best = order[..=count].iter().copied().min_by_key(|&k| [0, 2, 1][k]).unwrap();
-                assert_eq!(store.read("aa").unwrap().as_ref(), Some(&records[best]), "{order:?} {count}");
+                assert_eq!(store.get("aa"), Some(&records[best]), "{order:?} {count}");
             }
         }
     }
@@ -359,9 +310,9 @@ mod tests {
         let store = Store::open(folder.path(), "test", "columns").unwrap();
         assert_eq!((store.len(), store.damaged), (3, 0));
         for id in ["aa", "bb", "cc"] {
-            assert_eq!(store.read(id).unwrap(), Some(record(id)));
+            assert_eq!(store.get(id), Some(&record(id)));
         }
-        assert_eq!(store.read("dd").unwrap(), None);
+        assert_eq!(store.get("dd"), None);
     }
 
     #[test]

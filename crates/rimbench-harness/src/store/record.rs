@@ -1,9 +1,7 @@
 //! A record as it stands in its line.
 
+use crate::cache::hex;
 use sha2::{Digest, Sha256};
-
-/// Digits of a checksum.
-pub(super) const CHECKSUM: usize = 16;
 
 /// One finished run: what was found, as cells of the three files, without line ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,46 +29,28 @@ pub struct TraceMark {
     pub sha256: String,
 }
 
-/// A record that is read where it lies.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Line<'a> {
-    pub(crate) run_id: &'a str,
-    pub(crate) findings: &'a str,
-    pub(crate) costs: &'a str,
-    pub(crate) provenance: &'a str,
-    /// Distance of the rows of the trace, s, and its SHA-256.
-    pub(crate) trace: Option<(f64, &'a str)>,
-    pub(crate) wall_limit_s: Option<f64>,
-}
-
-impl<'a> Line<'a> {
+impl Record {
     /// The record of a line that is whole.
-    pub(super) fn parse(line: &'a str) -> Option<Self> {
+    pub(super) fn parse(line: &str) -> Option<Self> {
         let (sum, payload) = line.split_once(' ')?;
-        if checksum(payload) != sum.as_bytes() {
+        if checksum(payload) != sum {
             return None;
         }
-        let mut parts = payload.split('\t');
-        let mut next = || parts.next();
-        let [run_id, findings, costs, provenance, trace, limit] =
-            [next()?, next()?, next()?, next()?, next()?, next()?];
-        if next().is_some() {
-            return None;
-        }
+        let parts: Vec<&str> = payload.split('\t').collect();
+        let [run_id, findings, costs, provenance, trace, limit] = parts[..] else { return None };
         let trace = match trace.split_once(' ') {
             None if trace.is_empty() => None,
             None => return None,
-            Some((every_s, sha256)) => Some((every_s.parse().ok()?, sha256)),
+            Some((every_s, sha256)) => Some(TraceMark { every_s: every_s.parse().ok()?, sha256: sha256.to_owned() }),
         };
         let wall_limit_s = if limit.is_empty() { None } else { Some(limit.parse().ok()?) };
-        Some(Line { run_id, findings, costs, provenance, trace, wall_limit_s })
+        let [run_id, findings, costs, provenance] = [run_id, findings, costs, provenance].map(str::to_owned);
+        Some(Record { run_id, findings, costs, provenance, trace, wall_limit_s })
     }
 
-    pub(super) fn to_record(self) -> Record {
-        let Line { run_id, findings, costs, provenance, trace, wall_limit_s } = self;
-        let [run_id, findings, costs, provenance] = [run_id, findings, costs, provenance].map(str::to_owned);
-        let trace = trace.map(|(every_s, sha256)| TraceMark { every_s, sha256: sha256.to_owned() });
-        Record { run_id, findings, costs, provenance, trace, wall_limit_s }
+    /// Wall time that the run was given before it was ended, s; infinite if it came to an end.
+    pub(super) fn allowed_s(&self) -> f64 {
+        self.wall_limit_s.unwrap_or(f64::INFINITY)
     }
 }
 
@@ -80,14 +60,12 @@ pub(super) fn line_of(record: &Record) -> String {
     let trace = trace.as_ref().map(|trace| format!("{:?} {}", trace.every_s, trace.sha256)).unwrap_or_default();
     let limit = wall_limit_s.map(|limit| format!("{limit:?}")).unwrap_or_default();
     let payload = [run_id, findings, costs, provenance, trace.as_str(), limit.as_str()].join("\t");
-    format!("{} {payload}\n", String::from_utf8_lossy(&checksum(&payload)))
+    format!("{} {payload}\n", checksum(&payload))
 }
 
 /// The first half of the digits of the SHA-256.
-fn checksum(payload: &str) -> [u8; CHECKSUM] {
-    let digest = Sha256::digest(payload);
-    std::array::from_fn(|place| {
-        let half = digest[place / 2] >> (4 * ((place + 1) % 2)) & 15;
-        b"0123456789abcdef"[usize::from(half)]
-    })
+fn checksum(payload: &str) -> String {
+    let mut digits = hex(&Sha256::digest(payload));
+    digits.truncate(16);
+    digits
 }
