@@ -3,12 +3,11 @@
 
 mod cli;
 
-use clap::Parser;
 use rimbench::error::with_short_numbers;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match cli::Cli::parse().run() {
+    match cli::Cli::read().run() {
         Ok(code) => code,
         Err(error) => {
             eprintln!("error: {}", with_short_numbers(&format!("{error:#}")));

@@ -1,6 +1,7 @@
-//! `rimbench advise`: which step, which scheme?
+//! `rimbench advise`: which step, which scheme? And how right that is.
 
 use super::advise_text::{Asked, json, markdown, prices_json, prices_table};
+use super::check_advice::check;
 use super::interruption::Interruption;
 use super::progress::Progress;
 use super::run::use_threads;
@@ -15,6 +16,7 @@ use rimbench::harness::{
     shortest_macro_step,
 };
 use rimbench::runs::RunRequest;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -24,7 +26,7 @@ pub struct Advise {
     #[command(flatten)]
     run: RunOptions<true, false>,
     /// Rms force error allowed at every phase, of the peak force of the reference: 1% or 0.01
-    #[arg(long, value_name = "E", required_unless_present = "measure_costs", allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", required_unless_present_any = ["measure_costs", "check"], allow_hyphen_values = true)]
     error: Option<String>,
     /// Cost of one exchange, in micro steps [default: as measured, 9]
     #[arg(long, value_name = "X", allow_negative_numbers = true, conflicts_with = "real_time")]
@@ -77,6 +79,16 @@ pub struct Advise {
     /// Measure what work costs with this case on this machine, print it, and give no advice
     #[arg(long)]
     measure_costs: bool,
+    /// Hold the answer against phases it never saw and an exhaustive search: for all cases if no --case is given, for errors of 1% and 5% if
+    /// no --error is
+    #[arg(long, conflicts_with_all = ["exhaustive", "measure_costs", "format"])]
+    check: bool,
+    /// With --check: phases that no search sees
+    #[arg(long, value_name = "K", default_value_t = 16, requires = "check", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    further: u16,
+    /// With --check: write advice.csv to a folder; the same everywhere
+    #[arg(long, value_name = "FOLDER", requires = "check")]
+    out: Option<PathBuf>,
     /// How to print
     #[arg(long, value_enum, default_value_t = Format::Markdown)]
     format: Format,
@@ -89,6 +101,9 @@ enum Format {
     /// For programs.
     Json,
 }
+
+/// Errors for which a check asks.
+const CHECKED_ERRORS: [f64; 2] = [0.01, 0.05];
 
 impl Advise {
     /// `files` are the options by which files of cases were given.
@@ -107,7 +122,10 @@ impl Advise {
             })?;
             return Ok(ExitCode::SUCCESS);
         }
-        let error = share(self.error.as_deref().unwrap_or_default())?;
+        let errors = match &self.error {
+            Some(text) => vec![share(text)?],
+            None => CHECKED_ERRORS.to_vec(),
+        };
         let usual = Prices::default();
         let prices = Prices {
             exchange: self.exchanges_cost.unwrap_or(usual.exchange),
@@ -115,7 +133,8 @@ impl Advise {
             micro_step: self.micro_cost.unwrap_or(usual.micro_step),
             model_solve: self.model_cost.unwrap_or(usual.model_solve),
         };
-        let grid = macro_steps(catalogue, &fixed, self.from, self.to, self.per_decade)?;
+        let grid = |fixed: &RunRequest| macro_steps(catalogue, fixed, self.from, self.to, self.per_decade);
+        let own_grid = if self.check { Vec::new() } else { grid(&fixed)? };
         let budget = Budget { wall: self.budget.map(seconds).transpose()?, runs: self.most_runs };
         use_threads(self.jobs)?;
         let interruption = Interruption::listen();
@@ -128,14 +147,14 @@ impl Advise {
         let question = Question {
             catalogue,
             fixed: &fixed,
-            error,
+            error: errors[0],
             information: Information {
                 model: !self.no_model,
                 feedback: !self.no_feedback,
                 repetition: !self.real_time,
             },
             prices,
-            macro_steps: &grid,
+            macro_steps: &own_grid,
             phases: self.phases,
             kept_aside: self.kept_aside,
             exhaustive: self.exhaustive,
@@ -144,13 +163,28 @@ impl Advise {
             progress: &told,
             stop: interruption.flags().soon,
         };
-        let advice = match advise(question) {
-            Err(Error::Stopped) => {
+        let stopped = |error: Error| match error {
+            Error::Stopped => {
                 progress.end();
                 print("Stopped. All runs are stored; the same command goes on from there.")?;
-                return Ok(ExitCode::from(INTERRUPTED));
+                Ok(ExitCode::from(INTERRUPTED))
             }
-            advice => advice?,
+            error => Err(error.into()),
+        };
+        if self.check {
+            let checked = check(question, &errors, &grid, self.further.into(), self.out.as_deref(), &progress);
+            return match checked {
+                Err(error) => stopped(error),
+                Ok(said) => {
+                    progress.end();
+                    complain(&cache);
+                    print(&said).map(|()| ExitCode::SUCCESS)
+                }
+            };
+        }
+        let advice = match advise(question) {
+            Err(error) => return stopped(error),
+            Ok(advice) => advice,
         };
         progress.end();
         complain(&cache);
@@ -164,7 +198,7 @@ impl Advise {
 }
 
 /// Macro steps, evenly spread in logarithms, of as few digits as keep them apart.
-pub(super) fn macro_steps(
+fn macro_steps(
     catalogue: &Catalogue,
     fixed: &RunRequest,
     from: Option<f64>,
@@ -188,7 +222,7 @@ pub(super) fn macro_steps(
 }
 
 /// Reads `1%` or `0.01`.
-pub(super) fn share(text: &str) -> Result<f64> {
+fn share(text: &str) -> Result<f64> {
     let (number, unit) = text.trim().strip_suffix('%').map_or((text.trim(), 1.0), |number| (number.trim(), 0.01));
     let number: Option<f64> = number.parse().ok().map(|number: f64| number * unit);
     number

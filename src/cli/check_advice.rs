@@ -1,47 +1,12 @@
-//! `rimbench check-advice`: how right `advise` is, case by case.
+//! `rimbench advise --check`: how right an advice is, case by case.
 
-use super::advise::{macro_steps, share};
-use super::interruption::Interruption;
 use super::progress::Progress;
-use super::run::use_threads;
-use super::{INTERRUPTED, complain, print, table};
-use clap::Args;
+use super::table;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
-use rimbench::catalogue::Catalogue;
-use rimbench::cosim::Outcome;
-use rimbench::error::{Error, Result};
-use rimbench::harness::{
-    AdviceVerdict, Budget, Cache, CheckedAdvice, Choice, Information, Prices, Question, Step, check_advice,
-};
+use rimbench::error::Result;
+use rimbench::harness::{AdviceVerdict, CheckedAdvice, Choice, Question, check_advice};
 use rimbench::runs::RunRequest;
-use std::path::PathBuf;
-use std::process::ExitCode;
-
-/// Arguments of `check-advice`.
-#[derive(Debug, Args)]
-pub struct CheckAdvice {
-    /// Only this case; may be repeated [default: all]
-    #[arg(long, value_name = "NAME")]
-    case: Vec<String>,
-    /// Error to ask for, as `advise` takes it; may be repeated
-    #[arg(long, value_name = "E", default_values_t = ["1%".to_owned(), "5%".to_owned()])]
-    error: Vec<String>,
-    /// Phases at which the error must be met
-    #[arg(long, value_name = "K", default_value_t = 4)]
-    phases: usize,
-    /// Further phases that what is advised must stand
-    #[arg(long, value_name = "K", default_value_t = 28)]
-    kept_aside: usize,
-    /// Phases behind those, which no search sees
-    #[arg(long, value_name = "K", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=1000))]
-    further: u16,
-    /// Write advice.csv to a folder; the same everywhere
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
-    /// Number of threads [default: one per core]
-    #[arg(long, value_name = "N")]
-    jobs: Option<usize>,
-}
+use std::path::Path;
 
 /// Columns of `advice.csv`.
 const COLUMNS: [&str; 27] = [
@@ -74,76 +39,48 @@ const COLUMNS: [&str; 27] = [
     "exhaustive_runs",
 ];
 
-impl CheckAdvice {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
-        let errors = self.error.iter().map(|error| share(error)).collect::<Result<Vec<f64>>>()?;
-        let names: Vec<String> = match self.case.as_slice() {
-            [] => catalogue.cases().iter().map(|case| case.name.clone().into_owned()).collect(),
-            named => {
-                named.iter().map(|name| Ok(catalogue.case(name)?.name.clone().into_owned())).collect::<Result<_>>()?
-            }
-        };
-        self.out.as_deref().map_or(Ok(()), check_writable_folder)?;
-        use_threads(self.jobs)?;
-        let interruption = Interruption::listen();
-        let progress = Progress::begin("check-advice", 0);
-        let cache = Cache::of_user();
-        let told = |step: Step<'_>| match step {
-            Step::ToDo(count) => progress.to_do(count),
-            Step::Done(outcome) => progress.done(*outcome == Outcome::Completed),
-        };
-        let mut rows = Vec::new();
-        let mut tally = Tally::default();
-        for (name, error) in names.iter().flat_map(|name| errors.iter().map(move |error| (name, *error))) {
-            progress.about(format!("{name} {error}"));
-            let fixed = RunRequest { case: Some(name.clone()), ..RunRequest::default() };
-            let grid = macro_steps(catalogue, &fixed, None, None, 10)?;
-            let question = Question {
-                catalogue,
-                fixed: &fixed,
-                error,
-                information: Information::default(),
-                prices: Prices::default(),
-                macro_steps: &grid,
-                phases: self.phases,
-                kept_aside: self.kept_aside,
-                exhaustive: false,
-                budget: Budget::default(),
-                cache: &cache,
-                progress: &told,
-                stop: interruption.flags().soon,
-            };
-            let checked = match check_advice(question, self.further.into()) {
-                Err(Error::Stopped) => {
-                    progress.end();
-                    print("Stopped. All runs are stored; the same command goes on from there.")?;
-                    return Ok(ExitCode::from(INTERRUPTED));
-                }
-                checked => checked?,
-            };
-            progress.group_done(&format!("{name} at {error}: {}", checked.verdict.name()));
-            tally.take(&checked);
-            rows.push(row(&question, &checked));
-        }
-        progress.end();
-        complain(&cache);
-        if let Some(folder) = &self.out {
-            write_atomically(&folder.join("advice.csv"), |file| {
-                let mut writer = csv::Writer::from_writer(file);
-                writer.write_record(COLUMNS)?;
-                rows.iter().try_for_each(|row| writer.write_record(row))?;
-                writer.flush()
-            })?;
-        }
-        let shown =
-            ["case", "error", "scheme", "macro_step_s", "cost", "further_exceeded", "further_unstable", "verdict"];
-        let mut text = table(&shown);
-        for row in &rows {
-            text.add_row(shown.map(|name| COLUMNS.iter().position(|column| *column == name).map_or("", |at| &row[at])));
-        }
-        print(&format!("{text}\n{}", tally.said()))?;
-        Ok(ExitCode::SUCCESS)
+/// Asks a question for each of the errors, of its case or of all, each on its own `grid` of macro steps; returns what came of it in words.
+///
+/// # Errors
+/// Those of [`check_advice`]; a folder that cannot be written.
+pub(super) fn check(
+    question: Question<'_>,
+    errors: &[f64],
+    grid: &dyn Fn(&RunRequest) -> Result<Vec<f64>>,
+    further: usize,
+    out: Option<&Path>,
+    progress: &Progress,
+) -> Result<String> {
+    let names: Vec<String> = match &question.fixed.case {
+        Some(name) => vec![question.catalogue.case(name)?.name.clone().into_owned()],
+        None => question.catalogue.cases().iter().map(|case| case.name.clone().into_owned()).collect(),
+    };
+    out.map_or(Ok(()), check_writable_folder)?;
+    let (mut rows, mut tally) = (Vec::new(), Tally::default());
+    for (name, error) in names.iter().flat_map(|name| errors.iter().map(move |error| (name, *error))) {
+        progress.about(format!("{name} {error}"));
+        let fixed = RunRequest { case: Some(name.clone()), ..question.fixed.clone() };
+        let macro_steps = grid(&fixed)?;
+        let question = Question { fixed: &fixed, error, macro_steps: &macro_steps, ..question };
+        let checked = check_advice(question, further)?;
+        progress.group_done(&format!("{name} at {error}: {}", checked.verdict.name()));
+        tally.take(&checked);
+        rows.push(row(&question, &checked));
     }
+    if let Some(folder) = out {
+        write_atomically(&folder.join("advice.csv"), |file| {
+            let mut writer = csv::Writer::from_writer(file);
+            writer.write_record(COLUMNS)?;
+            rows.iter().try_for_each(|row| writer.write_record(row))?;
+            writer.flush()
+        })?;
+    }
+    let shown = ["case", "error", "scheme", "macro_step_s", "cost", "further_exceeded", "further_unstable", "verdict"];
+    let mut text = table(&shown);
+    for row in &rows {
+        text.add_row(shown.map(|name| COLUMNS.iter().position(|column| *column == name).map_or("", |at| &row[at])));
+    }
+    Ok(format!("{text}\n{}", tally.said()))
 }
 
 fn row(question: &Question<'_>, checked: &CheckedAdvice) -> Vec<String> {

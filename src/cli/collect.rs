@@ -1,7 +1,6 @@
-//! `rimbench collect`: merges shards.
+//! `rimbench run --collect`: merges shards.
 
 use super::{claims_table, complain, print};
-use clap::Args;
 use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
@@ -9,53 +8,45 @@ use rimbench::harness::{Cache, Experiment, Job, check_claims, collect_shards};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Arguments of `collect`.
-#[derive(Debug, Args)]
-pub struct Collect {
-    /// Results folders of one experiment; the others are merged into the first
-    #[arg(required = true, value_name = "DIR")]
-    folders: Vec<PathBuf>,
-}
-
-impl Collect {
-    /// Ends with exit code 1 if runs are missing: what there is has been merged.
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
-        let (first, others) =
-            self.folders.split_first().ok_or_else(|| Error::invalid("DIR", "", "a results folder"))?;
-        let experiment = Experiment::read_from_results(first)?;
-        for other in others {
-            if !Experiment::read_from_results(other)?.is_same_as(&experiment) {
-                let message = format!("holds results of another experiment than {}", first.display());
-                return Err(Error::file(other, message).into());
-            }
+/// Merges the results of other folders into one. Exit code 1 if runs are missing: what there is has been merged.
+pub(super) fn collect(
+    experiment: &Experiment,
+    catalogue: &Catalogue,
+    folder: &Path,
+    others: &[PathBuf],
+) -> anyhow::Result<ExitCode> {
+    for other in others {
+        if !Experiment::read_from_results(other)?.is_same_as(experiment) {
+            let message = format!("holds results of another experiment than {}", experiment.path().display());
+            return Err(Error::file(other, message).into());
         }
-        let cache = Cache::of_user();
-        let job = Job::new(&experiment, catalogue, first, &cache, &BUILD);
-        let others: Vec<&Path> = others.iter().map(PathBuf::as_path).collect();
-        let (summary, first_missing) = collect_shards(job, &others)?;
-        complain(&cache);
-        print(&format!(
-            "{} of {} runs in {}: {} taken over, {} damaged records left out",
-            summary.planned - summary.missing,
-            summary.planned,
-            first.display(),
-            summary.computed,
-            summary.damaged,
-        ))?;
-        if summary.missing > 0 && summary.unplanned > 0 {
-            let count = summary.unplanned;
-            print(&format!("records of other runs: {count}; has a case file changed, or the experiment?"))?;
-        }
-        for run in &first_missing {
-            let (step, phase) = (run.spec.macro_step * 1e3, run.spec.phase);
-            print(&format!("missing: {} {} at H = {step} ms, phase {phase}", run.label, run.spec.parameters.given()))?;
-        }
-        if summary.missing > first_missing.len() {
-            print(&format!("… and {} more", summary.missing - first_missing.len()))?;
-        }
-        if summary.missing == 0 && !experiment.claims().is_empty() {
-            print(&claims_table(&check_claims(&experiment, catalogue, first)?))?;
-        }
-        Ok(if summary.missing == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
+    let cache = Cache::of_user();
+    let job = Job::new(experiment, catalogue, folder, &cache, &BUILD);
+    let others: Vec<&Path> = others.iter().map(PathBuf::as_path).collect();
+    let (summary, first_missing) = collect_shards(job, &others)?;
+    complain(&cache);
+    print(&format!(
+        "{} of {} runs in {}: {} taken over, {} damaged records left out",
+        summary.planned - summary.missing,
+        summary.planned,
+        folder.display(),
+        summary.computed,
+        summary.damaged,
+    ))?;
+    if summary.missing > 0 && summary.unplanned > 0 {
+        let count = summary.unplanned;
+        print(&format!("records of other runs: {count}; has a case file changed, or the experiment?"))?;
+    }
+    for run in &first_missing {
+        let (step, phase) = (run.spec.macro_step * 1e3, run.spec.phase);
+        print(&format!("missing: {} {} at H = {step} ms, phase {phase}", run.label, run.spec.parameters.given()))?;
+    }
+    if summary.missing > first_missing.len() {
+        print(&format!("… and {} more", summary.missing - first_missing.len()))?;
+    }
+    if summary.missing == 0 && !experiment.claims().is_empty() {
+        print(&claims_table(&check_claims(experiment, catalogue, folder)?))?;
+    }
+    Ok(if summary.missing == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

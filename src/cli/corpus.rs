@@ -1,47 +1,34 @@
-//! `rimbench corpus`: harvest the contact problems of actual runs.
+//! `rimbench solvers --harvest`: harvest the contact problems of actual runs.
 
 use super::print;
 use super::progress::Every;
-use clap::Args;
 use rimbench::atomic_file::{check_writable_file, check_writable_folder};
 use rimbench::corpus::{Corpus, Harvest, Posed, harvest, harvest_with_friction};
 use rimbench::error::Result;
 use rimbench::shipped;
 use std::path::{Path, PathBuf};
 
-/// Arguments of `corpus`.
-#[derive(Debug, Args)]
-pub struct CorpusCommand {
-    /// Problems with friction, of the cases that have it, as text
-    #[arg(long)]
-    friction: bool,
-    /// The file to write [default: data/contact-problems/corpus.lcp, with friction friction.txt beside it]
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
-}
-
-impl CorpusCommand {
-    pub(super) fn run(self) -> anyhow::Result<()> {
-        let out = if self.friction { shipped::FRICTION_CORPUS.0 } else { shipped::CORPUS.0 };
-        let out = self.out.unwrap_or_else(|| PathBuf::from(out));
-        // A place that cannot be written is found before anything is computed.
-        check_writable_folder(out.parent().unwrap_or(Path::new(".")))?;
-        check_writable_file(&out)?;
-        let mut lines = Every::seconds(2.0);
-        let mut runs = 0;
-        let mut progress = |source: &str| {
-            runs += 1;
-            if lines.is_due() {
-                eprintln!("run {runs}: {source}");
-            }
-        };
-        if self.friction {
-            let corpus = harvest_with_friction(&Harvest::with_friction(), &mut progress)?;
-            written(corpus.write_text(&out), &corpus, &out)
-        } else {
-            let corpus = harvest(&Harvest::default(), &mut progress)?;
-            written(corpus.write(&out), &corpus, &out)
+/// Writes the problems of actual runs, or those with friction, to a file: that of the project, if none is given.
+pub(super) fn harvest_to(out: Option<PathBuf>, friction: bool) -> anyhow::Result<()> {
+    let shipped = if friction { shipped::FRICTION_CORPUS.0 } else { shipped::CORPUS.0 };
+    let out = out.unwrap_or_else(|| PathBuf::from(shipped));
+    // A place that cannot be written is found before anything is computed.
+    check_writable_folder(out.parent().unwrap_or(Path::new(".")))?;
+    check_writable_file(&out)?;
+    let mut lines = Every::seconds(2.0);
+    let mut runs = 0;
+    let mut progress = |source: &str| {
+        runs += 1;
+        if lines.is_due() {
+            eprintln!("run {runs}: {source}");
         }
+    };
+    if friction {
+        let corpus = harvest_with_friction(&Harvest::with_friction(), &mut progress)?;
+        written(corpus.write_text(&out), &corpus, &out)
+    } else {
+        let corpus = harvest(&Harvest::default(), &mut progress)?;
+        written(corpus.write(&out), &corpus, &out)
     }
 }
 

@@ -1,4 +1,4 @@
-//! `rimbench export`: results as others can cite, read and check them.
+//! `rimbench export`: results as others can cite and load them.
 
 use super::print;
 use clap::Args;
@@ -35,7 +35,6 @@ impl Export {
         let citation = Citation { title, authors, licence, released };
         let experiment = Experiment::read_from_results(&folder)?;
         let files = export(&experiment, catalogue, &folder, &out, &citation)?;
-        let (name, out) = (experiment.name(), out.display());
-        print(&format!("{name}: {files} files in {out}. Check it with: rimbench import {out}"))
+        print(&format!("{}: {files} files in {}", experiment.name(), out.display()))
     }
 }

@@ -1,7 +1,7 @@
-//! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures.
+//! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures, schemas of files.
 
 use super::json::Object;
-use super::{Format, print, table};
+use super::{Format, print, schema, table};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
@@ -29,8 +29,12 @@ enum What {
     Solvers,
     Metrics,
     Parameters,
-    /// Keys of a list of figures, for `figures --file`
+    /// Keys of a list of figures, for `report --figures --file`
     FigureKeys,
+    /// JSON Schema of an experiment file, for editors
+    ExperimentSchema,
+    /// JSON Schema of a case file, for editors
+    CaseSchema,
 }
 
 /// One entry: key and value pairs, in the order of the columns.
@@ -46,6 +50,8 @@ impl List {
                 .filter(|known| case.is_none_or(|case| case.name == known.name))
                 .map(|case| named(&case.name, &case.about))
                 .collect(),
+            What::ExperimentSchema => return print_schema(&schema::experiment(catalogue)),
+            What::CaseSchema => return print_schema(&schema::case_file(catalogue)),
             What::Schemes | What::Solvers | What::Metrics if case.is_some() => {
                 let message = "--case goes with `list cases` and `list parameters` only";
                 return Err(Error::Incompatible(message.to_owned()).into());
@@ -112,6 +118,10 @@ impl List {
             }
         }
     }
+}
+
+fn print_schema(schema: &Value) -> anyhow::Result<()> {
+    print(&serde_json::to_string_pretty(schema)?)
 }
 
 fn of_figures(key: FigureKey) -> Entry {

@@ -8,7 +8,7 @@ mod corpus;
 mod export;
 mod figures;
 mod fmu;
-mod import;
+mod gone;
 mod interruption;
 mod json;
 mod limit;
@@ -33,12 +33,13 @@ mod submit;
 mod summary;
 mod verify;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::error::ContextKind;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
 use rimbench::fmi::import::{GONE, ProbeQuality, read_case};
-use rimbench::harness::{Cache, CheckedClaim, Verdict};
+use rimbench::harness::{Cache, CheckedClaim, Verdict, in_shell};
 use rimbench::runs::RunRequest;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -60,57 +61,60 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Reproduce the source paper's figures and claims, from nothing
-    Reproduce(reproduce::Reproduce),
-    /// Draw all figures whose results exist, and name the others
-    Figures(figures::Figures),
-    /// Write one page of any results: claims, figures, runs, and the simulator
-    Report(report::ReportCommand),
-    /// Set the technical report as a PDF, every number of it from stored results
-    Paper(paper::Paper),
     /// Run one co-simulation and print its outcome, metrics and counters
     Simulate(simulate::Simulate),
-    /// Print the runs of an experiment file without running them
-    Plan(plan::Plan),
-    /// Run what is missing of an experiment
-    Run(run::Run),
-    /// Hand what is missing of an experiment to an engine that works through it, here or on a cluster
-    Submit(submit::Submit),
-    /// Merge the shards of an experiment, and list what is missing
-    Collect(collect::Collect),
-    /// Check the claims of experiments against their stored results
-    Verify(verify::Verify),
-    /// Write the results of an experiment as a data package that others can cite, read and check
-    Export(export::Export),
-    /// Check a data package, and compute some of its runs once more
-    Import(import::Import),
-    /// Rank the scheme rows of experiments, and of submissions, by what they need to know
-    Rank(rank::Rank),
     /// Find the largest stable macro step of a scheme on a case
     Limit(limit::Limit),
     /// Say which scheme and macro step are cheapest within an error, and why not the others
     Advise(advise::Advise),
-    /// Hold what `advise` says of every case against phases it never saw and an exhaustive search
-    CheckAdvice(check_advice::CheckAdvice),
+    /// Run what is missing of an experiment, here or on a cluster
+    Run(run::Run),
+    /// Check the claims of experiments against their stored results
+    Verify(verify::Verify),
+    /// Write one page of any results, or draw their figures, rank their schemes, set the paper
+    Report(report::ReportCommand),
+    /// Write the results of an experiment as a data package that others can cite and load
+    Export(export::Export),
+    /// Reproduce the source paper's figures and claims, from nothing
+    Reproduce(reproduce::Reproduce),
+    /// List what there is, by name, and the schemas of files
+    List(list::List),
     /// Write one side of a case as an FMU, for other masters
     Fmu(fmu::Fmu),
     /// Record the program's own performance, and compare records or git revisions
     Perf(perf::Perf),
-    /// List what there is, by name
-    List(list::List),
-    /// Harvest the contact problems of actual runs into a file
-    Corpus(corpus::CorpusCommand),
-    /// Give the corpus of contact problems to every solver and compare
+    /// Give the contact problems of actual runs to every solver and compare
     Solvers(solvers::Solvers),
-    /// Print a JSON Schema of a kind of file, made from what there is
-    Schema(schema::Schema),
     /// Drive an FMU for another process of this program
     #[command(name = rimbench::fmi::import::WORKER, hide = true)]
     FmuWorker,
-    /// Print what a shell needs to complete commands and options
+    /// Print what a shell needs to complete commands and options, or a manual page
     Completions(shell::Completions),
-    /// Print a manual page
-    Man(shell::ManPage),
+}
+
+/// Commands by what a person wants.
+const GROUPS: [(&str, &[&str]); 7] = [
+    ("One run", &["simulate", "limit", "advise"]),
+    ("Many runs", &["run", "verify", "report", "export"]),
+    ("The paper", &["reproduce"]),
+    ("What there is", &["list"]),
+    ("To and from others", &["fmu"]),
+    ("Speed", &["perf", "solvers"]),
+    ("The shell", &["completions"]),
+];
+
+/// The command line, with its commands in groups.
+fn command() -> clap::Command {
+    let command = Cli::command();
+    let mut commands = String::new();
+    for (title, names) in GROUPS {
+        commands += &format!("\n{title}:\n");
+        for command in names.iter().filter_map(|name| command.find_subcommand(name)) {
+            let about = command.get_about().map(ToString::to_string).unwrap_or_default();
+            commands += &format!("  {:<12} {about}\n", command.get_name());
+        }
+    }
+    command.help_template(format!("{{about}}\n\n{{usage-heading}} {{usage}}\n{commands}\nOptions:\n{{options}}"))
 }
 
 /// Width of the printed table of claims where the width of the terminal is not known, characters.
@@ -129,6 +133,19 @@ enum Format {
 }
 
 impl Cli {
+    /// Reads the command line; ends the program if that cannot be, or if help was asked for.
+    pub fn read() -> Self {
+        let matches = command().try_get_matches().unwrap_or_else(|error| {
+            let asked = error.get(ContextKind::InvalidSubcommand).map(ToString::to_string);
+            if let Some(sentence) = asked.and_then(|name| gone::way_to_go(&name)) {
+                eprintln!("error: {sentence}");
+                std::process::exit(2);
+            }
+            error.exit()
+        });
+        Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+
     /// Runs the chosen command and says with which code to exit.
     ///
     /// # Errors
@@ -144,33 +161,22 @@ impl Cli {
         self.scheme_file.iter().try_for_each(|file| Err(Error::file(file, GONE)))?;
         let catalogue = &catalogue;
         match self.command {
-            Command::Reproduce(command) => command.run(catalogue)?,
-            Command::Report(command) => command.run(catalogue)?,
-            Command::Paper(command) => command.run()?,
             Command::Simulate(command) => command.run(catalogue)?,
-            Command::Plan(command) => command.run(catalogue)?,
-            Command::Run(command) => return command.run(catalogue),
-            Command::Submit(command) => return command.run(catalogue, &self.case_file),
-            Command::Collect(command) => return command.run(catalogue),
-            Command::Verify(command) => return command.run(catalogue),
-            Command::Export(command) => command.run(catalogue)?,
-            Command::Import(command) => return command.run(catalogue),
-            Command::Rank(command) => return command.run(catalogue),
             Command::Limit(command) => command.run(catalogue)?,
             Command::Advise(command) => {
                 let given = self.case_file.iter().map(|file| file_option("--case-file", file));
                 return command.run(catalogue, given.collect());
             }
-            Command::CheckAdvice(command) => return command.run(catalogue),
-            Command::Figures(command) => return command.run(catalogue),
+            Command::Run(command) => return command.run(catalogue, &self.case_file),
+            Command::Verify(command) => return command.run(catalogue),
+            Command::Report(command) => return command.run(catalogue),
+            Command::Export(command) => command.run(catalogue)?,
+            Command::Reproduce(command) => command.run(catalogue)?,
+            Command::List(command) => command.run(catalogue)?,
             Command::Fmu(command) => command.run(catalogue)?,
             Command::Perf(command) => return command.run(),
-            Command::List(command) => command.run(catalogue)?,
-            Command::Corpus(command) => command.run()?,
             Command::Solvers(command) => command.run(catalogue)?,
-            Command::Schema(command) => command.run(catalogue)?,
             Command::Completions(command) => command.run()?,
-            Command::Man(command) => command.run()?,
             Command::FmuWorker => {}
         }
         Ok(ExitCode::SUCCESS)
@@ -190,10 +196,7 @@ fn add_case_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
 
 /// A file as it is given by an option, behind other words of a command.
 fn file_option(option: &str, file: &Path) -> String {
-    let file = file.display().to_string();
-    // As shells take it.
-    let plain = file.chars().all(|c| c.is_alphanumeric() || "-_./+:,@".contains(c));
-    if plain { format!(" {option} {file}") } else { format!(" {option} '{}'", file.replace('\'', r"'\''")) }
+    format!(" {}", in_shell(&[option.to_owned(), file.display().to_string()]))
 }
 
 /// The same catalogue, with the case of a request in it where that is given as a file that makes it of FMUs.

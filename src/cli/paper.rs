@@ -1,12 +1,11 @@
-//! `rimbench paper`: the technical report as a PDF, its numbers read from stored results.
+//! `rimbench report --pdf`: the technical report as a PDF, its numbers read from stored results.
 
 use super::print;
-use clap::Args;
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::error::{Error, Result};
 use std::fs;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 /// The source, from the project's folder.
@@ -16,27 +15,19 @@ const BUILD: &str = "paper/build.py";
 /// Where the typeface of the figures is.
 const TYPEFACE: &str = "crates/rimbench-figures/src/font";
 
-/// Arguments of `paper`.
-#[derive(Debug, Args)]
-pub struct Paper {
-    /// The file to write
-    #[arg(long, value_name = "FILE.pdf", default_value = "results/paper/paper.pdf")]
-    out: PathBuf,
-}
-
-impl Paper {
-    pub(super) fn run(self) -> anyhow::Result<()> {
-        if !Path::new(SOURCE).is_file() {
-            return Err(Error::file(SOURCE, "not here: call `rimbench paper` from the folder of the project").into());
-        }
-        check_writable_file(&self.out)?;
-        let folder = tempfile::tempdir()?;
-        let made = folder.path().join("paper.pdf");
-        set(&made)?;
-        let pdf = fs::read(&made).map_err(|error| Error::file(SOURCE, format!("was not set: {error}")))?;
-        write_atomically(&self.out, |file| file.write_all(&pdf))?;
-        print(&format!("{} ({:.2} MB)", self.out.display(), pdf.len() as f64 / 1e6))
+/// Sets the report as a PDF in the file `out`.
+pub(super) fn set_pdf(out: &Path) -> anyhow::Result<()> {
+    if !Path::new(SOURCE).is_file() {
+        let message = "not here: call `rimbench report --pdf` from the folder of the project";
+        return Err(Error::file(SOURCE, message).into());
     }
+    check_writable_file(out)?;
+    let folder = tempfile::tempdir()?;
+    let made = folder.path().join("paper.pdf");
+    set(&made)?;
+    let pdf = fs::read(&made).map_err(|error| Error::file(SOURCE, format!("was not set: {error}")))?;
+    write_atomically(out, |file| file.write_all(&pdf))?;
+    print(&format!("{} ({:.2} MB)", out.display(), pdf.len() as f64 / 1e6))
 }
 
 /// Sets the source with what is installed: `typst`, or the Python package of that name.

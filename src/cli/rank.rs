@@ -1,59 +1,37 @@
-//! `rimbench rank`: which scheme row has least error, of those that know as much.
+//! `rimbench report --ranking`: which scheme row has least error, of those that know as much.
 
 use super::{print, table};
-use clap::Args;
 use rimbench::catalogue::Catalogue;
-use rimbench::harness::{Accepted, CheckedRankClaim, RankedRow, Ranking, Verdict};
-use std::path::PathBuf;
+use rimbench::harness::{CheckedRankClaim, RankedRow, Ranking, Verdict};
+use std::path::Path;
 use std::process::ExitCode;
 
-/// Arguments of `rank`.
-#[derive(Debug, Args)]
-pub struct Rank {
-    /// Ranking file: which experiments, and what is claimed
-    #[arg(value_name = "FILE", default_value = "experiments/ranking.toml")]
-    file: PathBuf,
-    /// Where results are: <DIR>/<group>/<name>
-    #[arg(long, value_name = "DIR", default_value = "results")]
-    results: PathBuf,
-    /// Submissions that `check-submission` has accepted [default: <results>/submissions]
-    #[arg(long, value_name = "DIR")]
-    submissions: Option<PathBuf>,
-    /// Folder for ranking.csv and claims.csv [default: <results>/ranking]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-}
-
-impl Rank {
-    /// Ends with exit code 1 if a claim comes out otherwise than was recorded.
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
-        let ranking = Ranking::read(&self.file)?;
-        let submissions = self.submissions.unwrap_or_else(|| self.results.join("submissions"));
-        let submissions = Accepted::read_all(&submissions, catalogue)?;
-        let ranked = ranking.rank(catalogue, &self.results, &submissions)?;
-        let out = self.out.unwrap_or_else(|| self.results.join("ranking"));
-        ranked.write(&out)?;
-        let of_group =
-            |a: &RankedRow, b: &RankedRow| (&a.class, a.tuned_on.is_empty()) == (&b.class, b.tuned_on.is_empty());
-        for group in ranked.rows.chunk_by(of_group) {
-            let tuned = if group[0].tuned_on.is_empty() { "" } else { ", tuned" };
-            print(&format!("{}{tuned}:\n{}\n", group[0].class, of_rows(group)))?;
-        }
-        for row in &ranked.unranked {
-            print(&format!("not ranked: {}{}, {}", row.label, by(&row.submission), row.why))?;
-        }
-        let differ = ranked.claims.iter().map(say).filter(|(_, differs)| *differs).count();
-        ranked.claims.iter().try_for_each(|claim| print(&say(claim).0))?;
-        print(&format!(
-            "{} rows over {} problems of {} cases in {}; {} claims, {differ} differ from the recorded finding",
-            ranked.rows.len(),
-            ranked.problems,
-            ranked.cases,
-            out.display(),
-            ranked.claims.len(),
-        ))?;
-        Ok(if differ == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+/// Ranks what a file names, and writes ranking.csv and claims.csv to `out`, or to `ranking` below the results. Exit code 1 if a claim comes
+/// out otherwise than was recorded.
+pub(super) fn rank(catalogue: &Catalogue, file: &Path, results: &Path, out: Option<&Path>) -> anyhow::Result<ExitCode> {
+    let ranked = Ranking::read(file)?.rank(catalogue, results)?;
+    let out = out.map_or_else(|| results.join("ranking"), Path::to_owned);
+    ranked.write(&out)?;
+    let of_group =
+        |a: &RankedRow, b: &RankedRow| (&a.class, a.tuned_on.is_empty()) == (&b.class, b.tuned_on.is_empty());
+    for group in ranked.rows.chunk_by(of_group) {
+        let tuned = if group[0].tuned_on.is_empty() { "" } else { ", tuned" };
+        print(&format!("{}{tuned}:\n{}\n", group[0].class, of_rows(group)))?;
     }
+    for row in &ranked.unranked {
+        print(&format!("not ranked: {}, {}", row.label, row.why))?;
+    }
+    let differ = ranked.claims.iter().map(say).filter(|(_, differs)| *differs).count();
+    ranked.claims.iter().try_for_each(|claim| print(&say(claim).0))?;
+    print(&format!(
+        "{} rows over {} problems of {} cases in {}; {} claims, {differ} differ from the recorded finding",
+        ranked.rows.len(),
+        ranked.problems,
+        ranked.cases,
+        out.display(),
+        ranked.claims.len(),
+    ))?;
+    Ok(if differ == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 fn of_rows(rows: &[RankedRow]) -> String {
@@ -64,7 +42,7 @@ fn of_rows(rows: &[RankedRow]) -> String {
         let interval = row.score_low.zip(row.score_high);
         table.add_row([
             rank,
-            format!("{}{}", row.label, by(&row.submission)),
+            row.label.clone(),
             percent(row.score),
             interval.map_or("–".to_owned(), |(low, high)| format!("{} to {}", percent(low), percent(high))),
             format!("{}/{}", row.failed, row.problems),
@@ -73,10 +51,6 @@ fn of_rows(rows: &[RankedRow]) -> String {
         ]);
     }
     table.to_string()
-}
-
-fn by(submission: &str) -> String {
-    if submission.is_empty() { String::new() } else { format!(" (submission {submission})") }
 }
 
 fn percent(share: f64) -> String {

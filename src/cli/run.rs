@@ -1,9 +1,12 @@
 //! `rimbench run`: what is missing of an experiment.
 
+use super::collect::collect;
 use super::interruption::Interruption;
+use super::plan;
 use super::progress::Progress;
+use super::submit::Submit;
 use super::summary::remarks;
-use super::{INTERRUPTED, claims_table, complain, print, probe_lines};
+use super::{Format, INTERRUPTED, claims_table, complain, print, probe_lines};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
@@ -33,17 +36,46 @@ pub struct Run {
     /// Number of the first shard: some engines count from 0
     #[arg(long, value_name = "0|1", default_value_t = 1, requires = "shard", value_parser = clap::value_parser!(u8).range(0..=1))]
     first_shard: u8,
-    /// Only the runs at these places of the plan, from 0: the task of an engine, after which `collect` writes the result files
+    /// Only the runs at these places of the plan, from 0: the task of an engine, after which --collect writes the result files
     #[arg(long, value_name = "FIRST-LAST", conflicts_with_all = ["shard", "fresh"])]
     places: Option<String>,
     /// Forget what is stored and start anew
     #[arg(long)]
     fresh: bool,
+    /// Run nothing: merge these shards, results folders of the same experiment, list what is missing, and write the result files if
+    /// nothing is
+    #[arg(long, value_name = "DIR", num_args = 0.., conflicts_with_all = ["jobs", "shard", "places", "fresh"])]
+    collect: Option<Vec<PathBuf>>,
+    /// Run nothing: print the runs, or with --engine its files and commands
+    #[arg(long, conflicts_with_all = ["jobs", "shard", "places", "fresh", "collect"])]
+    dry_run: bool,
+    /// With --dry-run: all runs, however many
+    #[arg(long, requires = "dry_run", conflicts_with = "engine")]
+    all: bool,
+    /// How to print a dry run; JSON has all runs
+    #[arg(long, value_enum, default_value_t = Format::Table, requires = "dry_run", conflicts_with = "engine")]
+    format: Format,
+    #[command(flatten)]
+    submit: Submit,
 }
 
 impl Run {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
+    /// `case_files` are those of the cases that the catalogue has besides. Exit code 1 if shards were merged and runs are
+    /// missing.
+    pub(super) fn run(self, catalogue: &Catalogue, case_files: &[PathBuf]) -> anyhow::Result<ExitCode> {
         let experiment = Experiment::read(&self.file)?;
+        let folder = self.out.clone().unwrap_or_else(|| experiment.results_folder("results".as_ref()));
+        if let Some(engine) = self.submit.engine {
+            self.submit.submit(engine, (&experiment, catalogue, &folder), case_files, self.dry_run)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        if self.dry_run {
+            plan::show(&experiment, catalogue, self.all, self.format)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        if let Some(shards) = &self.collect {
+            return collect(&experiment, catalogue, &folder, shards);
+        }
         // Before anything runs on all of them: a plan is laid out by threads as well.
         use_threads(self.jobs)?;
         let shard = match (&self.shard, &self.places) {
@@ -56,7 +88,6 @@ impl Run {
             Some(Shard::Places { first, last }) => (last - first).saturating_add(1),
             _ => experiment.plan(catalogue, false)?.len(),
         };
-        let folder = self.out.unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         check_writable_folder(&folder)?;
         let interruption = Interruption::listen();
         let progress = Progress::begin("run", total);
@@ -103,9 +134,9 @@ impl Run {
             return Ok(ExitCode::from(INTERRUPTED));
         }
         if matches!(shard, Some(Shard::Places { .. })) {
-            // Whether that was all is for `collect` to find out.
+            // Whether that was all is for --collect to find out.
         } else if summary.missing > 0 {
-            print(&format!("{} runs are missing: run the other shards, then `rimbench collect`", summary.missing))?;
+            print(&format!("{} runs are missing: run the other shards, then --collect them", summary.missing))?;
         } else {
             for remark in remarks(&experiment, &folder)? {
                 print(&remark)?;

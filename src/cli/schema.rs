@@ -1,7 +1,5 @@
-//! `rimbench schema`: what an editor needs to check an experiment file while it is written, from what this program can run.
+//! `rimbench list experiment-schema`, `case-schema`: what an editor needs to check a file while it is written, from what this program can run.
 
-use super::print;
-use clap::{Args, ValueEnum};
 use rimbench::cases::{Case, Parameter, Range};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
@@ -9,21 +7,6 @@ use rimbench::error::Error;
 use rimbench::harness::{STATISTICS, claim_metrics};
 use rimbench::runs::{EvaluatedRun, RunOption, RunRequest};
 use serde_json::{Map, Value, json};
-
-/// Arguments of `schema`.
-#[derive(Debug, Args)]
-pub struct Schema {
-    /// Of which kind of file
-    what: What,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum What {
-    /// An experiment file, `experiments/<group>/<name>.toml`
-    Experiment,
-    /// A case file, of FMUs
-    Case,
-}
 
 /// A text that no option takes, so that what refuses it says what it would take.
 const NONSENSE: &str = "?";
@@ -33,16 +16,6 @@ const DRAFT: &str = "https://json-schema.org/draft/2020-12/schema";
 
 /// Options of a run that the grid sets, not a row.
 const SET_BY_GRID: [&str; 3] = ["case", "macro_step_s", "phase"];
-
-impl Schema {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
-        let schema = match self.what {
-            What::Experiment => experiment(catalogue),
-            What::Case => case_file(),
-        };
-        print(&serde_json::to_string_pretty(&schema)?)
-    }
-}
 
 /// An object that has these keys and no others.
 fn object(required: &[&str], properties: Value) -> Value {
@@ -65,8 +38,8 @@ fn list_of(items: Value) -> Value {
     json!({ "type": "array", "items": items })
 }
 
-/// The schema, in the dialect of 2020-12.
-fn experiment(catalogue: &Catalogue) -> Value {
+/// The schema of an experiment file, in the dialect of 2020-12.
+pub(super) fn experiment(catalogue: &Catalogue) -> Value {
     let definitions = json!({
         "macro_steps": { "anyOf": [
             { "type": "array", "minItems": 1, "items": above_zero("H, s") },
@@ -106,7 +79,7 @@ fn experiment(catalogue: &Catalogue) -> Value {
 }
 
 /// The schema of a file that makes a case of FMUs.
-fn case_file() -> Value {
+pub(super) fn case_file() -> Value {
     let flag = |about: &str| json!({ "type": "boolean", "description": about });
     let names = |about: &str| list_of(text(about));
     let fmu = json!({

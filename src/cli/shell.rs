@@ -1,7 +1,7 @@
-//! `rimbench completions` and `rimbench man`: what shells and `man` know of the command line, made from the command line itself.
+//! `rimbench completions`: what shells and `man` know of the command line, made from the command line itself.
 
-use super::{Cli, print};
-use clap::{Args, CommandFactory};
+use super::{command, print};
+use clap::Args;
 use clap_complete::Shell;
 use clap_mangen::Man;
 use rimbench::error::Error;
@@ -10,37 +10,30 @@ use rimbench::error::Error;
 #[derive(Debug, Args)]
 pub struct Completions {
     /// The shell
-    shell: Shell,
+    #[arg(required_unless_present = "man")]
+    shell: Option<Shell>,
+    /// The manual page of the program, or of a command
+    #[arg(long, value_name = "COMMAND", num_args = 0..=1, conflicts_with = "shell")]
+    man: Option<Option<String>>,
 }
 
 impl Completions {
     pub(super) fn run(self) -> anyhow::Result<()> {
-        let mut script = Vec::new();
-        clap_complete::generate(self.shell, &mut Cli::command(), "rimbench", &mut script);
-        print(&String::from_utf8(script)?)
-    }
-}
-
-/// Arguments of `man`.
-#[derive(Debug, Args)]
-pub struct ManPage {
-    /// Page of this command instead of that of the program
-    command: Option<String>,
-}
-
-impl ManPage {
-    pub(super) fn run(self) -> anyhow::Result<()> {
-        let mut program = Cli::command();
+        let (mut program, mut text) = (command(), Vec::new());
+        if let Some(shell) = self.shell {
+            clap_complete::generate(shell, &mut program, "rimbench", &mut text);
+            return print(&String::from_utf8(text)?);
+        }
         program.build();
-        let page = match &self.command {
+        let page = match self.man.flatten() {
             None => program,
             Some(name) => {
-                let known = program.find_subcommand(name).filter(|command| !command.is_hide_set()).cloned();
-                let names = program.get_subcommands().filter(|command| !command.is_hide_set());
-                known.ok_or_else(|| Error::unknown("command", name, names.map(clap::Command::get_name)))?
+                let known: Vec<_> = program.get_subcommands().filter(|command| !command.is_hide_set()).collect();
+                let found = known.iter().find(|command| command.get_name() == name);
+                let names = known.iter().map(|command| command.get_name());
+                clap::Command::clone(found.ok_or_else(|| Error::unknown("command", &name, names))?)
             }
         };
-        let mut text = Vec::new();
         Man::new(page).render(&mut text)?;
         print(String::from_utf8(text)?.trim_end())
     }

@@ -1,5 +1,6 @@
-//! `rimbench solvers`: give the corpus to every solver and compare.
+//! `rimbench solvers`: give the corpus to every solver and compare; or harvest it.
 
+use super::corpus::harvest_to;
 use super::json::Object;
 use super::progress::plain_time;
 use super::project::Project;
@@ -33,7 +34,7 @@ pub struct Solvers {
     /// all that are given whole ones; each as far as it gets in a few seconds
     #[arg(long, conflicts_with_all = ["friction", "corpus", "source"])]
     large: bool,
-    /// The corpus of contact problems (see `rimbench corpus`) [default: that of the project's folder, or the one built in]
+    /// The corpus of contact problems (see --harvest) [default: that of the project's folder, or the one built in]
     #[arg(long, value_name = "FILE")]
     corpus: Option<PathBuf>,
     /// Only these solvers (see `rimbench list solvers`); may be repeated
@@ -42,9 +43,12 @@ pub struct Solvers {
     /// Only problems whose source begins so, for example `wedge-box rim-nonsmooth`
     #[arg(long, value_name = "TEXT")]
     source: Option<String>,
+    /// Compare nothing: harvest the corpus from actual runs; with --friction that with friction, as text
+    #[arg(long, conflicts_with_all = ["large", "corpus", "source", "solver", "format"])]
+    harvest: bool,
     /// Write work.csv (the same everywhere), time.csv and the performance profile as csv, svg and png (of this machine) to a
-    /// folder
-    #[arg(long, value_name = "FOLDER")]
+    /// folder; with --harvest the file to write [default: data/contact-problems/corpus.lcp, with friction friction.txt beside it]
+    #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
     /// How to print
     #[arg(long, value_enum, default_value_t = Format::Table)]
@@ -62,6 +66,9 @@ type Row = Vec<(Name, FactValue)>;
 
 impl Solvers {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+        if self.harvest {
+            return harvest_to(self.out, self.friction);
+        }
         match (self.friction, self.large) {
             (true, _) => self.compare_with_friction(),
             (false, true) => self.compare_large(catalogue),

@@ -1,108 +1,100 @@
-//! `rimbench submit`: what is missing of an experiment, through an engine.
+//! `rimbench run --engine`: what is missing of an experiment, through an engine.
 
-use super::interruption::Interruption;
-use super::progress::{Heartbeat, plain_time};
-use super::{INTERRUPTED, complain, print};
+use super::print;
+use super::progress::plain_time;
 use anyhow::Context;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{ArgAction, Args};
+use clap::Args;
 use rimbench::BUILD;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
-    Cache, ChunkLimits, Chunking, Engine, Experiment, Job, Order, Submission, Words, collect_shards, missing_chunks,
-    next_place, prepare_folder,
+    Cache, ChunkLimits, Chunking, Engine, Experiment, Job, Order, Submission, in_shell, missing_chunks, next_place,
+    prepare_folder,
 };
-use std::collections::VecDeque;
 use std::path::{Path, PathBuf, absolute};
-use std::process::{Child, Command, ExitCode, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::process::Command;
 
-/// Arguments of `submit`.
+/// Options of `run` that hand runs to an engine.
 #[derive(Debug, Args)]
-pub struct Submit {
-    /// Experiment file (see experiments/README.md)
-    file: PathBuf,
-    /// What works through the runs
-    #[arg(long, value_parser = PossibleValuesParser::new(Engine::NAMES.map(|(name, _)| name))
-        .try_map(|name| name.parse::<Engine>()))]
-    engine: Engine,
-    /// Only print the files and the commands that it would be
-    #[arg(long)]
-    dry_run: bool,
-    /// Folder for results [default: results/<group>/<name>]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+#[command(next_help_heading = "On a cluster")]
+pub(super) struct Submit {
+    /// Hand what is missing to an engine, in chunks: slurm or hyperqueue
+    #[arg(long, value_parser = engine, conflicts_with_all = ["jobs", "shard", "places", "fresh", "collect"])]
+    pub(super) engine: Option<Engine>,
     /// How long a chunk should take, s
-    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    #[arg(long, value_name = "S", default_value_t = 60.0, requires = "engine")]
     chunk_time: f64,
     /// How long a run is taken to last where the store has none to go by, s
-    #[arg(long, value_name = "S", default_value_t = 0.02)]
+    #[arg(long, value_name = "S", default_value_t = 0.02, requires = "engine")]
     run_time: f64,
     /// Threads of a chunk
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "engine", value_parser = clap::value_parser!(u16).range(1..=1024))]
     cpus: u16,
-    /// Chunks at once [default: what the engine likes; local and parallel: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Chunks at once [default: what the engine likes]
+    #[arg(long, value_name = "N", requires = "engine", value_parser = clap::value_parser!(u16).range(1..))]
     at_once: Option<u16>,
-    /// A host for GNU parallel, as ssh knows it, with the same file system; may be repeated
-    #[arg(long = "host", value_name = "HOST", action = ArgAction::Append)]
-    hosts: Vec<String>,
     /// The program where the chunks run [default: this one]
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", requires = "engine")]
     program: Option<PathBuf>,
     /// The runs are timed: nothing may run beside one; so is an experiment whose file says `timed = true`
-    #[arg(long)]
+    #[arg(long, requires = "engine")]
     exclusive: bool,
     /// Options for the engine's own program
-    #[arg(last = true, value_name = "OPTION")]
+    #[arg(last = true, value_name = "OPTION", requires = "engine")]
     extra: Vec<String>,
 }
 
-/// How often a process that may have ended is looked at.
-const LOOK_EVERY: Duration = Duration::from_millis(5);
+/// Reads the name of an engine.
+fn engine(name: &str) -> std::result::Result<Engine, String> {
+    if ["local", "parallel"].contains(&name) {
+        return Err(
+            "`rimbench run FILE` uses all cores of a machine, and --shard I/N divides runs among several".into()
+        );
+    }
+    name.parse().map_err(|error: Error| error.to_string())
+}
 
 /// Lines of a file that `--dry-run` prints.
 const LINES: usize = 8;
 
 impl Submit {
-    /// Ends with exit code 1 if the engine has ended and runs are missing.
-    ///
-    /// `case_files` are those of the cases that the catalogue has besides.
-    pub(super) fn run(self, catalogue: &Catalogue, case_files: &[PathBuf]) -> anyhow::Result<ExitCode> {
+    /// Hands over what is missing; with `dry_run` only says so. `case_files` are those of the cases that the catalogue has
+    /// besides.
+    pub(super) fn submit(
+        &self,
+        engine: Engine,
+        (experiment, catalogue, folder): (&Experiment, &Catalogue, &Path),
+        case_files: &[PathBuf],
+        dry_run: bool,
+    ) -> anyhow::Result<()> {
         for (option, value) in [("--chunk-time", self.chunk_time), ("--run-time", self.run_time)] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(Error::invalid(option, value, "a finite time above 0 s").into());
             }
         }
-        let experiment = Experiment::read(&self.file)?;
-        let folder = self.out.clone().unwrap_or_else(|| experiment.results_folder("results".as_ref()));
-        let folder = absolute(&folder).context("the current folder is not known")?;
+        let file = absolute(experiment.path()).context("the current folder is not known")?;
+        let folder = absolute(folder).context("the current folder is not known")?;
         let more_files = more_files(case_files)?;
         let cache = Cache::of_user();
-        let job = Job::new(&experiment, catalogue, &folder, &cache, &BUILD);
+        let job = Job::new(experiment, catalogue, &folder, &cache, &BUILD);
         // On several cores a chunk takes as long as one on one.
         let seconds = self.chunk_time * f64::from(self.cpus);
-        let limits = ChunkLimits { seconds, unmeasured_run_s: self.run_time };
-        let chunking = missing_chunks(job, limits)?;
+        let chunking = missing_chunks(job, ChunkLimits { seconds, unmeasured_run_s: self.run_time })?;
+        let collect = collect_command(&file, &folder, &more_files);
         if chunking.missing == 0 {
-            let collect = collect_command(&folder, &more_files);
-            print(&format!("Nothing is missing: all {} runs are stored. Result files: {collect}", chunking.planned))?;
-            return Ok(ExitCode::SUCCESS);
+            return print(&format!(
+                "Nothing is missing: all {} runs are stored. Result files: {collect}",
+                chunking.planned
+            ));
         }
         let place = next_place(&folder);
-        let submission = self.submission(&experiment, &more_files, &folder, &place, &chunking)?;
+        let submission = self.submission(engine, experiment, (&file, &more_files), (&folder, &place), &chunking)?;
         print(&self.said_of(&chunking))?;
-        if self.dry_run {
-            print(&text_of(&submission))?;
-            return Ok(ExitCode::SUCCESS);
+        if dry_run {
+            return print(&text_of(&submission));
         }
-        if let Some(program) = self.engine.program() {
-            check_program(self.engine, program)?;
-        }
+        check_program(engine)?;
         check_writable_folder(&folder)?;
         prepare_folder(job)?;
         std::fs::create_dir_all(place.parent().unwrap_or(&place))
@@ -111,54 +103,27 @@ impl Submit {
         for (path, text) in &submission.files {
             write_atomically(path, |file| file.write_all(text.as_bytes()))?;
         }
-        if self.engine == Engine::Local {
-            if work_through(&submission, &place)? {
-                print("Stopped. What is stored is kept; the same command goes on from there.")?;
-                return Ok(ExitCode::from(INTERRUPTED));
-            }
-        } else {
-            for command in &submission.commands {
-                give(command, self.engine.waits())?;
-            }
-        }
-        if !self.engine.waits() {
-            print(&format!("When they are done: {}", collect_command(&folder, &more_files)))?;
-            return Ok(ExitCode::SUCCESS);
-        }
-        // What came of it the records say.
-        let (summary, _) = collect_shards(job, &[])?;
-        complain(&cache);
-        let stored = summary.planned - summary.missing;
-        print(&format!("{stored} of {} runs stored in {}", summary.planned, folder.display()))?;
-        if summary.missing == 0 {
-            return Ok(ExitCode::SUCCESS);
-        }
-        print(&format!(
-            "{} runs are missing: the same command submits them; what the chunks said is in {}",
-            summary.missing,
-            place.display()
-        ))?;
-        Ok(ExitCode::FAILURE)
+        submission.commands.iter().try_for_each(|command| give(command))?;
+        print(&format!("When they are done: {collect}"))
     }
 
     fn submission(
         &self,
+        engine: Engine,
         experiment: &Experiment,
-        more_files: &[(&'static str, PathBuf)],
-        folder: &Path,
-        place: &Path,
+        (file, more_files): (&Path, &[(&'static str, PathBuf)]),
+        (folder, place): (&Path, &Path),
         chunking: &Chunking,
     ) -> anyhow::Result<Submission> {
         let program = match &self.program {
             Some(program) => program.clone(),
             None => std::env::current_exe().context("where this program lies is not known: say it with --program")?,
         };
-        let file = absolute(&self.file).context("the current folder is not known")?;
         let cache = std::env::var_os("RIMBENCH_CACHE").map(absolute).transpose().context("RIMBENCH_CACHE")?;
-        Ok(self.engine.submission(&Order {
+        Ok(engine.submission(&Order {
             name: &experiment.name(),
             program: &program,
-            file: &file,
+            file,
             more_files,
             folder,
             place,
@@ -167,7 +132,6 @@ impl Submit {
             cpus: self.cpus.into(),
             at_once: self.at_once.map(usize::from),
             exclusive: self.exclusive || experiment.timed,
-            hosts: &self.hosts,
             extra: &self.extra,
         })?)
     }
@@ -199,11 +163,12 @@ fn more_files(cases: &[PathBuf]) -> anyhow::Result<Vec<(&'static str, PathBuf)>>
 }
 
 /// The command that writes the result files.
-fn collect_command(folder: &Path, more_files: &[(&'static str, PathBuf)]) -> String {
-    let mut words = Words::of("rimbench");
-    words.extend(["collect".to_owned(), folder.display().to_string()]);
-    more_files.iter().for_each(|(option, file)| words.option(option, file.display()));
-    words.to_string()
+fn collect_command(file: &Path, folder: &Path, more_files: &[(&'static str, PathBuf)]) -> String {
+    let shown = |path: &Path| path.display().to_string();
+    let mut words = vec!["rimbench".to_owned(), "run".to_owned(), shown(file)];
+    more_files.iter().for_each(|(option, file)| words.extend([(*option).to_owned(), shown(file)]));
+    words.extend(["--out".to_owned(), shown(folder), "--collect".to_owned()]);
+    in_shell(&words)
 }
 
 /// Files and commands of a submission, for reading.
@@ -219,82 +184,28 @@ fn text_of(submission: &Submission) -> String {
         }
     }
     text += "\n# commands\n";
-    let commands: Vec<String> = submission.commands.iter().map(Words::to_string).collect();
+    let commands: Vec<String> = submission.commands.iter().map(|command| in_shell(command)).collect();
     text + &commands.join("\n")
 }
 
 /// Refuses an engine whose program is not on the path.
-fn check_program(engine: Engine, program: &str) -> Result<()> {
-    let on_path = |program: &str| {
-        let path = std::env::var_os("PATH").unwrap_or_default();
-        std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
-    };
-    if on_path(program) {
+fn check_program(engine: Engine) -> Result<()> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let program = engine.program();
+    if std::env::split_paths(&path).any(|folder| folder.join(program).is_file()) {
         return Ok(());
     }
-    let here = Engine::NAMES.iter().filter(|(_, engine)| engine.program().is_none_or(on_path)).map(|(name, _)| *name);
-    let here: Vec<&str> = here.collect();
-    let expected = format!(
-        "an engine whose program is on the path: {}; `{program}` was looked for and is not. --dry-run needs none",
-        here.join(", ")
-    );
+    let expected = format!("an engine whose program is on the path; `{program}` is not. --dry-run needs none");
     Err(Error::invalid("--engine", engine, expected))
 }
 
-/// Gives a command to its program. One that waits for the chunks may end as it likes: what came of them is in the records.
-fn give(command: &Words, waits: bool) -> anyhow::Result<()> {
-    let words = command.words();
-    let status = Command::new(&words[0]).args(&words[1..]).status();
-    let status = status.with_context(|| format!("`{}` cannot be started", words[0]))?;
-    if !waits && !status.success() {
-        anyhow::bail!("`{}` did not take the chunks ({status}): {command}", words[0]);
+/// Gives a command to its program.
+fn give(command: &[String]) -> anyhow::Result<()> {
+    let (program, arguments) = command.split_first().context("a command has a program")?;
+    let status = Command::new(program).args(arguments).status();
+    let status = status.with_context(|| format!("`{program}` cannot be started"))?;
+    if !status.success() {
+        anyhow::bail!("`{program}` did not take the chunks ({status}): {}", in_shell(command));
     }
     Ok(())
-}
-
-/// Works through the commands of a submission as processes of this machine, and says whether somebody stopped it.
-fn work_through(submission: &Submission, place: &Path) -> anyhow::Result<bool> {
-    let interruption = Interruption::listen();
-    let total = submission.commands.len();
-    let ended = Arc::new(AtomicUsize::new(0));
-    let seen = Arc::clone(&ended);
-    let heartbeat = Heartbeat::lines(move |elapsed| {
-        format!("submit: {} of {total} chunks ended, {} elapsed", seen.load(Ordering::Relaxed), plain_time(elapsed))
-    });
-    let mut waiting: VecDeque<(usize, &Words)> = submission.commands.iter().enumerate().collect();
-    let mut at_work: Vec<Child> = Vec::new();
-    while !at_work.is_empty() || !waiting.is_empty() {
-        if interruption.is_asked() {
-            // Those under way have been asked as well: they are of the same group.
-            waiting.clear();
-        }
-        let free = submission.at_once - at_work.len();
-        for (number, command) in waiting.drain(..free.min(waiting.len())) {
-            at_work.push(begin(command, &place.join(format!("{}.out", number + 1)))?);
-        }
-        let before = at_work.len();
-        let mut still = Vec::with_capacity(before);
-        for mut child in at_work {
-            if child.try_wait().context("a chunk cannot be waited for")?.is_none() {
-                still.push(child);
-            }
-        }
-        at_work = still;
-        ended.fetch_add(before - at_work.len(), Ordering::Relaxed);
-        if at_work.len() == before {
-            std::thread::sleep(LOOK_EVERY);
-        }
-    }
-    drop(heartbeat);
-    Ok(interruption.is_asked())
-}
-
-/// Starts a process whose words go to a file.
-fn begin(command: &Words, said: &Path) -> anyhow::Result<Child> {
-    let words = command.words();
-    let opened = std::fs::File::create(said).and_then(|file| Ok((file.try_clone()?, file)));
-    let (out, err) = opened.map_err(|error| Error::file(said, format!("cannot be written: {error}")))?;
-    let mut process = Command::new(&words[0]);
-    process.args(&words[1..]).stdin(Stdio::null()).stdout(out).stderr(err);
-    process.spawn().with_context(|| format!("`{}` cannot be started", words[0]))
 }

@@ -30,7 +30,6 @@ mod spectral;
 mod stability;
 mod stock;
 mod store;
-mod submission;
 
 pub use advice::{
     Advice, AdviceVerdict, Budget, CheckedAdvice, Choice, Fallen, Further, Information, LimitFound, METRIC, Prices,
@@ -42,12 +41,12 @@ pub use claims::{CheckedClaim, Claim, Claimant, STATISTICS, Verdict, check_claim
 pub use clock::monotonic_clock;
 pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};
-pub use engines::{Chunk, ChunkLimits, Chunking, Engine, Order, Submission, Words, missing_chunks, next_place};
+pub use engines::{Chunk, ChunkLimits, Chunking, Engine, Order, Submission, in_shell, missing_chunks, next_place};
 pub use execution::{Job, Progress, Shard, Step, StopFlags, Summary, prepare_folder, run_job, run_job_until};
 pub use experiment::{Experiment, MOST_RUNS, PlannedRun};
 pub use grid::phase_ensemble;
 pub use load::Load;
-pub use package::{Citation, Differing, Package, Rerun, export, rerun_sample};
+pub use package::{Citation, export};
 pub use provenance::Provenance;
 pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
 pub use references::obtain_reference;
@@ -57,6 +56,3 @@ pub use stability::{
     spectral_stability_limit, stability_limit,
 };
 pub use store::{Record, Store, TraceMark};
-pub use submission::{
-    Accepted, CheckedPackage, DECLARATION, Declaration, LONGEST_ANSWER_S, Tuned, Workplace, accept, check_package,
-};

@@ -90,8 +90,9 @@ impl Corpus {
     }
 }
 
-const DAMAGED: &str = "is cut short or damaged: its checksum does not fit; `rimbench corpus` makes it anew";
-const INCONSISTENT: &str = "contradicts its own format although its checksum fits; `rimbench corpus` makes it anew";
+const DAMAGED: &str = "is cut short or damaged: its checksum does not fit; `rimbench solvers --harvest` makes it anew";
+const INCONSISTENT: &str =
+    "contradicts its own format although its checksum fits; `rimbench solvers --harvest` makes it anew";
 
 /// Equal to the last bit, so that what is read is what was written.
 pub(super) fn same_bits(a: &[f64], b: &[f64]) -> bool {

@@ -70,7 +70,8 @@ impl Corpus<FrictionalProblem> {
         if !text.starts_with(TITLE) {
             return Err(another_format());
         }
-        let damaged = "is cut short or damaged: its checksum does not fit; `rimbench corpus --friction` makes it anew";
+        let damaged =
+            "is cut short or damaged: its checksum does not fit; `rimbench solvers --harvest --friction` makes it anew";
         let (content, found) = text.rsplit_once(CHECKSUM).ok_or(damaged)?;
         if checksum(content) != found.trim_end() {
             return Err(damaged.to_owned());

@@ -7,13 +7,9 @@
 
 mod chunks;
 mod hyperqueue;
-mod local;
-mod parallel;
 mod slurm;
-mod words;
 
 pub use chunks::{Chunk, ChunkLimits, Chunking, missing_chunks};
-pub use words::Words;
 
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::by_name;
@@ -25,10 +21,6 @@ const SUBMISSIONS: &str = "records/submissions";
 /// An engine that works through chunks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Engine {
-    /// Processes of this machine, started by this program.
-    Local,
-    /// GNU parallel, here or over hosts that share the file system.
-    Parallel,
     /// A job array of Slurm.
     Slurm,
     /// A task array of HyperQueue.
@@ -39,55 +31,26 @@ by_name!(Engine, NAMES, "engine");
 
 impl Engine {
     /// All of them, with their names.
-    pub const NAMES: [(&'static str, Self); 4] = [
-        ("local", Engine::Local),
-        ("parallel", Engine::Parallel),
-        ("slurm", Engine::Slurm),
-        ("hyperqueue", Engine::HyperQueue),
-    ];
+    pub const NAMES: [(&'static str, Self); 2] = [("slurm", Engine::Slurm), ("hyperqueue", Engine::HyperQueue)];
 
-    /// Returns the program that takes its commands; none for the processes that this program starts itself.
-    pub fn program(self) -> Option<&'static str> {
+    /// Returns the program that takes its commands.
+    pub fn program(self) -> &'static str {
         match self {
-            Engine::Local => None,
-            Engine::Parallel => Some(parallel::PROGRAM),
-            Engine::Slurm => Some(slurm::PROGRAM),
-            Engine::HyperQueue => Some(hyperqueue::PROGRAM),
+            Engine::Slurm => slurm::PROGRAM,
+            Engine::HyperQueue => hyperqueue::PROGRAM,
         }
-    }
-
-    /// Tells whether its commands end only when the chunks have.
-    pub fn waits(self) -> bool {
-        matches!(self, Engine::Local | Engine::Parallel)
     }
 
     /// Says what the engine needs for an order.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for timed runs where the engine cannot promise that they are alone, and for options that it does not
-    /// have.
+    /// [`Error::Incompatible`] for timed runs that would not be alone.
     pub fn submission(self, order: &Order<'_>) -> Result<Submission> {
-        let refused = |what: &str| Err(Error::Incompatible(format!("engine {self} {what}")));
-        if order.exclusive && self == Engine::Parallel {
-            return refused(
-                "cannot promise that timed runs are alone: it does not know what else runs on its hosts; valid: local, slurm, hyperqueue",
-            );
-        }
         if order.exclusive && order.cpus != 1 {
-            return refused("runs what is timed one after the other: --cpus must be 1");
-        }
-        if order.exclusive && self == Engine::Local && order.at_once.is_some_and(|count| count != 1) {
-            return refused("runs what is timed one after the other: --at-once must be 1");
-        }
-        if !order.hosts.is_empty() && self != Engine::Parallel {
-            return refused("is not told hosts by this program; valid: --host with parallel");
-        }
-        if !order.extra.is_empty() && self == Engine::Local {
-            return refused("has no options of its own; valid: what follows -- goes to parallel, slurm, hyperqueue");
+            let message = format!("engine {self} runs what is timed one after the other: --cpus must be 1");
+            return Err(Error::Incompatible(message));
         }
         Ok(match self {
-            Engine::Local => local::submission(order),
-            Engine::Parallel => parallel::submission(order),
             Engine::Slurm => slurm::submission(order),
             Engine::HyperQueue => hyperqueue::submission(order),
         })
@@ -119,27 +82,24 @@ pub struct Order<'a> {
     pub at_once: Option<usize>,
     /// Whether the runs are timed, and each chunk must have its machine alone.
     pub exclusive: bool,
-    /// Machines to use.
-    pub hosts: &'a [String],
     /// Options for the engine's own program.
     pub extra: &'a [String],
 }
 
 impl Order<'_> {
     /// The command that runs some places of the plan.
-    fn chunk_command(&self, places: &str) -> Words {
-        let mut words = Words::of(self.program.display());
-        words.extend(["run".to_owned(), self.file.display().to_string()]);
-        self.more_files.iter().for_each(|(option, file)| words.option(option, file.display()));
-        words.option("--out", self.folder.display());
-        words.option("--jobs", self.cpus);
-        words.option("--places", places);
-        words
+    fn chunk_command(&self, places: &str) -> Vec<String> {
+        let shown = |path: &Path| path.display().to_string();
+        let mut command = vec![shown(self.program), "run".to_owned(), shown(self.file)];
+        self.more_files.iter().for_each(|(option, file)| command.extend([(*option).to_owned(), shown(file)]));
+        command.extend(["--out".to_owned(), shown(self.folder), "--jobs".to_owned(), self.cpus.to_string()]);
+        command.extend(words(["--places", places]));
+        command
     }
 
     /// A script that runs the chunk whose number an environment variable holds, from a list that is its argument.
     fn script(&self, variable: &str) -> (PathBuf, String) {
-        let command = self.chunk_command("$places").to_string();
+        let command = in_shell(&self.chunk_command("$places"));
         // The one word that the shell has to fill in.
         let command = command.replace("'$places'", "\"$places\"");
         let text = format!(
@@ -159,10 +119,18 @@ fn list(chunks: &[Chunk]) -> String {
 pub struct Submission {
     /// Files with their contents.
     pub files: Vec<(PathBuf, String)>,
-    /// Commands, to be given in this order.
-    pub commands: Vec<Words>,
-    /// Commands that may run at once.
-    pub at_once: usize,
+    /// Commands, word by word, to be given in this order.
+    pub commands: Vec<Vec<String>>,
+}
+
+fn words<const N: usize>(words: [&str; N]) -> Vec<String> {
+    words.map(str::to_owned).into()
+}
+
+/// Writes a command as a shell reads it.
+pub fn in_shell(words: &[String]) -> String {
+    // No argument of a process has the one character that cannot be quoted.
+    shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
 }
 
 /// Says where the files of the next submission of a results folder would go.
@@ -196,36 +164,22 @@ mod tests {
             cpus: 1,
             at_once: None,
             exclusive: false,
-            hosts: &[],
             extra: &[],
         }
     }
 
     #[test]
-    fn what_an_engine_cannot_promise_is_refused_with_what_would_be_valid() {
-        let refused = |engine: Engine, order: Order<'_>| engine.submission(&order).unwrap_err().to_string();
+    fn timed_runs_are_alone() {
         let timed = || Order { exclusive: true, ..order(&CHUNKS) };
-        let message = refused(Engine::Parallel, timed());
-        assert!(message.contains("engine parallel cannot promise") && message.contains("slurm"), "{message}");
-        assert!(refused(Engine::Slurm, Order { cpus: 2, ..timed() }).contains("--cpus must be 1"));
-        assert!(refused(Engine::Local, Order { at_once: Some(2), ..timed() }).contains("--at-once must be 1"));
-        let hosts = ["n1".to_owned()];
-        assert!(refused(Engine::Slurm, Order { hosts: &hosts, ..order(&CHUNKS) }).contains("--host with parallel"));
-        assert!(refused(Engine::Local, Order { extra: &hosts, ..order(&CHUNKS) }).contains("no options of its own"));
+        let said = |engine: Engine| in_shell(&engine.submission(&timed()).unwrap().commands[0]);
+        assert!(said(Engine::Slurm).contains(" --exclusive "));
+        assert!(said(Engine::HyperQueue).contains(" '--cpus=all' "));
         for (name, engine) in Engine::NAMES {
             assert_eq!(name.parse::<Engine>().unwrap(), engine);
-            assert_eq!(engine.submission(&timed()).is_ok(), engine != Engine::Parallel, "{name}");
+            let refused = engine.submission(&Order { cpus: 2, ..timed() }).unwrap_err().to_string();
+            assert!(refused.contains("--cpus must be 1"), "{refused}");
         }
         assert!("slrum".parse::<Engine>().unwrap_err().to_string().contains("did you mean `slurm`"));
-    }
-
-    #[test]
-    fn timed_runs_are_alone_wherever_they_are_accepted() {
-        let timed = Order { exclusive: true, ..order(&CHUNKS) };
-        let said = |engine: Engine| engine.submission(&timed).unwrap().commands[0].to_string();
-        assert!(said(Engine::Slurm).contains(" --exclusive "));
-        assert!(said(Engine::HyperQueue).contains(" --cpus=all "));
-        assert_eq!(Engine::Local.submission(&timed).unwrap().at_once, 1);
     }
 
     #[test]
@@ -235,11 +189,21 @@ mod tests {
         let submission = Engine::Slurm.submission(&order(&many)).unwrap();
         let lists: Vec<usize> = submission.files.iter().skip(1).map(|(_, text)| text.lines().count()).collect();
         assert_eq!(lists, [1000, 1000, 500]);
-        let arrays: Vec<String> = submission.commands.iter().map(Words::to_string).collect();
-        assert!(arrays[0].contains("--array=1-1000 ") && arrays[2].contains("--array=1-500 "), "{arrays:?}");
-        assert!(arrays[2].ends_with("chunks-3.txt"), "{arrays:?}");
+        let arrays = &submission.commands;
+        assert!(arrays[0].contains(&"--array=1-1000".to_owned()) && arrays[2].contains(&"--array=1-500".to_owned()));
+        assert!(arrays[2].last().unwrap().ends_with("chunks-3.txt"), "{arrays:?}");
         let all: String = submission.files[1..].iter().map(|(_, text)| text.as_str()).collect();
         assert_eq!(all, list(&many));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_shell_reads_the_words_that_were_written() {
+        for word in ["plain", "", "two words", "it's", "$HOME", "a\"b", "back\\slash", "{}", "*", "ö"] {
+            let mut shell = std::process::Command::new("sh");
+            let output = shell.args(["-c", &in_shell(&words(["printf", "%s", word]))]).output().unwrap();
+            assert_eq!(String::from_utf8_lossy(&output.stdout), word);
+        }
     }
 
     #[test]
@@ -261,11 +225,10 @@ mod tests {
     fn every_engine_hands_the_files_of_cases_and_schemes_on_to_its_tasks() {
         let files = [("--case-file", "/data/my truck.toml"), ("--scheme-file", "/data/linear.toml")];
         let more_files = files.map(|(option, file)| (option, PathBuf::from(file)));
-        let wanted =
-            "cost.toml' --case-file '/data/my truck.toml' --scheme-file /data/linear.toml --out /data/results/cost ";
+        let wanted = " --case-file '/data/my truck.toml' --scheme-file /data/linear.toml --out /data/results/cost ";
         for (name, engine) in Engine::NAMES {
             let submission = engine.submission(&Order { more_files: &more_files, ..order(&CHUNKS) }).unwrap();
-            let commands = submission.commands.iter().map(Words::to_string);
+            let commands = submission.commands.iter().map(|command| in_shell(command));
             let all: String = submission.files.iter().map(|(_, text)| text.clone()).chain(commands).collect();
             assert!(all.contains(wanted), "{name}: {all}");
         }

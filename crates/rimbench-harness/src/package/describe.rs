@@ -1,7 +1,7 @@
 //! What a package says of itself: for programs, for people, for who cites it.
 
 use super::columns::Column;
-use super::{AS_STORED, Citation, DESCRIPTION, Resource};
+use super::{Citation, DESCRIPTION, Resource};
 use crate::experiment::Experiment;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_results::checksums::CHECKSUMS;
@@ -103,9 +103,7 @@ impl About<'_> {
         }
         text += "| `experiment.toml` | The question, the grid of runs and the claims, as the program reads them |\n";
         text += &format!("| `{DESCRIPTION}` | Every file and every column: type, unit, meaning |\n");
-        text += &format!(
-            "| `{CHECKSUMS}`, `{AS_STORED}` | Checksums of the package, and of the results folder it was made from |\n\n"
-        );
+        text += &format!("| `{CHECKSUMS}` | Checksums of the files |\n\n");
         if self.claims > 0 {
             text += &format!(
                 "The experiment makes {} claims; `claims.csv` says of each whether it was reproduced.\n\n",
@@ -119,10 +117,8 @@ impl About<'_> {
             let fence = name.rsplit('.').next().unwrap_or_default().replace('m', "matlab").replace("py", "python");
             text += &format!("{language} (`{name}`):\n\n```{fence}\n{code}```\n\n");
         }
-        text += &format!(
-            "## Check it\n\n```sh\nsha256sum --check {CHECKSUMS}\nfrictionless validate {DESCRIPTION}\nrimbench import . --sample 5   # computes five \
-             of the runs once more and compares every digit\n```\n"
-        );
+        text +=
+            &format!("## Check it\n\n```sh\nsha256sum --check {CHECKSUMS}\nfrictionless validate {DESCRIPTION}\n```\n");
         text
     }
 

@@ -1,4 +1,4 @@
-//! A data package: the results of an experiment as others can cite, read and check them, without this program.
+//! A data package: the results of an experiment as others can cite and load them, without this program.
 //!
 //! ```text
 //! <package>/
@@ -8,36 +8,26 @@
 //!     load.py, load.jl, load.m, load.R
 //!     runs.csv, cost.csv, provenance.csv, parameters.csv, reference.csv, traces/, experiment.toml
 //!     claims.csv          what the experiment claims and what came out, if it claims anything
-//!     results.sha256      checksums of the files as the results folder had them
 //!     SHA256SUMS          checksums of the package
 //! ```
 //! Tables are those of the results folder but for one thing: an infinite number is `INF` or `-INF`, as a Table Schema wants it.
-//! [`import`] turns that back, so that the files are what they were to the byte.
 
 mod columns;
 mod describe;
-mod rerun;
-
-pub use rerun::{Differing, Rerun, rerun_sample};
 
 use crate::checked_results::checked_runs;
 use crate::claims::{check_claims, write_claims};
-use crate::experiment::{COPY, Experiment, PlannedRun};
-use crate::files::{make_folder, read_text};
+use crate::experiment::Experiment;
+use crate::files::make_folder;
 use columns::{Column, Kind};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
-use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_results::atomic_file::write_atomically;
-use rimbench_results::checksums::{self, CHECKSUMS};
-use serde_json::Value;
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use rimbench_results::checksums;
+use std::path::Path;
 
 /// Name of the description.
-pub const DESCRIPTION: &str = "datapackage.json";
-/// Name of the checksums of the results folder.
-const AS_STORED: &str = "results.sha256";
+const DESCRIPTION: &str = "datapackage.json";
 
 /// What a package says of itself that no file of the results does.
 #[derive(Debug, Clone)]
@@ -119,7 +109,7 @@ pub fn export(
     make_folder(out)?;
     let mut resources = Vec::new();
     for name in stored.keys() {
-        let columns = copy(folder, out, name, infinities_of_schema)?;
+        let columns = copy(folder, out, name)?;
         resources.push(resource(out, name, columns)?);
     }
     if !claims.is_empty() {
@@ -127,143 +117,16 @@ pub fn export(
         let columns = columns_of(&out.join("claims.csv"), "claims.csv")?;
         resources.push(resource(out, "claims.csv", Some(columns))?);
     }
-    let stored = read_text(&folder.join(CHECKSUMS))?;
     let write = |name: &str, text: String| write_atomically(&out.join(name), |file| file.write_all(text.as_bytes()));
-    write(AS_STORED, stored)?;
     let about =
         describe::About { experiment, citation, quick, runs: runs.len(), claims: claims.len(), resources: &resources };
     let mut files: Vec<String> = resources.iter().map(|resource| resource.path.clone()).collect();
-    files.push(AS_STORED.to_owned());
     for (name, text) in about.files() {
         write(name, text)?;
         files.push(name.to_owned());
     }
     checksums::write(out, files.iter().cloned())?;
     Ok(files.len() + 1)
-}
-
-/// A package that has been read: every file is as it was written.
-#[derive(Debug)]
-pub struct Package {
-    folder: PathBuf,
-    citation: Citation,
-    /// The experiment whose results it holds.
-    pub experiment: Experiment,
-    /// Its plan, or its quick plan, whichever the results are of.
-    pub planned: Vec<PlannedRun>,
-    /// Whether it is the quick one.
-    pub quick: bool,
-}
-
-impl Package {
-    /// Reads a package and holds its files against their checksums.
-    ///
-    /// # Errors
-    /// [`Error::File`] for what is no package, for files that are missing or changed, and for one that another version of the numerics
-    /// has computed: its runs are no runs of this program.
-    pub fn read(folder: &Path, catalogue: &Catalogue) -> Result<Self> {
-        let path = folder.join(DESCRIPTION);
-        let wrong = |message: String| Error::file(&path, message);
-        let description: Value =
-            serde_json::from_str(&read_text(&path)?).map_err(|error| wrong(format!("is no data package: {error}")))?;
-        let own = &description["rimbench"];
-        let (Some(name), Some(version), Some(quick)) =
-            (own["experiment"].as_str(), own["numerics_version"].as_u64(), own["quick"].as_bool())
-        else {
-            return Err(wrong(
-                "is no data package of rimbench: it lacks `rimbench.experiment` and its like".to_owned(),
-            ));
-        };
-        checksums::verify(folder)?;
-        refuse_unlisted(folder)?;
-        if version != u64::from(NUMERICS_VERSION) {
-            return Err(wrong(format!(
-                "rimbench.numerics_version = {version}, and this program has {NUMERICS_VERSION}: what it says can be read, but only \
-                 rimbench {} computes the same digits",
-                own["version"].as_str().unwrap_or("of that time")
-            )));
-        }
-        let experiment = Experiment::parse(&PathBuf::from(format!("{name}.toml")), read_text(&folder.join(COPY))?)?;
-        let planned = experiment.plan(catalogue, quick)?;
-        let citation = citation_of(&description);
-        Ok(Package { folder: folder.to_owned(), citation, experiment, planned, quick })
-    }
-
-    /// Names the files that [`export`] would not have written so from the results in `results`, which the package was unpacked to:
-    /// verdicts of claims, descriptions, loaders. `scratch` is a folder that is empty or not there yet.
-    ///
-    /// # Errors
-    /// Those of [`export`].
-    pub fn not_as_exported(&self, catalogue: &Catalogue, results: &Path, scratch: &Path) -> Result<Vec<String>> {
-        export(&self.experiment, catalogue, results, scratch, &self.citation)?;
-        let [ours, theirs] = [scratch, self.folder.as_path()].map(checksums::read);
-        let (ours, theirs) = (ours?.unwrap_or_default(), theirs?.unwrap_or_default());
-        let names: BTreeSet<&String> = ours.keys().chain(theirs.keys()).collect();
-        Ok(names.into_iter().filter(|name| ours.get(*name) != theirs.get(*name)).cloned().collect())
-    }
-
-    /// Unpacks, and says of what is wrong where it stands in the package, not in the place where it was found.
-    ///
-    /// # Errors
-    /// Those of [`unpack`](Self::unpack).
-    pub fn unpack_named(&self, catalogue: &Catalogue, out: &Path) -> Result<()> {
-        self.unpack(catalogue, out).map_err(|error| match error {
-            Error::File { path, message } => {
-                let own = path.strip_prefix(out).map(|name| self.folder.join(name));
-                Error::File { path: own.unwrap_or(path), message }
-            }
-            other => other,
-        })
-    }
-
-    /// Writes the results folder that the package was made from, to the byte, into a folder that is empty or not there yet.
-    ///
-    /// # Errors
-    /// [`Error::File`] for a folder that holds something, or for tables that do not become what they were.
-    pub fn unpack(&self, catalogue: &Catalogue, out: &Path) -> Result<()> {
-        refuse_filled(out)?;
-        // By the rules of a list of checksums: no name leads out of the folder.
-        let path = self.folder.join(AS_STORED);
-        let text = read_text(&path)?;
-        let sums = checksums::parse(&text).ok_or_else(|| Error::file(&path, "is no list of checksums"))?;
-        make_folder(out)?;
-        for name in sums.keys() {
-            copy(&self.folder, out, name, infinities_of_rust)?;
-        }
-        write_atomically(&out.join(CHECKSUMS), |file| file.write_all(text.as_bytes()))?;
-        checked_runs(&self.experiment, catalogue, out).map(drop)
-    }
-}
-
-/// What a description says of its authors and its like.
-fn citation_of(description: &Value) -> Citation {
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    let authors = description["contributors"].as_array().into_iter().flatten();
-    let day = description["created"].as_str().and_then(|time| time.get(..10));
-    Citation {
-        title: Some(text(&description["title"])),
-        authors: authors.map(|author| text(&author["title"])).collect(),
-        licence: text(&description["licenses"][0]["name"]),
-        released: day.map(str::to_owned),
-    }
-}
-
-/// Refuses a package with files that its checksums do not speak of: nobody has said what they are.
-fn refuse_unlisted(folder: &Path) -> Result<()> {
-    let sums = checksums::read(folder)?.unwrap_or_default();
-    for below in ["", "traces/"] {
-        for entry in std::fs::read_dir(folder.join(below)).into_iter().flatten().flatten() {
-            let name = format!("{below}{}", entry.file_name().to_string_lossy());
-            let known = name == CHECKSUMS || name == "traces" || sums.contains_key(&name);
-            if !known {
-                return Err(Error::file(
-                    entry.path(),
-                    format!("is no part of the package: {CHECKSUMS} does not list it"),
-                ));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Whether a place that may not be there yet lies below a folder.
@@ -306,8 +169,8 @@ fn columns_of(path: &Path, name: &str) -> Result<Vec<(String, Column)>> {
     reader.headers().map_err(wrong)?.iter().map(column).collect()
 }
 
-/// Copies a file; cells of a table that are numbers pass through `number`.
-fn copy(from: &Path, to: &Path, name: &str, number: fn(&str) -> &str) -> Result<Option<Vec<(String, Column)>>> {
+/// Copies a file; a number that is infinite becomes what a Table Schema calls it.
+fn copy(from: &Path, to: &Path, name: &str) -> Result<Option<Vec<(String, Column)>>> {
     let (source, target) = (from.join(name), to.join(name));
     if let Some(parent) = target.parent() {
         make_folder(parent)?;
@@ -325,32 +188,15 @@ fn copy(from: &Path, to: &Path, name: &str, number: fn(&str) -> &str) -> Result<
         let mut row = csv::StringRecord::new();
         while reader.read_record(&mut row)? {
             let cells = row.iter().zip(&columns);
-            writer.write_record(cells.map(|(cell, (_, column))| match column.kind {
-                Kind::Number => number(cell),
+            writer.write_record(cells.map(|(cell, (_, column))| match (column.kind, cell) {
+                (Kind::Number, "inf") => "INF",
+                (Kind::Number, "-inf") => "-INF",
                 _ => cell,
             }))?;
         }
         writer.flush()
     })?;
     Ok(Some(columns))
-}
-
-/// What a Table Schema calls a number that is infinite.
-fn infinities_of_schema(cell: &str) -> &str {
-    match cell {
-        "inf" => "INF",
-        "-inf" => "-INF",
-        cell => cell,
-    }
-}
-
-/// What the result files call it.
-fn infinities_of_rust(cell: &str) -> &str {
-    match cell {
-        "INF" => "inf",
-        "-INF" => "-inf",
-        cell => cell,
-    }
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ pub(super) const PROBLEM: [&str; 9] = [
 
 /// Columns of what can be chosen for a scheme row. Within a row they are the same on every problem: otherwise it would be several rows,
 /// each where it is best.
-pub(crate) const OPTIONS: [&str; 13] = [
+const OPTIONS: [&str; 13] = [
     "scheme",
     "sequence",
     "force_return",
@@ -44,7 +44,7 @@ pub(crate) const OPTIONS: [&str; 13] = [
 ];
 
 /// The first of the [`OPTIONS`] in which two runs differ, and what it is in each.
-pub(crate) fn first_differing<'a>(one: &'a [String], other: &'a [String]) -> Option<(&'static str, &'a str, &'a str)> {
+fn first_differing<'a>(one: &'a [String], other: &'a [String]) -> Option<(&'static str, &'a str, &'a str)> {
     let differs = |((option, one), other): ((&'static str, &'a String), &'a String)| {
         (one != other).then_some((option, one.as_str(), other.as_str()))
     };
@@ -71,38 +71,34 @@ pub(super) struct Entrant {
     pub(super) work: [Vec<f64>; 2],
 }
 
-/// Submission and label.
-pub(super) type Name = (String, String);
-
 /// What a scheme of the catalogue needs, and what it was tuned on: a gain that is not the default was chosen by somebody on something.
 pub(super) fn of_catalogue(
     catalogue: &Catalogue,
     runs: &ResultsTable,
     row: usize,
-) -> Result<Option<(InformationClass, BTreeSet<String>)>> {
+) -> Result<(InformationClass, BTreeSet<String>)> {
     let scheme = catalogue.scheme(runs.text(row, runs.column("scheme")?))?;
     let gain = runs.number(row, runs.column("gain")?);
     let usual = scheme.gain.as_ref().is_none_or(|known| gain.is_nan() || gain == known.default);
     let tuned_on =
         if usual { BTreeSet::new() } else { BTreeSet::from([runs.text(row, runs.column("case")?).to_owned()]) };
-    Ok(Some((class_of_run(InformationClass::of(scheme), runs, row)?, tuned_on)))
+    Ok((class_of_run(InformationClass::of(scheme), runs, row)?, tuned_on))
 }
 
 /// The class of a run: control of the macro step takes steps again, whatever the scheme.
-pub(crate) fn class_of_run(of_scheme: InformationClass, runs: &ResultsTable, row: usize) -> Result<InformationClass> {
+fn class_of_run(of_scheme: InformationClass, runs: &ResultsTable, row: usize) -> Result<InformationClass> {
     let controlled = runs.text(row, runs.column("step_control")?) != "none";
     Ok(if controlled { of_scheme.max(InformationClass::Repetition) } else { of_scheme })
 }
 
-/// Enters the runs of a table; `who` says class and tuning of a run, or that it is none of the submission's.
+/// Enters the runs of a table; `who` says class and tuning of a run.
 ///
 /// # Errors
 /// [`Error::File`] for a row that has other options on one problem than on another, unless it was tuned on that case.
 pub(super) fn enter(
-    entrants: &mut BTreeMap<Name, Entrant>,
+    entrants: &mut BTreeMap<String, Entrant>,
     runs: &ResultsTable,
-    submission: &str,
-    who: impl Fn(usize) -> Result<Option<(InformationClass, BTreeSet<String>)>>,
+    who: impl Fn(usize) -> Result<(InformationClass, BTreeSet<String>)>,
 ) -> Result<()> {
     let problem: Vec<Option<usize>> = PROBLEM.iter().map(|name| runs.column(name).ok()).collect();
     let [label, outcome, error, step, duration] =
@@ -111,7 +107,7 @@ pub(super) fn enter(
     let options = OPTIONS.map(|name| runs.column(name).ok());
     let counters = [runs.column("exchanges")?, runs.column("mechanics_micro_steps")?];
     for row in 0..runs.len() {
-        let Some((class, tuned_on)) = who(row)? else { continue };
+        let (class, tuned_on) = who(row)?;
         // Where no column speaks of it the law is Coulomb's.
         let cell = |column: &Option<usize>| column.map_or("coulomb", |column| runs.text(row, column)).to_owned();
         let key: Vec<String> = problem.iter().map(cell).collect();
@@ -120,14 +116,13 @@ pub(super) fn enter(
         let error = if ended == "completed" && value.is_finite() { value.min(CHARGE) } else { CHARGE };
         let skipped = ended == "skipped";
         let failed = ended != "completed" && !skipped;
-        let entrant =
-            entrants.entry((submission.to_owned(), runs.text(row, label).to_owned())).or_insert_with(|| Entrant {
-                class,
-                tuned_on: BTreeSet::new(),
-                outcomes: BTreeMap::new(),
-                options: None,
-                work: [Vec::new(), Vec::new()],
-            });
+        let entrant = entrants.entry(runs.text(row, label).to_owned()).or_insert_with(|| Entrant {
+            class,
+            tuned_on: BTreeSet::new(),
+            outcomes: BTreeMap::new(),
+            options: None,
+            work: [Vec::new(), Vec::new()],
+        });
         let case = &key[0];
         if !tuned_on.contains(case) {
             let own: Vec<String> =

@@ -1,8 +1,7 @@
 //! The ranking: which scheme row has least error over the cases, of those that know as much of the other side.
 //!
 //! ```text
-//! ranking file ─► result files of its experiments ┐
-//!                 submissions that were checked   ┴─► rows by class and tuning ─► problems ─► cases ─► score, rank
+//! ranking file ─► result files of its experiments ─► rows by class and tuning ─► problems ─► cases ─► score, rank
 //! ```
 //! A problem is a case with its parameters, at a macro step and a phase, with the micro step, the duration and the integrators. On each
 //! of them a row has an error, which is the rms force error over the reference's peak, at most 1: a force that is wrong by its peak is
@@ -17,19 +16,16 @@
 mod entrants;
 mod ranked;
 
-pub(super) use entrants::{OPTIONS, class_of_run, first_differing};
 pub use ranked::{CheckedRankClaim, Ranked, RankedRow, Unranked};
 
 use super::checked_results::checked_runs;
 use super::claims::Verdict;
 use super::experiment::Experiment;
 use super::files::read_text;
-use super::submission::Accepted;
-use entrants::{Entrant, Name, enter, of_catalogue};
+use entrants::{Entrant, enter, of_catalogue};
 use ranked::{mean, rank};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result, said_at};
-use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_statistics::bootstrap_interval;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -97,13 +93,13 @@ impl Ranking {
         self.experiments.iter().map(|file| folder.join(file)).collect()
     }
 
-    /// Ranks the rows of its experiments, whose results lie below `results`, and those of submissions.
+    /// Ranks the rows of its experiments, whose results lie below `results`.
     ///
     /// # Errors
-    /// [`Error::File`] for results that are not there, not whole, or not as they were written; for submissions that were held against
-    /// other references; for claims about rows that are not ranked, or not in one group.
-    pub fn rank(&self, catalogue: &Catalogue, results: &Path, submissions: &[Accepted]) -> Result<Ranked> {
-        let mut entrants: BTreeMap<Name, Entrant> = BTreeMap::new();
+    /// [`Error::File`] for results that are not there, not whole, not as they were written, or held against references of their own; for
+    /// claims about rows that are not ranked, or not in one group.
+    pub fn rank(&self, catalogue: &Catalogue, results: &Path) -> Result<Ranked> {
+        let mut entrants: BTreeMap<String, Entrant> = BTreeMap::new();
         for file in self.experiments() {
             let experiment = Experiment::read(&file)?;
             let (runs, _) = checked_runs(&experiment, catalogue, &experiment.results_folder(results))?;
@@ -111,33 +107,17 @@ impl Ranking {
                 let message = "has a reference_step_s of its own: only what is held against the cases' own references can be ranked";
                 return Err(Error::file(file, message));
             }
-            enter(&mut entrants, &runs, "", |row| of_catalogue(catalogue, &runs, row))?;
+            enter(&mut entrants, &runs, |row| of_catalogue(catalogue, &runs, row))?;
         }
-        let mut older = Vec::new();
-        for submission in submissions {
-            // Digits of other numerics are not those of the rows beside them.
-            if submission.numerics.as_deref() != Some(NUMERICS_VERSION.to_string().as_str()) {
-                let by = submission.numerics.as_deref().unwrap_or("of a version that is not written down");
-                let (label, submission) = (submission.name.clone(), submission.name.clone());
-                older.push(Unranked { label, submission, why: format!("computed by numerics {by}; check it again") });
-                continue;
-            }
-            for runs in &submission.runs {
-                enter(&mut entrants, runs, &submission.name, |row| submission.entry(runs, row))?;
-            }
-        }
-        let (mut ranked, values) = rank(entrants);
-        ranked.unranked.append(&mut older);
-        self.with_claims((ranked, values))
+        self.with_claims(rank(entrants))
     }
 
-    fn with_claims(&self, (mut ranked, values): (Ranked, BTreeMap<Name, Vec<f64>>)) -> Result<Ranked> {
+    fn with_claims(&self, (mut ranked, values): (Ranked, BTreeMap<String, Vec<f64>>)) -> Result<Ranked> {
         for claim in &self.claims {
             let named = |label: &str| {
-                let row = ranked.rows.iter().find(|row| row.submission.is_empty() && row.label == label);
-                row.ok_or_else(|| {
-                    let own = ranked.rows.iter().filter(|row| row.submission.is_empty());
-                    let error = Error::unknown("row of a claim", label, own.map(|row| row.label.as_str()));
+                ranked.rows.iter().find(|row| row.label == label).ok_or_else(|| {
+                    let rows = ranked.rows.iter().map(|row| row.label.as_str());
+                    let error = Error::unknown("row of a claim", label, rows);
                     Error::file(&self.path, format!("claim `{}`: {error}", claim.id))
                 })
             };
@@ -149,8 +129,8 @@ impl Ranking {
                 );
                 return Err(Error::file(&self.path, message));
             }
-            let of = |row: &RankedRow| &values[&(row.submission.clone(), row.label.clone())];
-            let differences: Vec<Vec<f64>> = of(one).iter().zip(of(other)).map(|(a, b)| vec![a - b]).collect();
+            let differences = values[&one.label].iter().zip(&values[&other.label]);
+            let differences: Vec<Vec<f64>> = differences.map(|(a, b)| vec![a - b]).collect();
             let ratio = |values: Vec<f64>| mean(&values).map(libm::exp);
             let measured = ratio(differences.concat());
             let interval = bootstrap_interval(&differences, ratio);
@@ -186,7 +166,7 @@ mod tests {
                           micro_step_s,duration_s,outcome,force_error_rms_of_peak,exchanges,mechanics_micro_steps";
 
     /// Rows of label, case, phase, outcome, error.
-    fn entered(rows: &[(&str, &str, &str, &str, &str)]) -> BTreeMap<Name, Entrant> {
+    fn entered(rows: &[(&str, &str, &str, &str, &str)]) -> BTreeMap<String, Entrant> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.csv");
         let lines: Vec<String> = rows
@@ -198,7 +178,7 @@ mod tests {
         std::fs::write(&path, format!("{HEADER}\n{}", lines.concat())).unwrap();
         let runs = ResultsTable::read(&path).unwrap();
         let mut entrants = BTreeMap::new();
-        enter(&mut entrants, &runs, "", |_| Ok(Some((InformationClass::Samples, BTreeSet::new())))).unwrap();
+        enter(&mut entrants, &runs, |_| Ok((InformationClass::Samples, BTreeSet::new()))).unwrap();
         entrants
     }
 
@@ -239,10 +219,7 @@ mod tests {
             ("whole", "b", "1.0", "completed", "0.001"),
             ("part", "a", "1.0", "completed", "0.001"),
         ]));
-        assert_eq!(
-            ranked.unranked,
-            [Unranked { label: "part".into(), submission: String::new(), why: "lacks 3 problems".into() }]
-        );
+        assert_eq!(ranked.unranked, [Unranked { label: "part".into(), why: "lacks 3 problems".into() }]);
         approx::assert_relative_eq!(ranked.rows[0].score, (0.101_f64 * 0.002).sqrt() - 1e-3, max_relative = 1e-12);
         assert_eq!(values.len(), 1);
     }
@@ -258,7 +235,7 @@ mod tests {
         let runs = ResultsTable::read(&path).unwrap();
         let entered = |tuned_on: &[&str]| {
             let tuned_on: BTreeSet<String> = tuned_on.iter().map(|case| (*case).to_owned()).collect();
-            enter(&mut BTreeMap::new(), &runs, "mine", |_| Ok(Some((InformationClass::Samples, tuned_on.clone()))))
+            enter(&mut BTreeMap::new(), &runs, |_| Ok((InformationClass::Samples, tuned_on.clone())))
         };
         let said = entered(&[]).unwrap_err().to_string();
         assert!(said.contains("row `mine` has step_control = `none` on `a` and `energy-residual` on `b`"), "{said}");

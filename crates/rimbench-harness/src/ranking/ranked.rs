@@ -1,6 +1,6 @@
 //! Ranks, scores and how sure they are, and the tables of them.
 
-use super::entrants::{CHARGE, Entrant, Name, Outcome, PROBLEM};
+use super::entrants::{CHARGE, Entrant, Outcome, PROBLEM};
 use crate::claims::Verdict;
 use crate::files::make_folder;
 use rimbench_core::error::Result;
@@ -28,8 +28,6 @@ pub struct RankedRow {
     pub rank_last: usize,
     /// Label of the scheme row.
     pub label: String,
-    /// Name of the submission; empty if it is one of this project's schemes.
-    pub submission: String,
     /// Typical error, failures charged, of the peak force.
     pub score: f64,
     /// 95 % interval of it, by the bootstrap over cases.
@@ -53,8 +51,6 @@ pub struct RankedRow {
 pub struct Unranked {
     /// Label of the scheme row.
     pub label: String,
-    /// Name of the submission; empty if it is one of this project's schemes.
-    pub submission: String,
     /// In words.
     pub why: String,
 }
@@ -87,7 +83,7 @@ pub struct CheckedRankClaim {
 pub struct Ranked {
     /// Rows by class, untuned before tuned, by score.
     pub rows: Vec<RankedRow>,
-    /// Rows that lack problems, or were computed by other numerics.
+    /// Rows that lack problems.
     pub unranked: Vec<Unranked>,
     /// Claims.
     pub claims: Vec<CheckedRankClaim>,
@@ -123,24 +119,18 @@ pub(super) fn mean(values: &[f64]) -> Option<f64> {
 }
 
 /// Ranks who has all problems; returns also what every row has, in logarithms, by witness.
-pub(super) fn rank(entrants: BTreeMap<Name, Entrant>) -> (Ranked, BTreeMap<Name, Vec<f64>>) {
-    // What a submission has more is its own affair, and no reason for anybody to lack it.
-    let own = |name: &Name| name.0.is_empty();
-    let problems: BTreeSet<Vec<String>> = entrants
-        .iter()
-        .filter(|(name, _)| own(name))
-        .flat_map(|(_, entrant)| entrant.outcomes.keys().cloned())
-        .collect();
+pub(super) fn rank(entrants: BTreeMap<String, Entrant>) -> (Ranked, BTreeMap<String, Vec<f64>>) {
+    let problems: BTreeSet<Vec<String>> =
+        entrants.values().flat_map(|entrant| entrant.outcomes.keys().cloned()).collect();
     let cases: BTreeSet<&String> = problems.iter().map(|problem| &problem[0]).collect();
     let cases = cases.len();
     // Cases are drawn, or phases where there is one case.
     let witness = |problem: &[String]| problem[if cases > 1 { 0 } else { PROBLEM.len() - 1 }].clone();
-    let (mut unranked, mut values, mut groups) = (Vec::new(), BTreeMap::new(), BTreeMap::<_, Vec<Name>>::new());
+    let (mut unranked, mut values, mut groups) = (Vec::new(), BTreeMap::new(), BTreeMap::<_, Vec<String>>::new());
     for (name, entrant) in &entrants {
         let lacks = problems.iter().filter(|problem| !entrant.outcomes.contains_key(*problem)).count();
         if lacks > 0 {
-            let (submission, label) = name.clone();
-            unranked.push(Unranked { label, submission, why: format!("lacks {lacks} problems") });
+            unranked.push(Unranked { label: name.clone(), why: format!("lacks {lacks} problems") });
             continue;
         }
         let mut of_witness: BTreeMap<String, Vec<f64>> = BTreeMap::new();
@@ -166,7 +156,7 @@ pub(super) fn rank(entrants: BTreeMap<Name, Entrant>) -> (Ranked, BTreeMap<Name,
 }
 
 fn ranked_row(
-    name: &Name,
+    label: &str,
     class: InformationClass,
     rank: Rank,
     entrant: &Entrant,
@@ -177,15 +167,13 @@ fn ranked_row(
     let witnesses: Vec<Vec<f64>> = values.iter().map(|value| vec![*value]).collect();
     let interval = bootstrap_interval(&witnesses, score);
     let count = |is: fn(&Outcome) -> bool| problems.iter().filter(|problem| is(&entrant.outcomes[*problem])).count();
-    let (submission, label) = name.clone();
     let [exchanges, steps] = entrant.work.clone().map(median);
     RankedRow {
         class: class.to_string(),
         tuned_on: entrant.tuned_on.iter().cloned().collect::<Vec<_>>().join(" "),
         rank: rank.first,
         rank_last: rank.last,
-        label,
-        submission,
+        label: label.to_owned(),
         score: score(values.to_vec()).unwrap_or(CHARGE),
         score_low: interval.map(|[low, _]| low),
         score_high: interval.map(|[_, high]| high),
