@@ -57,10 +57,10 @@ fn the_corpus_and_the_figures_are_those_that_the_program_carries() {
     let written = files(folder.path());
     assert!(written.iter().all(|file| file.starts_with("mine/")) && written.contains("mine/work.csv"), "{written:?}");
     // Without results there is nothing to draw, which is said of the folder here.
-    let output = called(folder.path(), &["figures"]).assert().code(2).get_output().clone();
+    let output = called(folder.path(), &["report", "--figures"]).assert().code(2).get_output().clone();
     assert!(said(&output).contains("results: is no folder of results"), "{}", said(&output));
     std::fs::create_dir(folder.path().join("results")).unwrap();
-    let output = called(folder.path(), &["figures"]).assert().success().get_output().clone();
+    let output = called(folder.path(), &["report", "--figures"]).assert().success().get_output().clone();
     assert!(said(&output).contains("not drawn: fig1: no results in results/paper/fig1"), "{}", said(&output));
     assert_eq!(files(folder.path()), written, "nothing is made for figures without results");
 }
@@ -79,7 +79,7 @@ fn a_list_of_figures_of_ones_own_is_drawn_and_a_picture_that_is_out_of_date_is_a
             "[[figure]]\nid = \"errors\"\nkind = \"sweep\"\nexperiment = \"mine/sweep\"\n[[figure.panels]]\nmetric = \"{metric}\"\n"
         );
         std::fs::write(folder.path().join("my.toml"), text).unwrap();
-        called(folder.path(), &["figures", "--file", "my.toml"])
+        called(folder.path(), &["report", "--figures", "--file", "my.toml"])
     };
     list("error").assert().success();
     assert!(results.join("figures/errors.svg").is_file());
@@ -96,7 +96,7 @@ fn in_the_projects_folder_its_own_files_are_read() {
     std::fs::create_dir_all(folder.path().join("experiments/paper")).unwrap();
     std::fs::create_dir_all(folder.path().join("paper")).unwrap();
     std::fs::write(folder.path().join("paper/figures.toml"), "[[figure]]\n").unwrap();
-    let output = called(folder.path(), &["figures"]).assert().code(2).get_output().clone();
+    let output = called(folder.path(), &["report", "--figures"]).assert().code(2).get_output().clone();
     assert!(said(&output).contains("paper/figures.toml: "), "{}", said(&output));
     let output = called(folder.path(), &["reproduce", "--quick"]).assert().code(2).get_output().clone();
     assert!(said(&output).contains("experiments/paper: holds no experiment"), "{}", said(&output));

@@ -327,11 +327,12 @@ fn what_cannot_be_read_or_written_is_said_in_one_error() {
         (["solvers", "--friction", "--source=wedge-bx"], "--source = wedge-bx is not valid"),
         (["solvers", "--friction", &format!("--corpus={}", path(&text))], "is not a corpus of contact problems with"),
         (["solvers", "--friction", &format!("--corpus={FILE}")], "is not a corpus of contact problems with"),
-        (["corpus", "--friction", &format!("--out={}", path(folder_of(&text)))], "is a folder; the name of a file"),
+        (["solvers", "--harvest", &format!("--out={}", path(folder_of(&text)))], "is a folder; the name of a file"),
         (["solvers", "--source", "wedge-bx"], "--source = wedge-bx is not valid"),
-        (["corpus", "--out", &path(&text.join("below-a-file.lcp"))], "no file can be written here"),
-        // Found before the harvest, which takes half a minute.
-        (["corpus", "--out", &path(folder_of(&text))], "is a folder; the name of a file is needed"),
+        (
+            ["solvers", "--harvest", &format!("--out={}", path(&text.join("below-a-file.lcp")))],
+            "no file can be written here",
+        ),
     ] {
         let message = refused(&arguments);
         assert!(message.starts_with("error: ") && message.contains(expected), "{message}");

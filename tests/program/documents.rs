@@ -13,16 +13,16 @@ const LONGEST_LINE: usize = 120;
 /// Longest METHODOLOGY.md, in lines: a contract is read in one go.
 const LONGEST_CONTRACT: usize = 150;
 
-fn root() -> &'static Path {
+pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn read(path: &Path) -> String {
+pub fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// All files with an extension below a folder.
-fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+pub fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -37,14 +37,14 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
 }
 
 /// Pages of the book, and the documents beside it.
-fn documents() -> Vec<PathBuf> {
+pub fn documents() -> Vec<PathBuf> {
     let mut documents = files(&root().join("docs"), "md");
     documents.extend(["README.md", "METHODOLOGY.md", "CONTRIBUTING.md"].map(|name| root().join(name)));
     documents
 }
 
 /// The lines of a text with their numbers, without those of code.
-fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut code = false;
     text.lines().enumerate().map(|(index, line)| (index + 1, line)).filter(move |(_, line)| {
         let fence = line.trim_start().starts_with("```");
@@ -337,7 +337,7 @@ fn the_page_on_advice_says_what_was_measured_last() {
         .iter()
         .flat_map(|case| ["0.01", "0.05"].map(|error| (case.name.to_string(), error.to_owned())))
         .collect();
-    assert_eq!(asked, expected, "`rimbench check-advice --out results/advice` makes it anew");
+    assert_eq!(asked, expected, "`rimbench advise --check --out results/advice` makes it anew");
     let verdict = |verdict: &str| rows.iter().filter(|row| row["verdict"] == verdict).count();
     let choices: Vec<[&str; 3]> = rows
         .iter()

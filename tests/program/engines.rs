@@ -60,7 +60,7 @@ impl Workplace {
     fn submit(&self, engine: &str, extra: &[&str]) -> Command {
         let mut command = rimbench();
         let path = format!("{}:/usr/local/bin:/usr/bin:/bin", self.path("bin").display());
-        command.env("PATH", path).arg("submit").arg(self.path("engines.toml")).args(["--engine", engine]);
+        command.env("PATH", path).arg("run").arg(self.path("engines.toml")).args(["--engine", engine]);
         command.arg("--out").arg(self.path("engines")).args(extra);
         command
     }
@@ -73,12 +73,31 @@ impl Workplace {
         text.replace(self.0.path().to_str().unwrap(), "HERE")
     }
 
+    /// Stands in for Slurm: knows only how an array is asked for and how a task is told its number; the last one first.
+    fn slurm(&self) {
+        self.program("sbatch", SBATCH);
+    }
+
+    fn collect(&self, code: i32) -> String {
+        let mut command = rimbench();
+        command.arg("run").arg(self.path("engines.toml")).arg("--out").arg(self.path("engines")).arg("--collect");
+        String::from_utf8(command.assert().code(code).get_output().stdout.clone()).unwrap()
+    }
+
     fn assert_as_whole(&self) {
         let [one, other] = [self.path("engines"), WHOLE.path().join("engines")].map(|folder| results(&folder));
         assert_eq!(one.len(), RUNS / 2 + 2 + 3);
         assert!(one == other, "differs from what `rimbench run` makes");
     }
 }
+
+const SBATCH: &str = "for word; do case $word in --array=1-*) count=${word#--array=1-};; esac; before=$last; last=$word; done\n\
+    while [ \"$count\" -gt 0 ]; do SLURM_ARRAY_TASK_ID=$count sh \"$before\" \"$last\"; count=$((count - 1)); done";
+
+/// The same for HyperQueue.
+const HQ: &str = "for word; do case $word in --array=1-*) count=${word#--array=1-};; --env=*) export \"${word#--env=}\";; esac; done\n\
+    while [ \"$1\" != -- ]; do shift; done; shift\n\
+    while [ \"$count\" -gt 0 ]; do HQ_TASK_ID=$count \"$@\"; count=$((count - 1)); done";
 
 /// The deterministic files of a results folder.
 fn results(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
@@ -100,41 +119,27 @@ fn a_dry_run_prints_the_exact_commands_of_every_engine_and_writes_nothing() {
         let options = ["--dry-run", "--run-time", "1", "--chunk-time", "20"];
         place.said(engine, &[&options[..], extra].concat(), 0)
     };
-    let chunk = |places: &str, cpus: &str| {
-        format!("RIMBENCH run HERE/engines.toml --out HERE/engines --jobs {cpus} --places {places}")
-    };
+    let chunk = "RIMBENCH run HERE/engines.toml --out HERE/engines --jobs 1 --places \"$places\"";
     let at = "HERE/engines/records/submissions/1";
     let list = "0-19\n20-39\n40-47\n";
-
-    let commands = ["0-19", "20-39", "40-47"].map(|places| chunk(places, "1")).join("\n");
-    assert_eq!(dry("local", &[]), format!("{HEAD}# commands\n{commands}\n"));
-
-    let command = format!(
-        "parallel --quote --joblog {at}/joblog --resume --retries 3 --jobs 2 --sshlogin n1 --sshlogin 4/n2 \
-         --env RIMBENCH_CACHE --nice 5 --arg-file {at}/chunks.txt {}",
-        chunk("'{}'", "1")
-    );
-    let hosts = ["--at-once", "2", "--host", "n1", "--host", "4/n2", "--", "--nice", "5"];
-    assert_eq!(dry("parallel", &hosts), format!("{HEAD}# {at}/chunks.txt\n{list}\n# commands\n{command}\n"));
 
     let script = |variable: &str| {
         format!(
             "# {at}/chunk.sh\n#!/bin/sh\n# {variable} counts the lines of the list from 1.\n\
-             places=$(sed -n \"${{{variable}}}p\" \"$1\") && exec {}\n\n",
-            chunk("\"$places\"", "1")
+             places=$(sed -n \"${{{variable}}}p\" \"$1\") && exec {chunk}\n\n"
         )
     };
     let command = format!(
-        "sbatch --job-name=rimbench-engines --array=1-3%2 --requeue --open-mode=append --ntasks=1 --cpus-per-task=1 \
-         --exclusive --output={at}/%A-%a.out --partition=short {at}/chunk.sh {at}/chunks-1.txt"
+        "sbatch '--job-name=rimbench-engines' '--array=1-3%2' --requeue '--open-mode=append' '--ntasks=1' '--cpus-per-task=1' \
+         --exclusive '--output={at}/%A-%a.out' '--partition=short' {at}/chunk.sh {at}/chunks-1.txt"
     );
     let slurm = script("SLURM_ARRAY_TASK_ID");
     let options = ["--exclusive", "--at-once", "2", "--", "--partition=short"];
     assert_eq!(dry("slurm", &options), format!("{HEAD}{slurm}# {at}/chunks-1.txt\n{list}\n# commands\n{command}\n"));
 
     let command = format!(
-        "hq submit --name=rimbench-engines --array=1-3 --cpus=1 '--stdout={at}/%{{TASK_ID}}.stdout' \
-         '--stderr={at}/%{{TASK_ID}}.stderr' --env=RIMBENCH_CACHE=CACHE -- sh {at}/chunk.sh {at}/chunks.txt"
+        "hq submit '--name=rimbench-engines' '--array=1-3' '--cpus=1' '--stdout={at}/%{{TASK_ID}}.stdout' \
+         '--stderr={at}/%{{TASK_ID}}.stderr' '--env=RIMBENCH_CACHE=CACHE' -- sh {at}/chunk.sh {at}/chunks.txt"
     );
     let hyperqueue = script("HQ_TASK_ID");
     assert_eq!(dry("hyperqueue", &[]), format!("{HEAD}{hyperqueue}# {at}/chunks.txt\n{list}\n# commands\n{command}\n"));
@@ -142,81 +147,30 @@ fn a_dry_run_prints_the_exact_commands_of_every_engine_and_writes_nothing() {
 }
 
 #[test]
-fn processes_of_this_machine_give_what_one_run_gives() {
-    let place = Workplace::new();
-    let said = place.said("local", &SIX, 0);
-    assert!(said.contains("in chunks: 6;") && said.contains("48 of 48 runs stored in HERE/engines\n"), "{said}");
-    place.assert_as_whole();
-    let said = place.said("local", &[], 0);
-    assert_eq!(
-        said, "Nothing is missing: all 48 runs are stored. Result files: rimbench collect HERE/engines\n",
-        "{said}"
-    );
-    // Sealed result files without their records are as good; nothing is made of them in a dry run.
-    let records = place.path("engines/records");
-    std::fs::remove_dir_all(&records).unwrap();
-    assert!(place.said("slurm", &["--dry-run"], 0).starts_with("Nothing is missing"));
-    assert!(!records.exists());
-    // A larger grid: only what is new, by the times that were measured.
-    let larger = EXPERIMENT.replace("phases = 6", "phases = 7");
-    std::fs::write(place.path("engines.toml"), larger).unwrap();
-    let said = place.said("local", &["--run-time", "1000"], 0);
-    assert!(said.starts_with("8 of 56 runs are missing; in chunks: 1;"), "{said}");
-    assert!(said.contains("(by the times of stored runs)") && said.contains("56 of 56 runs stored"), "{said}");
-}
-
-#[test]
-fn a_killed_chunk_is_submitted_again_and_nothing_else_is() {
-    let place = Workplace::new();
-    // Killed after some of its runs, and without a chance to say so.
-    let script = format!(
-        "case \"$*\" in *' 16-23') \"{0}\" run \"$2\" --out \"$4\" --places 16-18; kill -9 $$;; esac\nexec \"{0}\" \"$@\"",
-        executable().display()
-    );
-    let lossy = place.program("lossy", &script);
-    let said = place.said("local", &[&SIX[..], &["--program", lossy.to_str().unwrap()]].concat(), 1);
-    assert!(said.contains("43 of 48 runs stored") && said.contains("5 runs are missing: the same command"), "{said}");
-    assert!(!place.path("engines/runs.csv").exists(), "an incomplete experiment has no results");
-    let said = place.said("local", &["--dry-run"], 0);
-    assert!(said.starts_with("5 of 48 runs are missing; in chunks: 1;") && said.contains("--places 19-23\n"), "{said}");
-    let said = place.said("local", &[], 0);
-    assert!(said.contains("48 of 48 runs stored"), "{said}");
-    place.assert_as_whole();
-}
-
-#[test]
-fn records_and_not_exit_codes_say_what_is_done() {
-    // Each chunk twice at once, and then an exit code that tells of a failure.
-    let place = Workplace::new();
-    let script = format!("\"{0}\" \"$@\" &\n\"{0}\" \"$@\"\nwait\nexit 3", executable().display());
-    let twice = place.program("twice", &script);
-    let said = place.said("local", &[&SIX[..], &["--program", twice.to_str().unwrap()]].concat(), 0);
-    assert!(said.contains("48 of 48 runs stored"), "{said}");
-    place.assert_as_whole();
-    // And one that does nothing, and calls it a success.
-    let place = Workplace::new();
-    let idle = place.program("idle", "exit 0");
-    let said = place.said("local", &["--program", idle.to_str().unwrap()], 1);
-    assert!(said.contains("0 of 48 runs stored") && said.contains("48 runs are missing"), "{said}");
-}
-
-#[test]
 fn arrays_run_every_chunk_by_the_number_that_the_engine_gives_it() {
-    // Stand-ins that know of their engines only how an array is asked for and how a task is told its number; the last one first.
-    let slurm = "for word; do case $word in --array=1-*) count=${word#--array=1-};; esac; before=$last; last=$word; done\n\
-                 while [ \"$count\" -gt 0 ]; do SLURM_ARRAY_TASK_ID=$count sh \"$before\" \"$last\"; count=$((count - 1)); done";
-    let hyperqueue = "for word; do case $word in --array=1-*) count=${word#--array=1-};; --env=*) export \"${word#--env=}\";; esac; done\n\
-                      while [ \"$1\" != -- ]; do shift; done; shift\n\
-                      while [ \"$count\" -gt 0 ]; do HQ_TASK_ID=$count \"$@\"; count=$((count - 1)); done";
-    for (engine, program, script) in [("slurm", "sbatch", slurm), ("hyperqueue", "hq", hyperqueue)] {
+    for (engine, program, script) in [("slurm", "sbatch", SBATCH), ("hyperqueue", "hq", HQ)] {
         let place = Workplace::new();
         place.program(program, script);
         let said = place.said(engine, &SIX, 0);
-        assert!(said.ends_with("When they are done: rimbench collect HERE/engines\n"), "{said}");
+        let collect = "rimbench run HERE/engines.toml --out HERE/engines --collect\n";
+        assert!(said.contains("in chunks: 6;") && said.ends_with(&format!("When they are done: {collect}")), "{said}");
         assert_eq!(said.matches("8 of 8 runs stored").count(), 6, "{said}");
         assert!(!place.path("engines/runs.csv").exists(), "a task looks after its own runs only");
-        rimbench().arg("collect").arg(place.path("engines")).assert().success();
+        place.collect(0);
         place.assert_as_whole();
+        let nothing = format!("Nothing is missing: all 48 runs are stored. Result files: {collect}");
+        assert_eq!(place.said(engine, &[], 0), nothing);
+        // Sealed result files without their records are as good; nothing is made of them in a dry run.
+        let records = place.path("engines/records");
+        std::fs::remove_dir_all(&records).unwrap();
+        assert_eq!(place.said(engine, &["--dry-run"], 0), nothing);
+        assert!(!records.exists());
+        // A larger grid: only what is new, by the times that were measured.
+        let larger = EXPERIMENT.replace("phases = 6", "phases = 7");
+        std::fs::write(place.path("engines.toml"), larger).unwrap();
+        let said = place.said(engine, &["--run-time", "1000", "--dry-run"], 0);
+        assert!(said.starts_with("8 of 56 runs are missing; in chunks: 1;"), "{said}");
+        assert!(said.contains("(by the times of stored runs)"), "{said}");
         // An engine that does not take the chunks is an error.
         let place = Workplace::new();
         place.program(program, "echo no such partition >&2; exit 1");
@@ -226,32 +180,42 @@ fn arrays_run_every_chunk_by_the_number_that_the_engine_gives_it() {
 }
 
 #[test]
-fn gnu_parallel_gives_what_one_run_gives() {
-    let version = std::process::Command::new("parallel").arg("--version").output();
-    if !version.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).contains("GNU parallel")) {
-        eprintln!("skipped: GNU parallel is not on the path");
-        return;
-    }
+fn a_killed_chunk_is_submitted_again_and_nothing_else_is() {
     let place = Workplace::new();
-    let path = std::env::var_os("PATH").unwrap();
-    let mut submit = place.submit("parallel", &[&SIX[..], &["--at-once", "2"]].concat());
-    submit.env("PATH", &path).assert().success();
+    place.slurm();
+    // Killed after some of its runs, and without a chance to say so.
+    let script = format!(
+        "case \"$*\" in *' 16-23') \"{0}\" run \"$2\" --out \"$4\" --places 16-18; kill -9 $$;; esac\nexec \"{0}\" \"$@\"",
+        executable().display()
+    );
+    let lossy = place.program("lossy", &script);
+    place.said("slurm", &[&SIX[..], &["--program", lossy.to_str().unwrap()]].concat(), 0);
+    let said = place.collect(1);
+    assert!(said.contains("43 of 48 runs in ") && said.contains("missing: "), "{said}");
+    assert!(!place.path("engines/runs.csv").exists(), "an incomplete experiment has no results");
+    let said = place.said("slurm", &["--dry-run"], 0);
+    assert!(said.starts_with("5 of 48 runs are missing; in chunks: 1;") && said.contains("\n19-23\n"), "{said}");
+    place.said("slurm", &[], 0);
+    place.collect(0);
     place.assert_as_whole();
-    let log = place.path("engines/records/submissions/1/joblog");
-    let entries = || std::fs::read_to_string(&log).unwrap().lines().count() - 1;
-    assert_eq!(entries(), 6);
-    // Records are lost, the job log is not: a new submission asks the records.
-    for entry in std::fs::read_dir(place.path("engines/records")).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_some_and(|extension| extension == "log") {
-            std::fs::remove_file(path).unwrap();
-        }
-    }
-    std::fs::remove_file(place.path("engines/SHA256SUMS")).unwrap();
-    let again = place.submit("parallel", &SIX).env("PATH", &path).assert().success().get_output().clone();
-    assert!(String::from_utf8_lossy(&again.stdout).starts_with("48 of 48 runs are missing"));
-    assert_eq!(entries(), 6, "a submission has a log of its own");
+}
+
+#[test]
+fn records_and_not_exit_codes_say_what_is_done() {
+    // Each chunk twice at once, and then an exit code that tells of a failure.
+    let place = Workplace::new();
+    place.slurm();
+    let script = format!("\"{0}\" \"$@\" &\n\"{0}\" \"$@\"\nwait\nexit 3", executable().display());
+    let twice = place.program("twice", &script);
+    place.said("slurm", &[&SIX[..], &["--program", twice.to_str().unwrap()]].concat(), 0);
+    place.collect(0);
     place.assert_as_whole();
+    // And one that does nothing, and calls it a success.
+    let place = Workplace::new();
+    place.slurm();
+    let idle = place.program("idle", "exit 0");
+    place.said("slurm", &["--program", idle.to_str().unwrap()], 0);
+    assert!(place.collect(1).starts_with("0 of 48 runs in "));
 }
 
 #[test]
@@ -262,7 +226,7 @@ fn what_cannot_be_submitted_is_one_error() {
     let path = place.path("bin");
     let refused = |file: &Path, options: &[&str]| {
         let mut command = rimbench();
-        command.env("PATH", &path).arg("submit").arg(file).args(options).arg("--out").arg(place.path("out"));
+        command.env("PATH", &path).arg("run").arg(file).args(options).arg("--out").arg(place.path("out"));
         let output = command.assert().code(2).get_output().clone();
         assert!(output.stdout.is_empty() || !options.contains(&"--dry-run"));
         assert!(!place.path("out").exists(), "{options:?}: something was written");
@@ -270,16 +234,17 @@ fn what_cannot_be_submitted_is_one_error() {
     };
     let file = place.path("engines.toml");
     for (file, options, wanted) in [
-        (&file, &["--engine", "slrum"][..], "a similar value exists: 'slurm'"),
-        (&file, &["--engine", "slurm"], "on the path: local; `sbatch` was looked for and is not"),
-        (&file, &["--engine", "hyperqueue"], "`hq` was looked for"),
-        (&file, &["--engine", "local", "--chunk-time", "0"], "--chunk-time = 0 is not valid"),
-        (&file, &["--engine", "local", "--run-time", "inf"], "--run-time = inf is not valid"),
-        (&file, &["--engine", "local", "--cpus", "0"], "1..=1024"),
-        (&file, &["--engine", "local", "--host", "n1"], "--host with parallel"),
-        (&timed, &["--engine", "parallel", "--dry-run"], "cannot promise that timed runs are alone"),
+        (&file, &["--engine", "slrum"][..], "did you mean `slurm`"),
+        (&file, &["--engine", "local"], "uses all cores of a machine"),
+        (&file, &["--engine", "slurm"], "on the path; `sbatch` is not"),
+        (&file, &["--engine", "hyperqueue"], "`hq` is not"),
+        (&file, &["--engine", "slurm", "--chunk-time", "0"], "--chunk-time = 0 is not valid"),
+        (&file, &["--engine", "slurm", "--run-time", "inf"], "--run-time = inf is not valid"),
+        (&file, &["--engine", "slurm", "--cpus", "0"], "1..=1024"),
+        (&file, &["--engine", "slurm", "--shard", "1/2"], "cannot be used with '--shard"),
+        (&file, &["--cpus", "2"], "--engine <ENGINE>"),
         (&timed, &["--engine", "slurm", "--dry-run", "--cpus", "4"], "--cpus must be 1"),
-        (&place.path("none.toml"), &["--engine", "local"], "none.toml: cannot be read"),
+        (&place.path("none.toml"), &["--engine", "slurm"], "none.toml: cannot be read"),
     ] {
         let message = refused(file, options);
         assert!(message.contains(wanted), "{options:?}: {message}");
@@ -304,7 +269,7 @@ fn shards_are_counted_as_the_engine_counts_them() {
         assert!(said.contains("places = ") && said.contains("valid: "), "{said}");
     }
     assert!(run(&["--shard", "0/2", "--first-shard", "0"], 0).contains("24 runs are missing"));
-    // The places are those that `plan --format json` says.
+    // The places are those that `--dry-run --format json` says.
     assert!(run(&["--places", "1-1"], 0).contains("1 of 1 runs stored"));
     assert!(run(&["--shard", "2/2"], 0).contains("23 computed now"));
     place.assert_as_whole();

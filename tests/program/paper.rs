@@ -277,9 +277,9 @@ fn every_reference_of_the_report_leads_somewhere() {
     }
 }
 
-/// Calls `rimbench paper` with nothing to be found but what stands in a folder.
+/// Calls `rimbench report --pdf` with nothing to be found but what stands in a folder.
 fn paper(programs: &Path, out: &Path) -> std::process::Output {
-    rimbench().current_dir(root()).env("PATH", programs).args(["paper", "--out"]).arg(out).output().unwrap()
+    rimbench().current_dir(root()).env("PATH", programs).args(["report", "--pdf", "--out"]).arg(out).output().unwrap()
 }
 
 #[test]
@@ -292,7 +292,7 @@ fn without_the_typesetter_one_error_says_how_to_get_it() {
     for needed in ["pip install typst", "python3 paper/build.py", "paper/paper.typ"] {
         assert!(said.contains(needed), "{needed}: {said}");
     }
-    let elsewhere = rimbench().current_dir(folder.path()).arg("paper").output().unwrap();
+    let elsewhere = rimbench().current_dir(folder.path()).args(["report", "--pdf"]).output().unwrap();
     let said = String::from_utf8(elsewhere.stderr).unwrap();
     assert_eq!(elsewhere.status.code(), Some(2), "{said}");
     assert!(said.contains("folder of the project"), "{said}");

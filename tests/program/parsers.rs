@@ -14,13 +14,12 @@ use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
 use rimbench::fmi::import::read_case;
-use rimbench::harness::{Declaration, Experiment, Package, Ranking, Store};
-use rimbench::numerics_version::NUMERICS_VERSION;
+use rimbench::harness::{Experiment, Ranking, Store};
 use rimbench::perf::History;
 use rimbench::results_table::ResultsTable;
 use rimbench::runs::RunRequest;
 use sha2::{Digest, Sha256};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 static CATALOGUE: LazyLock<Catalogue> = LazyLock::new(|| everything().unwrap());
@@ -180,23 +179,11 @@ static SEEDS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
         ("table", beginning("results/paper/claims.csv", 4000)),
         ("checksums", beginning("results/paper/fig2/SHA256SUMS", all)),
         ("store", STORE.as_bytes().to_vec()),
-        ("package", PACKAGE.as_bytes().to_vec()),
-        ("submission", beginning("examples/submission/submission.toml", all)),
-        ("submission", TUNED.as_bytes().to_vec()),
         ("ranking", beginning("experiments/ranking.toml", all)),
     ]
 });
 
 const STORE: &str = "rimbench-store 2 e 123456789abc\nwrong  0123456789abcdef\tcompleted,,,2.5,false\t0.1,2\trow\t\t\n";
-
-const TUNED: &str = "name = \"mine\"\nabout = \"Mine\"\nauthors = [\"Doe, Jane\", \"A group\"]\nlicence = \"MIT\"\ninformation = \"model\"\n\
-                     scheme = \"a/b.toml\"\npackages = [\"one\", \"two\"]\n[[tuned]]\nwhat = \"a share\"\ncases = [\"wedge-box\"]\n";
-
-static PACKAGE: LazyLock<String> = LazyLock::new(|| {
-    let own = r#"{ "experiment": "e", "numerics_version": N, "quick": false, "version": "0.1.0" }"#;
-    let own = own.replace('N', &NUMERICS_VERSION.to_string());
-    format!(r#"{{ "name": "rimbench-e", "rimbench": {own}, "resources": [{{ "name": "runs", "path": "runs.csv" }}] }}"#)
-});
 
 fn seeds(kind: &str) -> Vec<&'static [u8]> {
     SEEDS.iter().filter(|seed| seed.0 == kind).map(|seed| seed.1.as_slice()).collect()
@@ -225,9 +212,6 @@ fn what_is_mangled_was_valid() {
     for text in seeds("figures") {
         FigureList::parse(Path::new("f.toml"), std::str::from_utf8(text).unwrap()).unwrap();
     }
-    for text in seeds("submission") {
-        Declaration::parse(Path::new("s.toml"), std::str::from_utf8(text).unwrap(), &CATALOGUE).unwrap();
-    }
     for text in seeds("ranking") {
         Ranking::parse(Path::new("r.toml"), std::str::from_utf8(text).unwrap()).unwrap();
     }
@@ -235,11 +219,6 @@ fn what_is_mangled_was_valid() {
     assert!(!History::read(&path).unwrap().rows.is_empty());
     let (_folder, path) = file_with("runs.csv", seeds("table")[0]);
     assert!(!ResultsTable::read(&path).unwrap().is_empty());
-    let (folder, _) = file_with("datapackage.json", PACKAGE.as_bytes());
-    std::fs::write(folder.path().join("experiment.toml"), seeds("experiment")[1]).unwrap();
-    std::fs::write(folder.path().join("runs.csv"), "run_id\n").unwrap();
-    checksums::write(folder.path(), ["datapackage.json", "experiment.toml", "runs.csv"].map(str::to_owned)).unwrap();
-    Package::read(folder.path(), &CATALOGUE).unwrap();
     let (folder, _) = file_with("SHA256SUMS", seeds("checksums")[0]);
     assert!(checksums::read(folder.path()).unwrap().is_some_and(|sums| sums.len() > 3));
 }
@@ -307,23 +286,6 @@ proptest! {
     }
 
     #[test]
-    fn any_declaration_of_a_submission_is_one_or_an_error(which in 0..2_usize, changes in changes()) {
-        let text = mangled(seeds("submission")[which], &changes);
-        let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
-        match Declaration::parse(Path::new("s.toml"), text, &CATALOGUE) {
-            Err(error) => says(&error),
-            // No path leads out of the folder, and no name out of that of all submissions.
-            Ok(declared) => {
-                let packages = declared.packages.iter().map(Path::new);
-                let inside = |path: &Path| path.components().all(|part| matches!(part, Component::Normal(_)));
-                prop_assert!(packages.chain([declared.scheme.as_path()]).all(inside));
-                prop_assert!(declared.name.chars().all(|c| c == '-' || c.is_ascii_alphanumeric()));
-                prop_assert!(declared.authors.iter().all(|author| !author.trim().is_empty()));
-            }
-        }
-    }
-
-    #[test]
     fn any_ranking_is_one_or_an_error(changes in changes()) {
         let text = mangled(seeds("ranking")[0], &changes);
         let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
@@ -378,22 +340,6 @@ proptest! {
             Err(error) => says(&error),
             // A record without its checksum is as good as never written.
             Ok(store) => prop_assert!(store.get("0123456789abcdef").is_none()),
-        }
-    }
-
-    #[test]
-    fn any_description_of_a_package_is_one_or_an_error(changes in changes(), sealed in any::<bool>()) {
-        let bytes = mangled(PACKAGE.as_bytes(), &changes);
-        let (folder, _) = file_with("datapackage.json", &bytes);
-        std::fs::write(folder.path().join("experiment.toml"), seeds("experiment")[1]).unwrap();
-        std::fs::write(folder.path().join("runs.csv"), "run_id\n").unwrap();
-        if sealed {
-            let names = ["datapackage.json", "experiment.toml", "runs.csv"].map(str::to_owned);
-            checksums::write(folder.path(), names).unwrap();
-        }
-        match Package::read(folder.path(), &CATALOGUE) {
-            Err(error) => says(&error),
-            Ok(package) => prop_assert!(sealed && !package.planned.is_empty()),
         }
     }
 

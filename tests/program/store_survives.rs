@@ -133,8 +133,11 @@ fn shards_run_at_once_into_one_folder_or_apart_and_are_collected() {
             scope.spawn(move || run(file, shared, &["--shard", shard]));
         }
     });
-    // The last of the two to finish has exported; if both read the store at once, collect does.
-    rimbench().arg("collect").arg(&shared).assert().success();
+    // The last of the two to finish has exported; if both read the store at once, --collect does.
+    let collect = |out: &Path, shards: &[PathBuf]| {
+        rimbench().arg("run").arg(&file).arg("--out").arg(out).arg("--collect").args(shards).assert()
+    };
+    collect(&shared, &[]).success();
     assert_same(&shared, &whole);
 
     let parts: Vec<PathBuf> = ["1/3", "2/3", "3/3"]
@@ -148,11 +151,11 @@ fn shards_run_at_once_into_one_folder_or_apart_and_are_collected() {
         })
         .collect();
     // What is missing is said, in words and by the exit code; what is there is merged all the same.
-    let output = rimbench().arg("collect").arg(&parts[0]).arg(&parts[1]).assert().code(1);
+    let output = collect(&parts[0], &parts[1..2]).code(1);
     let printed = String::from_utf8(output.get_output().stdout.clone()).unwrap();
     assert!(printed.contains("48 of 72 runs") && printed.contains("missing: rim-nonsmooth"), "{printed}");
     assert!(!parts[0].join("runs.csv").exists(), "an incomplete experiment has no results");
-    rimbench().arg("collect").args(&parts).assert().success();
+    collect(&parts[0], &parts[1..]).success();
     assert_same(&parts[0], &whole);
 }
 
@@ -229,8 +232,8 @@ fn bad_experiment_files_are_refused_with_the_place() {
         (EXPERIMENT.replace(">= 1", "about 1"), "is no comparison"),
     ] {
         let (folder, file) = workplace(&text);
-        for command in ["plan", "run"] {
-            let refusal = rimbench().current_dir(folder.path()).arg(command).arg(&file).assert().code(2);
+        for how in [&["--dry-run"][..], &[]] {
+            let refusal = rimbench().current_dir(folder.path()).arg("run").arg(&file).args(how).assert().code(2);
             let message = String::from_utf8(refusal.get_output().stderr.clone()).unwrap();
             assert!(message.contains(wanted) && message.contains("survival.toml"), "{wanted}: {message}");
         }
@@ -240,7 +243,7 @@ fn bad_experiment_files_are_refused_with_the_place() {
     let (_folder, file) = workplace(EXPERIMENT);
     rimbench().arg("run").arg(&file).args(["--shard", "3/2"]).assert().code(2);
     rimbench().arg("run").arg(&file).args(["--jobs", "0"]).assert().code(2);
-    rimbench().args(["collect", "no-such-folder"]).assert().code(2);
+    rimbench().arg("run").arg(&file).args(["--collect", "no-such-folder"]).assert().code(2);
 }
 
 #[test]

@@ -223,7 +223,7 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
         (EXPERIMENT.replace("<= 0", ">= nan"), "is no comparison"),
         (EXPERIMENT.replace("<= 0", "<= inf"), "the number finite"),
     ] {
-        let message = refused(rimbench().arg("plan").arg(place.write(&text)));
+        let message = refused(rimbench().args(["run", "--dry-run"]).arg(place.write(&text)));
         assert!(message.contains(wanted), "{wanted}: {message}");
     }
     for text in [
@@ -231,7 +231,7 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
         said(&several, "set = \"box_mass_kg=200.0\""),
         said(&cases, "case = \"wedge-box\""),
     ] {
-        rimbench().arg("plan").arg(place.write(&text)).assert().success();
+        rimbench().args(["run", "--dry-run"]).arg(place.write(&text)).assert().success();
     }
 }
 
@@ -244,7 +244,8 @@ fn shards_in_folders_of_any_name_are_collected() {
         let run = ["--shard", &format!("{part}/3"), "--out", &format!("s{part}")];
         rimbench().current_dir(&place.0).arg("run").arg(&file).args(run).assert().success();
     }
-    let output = rimbench().current_dir(&place.0).args(["collect", "s2", "s1", "s3", "s1", "s2"]).assert().success();
+    let merge = ["--out", "s2", "--collect", "s1", "s3", "s1", "s2"];
+    let output = rimbench().current_dir(&place.0).arg("run").arg(&file).args(merge).assert().success();
     assert!(String::from_utf8_lossy(&output.get_output().stdout).contains("16 of 16 runs in s2"));
     for name in ["runs.csv", "reference.csv", "parameters.csv"] {
         let [one, other] = [place.path("s2"), place.results()].map(|folder| std::fs::read(folder.join(name)).unwrap());
@@ -258,16 +259,14 @@ fn shards_in_folders_of_any_name_are_collected() {
 fn collect_says_that_there_are_records_of_other_runs_where_some_are_missing() {
     let place = Place::new();
     place.run(EXPERIMENT);
-    let collected = || {
-        let output = rimbench().arg("collect").arg(place.results()).output().unwrap();
+    let collected = |file: &Path| {
+        let output =
+            rimbench().arg("run").arg(file).arg("--out").arg(place.results()).arg("--collect").output().unwrap();
         (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
     };
-    let (code, said) = collected();
+    let (code, said) = collected(&place.path("group/strict.toml"));
     assert!(code == Some(0) && !said.contains("other runs"), "{said}");
-    let file = place.results().join("experiment.toml");
-    let edited = std::fs::read_to_string(&file).unwrap().replace("[2e-3, 5e-3]", "[2e-3, 4e-3]");
-    std::fs::write(&file, edited).unwrap();
-    let (code, said) = collected();
+    let (code, said) = collected(&place.write(&EXPERIMENT.replace("[2e-3, 5e-3]", "[2e-3, 4e-3]")));
     assert!(code == Some(1) && said.contains("8 of 16 runs"), "{said}");
     assert!(said.contains("\nrecords of other runs: 8; has"), "{said}");
 }
@@ -447,7 +446,7 @@ fn a_plan_says_first_how_many_runs_it_has_and_shows_as_many_as_can_be_read() {
     let place = Place::new();
     let file = place.write(&EXPERIMENT.replace("phases = 4", "phases = 100"));
     let printed = |more: &[&str]| {
-        let output = rimbench().arg("plan").arg(&file).args(more).assert().success();
+        let output = rimbench().arg("run").arg(&file).arg("--dry-run").args(more).assert().success();
         String::from_utf8(output.get_output().stdout.clone()).unwrap()
     };
     let short = printed(&[]);
@@ -470,6 +469,6 @@ fn a_cache_that_is_of_no_use_says_so() {
 fn a_group_without_figures_is_refused() {
     let place = Place::new();
     std::fs::create_dir(place.path("results")).unwrap();
-    let message = refused(rimbench().args(["figures", "--group", "nope", "--results"]).arg(place.path("results")));
+    let message = refused(rimbench().args(["report", "--figures", "--group", "nope"]).arg(place.path("results")));
     assert!(message.contains("unknown group of figures `nope`"), "{message}");
 }

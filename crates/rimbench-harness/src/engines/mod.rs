@@ -222,10 +222,10 @@ mod tests {
     }
 
     #[test]
-    fn every_engine_hands_the_files_of_cases_and_schemes_on_to_its_tasks() {
-        let files = [("--case-file", "/data/my truck.toml"), ("--scheme-file", "/data/linear.toml")];
+    fn every_engine_hands_the_files_of_cases_on_to_its_tasks() {
+        let files = [("--case-file", "/data/my truck.toml"), ("--case-file", "/data/other.toml")];
         let more_files = files.map(|(option, file)| (option, PathBuf::from(file)));
-        let wanted = " --case-file '/data/my truck.toml' --scheme-file /data/linear.toml --out /data/results/cost ";
+        let wanted = " --case-file '/data/my truck.toml' --case-file /data/other.toml --out /data/results/cost ";
         for (name, engine) in Engine::NAMES {
             let submission = engine.submission(&Order { more_files: &more_files, ..order(&CHUNKS) }).unwrap();
             let commands = submission.commands.iter().map(|command| in_shell(command));
