@@ -11,7 +11,7 @@ use rimbench_core::error::{Error, Result};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Most runs of one experiment: plan and records are held in memory, some 2 kB for each run.
+/// Most runs of one experiment: plan, records and tables are held in memory, some 3 kB for each run.
 pub const MOST_RUNS: usize = 100_000;
 
 /// One run of the plan, with what its row in data says about it.
