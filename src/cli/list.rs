@@ -51,7 +51,7 @@ impl List {
                 .map(|case| named(&case.name, &case.about))
                 .collect(),
             What::ExperimentSchema => return print_schema(&schema::experiment(catalogue)),
-            What::CaseSchema => return print_schema(&schema::case_file(catalogue)),
+            What::CaseSchema => return print_schema(&schema::case_file()),
             What::Schemes | What::Solvers | What::Metrics if case.is_some() => {
                 let message = "--case goes with `list cases` and `list parameters` only";
                 return Err(Error::Incompatible(message.to_owned()).into());
