@@ -8,8 +8,8 @@ use rimbench::metrics::METRICS;
 use std::collections::BTreeSet;
 
 /// Names with hyphens that are no words of this program: data of others, what the reader makes, a target of the compiler.
-const OF_OTHERS: [&str; 6] =
-    ["lim-crane", "osp-quarter-truck", "siconos-planar", "my-case", "my-scheme", "wasm32-unknown-unknown"];
+const OF_OTHERS: &str =
+    "lim-crane osp-quarter-truck siconos-planar my-case my-scheme box-of-fmus data-series wasm32-unknown-unknown";
 
 /// Experiments that stand for any, or that the reader makes.
 const ANY: [&str; 2] = ["study/x", "study/heavy_box"];
@@ -47,9 +47,9 @@ impl Known {
         {
             faults.push(format!("no command `{command}`"));
         }
-        let options = words.iter().filter(|word| word.starts_with("--") && !self.options.contains(**word));
-        faults.extend(options.map(|option| format!("no option `{option}`")));
-        let named = words.windows(2).filter(|pair| plain(pair[1]));
+        let unknown = words.iter().filter(|word| word.starts_with("--") && !self.options.contains(**word));
+        faults.extend(unknown.map(|option| format!("no option `{option}`")));
+        let named = words.windows(2).filter(|pair| plain(pair[1]) && !OF_OTHERS.contains(pair[1]));
         faults.extend(named.filter_map(|pair| match pair[0] {
             "--scheme" => self.catalogue.scheme(pair[1]).err().map(|error| error.to_string()),
             "--case" => self.catalogue.case(pair[1]).err().map(|error| error.to_string()),
@@ -60,13 +60,12 @@ impl Known {
 
     /// What is wrong with a word of code that may be a name: it is that of nothing, or of what is no longer there.
     fn of_word(&self, word: &str) -> Option<String> {
-        let answers = [self.catalogue.scheme(word).err(), self.catalogue.case(word).err()];
-        let [Some(scheme), Some(case)] = answers else { return None };
-        let strange = [scheme, case].into_iter().find(|error| !matches!(error, Error::UnknownName { .. }));
+        let errors = [self.catalogue.scheme(word).err()?, self.catalogue.case(word).err()?];
+        let strange = errors.into_iter().find(|error| !matches!(error, Error::UnknownName { .. }));
         let known = METRICS.iter().any(|metric| metric.name == word)
             || self.source.contains(&format!("\"{word}\""))
             || root().join("crates").join(word).is_dir()
-            || OF_OTHERS.contains(&word);
+            || OF_OTHERS.contains(word);
         match strange {
             Some(error) => Some(error.to_string()),
             None if word.contains('-') && !known => Some(format!("`{word}` is the name of nothing")),
@@ -78,10 +77,10 @@ impl Known {
 /// Experiments that a line names: as files anywhere, or by group and name in a word of code.
 fn experiments<'a>(line: &'a str, words: &[&'a str]) -> Vec<&'a str> {
     let files = line.split("experiments/").skip(1).filter_map(|rest| rest.split_once(".toml")).map(|(name, _)| name);
-    let groups = ["paper/", "published/", "study/"];
-    let named = words.iter().filter(|word| groups.iter().any(|group| word.starts_with(group))).copied();
+    let of_group = |word: &&&str| ["paper/", "published/", "study/"].iter().any(|group| word.starts_with(group));
+    let named = words.iter().filter(of_group).copied();
     let is_name = |name: &&str| name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "_/".contains(c));
-    files.chain(named).filter(is_name).filter(|name| name.split('/').count() == 2).collect()
+    files.chain(named).filter(is_name).filter(|name| !name.ends_with('/') && name.split('/').count() == 2).collect()
 }
 
 #[test]
@@ -97,7 +96,7 @@ fn what_the_documents_call_by_name_is_there() {
             let code: Vec<&str> = if is_prose { spans.collect() } else { vec![line.trim()] };
             let mut found = Vec::new();
             for part in &code {
-                if let Some(arguments) = part.strip_prefix("rimbench ") {
+                if let Some(arguments) = part.strip_prefix("rimbench ").filter(|rest| !rest.starts_with(' ')) {
                     seen[0] += 1;
                     found.extend(known.of_call(arguments));
                 }
