@@ -13,7 +13,7 @@ use rimbench::panel::ENUMERATION_LIMIT;
 use rimbench::runs::{RunResult, RunSpec};
 use rimbench::schemes::Need;
 
-const ITERATED: [&str; 2] = ["iterated-aitken", "iterated-quasi-newton"];
+const ITERATED: &str = "iterated-aitken";
 
 fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: Sequence, macro_step: f64) -> RunSpec {
     let mut spec = usual_spec(case, scheme, macro_step);
@@ -150,38 +150,36 @@ fn two_masses(scheme: &str, coupling: &str, sequence: Sequence, macro_step: f64)
 fn an_iterated_run_must_be_the_implicit_rule_of_the_whole_system() {
     // Inputs linear over the step and the trapezoidal rule on both sides are the trapezoidal rule for everything. Stiff
     // steps included: ω = 33 rad/s, so h ω reaches 3, where plain iteration of the exchange goes astray. There one factor for
-    // all variables of both sides (Aitken, Jacobi) does not find the solution within 50 iterations: at a fifth it does.
-    for scheme in ITERATED {
-        for coupling in ["force-displacement", "displacement-displacement", "force-force"] {
-            for sequence in SEQUENCES {
-                let (h, steps) = match (scheme, sequence) {
-                    ("iterated-aitken", Sequence::Jacobi) => (0.02, 50),
-                    _ => (0.1, 10),
-                };
-                let exact = trapezoidal(h, steps);
-                let result = two_masses(scheme, coupling, sequence, h);
-                let name = format!("{scheme} {coupling} {sequence}");
-                assert_eq!(result.report.outcome, Outcome::Completed, "{name}");
-                let columns = ["x1_m", "x2_m", "v1_m_s", "v2_m_s"].map(|name| column(&result.trajectory, name));
-                for (k, z) in exact.iter().enumerate() {
-                    for (index, size) in [10.0, 10.0, 100.0, 100.0].into_iter().enumerate() {
-                        // Each step leaves at most 1e-8 of an interface variable undone; the rule is not expansive, and the
-                        // forces of 2e3 N left undone by 1e-8 move 1 kg over 0.1 s by less than 1e-5 of 1e-2 of the sizes.
-                        let off = (columns[index][k] - z[index]).abs() / size;
-                        assert!(off <= 1e-7 * k.max(1) as f64, "{name} step {k}: off by {off:.1e} of {size}");
-                    }
+    // all variables of both sides (Jacobi) does not find the solution within 50 iterations: at a fifth it does.
+    for coupling in ["force-displacement", "displacement-displacement", "force-force"] {
+        for sequence in SEQUENCES {
+            let (h, steps) = match sequence {
+                Sequence::Jacobi => (0.02, 50),
+                Sequence::GaussSeidel { .. } => (0.1, 10),
+            };
+            let exact = trapezoidal(h, steps);
+            let result = two_masses(ITERATED, coupling, sequence, h);
+            let name = format!("{coupling} {sequence}");
+            assert_eq!(result.report.outcome, Outcome::Completed, "{name}");
+            let columns = ["x1_m", "x2_m", "v1_m_s", "v2_m_s"].map(|name| column(&result.trajectory, name));
+            for (k, z) in exact.iter().enumerate() {
+                for (index, size) in [10.0, 10.0, 100.0, 100.0].into_iter().enumerate() {
+                    // Each step leaves at most 1e-8 of an interface variable undone; the rule is not expansive, and the
+                    // forces of 2e3 N left undone by 1e-8 move 1 kg over 0.1 s by less than 1e-5 of 1e-2 of the sizes.
+                    let off = (columns[index][k] - z[index]).abs() / size;
+                    assert!(off <= 1e-7 * k.max(1) as f64, "{name} step {k}: off by {off:.1e} of {size}");
                 }
-                let counters = result.report.work.cosim;
-                let sweeps = counters.macro_steps + counters.repeated_macro_steps;
-                println!("{name}: {:.1} sweeps per macro step", sweeps as f64 / counters.macro_steps as f64);
-                // Every sweep is one micro step of each side here, and none goes uncounted.
-                assert_eq!(
-                    (result.report.work.sides.mechanics.micro_steps, result.report.work.sides.actuator.micro_steps),
-                    (sweeps, sweeps),
-                    "{name}"
-                );
-                assert!(counters.repeated_macro_steps >= counters.macro_steps, "{name}: it must have iterated");
             }
+            let counters = result.report.work.cosim;
+            let sweeps = counters.macro_steps + counters.repeated_macro_steps;
+            println!("{name}: {:.1} sweeps per macro step", sweeps as f64 / counters.macro_steps as f64);
+            // Every sweep is one micro step of each side here, and none goes uncounted.
+            assert_eq!(
+                (result.report.work.sides.mechanics.micro_steps, result.report.work.sides.actuator.micro_steps),
+                (sweeps, sweeps),
+                "{name}"
+            );
+            assert!(counters.repeated_macro_steps >= counters.macro_steps, "{name}: it must have iterated");
         }
     }
 }
@@ -194,11 +192,9 @@ fn iterated_coupling_must_be_stable_where_the_explicit_exchange_is_not() {
         let energy = |result: &RunResult| column(&result.trajectory, "energy_j");
         let gained = |energy: &[f64]| energy[energy.len() - 1] / energy[0];
         assert!(gained(&energy(&explicit)) > 1.0, "{}", gained(&energy(&explicit)));
-        for scheme in ITERATED {
-            let implicit = two_masses(scheme, "force-displacement", Sequence::Jacobi, macro_step);
-            assert_eq!(implicit.report.work.cosim.macro_steps, steps);
-            assert!(gained(&energy(&implicit)) < 1.0, "{scheme} at {macro_step}: {}", gained(&energy(&implicit)));
-        }
+        let implicit = two_masses(ITERATED, "force-displacement", Sequence::Jacobi, macro_step);
+        assert_eq!(implicit.report.work.cosim.macro_steps, steps);
+        assert!(gained(&energy(&implicit)) < 1.0, "{macro_step}: {}", gained(&energy(&implicit)));
     }
 }
 
@@ -256,17 +252,15 @@ fn a_scheme_that_takes_steps_again_must_be_skipped_where_nothing_can_be_copied()
             self.0.counters()
         }
     }
-    for scheme in ITERATED {
-        let mut system = usual_system(wedge_box_case());
-        let entry = scheme_by_name(scheme);
-        let sealed = system.sides.actuator;
-        system.sides.actuator = Box::new(Sealed(sealed));
-        assert!(entry.incompatibility(system.sides.lend()).unwrap().contains("cannot be copied"));
-        let (sequence, force_return) = entry.sequence_and_return(None, None).unwrap();
-        let setup = setup(CommunicationGrid::new(5e-3, 1.0, 0.1).unwrap(), 5e-5, sequence, force_return);
-        let (report, _) = rows_of(&setup, system.sides.lend(), entry);
-        assert!(matches!(report.outcome, Outcome::Skipped { .. }), "{}", report.outcome);
-    }
+    let mut system = usual_system(wedge_box_case());
+    let entry = scheme_by_name(ITERATED);
+    let sealed = system.sides.actuator;
+    system.sides.actuator = Box::new(Sealed(sealed));
+    assert!(entry.incompatibility(system.sides.lend()).unwrap().contains("cannot be copied"));
+    let (sequence, force_return) = entry.sequence_and_return(None, None).unwrap();
+    let setup = setup(CommunicationGrid::new(5e-3, 1.0, 0.1).unwrap(), 5e-5, sequence, force_return);
+    let (report, _) = rows_of(&setup, system.sides.lend(), entry);
+    assert!(matches!(report.outcome, Outcome::Skipped { .. }), "{}", report.outcome);
 }
 
 #[test]
@@ -276,5 +270,5 @@ fn ceilings_must_say_that_they_are_not_real_time() {
     }
     let ceilings: Vec<&str> =
         schemes().iter().filter(|scheme| !scheme.real_time()).map(|scheme| &*scheme.name).collect();
-    assert_eq!(ceilings, ["iterated-aitken", "iterated-quasi-newton", "waveform", "monolithic"]);
+    assert_eq!(ceilings, ["iterated-aitken", "waveform", "monolithic"]);
 }

@@ -43,11 +43,8 @@ const ROUND_OFF: f64 = 1e-10;
 #[test]
 fn with_their_gain_at_zero_schemes_are_what_they_are_built_on() {
     for (scheme, gain, base) in [
-        ("relaxed-hold", 0.0, "first-order-hold"),
-        ("relaxed-prediction", 0.0, "first-order-hold"),
         ("nepce", 0.0, "zero-order-hold"),
-        ("integral-correction-linear", 0.0, "first-order-hold"),
-        ("energy-input-correction", 0.0, "zero-order-hold"),
+        ("integral-correction-first-order", 0.0, "first-order-hold"),
         ("energy-leak-damper", 0.0, "zero-order-hold"),
     ] {
         for sequence in ["jacobi", "gauss-seidel-mechanics-first"] {
@@ -56,16 +53,6 @@ fn with_their_gain_at_zero_schemes_are_what_they_are_built_on() {
             assert!(difference < ROUND_OFF, "{scheme} and {base}, {sequence}: {difference:e}");
         }
     }
-}
-
-/// Half-way between is the mean of the line, held: what a side that takes one sample per macro step makes of a line.
-#[test]
-fn a_hold_relaxed_by_half_is_the_line_sampled_once_per_macro_step() {
-    let relaxed = RunSpec { micro_step: 2e-3, ..oscillator("relaxed-hold", Some(0.5), 2e-3) };
-    let mut line = RunSpec { micro_step: 2e-3, ..oscillator("first-order-hold", None, 2e-3) };
-    line.parameters.set("integrator", "exact-sampled").unwrap();
-    let difference = difference(&completed(&relaxed), &completed(&line));
-    assert!(difference < ROUND_OFF, "{difference:e}");
 }
 
 /// κ = 0 leaves the acceleration held, but in the micro steps of an interface model: the same up to δ.
@@ -114,8 +101,8 @@ fn outputs_of_immovable_mechanics_corrected_without_repayment_are_the_true_accel
     assert!(off("1e3", 1.0) > 2.0 * light, "{:e} and {light:e}", off("1e3", 1.0));
 }
 
-/// The old `predicted-acceleration` had the backward difference, and every digit of linear extrapolation in the velocity; the true
-/// one must differ from it, most of all after an impact.
+/// A backward difference of the velocity in its place would have every digit of linear extrapolation in the velocity; the true
+/// acceleration must differ from it, most of all after an impact.
 #[test]
 fn a_true_acceleration_is_not_linear_extrapolation() {
     let far = difference(
@@ -123,17 +110,6 @@ fn a_true_acceleration_is_not_linear_extrapolation() {
         &completed(&oscillator("first-order-hold", None, 2e-3)),
     );
     assert!(far > 1e-5, "{far:e}");
-}
-
-#[test]
-fn on_a_smooth_signal_the_adaptive_order_is_the_second() {
-    let mut adaptive = completed(&oscillator("adaptive-order-hold", None, 1e-3));
-    let fixed = completed(&oscillator("second-order-hold", None, 1e-3));
-    // The start differs by one macro step.
-    let far = difference(&adaptive, &fixed);
-    assert!(far < 1e-3, "{far:e}");
-    adaptive.delay();
-    assert!(difference(&adaptive, &fixed) > 1e-2, "the runs must be worth comparing");
 }
 
 /// Waveforms that agree at every micro step are the monolithic stepper, whatever H and through impacts.
@@ -159,26 +135,19 @@ type Limit = (&'static str, Option<f64>, &'static str, f64, f64, f64);
 
 /// From the specification's independent computation (linear maps with exact subsystems).
 const LIMITS: &[Limit] = &[
-    ("relaxed-hold", Some(0.0), "jacobi", 8.000, 1e-3, 1.0),
-    ("relaxed-hold", Some(0.25), "jacobi", 8.367, 1e-3, 1.0),
-    ("relaxed-hold", Some(0.5), "jacobi", 8.811, 1e-3, 1.0),
-    ("relaxed-prediction", Some(0.25), "jacobi", 9.03, 2e-3, 1.0),
-    ("relaxed-prediction", Some(0.5), "jacobi", 10.95, 2e-3, 1.0),
-    ("relaxed-prediction", Some(0.75), "jacobi", 18.22, 2e-3, 1.0),
     ("interface-exponential", None, "jacobi", 39.6, 1e-2, 8.0),
     ("model-corrected-outputs", None, "jacobi", 40.7, 1e-2, 200.0),
     ("interface-mass", Some(1.0), "jacobi", 37.8, 2e-2, 400.0),
     ("nepce", None, "jacobi", 5.50, 1e-2, 400.0),
     ("nepce", Some(0.5), "jacobi", 0.52, 2e-2, 400.0),
-    ("integral-correction-linear", None, "jacobi", 27.87, 1e-2, 200.0),
-    ("integral-correction-linear", Some(0.5), "jacobi", 12.34, 1e-2, 200.0),
+    ("integral-correction-first-order", None, "jacobi", 27.87, 1e-2, 200.0),
+    ("integral-correction-first-order", Some(0.5), "jacobi", 12.34, 1e-2, 200.0),
 ];
 
 /// Schemes that have no limit up to 45 ms.
 const STABLE: &[(&str, Option<f64>, &str)] = &[
     ("true-acceleration", None, "jacobi"),
     ("true-acceleration", None, "gauss-seidel"),
-    ("relaxed-prediction", Some(1.0), "jacobi"),
     ("interface-mass", Some(0.5), "gauss-seidel"),
 ];
 
@@ -208,20 +177,6 @@ fn the_limits_of_the_schemes_are_those_of_the_independent_computation() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// What is left in the pool after 10 s of the undamped oscillator, in parts of the energy it starts with.
-#[test]
-fn the_signed_correction_keeps_the_energy_that_the_hold_makes() {
-    for (macro_step, most) in [(2e-3, 1e-3), (5e-3, 1e-2), (1e-2, 0.1)] {
-        let left = |scheme: &str| {
-            let spec = usual_spec("linear-oscillator", scheme, macro_step);
-            let result = run(&RunSpec { micro_step: macro_step / 100.0, duration: 10.0, ..spec });
-            result.report.audit.work.residual_j().unwrap().abs() / 1e4
-        };
-        let (hold, corrected) = (left("zero-order-hold"), left("energy-input-correction"));
-        assert!(corrected < most && hold > 1.0, "{macro_step} s: {hold} with the hold, {corrected} corrected");
-    }
-}
-
 /// The exactness theorem: where nothing in the mechanics changes within a macro step, the model with all contacts is the mechanics,
 /// and the co-simulation the monolithic stepper. The cases that claim it must show it, and no other may.
 #[test]
@@ -249,18 +204,6 @@ fn a_run_whose_model_is_exact_is_the_monolithic_stepper_and_others_are_not() {
     assert_eq!(exact_cases.len(), 9, "{exact_cases:?}");
     let mean = usual_spec("bouncing-ball", "rim-nonsmooth-gap", 1e-2);
     assert!(!mean.model_is_exact());
-}
-
-/// With the actuator first only the motion is corrected; where the mechanics takes one step per macro step, the trapezoid over it is
-/// all there is of the integral, and the correction half the last change: one scheme under two names.
-#[test]
-fn with_the_actuator_first_and_one_step_of_the_mechanics_nepce_is_the_hold_relaxed_by_half() {
-    let of = |scheme: &str| {
-        let spec = with_sequence(usual_spec("wedge-box", scheme, 2e-3), "gauss-seidel", "mean");
-        completed(&RunSpec { duration: 0.5, ..spec })
-    };
-    let difference = difference(&of("nepce"), &of("relaxed-hold"));
-    assert!(difference < 1e-8, "{difference:e}");
 }
 
 /// Rms force errors of the independent implementation, wedge box, median over 4 phases, N; H in ms.

@@ -225,6 +225,8 @@ fn names_that_do_not_exist_are_named_with_what_is_valid() {
         let message = refused(rimbench().arg("simulate").args(&arguments));
         assert!(message.contains(wanted) && message.contains("valid: "), "{message}");
     }
+    let old = ["simulate", "--case", "wedge-box", "--scheme", "relaxed-prediction"];
+    assert_eq!(refused(rimbench().args(old)), "error: scheme `relaxed-prediction` is gone: use `true-acceleration`\n");
 }
 
 #[test]

@@ -157,13 +157,6 @@ fn lines_are_short_and_so_is_the_contract() {
     assert!(read(&root().join("METHODOLOGY.md")).lines().count() <= LONGEST_CONTRACT);
 }
 
-/// Schemes that are told of on the page of another.
-const SHARED_PAGES: [(&str, &str); 3] = [
-    ("c1-extrapolated-interpolation-quadratic", "c1-extrapolated-interpolation"),
-    ("nepce-feedthrough", "nepce"),
-    ("true-acceleration-linear", "true-acceleration"),
-];
-
 #[test]
 fn every_case_and_scheme_has_a_page_and_a_line_in_the_readme() {
     let readme = read(&root().join("README.md"));
@@ -172,15 +165,14 @@ fn every_case_and_scheme_has_a_page_and_a_line_in_the_readme() {
     let mut missing = Vec::new();
     let mut pages: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
     for (folder, name) in cases.chain(schemes) {
-        let page = SHARED_PAGES.iter().find(|(scheme, _)| *scheme == name).map_or(name.as_str(), |(_, page)| page);
-        let path = format!("docs/{folder}/{page}.md");
+        let path = format!("docs/{folder}/{name}.md");
         if !root().join(&path).is_file() {
             missing.push(format!("{name} has no page {path}"));
         }
         if !readme.contains(&format!("| [{name}]({path}) |")) {
             missing.push(format!("{name} has no line `| [{name}]({path}) | … |` in README.md"));
         }
-        pages.entry(folder).or_default().insert(format!("{page}.md"));
+        pages.entry(folder).or_default().insert(format!("{name}.md"));
     }
     for (folder, expected) in &pages {
         let own = files(&root().join("docs").join(folder), "md").into_iter();

@@ -4,7 +4,7 @@ use crate::cases::{Case, standard_cases};
 use rimbench_core::complementarity::{SolverEntry, standard_solvers};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name, find_by_name};
-use rimbench_core::schemes::{SchemeEntry, standard_schemes};
+use rimbench_core::schemes::{SchemeEntry, instead_of, standard_schemes};
 use std::sync::Arc;
 
 /// Cases, schemes and solvers by name. A value: whoever wants to run something of their own makes one, adds to it, and hands it to
@@ -52,9 +52,10 @@ impl Catalogue {
     /// Finds a scheme.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] with all names.
+    /// [`Error::UnknownName`] with all names; for one that is gone what to take instead.
     pub fn scheme(&self, name: &str) -> Result<&Arc<SchemeEntry>> {
         find_by_name("scheme", &self.schemes, |scheme| &scheme.name, name)
+            .map_err(|unknown| instead_of(name).unwrap_or(unknown))
     }
 
     /// Finds a solver.

@@ -426,7 +426,7 @@ mod tests {
     #[test]
     fn what_a_scheme_does_not_have_cannot_be_asked_of_it() {
         let message = refused(|request| request.gain = Some(0.5));
-        assert!(message.contains("has no gain; schemes that have one: relaxed-hold, "), "{message}");
+        assert!(message.contains("has no gain; schemes that have one: nepce, "), "{message}");
         for (key, text) in [
             ("redundancy", "drop"),
             ("model_motion", "frozen"),

@@ -1,7 +1,7 @@
 //! Implicit coupling: a macro step is taken again, on copies, until both sides agree on what they exchanged.
 
-use super::acceleration::{Acceleration, Accelerator};
 use super::copied_pair::CopiedPair;
+use super::relaxation::Relaxation;
 use crate::cosim::{CoupledPair, Interval, PerSide, Sequence, Side};
 use crate::error::{Cause, Failure};
 use nalgebra::DVector;
@@ -18,8 +18,6 @@ use nalgebra::DVector;
 /// first guess is the value at `t_k`. A guess with which a step fails is drawn back half way to the last one that went well.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Iteration {
-    /// How the next guess is found.
-    pub acceleration: Acceleration,
     /// Relative residual at which the iteration ends.
     pub tolerance: f64,
     /// Iterations after which the run fails with [`Cause::NotConverged`].
@@ -36,7 +34,7 @@ impl CopiedPair<'_> {
         let sequence = self.setup.sequence;
         let mut guess = guessed(sequence, &self.state.y);
         let mut sizes = guessed(sequence, &self.sizes);
-        let mut accelerator = Accelerator::new(iteration.acceleration);
+        let mut relaxation = Relaxation::default();
         let mut least = f64::INFINITY;
         for _ in 0..iteration.most_iterations {
             let mut trial = self.try_clone()?;
@@ -46,7 +44,7 @@ impl CopiedPair<'_> {
                 return swept;
             }
             if swept.is_ok() && back.iter().all(|value| value.is_finite()) {
-                if accelerator.last_guess().is_none() {
+                if relaxation.last_guess().is_none() {
                     sizes.iter_mut().zip(&back).for_each(|(size, back)| *size = size.max(back.abs()));
                 }
                 let residual = (&back - &guess).component_div(&sizes);
@@ -56,10 +54,10 @@ impl CopiedPair<'_> {
                     *self = trial;
                     return Ok(());
                 }
-                guess = accelerator.next(guess.component_div(&sizes), residual).component_mul(&sizes);
+                guess = relaxation.next(guess.component_div(&sizes), residual).component_mul(&sizes);
             } else {
                 // Nothing went well yet: the step itself fails.
-                let Some(last) = accelerator.last_guess() else {
+                let Some(last) = relaxation.last_guess() else {
                     return swept.and(Err(Failure::non_finite("coupling variables")));
                 };
                 guess = 0.5 * (guess + last.component_mul(&sizes));

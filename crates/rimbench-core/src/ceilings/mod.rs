@@ -2,15 +2,14 @@
 //! in one loop. They take steps on copies, beside the loop of [`cosim`](crate::cosim), which knows nothing of them; they use its
 //! exchange and its way through a macro step.
 
-mod acceleration;
 mod copied_pair;
 mod driver;
 mod iteration;
 mod monolithic;
+mod relaxation;
 mod step_doubling;
 mod waveform;
 
-pub use acceleration::Acceleration;
 pub use driver::{Driver, StepDoubling};
 pub use iteration::Iteration;
 pub use waveform::Waveform;

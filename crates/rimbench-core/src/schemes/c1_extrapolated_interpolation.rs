@@ -1,23 +1,23 @@
 //! `c1-extrapolated-interpolation`: extrapolate to the end of the macro step, and get there without a jump or a kink.
 //!
-//! The polynomial through the last n+1 samples gives value and slope at `t_{k+1}`; a cubic joins them to the value and slope
+//! The line through the last two samples gives value and slope at `t_{k+1}`; a cubic joins them to the value and slope
 //! that the input ended with at `t_k`. The input is continuously differentiable over the whole run, where an extrapolation
 //! jumps at each communication point.
 //!
 //! ```text
-//! p_k        polynomial of degree n through y(t_k) … y(t_{k−n})
+//! p_k        line through y(t_k) and y(t_{k−1})
 //! u(t)       cubic on [t_k, t_{k+1}]:  u = p_{k−1}, u̇ = ṗ_{k−1} at t_k,   u = p_k, u̇ = ṗ_k at t_{k+1}
 //! ```
-//! as such or its mean over each micro step. `c1-extrapolated-interpolation` has n = 1, `…-quadratic` n = 2.
-//! **Needs** n+1 samples; uses a lower degree until it has them. **Order** n+1 in H. **Known weakness**: a sample is fully
+//! as such or its mean over each micro step.
+//! **Needs** two samples; holds until it has them. **Order** 2 in H. **Known weakness**: a sample is fully
 //! used only at the end of the macro step that it begins, so the input lags more than an extrapolation's, which costs
 //! stability; overshoots after a kink like the extrapolation it is made from.
-//! **Source**: extrapolated interpolation, Busch 2016 (continuous approximation techniques). The start is ours: while the degree still grows the input begins anew at the sample, with a jump.
+//! **Source**: extrapolated interpolation, Busch 2016 (continuous approximation techniques). The start is ours: with the first two samples the input begins anew, with a jump.
 
 use super::course::shifted;
 use super::entry::SchemeEntry;
 use super::line_style::{Dash, LineStyle, Marker};
-use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Ports, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
 pub(super) fn entry() -> SchemeEntry {
@@ -28,20 +28,10 @@ pub(super) fn entry() -> SchemeEntry {
         ..SchemeEntry::new(
             "c1-extrapolated-interpolation",
             "Extrapolate linearly to the end of the macro step, join by a cubic without jump or kink",
-            |construction| Ok(ExtrapolatedInterpolation::boxed(1, construction.ports)),
-        )
-    }
-}
-
-pub(super) fn quadratic() -> SchemeEntry {
-    SchemeEntry {
-        order: 3,
-        samples: 3,
-        line: LineStyle::new([0xA7, 0x7A, 0xCF], Dash::Dashed, Marker::Pentagon),
-        ..SchemeEntry::new(
-            "c1-extrapolated-interpolation-quadratic",
-            "Extrapolate quadratically to the end of the macro step, join by a cubic without jump or kink",
-            |construction| Ok(ExtrapolatedInterpolation::boxed(2, construction.ports)),
+            |construction| {
+                let sent = construction.ports.map(|ports| Signal::new(ports.outputs.len()));
+                Ok(Box::new(ExtrapolatedInterpolation { sent }))
+            },
         )
     }
 }
@@ -50,13 +40,6 @@ pub(super) fn quadratic() -> SchemeEntry {
 struct ExtrapolatedInterpolation {
     /// What each side sends.
     sent: PerSide<Signal>,
-}
-
-impl ExtrapolatedInterpolation {
-    fn boxed(degree: usize, ports: PerSide<&Ports>) -> Box<dyn CouplingScheme> {
-        let sent = ports.map(|ports| Signal::new(ports.outputs.len(), degree));
-        Box::new(ExtrapolatedInterpolation { sent })
-    }
 }
 
 impl CouplingScheme for ExtrapolatedInterpolation {
@@ -93,7 +76,7 @@ impl CouplingScheme for ExtrapolatedInterpolation {
 /// One coupling variable: its last samples, newest first, and where the input ends at `t_{k+1}`.
 #[derive(Debug, Clone, Copy, Default)]
 struct Variable {
-    y: [f64; 3],
+    y: [f64; 2],
     end: f64,
     end_slope: f64,
     start: f64,
@@ -105,8 +88,7 @@ struct Variable {
 /// The coupling variables that go one way.
 #[derive(Clone)]
 struct Signal {
-    degree: usize,
-    times: [f64; 3],
+    times: [f64; 2],
     count: usize,
     /// Index of the macro step that the cubic is for.
     step: usize,
@@ -114,39 +96,36 @@ struct Signal {
 }
 
 impl Signal {
-    fn new(width: usize, degree: usize) -> Self {
-        Signal { degree, times: [0.0; 3], count: 0, step: 0, variables: vec![Variable::default(); width] }
+    fn new(width: usize) -> Self {
+        Signal { times: [0.0; 2], count: 0, step: 0, variables: vec![Variable::default(); width] }
     }
 
     fn receive(&mut self, sample: &Sample<'_>) {
         let before = self.count;
         if before == 0 || sample.time != self.times[0] {
-            self.times.copy_within(0..2, 1);
-            self.times[0] = sample.time;
-            self.count = (self.count + 1).min(self.degree + 1);
+            self.times = [sample.time, self.times[0]];
+            self.count = (self.count + 1).min(2);
             for variable in &mut self.variables {
-                variable.y.copy_within(0..2, 1);
+                variable.y[1] = variable.y[0];
             }
         }
         // With the mechanics first, a second sample may come for the same macro step: it moves the end, not the start.
         let new_step = sample.step.index != self.step;
         self.step = sample.step.index;
         let (length, end) = (sample.step.length, sample.step.start + sample.step.length);
-        let [t0, t1, t2] = self.times;
+        let [t0, t1] = self.times;
         for (variable, &y) in self.variables.iter_mut().zip(sample.y) {
             variable.y[0] = y;
             if new_step {
                 (variable.start, variable.start_slope) = (variable.end, variable.end_slope);
             }
-            let [y0, y1, y2] = variable.y;
+            let [y0, y1] = variable.y;
             let slope = if self.count > 1 { (y0 - y1) / (t0 - t1) } else { 0.0 };
-            let bend = if self.count > 2 { (slope - (y1 - y2) / (t1 - t2)) / (t0 - t2) } else { 0.0 };
-            let value = |t: f64| y0 + slope * (t - t0) + bend * (t - t0) * (t - t1);
-            let rate = |t: f64| slope + bend * (2.0 * t - t0 - t1);
-            (variable.end, variable.end_slope) = (value(end), rate(end));
-            // While the degree still grows, what the input ended with is of a lower order than what is known now.
+            let value = |t: f64| y0 + slope * (t - t0);
+            (variable.end, variable.end_slope) = (value(end), slope);
+            // While samples are too few, what the input ended with is of a lower order than what is known now.
             if self.count > before {
-                (variable.start, variable.start_slope) = (value(sample.step.start), rate(sample.step.start));
+                (variable.start, variable.start_slope) = (value(sample.step.start), slope);
             }
             let (rise, m0, m1) =
                 (variable.end - variable.start, length * variable.start_slope, length * variable.end_slope);
@@ -182,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_kink_in_the_samples_is_met_as_worked_by_hand() {
-        let mut signal = Signal::new(1, 1);
+        let mut signal = Signal::new(1);
         for k in 0..2 {
             signal.receive(&sample(k as f64, &[0.0], k));
             assert_eq!(signal.variables[0].cubic, [0.0; 4]);
@@ -200,24 +179,17 @@ mod tests {
     }
 
     #[test]
-    fn polynomials_up_to_the_degree_are_reproduced_as_soon_as_there_are_samples_for_it() {
-        for degree in 1..3 {
-            let f = |t: f64| (0..=degree).map(|power| t.powi(power)).sum::<f64>();
-            let mut signal = Signal::new(1, degree as usize);
-            let last = degree as usize;
-            for k in 0..=last {
-                signal.receive(&sample(k as f64, &[f(k as f64)], k));
-            }
-            for x in [0.0, 0.3, 1.0] {
-                // Values up to 30 and differences of them: a few roundings of 30.
-                approx::assert_relative_eq!(at(&signal, x), f(last as f64 + x), epsilon = 30.0 * 8.0 * f64::EPSILON);
-            }
+    fn a_line_is_reproduced_as_soon_as_there_are_two_samples() {
+        let mut signal = Signal::new(1);
+        for k in 0..2 {
+            signal.receive(&sample(k as f64, &[1.0 + k as f64], k));
         }
+        assert_eq!([0.0, 0.25, 1.0].map(|x| at(&signal, x)), [2.0, 2.25, 3.0]);
     }
 
     #[test]
     fn a_sample_that_comes_ahead_makes_it_an_interpolation() {
-        let mut signal = Signal::new(1, 1);
+        let mut signal = Signal::new(1);
         signal.receive(&sample(0.0, &[1.0], 0));
         signal.receive(&sample(1.0, &[3.0], 0));
         assert_eq!([at(&signal, 0.0), at(&signal, 1.0)], [1.0, 3.0]);

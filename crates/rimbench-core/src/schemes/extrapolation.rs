@@ -20,21 +20,12 @@ pub(super) struct Extrapolation {
 }
 
 impl Extrapolation {
-    pub(super) fn new(degree: usize, ports: PerSide<&Ports>) -> Self {
+    pub(super) fn boxed(degree: usize, ports: PerSide<&Ports>) -> Box<dyn CouplingScheme> {
         let sent = ports.map(|ports| {
             let width = ports.outputs.len();
             (History::new(width, degree + 1), Course::new(width, degree))
         });
-        Extrapolation { degree, sent }
-    }
-
-    /// The polynomials that one side sends, in the time since the communication point.
-    pub(super) fn sent_by(&mut self, side: Side) -> &mut [Cubic] {
-        &mut self.sent[side].1.rows
-    }
-
-    pub(super) fn boxed(degree: usize, ports: PerSide<&Ports>) -> Box<dyn CouplingScheme> {
-        Box::new(Self::new(degree, ports))
+        Box::new(Extrapolation { degree, sent })
     }
 }
 
@@ -67,7 +58,7 @@ impl CouplingScheme for Extrapolation {
 
 /// The last samples, newest first, in buffers of fixed size.
 #[derive(Clone)]
-pub(super) struct History {
+struct History {
     width: usize,
     times: [f64; MOST],
     values: Vec<f64>,
@@ -76,16 +67,16 @@ pub(super) struct History {
 }
 
 /// Most samples that are kept.
-const MOST: usize = 4;
+const MOST: usize = 3;
 
 impl History {
-    pub(super) fn new(width: usize, capacity: usize) -> Self {
+    fn new(width: usize, capacity: usize) -> Self {
         debug_assert!((1..=MOST).contains(&capacity));
         History { width, times: [0.0; MOST], values: vec![0.0; width * capacity], capacity, count: 0 }
     }
 
     /// Takes a sample; one at the time of the newest replaces it.
-    pub(super) fn push(&mut self, time: f64, y: &[f64]) {
+    fn push(&mut self, time: f64, y: &[f64]) {
         if self.count == 0 || time != self.times[0] {
             self.times.copy_within(0..MOST - 1, 1);
             self.values.copy_within(0..self.width * (self.capacity - 1), self.width);
@@ -95,46 +86,25 @@ impl History {
         self.values[..self.width].copy_from_slice(y);
     }
 
-    /// Forgets all but the newest sample.
-    pub(super) fn forget(&mut self) {
-        self.count = self.count.min(1);
-    }
-
-    /// Number of samples.
-    pub(super) fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Time of sample `j`, s; 0 is the newest.
-    pub(super) fn time(&self, j: usize) -> f64 {
-        self.times[j]
-    }
-
     /// Sample `j`; 0 is the newest.
-    pub(super) fn sample(&self, j: usize) -> &[f64] {
+    fn sample(&self, j: usize) -> &[f64] {
         &self.values[j * self.width..(j + 1) * self.width]
     }
 
     /// Writes the polynomials of `degree` (0 to 2) through the newest samples, in the time since `origin` (s).
-    pub(super) fn polynomials(&self, degree: usize, origin: f64, rows: &mut [Cubic]) {
-        self.polynomials_before(0, degree, origin, rows);
-    }
-
-    /// The same without the newest `skip` samples.
     ///
     /// ```text
     /// y₀ + d₁ (t − t₀) + d₂ (t − t₀)(t − t₁)        d: divided differences
     /// ```
-    pub(super) fn polynomials_before(&self, skip: usize, degree: usize, origin: f64, rows: &mut [Cubic]) {
-        let points = (self.count - skip).min(degree + 1);
-        let sample = |j: usize| self.sample(skip + j);
-        let at = |j: usize| self.times[skip + j] - origin;
+    fn polynomials(&self, degree: usize, origin: f64, rows: &mut [Cubic]) {
+        let points = self.count.min(degree + 1);
+        let at = |j: usize| self.times[j] - origin;
         for (i, row) in rows.iter_mut().enumerate() {
-            *row = [sample(0)[i], 0.0, 0.0, 0.0];
+            *row = [self.sample(0)[i], 0.0, 0.0, 0.0];
             if points < 2 {
                 continue;
             }
-            let slope = |j: usize| (sample(j)[i] - sample(j + 1)[i]) / (at(j) - at(j + 1));
+            let slope = |j: usize| (self.sample(j)[i] - self.sample(j + 1)[i]) / (at(j) - at(j + 1));
             let d1 = slope(0);
             let d2 = if points > 2 { (d1 - slope(1)) / (at(0) - at(2)) } else { 0.0 };
             *row = [row[0] - d1 * at(0) + d2 * at(0) * at(1), d1 - d2 * (at(0) + at(1)), d2, 0.0];
@@ -174,7 +144,5 @@ mod tests {
         history.push(1.0, &[2.0]);
         history.push(1.0, &[3.0]);
         assert_eq!(value(&history, 2, 2.0), 5.0);
-        history.forget();
-        assert_eq!(value(&history, 2, 2.0), 3.0);
     }
 }

@@ -69,7 +69,7 @@ mod tests {
         };
         for (name, wanted) in [
             ("zero-order-hold", "samples"),
-            ("nepce-feedthrough", "derivatives"),
+            ("integral-correction-first-order", "derivatives"),
             ("hydraulic-line", "inside"),
             // It asks for derivatives as well.
             ("interface-jacobian", "model"),

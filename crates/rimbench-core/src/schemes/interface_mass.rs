@@ -59,7 +59,6 @@ struct InterfaceMass {
     velocity: Vec<f64>,
     /// Velocity at the communication point, and no jerk.
     start: Vec<f64>,
-    rest: Vec<f64>,
     lambda: Vec<f64>,
     force: Course,
 }
@@ -74,7 +73,6 @@ impl InterfaceMass {
             position: vec![0.0; m],
             velocity: vec![0.0; m],
             start: vec![0.0; m],
-            rest: vec![0.0; m],
             lambda: vec![0.0; m],
             force: Course::new(m, 2),
         })
@@ -98,7 +96,7 @@ impl CouplingScheme for InterfaceMass {
                 let rates = sent_rates(sample.rates)?;
                 self.lambda.copy_from_slice(sample.y);
                 self.mechanics.find(sample.y)?;
-                let moves = [&self.start[..], &self.mechanics.acceleration, &self.rest];
+                let moves = [&self.start[..], &self.mechanics.acceleration];
                 rated_force(sample.y, rates, moves, &mut self.force.rows);
             }
         }

@@ -9,21 +9,33 @@
 //!
 //! **Not real-time**: the number of iterations is not known beforehand, and every one takes the whole macro step again.
 //! **Needs** copies of both sides. **Order** 2 in H. **Known weakness**: one relaxation factor for all variables; a force
-//! between the two values at the ends of the macro step is not seen. **Source**: Küttler, Wall 2008; see
-//! [`Acceleration`](crate::ceilings::Acceleration).
+//! between the two values at the ends of the macro step is not seen. **Source**: Küttler, Wall 2008.
 
 use super::entry::SchemeEntry;
-use super::iterated;
+use super::extrapolation::Extrapolation;
 use super::line_style::{Dash, LineStyle, Marker};
-use crate::ceilings::Acceleration;
+use super::need::Need;
+use crate::ceilings::{Driver, Iteration};
+use crate::cosim::{Sequence, Side};
 
+/// Largest residual of a coupling variable, relative to its size, at which an iteration ends.
+const TOLERANCE: f64 = 1e-8;
+
+/// Iterations after which a run fails. Those that converge need about three where nothing touches.
+const MOST_ITERATIONS: u32 = 50;
+
+/// A straight line through the last two samples, of which the newer is a guess of what is to come.
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
+        order: 2,
+        sequence: Sequence::GaussSeidel { first: Side::Actuator },
+        needs: vec![Need::Copies],
+        driver: Driver::Iterated(Iteration { tolerance: TOLERANCE, most_iterations: MOST_ITERATIONS }),
         line: LineStyle::new([0x5B, 0x5B, 0x5B], Dash::Dashed, Marker::OpenCircle),
-        ..iterated::entry(
+        ..SchemeEntry::new(
             "iterated-aitken",
             "Ceiling: repeat each macro step to agreement, Aitken relaxation",
-            Acceleration::Aitken,
+            |construction| Ok(Extrapolation::boxed(1, construction.ports)),
         )
     }
 }

@@ -5,7 +5,6 @@
 //! by name.
 
 mod active_contacts;
-mod adaptive_order_hold;
 mod c1_extrapolated_interpolation;
 mod construction;
 mod contact_choice;
@@ -13,9 +12,6 @@ mod contact_detection;
 mod contact_selection;
 mod coupling;
 mod course;
-mod created_energy;
-mod energy_correcting_hold;
-mod energy_input_correction;
 mod energy_leak_damper;
 mod entry;
 mod extrapolation;
@@ -24,13 +20,12 @@ mod force_following;
 mod frictional_set;
 mod hydraulic_line;
 mod information;
+mod instead;
 mod interface_acceleration;
 mod interface_exponential;
 mod interface_jacobian;
 mod interface_mass;
-mod iterated;
 mod iterated_aitken;
-mod iterated_quasi_newton;
 mod line_style;
 mod linear_flow;
 mod model_corrected_outputs;
@@ -44,8 +39,6 @@ mod packed_model;
 mod parametric_step;
 mod rated_force;
 mod reduced_interface;
-mod relaxed_hold;
-mod relaxed_prediction;
 mod rim_fixed_mass;
 mod rim_nonsmooth;
 mod rim_nonsmooth_gap;
@@ -64,6 +57,7 @@ pub use coupling::Coupling;
 pub use course::Course;
 pub use entry::{BuildScheme, Family, Gain, SchemeEntry};
 pub use information::InformationClass;
+pub use instead::instead_of;
 pub use line_style::{Dash, LineStyle, Marker};
 pub use model_options::{ModelMotion, ModelOptions};
 pub use need::Need;
@@ -75,17 +69,10 @@ pub fn standard_schemes() -> Vec<SchemeEntry> {
         first_order_hold::entry(),
         second_order_hold::entry(),
         c1_extrapolated_interpolation::entry(),
-        c1_extrapolated_interpolation::quadratic(),
-        relaxed_hold::entry(),
-        adaptive_order_hold::entry(),
         true_acceleration::entry(),
-        true_acceleration::linear(),
-        relaxed_prediction::entry(),
         nepce::entry(),
-        nepce::feedthrough(),
-        nepce::linear(),
+        nepce::first_order(),
         energy_leak_damper::entry(),
-        energy_input_correction::entry(),
         transmission_line::entry(),
         hydraulic_line::entry(),
         interface_jacobian::entry(),
@@ -98,7 +85,6 @@ pub fn standard_schemes() -> Vec<SchemeEntry> {
         rim_nonsmooth::entry(),
         rim_nonsmooth_gap::entry(),
         iterated_aitken::entry(),
-        iterated_quasi_newton::entry(),
         waveform::entry(),
         monolithic::entry(),
     ]

@@ -66,7 +66,6 @@ struct ModelCorrectedOutputs {
     /// As sent, and corrected.
     velocity: Vec<f64>,
     corrected: Vec<f64>,
-    rest: Vec<f64>,
     /// λ^c and the rates with r^c.
     lambda: Vec<f64>,
     rates: OutputRates,
@@ -90,7 +89,6 @@ impl ModelCorrectedOutputs {
             position: zeros(),
             velocity: zeros(),
             corrected: zeros(),
-            rest: zeros(),
             lambda: zeros(),
             rates: OutputRates::zeros(m, 2 * m),
             motion: Course::new(2 * m, 3),
@@ -123,7 +121,7 @@ impl ModelCorrectedOutputs {
             self.rates.rate[i] = rates.rate[i] + answer(&rates.rate_gain);
         }
         let a = &self.mechanics.acceleration;
-        rated_force(&self.lambda, &self.rates, [&self.corrected, a, &self.rest], &mut self.force.rows);
+        rated_force(&self.lambda, &self.rates, [&self.corrected, a], &mut self.force.rows);
         for (i, &a) in a.iter().enumerate() {
             self.motion.rows[i] = [self.position[i], self.corrected[i], 0.5 * a, 0.0];
             self.motion.rows[m + i] = [self.corrected[i], a, 0.0, 0.0];

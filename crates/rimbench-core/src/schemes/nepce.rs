@@ -1,4 +1,4 @@
-//! `nepce`, `nepce-feedthrough` and `integral-correction-linear`: extrapolate, and give back in this macro step what the
+//! `nepce` and `integral-correction-first-order`: extrapolate, and give back in this macro step what the
 //! extrapolation got wrong in the last one.
 //!
 //! The side that receives a held input misses part of the integral of what the other side really did; with force and
@@ -7,24 +7,22 @@
 //!
 //! ```text
 //! E_k = ∫ (y(t) − b_{k−1}(t)) dt over [t_{k−1}, t_k]        u(t) = b_k(t) + c_k,   c_k = α E_k / H_k
-//! b_k   degree 0: ỹ_k = y(t_k);   degree 1 (`integral-correction-linear`): the line through y(t_k) and y(t_{k−1})
+//! b_k   degree 0: ỹ_k = y(t_k);   degree 1 (`integral-correction-first-order`): the line through y(t_k) and y(t_{k−1})
 //! ```
 //! The error is that of the base without its correction, so that with α = 1 the integrals of the inputs add up to those of the
 //! outputs, one macro step late; it is given back over the length of the macro step to come.
 //!
 //! The integral of `y` is that of `output_integral`, over everything that the sending side put out.
 //!
-//! `nepce-feedthrough`: an actuator with direct feedthrough `D` answers to the correction `c` of its own input at once, by
-//! `D c`. The mechanics is told so at once, not a macro step later: `ỹ_k = y(t_k) + D c_k` for the actuator's outputs, and the
-//! error is measured against that.
-//! **Needs** two samples (nothing to correct before), three on the line; `nepce-feedthrough` directional derivatives of the actuator.
+//! **Needs** two samples (nothing to correct before); on the line three, and of an actuator with direct feedthrough its directional
+//! derivatives.
 //! **Order** 2 in H, 3 on the line, for α = 1, and one less otherwise: the mean of the input over a macro step is right to that
 //! order, its values are not. With the mechanics first its sample at t_{k+1} replaces the base, and only the force is corrected.
 //! **Known weakness**: after an impact it gives back the error of a motion that is over; jumps at every communication point; on the
 //! line the integral wants many micro steps, as its own error δ²H must stay below H³.
 //! **Source**: after Benedikt et al. 2013 (NEPCE), Sadjina & Pedersen 2019 (α, direct feedthrough); the formulas are second-hand,
-//! theirs were not read. Ours: `D` from directional derivatives, that positions are corrected like forces and velocities, and the
-//! linear base.
+//! theirs were not read. Ours: that positions are corrected like forces and velocities, and on the line that the integral is freed of
+//! the late feedthrough.
 
 use super::construction::Construction;
 use super::entry::{Gain, SchemeEntry};
@@ -44,27 +42,12 @@ pub(super) fn entry() -> SchemeEntry {
         gain: Some(gain()),
         line: LineStyle::new([0x00, 0x62, 0x77], Dash::Short, Marker::Triangle),
         ..SchemeEntry::new("nepce", "Hold, plus the mean error of the last macro step's hold", |construction| {
-            Ok(Nepce::boxed(construction, 0, false))
+            Ok(Nepce::boxed(construction, 0))
         })
     }
 }
 
-pub(super) fn feedthrough() -> SchemeEntry {
-    SchemeEntry {
-        order: 2,
-        samples: 2,
-        needs: vec![Need::OutputRates],
-        gain: Some(gain()),
-        line: LineStyle::new([0x13, 0x8F, 0xA8], Dash::Dashed, Marker::Triangle),
-        ..SchemeEntry::new(
-            "nepce-feedthrough",
-            "Hold, plus the mean error of the last macro step's hold; the actuator's direct feedthrough at once",
-            |construction| Ok(Nepce::boxed(construction, 0, true)),
-        )
-    }
-}
-
-pub(super) fn linear() -> SchemeEntry {
+pub(super) fn first_order() -> SchemeEntry {
     SchemeEntry {
         order: 3,
         samples: 3,
@@ -72,9 +55,9 @@ pub(super) fn linear() -> SchemeEntry {
         gain: Some(gain()),
         line: LineStyle::new([0x13, 0x4E, 0x9E], Dash::DashDot, Marker::Triangle),
         ..SchemeEntry::new(
-            "integral-correction-linear",
-            "Linear extrapolation, plus the mean error of the last macro step's",
-            |construction| Ok(Nepce::boxed(construction, 1, false)),
+            "integral-correction-first-order",
+            "nepce on a first-order base: linear extrapolation, plus the mean error of the last macro step's",
+            |construction| Ok(Nepce::boxed(construction, 1)),
         )
     }
 }
@@ -85,8 +68,6 @@ fn gain() -> Gain {
 
 #[derive(Clone)]
 struct Nepce {
-    /// Whether the actuator's answer to the correction of its own input is told at once.
-    answers: bool,
     /// What each side sends.
     sent: PerSide<Channel>,
     /// Input that goes with a sample.
@@ -94,18 +75,18 @@ struct Nepce {
 }
 
 impl Nepce {
-    fn new(outputs: PerSide<usize>, degree: usize, alpha: f64, answers: bool) -> Self {
+    fn new(outputs: PerSide<usize>, degree: usize, alpha: f64) -> Self {
         let PerSide { mechanics, actuator } = outputs;
         let sent = PerSide {
             mechanics: Channel::new(mechanics, actuator, degree, alpha),
             actuator: Channel::new(actuator, mechanics, degree, alpha),
         };
-        Nepce { answers, sent, fresh: Vec::with_capacity(mechanics.max(actuator)) }
+        Nepce { sent, fresh: Vec::with_capacity(mechanics.max(actuator)) }
     }
 
-    fn boxed(construction: &Construction<'_>, degree: usize, answers: bool) -> Box<dyn CouplingScheme> {
+    fn boxed(construction: &Construction<'_>, degree: usize) -> Box<dyn CouplingScheme> {
         let outputs = construction.ports.map(|ports| ports.outputs.len());
-        Box::new(Nepce::new(outputs, degree, construction.gain, answers))
+        Box::new(Nepce::new(outputs, degree, construction.gain))
     }
 }
 
@@ -116,13 +97,6 @@ impl CouplingScheme for Nepce {
         self.fresh.clear();
         self.fresh.extend(other.variables.iter().map(|variable| variable.sample));
         own.receive(sample, &self.fresh);
-        if let Some(rates) = sample.rates.filter(|_| self.answers) {
-            let (inputs, outputs) = (&self.sent.mechanics.variables, &mut self.sent.actuator.variables);
-            for (output, row) in outputs.iter_mut().zip(rates.feedthrough.chunks(inputs.len())) {
-                let answer = row.iter().zip(inputs).map(|(d, input)| d * input.correction);
-                output.held += answer.sum::<f64>();
-            }
-        }
         Ok(())
     }
 
@@ -216,7 +190,7 @@ impl Channel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cosim::{MacroStep, OutputRates};
+    use crate::cosim::MacroStep;
 
     fn step(index: usize) -> MacroStep {
         MacroStep { index, start: index as f64, length: 1.0 }
@@ -228,7 +202,7 @@ mod tests {
     }
 
     fn nepce() -> Nepce {
-        Nepce::new(PerSide { mechanics: 1, actuator: 1 }, 0, 1.0, false)
+        Nepce::new(PerSide { mechanics: 1, actuator: 1 }, 0, 1.0)
     }
 
     fn input(scheme: &mut Nepce, to: Side, index: usize, own: f64) -> f64 {
@@ -264,24 +238,5 @@ mod tests {
         scheme.receive(Side::Mechanics, &sample(&[0.0], 1)).unwrap();
         scheme.receive(Side::Actuator, &sample(&[0.0], 1)).unwrap();
         assert_eq!(input(&mut scheme, Side::Mechanics, 1, 0.0), 2.0);
-    }
-
-    #[test]
-    fn direct_feedthrough_is_answered_in_the_same_macro_step() {
-        // The actuator is a damper of 3 N·s/m: F = −3 w, and w = 2 t. At t = 1 its input is corrected by 1, which F answers by −3.
-        // The error of the hold of F is half of its jump, −3, by the trapezoids of what is seen; where D is known it is none, for
-        // until the jump F followed the input that was held.
-        for (feedthrough, expected) in [(false, -6.0 - 3.0), (true, -6.0 - 0.0 - 3.0)] {
-            let mut scheme = Nepce::new(PerSide { mechanics: 1, actuator: 1 }, 0, 1.0, feedthrough);
-            let rates = OutputRates { feedthrough: vec![-3.0], ..OutputRates::zeros(1, 1) };
-            for k in 0..2 {
-                let w = 2.0 * k as f64;
-                scheme.receive(Side::Mechanics, &sample(&[w], k)).unwrap();
-                let rates = feedthrough.then_some(&rates);
-                scheme.receive(Side::Actuator, &Sample { rates, ..sample(&[-3.0 * w], k) }).unwrap();
-                let force = input(&mut scheme, Side::Mechanics, k, w);
-                assert_eq!(force, if k == 0 { 0.0 } else { expected });
-            }
-        }
     }
 }

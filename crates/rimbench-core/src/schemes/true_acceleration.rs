@@ -1,12 +1,11 @@
-//! `true-acceleration` and `true-acceleration-linear`: the mechanics sends the acceleration it has; the motion follows from it.
+//! `true-acceleration`: the mechanics sends the acceleration it has; the motion follows from it.
 //!
 //! An extrapolation guesses the acceleration from two velocities, and is wrong after every impact. The mechanics knows it: the
 //! actuator is moved by it, and the force that goes with that motion is worked out from the actuator's own rates.
 //!
 //! ```text
 //! a_k = a_i + H_ii λ_k + H_iR Λ                     at t_k, fresh force, resting contacts (see `interface_acceleration`)
-//! ã(τ) = a_k                                        …-linear: a_k + (τ/H⁻)(a_k − a_{k−1}),  j_k = (a_k − a_{k−1})/H⁻
-//! w̃ = w_k + ∫ã      s̃ = s_k + w_k τ + ∬ã           λ̃ = λ_k + τ (r + D u̇) + ½ τ² (R u̇ + D ü)
+//! w̃ = w_k + τ a_k      s̃ = s_k + τ w_k + ½ τ² a_k   λ̃ = λ_k + τ (r + D u̇) + ½ τ² (R u̇ + D ü)
 //! ```
 //! With the actuator first it runs on the predicted motion and its own force goes back: the constitutive equation of the coupling
 //! element at predicted states; λ̃ is its linearisation, for Jacobi. With the mechanics first it receives λ̃, and the actuator
@@ -37,54 +36,27 @@ pub(super) fn entry() -> SchemeEntry {
         ..SchemeEntry::new(
             "true-acceleration",
             "Hold the acceleration that the mechanics has, integrate it to velocity and position",
-            |construction| Ok(Box::new(TrueAcceleration::new(construction, false)?)),
+            |construction| Ok(Box::new(TrueAcceleration::new(construction)?)),
         )
-    }
-}
-
-pub(super) fn linear() -> SchemeEntry {
-    SchemeEntry {
-        samples: 2,
-        line: LineStyle::new([0xE0, 0x6A, 0x96], Dash::Dashed, Marker::OpenDiamond),
-        ..SchemeEntry {
-            needs: entry().needs,
-            order: 2,
-            ..SchemeEntry::new(
-                "true-acceleration-linear",
-                "Extrapolate the acceleration that the mechanics has, integrate it to velocity and position",
-                |construction| Ok(Box::new(TrueAcceleration::new(construction, true)?)),
-            )
-        }
     }
 }
 
 #[derive(Clone)]
 struct TrueAcceleration {
-    linear: bool,
     mechanics: InterfaceAcceleration,
-    /// Start of the macro step, s; NaN before the first. `elapsed`: length of the one before, if there was one.
-    time: f64,
-    elapsed: f64,
     position: Vec<f64>,
     velocity: Vec<f64>,
-    before: Vec<f64>,
-    jerk: Vec<f64>,
     motion: Course,
     force: Course,
 }
 
 impl TrueAcceleration {
-    fn new(construction: &Construction<'_>, linear: bool) -> Result<Self> {
+    fn new(construction: &Construction<'_>) -> Result<Self> {
         let m = construction.interface();
         Ok(TrueAcceleration {
-            linear,
             mechanics: InterfaceAcceleration::new(construction.model()?),
-            time: f64::NAN,
-            elapsed: f64::NAN,
             position: vec![0.0; m],
             velocity: vec![0.0; m],
-            before: vec![0.0; m],
-            jerk: vec![0.0; m],
             motion: Course::new(2 * m, 3),
             force: Course::new(m, 2),
         })
@@ -94,27 +66,19 @@ impl TrueAcceleration {
     fn begin(&mut self, sample: &Sample<'_>) -> Result<(), Failure> {
         let m = self.position.len();
         self.mechanics.receive(sent(sample.model)?);
-        self.elapsed = sample.time - self.time;
-        self.time = sample.time;
         self.position.copy_from_slice(&sample.y[..m]);
         self.velocity.copy_from_slice(&sample.y[m..]);
         Ok(())
     }
 
     fn predict(&mut self, lambda: &[f64], rates: &OutputRates) -> Result<(), Failure> {
-        self.before.copy_from_slice(&self.mechanics.acceleration);
         self.mechanics.find(lambda)?;
-        let remembers = self.linear && self.elapsed > 0.0 && !self.mechanics.contacts_changed();
         let m = self.position.len();
-        for i in 0..m {
-            let a = self.mechanics.acceleration[i];
-            let j = if remembers { (a - self.before[i]) / self.elapsed } else { 0.0 };
-            self.jerk[i] = j;
-            self.motion.rows[i] = [self.position[i], self.velocity[i], 0.5 * a, j / 6.0];
-            self.motion.rows[m + i] = [self.velocity[i], a, 0.5 * j, 0.0];
+        for (i, &a) in self.mechanics.acceleration.iter().enumerate() {
+            self.motion.rows[i] = [self.position[i], self.velocity[i], 0.5 * a, 0.0];
+            self.motion.rows[m + i] = [self.velocity[i], a, 0.0, 0.0];
         }
-        let moves = [&self.velocity[..], &self.mechanics.acceleration, &self.jerk];
-        rated_force(lambda, rates, moves, &mut self.force.rows);
+        rated_force(lambda, rates, [&self.velocity, &self.mechanics.acceleration], &mut self.force.rows);
         Ok(())
     }
 }

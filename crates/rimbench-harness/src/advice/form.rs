@@ -116,9 +116,9 @@ mod tests {
         let real_time = left(Information { repetition: false, ..Information::default() });
         let has = |list: &[String], name: &str| list.iter().any(|known| known == name);
         assert!(!has(&everything, "monolithic") && has(&everything, "iterated-aitken"));
-        assert!(has(&without_model, "nepce-feedthrough") && !has(&without_model, "interface-mass"));
+        assert!(has(&without_model, "integral-correction-first-order") && !has(&without_model, "interface-mass"));
         assert!(has(&without_feedback, "rim-nonsmooth") && has(&without_feedback, "zero-order-hold"));
-        for name in ["nepce-feedthrough", "energy-leak-damper", "interface-jacobian", "iterated-aitken"] {
+        for name in ["integral-correction-first-order", "energy-leak-damper", "interface-jacobian", "iterated-aitken"] {
             assert!(!has(&without_feedback, name), "{name}");
         }
         assert!(!has(&real_time, "waveform") && has(&real_time, "rim-nonsmooth-gap"));
