@@ -48,7 +48,11 @@ impl List {
                 .cases()
                 .iter()
                 .filter(|known| case.is_none_or(|case| case.name == known.name))
-                .map(|case| named(&case.name, &case.about))
+                .map(|case| {
+                    let mut entry = named(&case.name, &case.about);
+                    entry.push(("for", case.purpose.to_string()));
+                    entry
+                })
                 .collect(),
             What::ExperimentSchema => return print_schema(&schema::experiment(catalogue)),
             What::CaseSchema => return print_schema(&schema::case_file()),

@@ -115,7 +115,7 @@ fn the_convective_terms_of_all_machines_are_what_is_left_of_the_second_derivativ
     };
     check(&mut CraneWithRope::new(crane, -1.0).unwrap(), &[0.6, 0.7, 0.1], &[0.3, -0.2, 0.15]);
     check(&mut HalfCar::new(car()).unwrap(), &[2.13, 0.6, 0.07, 0.02, 0.03], &[0.8, -0.1, 0.3, 0.2, 0.1]);
-    let gripper = gripper_geometry(0.0);
+    let gripper = gripper_geometry();
     let mut gripper = rimbench::models::Gripper::new(gripper).unwrap();
     check(&mut gripper, &[-0.2, 0.22, 0.01, 0.21, 0.1], &[0.2, -0.1, 0.3, 0.1, 0.4]);
     let mut discs = Discs::new(row(2, 0.005, 0.0), ContactList::Neighbours).unwrap();

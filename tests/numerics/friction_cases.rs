@@ -5,12 +5,11 @@ use rimbench::cases::Case;
 use rimbench::cosim::{Outcome, StopFlag, Subsystem};
 use rimbench::interface_model::Rows;
 use rimbench::mechanics::{Friction, MechanicalModel};
-use rimbench::models::{BrakingCar, BrakingCarGeometry, Gripper, SupportedBox, SupportedBoxGeometry};
+use rimbench::models::{SupportedBox, SupportedBoxGeometry};
 use rimbench::runs::{Reference, RunRequest, RunSpec, evaluate};
 use std::sync::Arc;
 
-const CASES: [&str; 5] =
-    ["towed-block", "half-car-braking", "gripper-friction", "rocking-block-friction", "crane-drag"];
+const CASES: [&str; 3] = ["towed-block", "rocking-block-friction", "crane-drag"];
 
 const G: f64 = 9.81;
 
@@ -79,63 +78,6 @@ fn a_car_that_brakes_must_load_its_front_wheel_as_the_moments_say() {
         assert!((impulse / h - force).abs() <= 5e-4, "{} N", impulse / h);
     }
     assert!((car.velocity()[0] - (20.0 - mu * G * h)).abs() <= 1e-13);
-}
-
-#[test]
-fn a_car_on_struts_must_carry_on_its_front_wheel_what_the_moments_of_its_pose_say() {
-    // 5.1 s from 40 m/s to rest, in which the dive dies out.
-    let h = 2e-4;
-    let run = march("half-car-braking", &[("speed_m_s", "40")], h, 24_000, 50);
-    let last = |name: &str| *column(&run, name).last().unwrap();
-    let [body, wheel, mu] = [1120.0, 40.0, 0.8];
-    let (front, rear) = (last("front_wheel_x_m"), last("rear_wheel_x_m"));
-    let levers = body * (last("travel_x_m") - rear) + wheel * (front - rear);
-    let heights = body * last("body_z_m") + wheel * (last("front_wheel_z_m") + last("rear_wheel_z_m"));
-    let wanted = G * (levers + mu * heights) / (front - rear);
-    let found = last("contact_force_front_wheel_n");
-    let sum = found + last("contact_force_rear_wheel_n");
-    println!("front {found} N, moments {wanted} N; both {sum} N");
-    // What still moves shows in the sum over the last half second, a swing of 0.8 s; pitch and heave swing together, with levers of a metre.
-    let [fronts, rears] =
-        ["contact_force_front_wheel_n", "contact_force_rear_wheel_n"].map(|name| column(&run, name).split_off(430));
-    let left = largest(fronts.iter().zip(&rears).map(|(front, rear)| (front + rear - 1200.0 * G).abs()));
-    assert!(left <= 1.0, "{left} N: it still swings");
-    assert!((found - wanted).abs() <= 2.0 * left, "{found}, not {wanted} ± {left}");
-    assert!((sum - 1200.0 * G).abs() <= left);
-    let friction = last("friction_force_front_wheel_n");
-    assert!((friction + mu * found).abs() <= 1e-9 * found, "{friction}");
-}
-
-#[test]
-fn a_gripper_must_hold_from_half_the_weight_over_mu_on_and_let_fall_below() {
-    let least = 50.0 * G / (2.0 * 0.5);
-    for (factor, holds) in [(1.0 + 1e-6, true), (1.0 - 1e-3, false)] {
-        let squeeze = (factor * least).to_string();
-        let set = [("squeeze_high_n", &*squeeze), ("squeeze_low_n", &*squeeze)];
-        let (h, steps) = (1e-4, 2000);
-        let run = march("gripper-friction", &set, h, steps, steps);
-        let [start, end] = <[f64; 2]>::try_from(column(&run, "box_y_m")).unwrap();
-        // v⁺ acts over each step: n (n + 1)/2 instead of n²/2.
-        let n = steps as f64;
-        let fall = if holds { 0.0 } else { 0.5 * G * 1e-3 * h * h * n * (n + 1.0) };
-        // Pressures of 4 MPa are kept to 1e-9 of theirs by their valves, so the squeeze to 1e-6 N and what is left of the weight to 2e-7 of it.
-        assert!((start - end - fall).abs() <= 1e-5 * 0.5 * G * 1e-3 * 0.04 + 1e-12, "{factor}: {}", start - end);
-    }
-}
-
-#[test]
-fn what_a_caught_box_has_fallen_must_have_gone_into_friction() {
-    for scheme in ["rim-nonsmooth-gap", "rim-smooth-active", "monolithic"] {
-        let run = run(&spec_with("gripper-friction", scheme, &[("macro_step_s", "2e-3")], &[]));
-        assert_eq!(run.report.outcome, Outcome::Completed, "{scheme}");
-        let y = column(&run.trajectory, "box_y_m");
-        let fallen = y[0] - y.last().unwrap();
-        let friction = run.report.audit.accounts.mechanics.unwrap().friction;
-        assert!(fallen > 0.05, "{scheme}");
-        // At rest before and after, so that steps that move with their last velocity lose nothing; 400 to 16000 steps, rounded.
-        assert!((friction - 50.0 * G * fallen).abs() <= 1e-8, "{scheme}: {friction} J for {fallen} m");
-        assert_eq!(*column(&run.trajectory, "sticking_contacts").last().unwrap(), 4.0, "{scheme}");
-    }
 }
 
 #[test]
@@ -213,30 +155,15 @@ fn the_convective_terms_along_surfaces_must_be_the_rates_of_their_rows() {
             assert!((rate - now.convective[row]).abs() < 1e-6, "row {row}: {rate} {}", now.convective[row]);
         }
     }
-    let mut car = BrakingCar::new(BrakingCarGeometry {
-        body_mass: 1120.0,
-        pitch_inertia: 1800.0,
-        wheel_mass: 40.0,
-        wheel_radius: 0.3,
-        axles: [1.2, 1.4],
-        strut_length: 0.25,
-        speed: 8.0,
-        gravity: G,
-    });
-    check(&mut car, &[0.1, 0.5, -0.05, 1.3, 0.3, -1.3, 0.31], &[7.0, 0.1, 0.3, 7.1, 0.2, 6.9, -0.1]);
-    let mut gripper = Gripper::new(gripper_geometry(0.1)).unwrap();
-    check(&mut gripper, &[-0.2, 0.22, 0.01, 0.21, 0.1], &[0.2, -0.1, 0.3, 0.1, 0.4]);
     let mut block = SupportedBox::new(SupportedBoxGeometry {
         box_mass: 200.0,
         box_inertia: 20.0,
         supports: vec![[0.2, -0.5], [-0.2, -0.5]],
-        discs: Vec::new(),
-        washboard: [0.0, 1.0],
-        washboard_lead: 0.0,
         start_angle: -0.05,
         attachment: [-0.2, 0.1],
         ground_pin_x: -2.0,
         gravity: G,
+        ..SupportedBoxGeometry::default()
     })
     .unwrap();
     check(&mut block, &[0.1, 0.5, 0.07], &[0.3, -0.2, 0.6]);
@@ -263,30 +190,11 @@ fn what_a_case_with_friction_cannot_be_must_be_refused_with_the_reason() {
         ),
         ("towed-block", "static_friction", "-1", "0 or above"),
         ("towed-block", "towing_speed_m_s", "0", "above 0"),
-        ("gripper-friction", "squeeze_high_n", "9000", "outside tank"),
-        ("gripper-friction", "grip_start_s", "0.05", "grip_start_s = 0.05"),
         ("crane-drag", "load_offset_m", "0.6", "beyond the rope of 0.5 m"),
-        ("half-car-braking", "wheel_radius_m", "0", "above 0"),
         ("rocking-block-friction", "start_angle_rad", "0.6", "falls over"),
     ] {
         let said = refused(case, key, value);
         assert!(said.contains(wanted), "{case} {key} = {value}: {said}");
-    }
-}
-
-/// Nothing hits the road. But the joints turn, and what makes velocities consistent with them moves the wheels.
-#[test]
-fn a_car_that_brakes_must_do_the_same_whatever_the_restitution_of_its_wheels() {
-    for scheme in ["rim-nonsmooth", "rim-nonsmooth-gap", "zero-order-hold"] {
-        let digits = |e: &str| {
-            let set = [("restitution", e), ("tangential_restitution", e)];
-            let trace = run(&spec_with("half-car-braking", scheme, &[("duration_s", "0.5")], &set)).trajectory;
-            trace.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
-        };
-        let plastic = digits("0");
-        for e in ["0.3", "1"] {
-            assert!(digits(e) == plastic, "{scheme}, e = {e}");
-        }
     }
 }
 
@@ -357,7 +265,7 @@ fn box_friction_must_be_solved_on_every_case_with_friction() {
             }
         }
     }
-    assert!(completed >= 28, "{completed}");
+    assert!(completed >= 20, "{completed}");
 }
 
 #[test]

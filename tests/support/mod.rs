@@ -34,15 +34,14 @@ pub fn catalogue() -> &'static Catalogue {
     CATALOGUE.get_or_init(|| rimbench::everything().unwrap())
 }
 
-/// A gripper above a floor by so much, m.
-pub fn gripper_geometry(floor_drop: f64) -> GripperGeometry {
+/// A gripper with its box on the floor.
+pub fn gripper_geometry() -> GripperGeometry {
     GripperGeometry {
         jaw_mass: 30.0,
         box_mass: 50.0,
         box_size: [0.3, 0.4],
         pad_heights: [0.1, 0.3],
         clearances: [0.02, 0.05],
-        floor_drop,
         actuator_length: 0.6,
         gravity: 9.81,
     }

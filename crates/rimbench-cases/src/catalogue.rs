@@ -7,6 +7,10 @@ use rimbench_core::name::{Name, check_new_name, find_by_name};
 use rimbench_core::schemes::{SchemeEntry, instead_of, standard_schemes};
 use std::sync::Arc;
 
+/// Cases that there were, with one that answers the question better.
+const CASES_THAT_WERE: [(&str, &str); 2] =
+    [("gripper-friction", "wedge-box-friction"), ("half-car-braking", "towed-block")];
+
 /// Cases, schemes and solvers by name. A value: whoever wants to run something of their own makes one, adds to it, and hands it to
 /// whatever looks names up.
 #[derive(Debug, Clone, Default)]
@@ -44,8 +48,14 @@ impl Catalogue {
     /// Finds a case.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] with all names.
+    /// [`Error::UnknownName`] with all names; [`Error::Incompatible`] for one that there was, with what to take instead.
     pub fn case(&self, name: &str) -> Result<&Arc<Case>> {
+        if let Some((_, instead)) = CASES_THAT_WERE.iter().find(|(gone, _)| *gone == name)
+            && !self.cases.iter().any(|case| case.name == name)
+        {
+            let text = format!("there is no case `{name}` any more: it told no scheme from another; take `{instead}`");
+            return Err(Error::Incompatible(text));
+        }
         find_by_name("case", &self.cases, |case| &case.name, name)
     }
 
@@ -128,6 +138,8 @@ mod tests {
         }
         let message = catalogue.case("wedge-bax").unwrap_err().to_string();
         assert!(message.contains("did you mean `wedge-box`"), "{message}");
+        let message = catalogue.case("gripper-friction").unwrap_err().to_string();
+        assert!(message.ends_with("take `wedge-box-friction`"), "{message}");
     }
 
     #[test]

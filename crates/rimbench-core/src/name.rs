@@ -11,6 +11,11 @@ pub fn names(list: &[&'static str]) -> Vec<Name> {
     list.iter().copied().map(Name::from).collect()
 }
 
+/// The same, written with spaces between them.
+pub fn words(list: &'static str) -> Vec<Name> {
+    list.split_whitespace().map(Name::from).collect()
+}
+
 /// Looks a name up in a list of entries, or explains which names are valid.
 ///
 /// # Errors

@@ -80,6 +80,31 @@ pub struct CaseDefaults {
     pub reference_sampling_s: f64,
 }
 
+/// Simulated time, macro step, longest micro step, then step and sampling of the reference, s.
+pub(super) fn times(duration_s: f64, macro_step_s: f64, micro_step_s: f64, reference: [f64; 2]) -> CaseDefaults {
+    let [reference_step_s, reference_sampling_s] = reference;
+    CaseDefaults { duration_s, macro_step_s, micro_step_s, reference_step_s, reference_sampling_s }
+}
+
+/// What a case is there for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Purpose {
+    /// To tell schemes apart.
+    #[default]
+    Schemes,
+    /// To time solvers and detection with many contacts.
+    Speed,
+}
+
+impl fmt::Display for Purpose {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Purpose::Schemes => "schemes",
+            Purpose::Speed => "speed",
+        })
+    }
+}
+
 /// Which columns hold the coupling variables of one row of the interface, by which accuracy is judged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InterfaceColumns {
@@ -111,6 +136,8 @@ pub struct Case {
     pub name: Name,
     /// One line.
     pub about: Name,
+    /// What it is there for.
+    pub purpose: Purpose,
     /// Everything that can be set.
     pub parameters: Vec<Parameter>,
     /// Times.
@@ -155,6 +182,7 @@ impl Case {
         Case {
             name: name.into(),
             about: about.into(),
+            purpose: Purpose::Schemes,
             parameters: Vec::new(),
             defaults,
             trace_columns: names(&["time_s"]),

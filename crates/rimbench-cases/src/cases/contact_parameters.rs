@@ -2,7 +2,7 @@
 
 use super::case::{ChooseReference, CoupledSystem};
 use super::memory;
-use super::parameters::{Parameter, Parameters, Range, number};
+use super::parameters::Parameters;
 use super::reference_method::ReferenceMethod;
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::Subsystem;
@@ -13,47 +13,27 @@ use rimbench_core::mechanics::{
 };
 use std::sync::Arc;
 
-const OURS: &str = "ours";
+/// The law of all contacts.
+pub(super) const STABILISATION: &str =
+    "stabilisation | - | 0.2 | fraction | fraction γ of a penetration removed per mechanics step | ours";
+pub(super) const RESTITUTION: &str =
+    "restitution | - | 0.0 | fraction | restitution e of the mechanics' contacts | plastic";
 
-pub(super) fn stabilisation() -> Parameter {
-    number("stabilisation", "-", 0.2, Range::Fraction, "fraction γ of a penetration removed per mechanics step", OURS)
-}
+/// What makes contacts give way, for cases whose reference is not an exact solution with rigid ones.
+pub(super) const COMPLIANT: &str = "source: ours
+    contact_compliance_m_n | m/N | 0.0 | not negative | compliance 1/k of each contact; 0: rigid
+    contact_damping_n_s_m | N·s/m | 0.0 | not negative | damping c of each contact, where it is compliant
+";
 
-pub(super) fn restitution(default: f64, source: &'static str) -> Parameter {
-    number("restitution", "-", default, Range::Fraction, "restitution e of the mechanics' contacts", source)
-}
-
-/// Friction of all contacts, for cases whose mechanics has tangential rows; a case whose coefficient is above 0 is always one with friction.
-pub(super) fn friction(coefficient: f64) -> [Parameter; 2] {
-    friction_of(coefficient, OURS)
-}
-
-/// The same with a coefficient that somebody else chose.
-pub(super) fn friction_of(coefficient: f64, source: &'static str) -> [Parameter; 2] {
-    let range = if coefficient > 0.0 { Range::Positive } else { Range::NotNegative };
-    let about = "coefficient of friction μ of all contacts; 0: none";
-    [number(FRICTION, "-", coefficient, range, about, source), restitution_along(0.0)]
-}
-
-/// The same with contacts that rebound along the surface as along the normal.
-pub(super) fn rebounding_friction(coefficient: f64, e: f64, source: &'static str) -> [Parameter; 2] {
-    let [coefficient, _] = friction_of(coefficient, source);
-    [coefficient, restitution_along(e)]
-}
-
-fn restitution_along(default: f64) -> Parameter {
-    let about = "restitution along the surface, with friction that along the normal";
-    number(ALONG, "-", default, Range::Fraction, about, OURS)
-}
-
-/// Friction of all contacts with another coefficient at rest, for cases that stick and slip in turn.
-pub(super) fn stick_slip(at_rest: f64, in_motion: f64) -> [Parameter; 2] {
-    let about = "coefficient of friction μ_s of a contact that sticks; 0: that of contacts that slide";
-    [
-        number(FRICTION, "-", in_motion, Range::Positive, "coefficient of friction μ_k of contacts that slide", OURS),
-        number(AT_REST, "-", at_rest, Range::NotNegative, about, OURS),
-    ]
-}
+/// Friction of all contacts, where it may be set and where it always is.
+pub(super) const POSSIBLE_FRICTION: &str = "source: ours
+    friction | - | 0.0 | not negative | coefficient of friction μ of all contacts; 0: none
+    tangential_restitution | - | 0.0 | fraction | restitution along the surface, with friction that along the normal
+";
+pub(super) const WITH_FRICTION: &str = "source: ours
+    friction | - | 0.3 | positive | coefficient of friction μ of all contacts; 0: none
+    tangential_restitution | - | 0.0 | fraction | restitution along the surface, with friction that along the normal
+";
 
 /// Coefficients of friction at rest and in motion as the parameters say.
 pub(super) fn coefficients(parameters: &Parameters) -> [f64; 2] {
@@ -65,21 +45,8 @@ const FRICTION: &str = "friction";
 const AT_REST: &str = "static_friction";
 const ALONG: &str = "tangential_restitution";
 
-/// What makes contacts give way, for cases whose reference is not an exact solution with rigid ones.
-pub(super) fn compliance() -> [Parameter; 2] {
-    [
-        number(COMPLIANCE, "m/N", 0.0, Range::NotNegative, "compliance 1/k of each contact; 0: rigid", OURS),
-        number(DAMPING, "N·s/m", 0.0, Range::NotNegative, "damping c of each contact, where it is compliant", OURS),
-    ]
-}
-
 const COMPLIANCE: &str = "contact_compliance_m_n";
 const DAMPING: &str = "contact_damping_n_s_m";
-
-/// All of them, with this restitution and its source.
-pub(super) fn all(e: f64, source: &'static str) -> Vec<Parameter> {
-    [stabilisation(), restitution(e, source)].into_iter().chain(compliance()).collect()
-}
 
 /// Event-driven where contacts are rigid and without friction, else refined.
 pub(super) fn reference() -> ChooseReference {

@@ -1,98 +1,47 @@
-//! `falling-chain`: a chain let go above a scale, on which it piles up: a contact and a joint that can only pull per link.
-//!
-//! ```text
-//!       │ o ⎫
-//!   l ↕ │ o ⎬ n beads on inextensible links
-//!       │ o ⎭                   base ▒▒──k_b,c_b──[m_a]──k,c──[m_p] platform     (upright)
-//!     ══╧════ platform
-//! ```
-//! n + 1 velocities (platform, beads), 2n − 1 contacts: the lowest bead on the platform, each bead on the one below it (`y_i − y_{i−1} ≥ d`)
-//! and each link, which can pull and not push (`y_i − y_{i−1} ≤ l`). Each row knows two velocities. A bead may be made of p pieces side by
-//! side on rigid joints, of which the first stands on what is below and the last carries what is above: p n + 1 velocities, (p − 1) n joint
-//! rows, and the same motion, so that what joints cost and whether they hold can be seen.
-//!
-//! **Manoeuvre.** The chain hangs straight, its lower end `h` above the scale at rest in its equilibrium, and is let go.
-//!
-//! **Closed form** ([`Chain::landed_and_force`]) of the chain with many links on a scale that does not give way: the force is three times the weight
-//! of the part that lies on it, `3 ρ g x`, if the chain starts at the scale.
-//!
-//! **Direct feedthrough** of the actuator, through its spring and damper. **Reference**: monolithic, h, h/2, h/4; with this many impacts its
-//! own uncertainty must be looked at.
-//!
-//! **Source**: a classic of textbooks (after Buquoy 1812; Hamm and Géminard 2010 on what chains do that are not ideal); numbers *ours*.
+//! `falling-chain`: a chain let go above a scale, on which it piles up: a contact and a joint that can only pull per link. Each row knows two
+//! velocities. A bead may be made of p pieces on rigid joints, with the same motion, so that what joints cost and whether they hold can be seen.
+//! Shown in `docs/cases/falling-chain.md`; numbers *ours*.
 
-use super::carriage;
-use super::case::{Case, CaseDefaults, CoupledSystem};
-use super::contact_parameters;
-use super::parameters::{Parameter, Parameters, Range, number as p};
-use crate::models::{
-    BaseMotion, LineContact, LineDescription, LineMass, LineMasses, SpringActuator, SpringActuatorParameters,
-};
-use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::error::{Error, Result};
-use rimbench_core::name::names;
+use super::case::Purpose;
+use super::prelude::*;
+
+const PARAMETERS: &str = "source: ours
+    links | - | 20.0 | whole 2..2500 | number n of beads
+    chain_length_m | m | 1.0 | positive | length L of the chain; a link is L/n
+    chain_mass_kg | kg | 2.0 | positive | mass M of the chain; a bead has M/n
+    bead_share | - | 0.2 | fraction | diameter of a bead in lengths of a link, d/l
+    bead_pieces | - | 1.0 | whole 1..1000 | number p of pieces of a bead, on rigid joints: the same motion
+    drop_height_m | m | 0.0 | not negative | height h of the lower end above the scale at the start
+    platform_mass_kg | kg | 1.0 | positive | mass m_p of the platform
+    spring_stiffness_n_m | N/m | 4e4 | positive | stiffness k between carriage and platform
+    spring_damping_n_s_m | N·s/m | 150.0 | not negative | damping c between carriage and platform
+    carriage_mass_kg | kg | 0.5 | positive | mass m_a of the carriage
+    base_stiffness_n_m | N/m | 8e4 | positive | stiffness k_b between base and carriage
+    base_damping_n_s_m | N·s/m | 200.0 | not negative | damping c_b between base and carriage
+    gravity_m_s2 | m/s² | 9.81 | not negative | gravity | standard
+";
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: parameters(),
-        trace_columns: carriage::trace_columns(&[
-            "carriage_position_m",
-            "carriage_velocity_m_s",
-            "effective_mass_kg",
-            "lowest_bead_y_m",
-            "gap_scale_m",
-            "gap_lowest_link_m",
-            "contact_force_scale_n",
-            "closed_contacts",
-        ]),
-        interface_columns: vec![carriage::interface()],
+        purpose: Purpose::Speed,
+        parameters: table(&[PARAMETERS, STABILISATION, RESTITUTION, "restitution = 0.0 | ours"]),
+        trace_columns: carriage::trace_columns(
+            "carriage_position_m carriage_velocity_m_s effective_mass_kg lowest_bead_y_m gap_scale_m gap_lowest_link_m \
+             contact_force_scale_n closed_contacts",
+        ),
+        interface_columns: carriage::interface(),
         constant_mechanics: true,
         ..Case::new(
             "falling-chain",
             "A chain falls on a scale: three times the weight of what lies on it (39 contacts; thousands by its parameters)",
-            CaseDefaults {
-                duration_s: 0.8,
-                macro_step_s: 2e-3,
-                micro_step_s: 2e-4,
-                reference_step_s: 1e-4,
-                reference_sampling_s: 2e-4,
-            },
+            times(0.8, 2e-3, 2e-4, [1e-4, 2e-4]),
             build,
         )
     }
 }
 
-const OURS: &str = "ours";
 /// Upper end of the chain at the start, m: positions are rounded to 1e-10 m there, and a step of 0.1 ms from rest goes 1e-7 m.
 const HIGHEST: f64 = 1e6;
-
-fn parameters() -> Vec<Parameter> {
-    use Range::{Fraction, NotNegative, Positive, Whole};
-    vec![
-        p("links", "-", 20.0, Whole(2, 2500), "number n of beads", OURS),
-        p("chain_length_m", "m", 1.0, Positive, "length L of the chain; a link is L/n", OURS),
-        p("chain_mass_kg", "kg", 2.0, Positive, "mass M of the chain; a bead has M/n", OURS),
-        p("bead_share", "-", 0.2, Fraction, "diameter of a bead in lengths of a link, d/l", OURS),
-        p(
-            "bead_pieces",
-            "-",
-            1.0,
-            Whole(1, 1000),
-            "number p of pieces of a bead, on rigid joints: the same motion",
-            OURS,
-        ),
-        p("drop_height_m", "m", 0.0, NotNegative, "height h of the lower end above the scale at the start", OURS),
-        p("platform_mass_kg", "kg", 1.0, Positive, "mass m_p of the platform", OURS),
-        p("spring_stiffness_n_m", "N/m", 4e4, Positive, "stiffness k between carriage and platform", OURS),
-        p("spring_damping_n_s_m", "N·s/m", 150.0, NotNegative, "damping c between carriage and platform", OURS),
-        p("carriage_mass_kg", "kg", 0.5, Positive, "mass m_a of the carriage", OURS),
-        p("base_stiffness_n_m", "N/m", 8e4, Positive, "stiffness k_b between base and carriage", OURS),
-        p("base_damping_n_s_m", "N·s/m", 200.0, NotNegative, "damping c_b between base and carriage", OURS),
-        p("gravity_m_s2", "m/s²", 9.81, NotNegative, "gravity", "standard"),
-        contact_parameters::stabilisation(),
-        contact_parameters::restitution(0.0, OURS),
-    ]
-}
 
 /// A chain of many links that falls on a scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -125,11 +74,9 @@ impl Chain {
         let bead = self.bead_share * link;
         let of = |mass: f64, start: f64| LineMass {
             mass,
-            stiffness: 0.0,
-            damping: 0.0,
-            anchor: 0.0,
             load: -mass * self.gravity,
             start: [start, 0.0],
+            ..LineMass::default()
         };
         let place = |bead: u32| self.drop + (f64::from(bead) + 0.5) * link;
         let (pieces, of_piece) = (self.bead_pieces as usize, self.mass / f64::from(self.links * self.bead_pieces));
@@ -151,14 +98,9 @@ impl Chain {
                 .chain(upper.flat_map(|upper| [pulled(upper), on(upper, bead)]))
                 .collect(),
             driven: 0,
-            state_names: names(&[
-                "platform_y_m",
-                "lowest_bead_y_m",
-                "platform_velocity_m_s",
-                "lowest_bead_velocity_m_s",
-            ]),
-            gap_names: names(&["gap_scale_m", "gap_lowest_link_m"]),
-            contact_force_names: names(&["contact_force_scale_n", "contact_force_lowest_link_n"]),
+            state_names: words("platform_y_m lowest_bead_y_m platform_velocity_m_s lowest_bead_velocity_m_s"),
+            gap_names: words("gap_scale_m gap_lowest_link_m"),
+            contact_force_names: words("contact_force_scale_n contact_force_lowest_link_n"),
         }
     }
 
@@ -217,8 +159,8 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         carriage_mass: get("carriage_mass_kg"),
         base_stiffness: get("base_stiffness_n_m"),
         base_damping: get("base_damping_n_s_m"),
-        base: BaseMotion { position: base, velocity: 0.0, amplitude: 0.0, angular_frequency: 0.0, phase: 0.0 },
+        base: BaseMotion { position: base, ..BaseMotion::default() },
         start: [carriage, 0.0],
     })?;
-    contact_parameters::coupled(model, scale, parameters, solver)
+    coupled(model, scale, parameters, solver)
 }

@@ -1,94 +1,59 @@
-//! `gripper`: two opposed cylinders close on a box. Two interfaces, redundant contacts, over-constrained when closed.
-//!
-//! ```text
-//!            │◄ jaw    ┌─────────┐    jaw ►│
-//!  ╠══[▒▒]───┤◁  pads  │   box   │  pads  ▷├───[▒▒]══╣
-//!  anchor    │◁        │         │        ▷│    anchor
-//!   ═══════════════════╧═════════╧═══════════════════  floor
-//! ```
-//! Five velocities (two jaws, box x, y, φ), six contacts (two pads on each side, two corners on the floor), an interface of two
-//! rows. With everything closed the six rows have rank four: two are redundant, and the jaws can only move together, so one of the
-//! two directions of the interface is locked. No friction.
-//!
-//! **Manoeuvre.** Both cylinders extend. The left jaw has less way to go, takes the box along, and both squeeze it: the
-//! cylinders stall, and the pressures go to where the valves balance,
-//!
-//! ```text
-//! p₁ = (κ² p_P + (1 − κ)² p_T)/(κ² + (1 − κ)²)      p₂ with κ and 1 − κ exchanged      squeeze = (p₂ − p₁) A
-//! ```
-//! Then they open again.
-//!
-//! **Direct feedthrough** of the actuators, through their viscous friction. **Reference**: monolithic, h, h/2, h/4; forces on
-//! single pads are not unique, their sums are.
-//!
-//! **Source**: *ours*; the fluid is that of Naya et al. 2011.
+//! `gripper`: two opposed cylinders close on a box. Two interface rows, six contacts of rank four, over-constrained when closed. Shown in
+//! `docs/cases/gripper.md`; numbers *ours*, the fluid is that of Naya et al. 2011.
 
-use super::case::{Case, CaseDefaults, CoupledSystem, InterfaceColumns};
-use super::contact_parameters;
-use super::fluid;
-use super::hydraulics;
-use super::parameters::{Parameter, Parameters, Range, number as p};
-use crate::models::{ActuatorNames, ActuatorPair, Gripper, GripperGeometry, Spool};
-use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::error::Result;
-use rimbench_core::name::names;
+use super::prelude::*;
+
+const PARAMETERS: &str = "source: ours
+    jaw_mass_kg | kg | 30.0 | positive | mass of each jaw with its piston
+    box_mass_kg | kg | 50.0 | positive | mass of the box
+    box_width_m | m | 0.3 | positive | width of the box
+    box_height_m | m | 0.4 | positive | height of the box
+    lower_pad_m | m | 0.1 | finite | height of the lower pads
+    upper_pad_m | m | 0.3 | finite | height of the upper pads
+    left_clearance_m | m | 0.02 | finite | distance of the left jaw from the box at the start
+    right_clearance_m | m | 0.05 | finite | distance of the right jaw from the box at the start
+    actuator_length_m | m | 0.6 | positive | length of both actuators at the start
+    piston_area_m2 | m² | 1e-3 | positive | piston area A
+    cylinder_length_m | m | 0.6 | positive | length l of both chambers together
+    viscous_friction_n_s_m | N·s/m | 5e3 | not negative | viscous friction c of a cylinder
+    valve_area_m2 | m² | 4e-6 | positive | valve area a_v
+    start_pressure_pa | Pa | 3.85e6 | positive | pressure in all chambers at the start
+    spool_close | - | 0.4 | fraction | spool command while closing; below 0.5 extends
+    spool_open | - | 0.6 | fraction | spool command while opening
+    close_start_s | s | 0.1 | not negative | start of closing
+    open_start_s | s | 1.5 | not negative | start of opening
+    spool_ramp_s | s | 0.02 | positive | time in which the spools move
+";
+const REST: &str = "source: ours
+    gravity_m_s2 | m/s² | 9.81 | not negative | gravity | standard
+    stabilisation | - | 0.2 | fraction | fraction γ of a penetration removed per mechanics step
+    restitution | - | 0.0 | fraction | restitution e of pads and corners
+";
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: parameters(),
-        trace_columns: names(&[
-            "time_s",
-            "left_jaw_x_m",
-            "right_jaw_x_m",
-            "box_x_m",
-            "box_y_m",
-            "box_angle_rad",
-            "left_length_m",
-            "right_length_m",
-            "left_velocity_m_s",
-            "right_velocity_m_s",
-            "left_force_n",
-            "right_force_n",
-            "force_to_mechanics_n",
-            "force_2_to_mechanics_n",
-            "effective_mass_kg",
-            "gap_left_lower_pad_m",
-            "gap_left_upper_pad_m",
-            "gap_right_lower_pad_m",
-            "gap_right_upper_pad_m",
-            "gap_left_corner_m",
-            "gap_right_corner_m",
-            "closed_contacts",
-            "rank_h_uu",
-        ]),
-        drawing_columns: names(&[
-            "left_pressure_1_pa",
-            "left_pressure_2_pa",
-            "right_pressure_1_pa",
-            "right_pressure_2_pa",
-            "contact_force_left_lower_pad_n",
-            "contact_force_left_upper_pad_n",
-            "contact_force_right_lower_pad_n",
-            "contact_force_right_upper_pad_n",
-            "contact_force_left_corner_n",
-            "contact_force_right_corner_n",
-        ]),
+        parameters: table(&[PARAMETERS, FLUID, REST]),
+        trace_columns: words(
+            "time_s left_jaw_x_m right_jaw_x_m box_x_m box_y_m box_angle_rad left_length_m right_length_m \
+             left_velocity_m_s right_velocity_m_s left_force_n right_force_n force_to_mechanics_n \
+             force_2_to_mechanics_n effective_mass_kg gap_left_lower_pad_m gap_left_upper_pad_m gap_right_lower_pad_m \
+             gap_right_upper_pad_m gap_left_corner_m gap_right_corner_m closed_contacts rank_h_uu",
+        ),
+        drawing_columns: words(
+            "left_pressure_1_pa left_pressure_2_pa right_pressure_1_pa right_pressure_2_pa \
+             contact_force_left_lower_pad_n contact_force_left_upper_pad_n contact_force_right_lower_pad_n \
+             contact_force_right_upper_pad_n contact_force_left_corner_n contact_force_right_corner_n",
+        ),
         interface_columns: vec![
             InterfaceColumns::new("left_length_m", "left_velocity_m_s", "left_force_n"),
             InterfaceColumns::new("right_length_m", "right_velocity_m_s", "right_force_n"),
         ],
         constant_mechanics: true,
-        reference: contact_parameters::reference(),
+        reference: reference(),
         ..Case::new(
             "gripper",
             "Two opposed cylinders squeeze a box (two interface rows, redundant contacts, over-constrained when closed)",
-            CaseDefaults {
-                duration_s: 2.0,
-                macro_step_s: 5e-3,
-                micro_step_s: 5e-5,
-                reference_step_s: 5e-5,
-                reference_sampling_s: 1e-4,
-            },
+            times(2.0, 5e-3, 5e-5, [5e-5, 1e-4]),
             build,
         )
     }
@@ -109,100 +74,26 @@ const NAMES: [ActuatorNames; 2] = [
     },
 ];
 
-const OURS: &str = "ours";
-
-fn parameters() -> Vec<Parameter> {
-    use Range::{Finite, Fraction, NotNegative, Positive};
-    let mut machine = machine();
-    let at = |name: &str| machine.iter().position(|known| known.name == name).unwrap_or(machine.len());
-    let (clearances, pressure) = (at("actuator_length_m"), at("valve_area_m2") + 1);
-    machine.splice(
-        pressure..pressure,
-        [
-            p("start_pressure_pa", "Pa", 3.85e6, Positive, "pressure in all chambers at the start", OURS),
-            p("spool_close", "-", 0.4, Fraction, "spool command while closing; below 0.5 extends", OURS),
-            p("spool_open", "-", 0.6, Fraction, "spool command while opening", OURS),
-            p("close_start_s", "s", 0.1, NotNegative, "start of closing", OURS),
-            p("open_start_s", "s", 1.5, NotNegative, "start of opening", OURS),
-            p("spool_ramp_s", "s", 0.02, Positive, "time in which the spools move", OURS),
-        ],
-    );
-    machine.splice(
-        clearances..clearances,
-        [
-            p("left_clearance_m", "m", 0.02, Finite, "distance of the left jaw from the box at the start", OURS),
-            p("right_clearance_m", "m", 0.05, Finite, "distance of the right jaw from the box at the start", OURS),
-        ],
-    );
-    [machine, fluid::parameters(), law()].concat()
-}
-
-/// Masses, lengths and cylinders.
-pub(super) fn machine() -> Vec<Parameter> {
-    use Range::{Finite, NotNegative, Positive};
-    vec![
-        p("jaw_mass_kg", "kg", 30.0, Positive, "mass of each jaw with its piston", OURS),
-        p("box_mass_kg", "kg", 50.0, Positive, "mass of the box", OURS),
-        p("box_width_m", "m", 0.3, Positive, "width of the box", OURS),
-        p("box_height_m", "m", 0.4, Positive, "height of the box", OURS),
-        p("lower_pad_m", "m", 0.1, Finite, "height of the lower pads", OURS),
-        p("upper_pad_m", "m", 0.3, Finite, "height of the upper pads", OURS),
-        p("actuator_length_m", "m", 0.6, Positive, "length of both actuators at the start", OURS),
-        p("piston_area_m2", "m²", 1e-3, Positive, "piston area A", OURS),
-        p("cylinder_length_m", "m", 0.6, Positive, "length l of both chambers together", OURS),
-        p("viscous_friction_n_s_m", "N·s/m", 5e3, NotNegative, "viscous friction c of a cylinder", OURS),
-        p("valve_area_m2", "m²", 4e-6, Positive, "valve area a_v", OURS),
-    ]
-}
-
-/// Gravity, and the law of the contacts.
-pub(super) fn law() -> Vec<Parameter> {
-    vec![
-        p("gravity_m_s2", "m/s²", 9.81, Range::NotNegative, "gravity", "standard"),
-        contact_parameters::stabilisation(),
-        p("restitution", "-", 0.0, Range::Fraction, "restitution e of pads and corners", OURS),
-    ]
-}
-
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
-    let (close, open, ramp) = (get("close_start_s"), get("open_start_s"), get("spool_ramp_s"));
-    let spool = || {
-        hydraulics::spool(&[
-            ("close_start_s", close, 0.5),
-            ("close_start_s", close + ramp, get("spool_close")),
-            ("open_start_s", open, get("spool_close")),
-            ("open_start_s", open + ramp, get("spool_open")),
-        ])
-    };
-    let clearances = [get("left_clearance_m"), get("right_clearance_m")];
-    system(parameters, solver, clearances, 0.0, [get("start_pressure_pa"); 2], spool)
-}
-
-/// Both sides: jaws so far from the box (m), the box so high above the floor (m), chambers at these pressures (Pa), and the same command for
-/// both valves, which is made once the geometry has been found possible.
-pub(super) fn system(
-    parameters: &Parameters,
-    solver: &SolverEntry,
-    clearances: [f64; 2],
-    floor_drop: f64,
-    pressures: [f64; 2],
-    spool: impl FnOnce() -> Result<Spool>,
-) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
     let length = get("actuator_length_m");
     let model = Gripper::new(GripperGeometry {
         jaw_mass: get("jaw_mass_kg"),
         box_mass: get("box_mass_kg"),
-        box_size: [get("box_width_m"), get("box_height_m")],
-        pad_heights: [get("lower_pad_m"), get("upper_pad_m")],
-        clearances,
-        floor_drop,
+        box_size: ["box_width_m", "box_height_m"].map(get),
+        pad_heights: ["lower_pad_m", "upper_pad_m"].map(get),
+        clearances: ["left_clearance_m", "right_clearance_m"].map(get),
         actuator_length: length,
         gravity: get("gravity_m_s2"),
     })?;
-    let spool = spool()?;
+    let [close, open, ramp] = ["close_start_s", "open_start_s", "spool_ramp_s"].map(get);
+    let spool = hydraulics::spool(&[
+        ("close_start_s", close, 0.5),
+        ("close_start_s", close + ramp, get("spool_close")),
+        ("open_start_s", open, get("spool_close")),
+        ("open_start_s", open + ramp, get("spool_open")),
+    ])?;
+    let pressures = [get("start_pressure_pa"); 2];
     let unit = || hydraulics::cylinder(parameters, length, pressures, spool.clone());
-    let actuators = ActuatorPair::new([unit()?, unit()?], NAMES);
-    contact_parameters::coupled(model, actuators, parameters, solver)
+    coupled(model, ActuatorPair::new([unit()?, unit()?], NAMES), parameters, solver)
 }

@@ -1,99 +1,95 @@
 //! The cases: what is simulated, with every number a named parameter. Listed in [`standard_cases`].
 //!
-//! To add one: write a file with a function `entry`, and add it to the list.
+//! A file holds a family: cases that differ in numbers and in what moves them; pages on them are in `docs/cases`. To add one: write a
+//! function that describes it, in the file of its family or one of its own, and add it to the list.
 
 mod beam_on_stops;
-mod bouncing_ball;
 mod carriage;
 mod case;
 mod contact_parameters;
 mod cradle;
-mod crane_drag;
-mod crane_heap;
-mod crane_set_down;
-mod cylinder;
-mod disc_pile;
-mod disc_row;
-mod driven_mass;
+mod cranes;
+mod discs;
 mod elastic_bar;
 mod event_driven;
 mod falling_chain;
-mod fluid;
 mod gripper;
-mod gripper_friction;
 mod half_car;
-mod half_car_braking;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
 mod hydraulics;
-mod impact_oscillator;
-mod linear_oscillator;
-mod loader;
 mod memory;
-mod n_wedge_box;
 mod outside;
-mod packed_box;
 mod parameters;
-mod precice_oscillator;
-mod quarter_car;
 mod recorder;
 mod reference_method;
 mod rocking_block;
-mod rocking_block_friction;
-mod slider_between_stops;
 mod slider_crank;
+mod stops;
 mod towed_block;
 mod two_masses;
-mod wedge_box;
-mod wedge_box_friction;
-mod wedge_box_reversal;
-mod wedge_box_two_ledges;
+mod wedge_boxes;
 mod woodpecker;
 
 pub use case::{
-    BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, RowFunction,
-    StateVariable,
+    BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, Purpose,
+    RowFunction, StateVariable,
 };
+pub use discs::wall_forces;
 pub use falling_chain::Chain;
 pub use outside::BuildSide;
-pub use packed_box::wall_forces;
 pub use parameters::{Parameter, Parameters, Range, Value};
 pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
-pub use wedge_box::wedge_box_geometry;
+pub use wedge_boxes::wedge_box_geometry;
+
+/// What most cases are written with.
+mod prelude {
+    pub(super) use super::carriage::{self, CARRIAGE};
+    pub(super) use super::case::{Case, CoupledSystem, DerivedColumn, InterfaceColumns, times};
+    pub(super) use super::contact_parameters::{
+        COMPLIANT, POSSIBLE_FRICTION, RESTITUTION, STABILISATION, WITH_FRICTION, coupled, reference,
+    };
+    pub(super) use super::hydraulics::{self, CYLINDER, FLUID};
+    pub(super) use super::parameters::{Parameters, table};
+    pub(super) use super::reference_method::{ExactSolution, ReferenceMethod};
+    pub(super) use crate::models::*;
+    pub(super) use rimbench_core::complementarity::SolverEntry;
+    pub(super) use rimbench_core::error::{Error, Result};
+    pub(super) use rimbench_core::name::{Name, words};
+    pub(super) use std::sync::Arc;
+}
 
 /// Describes every built-in case.
 pub fn standard_cases() -> Vec<Case> {
     vec![
-        wedge_box::entry(),
+        wedge_boxes::wedge_box(),
         hydraulic_crane::entry(),
-        linear_oscillator::entry(),
-        quarter_car::entry(),
-        precice_oscillator::entry(),
-        crane_set_down::entry(),
+        two_masses::linear_oscillator(),
+        two_masses::quarter_car(),
+        two_masses::precice_oscillator(),
+        cranes::set_down(),
         half_car::entry(),
         gripper::entry(),
-        disc_row::entry(),
-        disc_pile::entry(),
-        packed_box::entry(),
+        discs::row(),
+        discs::pile(),
+        discs::packed_box(),
         falling_chain::entry(),
-        crane_heap::entry(),
-        bouncing_ball::entry(),
+        cranes::heap(),
+        stops::bouncing_ball(),
         elastic_bar::entry(),
-        impact_oscillator::entry(),
+        stops::impact_oscillator(),
         cradle::entry(),
-        slider_between_stops::entry(),
+        stops::slider(),
         rocking_block::entry(),
         beam_on_stops::entry(),
-        n_wedge_box::entry(),
-        wedge_box_two_ledges::entry(),
-        wedge_box_reversal::entry(),
-        wedge_box_friction::entry(),
+        wedge_boxes::n_wedge_box(),
+        wedge_boxes::two_ledges(),
+        wedge_boxes::reversal(),
+        wedge_boxes::with_friction(),
         towed_block::entry(),
-        half_car_braking::entry(),
-        gripper_friction::entry(),
-        rocking_block_friction::entry(),
-        crane_drag::entry(),
+        rocking_block::with_friction(),
+        cranes::drag(),
         slider_crank::entry(),
         woodpecker::entry(),
     ]

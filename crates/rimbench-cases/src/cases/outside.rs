@@ -76,7 +76,7 @@ impl Case {
 
 #[cfg(test)]
 mod tests {
-    use super::super::linear_oscillator;
+    use super::super::two_masses::linear_oscillator;
     use super::*;
     use crate::catalogue::Catalogue;
     use crate::models::{MassRole, MassSide, OscillatorIntegrator, WalledMass};
@@ -121,7 +121,7 @@ mod tests {
     }
 
     fn catalogue(build: BuildSide) -> Catalogue {
-        let original = linear_oscillator::entry();
+        let original = linear_oscillator();
         let mut catalogue = Catalogue::standard();
         let outside = original.with_side("outside", Side::Mechanics, build).unwrap();
         let judged_by = Some(catalogue.case("linear-oscillator").unwrap().clone());

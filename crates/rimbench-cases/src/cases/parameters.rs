@@ -98,16 +98,71 @@ pub struct Parameter {
     pub source: Name,
 }
 
-/// [`Parameter::number`] under a name short enough for tables.
-pub(super) fn number(
-    name: &'static str,
-    unit: &'static str,
-    default: f64,
-    range: Range,
-    about: &'static str,
-    source: &'static str,
-) -> Parameter {
-    Parameter::number(name, unit, default, range, about, source)
+/// Parameters written as tables, one after the other. A line is one of
+///
+/// ```text
+/// source: where the defaults of the lines below come from, in tables below as well
+/// name | unit | default | range | one line about it           and | source, if it is another
+/// name | - | default, other, other | choice | one line about it
+/// name = default                                              of one above; and | source | one line about it
+/// - name name                                                 takes some above away
+/// ```
+/// # Panics
+/// If it is none of these, or a default is out of its range: a defect of the case.
+pub(super) fn table(texts: &[&'static str]) -> Vec<Parameter> {
+    let mut all: Vec<Parameter> = Vec::new();
+    let mut source = "";
+    for text in texts {
+        for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+            let cells: Vec<&'static str> = line.split('|').map(str::trim).collect();
+            if let Some(of_lines_below) = line.strip_prefix("source: ") {
+                source = of_lines_below;
+            } else if let Some(gone) = line.strip_prefix("- ") {
+                let before = all.len();
+                all.retain(|known| !gone.split(' ').any(|name| known.name == name));
+                assert_eq!(before - all.len(), gone.split(' ').count(), "not all of these are above: {line}");
+            } else if let Some((name, default)) = cells[0].split_once(" = ") {
+                let known = all.iter_mut().find(|known| known.name == name);
+                let known = known.unwrap_or_else(|| panic!("no {name} above: {line}"));
+                known.default = default_of(&known.range, name, default);
+                cells.get(1).into_iter().for_each(|source| known.source = (*source).into());
+                cells.get(2).into_iter().for_each(|about| known.about = (*about).into());
+            } else {
+                let [name, unit, default, range, about, ref own_source @ ..] = cells[..] else {
+                    panic!("neither a parameter nor a change of one: {line}");
+                };
+                let source = own_source.first().copied().unwrap_or(source);
+                all.push(if range == "choice" {
+                    Parameter::choice(name, default.split(", "), about, source)
+                } else {
+                    let range = range_of(range);
+                    let default = default_of(&range, name, default);
+                    let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
+                    Parameter { name, unit, default, range, about, source }
+                });
+            }
+        }
+    }
+    all
+}
+
+fn default_of(range: &Range, name: &str, text: &str) -> Value {
+    range.parse(name, text).unwrap_or_else(|error| panic!("default of a parameter: {error}"))
+}
+
+fn range_of(text: &str) -> Range {
+    match text {
+        "finite" => Range::Finite,
+        "positive" => Range::Positive,
+        "not negative" => Range::NotNegative,
+        "fraction" => Range::Fraction,
+        _ => {
+            let bounds = text.strip_prefix("whole ").and_then(|bounds| bounds.split_once(".."));
+            let bounds = bounds.and_then(|(least, most)| Some((least.parse().ok()?, most.parse().ok()?)));
+            let (least, most) = bounds.unwrap_or_else(|| panic!("no range of a parameter: {text}"));
+            Range::Whole(least, most)
+        }
+    }
 }
 
 impl Parameter {
@@ -258,9 +313,9 @@ mod tests {
     #[test]
     fn values_are_checked_and_errors_say_what_is_valid() {
         let declared = [
-            number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours"),
+            Parameter::number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours"),
             Parameter::choice("coupling", ["force", "pressure"], "coupling", "ours"),
-            number("wheels", "-", 4.0, Range::Whole(2, 8), "wheels", "ours"),
+            Parameter::number("wheels", "-", 4.0, Range::Whole(2, 8), "wheels", "ours"),
         ];
         let mut parameters = Parameters::defaults("test".into(), &declared);
         parameters.set("mass_kg", "2.5").unwrap();
@@ -286,7 +341,7 @@ mod tests {
 
     #[test]
     fn what_was_set_to_its_default_is_the_same_and_is_said() {
-        let declared = [number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours")];
+        let declared = [Parameter::number("mass_kg", "kg", 1.0, Range::Positive, "mass", "ours")];
         let usual = Parameters::defaults("test".into(), &declared);
         let mut set = usual.clone();
         set.set("mass_kg", "1").unwrap();

@@ -164,12 +164,12 @@ impl Recorder {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{DerivedColumn, InterfaceColumns, wedge_box};
+    use super::super::{DerivedColumn, InterfaceColumns, wedge_boxes};
     use super::*;
     use rimbench_core::complementarity::SolverEntry;
 
     fn refused(change: impl FnOnce(&mut Case, &mut CoupledSystem)) -> String {
-        let mut case = wedge_box::entry();
+        let mut case = wedge_boxes::wedge_box();
         let mut system = (case.build)(&case.default_parameters(), &SolverEntry::active_set()).unwrap();
         change(&mut case, &mut system);
         Recorder::new(&case, &mut system).map(drop).unwrap_err().to_string()

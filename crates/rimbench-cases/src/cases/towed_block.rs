@@ -1,96 +1,54 @@
-//! `towed-block`: a block on a rough floor, towed by a spring whose end moves on at constant speed: it sticks and slips in turn.
-//!
-//! ```text
-//!      ┌─────┐
-//!      │  m  ├──k──────▷ V t          friction μ_s while it sticks, μ_k while it slides
-//!      └─────┘
-//!   ══════════════════════ floor
-//! ```
-//! Two velocities, one contact, which never opens. The spring is drawn out until it overcomes the friction at rest; then the block overtakes the
-//! mean and sticks anew, for good. With `ω² = k/m`, `Δ = (μ_s − μ_k) m g/k`:
+//! `towed-block`: a block on a rough floor, towed by a spring whose end moves on at constant speed V: it sticks and slips in turn. Shown in
+//! `docs/cases/towed-block.md`; textbook (Den Hartog; Popp and Stelter), numbers *ours*. With `ω² = k/m`, `Δ = (μ_s − μ_k) m g/k`:
 //!
 //! ```text
 //! slip   e(τ) = μ_k m g/k + Δ cos ωτ + (V/ω) sin ωτ        spring extended by e; ẋ = V − ė
 //!        from e = μ_s m g/k, for (π + 2 atan(V/(ω Δ)))/ω, to e = (2 μ_k − μ_s) m g/k
 //! stick  ė = V, for 2 Δ/V                                  F = μ_k m g ± k √(Δ² + V²/ω²) at most and least
 //! ```
-//! **Direct feedthrough** of the actuator, through its spring. **Reference**: that closed form.
-//!
-//! **Source**: textbook (Den Hartog; Popp and Stelter); numbers *ours*.
 
-use super::carriage;
-use super::case::{Case, CaseDefaults, CoupledSystem};
 use super::contact_parameters;
-use super::parameters::{Parameter, Parameters, Range, number as p};
-use super::reference_method::{ExactSolution, ReferenceMethod};
-use crate::models::{BaseMotion, SlidingBlock, SpringActuator, SpringActuatorParameters};
-use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::error::Result;
+use super::prelude::*;
 use std::f64::consts::PI;
-use std::sync::Arc;
+
+const PARAMETERS: &str = "source: ours
+    block_mass_kg | kg | 1.0 | positive | mass m of the block
+    spring_stiffness_n_m | N/m | 100.0 | positive | stiffness k of the spring, relaxed at the start
+    towing_speed_m_s | m/s | 0.1 | positive | speed V of the spring's other end
+    gravity_m_s2 | m/s² | 9.81 | positive | gravity | standard
+";
+const FRICTION: &str = "source: ours
+    friction | - | 0.4 | positive | coefficient of friction μ_k of contacts that slide
+    static_friction | - | 0.5 | not negative | coefficient of friction μ_s of a contact that sticks; 0: that of contacts that slide
+";
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: parameters(),
-        trace_columns: carriage::trace_columns(&[
-            "effective_mass_kg",
-            "gap_floor_m",
-            "contact_force_floor_n",
-            "friction_force_floor_n",
-            "contact_state_floor",
-            "closed_contacts",
-        ]),
-        interface_columns: vec![carriage::interface()],
+        parameters: table(&[PARAMETERS, STABILISATION, FRICTION]),
+        trace_columns: carriage::trace_columns(
+            "effective_mass_kg gap_floor_m contact_force_floor_n friction_force_floor_n contact_state_floor closed_contacts",
+        ),
+        interface_columns: carriage::interface(),
         constant_mechanics: true,
-        reference: Arc::new(|parameters| exact(parameters).map(ReferenceMethod::Exact)),
+        reference: Arc::new(|parameters| Ok(ReferenceMethod::Exact(exact(parameters)))),
         ..Case::new(
             "towed-block",
             "Block towed over a rough floor by a spring: sticks and slips in turn (friction at rest above that in motion; closed form)",
-            CaseDefaults {
-                duration_s: 4.0,
-                macro_step_s: 5e-3,
-                micro_step_s: 5e-5,
-                reference_step_s: 1e-4,
-                reference_sampling_s: 2e-4,
-            },
+            times(4.0, 5e-3, 5e-5, [1e-4, 2e-4]),
             build,
         )
     }
-}
-
-const OURS: &str = "ours";
-
-fn parameters() -> Vec<Parameter> {
-    use Range::Positive;
-    let own = [
-        p("block_mass_kg", "kg", 1.0, Positive, "mass m of the block", OURS),
-        p("spring_stiffness_n_m", "N/m", 100.0, Positive, "stiffness k of the spring, relaxed at the start", OURS),
-        p("towing_speed_m_s", "m/s", 0.1, Positive, "speed V of the spring's other end", OURS),
-        p("gravity_m_s2", "m/s²", 9.81, Positive, "gravity", "standard"),
-        contact_parameters::stabilisation(),
-    ];
-    own.into_iter().chain(contact_parameters::stick_slip(0.5, 0.4)).collect()
 }
 
 fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
     let get = |name: &str| parameters.number(name);
     let spring = SpringActuator::new(SpringActuatorParameters {
         stiffness: get("spring_stiffness_n_m"),
-        damping: 0.0,
-        carriage_mass: 0.0,
-        base_stiffness: 0.0,
-        base_damping: 0.0,
-        base: BaseMotion {
-            position: 0.0,
-            velocity: get("towing_speed_m_s"),
-            amplitude: 0.0,
-            angular_frequency: 0.0,
-            phase: 0.0,
-        },
-        start: [0.0; 2],
+        base: BaseMotion { velocity: get("towing_speed_m_s"), ..BaseMotion::default() },
+        ..SpringActuatorParameters::default()
     })?;
     let block = SlidingBlock { mass: get("block_mass_kg"), gravity: get("gravity_m_s2") };
-    contact_parameters::coupled(block, spring, parameters, solver)
+    coupled(block, spring, parameters, solver)
 }
 
 /// The stick–slip cycle of a block that starts at rest with its spring relaxed.
@@ -115,7 +73,7 @@ struct Cycle {
 impl Cycle {
     fn of(parameters: &Parameters) -> Self {
         let get = |name: &str| parameters.number(name);
-        let (mass, stiffness, speed) = (get("block_mass_kg"), get("spring_stiffness_n_m"), get("towing_speed_m_s"));
+        let [mass, stiffness, speed] = ["block_mass_kg", "spring_stiffness_n_m", "towing_speed_m_s"].map(get);
         let weight = mass * get("gravity_m_s2");
         let friction = contact_parameters::coefficients(parameters).map(|coefficient| coefficient * weight);
         let omega = (stiffness / mass).sqrt();
@@ -155,9 +113,9 @@ impl Cycle {
 }
 
 /// The closed form, as rows of the trace.
-fn exact(parameters: &Parameters) -> Result<ExactSolution> {
+fn exact(parameters: &Parameters) -> ExactSolution {
     let cycle = Cycle::of(parameters);
-    Ok(Box::new(move |t, row| {
+    Box::new(move |t, row| {
         let (extension, velocity, sticks) = cycle.at(t);
         let force = cycle.stiffness * extension;
         let (effective_mass, friction, state) =
@@ -175,7 +133,7 @@ fn exact(parameters: &Parameters) -> Result<ExactSolution> {
             state,
             1.0,
         ]);
-    }))
+    })
 }
 
 #[cfg(test)]

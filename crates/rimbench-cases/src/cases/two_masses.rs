@@ -1,84 +1,208 @@
-//! What the two-mass cases share: their sides for each coupling, their exact solution, their energy.
+//! Two masses on springs, the classical test of co-simulation methods: `linear-oscillator`, `precice-oscillator` and `quarter-car`, with their
+//! sides for each coupling, their exact solution and their energy. Shown in `docs/cases/two-masses.md`.
 
-use super::case::{CoupledSystem, DerivedColumn, InterfaceColumns, StateVariable};
-use super::parameters::{Parameter, Parameters, Range, number};
-use super::reference_method::ExactSolution;
-use crate::models::{
-    CouplingElement, CouplingForce, FreeMasses, MassRole, MassSide, OscillatorIntegrator, OwnPosition,
-    StaleFeedthrough, WalledMass,
-};
+use super::case::{CaseDefaults, StateVariable};
+use super::prelude::*;
 use nalgebra::{Matrix5, Vector4, Vector5};
 use rimbench_core::cosim::{StopFlag, Trajectory};
-use rimbench_core::error::{Error, Failure, Result};
+use rimbench_core::error::Failure;
 use rimbench_core::mechanics::ReferenceSteps;
 
-/// Columns of the trace; with [`FURTHER_COLUMNS`], all that is recorded.
-pub(super) const TRACE_COLUMNS: [&str; 6] = ["time_s", "x1_m", "x2_m", "v1_m_s", "v2_m_s", "energy_j"];
-/// The coupling force of the true states, by which accuracy is judged.
-pub(super) const FURTHER_COLUMNS: [&str; 1] = ["coupling_force_n"];
-
-/// The ways to split two masses.
-pub(super) const COUPLINGS: [&str; 3] = ["force-displacement", "displacement-displacement", "force-force"];
-
-/// That of the OSP quarter truck, with what its wheel does differently: stale feedthrough, and a position of its own.
-pub(super) const PUBLISHED_UNITS: &str = "published-units";
+/// Coupling of the OSP quarter truck, with what its wheel does differently: stale feedthrough, and a position of its own.
+const PUBLISHED_UNITS: &str = "published-units";
 
 /// Columns of the state, and the parameters that hold its start.
 const STATE: [[&str; 2]; 4] = [["x1_m", "x1_0_m"], ["x2_m", "x2_0_m"], ["v1_m_s", "v1_0_m_s"], ["v2_m_s", "v2_0_m_s"]];
 
-/// The interface by which the couplings are judged.
-pub(super) fn interface() -> InterfaceColumns {
-    InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")
+/// A case of two masses with an exact solution, its interface and its state, for spectral radii.
+fn entry(
+    name: &'static str,
+    about: &'static str,
+    tables: &[&'static str],
+    times: CaseDefaults,
+    masses: fn(&Parameters) -> TwoMasses,
+) -> Case {
+    Case {
+        parameters: table(tables),
+        trace_columns: words("time_s x1_m x2_m v1_m_s v2_m_s energy_j"),
+        // Of the true states: accuracy is judged by it.
+        drawing_columns: words("coupling_force_n"),
+        interface_columns: vec![InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")],
+        linear_state: STATE
+            .map(|[column, initial]| StateVariable { initial: initial.into(), column: column.into() })
+            .to_vec(),
+        reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(masses(parameters).exact()))),
+        ..Case::new(name, about, times, move |parameters, _| {
+            masses(parameters).system(parameters, integrator_of(parameters))
+        })
+    }
 }
 
-/// The state, for spectral radii.
-pub(super) fn state() -> Vec<StateVariable> {
-    STATE.map(|[column, initial]| StateVariable { initial: initial.into(), column: column.into() }).to_vec()
-}
-
-/// How each side integrates itself, one of `names`.
-pub(super) fn integrator(names: &[&'static str], source: &'static str) -> Parameter {
-    let about = "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held";
-    Parameter::choice("integrator", names.iter().copied(), about, source)
-}
-
-/// The integrators of two of the cases.
-pub(super) const INTEGRATORS: [&str; 4] = ["exact", "semi-implicit-euler", "trapezoidal", "exact-sampled"];
-
-/// The one of [`INTEGRATORS`] that the parameters say.
-pub(super) fn integrator_of(parameters: &Parameters) -> OscillatorIntegrator {
+/// How each side integrates itself, by the parameter of that name.
+fn integrator_of(parameters: &Parameters) -> OscillatorIntegrator {
     match parameters.choice("integrator") {
         "semi-implicit-euler" => OscillatorIntegrator::SemiImplicitEuler,
         "trapezoidal" => OscillatorIntegrator::Trapezoidal,
         "exact-sampled" => OscillatorIntegrator::ExactSampled,
+        "newmark" => OscillatorIntegrator::GeneralisedAlpha { alpha_m: 0.0, alpha_f: 0.0 },
+        // The spectral parameters of the preCICE tutorial.
+        "generalised-alpha" => OscillatorIntegrator::GeneralisedAlpha { alpha_m: 0.2, alpha_f: 0.4 },
         _ => OscillatorIntegrator::Exact,
     }
 }
 
-/// The start of the state, each variable with its default and its description.
-pub(super) fn start(values: [f64; 4], about: [&'static str; 4], source: &'static str) -> Vec<Parameter> {
-    let [x1, x2, v1, v2] = STATE.map(|[_, initial]| initial);
-    vec![
-        number(x1, "m", values[0], Range::Finite, about[0], source),
-        number(x2, "m", values[1], Range::Finite, about[1], source),
-        number(v1, "m/s", values[2], Range::Finite, about[2], source),
-        number(v2, "m/s", values[3], Range::Finite, about[3], source),
-    ]
+const INTEGRATORS: &str = "
+    integrator | - | exact, semi-implicit-euler, trapezoidal, exact-sampled | choice | how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held
+";
+const NUMBERED: &str = "
+    mass_1_kg | kg | 1.0 | positive | mass m₁
+    mass_2_kg | kg | 1.0 | positive | mass m₂
+    stiffness_1_n_m | N/m | 10.0 | not negative | stiffness k₁ of the spring between wall and mass 1
+    coupling_stiffness_n_m | N/m | 100.0 | not negative | stiffness k_c of the spring between the masses
+    stiffness_2_n_m | N/m | 1000.0 | not negative | stiffness k₂ of the spring between mass 2 and wall
+";
+const START: &str = "
+    x1_0_m | m | 0.0 | finite | position of mass 1 at the start
+    x2_0_m | m | 0.0 | finite | position of mass 2 at the start
+    v1_0_m_s | m/s | 0.0 | finite | velocity of mass 1 at the start
+    v2_0_m_s | m/s | 0.0 | finite | velocity of mass 2 at the start
+";
+
+/// Two masses between walls, with the same damping of all springs.
+fn numbered(parameters: &Parameters, damping: f64) -> TwoMasses {
+    let get = |name: &str| parameters.number(name);
+    let body = |mass: &str, stiffness: &str, start: [&str; 2]| WalledMass {
+        mass: get(mass),
+        stiffness: get(stiffness),
+        damping,
+        wall: 0.0,
+        start: start.map(get),
+    };
+    TwoMasses {
+        bodies: [
+            body("mass_1_kg", "stiffness_1_n_m", ["x1_0_m", "v1_0_m_s"]),
+            body("mass_2_kg", "stiffness_2_n_m", ["x2_0_m", "v2_0_m_s"]),
+        ],
+        element: CouplingElement { stiffness: get("coupling_stiffness_n_m"), damping, exponent: 1.0 },
+    }
 }
 
-/// Descriptions of the start of masses that have no names but their numbers.
-pub(super) const NUMBERED: [&str; 4] = [
-    "position of mass 1 at the start",
-    "position of mass 2 at the start",
-    "velocity of mass 1 at the start",
-    "velocity of mass 2 at the start",
-];
+/// The benchmark of the Laboratorio de Ingeniería Mecánica, Univ. da Coruña, `fgonzalezLIM/cosim-benchmarks` (MIT).
+pub(super) fn linear_oscillator() -> Case {
+    const FIRST: &str = "source: LIM cosim-benchmarks
+        variant | - | 0, 1 | choice | undamped (0) or damped (1)
+        coupling | - | force-displacement, displacement-displacement, force-force | choice | what the sides exchange
+    ";
+    const LAST: &str = "
+        damping_n_s_m | N·s/m | 0.01 | not negative | c₁ = c_c = c₂ of variant 1
+    ";
+    const MOVING: &str = "
+        v1_0_m_s = 100.0
+        v2_0_m_s = -100.0
+    ";
+    entry(
+        "linear-oscillator",
+        "Two masses and three springs (LIM benchmark; exact solution)",
+        &[FIRST, INTEGRATORS, NUMBERED, LAST, START, MOVING],
+        times(10.0, 1e-3, 1e-4, [1e-3, 1e-3]),
+        |parameters| {
+            let damped = parameters.choice("variant") == "1";
+            numbered(parameters, if damped { parameters.number("damping_n_s_m") } else { 0.0 })
+        },
+    )
+}
+
+/// The preCICE tutorial `oscillator` (Schüller, Birken, Rodenberg et al. 2022), with a solution in two cosines.
+pub(super) fn precice_oscillator() -> Case {
+    const FIRST: &str = "source: preCICE tutorial oscillator
+        coupling | - | displacement-displacement, force-displacement, force-force | choice | what the sides exchange
+        integrator | - | exact, newmark, generalised-alpha | choice | how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held
+    ";
+    // 4π² and 16π².
+    const OWN: &str = "
+        stiffness_1_n_m = 39.47841760435743
+        coupling_stiffness_n_m = 157.91367041742973 | preCICE tutorial oscillator | stiffness k₁₂ of the spring between the masses
+        stiffness_2_n_m = 39.47841760435743
+        x1_0_m = 1.0
+    ";
+    entry(
+        "precice-oscillator",
+        "Two masses and three springs of the preCICE tutorial (exact solution)",
+        &[FIRST, NUMBERED, START, OWN],
+        times(1.0, 1e-2, 1e-3, [1e-3, 1e-3]),
+        |parameters| numbered(parameters, 0.0),
+    )
+}
+
+/// Chassis (mass 1) and wheel over a step in the road, after the demo of the Open Simulation Platform (libcosim); the exponent's n is ours.
+pub(super) fn quarter_car() -> Case {
+    const FIRST: &str = "
+        damper | - | linear, nonlinear | choice | law of the damper in the suspension | Sadjina et al. 2017
+        coupling | - | force-displacement, displacement-displacement, force-force, published-units | choice | what the sides exchange | ours
+        source: ours
+    ";
+    const OWN: &str = "source: OSP quarter car
+        chassis_mass_kg | kg | 400.0 | positive | mass m₁ of the chassis
+        wheel_mass_kg | kg | 40.0 | positive | mass m₂ of the wheel
+        suspension_stiffness_n_m | N/m | 15000.0 | not negative | stiffness k_c of the suspension
+        suspension_damping_n_s_m | N·s/m | 1000.0 | not negative | coefficient d of the damper
+        damper_shape | - | 1.0 | not negative | n of the nonlinear damper's exponent 2/(1+2n) | ours
+        tyre_stiffness_n_m | N/m | 150000.0 | not negative | stiffness k₂ of the tyre
+        road_step_m | m | 0.1 | finite | height of the step in the road
+        x1_0_m | m | 0.0 | finite | position of the chassis at the start
+        x2_0_m | m | 0.0 | finite | position of the wheel at the start
+        v1_0_m_s | m/s | 0.0 | finite | velocity of the chassis at the start
+        v2_0_m_s | m/s | 0.0 | finite | velocity of the wheel at the start
+    ";
+    fn masses(parameters: &Parameters) -> TwoMasses {
+        let get = |name: &str| parameters.number(name);
+        let nonlinear = parameters.choice("damper") == "nonlinear";
+        let chassis = WalledMass {
+            mass: get("chassis_mass_kg"),
+            stiffness: 0.0,
+            damping: 0.0,
+            wall: 0.0,
+            start: ["x1_0_m", "v1_0_m_s"].map(get),
+        };
+        let wheel = WalledMass {
+            mass: get("wheel_mass_kg"),
+            stiffness: get("tyre_stiffness_n_m"),
+            damping: 0.0,
+            wall: get("road_step_m"),
+            start: ["x2_0_m", "v2_0_m_s"].map(get),
+        };
+        let element = CouplingElement {
+            stiffness: get("suspension_stiffness_n_m"),
+            damping: get("suspension_damping_n_s_m"),
+            exponent: if nonlinear { 2.0 / (1.0 + 2.0 * get("damper_shape")) } else { 1.0 },
+        };
+        TwoMasses { bodies: [chassis, wheel], element }
+    }
+    Case {
+        reference: Arc::new(|parameters| {
+            let masses = masses(parameters);
+            Ok(match parameters.choice("damper") {
+                "nonlinear" => {
+                    ReferenceMethod::Own(Box::new(move |steps, stop, out| masses.runge_kutta(steps, stop, out)))
+                }
+                _ => ReferenceMethod::Exact(masses.exact()),
+            })
+        }),
+        ..entry(
+            "quarter-car",
+            "Chassis and wheel over a step in the road, linear or nonlinear damper (OSP; exact solution if linear)",
+            &[FIRST, INTEGRATORS, OWN],
+            times(4.0, 1e-3, 1e-4, [1e-4, 1e-3]),
+            masses,
+        )
+    }
+}
 
 /// Two masses and what is between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct TwoMasses {
-    pub(super) bodies: [WalledMass; 2],
-    pub(super) element: CouplingElement,
+struct TwoMasses {
+    bodies: [WalledMass; 2],
+    element: CouplingElement,
 }
 
 impl TwoMasses {
@@ -92,7 +216,7 @@ impl TwoMasses {
     /// ```
     /// In the literature's force–force coupling a manager evaluates the force from what both masses sent, and both
     /// receive it, held or extrapolated. As the masses do not feel each other otherwise, that is the third line.
-    pub(super) fn system(self, parameters: &Parameters, integrator: OscillatorIntegrator) -> Result<CoupledSystem> {
+    fn system(self, parameters: &Parameters, integrator: OscillatorIntegrator) -> Result<CoupledSystem> {
         self.check(integrator)?;
         let [first, second] = self.bodies;
         let side = |index, body, role| MassSide::new(index, body, role, integrator);
@@ -137,7 +261,7 @@ impl TwoMasses {
     /// ```text
     /// d/dt [x₁ x₂ v₁ v₂ 1]ᵀ = A [x₁ x₂ v₁ v₂ 1]ᵀ        z(t) = exp(A t) z(0)
     /// ```
-    pub(super) fn exact(self) -> ExactSolution {
+    fn exact(self) -> ExactSolution {
         let generator = self.generator();
         let [first, second] = self.bodies.map(|body| body.start);
         let start = Vector5::new(first[0], second[0], first[1], second[1], 1.0);
@@ -148,14 +272,7 @@ impl TwoMasses {
     }
 
     /// The nonlinear system by the classical Runge–Kutta rule of order 4, as a [`ReferenceMethod::Own`].
-    ///
-    /// [`ReferenceMethod::Own`]: super::reference_method::ReferenceMethod::Own
-    pub(super) fn runge_kutta(
-        self,
-        steps: ReferenceSteps,
-        stop: StopFlag<'_>,
-        out: &mut Trajectory,
-    ) -> Result<(), Failure> {
+    fn runge_kutta(self, steps: ReferenceSteps, stop: StopFlag<'_>, out: &mut Trajectory) -> Result<(), Failure> {
         let h = steps.h;
         let [first, second] = self.bodies.map(|body| body.start);
         let mut z = Vector4::new(first[0], second[0], first[1], second[1]);

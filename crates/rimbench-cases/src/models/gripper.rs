@@ -1,4 +1,4 @@
-//! Mechanics of a gripper: two jaws on a rail close on a box that stands on the floor or above it, with tangential rows for friction.
+//! Mechanics of a gripper: two jaws on a rail close on a box that stands on the floor.
 
 use super::rotation::rotation;
 use nalgebra::{Rotation2, Vector2};
@@ -20,8 +20,6 @@ pub struct GripperGeometry {
     pub pad_heights: [f64; 2],
     /// Distance of left and right jaw from the box at the start, m.
     pub clearances: [f64; 2],
-    /// Height of the box above the floor at the start, m.
-    pub floor_drop: f64,
     /// Length of both actuators at the start, m.
     pub actuator_length: f64,
     /// m/s².
@@ -86,19 +84,6 @@ impl Gripper {
         self.rotation * Vector2::new(if pad < 2 { -1.0 } else { 1.0 }, 0.0)
     }
 
-    /// Writes the rate of a pad's place along a direction d that turns with the box, and its convective term; returns the place `(p − c)·d`.
-    fn pad(&self, q: &[f64], v: &[f64], row: usize, d: Vector2<f64>, rows: &mut Rows) -> f64 {
-        let (jaw, pad, spin) = (row / 2, row % 2, v[4]);
-        let across = Vector2::new(-d.y, d.x);
-        let arm = Vector2::new(q[jaw], self.geometry.pad_heights[pad]) - Vector2::new(q[2], q[3]);
-        let rate: Vector2<f64> = Vector2::new(v[jaw], 0.0) - Vector2::new(v[2], v[3]);
-        let at = VELOCITIES * row;
-        rows.jacobian[at + jaw] = d.x;
-        rows.jacobian[at + BOX..at + VELOCITIES].copy_from_slice(&[-d.x, -d.y, arm.dot(&across)]);
-        rows.convective[row] = 2.0 * spin * rate.dot(&across) - spin * spin * arm.dot(&d);
-        arm.dot(&d)
-    }
-
     fn start_of_jaws(g: &GripperGeometry) -> (f64, f64) {
         let half = 0.5 * g.box_size[0];
         (-half - g.clearances[0], half + g.clearances[1])
@@ -135,31 +120,22 @@ impl MechanicalModel for Gripper {
         let [width, height] = self.geometry.box_size;
         let spin = v[4];
         for row in 0..4 {
+            let (jaw, pad) = (row / 2, row % 2);
             let normal = self.outward(row);
-            rows.position[row] = self.pad(q, v, row, normal, rows) - 0.5 * width;
+            let across = Vector2::new(-normal.y, normal.x);
+            let arm = Vector2::new(q[jaw], self.geometry.pad_heights[pad]) - Vector2::new(q[2], q[3]);
+            let rate: Vector2<f64> = Vector2::new(v[jaw], 0.0) - Vector2::new(v[2], v[3]);
+            let at = VELOCITIES * row;
+            rows.jacobian[at + jaw] = normal.x;
+            rows.jacobian[at + BOX..at + VELOCITIES].copy_from_slice(&[-normal.x, -normal.y, arm.dot(&across)]);
+            rows.position[row] = arm.dot(&normal) - 0.5 * width;
+            rows.convective[row] = 2.0 * spin * rate.dot(&across) - spin * spin * arm.dot(&normal);
         }
         for (row, side) in [(4, -0.5), (5, 0.5)] {
             let arm = self.rotation * Vector2::new(side * width, -0.5 * height);
             rows.set_planar_body(row, BOX, Vector2::new(0.0, 1.0), arm);
-            rows.position[row] = q[3] + arm.y + self.geometry.floor_drop;
+            rows.position[row] = q[3] + arm.y;
             rows.convective[row] = -spin * spin * arm.y;
-        }
-    }
-
-    fn tangential_rows(&self) -> usize {
-        6
-    }
-
-    fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        for row in 0..4 {
-            let normal = self.outward(row);
-            self.pad(q, v, row, Vector2::new(normal.y, -normal.x), rows);
-        }
-        let [width, height] = self.geometry.box_size;
-        for (row, side) in [(4, -0.5), (5, 0.5)] {
-            let arm = self.rotation * Vector2::new(side * width, -0.5 * height);
-            rows.set_planar_body(row, BOX, Vector2::new(1.0, 0.0), arm);
-            rows.convective[row] = -v[4] * v[4] * arm.x;
         }
     }
 

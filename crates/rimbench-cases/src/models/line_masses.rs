@@ -6,7 +6,7 @@ use rimbench_core::mechanics::{MechanicalModel, ModelSize, StiffForces};
 use rimbench_core::name::Name;
 
 /// One mass.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LineMass {
     /// kg.
     pub mass: f64,

@@ -2,7 +2,6 @@
 
 mod actuator_pair;
 mod bare_coupling;
-mod braking_car;
 mod crane;
 mod crane_in_heap;
 mod crane_with_rope;
@@ -32,7 +31,6 @@ mod woodpecker;
 
 pub use actuator_pair::{ActuatorNames, ActuatorPair};
 pub use bare_coupling::{CouplingForce, FreeMasses};
-pub use braking_car::{BrakingCar, BrakingCarGeometry};
 pub use crane::{Crane, CraneGeometry};
 pub use crane_in_heap::{CraneInHeap, HeapGeometry};
 pub use crane_with_rope::CraneWithRope;

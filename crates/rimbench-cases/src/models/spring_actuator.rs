@@ -9,7 +9,7 @@ use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
 
 /// Prescribed motion `x_b = x₀ + V t + A sin(ω t + φ)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BaseMotion {
     /// x₀, m.
     pub position: f64,
@@ -39,7 +39,7 @@ impl BaseMotion {
 }
 
 /// Springs, masses and start of a [`SpringActuator`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SpringActuatorParameters {
     /// k of the spring between carriage and interface, N/m.
     pub stiffness: f64,

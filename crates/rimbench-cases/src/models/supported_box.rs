@@ -28,7 +28,7 @@ pub struct LedgeDisc {
 }
 
 /// Geometry and masses. Points of the box are in its frame, whose origin is the centre of mass.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SupportedBoxGeometry {
     /// kg.
     pub box_mass: f64,
@@ -38,7 +38,7 @@ pub struct SupportedBoxGeometry {
     pub supports: Vec<[f64; 2]>,
     /// At most two discs.
     pub discs: Vec<LedgeDisc>,
-    /// Height of the waves of the floor under the supports, m, and their length, m.
+    /// Height of the waves of the floor under the supports, m, and their length, m, where there are any.
     pub washboard: [f64; 2],
     /// Distance of the first wave ahead of the rightmost support at the start, m.
     pub washboard_lead: f64,

@@ -48,7 +48,6 @@ pub const VARIATIONS: &[Variation] = &[
 pub const FRICTION_VARIATIONS: &[Variation] = &[
     Variation { case: "wedge-box-friction", settings: &[("friction", "0.5")] },
     Variation { case: "wedge-box-friction", settings: &[("friction", "0.3"), ("ledge_lead_m", "0")] },
-    Variation { case: "half-car-braking", settings: &[("restitution", "0.3"), ("tangential_restitution", "0.3")] },
     Variation { case: "rocking-block-friction", settings: &[("friction", "0.15")] },
     Variation { case: "slider-crank", settings: &[("friction", "0.3")] },
     Variation { case: "slider-crank", settings: &[("restitution", "0.4"), ("tangential_restitution", "0.4")] },

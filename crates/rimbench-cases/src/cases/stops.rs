@@ -1,0 +1,327 @@
+//! One mass against stops, moved by a carriage on springs: `bouncing-ball`, `impact-oscillator`, `slider-between-stops`. One velocity; the
+//! solution is exact from impact to impact. Shown in `docs/cases/mass-against-stops.md`.
+
+use super::event_driven::{DrivenMass, EventDriven, Stop};
+use super::prelude::*;
+use rimbench_core::interface_model::TOUCHING;
+use std::sync::{Mutex, PoisonError};
+
+/// Ends of the names of the columns of its stops.
+type StopNames = &'static [&'static str];
+
+/// A case of one mass between stops. `start` is the parameter that holds where the mass starts.
+fn entry(
+    name: &'static str,
+    about: &'static str,
+    tables: &[&'static str],
+    duration: f64,
+    (start, stops): (&'static str, StopNames),
+    mass: fn(&Parameters) -> DrivenMass,
+) -> Case {
+    let checked = move |parameters: &Parameters| {
+        let mass = mass(parameters);
+        check_start(&mass, start).map(|()| mass)
+    };
+    let gaps: Vec<Name> = stops.iter().map(|stop| format!("gap_{stop}_m").into()).collect();
+    let shared = "carriage_position_m carriage_velocity_m_s effective_mass_kg";
+    Case {
+        parameters: table(tables),
+        trace_columns: [carriage::trace_columns(shared), gaps.clone(), words("closed_contacts")].concat(),
+        interface_columns: carriage::interface(),
+        reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(solution(checked(parameters)?)))),
+        constant_mechanics: true,
+        ..Case::new(name, about, times(duration, 5e-3, 5e-4, [1e-4, 2e-4]), move |parameters, solver| {
+            let forces = stops.iter().map(|stop| format!("contact_force_{stop}_n").into()).collect();
+            let model = model(&checked(parameters)?, gaps.clone(), forces)?;
+            coupled(model, carriage::actuator(parameters)?, parameters, solver)
+        })
+    }
+}
+
+fn model(mass: &DrivenMass, gap_names: Vec<Name>, contact_force_names: Vec<Name>) -> Result<LineMasses> {
+    let contact = |stop: &Stop| LineContact {
+        below: (stop.side < 0.0).then_some(0),
+        above: (stop.side > 0.0).then_some(0),
+        distance: stop.side * stop.position,
+    };
+    LineMasses::new(LineDescription {
+        masses: vec![LineMass {
+            mass: mass.mass,
+            stiffness: mass.stiffness,
+            damping: mass.damping,
+            anchor: 0.0,
+            load: mass.load,
+            start: mass.start,
+        }],
+        springs: Vec::new(),
+        joints: Vec::new(),
+        contacts: mass.stops.iter().map(contact).collect(),
+        driven: 0,
+        state_names: Vec::new(),
+        gap_names,
+        contact_force_names,
+    })
+}
+
+/// The solution: rows of time, interface position and velocity, force of the actuator, force received, carriage position and
+/// velocity, effective mass, gaps, number of closed contacts.
+///
+/// What the mechanics received is the force itself, and the effective mass is infinite while a stop holds the mass.
+fn solution(mass: DrivenMass) -> ExactSolution {
+    let solved = Mutex::new(EventDriven::new(mass.clone()));
+    let stops = mass.stops.len();
+    Box::new(move |t, row| {
+        let (z, stuck) = solved.lock().unwrap_or_else(PoisonError::into_inner).at(t);
+        let force = mass.force(&z);
+        let effective_mass = if stuck { f64::INFINITY } else { mass.mass };
+        row[..8].copy_from_slice(&[t, z[0], z[1], force, force, z[2], z[3], effective_mass]);
+        let (gaps, closed) = row[8..].split_at_mut(stops);
+        for (gap, stop) in gaps.iter_mut().zip(&mass.stops) {
+            *gap = stop.gap(z[0]);
+        }
+        closed[0] = gaps.iter().filter(|gap| **gap <= TOUCHING).count() as f64;
+    })
+}
+
+/// Refuses a start outside the stops, by the name of its parameter.
+fn check_start(mass: &DrivenMass, key: &str) -> Result<()> {
+    for stop in &mass.stops {
+        let gap = stop.gap(mass.start[0]);
+        if gap < 0.0 {
+            let bound = if stop.side > 0.0 { "at least" } else { "at most" };
+            return Err(Error::invalid(
+                key,
+                mass.start[0],
+                format!("{bound} {} m, where the stop is; it would start {} m inside", stop.position, -gap),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A ball on the floor under the carriage: impacts that add up (Acary and Brogliato 2008; the actuator is ours).
+pub(super) fn bouncing_ball() -> Case {
+    const OWN: &str = "source: textbook
+        ball_mass_kg | kg | 1.0 | positive | mass of the ball | ours
+        start_height_m | m | 1.0 | finite | height of the ball at the start
+        start_velocity_m_s | m/s | 0.0 | finite | velocity of the ball at the start, upwards
+        gravity_m_s2 | m/s² | 9.81 | not negative | gravity | standard
+    ";
+    const CHANGED: &str = "
+        spring_stiffness_n_m = 2.0
+        carriage_mass_kg = 0.1
+        base_stiffness_n_m = 5.0
+        base_position_m = 1.0
+        carriage_position_m = 1.0
+        restitution = 0.9 | textbook
+    ";
+    entry(
+        "bouncing-ball",
+        "Ball that bounces under a carriage on springs (exact between impacts; published times without the springs)",
+        &[OWN, CARRIAGE, RESTITUTION, STABILISATION, CHANGED],
+        3.0,
+        ("start_height_m", &["floor"]),
+        ball,
+    )
+}
+
+fn ball(parameters: &Parameters) -> DrivenMass {
+    let get = |name: &str| parameters.number(name);
+    DrivenMass {
+        mass: get("ball_mass_kg"),
+        stiffness: 0.0,
+        damping: 0.0,
+        load: -get("ball_mass_kg") * get("gravity_m_s2"),
+        start: ["start_height_m", "start_velocity_m_s"].map(get),
+        stops: vec![Stop { side: 1.0, position: 0.0 }],
+        restitution: get("restitution"),
+        actuator: carriage::of(parameters),
+    }
+}
+
+/// A shaken spring drives the mass against one stop: grazing, and orbits of period n (Shaw and Holmes 1983; numbers ours).
+///
+/// ```text
+/// X² = [d + (1 + e) V cot(ΩT/2)/(2Ω)]² + [(1 − e) V/(2ω)]²        V: velocity before the impact, T = 2πn/ω
+/// X sin φ = d + (1 + e) V cot(ΩT/2)/(2Ω),    X ω cos φ = (1 − e) V/2    φ: phase of the base at the impact
+/// ```
+pub(super) fn impact_oscillator() -> Case {
+    const OWN: &str = "source: ours
+        mass_kg | kg | 1.0 | positive | mass m
+        stiffness_n_m | N/m | 0.0 | not negative | stiffness k₀ of a spring to the ground, relaxed at x = 0
+        damping_n_s_m | N·s/m | 0.0 | not negative | damping beside it
+        stop_position_m | m | 0.05 | finite | position d of the stop
+        start_position_m | m | 0.0 | finite | position of the mass at the start
+        start_velocity_m_s | m/s | 0.0 | finite | velocity of the mass at the start
+    ";
+    const CHANGED: &str = "
+        spring_stiffness_n_m = 100.0
+        base_amplitude_m = 0.1
+        base_frequency_hz = 2.4
+        restitution = 0.8 | ours
+    ";
+    entry(
+        "impact-oscillator",
+        "Mass driven by a shaken spring against a stop (exact between impacts; closed form of period-n orbits)",
+        &[OWN, CARRIAGE, RESTITUTION, STABILISATION, CHANGED],
+        4.0,
+        ("start_position_m", &["stop"]),
+        shaken,
+    )
+}
+
+fn shaken(parameters: &Parameters) -> DrivenMass {
+    let stop = Stop { side: -1.0, position: parameters.number("stop_position_m") };
+    between(parameters, parameters.number("stiffness_n_m"), vec![stop])
+}
+
+/// A mass on its springs between these stops.
+fn between(parameters: &Parameters, stiffness: f64, stops: Vec<Stop>) -> DrivenMass {
+    let get = |name: &str| parameters.number(name);
+    DrivenMass {
+        mass: get("mass_kg"),
+        stiffness,
+        damping: get("damping_n_s_m"),
+        load: 0.0,
+        start: ["start_position_m", "start_velocity_m_s"].map(get),
+        stops,
+        restitution: get("restitution"),
+        actuator: carriage::of(parameters),
+    }
+}
+
+/// Pushed to and fro between two stops: caught, bounced, pressed against a stop and let go; numbers ours.
+pub(super) fn slider() -> Case {
+    const OWN: &str = "source: ours
+        mass_kg | kg | 2.0 | positive | mass m of the slider
+        damping_n_s_m | N·s/m | 0.0 | not negative | damping between slider and ground
+        clearance_m | m | 0.1 | not negative | distance d of either stop from x = 0
+        start_position_m | m | 0.0 | finite | position of the slider at the start
+        start_velocity_m_s | m/s | 0.0 | finite | velocity of the slider at the start
+    ";
+    const CHANGED: &str = "
+        spring_stiffness_n_m = 500.0
+        spring_damping_n_s_m = 5.0
+        carriage_mass_kg = 0.5
+        base_stiffness_n_m = 1000.0
+        base_damping_n_s_m = 20.0
+        base_amplitude_m = 0.25
+        base_frequency_hz = 1.0
+        restitution = 0.5 | ours
+    ";
+    entry(
+        "slider-between-stops",
+        "Slider between two stops, driven by a carriage on springs (exact between impacts)",
+        &[OWN, CARRIAGE, RESTITUTION, STABILISATION, CHANGED],
+        3.0,
+        ("start_position_m", &["lower_stop", "upper_stop"]),
+        |parameters| {
+            let clearance = parameters.number("clearance_m");
+            let stops = vec![Stop { side: 1.0, position: -clearance }, Stop { side: -1.0, position: clearance }];
+            between(parameters, 0.0, stops)
+        },
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn without_the_actuator_the_exact_solution_gives_the_published_times() {
+        let mut parameters = bouncing_ball().default_parameters();
+        parameters.set("spring_stiffness_n_m", "0").unwrap();
+        let mut solution = EventDriven::new(ball(&parameters));
+        let impacts = solution.impacts(9.0).to_vec();
+        approx::assert_relative_eq!(impacts[0].time, 0.451523641, epsilon = 5e-10);
+        // Rebounds below 1 µm/s are cut off: what is left of the sum is 2 · 1e-6/g/(1 − e) = 2e-6 s; and those 146 or so
+        // that are not are each rounded to 1e-14 m, at 1 µm/s 1e-8 s.
+        approx::assert_relative_eq!(impacts[impacts.len() - 1].time, 8.578949, epsilon = 4e-6);
+        for (n, impact) in impacts.iter().enumerate().take(100) {
+            approx::assert_relative_eq!(impact.velocity, -4.429447 * 0.9_f64.powi(n as i32), max_relative = 1e-6);
+        }
+        let (rest, stuck) = solution.at(9.0);
+        assert!(stuck && rest[0] == 0.0 && rest[1] == 0.0);
+    }
+
+    #[test]
+    fn between_impacts_the_coupled_solution_keeps_its_energy_and_loses_the_right_part_in_each() {
+        // No damping: energy of ball, carriage and springs is constant but for ½ m (1 − e²) V² per impact.
+        let parameters = bouncing_ball().default_parameters();
+        let energy = |solution: &mut EventDriven, t: f64| {
+            let (z, _) = solution.at(t);
+            let kinetic = 0.5 * z[1] * z[1] + 0.05 * z[3] * z[3];
+            kinetic + 9.81 * z[0] + (z[2] - z[0]).powi(2) + 2.5 * (z[2] - 1.0).powi(2)
+        };
+        let mut solution = EventDriven::new(ball(&parameters));
+        let start = energy(&mut solution, 0.0);
+        for t in [0.2, 1.0, 2.0, 3.0, 5.0] {
+            let lost: f64 = solution.impacts(t).iter().map(|impact| 0.5 * 0.19 * impact.velocity.powi(2)).sum();
+            approx::assert_relative_eq!(energy(&mut solution, t) + lost, start, epsilon = 1e-9);
+        }
+    }
+
+    /// The closed form of [`impact_oscillator`]: `V` and φ of the orbit with one impact every `n` periods.
+    fn orbit(parameters: &Parameters, n: f64) -> (f64, f64) {
+        let (get, omega) = (|name: &str| parameters.number(name), TAU * parameters.number("base_frequency_hz"));
+        let (e, d) = (get("restitution"), get("stop_position_m"));
+        let own = (get("spring_stiffness_n_m") / get("mass_kg")).sqrt();
+        let steady = own * own * get("base_amplitude_m") / (own * own - omega * omega);
+        let slope = (1.0 + e) / (2.0 * own * libm::tan(own * TAU * n / (2.0 * omega)));
+        let side = (1.0 - e) / (2.0 * omega);
+        // (slope² + side²) V² + 2 d slope V + d² − X² = 0, the larger root.
+        let (a, b, c) = (slope * slope + side * side, 2.0 * d * slope, d * d - steady * steady);
+        let v = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
+        (v, libm::atan2((d + slope * v) / steady, side * v / steady))
+    }
+
+    /// The case at a frequency (Hz), started just after the impact of that orbit.
+    fn on_orbit(n: f64, frequency: f64) -> (DrivenMass, f64) {
+        let mut parameters = impact_oscillator().default_parameters();
+        parameters.set("base_frequency_hz", &format!("{frequency:?}")).unwrap();
+        let (v, phase) = orbit(&parameters, n);
+        let values = [
+            ("base_phase_rad", phase),
+            ("start_position_m", parameters.number("stop_position_m")),
+            ("start_velocity_m_s", -parameters.number("restitution") * v),
+        ];
+        for (key, value) in values {
+            parameters.set(key, &format!("{value:?}")).unwrap();
+        }
+        (shaken(&parameters), v)
+    }
+
+    #[test]
+    fn the_solution_from_impact_to_impact_keeps_the_period_n_orbits_of_the_closed_form() {
+        // Frequencies at which the orbit stays on its side of the stop.
+        for (n, frequency) in [(1.0, 2.4), (2.0, 5.0), (3.0, 7.6)] {
+            let (mass, v) = on_orbit(n, frequency);
+            let period = TAU * n / mass.actuator.base.angular_frequency;
+            let mut solution = EventDriven::new(mass);
+            let impacts = solution.impacts(3.5 * period);
+            assert_eq!(impacts.len(), 3);
+            // Bisection to round-off of a gap of 0.05 m at 1 m/s or more; the orbits are stable with multipliers of modulus e.
+            for (k, impact) in impacts.iter().enumerate() {
+                approx::assert_relative_eq!(impact.time, (k + 1) as f64 * period, epsilon = 1e-11);
+                approx::assert_relative_eq!(impact.velocity, v, epsilon = 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn a_steady_oscillation_touches_the_stop_just_beyond_grazing_and_not_just_before() {
+        for (excess, touches) in [(-1e-6, false), (1e-6, true)] {
+            let mut parameters = impact_oscillator().default_parameters();
+            let (k, omega) = (100.0, TAU * parameters.number("base_frequency_hz"));
+            // X = d (1 + excess), in antiphase to the base above resonance.
+            let steady = -0.05 * (1.0 + excess);
+            let amplitude = steady * (k - omega * omega) / k;
+            for (key, value) in [("base_amplitude_m", amplitude), ("start_velocity_m_s", omega * steady)] {
+                parameters.set(key, &format!("{value:?}")).unwrap();
+            }
+            let mut solution = EventDriven::new(shaken(&parameters));
+            assert_eq!(!solution.impacts(2.0).is_empty(), touches, "{excess}");
+        }
+    }
+}
