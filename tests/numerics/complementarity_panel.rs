@@ -55,26 +55,20 @@ fn solved_of_300() -> Vec<(&'static str, [usize; 2])> {
 }
 
 #[test]
-fn each_solver_keeps_what_its_class_promises_and_newton_fails_on_redundant_contacts() {
+fn each_solver_keeps_what_its_class_promises() {
     let solved = solved_of_300();
     println!("regular, redundant: {solved:?}");
     for (name, [regular, redundant]) in solved {
         match name {
             // Guaranteed for every semidefinite problem with a solution.
-            "active-set" | "active-set-cold" | "lemke" | "dantzig" | "enumeration" => {
-                assert_eq!((regular, redundant), (300, 300), "{name}")
-            }
+            "active-set" | "lemke" | "enumeration" => assert_eq!((regular, redundant), (300, 300), "{name}"),
             // Convergent for both, and well-conditioned where regular.
-            "pgs" | "psor" => assert!(regular == 300 && redundant > 200, "{name}: {regular}, {redundant}"),
+            "pgs" => assert!(regular == 300 && redundant > 200, "{name}: {regular}, {redundant}"),
             "newton-fischer-burmeister" => assert_eq!(regular, 300, "{name}"),
-            // No guarantee: M_AA is singular as soon as more contacts are in A than the rank. Five of six get by.
-            "newton-minimum-map" => assert!(redundant < 300, "{name}: {regular}, {redundant}"),
             // Guaranteed unless a body is clamped without play, which is so for fewer than a tenth of the redundant ones.
-            "clarabel" | "clarabel-velocity" => {
-                assert!(regular == 300 && redundant >= 270, "{name}: {regular}, {redundant}")
-            }
+            "clarabel" => assert!(regular == 300 && redundant >= 270, "{name}: {regular}, {redundant}"),
             // No guarantee.
-            "pgs-50" | "psor-50" => assert!(redundant < 300, "{name}: {redundant}"),
+            "pgs-50" => assert!(redundant < 300, "{name}: {redundant}"),
             _ => panic!("say here what `{name}` promises"),
         }
     }
@@ -85,21 +79,10 @@ fn each_solver_keeps_what_its_class_promises_and_newton_fails_on_redundant_conta
 #[test]
 fn fifty_sweeps_are_no_solution_of_a_long_row() {
     for n in [32, 64] {
-        let (m, q) = (row_of_discs(n), vec![-1.0; n]);
-        for name in ["pgs-50", "psor-50"] {
-            let (stats, solved) = attempt(name, &m, &q);
-            assert!(!solved && stats.residual > 1e-4, "{name} n = {n}: {stats:?}");
-        }
+        let (stats, solved) = attempt("pgs-50", &row_of_discs(n), &vec![-1.0; n]);
+        assert!(!solved && stats.residual > 1e-4, "n = {n}: {stats:?}");
     }
-    let (m, q) = (row_of_discs(32), vec![-1.0; 32]);
-    let ([gauss_seidel, solved], [relaxed, relaxed_solved]) = (sweeps_of("pgs", &m, &q), sweeps_of("psor", &m, &q));
-    assert!(solved == 1 && relaxed_solved == 1, "both get there in the end");
-    assert!(2 * relaxed < gauss_seidel, "{relaxed} against {gauss_seidel} sweeps");
-}
-
-fn sweeps_of(name: &str, m: &[f64], q: &[f64]) -> [u32; 2] {
-    let (stats, solved) = attempt(name, m, q);
-    [stats.pivots, u32::from(solved)]
+    assert!(attempt("pgs", &row_of_discs(32), &[-1.0; 32]).1, "it gets there in the end");
 }
 
 /// A body of 1 kg on the ground under one of a million: M = [1, −1; −1, 1 + 1e-6], factor 1/(1 + 1e-6) per sweep, so
@@ -107,10 +90,10 @@ fn sweeps_of(name: &str, m: &[f64], q: &[f64]) -> [u32; 2] {
 #[test]
 fn relaxation_fails_under_a_heavy_body_and_pivoting_does_not() {
     let (m, q) = ([1.0, -1.0, -1.0, 1.0 + 1e-6], [-0.5, -1.0]);
-    for name in ["pgs", "pgs-50", "psor", "psor-50"] {
+    for name in ["pgs", "pgs-50"] {
         assert!(!attempt(name, &m, &q).1, "{name}");
     }
-    for name in ["active-set", "lemke", "dantzig", "enumeration", "newton-minimum-map"] {
+    for name in ["active-set", "lemke", "enumeration"] {
         assert!(attempt(name, &m, &q).1, "{name}");
     }
 }
@@ -123,7 +106,7 @@ fn contacts_that_close_at_once_are_solved_whichever_is_first() {
         let (b, c) = ([f64::from(k) / 10.0, -f64::from(l) / 7.0], 0.3);
         let m = [b[0] * b[0], b[0] * b[1], b[1] * b[0], b[1] * b[1]];
         for c in [c, -c] {
-            for name in ["active-set", "lemke", "dantzig", "enumeration"] {
+            for name in ["active-set", "lemke", "enumeration"] {
                 let (stats, solved) = attempt(name, &m, &b.map(|b| b * c));
                 assert!(solved, "{name} {k} {l} {c}: {stats:?}");
             }
@@ -136,20 +119,18 @@ fn contacts_that_close_at_once_are_solved_whichever_is_first() {
 #[test]
 fn a_body_clamped_without_play_may_defeat_an_interior_point() {
     let dot = |a: &[f64; 2], b: &[f64; 2]| a[0] * b[0] + a[1] * b[1];
-    let mut failures = [0; 2];
+    let mut failures = 0;
     for (k, l) in (1..=9).flat_map(|k| (1..=9).map(move |l| (k, l))) {
         let wall = [f64::from(k) / 10.0, f64::from(l) / 7.0];
         let contacts = [wall, wall.map(|b| -0.3 * b), [0.0, 0.7]];
         let m: Vec<f64> = (0..9).map(|entry| dot(&contacts[entry / 3], &contacts[entry % 3])).collect();
         let q = contacts.map(|contact| dot(&contact, &[2.0 / 3.0, -0.4]));
-        for name in ["active-set", "lemke", "dantzig", "enumeration"] {
+        for name in ["active-set", "lemke", "enumeration"] {
             assert!(attempt(name, &m, &q).1, "{name} {k} {l}");
         }
-        for (count, name) in failures.iter_mut().zip(["clarabel", "clarabel-velocity"]) {
-            *count += usize::from(!attempt(name, &m, &q).1);
-        }
+        failures += usize::from(!attempt("clarabel", &m, &q).1);
     }
-    assert!(failures.iter().all(|failures| (1..81).contains(failures)), "{failures:?} of 81");
+    assert!((1..81).contains(&failures), "{failures} of 81");
 }
 
 /// The heavy body again, a million times heavier: `M = [1, −1; −1, 1 + 1e-12]`. The impulses are some 1e12, where doubles are
@@ -163,12 +144,10 @@ fn impulses_too_large_for_double_precision_are_found_by_no_solver() {
     }
 }
 
-/// Two contact points at the same place: Newton's M_AA is singular at the first iteration, the others share the impulse.
 #[test]
-fn newton_on_the_minimum_map_has_no_answer_for_coincident_contacts() {
-    let (m, q) = ([1.0; 4], [-1.0; 2]);
+fn coincident_contacts_share_the_impulse() {
     for entry in solvers() {
-        assert_eq!(attempt(&entry.name, &m, &q).1, entry.name != "newton-minimum-map", "{}", entry.name);
+        assert!(attempt(&entry.name, &[1.0; 4], &[-1.0; 2]).1, "{}", entry.name);
     }
 }
 
@@ -191,7 +170,7 @@ fn a_problem_without_a_solution_is_never_passed_off_as_solved() {
 #[test]
 fn warm_starts_save_iterations_and_reset_forgets() {
     let (m, q) = (row_of_discs(12), vec![-1.0; 12]);
-    for name in ["active-set", "pgs", "psor", "newton-minimum-map", "newton-fischer-burmeister"] {
+    for name in ["active-set", "pgs", "newton-fischer-burmeister"] {
         let mut solver = (solver_by_name(name).build)(12);
         let mut z = vec![0.0; 12];
         let mut pivots = || {

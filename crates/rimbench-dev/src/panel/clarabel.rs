@@ -37,8 +37,8 @@ const GAP: f64 = 1e-14;
 /// Feasibility asked of Clarabel; it enters the residual as it is.
 const FEASIBILITY: f64 = 1e-12;
 
-/// What both forms ask of Clarabel.
-pub(super) fn settings() -> DefaultSettings<f64> {
+/// What is asked of Clarabel.
+fn settings() -> DefaultSettings<f64> {
     DefaultSettings {
         verbose: false,
         tol_gap_abs: GAP,
@@ -56,21 +56,16 @@ pub(super) fn settings() -> DefaultSettings<f64> {
 }
 
 /// True if the point Clarabel ended at is worth a look; short of the tolerance it may still do, and the residual decides.
-pub(super) fn has_answer(status: SolverStatus) -> bool {
+fn has_answer(status: SolverStatus) -> bool {
     matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress)
 }
 
 /// Where the entries of the upper triangle stand, by columns: starts of the columns, rows of the entries.
 type Structure = (Vec<usize>, Vec<usize>);
 
-/// `1/√M_ii` (1 where there is none), and `‖q‖_∞ / √(max M_ii)`: the units in which the root of the gap bounds the residual.
-pub(super) fn scaling(lcp: Lcp<'_>) -> (Vec<f64>, f64) {
-    let n = lcp.size();
-    scaling_of(lcp.m.iter().step_by(n + 1).copied(), lcp.q)
-}
-
-/// The same from the diagonal.
-fn scaling_of(diagonal: impl Iterator<Item = f64>, q: &[f64]) -> (Vec<f64>, f64) {
+/// `1/√M_ii` (1 where there is none) from the diagonal, and `‖q‖_∞ / √(max M_ii)`: the units in which the root of the gap bounds
+/// the residual.
+fn scaling(diagonal: impl Iterator<Item = f64>, q: &[f64]) -> (Vec<f64>, f64) {
     let inverse_root = |m_ii: f64| if m_ii > 0.0 { 1.0 / m_ii.sqrt() } else { 1.0 };
     let scale: Vec<f64> = diagonal.map(inverse_root).collect();
     let q_max = q.iter().fold(f64::MIN_POSITIVE, |max, q| max.max(q.abs()));
@@ -156,7 +151,7 @@ impl Clarabel {
         if q.iter().all(|q| *q >= 0.0) {
             return Ok(SolveStats::default());
         }
-        let (scale, unit) = scaling_of((0..m.size()).map(|i| m.diagonal(i)), q);
+        let (scale, unit) = scaling((0..m.size()).map(|i| m.diagonal(i)), q);
         let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
         for j in 0..m.size() {
             for (i, entry) in m.row(j).filter(|(i, _)| *i <= j) {
@@ -184,7 +179,7 @@ impl ComplementaritySolver for Clarabel {
             return Ok(SolveStats::default());
         }
         lcp.require_finite_matrix()?;
-        let (scale, unit) = scaling(lcp);
+        let (scale, unit) = scaling(lcp.m.iter().step_by(n + 1).copied(), lcp.q);
         // M is symmetric, so column j of its upper triangle is the head of row j.
         let values = (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)));
         let values = values.map(|(i, j)| scale[i] * lcp.m[j * n + i] * scale[j]).collect();

@@ -1,12 +1,12 @@
-//! Projected successive over-relaxation, with relaxation factor 1 the projected Gauss–Seidel method of game engines.
+//! The projected Gauss–Seidel method of game engines.
 //!
 //! ```text
-//! for i = 1 … n:   z_i ← max(0, z_i − ω (M z + q)_i / M_ii)            one sweep, always with the newest z
+//! for i = 1 … n:   z_i ← max(0, z_i − (M z + q)_i / M_ii)            one sweep, always with the newest z
 //! ```
-//! Every sweep lowers the objective `½ zᵀ M z + qᵀ z` for `0 < ω < 2`, and the iterates converge for every symmetric
-//! positive semidefinite `M` with positive diagonal if there is a solution: linearly, with a factor that approaches 1 as
-//! contacts become nearly dependent or bodies unequal in mass. A fixed number of sweeps is therefore fast and predictable,
-//! and no solution where it matters: a long pile, a heavy body on a light one.
+//! Every sweep lowers the objective `½ zᵀ M z + qᵀ z`, and the iterates converge for every symmetric positive semidefinite
+//! `M` with positive diagonal if there is a solution: linearly, with a factor that approaches 1 as contacts become nearly
+//! dependent or bodies unequal in mass. A fixed number of sweeps is therefore fast and predictable, and no solution where
+//! it matters: a long pile, a heavy body on a light one.
 //!
 //! It starts from the impulses of the last problem. A row with `M_ii = 0` keeps `z_i = 0`.
 //!
@@ -35,13 +35,12 @@ pub enum Sweeps {
     },
 }
 
-/// Projected successive over-relaxation. See the module.
+/// Projected Gauss–Seidel. See the module.
 ///
 /// Converges for symmetric positive semidefinite `M` with positive diagonal when a solution exists; not within any bound
 /// of sweeps that depends on `n` alone. Free of allocation up to `capacity`.
 #[derive(Debug, Clone)]
-pub struct ProjectedSor {
-    relaxation: f64,
+pub struct ProjectedGaussSeidel {
     sweeps: Sweeps,
     /// Size of the last problem.
     n: usize,
@@ -49,11 +48,10 @@ pub struct ProjectedSor {
     last: Buffer<f64, 8>,
 }
 
-impl ProjectedSor {
-    /// Reserves room for problems up to `capacity` contacts. `relaxation` is ω, between 0 and 2.
-    pub fn new(capacity: usize, relaxation: f64, sweeps: Sweeps) -> Self {
-        debug_assert!(relaxation > 0.0 && relaxation < 2.0);
-        ProjectedSor { relaxation, sweeps, n: 0, capacity: capacity.max(8), last: Buffer::new(capacity) }
+impl ProjectedGaussSeidel {
+    /// Reserves room for problems up to `capacity` contacts.
+    pub fn new(capacity: usize, sweeps: Sweeps) -> Self {
+        ProjectedGaussSeidel { sweeps, n: 0, capacity: capacity.max(8), last: Buffer::new(capacity) }
     }
 
     fn sweep(&self, lcp: Lcp<'_>, z: &mut [f64]) {
@@ -61,13 +59,13 @@ impl ProjectedSor {
         for i in 0..n {
             let row = &lcp.m[i * n..(i + 1) * n];
             if row[i] > 0.0 {
-                z[i] = (z[i] - self.relaxation * (dot(row, z) + lcp.q[i]) / row[i]).max(0.0);
+                z[i] = (z[i] - (dot(row, z) + lcp.q[i]) / row[i]).max(0.0);
             }
         }
     }
 }
 
-impl ComplementaritySolver for ProjectedSor {
+impl ComplementaritySolver for ProjectedGaussSeidel {
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let n = lcp.size();
         if lcp.is_solved_by_zero()? {
