@@ -281,7 +281,7 @@ def shown(value, digits):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--bench", default="cargo bench -q --bench scaling --", help="command that runs the scaling bench")
+    parser.add_argument("--bench", default="cargo bench -q -p rimbench-benches --bench scaling --", help="command that runs the scaling bench")
     parser.add_argument("--contacts", type=int, default=5100, help="largest system that is compared")
     parser.add_argument("--turns", type=int, default=3, help="how often each engine has its turn; of all the shortest time counts")
     parser.add_argument("--csv", help="file that the rows are written to as well, with a figure of the same name beside it")

@@ -6,9 +6,6 @@ mod support;
 #[path = "../support/plain_wedge_box.rs"]
 mod plain_wedge_box;
 
-#[path = "../../benches/support/mod.rs"]
-mod runs;
-
 mod ceilings;
 mod complementarity;
 mod complementarity_panel;

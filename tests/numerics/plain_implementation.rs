@@ -1,15 +1,13 @@
 //! The reference run against an implementation that shares no code with it.
 
 use crate::plain_wedge_box::{EFFECTIVE_MASS, Effort, PlainWedgeBox, RANK, Row};
-use crate::runs;
+use crate::support::{run, spec_with};
 
 #[test]
 fn the_reference_run_follows_the_plain_implementation_to_round_off() {
-    let macro_step = 2e-4;
-    let ours = runs::wedge_box("zero-order-hold", macro_step);
-    let macro_steps = (runs::DURATION / macro_step).round() as usize;
-    let micro_steps = (macro_step / runs::MICRO_STEP).round() as usize;
-    let plain = PlainWedgeBox::new(Effort::Same).run(macro_step, micro_steps, macro_steps);
+    let options = [("macro_step_s", "2e-4"), ("micro_step_s", "5e-5"), ("duration_s", "2.5")];
+    let ours = run(&spec_with("wedge-box", "zero-order-hold", &options, &[])).trajectory;
+    let plain = PlainWedgeBox::new(Effort::Same).run(2e-4, 4, 12_500);
     assert_eq!(ours.len(), plain.len());
     let check = |name: &str, of_ours: fn(f64) -> f64, of_plain: &dyn Fn(&Row) -> f64| {
         let column = ours.index_of(name).unwrap();

@@ -1,7 +1,6 @@
 //! Results as others can cite and load them: what is in a package, and that what cannot be exported is said.
 
 use crate::program::{rimbench, two_sets_with};
-use jsonschema::Validator;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -183,33 +182,4 @@ fn what_cannot_be_exported_is_one_error() {
     let without_last: Vec<&str> = text.lines().take(RUNS).collect();
     std::fs::write(copy.path().join("runs.csv"), without_last.join("\n")).unwrap();
     refused(copy.path(), &fresh, author, "1 missing");
-}
-
-/// The published profile of descriptions, as far as it goes: names and shapes.
-#[test]
-fn a_description_keeps_to_the_profile() {
-    let schema = serde_json::json!({
-        "type": "object",
-        "required": ["name", "resources", "licenses"],
-        "properties": {
-            "name": { "type": "string", "pattern": "^[-a-z0-9._/]+$" },
-            "licenses": { "type": "array", "minItems": 1, "items": { "required": ["name"] } },
-            "resources": { "type": "array", "minItems": 1, "items": {
-                "required": ["name", "path"],
-                "properties": {
-                    "name": { "pattern": "^[-a-z0-9._/]+$" },
-                    "path": { "pattern": "^(?![./~])(?!.*\\.\\.)[^\\\\]+$" },
-                    "bytes": { "type": "integer" },
-                    "schema": { "required": ["fields"], "properties": { "fields": { "type": "array", "items": {
-                        "required": ["name", "type"],
-                        "properties": { "type": { "enum": ["string", "number", "integer", "boolean"] } },
-                    } } } },
-                },
-            } },
-        },
-    });
-    let validator: Validator = jsonschema::draft202012::new(&schema).unwrap();
-    let description: Value = serde_json::from_str(&read(package().join("datapackage.json"))).unwrap();
-    let faults: Vec<String> = validator.iter_errors(&description).map(|error| error.to_string()).collect();
-    assert!(faults.is_empty(), "{faults:?}");
 }
