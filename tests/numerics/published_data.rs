@@ -233,6 +233,7 @@ fn force_return_decides_how_far_the_interface_model_goes() {
 }
 
 #[test]
+#[ignore = "as long as a fifth of all others here; in `.ci/all`"]
 fn the_published_experiments_run_and_their_findings_stand() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/published");
     let folder = tempfile::tempdir().unwrap();
