@@ -81,7 +81,7 @@ fn known_keys(text: &str) -> BTreeSet<String> {
 
 #[test]
 fn the_schema_has_the_keys_that_the_reader_has() {
-    let schema = said_json(&["schema", "experiment"]);
+    let schema = said_json(&["list", "experiment-schema"]);
     let keys =
         |object: &Value| -> BTreeSet<String> { object["properties"].as_object().unwrap().keys().cloned().collect() };
     let own = &schema["properties"];
