@@ -881,7 +881,7 @@ fn no_two_rows_of_a_shipped_figure_look_the_same() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let list = FigureList::read(&root.join("paper/figures.toml")).unwrap();
     let mut compared = 0;
-    for figure in list.figures.iter().filter(|figure| figure.experiment != "study/schemes_wedge_box") {
+    for figure in list.figures.iter().filter(|figure| figure.experiment != "study/wedge_box") {
         let Ok(drawing) = figure.drawn(&root.join("results"), &Styles::standard()) else { continue };
         let (mut groups, mut open): (Vec<(String, Vec<&Shape>)>, bool) = (Vec::new(), false);
         for shape in &drawing.shapes {

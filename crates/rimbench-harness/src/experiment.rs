@@ -135,7 +135,7 @@ impl Experiment {
     /// # Errors
     /// [`Error::File`] for a name that is no TOML text.
     pub fn with_scheme(&self, name: &str) -> Result<Self> {
-        Self::parse(&self.path, format!("{}\n[[schemes]]\nscheme = \"{name}\"\n", self.source))
+        self.with_entry("schemes", &format!("scheme = \"{name}\""))
     }
 
     /// Makes the same experiment with one more case at its defaults, as if its file had one more `[[cases]]`.
@@ -143,7 +143,17 @@ impl Experiment {
     /// # Errors
     /// [`Error::File`] for a name that is no TOML text.
     pub fn with_case(&self, name: &str) -> Result<Self> {
-        Self::parse(&self.path, format!("{}\n[[cases]]\nname = \"{name}\"\n", self.source))
+        self.with_entry("cases", &format!("name = \"{name}\""))
+    }
+
+    /// The same experiment with one more entry of a list, which a file has as tables or, as the shipped ones have their schemes, as lines
+    /// between brackets.
+    fn with_entry(&self, list: &str, entry: &str) -> Result<Self> {
+        let text = match self.source.split_once(&format!("\n{list} = [\n")) {
+            Some((before, rest)) => format!("{before}\n{list} = [\n{{ {entry} }},\n{rest}"),
+            None => format!("{}\n[[{list}]]\n{entry}\n", self.source),
+        };
+        Self::parse(&self.path, text)
     }
 
     /// Reads the copy of an experiment file that lies in a results folder. Its name is that under which the records of the folder
@@ -264,5 +274,17 @@ mod tests {
             count += 1;
         }
         assert!(count >= 3);
+    }
+    #[test]
+    fn one_more_scheme_joins_either_form_of_the_list() {
+        let head = "question = \"?\"\nmacro_steps_s = [1e-3]\n";
+        for schemes in [
+            "\nschemes = [\n{ scheme = \"nepce\" },\n]\n[[cases]]\nname = \"wedge-box\"\n",
+            "[[cases]]\nname = \"wedge-box\"\n[[schemes]]\nscheme = \"nepce\"\n",
+        ] {
+            let experiment = Experiment::parse(Path::new("a/b.toml"), format!("{head}{schemes}")).unwrap();
+            let longer = experiment.with_scheme("zero-order-hold").unwrap().with_case("cradle").unwrap();
+            assert_eq!((longer.schemes.len(), longer.cases.len()), (2, 2));
+        }
     }
 }
