@@ -18,7 +18,7 @@
 //! ```
 //! because `(H_AA⁻¹)_SS` is the inverse of a Schur complement of `H_SS`. S is filled from the least `y_j² H_jj` on for as long as the last
 //! inequality holds. In a micro step the interface velocity is off by at most `δ τ H_ii |λ − λ_k|` for as long as A and the forces of
-//! S stay as predicted; what happens where they do not is measured, not bounded (`docs/results/contact-reduction.md`).
+//! S stay as predicted; what happens where they do not is measured, not bounded.
 
 use super::contact_choice::ContactChoice;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SolverEntry};
