@@ -2,7 +2,6 @@
 
 use super::print;
 use super::run_options::assignments;
-use super::simulate::write_trace;
 use clap::{Args, ValueEnum};
 use rimbench::atomic_file::{check_writable_file, write_atomically};
 use rimbench::catalogue::Catalogue;
@@ -10,6 +9,7 @@ use rimbench::cosim;
 use rimbench::error::Error;
 use rimbench::fmi::export::{find_library, golden_run, pack};
 use rimbench::runs::RunRequest;
+use rimbench::trace::write_trace;
 use std::path::PathBuf;
 
 /// Arguments of `fmu`.
@@ -69,7 +69,7 @@ impl Fmu {
         let (library, bytes) = find_library(self.library.as_deref(), &program)?;
         let packed = pack(&spec, side, &bytes)?;
         let (trajectory, outcome) = golden_run(&spec, side)?;
-        write_trace(&golden, &trajectory, trajectory.columns().len())?;
+        write_trace(&golden, &trajectory, None)?;
         write_atomically(&self.out, |file| file.write_all(&packed))?;
         print(&format!(
             "{} ({} bytes, library {})\n{} ({} communication points, H = {} ms; {outcome})",

@@ -5,6 +5,7 @@ mod advise_text;
 mod check_advice;
 mod collect;
 mod corpus;
+mod everything;
 mod export;
 mod figures;
 mod fmu;
@@ -171,7 +172,7 @@ impl Cli {
             Command::Verify(command) => return command.run(catalogue),
             Command::Report(command) => return command.run(catalogue),
             Command::Export(command) => command.run(catalogue)?,
-            Command::Reproduce(command) => command.run(catalogue)?,
+            Command::Reproduce(command) => return command.run(catalogue),
             Command::List(command) => command.run(catalogue)?,
             Command::Fmu(command) => command.run(catalogue)?,
             Command::Perf(command) => return command.run(),

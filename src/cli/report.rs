@@ -192,7 +192,7 @@ fn claim(claim: CheckedClaim) -> Claim {
             Checked::NotReproduced => Verdict::NotReproduced,
             Checked::NotMeasured => Verdict::NotMeasured,
         },
-        run_ids: claim.run_ids.split_whitespace().map(str::to_owned).collect(),
+        run_ids: claim.run_ids.clone(),
         id: claim.id,
         text: claim.text,
         quantity: claim.quantity,

@@ -1,5 +1,6 @@
 //! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing.
 
+use super::everything::{everything, write_both};
 use super::progress::Progress;
 use super::project::Project;
 use super::report::write_page;
@@ -7,14 +8,14 @@ use super::{claims_table, complain, print};
 use clap::Args;
 use rayon::prelude::*;
 use rimbench::BUILD;
-use rimbench::atomic_file::{check_writable_folder, write_atomically};
+use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::error::Result;
-use rimbench::figures::claims_markdown;
 use rimbench::figures::style::Styles;
-use rimbench::harness::{Cache, CheckedClaim, Job, Step, Store, check_claims, run_job, write_claims};
+use rimbench::harness::{Cache, CheckedClaim, Job, Step, Store, check_claims, run_job};
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::time::Instant;
 
 /// The group of experiments that this command runs.
@@ -29,10 +30,20 @@ pub struct Reproduce {
     /// Fewer phases and macro steps
     #[arg(long)]
     quick: bool,
+    /// All experiments, figures, tables and pages instead of the paper's, resuming what is stored, held against what is kept
+    #[arg(long, conflicts_with = "quick")]
+    everything: bool,
+    /// With --everything: only this experiment, for example study/friction; may be given several times
+    #[arg(long, value_name = "GROUP/NAME", requires = "everything")]
+    only: Vec<String>,
 }
 
 impl Reproduce {
-    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
+    /// Exit code 1 if something that is kept came out otherwise.
+    pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
+        if self.everything {
+            return everything(catalogue, &self.out.unwrap_or_else(|| PathBuf::from("results")), &self.only);
+        }
         let started = Instant::now();
         let default = if self.quick { "results/quick" } else { "results" };
         let out = self.out.unwrap_or_else(|| PathBuf::from(default));
@@ -66,11 +77,9 @@ impl Reproduce {
             Store::clear(&folder)?;
         }
         progress.about("drawing figures");
-        write_claims(&group.join("claims.csv"), &claims)?;
+        write_both(&group, &claims)?;
         let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
         figures.of_group(Some(GROUP)).par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
-        let markdown = claims_markdown(&group.join("claims.csv"))?;
-        write_atomically(&group.join("claims.md"), |file| file.write_all(markdown.as_bytes()))?;
         let (page, ..) = write_page(catalogue, &group)?;
         progress.end();
         complain(&cache);
@@ -80,6 +89,7 @@ impl Reproduce {
             "{total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",
             started.elapsed().as_secs_f64(),
             page.display()
-        ))
+        ))?;
+        Ok(ExitCode::SUCCESS)
     }
 }

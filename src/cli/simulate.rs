@@ -5,18 +5,18 @@ use super::progress::Heartbeat;
 use super::run_options::RunOptions;
 use super::{Format, complain, print, probe_lines, table, with_files};
 use clap::Args;
-use rimbench::atomic_file::{check_writable_file, write_atomically};
+use rimbench::atomic_file::check_writable_file;
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Outcome, StopFlag, Trajectory};
-use rimbench::error::Result;
+use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::{METRICS, is_of_friction};
 use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate_inside};
+use rimbench::trace::write_trace;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
@@ -52,7 +52,7 @@ impl Simulate {
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);
         if let Some(path) = &self.trace {
-            write_trace(path, &run.trajectory, spec.case.trace_columns.len())?;
+            write_trace(path, &run.trajectory, None)?;
         }
         match self.format {
             Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run, &probed))?),
@@ -62,18 +62,6 @@ impl Simulate {
             }
         }
     }
-}
-
-/// Writes the trace columns of a case, every communication point.
-pub(super) fn write_trace(path: &Path, trajectory: &Trajectory, columns: usize) -> Result<()> {
-    write_atomically(path, |file| {
-        let mut writer = csv::Writer::from_writer(file);
-        writer.write_record(&trajectory.columns()[..columns])?;
-        for row in trajectory.rows() {
-            writer.write_record(row[..columns].iter().map(|value| format!("{value:?}")))?;
-        }
-        writer.flush()
-    })
 }
 
 /// Everything that determines the run, everything that was found, everything it cost.

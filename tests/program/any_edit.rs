@@ -81,7 +81,7 @@ fn verdicts(folder: &Path) -> Result<Vec<(String, Option<f64>)>> {
     let checked = check_claims(&experiment(), &CATALOGUE, folder)?;
     Ok(checked
         .into_iter()
-        .map(|claim| (format!("{} {} {}", claim.id, claim.verdict, claim.run_ids), claim.measured))
+        .map(|claim| (format!("{} {} {}", claim.id, claim.verdict, claim.run_ids.join(" ")), claim.measured))
         .collect())
 }
 

@@ -2,8 +2,8 @@
 //! they repeat are those of the committed files.
 
 use crate::support::{cases, schemes};
+use rimbench::figures::{fill_page, without_filled};
 use rimbench::numerics_version::NUMERICS_VERSION;
-use rimbench::statistics::median;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -149,7 +149,12 @@ fn every_page_is_in_the_summary_and_the_reverse() {
 fn lines_are_short_and_so_is_the_contract() {
     let too_long = |document: &PathBuf| {
         let text = read(document);
-        let long = prose(&text).filter(|(_, line)| line.chars().count() > LONGEST_LINE);
+        // Markers do not show.
+        let shown = |line: &str| line.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, shown)| shown)).collect();
+        let long = prose(&text).filter(|(_, line)| {
+            let shown: String = shown(line);
+            !line.starts_with('|') && shown.chars().count() > LONGEST_LINE
+        });
         long.map(|(number, _)| format!("{}:{number}", document.display())).collect::<Vec<_>>()
     };
     let found: Vec<String> = documents().iter().flat_map(too_long).collect();
@@ -290,46 +295,95 @@ fn the_readme_counts_the_committed_claims() {
     assert!(page.contains(&sentence) && page.contains(&format!("{replaced} more are superseded")), "{sentence}");
 }
 
-/// Medians that are typed on a page grow old when digits change; those of the stability map are held against its rows.
+/// What is between markers is made by `rimbench reproduce --everything`.
 #[test]
-fn the_table_of_the_stability_map_is_that_of_its_rows() {
-    let mut rows = csv::Reader::from_path(root().join("results/study/stability_map/runs.csv")).unwrap();
-    let mut runs: BTreeMap<(String, u64), (usize, Vec<f64>)> = BTreeMap::new();
-    for row in rows.deserialize::<BTreeMap<String, String>>().map(Result::unwrap) {
-        let microseconds = (row["macro_step_s"].parse::<f64>().unwrap() * 1e6).round() as u64;
-        let (all, errors) = runs.entry((row["label"].clone(), microseconds)).or_default();
-        *all += 1;
-        if row["outcome"] == "completed" {
-            errors.push(row["force_error_rms_n"].parse().unwrap());
+fn every_number_between_markers_is_that_of_the_data() {
+    let mut faults = Vec::new();
+    let mut filled = 0;
+    for document in documents() {
+        let text = read(&document);
+        if without_filled(&text) == text {
+            continue;
+        }
+        filled += 1;
+        match fill_page(&document, &text, &root().join("results")) {
+            Ok(made) if made == text => {}
+            Ok(_) => faults.push(format!("{}: other numbers than the data has", document.display())),
+            Err(error) => faults.push(error.to_string()),
         }
     }
-    let page = read(&root().join("docs/results/stability-map.md"));
-    let cells =
-        |line: &str| -> Vec<String> { line.trim_matches('|').split('|').map(|cell| cell.trim().into()).collect() };
-    let mut table =
-        page.lines().skip_while(|line| !line.starts_with("| scheme |")).take_while(|line| line.starts_with('|'));
-    let steps: Vec<f64> =
-        cells(table.next().unwrap())[1..].iter().map(|step| step.trim_end_matches(" ms").parse().unwrap()).collect();
-    let mut seen = 0;
-    for line in table.skip(1) {
-        let row = cells(line);
-        for (cell, step) in row[1..].iter().zip(&steps) {
-            let (all, errors) = &runs[&(row[0].trim_end_matches(", 1 mm").to_owned(), (step * 1e3).round() as u64)];
-            seen += 1;
-            let mut words = cell.split(' ');
-            let written = words.next().unwrap();
-            let completed = words.next().map_or(if written == "–" { 0 } else { *all }, |count| {
-                count.trim_matches(['(', ')']).parse().unwrap()
-            });
-            assert_eq!(completed, errors.len(), "{line}: completed at {step} ms");
-            if let Some(median) = median(errors.clone()) {
-                let decimals = written.split_once('.').map_or(0, |(_, decimals)| decimals.len() as i32);
-                let off = (written.parse::<f64>().unwrap() - median).abs();
-                assert!(off <= 0.501 * 10_f64.powi(-decimals), "{line}: {median} N at {step} ms");
+    assert!(filled >= 8, "only {filled} pages have markers");
+    assert!(faults.is_empty(), "{}\n`rimbench reproduce --everything` fills them", faults.join("\n"));
+}
+
+/// Numbers of a line of prose that may be results: not those in code, links and headings, of a list, or of a condition in
+/// milliseconds or seconds.
+fn typed_numbers(line: &str) -> Vec<&str> {
+    let condition = |behind: &str| {
+        let behind = behind.trim_start_matches([' ', '\u{a0}']);
+        ["ms", "s"].iter().any(|unit| {
+            behind.strip_prefix(unit).is_some_and(|after| !after.starts_with(|c: char| c.is_alphanumeric() || c == '/'))
+        })
+    };
+    let mut found = Vec::new();
+    let mut from = 0;
+    while let Some(start) = line[from..].find(|c: char| c.is_ascii_digit()).map(|at| from + at) {
+        let length = line[start..].find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(line.len() - start);
+        let (before, behind) = (&line[..start], &line[start + length..]);
+        from = start + length;
+        let in_a_list = before.trim().is_empty() && line[start..from].ends_with('.');
+        // Of several conditions, "1, 2 and 5 ms", the last has the unit.
+        let list_goes_on = ["", ",", " and", " to", " or"].iter().any(|and| {
+            behind.strip_prefix(and).is_some_and(|rest| {
+                let rest = rest.trim_start();
+                let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
+                digits > 0 && condition(&rest[digits..])
+            })
+        });
+        let in_a_word = before.ends_with(|c: char| c.is_alphabetic() || c == '_');
+        if !(in_a_list || condition(behind) || list_goes_on || in_a_word) {
+            found.push(&line[start..from]);
+        }
+    }
+    found
+}
+
+/// A line without code and without the targets of links.
+fn words_of(line: &str) -> String {
+    let without_code: String = line.split('`').step_by(2).collect();
+    without_code
+        .split("](")
+        .enumerate()
+        .map(|(nth, part)| match nth {
+            0 => part,
+            _ => part.split_once(')').map_or("", |(_, after)| after),
+        })
+        .collect()
+}
+
+#[test]
+fn no_number_of_a_result_is_typed_by_hand() {
+    let mut faults = Vec::new();
+    for document in files(&root().join("docs/results"), "md") {
+        let left = without_filled(&read(&document));
+        for (number, line) in prose(&left) {
+            let words = words_of(line);
+            if !line.starts_with('#') && !typed_numbers(&words).is_empty() {
+                faults.push(format!("{}:{number}: {:?}: {line}", document.display(), typed_numbers(&words)));
             }
         }
     }
-    assert!(seen >= 100, "only {seen} cells found");
+    assert!(faults.is_empty(), "{} lines\n{}", faults.len(), faults.join("\n"));
+}
+
+#[test]
+fn the_check_must_see_a_number_that_is_typed() {
+    for line in ["It has 43 N.", "At 5 ms it has 2.5 times less.", "| a | 16.6 |", "29 of 36 claims", "5 m/s"] {
+        assert!(!typed_numbers(&words_of(line)).is_empty(), "{line}");
+    }
+    for line in ["1. First", "at 5 ms and H = 0.2 ms", "1, 2 and 5 ms", "`set = 3` [p. 3](a-3.md)", "order H2"] {
+        assert!(typed_numbers(&words_of(line)).is_empty(), "{line}: {:?}", typed_numbers(&words_of(line)));
+    }
 }
 
 /// So is what the page on advice says of how right it is.

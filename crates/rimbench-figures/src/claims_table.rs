@@ -20,7 +20,7 @@ pub fn claims_markdown(path: &Path) -> Result<String> {
     text.push_str("|---|---|---|---|---|---|---|\n");
     for row in 0..claims.len() {
         let cells = columns.iter().zip(names).map(|(&column, name)| match name {
-            "measured" => significant(claims.number(row, column)) + &trust(&claims, row),
+            "measured" => significant(claims.number(row, column), 3) + &trust(&claims, row),
             "text" => {
                 let reason = reason(row).map(|reason| format!(" *(superseded: {reason})*")).unwrap_or_default();
                 format!("{}{reason}", claims.text(row, column)).replace('|', "\\|")
@@ -37,15 +37,15 @@ pub fn claims_markdown(path: &Path) -> Result<String> {
 fn trust(claims: &ResultsTable, row: usize) -> String {
     let number = |name: &str| claims.column(name).ok().map(|column| claims.number(row, column)).filter(|x| !x.is_nan());
     let interval = number("low").zip(number("high"));
-    let interval =
-        interval.map_or_else(String::new, |(low, high)| format!(" [{}, {}]", significant(low), significant(high)));
+    let interval = interval
+        .map_or_else(String::new, |(low, high)| format!(" [{}, {}]", significant(low, 3), significant(high, 3)));
     let without = number("without_exact")
-        .map_or_else(String::new, |value| format!("; {} without exact models", significant(value)));
+        .map_or_else(String::new, |value| format!("; {} without exact models", significant(value, 3)));
     interval + &without
 }
 
-/// Three significant digits, for reading; the CSV holds all of them.
-pub(crate) fn significant(value: f64) -> String {
+/// So many significant digits, for reading; the CSV holds all of them.
+pub(crate) fn significant(value: f64, digits: usize) -> String {
     if value.is_nan() {
         "–".to_owned()
     } else if value.is_infinite() {
@@ -53,10 +53,12 @@ pub(crate) fn significant(value: f64) -> String {
     } else if value == 0.0 {
         "0".to_owned()
     } else if (1e-3..1e5).contains(&value.abs()) {
-        let decimals = (2 - value.abs().log10().floor() as i32).max(0) as usize;
+        // Rounding may carry into a new digit: 9.96 has two digits as 10, not as 10.0.
+        let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+        let decimals = (digits as i32 - 1 - rounded.abs().log10().floor() as i32).max(0) as usize;
         format!("{value:.decimals$}")
     } else {
-        format!("{value:.2e}")
+        format!("{value:.*e}", digits - 1)
     }
 }
 
@@ -74,9 +76,9 @@ mod tests {
             (2.5e-6, "2.50e-6"),
             (f64::INFINITY, "∞"),
         ] {
-            assert_eq!(significant(value), text);
+            assert_eq!(significant(value, 3), text);
         }
-        assert_eq!(significant(f64::NAN), "–");
-        assert_eq!(significant(1234.5), "1234");
+        assert_eq!(significant(f64::NAN, 3), "–");
+        assert_eq!(significant(1234.5, 3), "1234");
     }
 }

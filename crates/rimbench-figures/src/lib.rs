@@ -56,6 +56,7 @@ mod inset;
 mod legend;
 mod live_part;
 mod marker;
+mod pages;
 mod paint;
 mod panel;
 mod scale;
@@ -64,3 +65,4 @@ mod wedge_box;
 
 pub use claims_table::claims_markdown;
 pub use figures::{FigureEntry, FigureKey, FigureKind, FigureList, MadeFigures, figure_keys};
+pub use pages::{fill_page, without_filled};

@@ -9,6 +9,7 @@ use super::stock::Stock;
 use rimbench_cases::runs::{Reference, RunSpec};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
+use rimbench_results::kept::keep;
 use std::path::Path;
 use std::time::Duration;
 
@@ -109,6 +110,7 @@ pub(super) fn export_if_complete(
     let of_references = results::write_references(job.folder, references, job.experiment.trace_every_s)?;
     let traced = planned.iter().filter(|run| job.experiment.trace_of(&run.label).is_some());
     results::write_checksums(job.folder, traced.map(|run| results::trace_name(&run.id)).chain(of_references))?;
+    keep(job.folder)?;
     Ok(found)
 }
 

@@ -176,6 +176,17 @@ impl Experiment {
         self.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
     }
 
+    /// Returns the name of the folder it lies in: that of its group.
+    pub fn group(&self) -> String {
+        let folder = self.path.parent().and_then(Path::file_name);
+        folder.map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+    }
+
+    /// Returns `<group>/<name>`.
+    pub fn full_name(&self) -> String {
+        format!("{}/{}", self.group(), self.name())
+    }
+
     /// Tells whether two files say the same to the letter.
     pub fn is_same_as(&self, other: &Self) -> bool {
         self.source == other.source
@@ -183,8 +194,7 @@ impl Experiment {
 
     /// Says where its results go: `<results>/<group>/<name>`, the group being the folder that the file lies in.
     pub fn results_folder(&self, results: &Path) -> PathBuf {
-        let group = self.path.parent().and_then(Path::file_name).map(PathBuf::from).unwrap_or_default();
-        results.join(group).join(self.name())
+        results.join(self.group()).join(self.name())
     }
 
     /// Says what the experiment claims.

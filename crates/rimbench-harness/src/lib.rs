@@ -37,7 +37,10 @@ pub use advice::{
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
-pub use claims::{CheckedClaim, Claim, Claimant, STATISTICS, Verdict, check_claims, claim_metrics, write_claims};
+pub use claims::{
+    CheckedClaim, Claim, Claimant, KeptClaims, STATISTICS, Verdict, check_claims, check_kept_claims, claim_metrics,
+    write_claims,
+};
 pub use clock::monotonic_clock;
 pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};

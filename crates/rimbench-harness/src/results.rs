@@ -22,6 +22,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_core::friction::FrictionLaw;
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
+use rimbench_results::trace;
 use std::path::Path;
 
 /// Columns of `runs.csv` that the plan says: id and label, what determines a run.
@@ -215,22 +216,8 @@ pub(super) fn write_checksums(folder: &Path, traces: impl Iterator<Item = String
 pub(super) fn write_trace(folder: &Path, name: &str, trajectory: &Trajectory, every: f64) -> Result<TraceMark> {
     let traces = folder.join("traces");
     make_folder(&traces)?;
-    write_atomically(&traces.join(name), |file| {
-        let mut table = csv::Writer::from_writer(file);
-        table.write_record(trajectory.columns())?;
-        let mut next = 0_u64;
-        let last = trajectory.len().saturating_sub(1);
-        for (index, row) in trajectory.rows().enumerate() {
-            // Slack for times that are multiples of `every` up to round-off.
-            if row[0] + 1e-9 * every < next as f64 * every && index != last {
-                continue;
-            }
-            next = (row[0] / every + 1e-9).floor() as u64 + 1;
-            table.write_record(row.iter().map(|value| number(*value)))?;
-        }
-        table.flush()
-    })?;
     let path = traces.join(name);
+    trace::write_trace(&path, trajectory, Some(every))?;
     let sha256 = sha256_of_file(&path).ok_or_else(|| Error::file(&path, "has gone as soon as it was written"))?;
     Ok(TraceMark { every_s: every, sha256 })
 }

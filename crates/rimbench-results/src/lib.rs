@@ -2,4 +2,6 @@
 
 pub mod atomic_file;
 pub mod checksums;
+pub mod kept;
 pub mod results_table;
+pub mod trace;

@@ -8,10 +8,3 @@ pub mod boundary;
 mod simulator;
 
 pub use simulator::{Answer, COARSER, Simulator};
-
-/// Hash of the sources that the module was built from, or nothing where nobody said; `.ci/web-module` says it, and looks for it in
-/// the module that is committed.
-pub const SOURCES: &str = match option_env!("RIMBENCH_WEB_SOURCES") {
-    Some(sources) => sources,
-    None => "rimbench-sources:unknown",
-};

@@ -132,16 +132,16 @@ impl Claim {
         let anchor = self.anchor(study);
         let (quantity, unit) = words(&self.quantity);
         let unit = |value: &str| if unit.is_empty() { value.to_owned() } else { format!("{value} {unit}") };
-        let mut measured = unit(&significant(self.measured));
+        let mut measured = unit(&significant(self.measured, 3));
         if self.interval.iter().all(|end| end.is_finite()) {
-            let [low, high] = self.interval.map(significant);
+            let [low, high] = self.interval.map(|end| significant(end, 3));
             let _ = write!(measured, " <span class=\"soft\">[{low}, {high}]</span>");
         }
         if self.without_exact.is_finite() {
             let _ = write!(
                 measured,
                 "<br><span class=\"soft\">{} without exact models</span>",
-                significant(self.without_exact)
+                significant(self.without_exact, 3)
             );
         }
         let replaced = match self.superseded.as_str() {

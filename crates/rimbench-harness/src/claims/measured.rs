@@ -70,7 +70,8 @@ pub(super) fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Res
         verdict,
         finding: claim.finding,
         superseded: claim.superseded.clone(),
-        run_ids: basis.run_ids.join(" "),
+        runs: basis.run_ids.len(),
+        run_ids: basis.run_ids,
     })
 }
 
@@ -289,7 +290,7 @@ mod tests {
         let claim = checked("metric = \"error\"\nstatistic = \"order\"", &rows);
         approx::assert_relative_eq!(claim.measured.unwrap(), 1.0, epsilon = 1e-12);
         assert!(claim.quantity.contains("(2 of 5 runs left out: not completed"), "{}", claim.quantity);
-        assert_eq!(claim.run_ids, "0 1 2");
+        assert_eq!(claim.run_ids, ["0", "1", "2"]);
         assert_eq!(checked("metric = \"error\"\nstatistic = \"max\"", &rows).measured, Some(1e9));
     }
 

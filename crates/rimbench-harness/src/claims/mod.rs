@@ -6,11 +6,13 @@
 
 mod against_plan;
 mod declared;
+mod kept;
 mod measured;
 mod table;
 
 pub(super) use against_plan::check_claims_against_plan;
 pub use declared::{Claim, Claimant, STATISTICS, Verdict, claim_metrics};
+pub use kept::{KeptClaims, check_kept_claims};
 pub(crate) use table::CLAIM_COLUMNS;
 pub use table::{CheckedClaim, write_claims};
 

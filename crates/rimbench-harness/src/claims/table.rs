@@ -1,12 +1,12 @@
 //! A claim with what was measured, and the table of them.
 
 use super::declared::{Claimant, Verdict};
-use rimbench_core::error::Result;
-use serde::Serialize;
+use rimbench_core::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// A claim with what was measured.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CheckedClaim {
     /// Experiment the claim stands in.
     pub experiment: String,
@@ -34,8 +34,11 @@ pub struct CheckedClaim {
     pub finding: Verdict,
     /// Why it has been replaced by another; empty if it has not.
     pub superseded: String,
-    /// The runs it rests on.
-    pub run_ids: String,
+    /// Number of runs it rests on.
+    pub runs: usize,
+    /// Their ids; known where the rows are, and not written.
+    #[serde(skip)]
+    pub run_ids: Vec<String>,
 }
 
 /// Columns of `claims.csv`: name, whether it is a number, what it is.
@@ -57,7 +60,7 @@ pub(crate) const CLAIM_COLUMNS: [(&str, bool, &str); 14] = [
     ("verdict", false, "Whether it holds"),
     ("finding", false, "What was found when the experiment was last looked at"),
     ("superseded", false, "Why the claim has been replaced by another"),
-    ("run_ids", false, "The runs it rests on"),
+    ("runs", true, "Number of runs it rests on"),
 ];
 
 impl CheckedClaim {
@@ -79,4 +82,13 @@ pub fn write_claims(path: &Path, claims: &[CheckedClaim]) -> Result<()> {
         }
         writer.flush()
     })
+}
+
+/// Reads the claims that were written to a `claims.csv`.
+///
+/// # Errors
+/// [`Error::File`] if it is missing, or no table of claims.
+pub(super) fn read_claims(path: &Path) -> Result<Vec<CheckedClaim>> {
+    let wrong = |error: csv::Error| Error::file(path, error);
+    csv::Reader::from_path(path).map_err(wrong)?.deserialize().collect::<csv::Result<_>>().map_err(wrong)
 }

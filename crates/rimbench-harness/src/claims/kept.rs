@@ -1,0 +1,95 @@
+//! What can be said of claims without the rows they rest on: whether what is kept fits together.
+
+use super::ALL;
+use super::declared::{Claim, Statistic};
+use super::table::{CheckedClaim, read_claims};
+use crate::experiment::Experiment;
+use rimbench_core::error::{Error, Result};
+use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
+use std::path::Path;
+
+/// Relative difference that six written digits explain, of a ratio of two of them as well.
+const ROUNDING: f64 = 3e-5;
+
+/// Claims as they were last measured.
+#[derive(Debug)]
+pub struct KeptClaims {
+    /// The claims, in the order of the experiment.
+    pub claims: Vec<CheckedClaim>,
+    /// How many of them the summary says as well.
+    pub said_by_summary: usize,
+}
+
+/// Checks the `claims.csv` that is kept of an experiment against the experiment file and against its summary, which must be that of
+/// its digest. Claims about other statistics than a median, or about runs that did not complete, need the rows.
+///
+/// # Errors
+/// [`Error::File`] for a file that is missing, damaged, or of another numerics version; for claims that are not those of the
+/// experiment, and for a number that is not that of the summary.
+pub fn check_kept_claims(experiment: &Experiment, folder: &Path) -> Result<KeptClaims> {
+    let summary = read_summary(folder)?;
+    if folder.join("runs.csv").exists() {
+        Digest::read(folder)?.check_rows(folder)?;
+    }
+    let mut kept = KeptClaims { claims: Vec::new(), said_by_summary: 0 };
+    if experiment.claims().is_empty() {
+        return Ok(kept);
+    }
+    let own = folder.join("claims.csv");
+    // Those of a group that is run as a whole stand together.
+    let path = if own.is_file() { own } else { folder.with_file_name("claims.csv") };
+    let wrong = |message: String| Err(Error::file(&path, format!("{message}: run the experiment again")));
+    let mut written = read_claims(&path)?;
+    written.retain(|claim| claim.experiment == experiment.name());
+    if written.len() != experiment.claims().len() {
+        let (found, wanted) = (written.len(), experiment.claims().len());
+        return wrong(format!("holds {found} claims of {}, which makes {wanted}", experiment.name()));
+    }
+    for (claim, mut checked) in experiment.claims().iter().zip(written) {
+        if checked.id != claim.id || checked.expected != claim.expect.to_string() {
+            return wrong(format!(
+                "says another claim than {} where that has `{}`",
+                experiment.path().display(),
+                claim.id
+            ));
+        }
+        checked.finding = claim.finding;
+        if let (Some(expected), Some(measured)) = (claim.said_by(&summary), checked.measured) {
+            if (measured - expected).abs() > ROUNDING * expected.abs() {
+                return wrong(format!("measured {measured} for `{}`, and the summary says {expected}", claim.id));
+            }
+            kept.said_by_summary += 1;
+        }
+        kept.claims.push(checked);
+    }
+    Ok(kept)
+}
+
+impl Claim {
+    /// What the summary says of it: where it is about the median of one row, all of whose runs completed, or about a ratio of two.
+    fn said_by(&self, summary: &[SummaryRow]) -> Option<f64> {
+        let metric = SUMMARY_METRICS.iter().position(|name| *name == self.metric)?;
+        if self.statistic != Statistic::Median || self.at_equal.is_some() {
+            return None;
+        }
+        let median = |label: &str| {
+            let is = |text: &str, wanted: &Option<String>| {
+                wanted.as_deref().is_none_or(|wanted| wanted == ALL || wanted == text)
+            };
+            let mut rows = summary.iter().filter(|row| {
+                let [case, set, own, step, _] = &row.keys;
+                own == label
+                    && is(case, &self.case)
+                    && is(set, &self.set)
+                    && step.parse().is_ok_and(|step| self.is_about(step))
+            });
+            let only = rows.next().filter(|row| row.completed == row.runs)?;
+            Some(only.quartiles[metric][1]).filter(|value| rows.next().is_none() && !value.is_nan())
+        };
+        let own = median(&self.scheme)?;
+        match &self.relative_to {
+            None => Some(own),
+            Some(other) => median(other).map(|other| own / other).filter(|ratio| ratio.is_finite()),
+        }
+    }
+}

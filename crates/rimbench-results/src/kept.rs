@@ -1,0 +1,257 @@
+//! What is kept of an experiment's results where its rows are made and not kept: medians, and a digest by which rows that are made
+//! anew can be told to be the same.
+//!
+//! ```text
+//! summary.csv   one row per case, set, scheme row, macro step and tolerance: runs, how many completed, quartiles of some metrics
+//! digest.toml   numerics version, number of rows, checksums of runs.csv and summary.csv
+//! ```
+
+use super::atomic_file::write_atomically;
+use super::checksums::sha256_of_file;
+use super::results_table::ResultsTable;
+use rimbench_core::error::{Error, Result, said_at};
+use rimbench_core::numerics_version::NUMERICS_VERSION;
+use rimbench_statistics::quantile;
+use serde::Deserialize;
+use std::path::Path;
+
+/// Name of the file of medians.
+pub const SUMMARY: &str = "summary.csv";
+/// Name of the file of checksums.
+pub const DIGEST: &str = "digest.toml";
+
+/// Columns of `runs.csv` that runs of one row of the summary have in common.
+pub const SUMMARY_KEYS: [&str; 5] = ["case", "set", "label", "macro_step_s", "step_tolerance"];
+
+/// Metrics whose quartiles over the completed runs are kept.
+pub const SUMMARY_METRICS: [&str; 7] = [
+    "force_error_rms_n",
+    "force_error_rms_of_peak",
+    "force_error_max_n",
+    "force_error_inside_rms_n",
+    "position_error_rms_m",
+    "position_error_end_m",
+    "interface_residual_j",
+];
+
+/// What the quartiles are called, behind the name of the metric.
+const QUARTILES: [(&str, f64); 3] = [("_q1", 0.25), ("_median", 0.5), ("_q3", 0.75)];
+
+/// A row of the summary.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SummaryRow {
+    /// Values of [`SUMMARY_KEYS`].
+    pub keys: [String; SUMMARY_KEYS.len()],
+    /// Number of runs.
+    pub runs: usize,
+    /// How many of them completed.
+    pub completed: usize,
+    /// Quartiles of [`SUMMARY_METRICS`] over those that did; NaN where none has a value.
+    pub quartiles: [[f64; 3]; SUMMARY_METRICS.len()],
+}
+
+/// What tells whether rows are the same.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Digest {
+    /// Version of everything that a digit can depend on.
+    pub numerics_version: u32,
+    /// Number of runs.
+    pub rows: usize,
+    /// SHA-256 of `runs.csv`, hexadecimal.
+    pub runs_sha256: String,
+    /// SHA-256 of `summary.csv`, hexadecimal.
+    pub summary_sha256: String,
+}
+
+/// Makes the rows of the summary from those of `runs.csv`, in their order.
+///
+/// # Errors
+/// [`Error::File`] for a column that is not there.
+pub fn summarise(runs: &ResultsTable) -> Result<Vec<SummaryRow>> {
+    let mut keys = [0; SUMMARY_KEYS.len()];
+    for (column, name) in keys.iter_mut().zip(SUMMARY_KEYS) {
+        *column = runs.column(name)?;
+    }
+    let outcome = runs.column("outcome")?;
+    let metrics = SUMMARY_METRICS.map(|name| runs.column(name).ok());
+    let key = |row: usize| keys.map(|column| runs.text(row, column));
+    // Phases are the inner loop of a plan: runs of a row are neighbours.
+    let rows: Vec<usize> = (0..runs.len()).collect();
+    let summarised = rows.chunk_by(|&one, &next| key(one) == key(next)).map(|group| {
+        let completed: Vec<usize> =
+            group.iter().copied().filter(|&row| runs.text(row, outcome) == "completed").collect();
+        let quartiles = metrics.map(|column| {
+            let values = completed.iter().filter_map(|&row| Some(runs.number(row, column?)));
+            let values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
+            QUARTILES.map(|(_, p)| quantile(&values, p))
+        });
+        SummaryRow { keys: key(group[0]).map(str::to_owned), runs: group.len(), completed: completed.len(), quartiles }
+    });
+    Ok(summarised.collect())
+}
+
+/// Writes `summary.csv` and `digest.toml` beside `runs.csv`.
+///
+/// # Errors
+/// [`Error::File`] naming the file.
+pub fn keep(folder: &Path) -> Result<()> {
+    let path = folder.join("runs.csv");
+    let runs = ResultsTable::read(&path)?;
+    let rows = summarise(&runs)?;
+    let summary = folder.join(SUMMARY);
+    write_atomically(&summary, |file| {
+        let mut table = csv::Writer::from_writer(file);
+        table.write_record(header())?;
+        for row in &rows {
+            let counts = [row.runs, row.completed].map(|count| count.to_string());
+            let quartiles = row.quartiles.iter().flatten().map(|&value| short(value));
+            table.write_record(row.keys.iter().cloned().chain(counts).chain(quartiles))?;
+        }
+        table.flush()
+    })?;
+    let sum = |path: &Path| sha256_of_file(path).ok_or_else(|| Error::file(path, "has gone as soon as it was written"));
+    let (runs_sha256, summary_sha256) = (sum(&path)?, sum(&summary)?);
+    let text = format!(
+        "numerics_version = {NUMERICS_VERSION}\nrows = {}\nruns_sha256 = \"{runs_sha256}\"\nsummary_sha256 = \"{summary_sha256}\"\n",
+        runs.len()
+    );
+    write_atomically(&folder.join(DIGEST), |file| file.write_all(text.as_bytes()))
+}
+
+fn header() -> Vec<String> {
+    let quartiles =
+        SUMMARY_METRICS.iter().flat_map(|metric| QUARTILES.map(|(quartile, _)| format!("{metric}{quartile}")));
+    SUMMARY_KEYS.into_iter().chain(["runs", "completed"]).map(str::to_owned).chain(quartiles).collect()
+}
+
+/// Six significant digits: what is read is the size of a number, and its last digits are in the digest.
+fn short(value: f64) -> String {
+    if value.is_nan() { String::new() } else { format!("{:?}", format!("{value:.5e}").parse().unwrap_or(value)) }
+}
+
+/// Reads the summary in a folder, which must be that of its digest.
+///
+/// # Errors
+/// [`Error::File`] if one of the two is missing or damaged, or of another numerics version.
+pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
+    let digest = Digest::read(folder)?;
+    let path = folder.join(SUMMARY);
+    if sha256_of_file(&path).as_ref() != Some(&digest.summary_sha256) {
+        return Err(Error::file(&path, format!("is not that of {DIGEST} beside it: run the experiment again")));
+    }
+    if digest.numerics_version != NUMERICS_VERSION {
+        let message = format!(
+            "is of numerics version {}, this program of {NUMERICS_VERSION}: run the experiment again",
+            digest.numerics_version
+        );
+        return Err(Error::file(folder.join(DIGEST), message));
+    }
+    let table = ResultsTable::read(&path)?;
+    if table.names() != header() {
+        return Err(Error::file(&path, "has other columns than this program writes: run the experiment again"));
+    }
+    let first = SUMMARY_KEYS.len();
+    let row = |row: usize| SummaryRow {
+        keys: std::array::from_fn(|column| table.text(row, column).to_owned()),
+        runs: table.number(row, first) as usize,
+        completed: table.number(row, first + 1) as usize,
+        quartiles: std::array::from_fn(|metric| {
+            std::array::from_fn(|quartile| table.number(row, first + 2 + QUARTILES.len() * metric + quartile))
+        }),
+    };
+    Ok((0..table.len()).map(row).collect())
+}
+
+impl Digest {
+    /// Reads the digest in a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if there is none, or if it is damaged.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(DIGEST);
+        let text =
+            std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
+        let wrong = |message: String| Error::file(&path, format!("is no digest: {message}: run the experiment again"));
+        let digest: Digest =
+            toml::from_str(&text).map_err(|error| wrong(said_at(&text, error.span(), error.message())))?;
+        let is_sum = |sum: &String| sum.len() == 64 && sum.bytes().all(|byte| byte.is_ascii_hexdigit());
+        if let Some(sum) = [&digest.runs_sha256, &digest.summary_sha256].into_iter().find(|sum| !is_sum(sum)) {
+            return Err(wrong(format!("`{sum}` is no SHA-256")));
+        }
+        Ok(digest)
+    }
+
+    /// Checks that the `runs.csv` in a folder is the one of this digest.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it is another, or not there.
+    pub fn check_rows(&self, folder: &Path) -> Result<()> {
+        let path = folder.join("runs.csv");
+        match sha256_of_file(&path) {
+            None => Err(Error::file(&path, "is missing")),
+            Some(found) if found != self.runs_sha256 => {
+                Err(Error::file(&path, format!("is not that of {DIGEST} beside it: run the experiment again")))
+            }
+            Some(_) => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RUNS: &str = "run_id,label,case,set,macro_step_s,step_tolerance,outcome,force_error_rms_n,position_error_rms_m\n\
+                        1,x,box,,0.005,,completed,1,1e-3\n2,x,box,,0.005,,completed,3,\n3,x,box,,0.005,,diverged,1e9,1\n\
+                        4,y,box,,0.005,,timeout,,\n";
+
+    fn results() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("runs.csv"), RUNS).unwrap();
+        keep(folder.path()).unwrap();
+        folder
+    }
+
+    #[test]
+    fn quartiles_are_those_of_the_completed_runs_and_are_read_back() {
+        let folder = results();
+        let rows = read_summary(folder.path()).unwrap();
+        assert_eq!(rows.len(), 2);
+        assert_eq!((rows[0].runs, rows[0].completed, rows[0].quartiles[0]), (3, 2, [1.5, 2.0, 2.5]));
+        assert_eq!(rows[0].quartiles[4], [1e-3; 3]);
+        assert_eq!((rows[1].runs, rows[1].completed, rows[1].keys[2].as_str()), (1, 0, "y"));
+        assert!(rows[1].quartiles.as_flattened().iter().all(|value| value.is_nan()));
+        let digest = Digest::read(folder.path()).unwrap();
+        assert_eq!(digest.rows, 4);
+        digest.check_rows(folder.path()).unwrap();
+    }
+
+    #[test]
+    fn what_is_damaged_of_another_version_or_of_other_rows_is_named() {
+        let folder = results();
+        let path = |name: &str| folder.path().join(name);
+        let [summary, digest] = [SUMMARY, DIGEST].map(|name| std::fs::read_to_string(path(name)).unwrap());
+        std::fs::write(path(SUMMARY), summary.replace("2.0", "2.1")).unwrap();
+        assert!(
+            read_summary(folder.path()).unwrap_err().to_string().contains("summary.csv is not that of digest.toml")
+        );
+        std::fs::write(path(SUMMARY), &summary).unwrap();
+        for (change, said) in [
+            (
+                digest.replace(&format!("numerics_version = {NUMERICS_VERSION}"), "numerics_version = 1"),
+                "of numerics version 1",
+            ),
+            (digest.replace("rows", "lines"), "is no digest"),
+            (digest.replace("runs_sha256 = \"", "runs_sha256 = \"z"), "is no SHA-256"),
+        ] {
+            std::fs::write(path(DIGEST), change).unwrap();
+            let error = read_summary(folder.path()).unwrap_err().to_string();
+            assert!(error.contains(said), "{error}");
+        }
+        std::fs::write(path(DIGEST), &digest).unwrap();
+        std::fs::write(path("runs.csv"), RUNS.replace("1e9", "1e8")).unwrap();
+        let error = Digest::read(folder.path()).unwrap().check_rows(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("runs.csv is not that of digest.toml"), "{error}");
+    }
+}

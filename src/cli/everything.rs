@@ -1,0 +1,213 @@
+//! `rimbench reproduce --everything`: all results that the project keeps something of, made anew and held against what it kept.
+
+use super::interruption::Interruption;
+use super::progress::Progress;
+use super::project::Project;
+use super::report::write_page;
+use super::{INTERRUPTED, complain, print};
+use rayon::prelude::*;
+use rimbench::BUILD;
+use rimbench::atomic_file::{check_writable_folder, write_atomically};
+use rimbench::catalogue::Catalogue;
+use rimbench::checksums::sha256_of_file;
+use rimbench::cosim::Outcome;
+use rimbench::error::{Error, Result};
+use rimbench::figures::style::Styles;
+use rimbench::figures::{FigureEntry, claims_markdown, fill_page, without_filled};
+use rimbench::harness::{
+    Cache, CheckedClaim, Experiment, Job, Ranking, Step, check_claims, run_job_until, write_claims,
+};
+use rimbench::kept::{DIGEST, SUMMARY};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// The group whose claims and page stand together.
+const PAPER: &str = "paper";
+
+/// Makes all experiments, or those named `only` as `<group>/<name>`, resuming what is stored, and what is made of them; exit code 1
+/// if something kept comes out otherwise.
+pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> anyhow::Result<ExitCode> {
+    let started = Instant::now();
+    let project = Project::find();
+    if project != Project::Here {
+        let message = "not here: all that is kept is made anew in the folder of the project";
+        return Err(Error::file("experiments", message).into());
+    }
+    let groups = ["paper", "published", "study"].map(|group| project.experiments(group));
+    let experiments: Vec<Experiment> = groups.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
+    let experiments = chosen(experiments, only)?;
+    let figures = project.figures()?;
+    check_writable_folder(out)?;
+    let mut total = 0;
+    for experiment in &experiments {
+        total += experiment.plan(catalogue, false)?.len();
+    }
+    // Of a part, what rests on all of them is left as it is.
+    let whole = only.is_empty();
+    let pages = if whole { pages()? } else { Vec::new() };
+    let names: Vec<String> = experiments.iter().map(Experiment::full_name).collect();
+    let figures: Vec<&FigureEntry> =
+        figures.figures.iter().filter(|figure| names.contains(&figure.experiment)).collect();
+    let watched = watched(out, &experiments, &figures, &pages, whole);
+    let before = sums(&watched);
+
+    let interruption = Interruption::listen();
+    let progress = Progress::begin("reproduce", total);
+    let cache = Cache::of_user();
+    let mut of_paper: Vec<CheckedClaim> = Vec::new();
+    let (mut computed, mut changed) = (0, 0);
+    for experiment in &experiments {
+        progress.about(experiment.full_name());
+        let folder = experiment.results_folder(out);
+        let job = Job::new(experiment, catalogue, &folder, &cache, &BUILD);
+        let told = |step: Step<'_>| {
+            if let Step::Done(outcome) = step {
+                progress.done(*outcome == Outcome::Completed);
+            }
+        };
+        let summary = match run_job_until(job, &told, interruption.flags()) {
+            Ok(summary) if summary.missing == 0 => summary,
+            Ok(_) | Err(Error::Stopped) => {
+                progress.end();
+                print("Stopped. What is stored is kept; the same command goes on from there.")?;
+                return Ok(ExitCode::from(INTERRUPTED));
+            }
+            Err(error) => return Err(error.into()),
+        };
+        computed += summary.computed;
+        progress.group_done(&format!(
+            "{}: {} runs computed, {} were there",
+            experiment.full_name(),
+            summary.computed,
+            summary.reused
+        ));
+        let claims = check_claims(experiment, catalogue, &folder)?;
+        changed += claims.iter().filter(|claim| claim.differs()).count();
+        if experiment.group() == PAPER {
+            of_paper.extend(claims);
+        } else if !claims.is_empty() {
+            write_both(&folder, &claims)?;
+        }
+    }
+    if whole {
+        write_both(&out.join(PAPER), &of_paper)?;
+    }
+    progress.about("drawing figures");
+    let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
+    figures.par_iter().try_for_each(|figure| figure.make(out, &styles).map(drop))?;
+    if whole {
+        Ranking::read("experiments/ranking.toml".as_ref())?.rank(catalogue, out)?.write(&out.join("ranking"))?;
+        write_page(catalogue, &out.join(PAPER))?;
+    }
+    for page in &pages {
+        let text = read(page)?;
+        let filled = fill_page(page, &text, out)?;
+        if filled != text {
+            write_atomically(page, |file| file.write_all(filled.as_bytes()))?;
+        }
+    }
+    progress.end();
+    complain(&cache);
+
+    let after = sums(&watched);
+    let differing: Vec<&PathBuf> = watched.iter().filter(|file| before.get(*file) != after.get(*file)).collect();
+    for file in &differing {
+        let what = match (before.get(*file), after.get(*file)) {
+            (None, _) => "was not kept",
+            (_, None) => "is no longer made",
+            _ => "comes out otherwise than was kept",
+        };
+        print(&format!("{}: {what}", file.display()))?;
+    }
+    print(&format!(
+        "{} experiments, {total} runs ({computed} of them computed now), {} figures, {} pages in {:.0} s: {} of {} files differ from what was \
+         kept, {changed} claims from the recorded finding",
+        experiments.len(),
+        figures.len(),
+        pages.len(),
+        started.elapsed().as_secs_f64(),
+        differing.len(),
+        watched.len(),
+    ))?;
+    Ok(if differing.is_empty() && changed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Those of the experiments that are asked for.
+fn chosen(experiments: Vec<Experiment>, only: &[String]) -> Result<Vec<Experiment>> {
+    let names: Vec<String> = experiments.iter().map(Experiment::full_name).collect();
+    if let Some(unknown) = only.iter().find(|wanted| !names.contains(wanted)) {
+        return Err(Error::unknown("experiment", unknown, names.iter().map(String::as_str)));
+    }
+    Ok(experiments.into_iter().filter(|own| only.is_empty() || only.contains(&own.full_name())).collect())
+}
+
+/// The files that are kept: of each experiment digest, medians, claims and figures; the ranking; pages with numbers in them.
+fn watched(
+    out: &Path,
+    experiments: &[Experiment],
+    figures: &[&FigureEntry],
+    pages: &[PathBuf],
+    whole: bool,
+) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for experiment in experiments {
+        let folder = experiment.results_folder(out);
+        files.extend([DIGEST, SUMMARY].map(|name| folder.join(name)));
+        if experiment.group() != PAPER && !experiment.claims().is_empty() {
+            files.extend(["claims.csv", "claims.md"].map(|name| folder.join(name)));
+        }
+        let own = figures.iter().filter(|figure| figure.experiment == experiment.full_name());
+        files.extend(own.map(|figure| folder.join(format!("figures/{}.svg", figure.id))));
+    }
+    if whole {
+        files.extend(
+            ["paper/claims.csv", "paper/claims.md", "ranking/ranking.csv", "ranking/claims.csv"]
+                .map(|name| out.join(name)),
+        );
+    }
+    files.extend(pages.iter().cloned());
+    files
+}
+
+fn sums(files: &[PathBuf]) -> BTreeMap<PathBuf, String> {
+    files.par_iter().filter_map(|file| Some((file.clone(), sha256_of_file(file)?))).collect()
+}
+
+/// Pages of the project that have markers: README and all below `docs`.
+pub(super) fn pages() -> Result<Vec<PathBuf>> {
+    let (mut pages, mut folders) = (vec![PathBuf::from("README.md")], vec![PathBuf::from("docs")]);
+    while let Some(folder) = folders.pop() {
+        let wrong = |error| Error::file(&folder, format!("cannot be read: {error}"));
+        for entry in std::fs::read_dir(&folder).map_err(wrong)? {
+            let path = entry.map_err(wrong)?.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "md") {
+                pages.push(path);
+            }
+        }
+    }
+    pages.sort();
+    let mut with_markers = Vec::new();
+    for page in pages {
+        let text = read(&page)?;
+        if without_filled(&text) != text {
+            with_markers.push(page);
+        }
+    }
+    Ok(with_markers)
+}
+
+fn read(page: &Path) -> Result<String> {
+    std::fs::read_to_string(page).map_err(|error| Error::file(page, format!("cannot be read: {error}")))
+}
+
+/// Writes claims as CSV and as Markdown.
+pub(super) fn write_both(folder: &Path, claims: &[CheckedClaim]) -> Result<()> {
+    let path = folder.join("claims.csv");
+    write_claims(&path, claims)?;
+    let markdown = claims_markdown(&path)?;
+    write_atomically(&folder.join("claims.md"), |file| file.write_all(markdown.as_bytes()))
+}
