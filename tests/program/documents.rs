@@ -150,7 +150,9 @@ fn lines_are_short_and_so_is_the_contract() {
     let too_long = |document: &PathBuf| {
         let text = read(document);
         // Markers do not show.
-        let shown = |line: &str| line.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, shown)| shown)).collect();
+        let shown = |line: &str| {
+            line.split("<!--").map(|part| part.split_once("-->").map_or(part, |(_, shown)| shown)).collect()
+        };
         let long = prose(&text).filter(|(_, line)| {
             let shown: String = shown(line);
             !line.starts_with('|') && shown.chars().count() > LONGEST_LINE

@@ -155,12 +155,12 @@ fn names() -> String {
     rimbench::shipped::EXPERIMENTS.iter().map(|(_, text)| *text).chain([rimbench::shipped::FIGURES.1]).collect()
 }
 
-/// Folders <group>/<name> of results that hold runs.
+/// Folders <group>/<name> of results.
 fn experiments() -> BTreeSet<String> {
     let folders = |path: PathBuf| fs::read_dir(path).into_iter().flatten().map(|entry| entry.unwrap().path());
     folders(root().join("results"))
         .flat_map(folders)
-        .filter(|path| path.join("runs.csv").is_file())
+        .filter(|path| path.join("digest.toml").is_file())
         .map(|path| path.strip_prefix(root().join("results")).unwrap().to_str().unwrap().replace('\\', "/"))
         .collect()
 }
