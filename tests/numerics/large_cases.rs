@@ -317,7 +317,7 @@ fn a_pile_that_goes_farther_than_its_list_must_end_or_list_its_contacts_anew() {
         assert!(closure.abs() < 1e-9, "{scheme}: {closure:e} J");
         assert_eq!(run.report.work.sides.mechanics.solver.failures, 0, "{scheme}");
         // With every entry kept, and rows that know other velocities than before.
-        let dense = before_a_wall(scheme, "lemke", "travelling");
+        let dense = before_a_wall(scheme, "pgs", "travelling");
         for name in ["blade_x_m", "disc_momentum_x_kg_m_s", "contact_force_sum_n"] {
             let (off, scale) = (max_difference(&column(&dense.trajectory, name), &of(name)), largest(of(name)));
             println!("{scheme} {name}: off by {off:e} of {scale}");

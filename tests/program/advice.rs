@@ -263,7 +263,7 @@ fn less_information_leaves_fewer_schemes_and_prices_change_the_advice() {
     let no_model = advised(&["--no-model"]);
     assert!((5..everything).contains(&refused(&no_model, "(--no-model)")));
     assert!((5..everything).contains(&refused(&advised(&["--no-feedback"]), "(--no-feedback)")));
-    assert_eq!(refused(&advised(&["--real-time"]), "(--real-time)"), 3);
+    assert_eq!(refused(&advised(&["--real-time"]), "(--real-time)"), 2);
     // Where mechanics solves cost everything, as few of them as can be are advised.
     let dear = advised(&["--mechanics-cost", "1e6", "--micro-cost", "0", "--exchanges-cost", "0", "--model-cost", "0"]);
     let solves = |advice: &Value| advice["advised"]["mechanics_solves"].as_f64().unwrap();

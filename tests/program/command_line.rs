@@ -123,12 +123,11 @@ fn a_trace_has_the_columns_of_the_contract() {
         .success();
     let mut reader = csv::Reader::from_path(&path).unwrap();
     let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
-    assert_eq!(
-        header.join(", "),
-        "time_s, box_x_m, box_y_m, box_angle_rad, actuator_length_m, actuator_velocity_m_s, actuator_force_n, \
+    let contract = "time_s, box_x_m, box_y_m, box_angle_rad, actuator_length_m, actuator_velocity_m_s, actuator_force_n, \
          force_to_mechanics_n, pressure_1_pa, pressure_2_pa, effective_mass_kg, gap_right_wedge_m, gap_left_wedge_m, \
-         gap_disc_ledge_m, gap_disc_floor_m, closed_contacts, rank_h_uu"
-    );
+         gap_disc_ledge_m, gap_disc_floor_m, closed_contacts, rank_h_uu";
+    // What drawings need stands behind.
+    assert!(header.join(", ").starts_with(contract), "{header:?}");
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     // One row per communication point: start, 0.3 H, then every H, and the end.
     let times: Vec<f64> = rows.iter().map(|row| row[0].parse().unwrap()).collect();

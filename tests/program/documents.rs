@@ -120,7 +120,7 @@ fn the_moving_picture_of_the_readme_is_there_and_small() {
         readme.split(start).skip(1).filter_map(|rest| rest.split('"').next()).map(str::to_owned).collect()
     };
     let pictures = [named("srcset=\""), named("<img src=\"")].concat();
-    let moving: Vec<&String> = pictures.iter().filter(|path| path.ends_with(".svg")).collect();
+    let moving: Vec<&String> = pictures.iter().filter(|path| path.contains("moving")).collect();
     assert!(pictures.len() == 3 && moving.len() == 2, "{pictures:?}");
     for path in &pictures {
         assert!(root().join(path).is_file(), "{path} is not there");
@@ -193,7 +193,7 @@ fn every_case_and_scheme_has_a_page_and_a_line_in_the_readme() {
         if !readme.contains(&format!("| [{name}]({path}) |")) {
             missing.push(format!("{name} has no line `| [{name}]({path}) | … |` in README.md"));
         }
-        pages.entry(folder).or_default().insert(format!("{name}.md"));
+        pages.entry(folder).or_default().insert(format!("{page}.md"));
     }
     for (folder, expected) in &pages {
         let own = files(&root().join("docs").join(folder), "md").into_iter();
