@@ -218,7 +218,7 @@ impl Sources {
             return match keys.get("stat").unwrap_or("measured") {
                 "verdict" => Ok(claims.text(row, verdict).replace('-', " ")),
                 column @ ("measured" | "low" | "high") => keys.with_unit(claims.number(row, claims.column(column)?)),
-                other => Err(Error::unknown("stat", other, ["measured", "low", "high", "verdict"].into_iter())),
+                other => Err(Error::unknown("stat", other, ["measured", "low", "high", "verdict"])),
             };
         }
         let steps = keys.steps()?;
@@ -324,7 +324,7 @@ enum Cell {
 fn number(row: &SummaryRow, keys: &Keys<'_>) -> Result<Cell> {
     let metric = keys.get("metric").unwrap_or(SUMMARY_METRICS[0]);
     let place = SUMMARY_METRICS.iter().position(|name| *name == metric);
-    let place = place.ok_or_else(|| Error::unknown("metric", metric, SUMMARY_METRICS.into_iter()))?;
+    let place = place.ok_or_else(|| Error::unknown("metric", metric, SUMMARY_METRICS))?;
     let [low, middle, high] = row.quartiles[place];
     Ok(match keys.get("stat").unwrap_or("median") {
         "median" => Cell::Number(middle),
@@ -332,7 +332,7 @@ fn number(row: &SummaryRow, keys: &Keys<'_>) -> Result<Cell> {
         "q3" => Cell::Number(high),
         "completed" => Cell::Text(row.completed.to_string()),
         "runs" => Cell::Text(row.runs.to_string()),
-        other => return Err(Error::unknown("stat", other, ["median", "q1", "q3", "completed", "runs"].into_iter())),
+        other => return Err(Error::unknown("stat", other, ["median", "q1", "q3", "completed", "runs"])),
     })
 }
 
