@@ -10,7 +10,7 @@ use rimbench::cosim::{
 };
 use rimbench::friction::FrictionLaw;
 use rimbench::interface_model::Redundancy;
-use rimbench::schemes::{ContactChoice, ContactDetection, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
+use rimbench::schemes::{ContactDetection, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
 use std::sync::Arc;
 
 #[derive(Clone)]
@@ -110,32 +110,23 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                 // Holds survive the start only with the smaller one.
                 let macro_steps: &[f64] = if scheme.family != Family::Model { &[1e-3, 5e-3] } else { &[5e-3] };
                 for &macro_step in macro_steps {
-                    let choices: &[ContactChoice] = match (scheme.family, motion) {
-                        (Family::Model, ModelMotion::Frozen) => {
-                            &[ContactChoice::All, ContactChoice::Coupled { tolerance: 1e-3 }]
-                        }
-                        _ => &[ContactChoice::All],
-                    };
-                    for &contacts in choices {
-                        for &detection in detections(scheme) {
-                            let solver = solver.clone();
-                            // With the pool in every second one.
-                            let energy_return =
-                                if variants.len() % 2 == 0 { EnergyReturn::Pool } else { EnergyReturn::None };
-                            let options =
-                                ModelOptions { redundancy, motion, detection, contacts, solver, energy_return };
-                            variants.push(Variant {
-                                scheme,
-                                options,
-                                sequence,
-                                force_return,
-                                mechanics_steps,
-                                macro_step,
-                                integrators: FIRST_ORDER,
-                                step_rule: None,
-                                friction_law: FrictionLaw::Coulomb,
-                            });
-                        }
+                    for &detection in detections(scheme) {
+                        let solver = solver.clone();
+                        // With the pool in every second one.
+                        let energy_return =
+                            if variants.len() % 2 == 0 { EnergyReturn::Pool } else { EnergyReturn::None };
+                        let options = ModelOptions { redundancy, motion, detection, solver, energy_return };
+                        variants.push(Variant {
+                            scheme,
+                            options,
+                            sequence,
+                            force_return,
+                            mechanics_steps,
+                            macro_step,
+                            integrators: FIRST_ORDER,
+                            step_rule: None,
+                            friction_law: FrictionLaw::Coulomb,
+                        });
                     }
                 }
             }
@@ -239,9 +230,7 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
         let mut variants = variants(solver);
         variants.retain(|variant| {
             let options = &variant.options;
-            !variant.scheme.needs.contains(&Need::NoFriction)
-                && options.redundancy == Redundancy::Drop
-                && options.contacts == ContactChoice::All
+            !variant.scheme.needs.contains(&Need::NoFriction) && options.redundancy == Redundancy::Drop
         });
         variants.iter_mut().for_each(|variant| variant.options.energy_return = EnergyReturn::None);
         let laws = [FrictionLaw::Relaxed, FrictionLaw::Box, FrictionLaw::Held];

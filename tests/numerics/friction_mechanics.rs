@@ -288,7 +288,7 @@ fn a_run_that_friction_rules_out_must_say_so_once() {
         request.duration_s = Some(0.05);
         options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
         let spec = request.resolve(catalogue());
-        let of_model = options.iter().any(|(key, _)| ["contacts", "redundancy", "energy_return"].contains(key));
+        let of_model = options.iter().any(|(key, _)| ["redundancy", "energy_return"].contains(key));
         assert!(!of_model || spec.is_err(), "{options:?}: what can be known before anything runs is said before");
         let run = spec.and_then(|spec| {
             rimbench::runs::simulate(&spec, Default::default(), None, rimbench::cosim::StopFlag::never())
@@ -306,7 +306,6 @@ fn a_run_that_friction_rules_out_must_say_so_once() {
         (&[], &[("friction", "inf")], "friction = inf is not valid"),
         (&[], &[("restitution", "0.5")], "can create energy"),
         (&[], &[("contact_compliance_m_n", "1e-8")], "give way"),
-        (&[("contacts", "near")], &[], "contacts = near does not go with friction"),
         (&[("redundancy", "pseudo-inverse")], &[], "redundancy = pseudo-inverse does not go with friction"),
         (&[("energy_return", "pool")], &[], "energy_return = pool does not go with friction"),
         (&[("solver", "lemke")], &[], "over their states"),

@@ -6,8 +6,8 @@ use rimbench::cosim::{Abilities, ActuatorIntegrator, MechanicsIntegrator, StopFl
 use rimbench::interface_model::Rows;
 use rimbench::mechanics::{Friction, MechanicalModel, ModelSize};
 use rimbench::name::{Name, names};
-use rimbench::runs::{Reference, RunRequest, RunSpec, evaluate};
-use rimbench::schemes::{ContactChoice, ModelMotion, ModelOptions};
+use rimbench::runs::{Reference, RunSpec, evaluate};
+use rimbench::schemes::{ModelMotion, ModelOptions};
 use rimbench_statistics::median;
 
 fn moving(motion: ModelMotion) -> Option<ModelOptions> {
@@ -83,19 +83,6 @@ fn where_the_geometry_has_no_kink_a_piecewise_model_is_a_frozen_one_to_the_bit()
             trace.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
         };
         assert_eq!(digits(ModelMotion::Piecewise), digits(ModelMotion::Frozen), "{case}");
-    }
-}
-
-#[test]
-fn contacts_that_are_chosen_beforehand_do_not_go_with_a_model_that_moves() {
-    for motion in [ModelMotion::Piecewise, ModelMotion::Extrapolated] {
-        let request = RunRequest {
-            model_motion: Some(motion),
-            contacts: Some(ContactChoice::Near),
-            ..RunRequest::of("wedge-box", "rim-nonsmooth-gap")
-        };
-        let error = request.resolve(catalogue()).map(|_| ()).unwrap_err().to_string();
-        assert!(error.contains(&format!("model_motion = {motion}")) && error.contains("frozen"), "{error}");
     }
 }
 

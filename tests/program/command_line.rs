@@ -43,9 +43,7 @@ fn a_run_reports_outcome_metrics_and_counters_as_json() {
         ["scheme_lcp_solves", "scheme_parametric_steps"].map(|name| facts[name].as_u64().unwrap());
     assert_eq!(solved + parametric, 50_000);
     assert!(solved < 1000, "{solved} problems solved");
-    for (key, value) in
-        [("mechanics_steps", "1"), ("redundancy", "drop"), ("model_motion", "frozen"), ("contacts", "all")]
-    {
+    for (key, value) in [("mechanics_steps", "1"), ("redundancy", "drop"), ("model_motion", "frozen")] {
         assert_eq!(facts[key], value, "{key}");
     }
     assert_eq!(facts["parameters"]["box_mass_kg"], 200.0);
@@ -96,9 +94,7 @@ fn what_determines_a_run_is_a_column_of_its_table_and_a_key_of_its_json() {
     assert_eq!(facts["gain"], 0.5);
     assert_eq!(facts["run_id"], rows[0][column("run_id")]);
     // Every fact of a run stands in both; a key of one kind of scheme only is empty for the others.
-    for name in
-        ["contacts", "redundancy", "model_motion", "mechanics_steps", "force_return", "sequence", "solver", "phase"]
-    {
+    for name in ["redundancy", "model_motion", "mechanics_steps", "force_return", "sequence", "solver", "phase"] {
         column(name);
         assert!(facts.get(name).is_some(), "{name}");
     }

@@ -103,7 +103,6 @@ impl RunSpec {
                 "contact_detection",
                 model.as_ref().and_then(|model| model.detection).map(|detection| detection.to_string()),
             ),
-            of_model("contacts", model.as_ref().map(|model| model.contacts.to_string())),
             of_model("energy_return", model.as_ref().map(|model| model.energy_return.to_string())),
             Fact::text(FRICTION_LAW, friction_law.to_string()),
             Fact::text("solver", solver.name.clone()),
@@ -150,7 +149,7 @@ mod tests {
     use std::collections::HashMap;
 
     /// A value of each option that differs from the usual one, and the scheme that takes it.
-    const CHANGES: [(&str, &str, &str); 22] = [
+    const CHANGES: [(&str, &str, &str); 21] = [
         ("case", "wedge-box-two-ledges", "rim-smooth"),
         ("scheme", "rim-nonsmooth", "rim-smooth"),
         ("sequence", "jacobi", "rim-smooth"),
@@ -161,7 +160,6 @@ mod tests {
         ("redundancy", "regularised:1e-6", "rim-smooth"),
         ("model_motion", "extrapolated", "rim-smooth"),
         ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
-        ("contacts", "near", "rim-nonsmooth"),
         ("energy_return", "pool", "rim-smooth"),
         ("friction_law", "box", "rim-nonsmooth"),
         ("solver", "lemke", "rim-smooth"),

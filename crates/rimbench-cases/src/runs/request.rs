@@ -7,7 +7,7 @@ use rimbench_core::cosim::{
 use rimbench_core::error::{Error, Result};
 use rimbench_core::friction::FrictionLaw;
 use rimbench_core::interface_model::Redundancy;
-use rimbench_core::schemes::{ContactChoice, ContactDetection, ModelMotion};
+use rimbench_core::schemes::{ContactDetection, ModelMotion};
 
 /// An option of a run, for whoever offers it to a user.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,8 +83,6 @@ run_options! {
     energy_return: EnergyReturn, "RETURN";
     /// Law of friction, for schemes that solve contacts with friction in their micro steps: coulomb, and to be compared with it relaxed (convex), box (normal force of the step before), held (friction force of the mechanics' last step, in the model only)
     friction_law: FrictionLaw, "LAW";
-    /// Contacts inside a non-smooth interface model: all, near, coupled:TOL (a tolerance)
-    contacts: ContactChoice, "CHOICE";
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME";
     /// The scheme's gain, where it has one (see `rimbench list schemes`)
@@ -167,7 +165,6 @@ read_by_name!(
     EnergyReturn,
     FrictionLaw,
     ContactDetection,
-    ContactChoice,
     StepControlKind
 );
 
@@ -200,7 +197,6 @@ mod tests {
             ("mechanics_steps", "10"),
             ("redundancy", "regularised:1e-6"),
             ("contact_detection", "margin:1e-3"),
-            ("contacts", "coupled:0.1"),
             ("gain", "0.1"),
             ("macro_step_s", "1.3e-4"),
             ("step_control", "energy-residual-libcosim"),

@@ -8,7 +8,7 @@ use rimbench_core::cosim::{
     counts_interface_way, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{ContactChoice, Coupling, ModelMotion, Need};
+use rimbench_core::schemes::{Coupling, ModelMotion, Need};
 use std::time::Duration;
 
 /// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that every
@@ -114,12 +114,7 @@ fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let piecewise = options.motion == ModelMotion::Piecewise;
     // What nobody has asked for may mean nothing.
     let usual = spec.scheme.detection(None).ok().flatten();
-    let chosen = match options.detection {
-        detection if detection.is_some() && detection != usual => {
-            detection.map(|own| format!("contact_detection = {own}"))
-        }
-        _ => (options.contacts != ContactChoice::All).then(|| format!("contacts = {}", options.contacts)),
-    };
+    let chosen = options.detection.filter(|own| Some(*own) != usual).map(|own| format!("contact_detection = {own}"));
     if !piecewise && chosen.is_none() {
         return None;
     }

@@ -11,7 +11,7 @@ use rimbench_core::cosim::{
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::friction::FrictionLaw;
-use rimbench_core::schemes::{ContactChoice, ModelMotion, ModelOptions, Need, SchemeEntry};
+use rimbench_core::schemes::{ModelMotion, ModelOptions, Need, SchemeEntry};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -102,7 +102,6 @@ impl RunRequest {
             contact_detection,
             energy_return,
             friction_law,
-            contacts,
             solver,
             gain,
             macro_step_s,
@@ -122,7 +121,6 @@ impl RunRequest {
             ("model_motion", model_motion.map(|motion| motion.to_string())),
             ("energy_return", energy_return.map(|kind| kind.to_string())),
             ("friction_law", friction_law.map(|law| law.to_string())),
-            ("contacts", contacts.map(|contacts| contacts.to_string())),
         ];
         let in_vain = asked.into_iter().find_map(|(key, value)| Some((key, value?)));
         if let Some((key, value)) = in_vain.filter(|_| !scheme.has_model()) {
@@ -135,7 +133,6 @@ impl RunRequest {
             redundancy: redundancy.unwrap_or_default(),
             motion: model_motion.unwrap_or_default(),
             detection: scheme.detection(*contact_detection)?,
-            contacts: contacts.unwrap_or_default(),
             solver: solver.clone(),
             energy_return: energy_return.unwrap_or_default(),
         };
@@ -272,10 +269,9 @@ impl RunSpec {
     /// with its profile returned, and as many steps of the mechanics as micro steps: model and mechanics run the same recursion with
     /// the same complementarity data.
     pub fn model_is_exact(&self) -> bool {
-        let frozen = |model: &ModelOptions| model.motion == ModelMotion::Frozen && model.contacts == ContactChoice::All;
         self.case.constant_mechanics
             && self.scheme.has_mechanics_law
-            && self.model.as_ref().is_some_and(frozen)
+            && self.model.as_ref().is_some_and(|model| model.motion == ModelMotion::Frozen)
             && self.force_return == ForceReturn::Profile
             && self.mechanics_steps == MechanicsSteps::AsActuator
             // Under another law it may be the mechanics, but neither is the reference.
@@ -430,7 +426,6 @@ mod tests {
         for (key, text) in [
             ("redundancy", "drop"),
             ("model_motion", "frozen"),
-            ("contacts", "near"),
             ("contact_detection", "active"),
             ("energy_return", "pool"),
             ("friction_law", "box"),
@@ -464,18 +459,5 @@ mod tests {
         );
         assert!(refused(|request| request.set.push(("box_mass".into(), "1".into()))).contains("box_mass_kg"));
         assert!(refused(|request| request.wall_limit_s = Some(0.0)).contains("wall_limit_s = 0"));
-    }
-
-    #[test]
-    fn choosing_contacts_that_bounce_is_refused_before_the_run() {
-        let request = |e: &str| RunRequest {
-            contacts: Some(ContactChoice::Near),
-            set: vec![("restitution".into(), e.into())],
-            ..RunRequest::of("wedge-box", "rim-nonsmooth-gap")
-        };
-        let catalogue = Catalogue::standard();
-        assert!(request("0").resolve(&catalogue).is_ok());
-        let message = request("0.5").resolve(&catalogue).unwrap_err().to_string();
-        assert!(message.contains("contacts = near does not go with restitution 0.5"), "{message}");
     }
 }

@@ -143,10 +143,10 @@ impl SchemeEntry {
         Ok(Coupling { scheme, attachments, driver: self.driver })
     }
 
-    /// Checks that options of a reduced interface model go together, and with the scheme.
+    /// Checks that options of a reduced interface model go together with the scheme.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only, and those of [`ModelOptions::check`].
+    /// [`Error::Incompatible`] for a model that is to move in a scheme that takes it at `t_k` only.
     pub fn check_options(&self, options: &ModelOptions) -> Result<()> {
         if options.motion != ModelMotion::Frozen && !self.moves_model {
             return Err(Error::Incompatible(format!(
@@ -155,7 +155,7 @@ impl SchemeEntry {
                 options.motion, self.name
             )));
         }
-        options.check()
+        Ok(())
     }
 
     /// Checks that the scheme can do with a law of friction.

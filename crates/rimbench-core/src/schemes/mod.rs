@@ -7,9 +7,7 @@
 mod active_contacts;
 mod c1_extrapolated_interpolation;
 mod construction;
-mod contact_choice;
 mod contact_detection;
-mod contact_selection;
 mod coupling;
 mod course;
 mod energy_leak_damper;
@@ -51,7 +49,6 @@ mod waveform;
 mod zero_order_hold;
 
 pub use construction::{Construction, ModelConstruction};
-pub use contact_choice::ContactChoice;
 pub use contact_detection::{ContactDetection, DetectionRule};
 pub use coupling::Coupling;
 pub use course::Course;

@@ -1,6 +1,5 @@
 //! Options that only schemes with a reduced interface model have.
 
-use super::contact_choice::ContactChoice;
 use super::contact_detection::ContactDetection;
 use crate::complementarity::SolverEntry;
 use crate::cosim::EnergyReturn;
@@ -41,8 +40,6 @@ pub struct ModelOptions {
     pub motion: ModelMotion,
     /// Which contacts count as closed at a communication point; the scheme's default if not said.
     pub detection: Option<ContactDetection>,
-    /// Contacts that take part within a macro step (non-smooth models only).
-    pub contacts: ContactChoice,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: Arc<SolverEntry>,
     /// What becomes of energy that the coupling creates.
@@ -55,7 +52,6 @@ impl Default for ModelOptions {
             redundancy: Redundancy::default(),
             motion: ModelMotion::default(),
             detection: None,
-            contacts: ContactChoice::default(),
             solver: Arc::new(SolverEntry::active_set()),
             energy_return: EnergyReturn::default(),
         }
@@ -63,52 +59,17 @@ impl Default for ModelOptions {
 }
 
 impl ModelOptions {
-    /// Checks that the options go together.
-    ///
-    /// # Errors
-    /// [`Error::Incompatible`] for chosen contacts with a model that moves: the loads of contacts left out would get into the rates of
-    /// an extrapolated one, and the choice is a prediction with the accelerations at the communication point.
-    pub fn check(&self) -> Result<()> {
-        if self.contacts != ContactChoice::All && self.motion != ModelMotion::Frozen {
-            return Err(Error::Incompatible(format!(
-                "contacts = {} does not go with model_motion = {}: use model_motion `frozen` or contacts `all`",
-                self.contacts, self.motion
-            )));
-        }
-        Ok(())
-    }
-
     /// Tells whether there is one among them that not all mechanics go together with.
     pub fn depends_on_mechanics(&self) -> bool {
-        self.contacts != ContactChoice::All
-            || self.redundancy != Redundancy::Drop
-            || self.energy_return != EnergyReturn::None
+        self.redundancy != Redundancy::Drop || self.energy_return != EnergyReturn::None
     }
 
     /// Checks that they go together with what a mechanics offers.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for what knows no friction, where there is some; for chosen contacts that bounce: the choice is a prediction of the whole macro step with plastic
-    /// contacts, and a contact that is left out because it will stay open, or whose force is held, may be hit by a rebound.
+    /// [`Error::Incompatible`] for what knows no friction, where there is some.
     pub(super) fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
-        if model.has_friction() {
-            self.check_friction()?;
-        }
-        if self.contacts != ContactChoice::All && model.restitution > 0.0 {
-            return Err(Error::Incompatible(format!(
-                "contacts = {} does not go with restitution {}: contacts are chosen by a prediction that knows no rebounds; use \
-                 contacts `all`, or a restitution of 0",
-                self.contacts, model.restitution
-            )));
-        }
-        if self.contacts != ContactChoice::All && model.spring.is_some() {
-            return Err(Error::Incompatible(format!(
-                "contacts = {} does not go with compliant contacts: contacts are chosen by a prediction with rigid ones; use contacts `all`, or \
-                 a contact_compliance_m_n of 0",
-                self.contacts
-            )));
-        }
-        Ok(())
+        if model.has_friction() { self.check_friction() } else { Ok(()) }
     }
 
     /// Checks that they go together with friction.
@@ -116,10 +77,6 @@ impl ModelOptions {
         let refused = |option: String, reason: &str| {
             Err(Error::Incompatible(format!("{option} does not go with friction: {reason}")))
         };
-        if self.contacts != ContactChoice::All {
-            let reason = "contacts are chosen by a prediction that knows none; use contacts `all`";
-            return refused(format!("contacts = {}", self.contacts), reason);
-        }
         if self.redundancy != Redundancy::Drop {
             let reason = "of dependent rows that stick or slide the equations drop out; use redundancy `drop`";
             return refused(format!("redundancy = {}", self.redundancy), reason);

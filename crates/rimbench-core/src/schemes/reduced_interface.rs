@@ -10,9 +10,7 @@
 
 use super::active_contacts::ActiveContacts;
 use super::construction::{Construction, ModelConstruction, sent};
-use super::contact_choice::ContactChoice;
 use super::contact_detection::{ContactDetection, DetectionRule};
-use super::contact_selection::ContactSelection;
 use super::entry::{Family, SchemeEntry};
 use super::force_following::ForceFollowing;
 use super::frictional_set::FrictionalSet;
@@ -87,7 +85,6 @@ pub(super) struct ReducedInterface {
     contacts: Contacts,
     detection: Option<ContactDetection>,
     gap_term: GapTerm,
-    choice: ContactChoice,
     redundancy: Redundancy,
     model: MovingModel,
     /// Contacts in the model, and those of the communication point before.
@@ -100,7 +97,6 @@ pub(super) struct ReducedInterface {
     /// In its place, where contacts have friction.
     friction: Option<Box<FrictionalSet>>,
     active: ActiveContacts,
-    selection: ContactSelection,
     /// The model as a micro step uses it.
     packed: PackedModel,
     /// True until the matrix of `packed` has been given to the solver.
@@ -181,8 +177,7 @@ impl ReducedInterface {
             && empty.friction_law == FrictionLaw::Coulomb
             && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
         // The set is all contacts, and the model has no more of them than it says.
-        let all =
-            options.contacts == ContactChoice::All && matches!(detection, None | Some(ContactDetection::MechanicsLaw));
+        let all = matches!(detection, None | Some(ContactDetection::MechanicsLaw));
         let tolerance = options.solver.tolerance;
         let sparse = empty.meeting().filter(|_| affine && all).map(|meeting| SparseActiveSet::new(meeting, tolerance));
         if sparse.is_none() && empty.meeting().is_some() {
@@ -200,7 +195,6 @@ impl ReducedInterface {
                 (Contacts::Unilateral, _) if empty.spring.is_some() => GapTerm::Tracked,
                 _ => GapTerm::None,
             },
-            choice: options.contacts,
             redundancy: options.redundancy,
             model: MovingModel::new(empty, options.motion),
             set: Vec::with_capacity(n_u),
@@ -210,7 +204,6 @@ impl ReducedInterface {
                 Contacts::BilateralActive => ActiveContacts::of(empty, &options.solver),
                 _ => ActiveContacts::new(0, n_i, &options.solver),
             },
-            selection: ContactSelection::new(n_u, n_i, options.contacts, &options.solver),
             packed: if sparse.is_some() { PackedModel::of_all(empty) } else { PackedModel::new(first, n_i) },
             packed_anew: true,
             following: ForceFollowing::new(n_i),
@@ -277,11 +270,7 @@ impl ReducedInterface {
 
     /// Whether the set of contacts depends on the actuator's force.
     fn waits_for_force(&self) -> bool {
-        match self.contacts {
-            Contacts::Bilateral => false,
-            Contacts::BilateralActive => true,
-            Contacts::Unilateral | Contacts::UnilateralWithGaps => self.choice != ContactChoice::All,
-        }
+        self.contacts == Contacts::BilateralActive
     }
 
     /// Sets the model to its start at the communication point, once the set of contacts is known.
@@ -572,30 +561,23 @@ impl ReducedInterface {
         impact_velocity(restitution, self.gap[slot], self.w[slot], self.own_approach(slot), closing_time)
     }
 
-    /// Leaves out of `set` what does not take part in a macro step of `length` (s).
-    fn choose_contacts(&mut self, length: f64) -> Result<(), Failure> {
-        if self.contacts == Contacts::BilateralActive {
-            let law = self.gap_term == GapTerm::Frozen;
-            let MovingModel { received, current, .. } = &mut self.model;
-            if received.has_friction() {
-                self.active.keep_with_friction(&mut self.set, received, &self.force, law)?;
-                current.states.copy_from_slice(&received.states);
-                current.friction.copy_from_slice(&received.friction);
-            } else {
-                self.active.keep(&mut self.set, received, &self.force, law)?;
-            }
-            if law {
-                // What is bilateral then moves as the law says: w_c⁺ = −gap term.
-                for &contact in &self.set {
-                    current.w[contact] += received.step_gap_velocity(contact);
-                }
-            }
-            return Ok(());
-        }
-        let law = self.gap_term != GapTerm::None;
+    /// Leaves in `set` the contacts that carry impulse with the actuator's force.
+    fn keep_active_contacts(&mut self) -> Result<(), Failure> {
+        let law = self.gap_term == GapTerm::Frozen;
         let MovingModel { received, current, .. } = &mut self.model;
-        self.selection.select(&mut self.set, received, &self.force, length, law)?;
-        current.a.copy_from_slice(&received.a);
+        if received.has_friction() {
+            self.active.keep_with_friction(&mut self.set, received, &self.force, law)?;
+            current.states.copy_from_slice(&received.states);
+            current.friction.copy_from_slice(&received.friction);
+        } else {
+            self.active.keep(&mut self.set, received, &self.force, law)?;
+        }
+        if law {
+            // What is bilateral then moves as the law says: w_c⁺ = −gap term.
+            for &contact in &self.set {
+                current.w[contact] += received.step_gap_velocity(contact);
+            }
+        }
         Ok(())
     }
 }
@@ -607,7 +589,7 @@ impl CouplingScheme for ReducedInterface {
             Side::Actuator => {
                 self.force.copy_from_slice(sample.y);
                 if self.waits_for_force() {
-                    self.choose_contacts(sample.step.length)?;
+                    self.keep_active_contacts()?;
                     self.begin()?;
                 }
             }
@@ -676,7 +658,6 @@ impl CouplingScheme for ReducedInterface {
             counters.add(&friction.counters());
         }
         counters.add(&self.active.counters());
-        counters.add(&self.selection.counters());
         counters.parametric += self.parametric.as_ref().map_or(0, ParametricStep::steps);
         SchemeReport { effective_mass: Some(effective_mass), dissipated_j: None, counters }
     }

@@ -27,7 +27,7 @@ pub(super) const PROBLEM: [&str; 9] = [
 
 /// Columns of what can be chosen for a scheme row. Within a row they are the same on every problem: otherwise it would be several rows,
 /// each where it is best.
-const OPTIONS: [&str; 13] = [
+const OPTIONS: [&str; 12] = [
     "scheme",
     "sequence",
     "force_return",
@@ -35,7 +35,6 @@ const OPTIONS: [&str; 13] = [
     "redundancy",
     "model_motion",
     "contact_detection",
-    "contacts",
     "energy_return",
     "solver",
     "gain",
