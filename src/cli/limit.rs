@@ -56,7 +56,7 @@ impl Limit {
         let mut request = self.run.request()?;
         let catalogue = with_files(catalogue, &mut request)?;
         let Limit { from, to, per_decade, phases, .. } = self;
-        let (coarsest, grid, phases) = Scan { from, to, per_decade, phases }.resolve(&request, &catalogue)?;
+        let (grid, phases) = Scan { from, to, per_decade, phases }.resolve(&request, &catalogue)?;
         let (done, scan) = (Arc::new(AtomicUsize::new(0)), grid.len());
         let told = Arc::clone(&done);
         let alive = Heartbeat::lines(move |elapsed| {
@@ -64,9 +64,10 @@ impl Limit {
             format!("limit: {count} macro steps done, {scan} in the scan, {} elapsed", plain_time(elapsed))
         });
         let search = LimitSearch {
+            request: &request,
+            catalogue: &catalogue,
             macro_steps: &grid,
             relative_tolerance: self.relative_tolerance,
-            fixed_micro_step: request.micro_step_s.is_some(),
             progress: &|_| {
                 done.fetch_add(1, Ordering::Relaxed);
             },
@@ -74,8 +75,8 @@ impl Limit {
         };
         let cache = Cache::of_user();
         let found = match self.method {
-            Method::Run => stability_limit(&coarsest, search, &phases, &cache)?,
-            Method::Spectral => spectral_stability_limit(&coarsest, search)?,
+            Method::Run => stability_limit(search, &phases, &cache)?,
+            Method::Spectral => spectral_stability_limit(search)?,
         };
         drop(alive);
         complain(&cache);

@@ -14,7 +14,7 @@ use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
 use rimbench::fmi::import::read_case;
-use rimbench::harness::{Experiment, Ranking, Store};
+use rimbench::harness::{Columns, Experiment, Ranking, Store};
 use rimbench::perf::History;
 use rimbench::results_table::ResultsTable;
 use rimbench::runs::RunRequest;
@@ -186,7 +186,7 @@ static SEEDS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
 const CHECKSUMS: &str = "3f5e0a1f2c9d4b6a8e7d0c1b2a394857663f5e0a1f2c9d4b6a8e7d0c1b2a3948  runs.csv\n\
                          0c1b2a394857663f5e0a1f2c9d4b6a8e7d3f5e0a1f2c9d4b6a8e7d0c1b2a3948  traces/0123456789abcdef.csv\n";
 
-const STORE: &str = "rimbench-store 2 e 123456789abc\nwrong  0123456789abcdef\tcompleted,,,2.5,false\t0.1,2\trow\t\t\n";
+const STORE: &str = "rimbench-store 3 e e3b0c44298fc outcome,error wall_s run_id\nwrong  0123456789abcdef\tcompleted,,,2.5,false\t0.1,2\trow\t\t\n";
 
 fn seeds(kind: &str) -> Vec<&'static [u8]> {
     SEEDS.iter().filter(|seed| seed.0 == kind).map(|seed| seed.1.as_slice()).collect()
@@ -339,7 +339,7 @@ proptest! {
     #[test]
     fn any_log_of_a_store_is_records_or_an_error(changes in changes()) {
         let (folder, _) = file_with("records/1-1.log", &mangled(STORE.as_bytes(), &changes));
-        match Store::open(folder.path(), "e", "columns") {
+        match Store::open(folder.path(), "e", "", Columns::of([["outcome"], ["wall_s"], ["run_id"]])) {
             Err(error) => says(&error),
             // A record without its checksum is as good as never written.
             Ok(store) => prop_assert!(store.get("0123456789abcdef").is_none()),

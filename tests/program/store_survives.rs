@@ -2,7 +2,7 @@
 
 use crate::program::{cache, executable, process, rimbench, two_sets_with};
 use proptest::prelude::*;
-use rimbench::harness::{Record, Store};
+use rimbench::harness::{Columns, Record, Store};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Stdio};
@@ -309,6 +309,10 @@ fn an_interrupt_stops_cleanly_and_says_how_to_go_on() {
     assert!(printed.contains("Stopped") && printed.contains("the same command goes on"), "{printed}");
 }
 
+fn columns() -> Columns {
+    Columns::of([["outcome"], ["wall_s"], ["run_id"]])
+}
+
 /// A record of a run: the writer and its place tell it from others of the same run; of a limit it was ended by it.
 fn written(run: u8, limit: Option<u8>, writer: usize, place: usize) -> Record {
     Record {
@@ -338,7 +342,7 @@ proptest! {
             for (writer, (records, _)) in writers.iter().enumerate() {
                 let folder = folder.path();
                 scope.spawn(move || {
-                    let store = Store::open(folder, "e", "columns").unwrap();
+                    let store = Store::open(folder, "e", "", columns()).unwrap();
                     for (place, &(run, limit)) in records.iter().enumerate() {
                         store.append(&written(run, limit, writer, place)).unwrap();
                     }
@@ -369,7 +373,7 @@ proptest! {
                 }
             }
         }
-        let store = Store::open(folder.path(), "e", "columns").unwrap();
+        let store = Store::open(folder.path(), "e", "", columns()).unwrap();
         prop_assert_eq!((store.len(), store.damaged), (best.len(), damaged));
         for run in 0..5 {
             let found = store.get(&format!("{run:016x}"));

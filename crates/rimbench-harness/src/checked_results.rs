@@ -1,7 +1,7 @@
 //! Results that an experiment may rest on: every planned run once, with its settings, and every file as it was written.
 
 use super::experiment::{Experiment, PlannedRun};
-use super::results::{plan_cells, plan_header, tries_friction_laws};
+use super::results::{plan_cells, plan_header};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
@@ -42,7 +42,6 @@ pub(super) fn checked_runs(
 /// Holds the rows against the plan, whatever their order.
 fn check_rows(experiment: &Experiment, planned: &[PlannedRun], runs: &ResultsTable) -> Result<()> {
     let columns: Vec<usize> = plan_header(planned).iter().map(|name| runs.column(name)).collect::<Result<_>>()?;
-    let laws = tries_friction_laws(planned);
     let mut rows: HashMap<&str, Vec<usize>> = HashMap::new();
     for row in 0..runs.len() {
         rows.entry(runs.text(row, columns[0])).or_default().push(row);
@@ -53,7 +52,7 @@ fn check_rows(experiment: &Experiment, planned: &[PlannedRun], runs: &ResultsTab
         let Some(own) = rows.remove(run.id.as_str()) else { continue };
         found += 1;
         twice += own.len() - 1;
-        let cells = plan_cells(run, laws);
+        let cells = plan_cells(run);
         let same = |row: &usize| columns.iter().zip(&cells).all(|(&column, cell)| runs.text(*row, column) == cell);
         different += usize::from(!own.iter().all(same));
     }

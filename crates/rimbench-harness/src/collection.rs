@@ -51,11 +51,11 @@ pub fn collect_shards(job: Job<'_>, folders: &[&Path]) -> Result<(Summary, Vec<P
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
     refuse_foreign(&job)?;
     job.experiment.copy_to(job.folder)?;
-    let own = Stock::open(job.folder, job.experiment, &planned)?;
+    let own = Stock::open(job.folder, job.experiment)?;
     let mut summary = Summary { planned: planned.len(), damaged: own.store.damaged, ..Summary::default() };
     let mut wanted = own.missing(&planned);
     for folder in folders {
-        let other = Stock::open(folder, job.experiment, &planned)?;
+        let other = Stock::open(folder, job.experiment)?;
         summary.damaged += other.store.damaged;
         let mut still_wanted = Vec::new();
         for index in wanted {
@@ -89,7 +89,7 @@ pub(super) fn export_if_complete(
     mut held: Option<(usize, Reference)>,
     stop: StopFlag<'_>,
 ) -> Result<Inventory> {
-    let stock = Stock::open(job.folder, job.experiment, planned)?;
+    let stock = Stock::open(job.folder, job.experiment)?;
     let stored = planned.iter().filter(|run| stock.store.get(&run.id).is_some()).count();
     let found = Inventory { missing: stock.missing(planned), unplanned: stock.store.len() - stored };
     if !found.missing.is_empty() {

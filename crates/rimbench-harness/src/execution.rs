@@ -156,7 +156,7 @@ pub fn run_job_until(job: Job<'_>, progress: Progress<'_>, stop: StopFlags<'_>) 
         refuse_foreign(&job)?;
         Store::clear(job.folder)?;
     }
-    let stock = stock_with_exported(&job, &planned)?;
+    let stock = stock_with_exported(&job)?;
     note_origin(&job)?;
     job.experiment.copy_to(job.folder)?;
     let in_shard = |index: &usize| job.shard.is_none_or(|shard| shard.has(*index));
@@ -201,7 +201,6 @@ fn compute(
     let renewed = todo.iter().filter(|&&index| store.get(&planned[index].id).is_some()).count();
     let (computed, not_completed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let provenance = Provenance::collect(job.build);
-    let friction = results::knows_friction(planned);
     let mut held = None;
     for group in groups_of_one_reference(planned, todo) {
         let first = most_patient(planned, &group);
@@ -212,7 +211,8 @@ fn compute(
             let name = results::trace_name(&planned.id);
             let mark =
                 trace.map(|every| results::write_trace(job.folder, &name, &run.trajectory, every)).transpose()?;
-            store.append(&results::record(planned, run, friction, &provenance, mark))?;
+            let provenance = results::row(&provenance.row(&planned.id));
+            store.append(&results::record(&planned.id, &planned.spec, run, provenance, mark))?;
             computed.fetch_add(1, Ordering::Relaxed);
             if run.outcome != Outcome::Completed {
                 not_completed.fetch_add(1, Ordering::Relaxed);
@@ -256,18 +256,18 @@ fn compute(
 }
 
 /// Opens the store of a job; if it is empty, it holds the rows of sealed result files in its folder, which are returned as well.
-pub(super) fn stored<'a>(job: &Job<'a>, planned: &[PlannedRun]) -> Result<(Stock<'a>, Vec<Record>)> {
-    let mut stock = Stock::open(job.folder, job.experiment, planned)?;
+pub(super) fn stored<'a>(job: &Job<'a>) -> Result<(Stock<'a>, Vec<Record>)> {
+    let mut stock = Stock::open(job.folder, job.experiment)?;
     refuse_foreign(job)?;
     let asks = stock.store.is_empty() && !job.fresh;
-    let exported = if asks { exported_records(job.folder, job.experiment, planned)? } else { Vec::new() };
+    let exported = if asks { exported_records(job.folder, job.experiment)? } else { Vec::new() };
     stock.store.hold(exported.clone());
     Ok((stock, exported))
 }
 
 /// The same, the rows having become records.
-fn stock_with_exported<'a>(job: &Job<'a>, planned: &[PlannedRun]) -> Result<Stock<'a>> {
-    let (stock, exported) = stored(job, planned)?;
+fn stock_with_exported<'a>(job: &Job<'a>) -> Result<Stock<'a>> {
+    let (stock, exported) = stored(job)?;
     exported.iter().try_for_each(|record| stock.store.append(record))?;
     stock.store.sync()?;
     Ok(stock)
@@ -278,8 +278,8 @@ fn stock_with_exported<'a>(job: &Job<'a>, planned: &[PlannedRun]) -> Result<Stoc
 /// # Errors
 /// Bad input; a folder that belongs to something else; a disk that is full.
 pub fn prepare_folder(job: Job<'_>) -> Result<()> {
-    let planned = job.experiment.plan(job.catalogue, job.quick)?;
-    stock_with_exported(&job, &planned)?;
+    job.experiment.plan(job.catalogue, job.quick)?;
+    stock_with_exported(&job)?;
     note_origin(&job)?;
     job.experiment.copy_to(job.folder)
 }

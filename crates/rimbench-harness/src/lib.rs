@@ -58,4 +58,4 @@ pub use stability::{
     LimitSearch, Scan, StabilityLimit, StabilityPoint, logarithmic_grid, longest_macro_step, shortest_macro_step,
     spectral_stability_limit, stability_limit,
 };
-pub use store::{Record, Store, TraceMark};
+pub use store::{Columns, Record, Store, TraceMark};

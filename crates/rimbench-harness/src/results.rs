@@ -13,13 +13,12 @@
 
 use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
-use super::provenance::{self, Provenance};
+use super::provenance;
 use super::store::{Record, Store, TraceMark};
 use rimbench_cases::metrics::is_of_friction;
-use rimbench_cases::runs::{EvaluatedRun, FRICTION_LAW, Fact, Reference, RunSpec};
+use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
-use rimbench_core::friction::FrictionLaw;
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums::{self, sha256_of_file};
 use rimbench_results::trace;
@@ -27,43 +26,29 @@ use std::path::Path;
 
 /// Columns of `runs.csv` that the plan says: id and label, what determines a run.
 pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
-    let facts = planned.first().map(|run| planned_facts(run, tries_friction_laws(planned))).unwrap_or_default();
+    let facts = planned.first().map(|run| run.spec.facts()).unwrap_or_default();
     ["run_id", "label"].into_iter().chain(facts.iter().map(|fact| fact.name)).collect()
 }
 
-/// Whether any of the runs has another law of friction than Coulomb's. Where none has, no column speaks of it.
-pub(super) fn tries_friction_laws(planned: &[PlannedRun]) -> bool {
-    planned.iter().any(|run| run.spec.friction_law != FrictionLaw::Coulomb)
+/// What a run's row of `runs.csv` says in these columns.
+pub(super) fn plan_cells(run: &PlannedRun) -> Vec<String> {
+    [run.id.clone(), run.label.clone()].into_iter().chain(run.spec.facts().iter().map(Fact::cell)).collect()
 }
 
-fn planned_facts(run: &PlannedRun, laws: bool) -> Vec<Fact> {
-    let mut facts = run.spec.facts();
-    facts.retain(|fact| laws || fact.name != FRICTION_LAW);
-    facts
-}
-
-/// What a run's row of `runs.csv` says in these columns; `laws` says whether one is the law of friction.
-pub(super) fn plan_cells(run: &PlannedRun, laws: bool) -> Vec<String> {
-    let facts = planned_facts(run, laws);
-    [run.id.clone(), run.label.clone()].into_iter().chain(facts.iter().map(Fact::cell)).collect()
-}
-
-/// Columns of `runs.csv`: what the plan says, what was found, the wall limit of a run that took longer, the trace.
+/// Columns of `runs.csv`: what the plan says, what was found, the wall limit of a run that took longer, the trace. They are the same
+/// for every experiment; what does not apply is empty.
 pub(super) fn runs_header(planned: &[PlannedRun]) -> Vec<&'static str> {
-    let mut header = plan_header(planned);
-    header.extend(shown(nothing_found().findings(), knows_friction(planned)).iter().map(|fact| fact.name));
-    header.extend(["wall_limit_s", "trace"]);
-    header
+    [plan_header(planned), findings_header(), vec!["wall_limit_s", "trace"]].concat()
 }
 
-/// Whether any of the runs records what contacts with friction do. Where none does, no column speaks of it.
-pub(super) fn knows_friction(planned: &[PlannedRun]) -> bool {
-    planned.iter().any(|run| run.spec.case.records_friction())
+/// Columns of `runs.csv` that say what was found.
+pub(super) fn findings_header() -> Vec<&'static str> {
+    nothing_found().findings().iter().map(|fact| fact.name).collect()
 }
 
-fn shown(mut findings: Vec<Fact>, friction: bool) -> Vec<Fact> {
-    findings.retain(|fact| friction || !is_of_friction(fact.name));
-    findings
+/// Columns of `cost.csv` that say what was found.
+pub(super) fn cost_findings() -> Vec<&'static str> {
+    nothing_found().costs().iter().map(|fact| fact.name).collect()
 }
 
 /// Columns of `cost.csv` that the plan says.
@@ -71,7 +56,7 @@ pub(super) const COST_PLAN: [&str; 4] = ["run_id", "label", "macro_step_s", "pha
 
 /// Columns of `cost.csv`.
 pub(super) fn cost_header() -> Vec<&'static str> {
-    COST_PLAN.into_iter().chain(nothing_found().costs().iter().map(|fact| fact.name)).collect()
+    COST_PLAN.into_iter().chain(cost_findings()).collect()
 }
 
 /// Name of the trace of a run.
@@ -84,37 +69,18 @@ fn nothing_found() -> EvaluatedRun {
     EvaluatedRun::not_evaluated(Outcome::Completed)
 }
 
-/// What is kept of one run of a plan that [knows friction](knows_friction) or does not.
+/// What is kept of one run.
 pub(super) fn record(
-    planned: &PlannedRun,
-    run: &EvaluatedRun,
-    friction: bool,
-    provenance: &Provenance,
-    trace: Option<TraceMark>,
-) -> Record {
-    let findings = shown(run.findings(), friction);
-    record_with(&planned.id, &planned.spec, run, findings, row(&provenance.row(&planned.id)), trace)
-}
-
-/// The same of a run that is in no plan, with all that was found.
-pub(super) fn record_of(
     id: &str,
     spec: &RunSpec,
     run: &EvaluatedRun,
     provenance: String,
     trace: Option<TraceMark>,
 ) -> Record {
-    record_with(id, spec, run, run.findings(), provenance, trace)
-}
-
-fn record_with(
-    id: &str,
-    spec: &RunSpec,
-    run: &EvaluatedRun,
-    findings: Vec<Fact>,
-    provenance: String,
-    trace: Option<TraceMark>,
-) -> Record {
+    let mut findings = run.findings();
+    if !spec.case.records_friction() {
+        findings.iter_mut().filter(|fact| is_of_friction(fact.name)).for_each(|fact| fact.value = None);
+    }
     let cells = |facts: Vec<Fact>| row(&facts.iter().map(Fact::cell).collect::<Vec<_>>());
     let timed_out = matches!(run.outcome, Outcome::Timeout { .. });
     Record {
@@ -137,7 +103,6 @@ pub(super) fn write_tables(
     planned: &[PlannedRun],
     store: &Store,
 ) -> Result<()> {
-    let laws = tries_friction_laws(planned);
     let header = [row(&runs_header(planned)), row(&cost_header()), row(&provenance::HEADER)];
     let mut tables = header.map(|header| header + "\n");
     for run in planned {
@@ -145,7 +110,7 @@ pub(super) fn write_tables(
         let [runs, cost, provenance] = &mut tables;
         let limit = record.wall_limit_s.map(number).unwrap_or_default();
         let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
-        *runs += &row(&plan_cells(run, laws));
+        *runs += &row(&plan_cells(run));
         for cells in [&record.findings, &limit, &trace] {
             runs.push(',');
             *runs += cells;

@@ -38,15 +38,17 @@ pub struct StabilityLimit {
     pub first_unstable: Option<f64>,
 }
 
-/// Where and how closely to search.
+/// What to search for, where and how closely.
 #[derive(Clone, Copy)]
 pub struct LimitSearch<'a> {
+    /// The run; at each macro step it is what this asks for there, with what is usual at that macro step where it asks for nothing.
+    pub request: &'a RunRequest,
+    /// Where its names are found.
+    pub catalogue: &'a Catalogue,
     /// The scan, s, ascending.
     pub macro_steps: &'a [f64],
     /// Relative width to which the bracket between stable and unstable is narrowed.
     pub relative_tolerance: f64,
-    /// The micro step of the run holds at every macro step; else a macro step below it is its own micro step.
-    pub fixed_micro_step: bool,
     /// Told of each macro step that is done; called from several threads.
     pub progress: &'a (dyn Fn(&StabilityPoint) + Sync),
     /// Ends the search with [`Error::Stopped`].
@@ -71,23 +73,29 @@ const FROM_S: f64 = 1e-4;
 const TO_S: f64 = 0.1;
 
 impl Scan {
-    /// The run at the coarsest macro step, the macro steps, and the phases.
+    /// The macro steps and the phases.
     ///
     /// # Errors
     /// Those of resolving the run and of [`logarithmic_grid`]; [`Error::InvalidValue`] for a number of phases that is none, or a
     /// largest macro step that does not fit into the duration.
-    pub fn resolve(&self, request: &RunRequest, catalogue: &Catalogue) -> Result<(RunSpec, Vec<f64>, Vec<f64>)> {
+    pub fn resolve(&self, request: &RunRequest, catalogue: &Catalogue) -> Result<(Vec<f64>, Vec<f64>)> {
         if !(1..=10_000).contains(&self.phases) {
             return Err(Error::invalid("phases", self.phases, "a whole number from 1 to 10000"));
         }
-        // The duration, at whatever macro step the case has.
-        let longest = || Ok(longest_macro_step(request.resolve_built(catalogue)?.duration));
+        let longest = || {
+            let usual = || Ok(catalogue.case(request.case.as_deref().unwrap_or_default())?.defaults.duration_s);
+            let duration = request.duration_s.map_or_else(usual, Ok)?;
+            if !(duration.is_finite() && duration > 0.0) {
+                request.resolve(catalogue)?;
+            }
+            Ok(longest_macro_step(duration))
+        };
         let to = self.to.map_or_else(longest, Ok)?;
         let grid = logarithmic_grid(self.from.unwrap_or_else(|| shortest_macro_step(to)), to, self.per_decade)?;
         // The coarsest macro step must fit into the duration.
         let request = RunRequest { macro_step_s: Some(to), ..request.clone() };
-        let coarsest = request.resolve_built(catalogue).map_err(said_of_the_scan)?;
-        Ok((coarsest, grid, phase_ensemble(self.phases)))
+        request.resolve_built(catalogue).map_err(said_of_the_scan)?;
+        Ok((grid, phase_ensemble(self.phases)))
     }
 }
 
@@ -115,22 +123,20 @@ fn said_of_the_scan(error: Error) -> Error {
 /// Narrower than round-off in H a bracket cannot get, and wider than this it says nothing.
 const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=0.5;
 
-/// Searches the stability limit of the scheme of `spec` over the macro steps of a search and `phases`.
+/// Searches the stability limit of a scheme over the macro steps of a search and `phases`.
 ///
 /// A macro step is stable if the run completes within bounds at every phase. The whole grid is scanned, because stability
 /// is not monotone in H; then the bracket around the *first* unstable macro step is halved until it is narrow enough.
 ///
 /// # Errors
 /// Bad input; a scheme that does not apply to the case; [`Error::Stopped`].
-pub fn stability_limit(
-    spec: &RunSpec,
-    search: LimitSearch<'_>,
-    phases: &[f64],
-    cache: &Cache,
-) -> Result<StabilityLimit> {
-    let bounds = obtain_reference(spec, cache, search.stop)?.bounds(spec)?;
+pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -> Result<StabilityLimit> {
+    let coarsest = search.macro_steps.last().copied();
+    let coarsest = coarsest.ok_or_else(|| Error::invalid("macro_steps", "none", "at least one"))?;
+    let spec = search.at(coarsest)?;
+    let bounds = obtain_reference(&spec, cache, search.stop)?.bounds(&spec)?;
     search.run(|macro_step| {
-        let run = at_macro_step(spec, macro_step, search.fixed_micro_step);
+        let run = search.at(macro_step)?;
         let outcomes: Result<Vec<Outcome>> = phases
             .par_iter()
             .map(|&phase| {
@@ -162,9 +168,9 @@ pub fn stability_limit(
 ///
 /// # Errors
 /// Bad input; a case that is not linear; [`Error::Stopped`].
-pub fn spectral_stability_limit(spec: &RunSpec, search: LimitSearch<'_>) -> Result<StabilityLimit> {
+pub fn spectral_stability_limit(search: LimitSearch<'_>) -> Result<StabilityLimit> {
     search.run(|macro_step| {
-        let radius = spectral_radius(&at_macro_step(spec, macro_step, search.fixed_micro_step))?;
+        let radius = spectral_radius(&search.at(macro_step)?)?;
         let stable = radius <= 1.0 + NEUTRAL;
         let growth = radius.ln() / macro_step;
         Ok(StabilityPoint {
@@ -177,6 +183,11 @@ pub fn spectral_stability_limit(spec: &RunSpec, search: LimitSearch<'_>) -> Resu
 }
 
 impl LimitSearch<'_> {
+    /// The run at a macro step, s.
+    fn at(&self, macro_step: f64) -> Result<RunSpec> {
+        RunRequest { macro_step_s: Some(macro_step), ..self.request.clone() }.resolve(self.catalogue)
+    }
+
     /// Scans all macro steps, then halves the bracket around the first that is unstable.
     fn run(&self, probe: impl Fn(f64) -> Result<StabilityPoint> + Sync) -> Result<StabilityLimit> {
         if !TOLERANCES.contains(&self.relative_tolerance) {
@@ -214,12 +225,6 @@ impl LimitSearch<'_> {
     }
 }
 
-/// The run of `spec` at another macro step; one below the micro step is its own micro step.
-fn at_macro_step(spec: &RunSpec, macro_step: f64, fixed_micro_step: bool) -> RunSpec {
-    let micro_step = if fixed_micro_step { spec.micro_step } else { spec.micro_step.min(macro_step) };
-    RunSpec { macro_step, micro_step, ..spec.clone() }
-}
-
 /// Returns the macro steps from `from` to `to` (s), `per_decade` to a decade, both ends included.
 ///
 /// # Errors
@@ -254,11 +259,14 @@ mod tests {
     fn a_scan_goes_as_far_as_a_tenth_of_the_duration_and_no_further_than_it_fits() {
         let mut request = RunRequest::of("bouncing-ball", "zero-order-hold");
         request.put("duration_s", "0.05").unwrap();
-        let (coarsest, grid, phases) = USUAL.resolve(&request, &Catalogue::standard()).unwrap();
+        let (grid, phases) = USUAL.resolve(&request, &Catalogue::standard()).unwrap();
         let (first, last) = (grid[0], grid[grid.len() - 1]);
         approx::assert_relative_eq!(last, 0.005, max_relative = 1e-12);
         approx::assert_relative_eq!(first, 5e-5, max_relative = 1e-12);
-        assert_eq!((coarsest.macro_step, phases.len()), (last, 2));
+        assert_eq!(phases.len(), 2);
+        // Shorter than the macro step that the case has.
+        request.put("duration_s", "1e-3").unwrap();
+        assert!(USUAL.resolve(&request, &Catalogue::standard()).unwrap().0.iter().all(|step| *step <= 1e-4));
         let refused = |scan: Scan| scan.resolve(&request, &Catalogue::standard()).unwrap_err().to_string();
         assert!(refused(Scan { to: Some(1.0), ..USUAL }).starts_with("to = 1 is not valid"));
         assert!(refused(Scan { phases: 0, ..USUAL }).starts_with("phases = 0 is not valid"));
@@ -266,20 +274,44 @@ mod tests {
 
     #[test]
     fn a_search_that_is_asked_to_stop_does() {
-        let (coarsest, grid, phases) =
-            USUAL.resolve(&RunRequest::of("bouncing-ball", "zero-order-hold"), &Catalogue::standard()).unwrap();
+        let (request, catalogue) = (RunRequest::of("bouncing-ball", "zero-order-hold"), Catalogue::standard());
+        let (grid, phases) = USUAL.resolve(&request, &catalogue).unwrap();
         let raised = AtomicBool::new(true);
         let search = LimitSearch {
+            request: &request,
+            catalogue: &catalogue,
             macro_steps: &grid,
             relative_tolerance: 0.1,
-            fixed_micro_step: false,
             progress: &|_| {},
             stop: StopFlag::new(&raised),
         };
         let folder = tempfile::tempdir().unwrap();
         let cache = Cache::in_folder(folder.path());
-        assert!(matches!(stability_limit(&coarsest, search, &phases, &cache), Err(Error::Stopped)));
-        assert!(matches!(spectral_stability_limit(&coarsest, search), Err(Error::Stopped)));
+        assert!(matches!(stability_limit(search, &phases, &cache), Err(Error::Stopped)));
+        assert!(matches!(spectral_stability_limit(search), Err(Error::Stopped)));
+    }
+
+    #[test]
+    fn the_shortest_macro_step_of_a_controlled_run_belongs_to_its_own_macro_step_and_not_to_the_scan() {
+        let catalogue = Catalogue::standard();
+        let mut request = RunRequest::of("wedge-box", "rim-nonsmooth");
+        request.put("step_control", "energy-residual").unwrap();
+        request.put("step_tolerance", "1e-3").unwrap();
+        let shortest = |macro_steps: &[f64], request: &RunRequest| {
+            let search = LimitSearch {
+                request,
+                catalogue: &catalogue,
+                macro_steps,
+                relative_tolerance: 0.1,
+                progress: &|_| {},
+                stop: StopFlag::never(),
+            };
+            search.at(macro_steps[0]).unwrap().step_control.rule().unwrap().shortest
+        };
+        assert_eq!(shortest(&[1e-3, 0.05], &request), shortest(&[1e-3, 0.2], &request));
+        approx::assert_relative_eq!(shortest(&[1e-3, 0.2], &request), 1e-5, max_relative = 1e-12);
+        request.put("min_macro_step_s", "1e-4").unwrap();
+        assert_eq!(shortest(&[1e-3, 0.2], &request), 1e-4);
     }
 
     #[test]

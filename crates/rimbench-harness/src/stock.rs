@@ -2,8 +2,8 @@
 
 use super::experiment::{Experiment, PlannedRun};
 use super::provenance;
-use super::results::{runs_header, trace_name};
-use super::store::{Store, TraceMark};
+use super::results::{cost_findings, findings_header, trace_name};
+use super::store::{Columns, Store, TraceMark};
 use rimbench_core::error::Result;
 use rimbench_results::checksums::sha256_of_file;
 use std::path::Path;
@@ -24,8 +24,8 @@ impl<'a> Stock<'a> {
     ///
     /// # Errors
     /// Those of [`Store::open`].
-    pub(super) fn open(folder: &'a Path, experiment: &'a Experiment, planned: &[PlannedRun]) -> Result<Self> {
-        let store = Store::open(folder, &experiment.name(), &columns(experiment, planned))?;
+    pub(super) fn open(folder: &'a Path, experiment: &'a Experiment) -> Result<Self> {
+        let store = Store::open(folder, &experiment.name(), &experiment.reference_identity(), columns())?;
         Ok(Stock { folder, experiment, store })
     }
 
@@ -50,8 +50,7 @@ impl<'a> Stock<'a> {
     }
 }
 
-/// What records must have been written with to belong together.
-fn columns(experiment: &Experiment, planned: &[PlannedRun]) -> String {
-    let provenance = provenance::HEADER.join(",");
-    format!("{}{provenance}{}", runs_header(planned).join(","), experiment.reference_identity())
+/// Columns of the records of an experiment.
+pub(super) fn columns() -> Columns {
+    Columns::of([findings_header(), cost_findings(), provenance::HEADER.to_vec()])
 }

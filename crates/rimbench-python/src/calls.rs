@@ -212,20 +212,21 @@ pub fn limit<'py>(
     let scan = Scan { from: from_s, to: to_s, per_decade, phases };
     let cache = Cache::of_user();
     let (found, _) = interruptible(py, asked.of_python, progress.as_ref(), |stop, count| {
-        let (coarsest, grid, phases) = scan.resolve(&asked.request, &asked.catalogue)?;
+        let (grid, phases) = scan.resolve(&asked.request, &asked.catalogue)?;
         count.total.store(grid.len(), Ordering::Relaxed);
         let search = LimitSearch {
+            request: &asked.request,
+            catalogue: &asked.catalogue,
             macro_steps: &grid,
             relative_tolerance,
-            fixed_micro_step: asked.request.micro_step_s.is_some(),
             progress: &|_| {
                 count.done.fetch_add(1, Ordering::Relaxed);
             },
             stop,
         };
         match method {
-            "spectral" => spectral_stability_limit(&coarsest, search),
-            _ => stability_limit(&coarsest, search, &phases, &cache),
+            "spectral" => spectral_stability_limit(search),
+            _ => stability_limit(search, &phases, &cache),
         }
     })?;
     complain(py, &cache)?;

@@ -69,7 +69,7 @@ pub const METRICS: &[Metric] = &[
     pace::DEFECT_RANK,
 ];
 
-/// The metrics of cases whose contacts have friction in every run. Tables without such a case have no column of theirs.
+/// The metrics of cases whose contacts have friction in every run. Of other cases their cells are empty.
 const OF_FRICTION: [&str; 5] = [
     friction::WRONG_STATE.name,
     friction::RELEASE_SHIFT_MAX.name,

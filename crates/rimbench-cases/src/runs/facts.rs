@@ -104,7 +104,7 @@ impl RunSpec {
                 model.as_ref().and_then(|model| model.detection).map(|detection| detection.to_string()),
             ),
             of_model("energy_return", model.as_ref().map(|model| model.energy_return.to_string())),
-            Fact::text(FRICTION_LAW, friction_law.to_string()),
+            of_model(FRICTION_LAW, case.records_friction().then(|| friction_law.to_string())),
             Fact::text("solver", solver.name.clone()),
             Fact::number("gain", *gain),
             Fact::number("macro_step_s", *macro_step),

@@ -3,10 +3,11 @@
 use super::price::Work;
 use crate::cache::{Cache, hex};
 use crate::execution::evaluated;
-use crate::results;
+use crate::results::{self, findings_header};
+use crate::stock::columns;
 use crate::store::{Record, Store};
 use rimbench_cases::cases::Case;
-use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec, simulate};
+use rimbench_cases::runs::{Reference, RunSpec, simulate};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 use sha2::{Digest, Sha256};
@@ -72,8 +73,8 @@ pub(super) struct Prober<'a> {
 impl<'a> Prober<'a> {
     /// Opens the store of these sources and this case; one that cannot be opened costs time, not results.
     pub(super) fn new(spec: &RunSpec, reference: &'a Reference, cache: &Cache, stop: StopFlag<'a>) -> Result<Self> {
-        let (name, columns) = store_of(&spec.case);
-        let store = Store::open(&cache.folder().join("advice").join(name), "advice", &columns).ok();
+        let (name, sources) = store_of(&spec.case);
+        let store = Store::open(&cache.folder().join("advice").join(name), "advice", &sources, columns()).ok();
         let (computed, reused) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let known = Mutex::default();
         Ok(Prober { reference, bounds: reference.bounds(spec)?, store, known, stop, computed, reused })
@@ -111,7 +112,7 @@ impl<'a> Prober<'a> {
         if matches!(run.outcome, Outcome::Stopped { .. }) {
             return Err(Error::Stopped);
         }
-        let record = results::record_of(id, spec, &run, String::new(), None);
+        let record = results::record(id, spec, &run, String::new(), None);
         if let Some(store) = &self.store {
             // A record that is lost is computed again.
             let _ = store.append(&record);
@@ -122,23 +123,20 @@ impl<'a> Prober<'a> {
     }
 }
 
-/// Name of the folder and columns of the records of a case: other sources, metrics or times are other records.
+/// Name of the folder of the records of a case, and what they rest on: other sources, metrics or times are other records.
 fn store_of(case: &Case) -> (String, String) {
-    let columns: Vec<&str> = names().collect();
     let sources = [rimbench_core::SOURCES, rimbench_cases::SOURCES];
-    let key = format!("{sources:?} {} {:?} {:?} {columns:?}", case.name, case.defaults, case.recorded_columns());
+    let key =
+        format!("{sources:?} {} {:?} {:?} {:?}", case.name, case.defaults, case.recorded_columns(), findings_header());
     (hex(&Sha256::digest(&key))[..16].to_owned(), key)
-}
-
-fn names() -> impl Iterator<Item = &'static str> {
-    EvaluatedRun::not_evaluated(Outcome::Completed).findings().into_iter().map(|fact: Fact| fact.name)
 }
 
 /// What a record says; none if it is no row of findings.
 fn read(spec: &RunSpec, record: &Record) -> Option<Probe> {
     let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(record.findings.as_bytes());
     let row = reader.records().next()?.ok()?;
-    let text = |name: &str| row.get(names().position(|known| known == name)?);
+    let names = findings_header();
+    let text = |name: &str| row.get(names.iter().position(|known| *known == name)?);
     let number = |name: &str| text(name)?.parse::<f64>().ok();
     let (outcome, why) = (text("outcome")?.to_owned(), text("reason")?);
     let at = number("outcome_at_s").map(|at| format!(" at {at:.4} s")).unwrap_or_default();

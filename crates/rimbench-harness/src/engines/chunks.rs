@@ -65,7 +65,7 @@ const LOOKED_AT: usize = 4;
 /// Bad input; a folder that belongs to something else.
 pub fn missing_chunks(job: Job<'_>, limits: ChunkLimits) -> Result<Chunking> {
     let planned = job.experiment.plan(job.catalogue, job.quick)?;
-    let (stock, _) = stored(&job, &planned)?;
+    let (stock, _) = stored(&job)?;
     let missing = stock.missing(&planned);
     let mut times = Times::default();
     // Nobody asks what is done how long it took.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! <folder>/records/<time>-<process>.log
-//!     rimbench-store 2 <experiment> <hash of the column names>
+//!     rimbench-store 3 <experiment> <hash of the reference> <columns of findings> <of costs> <of provenance>
 //!     <checksum> <run id> TAB <findings> TAB <costs> TAB <provenance> TAB <trace> TAB <wall limit>
 //!     …
 //! ```
@@ -10,12 +10,15 @@
 //! run id. A record that is cut short or damaged fails its checksum and is computed again. Of several records of one run the one
 //! that says most stands, whatever their order: a run that came to an end before one that took too long, of those the one that
 //! was given most time, and else the newest. What a plan says of a run (its label, its settings) is no part of a record.
+//! A log that was written with other columns is read by their names: a metric that came later is an empty cell.
 //!
 //! All records are held in memory, which an experiment has no more runs than there is room for
 //! ([`MOST_RUNS`](super::experiment::MOST_RUNS)).
 
+mod columns;
 mod record;
 
+pub use columns::Columns;
 pub use record::{Record, TraceMark};
 
 use super::cache::hex;
@@ -32,10 +35,10 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// First word and version of the layout.
 const MAGIC: &str = "rimbench-store";
-const LAYOUT: u32 = 2;
+const LAYOUT: u32 = 3;
 
 /// No header is longer, bytes.
-const LONGEST_HEADER: u64 = 1 << 12;
+const LONGEST_HEADER: u64 = 1 << 14;
 
 /// Data reach the disk at least this often, s; against a crash of the program a write is enough.
 const SYNC_EVERY_S: f64 = 2.0;
@@ -45,6 +48,7 @@ const SYNC_EVERY_S: f64 = 2.0;
 pub struct Store {
     folder: PathBuf,
     header: String,
+    columns: Columns,
     /// What was stored when it was opened, by run id.
     records: HashMap<String, Record>,
     /// Records that were cut short or damaged, and are as good as never written.
@@ -60,16 +64,17 @@ struct Log {
 }
 
 impl Store {
-    /// Opens the store of `experiment` in its results folder and reads what is there. `columns` are the names of
-    /// all columns, which a record must have been written with.
+    /// Opens the store of `experiment` in its results folder and reads what is there. `reference` says what all runs are held against;
+    /// records held against something else are another store.
     ///
     /// # Errors
     /// [`Error::File`] if the store belongs to another experiment, or to another version of rimbench.
-    pub fn open(folder: &Path, experiment: &str, columns: &str) -> Result<Self> {
+    pub fn open(folder: &Path, experiment: &str, reference: &str, columns: Columns) -> Result<Self> {
         let records = folder.join("records");
-        let columns_hash = &hex(&Sha256::digest(columns))[..12];
+        let (name, reference) = (experiment.replace(char::is_whitespace, "_"), &hex(&Sha256::digest(reference))[..12]);
         let mut store = Store {
-            header: format!("{MAGIC} {LAYOUT} {} {columns_hash}", experiment.replace(char::is_whitespace, "_")),
+            header: format!("{MAGIC} {LAYOUT} {name} {reference} {columns}"),
+            columns,
             folder: records.clone(),
             records: HashMap::new(),
             damaged: 0,
@@ -197,36 +202,40 @@ impl Store {
             // Killed while the header was written: nothing was stored.
             return Ok((records, damaged));
         }
-        self.check_header(path, String::from_utf8_lossy(&line).trim_end())?;
+        let written = self.check_header(path, String::from_utf8_lossy(&line).trim_end())?;
+        let places = self.columns.places_in(&written);
         loop {
             line.clear();
             if reader.read_until(b'\n', &mut line).map_err(failed)? == 0 {
                 return Ok((records, damaged));
             }
             let text = std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n'));
-            match text.and_then(Record::parse) {
+            match text.and_then(Record::parse).and_then(|record| places.rearrange(record)) {
                 Some(record) => records.push(record),
                 None => damaged += 1,
             }
         }
     }
 
-    fn check_header(&self, path: &Path, found: &str) -> Result<()> {
-        if found == self.header {
-            return Ok(());
-        }
+    /// The columns that a log was written with.
+    fn check_header(&self, path: &Path, found: &str) -> Result<Columns> {
         let (own, other): (Vec<&str>, Vec<&str>) = (self.header.split(' ').collect(), found.split(' ').collect());
         let message = match other.as_slice() {
+            [magic, layout, experiment, reference, columns @ ..]
+                if [*magic, *layout, *experiment, *reference] == own[..4] && columns.len() == 3 =>
+            {
+                return Ok(Columns::of(columns.iter().map(|names| names.split(','))));
+            }
             [magic, layout, ..] if *magic == MAGIC && *layout != own[1] => {
                 format!("was written with store layout {layout}, this is layout {LAYOUT}")
             }
-            [magic, _, experiment, _] if *magic == MAGIC && *experiment != own[2] => {
+            [magic, _, experiment, ..] if *magic == MAGIC && *experiment != own[2] => {
                 format!(
                     "belongs to experiment `{experiment}`, not to `{}`: give each experiment its own folder",
                     own[2]
                 )
             }
-            [magic, ..] if *magic == MAGIC => "was written with other metrics, counters or reference".to_owned(),
+            [magic, ..] if *magic == MAGIC => "was held against another reference".to_owned(),
             _ => format!("is no record file (it begins `{}`)", found.chars().take(40).collect::<String>()),
         };
         Err(Error::file(path, format!("{message}; use another folder, or --fresh to start anew")))
@@ -245,6 +254,10 @@ fn logs_in(records: &Path) -> Vec<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn columns() -> Columns {
+        Columns::of([["outcome", "error"], ["wall_s", "load"], ["run_id", "revision"]])
+    }
 
     fn record(id: &str) -> Record {
         Record {
@@ -267,10 +280,10 @@ mod tests {
         for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
             let folder = tempfile::tempdir().unwrap();
             for (count, &index) in order.iter().enumerate() {
-                let store = Store::open(folder.path(), "test", "columns").unwrap();
+                let store = Store::open(folder.path(), "test", "", columns()).unwrap();
                 store.append(&records[index]).unwrap();
                 drop(store);
-                let store = Store::open(folder.path(), "test", "columns").unwrap();
+                let store = Store::open(folder.path(), "test", "", columns()).unwrap();
                 let best = order[..=count].iter().copied().min_by_key(|&k| [0, 2, 1][k]).unwrap();
                 assert_eq!(store.get("aa"), Some(&records[best]), "{order:?} {count}");
             }
@@ -280,10 +293,10 @@ mod tests {
     #[test]
     fn a_run_that_took_too_long_counts_only_for_those_who_give_it_no_more_time() {
         let folder = tempfile::tempdir().unwrap();
-        let store = Store::open(folder.path(), "test", "columns").unwrap();
+        let store = Store::open(folder.path(), "test", "", columns()).unwrap();
         store.append(&too_long("aa", 2.0)).unwrap();
         store.append(&record("bb")).unwrap();
-        let store = Store::open(folder.path(), "test", "columns").unwrap();
+        let store = Store::open(folder.path(), "test", "", columns()).unwrap();
         let limit = |seconds: u64| Some(Duration::from_secs(seconds));
         assert_eq!(
             [limit(1), limit(2), limit(3), None].map(|limit| store.holds("aa", limit)),
@@ -303,11 +316,11 @@ mod tests {
     fn records_come_back_whatever_the_order_and_the_process() {
         let folder = tempfile::tempdir().unwrap();
         for ids in [["aa", "bb"], ["cc", "aa"]] {
-            let store = Store::open(folder.path(), "test", "columns").unwrap();
+            let store = Store::open(folder.path(), "test", "", columns()).unwrap();
             ids.iter().for_each(|id| store.append(&record(id)).unwrap());
             store.sync().unwrap();
         }
-        let store = Store::open(folder.path(), "test", "columns").unwrap();
+        let store = Store::open(folder.path(), "test", "", columns()).unwrap();
         assert_eq!((store.len(), store.damaged), (3, 0));
         for id in ["aa", "bb", "cc"] {
             assert_eq!(store.get(id), Some(&record(id)));
@@ -318,7 +331,7 @@ mod tests {
     #[test]
     fn a_log_cut_anywhere_loses_at_most_the_record_that_was_cut() {
         let folder = tempfile::tempdir().unwrap();
-        let store = Store::open(folder.path(), "test", "columns").unwrap();
+        let store = Store::open(folder.path(), "test", "", columns()).unwrap();
         for id in ["aa", "bb", "cc"] {
             store.append(&record(id)).unwrap();
         }
@@ -326,7 +339,7 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         for length in 0..whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();
-            let store = Store::open(folder.path(), "test", "columns").unwrap();
+            let store = Store::open(folder.path(), "test", "", columns()).unwrap();
             let lines = whole[..length].iter().filter(|byte| **byte == b'\n').count();
             assert_eq!(store.len(), lines.saturating_sub(1), "cut at {length}");
         }
@@ -335,23 +348,25 @@ mod tests {
         let middle = whole.len() / 2 + 8;
         damaged[middle] ^= 1;
         std::fs::write(&path, damaged).unwrap();
-        let store = Store::open(folder.path(), "test", "columns").unwrap();
+        let store = Store::open(folder.path(), "test", "", columns()).unwrap();
         assert_eq!((store.len(), store.damaged), (2, 1));
     }
 
     #[test]
     fn a_store_of_something_else_is_refused_with_the_reason() {
         let folder = tempfile::tempdir().unwrap();
-        Store::open(folder.path(), "test", "columns").unwrap().append(&record("aa")).unwrap();
-        let message = |experiment, columns| Store::open(folder.path(), experiment, columns).unwrap_err().to_string();
-        assert!(message("other", "columns").contains("belongs to experiment `test`"));
-        assert!(message("test", "other columns").contains("other metrics"));
+        Store::open(folder.path(), "test", "", columns()).unwrap().append(&record("aa")).unwrap();
+        let message = |experiment, reference| {
+            Store::open(folder.path(), experiment, reference, columns()).unwrap_err().to_string()
+        };
+        assert!(message("other", "").contains("belongs to experiment `test`"));
+        assert!(message("test", "other").contains("another reference"));
         let path = log_files(folder.path()).remove(0);
         std::fs::write(&path, "rimbench-store 0 test abc\n").unwrap();
-        assert!(message("test", "columns").contains("store layout 0"));
+        assert!(message("test", "").contains("store layout 0"));
         std::fs::write(&path, "something else\n").unwrap();
-        assert!(message("test", "columns").contains("no record file"));
+        assert!(message("test", "").contains("no record file"));
         Store::clear(folder.path()).unwrap();
-        assert!(Store::open(folder.path(), "test", "columns").unwrap().is_empty());
+        assert!(Store::open(folder.path(), "test", "", columns()).unwrap().is_empty());
     }
 }
