@@ -206,7 +206,7 @@ mod tests {
         let mut again = RunRequest::default();
         request.texts().iter().for_each(|(key, text)| again.put(key, text).unwrap());
         assert_eq!(again, request);
-        assert_eq!(request.texts().len(), 11);
+        assert_eq!(request.texts().len(), 10);
     }
 
     #[test]
