@@ -70,7 +70,7 @@ pub struct Advise {
     /// Stop searching after so many seconds; a run under way is not ended
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     budget: Option<f64>,
-    /// Stop searching after so many runs
+    /// Stop searching after so many runs, stored ones included
     #[arg(long, value_name = "N")]
     most_runs: Option<usize>,
     /// Number of threads [default: one per core]
@@ -221,13 +221,15 @@ fn macro_steps(
     Ok(rounded)
 }
 
-/// Reads `1%` or `0.01`.
+/// Reads `1%` or `0.01`; a number without the sign is below 1, because `1` may mean either.
 fn share(text: &str) -> Result<f64> {
     let (number, unit) = text.trim().strip_suffix('%').map_or((text.trim(), 1.0), |number| (number.trim(), 0.01));
     let number: Option<f64> = number.parse().ok().map(|number: f64| number * unit);
-    number
-        .filter(|share| *share > 0.0 && *share <= 1.0)
-        .ok_or_else(|| Error::invalid("error", text, "a share of the peak force above 0, at most 100 %: 1% or 0.01"))
+    let most = if unit < 1.0 { 1.0 } else { 1.0_f64.next_down() };
+    number.filter(|share| *share > 0.0 && *share <= most).ok_or_else(|| {
+        let expected = "a share of the peak force above 0, as `1%` (at most `100%`) or as a number below 1, 0.01";
+        Error::invalid("error", text, expected)
+    })
 }
 
 /// Reads a budget.
@@ -243,7 +245,7 @@ mod tests {
     #[test]
     fn a_share_is_read_as_percent_or_number_and_nonsense_is_refused() {
         assert_eq!((share("2%").unwrap(), share(" 0.5 % ").unwrap(), share("0.02").unwrap()), (0.02, 0.005, 0.02));
-        for text in ["0", "0%", "-1%", "nan", "inf", "one", "%", "", "101%", "1.5"] {
+        for text in ["0", "0%", "-1%", "nan", "inf", "one", "%", "", "101%", "1", "1.5"] {
             let message = share(text).unwrap_err().to_string();
             assert!(message.contains("a share of the peak force"), "{text}: {message}");
         }

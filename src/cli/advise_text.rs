@@ -24,7 +24,11 @@ impl Asked<'_> {
         let error = percent(question.error);
         if let Some(best) = &advice.best {
             let scheme = best.request.scheme.as_deref().unwrap_or_default();
-            return format!("Take `{scheme}` ({}) at H = {}.", best.form, milliseconds(best.macro_step));
+            let advised = format!("`{scheme}` ({}) at H = {}", best.form, milliseconds(best.macro_step));
+            return match advice.open {
+                0 => format!("Take {advised}."),
+                open => format!("Best found within the budget: {advised}; {open} forms are open."),
+            };
         }
         if let (Some(_), [only]) = (&question.fixed.scheme, advice.fallen.as_slice())
             && only.request.is_none()
@@ -39,6 +43,12 @@ impl Asked<'_> {
         }
         if advice.open > 0 {
             return format!("None found before the budget was spent: {} forms are open.", advice.open);
+        }
+        if advice.timed_out > 0 {
+            return format!(
+                "None found: {} forms took longer than the wall limit, which says nothing about their error.",
+                advice.timed_out
+            );
         }
         let [from, to] = [question.macro_steps.first(), question.macro_steps.last()]
             .map(|step| step.copied().map_or_else(String::new, milliseconds));
@@ -90,6 +100,12 @@ impl Asked<'_> {
             grounds.push(format!(
                 "The budget was spent before the search was done: {} forms are open, and one of them may be cheaper.",
                 advice.open
+            ));
+        }
+        if advice.timed_out > 0 {
+            grounds.push(format!(
+                "{} forms took longer than the wall limit: nothing is known of them, and one of them may be cheaper.",
+                advice.timed_out
             ));
         }
         grounds.push(format!("{} runs were made, {} were stored.", advice.computed, advice.reused));
@@ -229,6 +245,7 @@ pub(super) fn json(asked: &Asked<'_>) -> Value {
     }
     object.put("fallen", advice.fallen.iter().map(|fallen| fallen_json(fallen, asked.files)).collect::<Vec<_>>());
     object.put("open_forms", advice.open);
+    object.put("timed_out_forms", advice.timed_out);
     object.put("runs_made", advice.computed);
     object.put("runs_stored", advice.reused);
     object.put("notes", asked.grounds());

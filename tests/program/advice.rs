@@ -33,6 +33,12 @@ impl Asked {
         // References are those of all tests; runs are made anew.
         let folder = tempfile::tempdir().unwrap();
         let cache = Cache::in_folder(folder.path());
+        if self.fixed.wall_limit_s.is_some() {
+            // One that is kept takes no time.
+            let patient =
+                RunRequest { wall_limit_s: None, scheme: Some("zero-order-hold".to_owned()), ..self.fixed.clone() };
+            obtain_reference(&patient.resolve(catalogue).unwrap(), &cache, StopFlag::never()).unwrap();
+        }
         let question = Question {
             catalogue,
             fixed: &self.fixed,
@@ -193,9 +199,21 @@ fn where_nothing_meets_the_error_none_is_said_with_the_reason() {
 #[test]
 fn a_search_whose_budget_is_spent_says_what_is_open() {
     let mut asked = Asked::of("elastic-bar", None, 0.02, [1e-6, 1e-4]);
-    asked.budget.runs = Some(5);
+    let catalogue = Catalogue::standard();
+    for runs in [20, 40] {
+        asked.budget.runs = Some(runs);
+        let advice = asked.advice(&catalogue);
+        assert!(advice.open > 0 && advice.computed <= runs, "{} open, {} runs", advice.open, advice.computed);
+        assert_eq!(asked.advice(&catalogue), advice);
+    }
+}
+
+#[test]
+fn a_form_that_took_longer_than_it_may_is_undecided_and_not_without_the_error() {
+    let mut asked = Asked::of("wedge-box", Some(0.1), 0.02, [1e-3, 1e-2]);
+    asked.fixed.wall_limit_s = Some(1e-7);
     let advice = asked.advice(&Catalogue::standard());
-    assert!(advice.open > 0 && advice.computed < 100, "{} open, {} runs", advice.open, advice.computed);
+    assert!(advice.best.is_none() && advice.timed_out > 50, "{} timed out", advice.timed_out);
 }
 
 fn advised(arguments: &[&str]) -> Value {
@@ -290,6 +308,11 @@ fn nonsense_asked_of_an_advice_is_one_error_with_exit_code_two() {
     for (arguments, wanted) in [
         (&["--case", "elastic-bar", "--error", "0"] as &[&str], "error = 0 is not valid"),
         (&["--case", "elastic-bar", "--error", "-1%"], "error = -1% is not valid"),
+        (&["--case", "elastic-bar", "--error", "1"], "as `1%` (at most `100%`)"),
+        (
+            &["--case", "elastic-bar", "--error", "1%", "--most-runs", "20"],
+            "most-runs = 20 is not valid; valid: at least 65",
+        ),
         (&["--case", "elastic-bar", "--error", "much"], "a share of the peak force"),
         (&["--case", "elastic-bax", "--error", "1%"], "did you mean `elastic-bar`"),
         (&["--case", "elastic-bar", "--error", "1%", "--scheme", "nepc"], "did you mean `nepce`"),

@@ -3,7 +3,7 @@
 use super::execution::{Job, Summary};
 use super::experiment::PlannedRun;
 use super::foreign::refuse_foreign;
-use super::references::obtain_reference;
+use super::references::{has_none, obtain_reference};
 use super::results;
 use super::stock::Stock;
 use rimbench_cases::runs::{Reference, RunSpec};
@@ -104,6 +104,7 @@ pub(super) fn export_if_complete(
         }
         match obtain_reference(spec, job.cache, stop) {
             Err(Error::Overdue { .. }) => Ok((spec, None)),
+            Err(error) if has_none(&error) => Ok((spec, None)),
             found => Ok((spec, Some(found?))),
         }
     });

@@ -8,7 +8,7 @@ use super::experiment::{Experiment, PlannedRun};
 use super::exported::exported_records;
 use super::foreign::{note_origin, refuse_foreign};
 use super::provenance::Provenance;
-use super::references::obtain_reference;
+use super::references::{has_none, obtain_reference};
 use super::results;
 use super::stock::Stock;
 use super::store::{Record, Store};
@@ -220,7 +220,8 @@ fn compute(
             progress(Step::Done(&run.outcome));
             Ok(())
         };
-        let reference = match obtain_reference(spec, job.cache, stop.soon) {
+        let found = obtain_reference(spec, job.cache, stop.soon);
+        let (bounds, reference) = match found.and_then(|reference| Ok((reference.bounds(spec)?, reference))) {
             Err(Error::Stopped) => break,
             // Without a reference there is no run, and it took longer than any of them may take.
             Err(Error::Overdue { .. }) => {
@@ -228,9 +229,13 @@ fn compute(
                 group.iter().try_for_each(|&index| keep(index, &overdue))?;
                 continue;
             }
-            reference => reference?,
+            Err(error) if has_none(&error) => {
+                let skipped = EvaluatedRun::not_evaluated(Outcome::Skipped { reason: error.to_string() });
+                group.iter().try_for_each(|&index| keep(index, &skipped))?;
+                continue;
+            }
+            found => found?,
         };
-        let bounds = reference.bounds(spec)?;
         group.into_par_iter().try_for_each(|index| -> Result<()> {
             if stop.soon.check().is_err() {
                 return Ok(());

@@ -16,7 +16,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(10);
 /// # Errors
 /// Bad parameters, or parameters for which the monolithic solution itself fails; [`Error::Stopped`]; [`Error::Overdue`].
 pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Result<Reference> {
-    if let Some(reference) = Reference::exact(spec)? {
+    if let Some(reference) = within_limit(spec, stop, |stop| Reference::exact(spec, stop))? {
         return Ok(reference);
     }
     let spec = &spec.of_the_reference();
@@ -27,7 +27,9 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     {
         return Ok(reference);
     }
-    let Ok([fine, middle, coarse]) = <[Trajectory; 3]>::try_from(within_limit(spec, stop)?) else {
+    let Ok([fine, middle, coarse]) =
+        <[Trajectory; 3]>::try_from(within_limit(spec, stop, |stop| solutions(spec, stop))?)
+    else {
         unreachable!("three refinements give three solutions")
     };
     let reference = Reference::compared(spec, [coarse, middle, fine])?;
@@ -37,14 +39,20 @@ pub fn obtain_reference(spec: &RunSpec, cache: &Cache, stop: StopFlag<'_>) -> Re
     Ok(reference)
 }
 
+/// Tells whether an error says that a set of parameters has no reference: it leaves its range, or its machine cannot be built. That is a
+/// finding about the machine, and no reason to end an experiment.
+pub(super) fn has_none(error: &Error) -> bool {
+    matches!(error, Error::Incompatible(_) | Error::Singular(_) | Error::InvalidValue { .. })
+}
+
 /// The solutions, the finest first because it takes longest.
 fn solutions(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Vec<Trajectory>> {
     Reference::REFINEMENTS.par_iter().rev().map(|&refinement| Reference::solution(spec, refinement, stop)).collect()
 }
 
-/// The same, ended by a watchman when the wall limit has passed.
-fn within_limit(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Vec<Trajectory>> {
-    let Some(limit) = spec.wall_limit else { return solutions(spec, stop) };
+/// Solves for a reference, ended by a watchman when the wall limit has passed.
+fn within_limit<T>(spec: &RunSpec, stop: StopFlag<'_>, solve: impl FnOnce(StopFlag<'_>) -> Result<T>) -> Result<T> {
+    let Some(limit) = spec.wall_limit else { return solve(stop) };
     let (raised, done, began) = (AtomicBool::new(false), AtomicBool::new(false), Instant::now());
     std::thread::scope(|scope| {
         let watchman = scope.spawn(|| {
@@ -55,7 +63,7 @@ fn within_limit(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Vec<Trajectory>> {
                 std::thread::park_timeout(LOOK_EVERY);
             }
         });
-        let found = solutions(spec, StopFlag::new(&raised));
+        let found = solve(StopFlag::new(&raised));
         done.store(true, Ordering::Relaxed);
         watchman.thread().unpark();
         match found {

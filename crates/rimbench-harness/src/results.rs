@@ -128,7 +128,7 @@ pub(super) fn write_tables(
 }
 
 /// Writes `parameters.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of
-/// those traces. A reference that took longer than its runs may take has no rows.
+/// those traces. A reference that took longer than its runs may take, or that there is none of, has no rows.
 ///
 /// # Errors
 /// [`Error::File`] naming the file; whatever makes a reference fail.

@@ -3,6 +3,20 @@
 use rimbench_core::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
+/// Names the column of `runs.csv` that says how far the reference of an error may be off; none for what is no error of force or position.
+/// An error no larger than that says only that it is small.
+pub fn uncertainty_of(metric: &str) -> Option<&'static str> {
+    match metric {
+        "force_error_rms_n" | "force_error_inside_rms_n" | "force_error_l1_n" | "force_error_max_n" => {
+            Some("reference_force_uncertainty_n")
+        }
+        "position_error_rms_m" | "position_error_inside_rms_m" | "position_error_end_m" => {
+            Some("reference_position_uncertainty_m")
+        }
+        _ => None,
+    }
+}
+
 /// Rows of text under named columns.
 #[derive(Debug, Clone)]
 pub struct ResultsTable {

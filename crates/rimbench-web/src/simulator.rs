@@ -109,7 +109,7 @@ pub const COARSER: f64 = 4.0;
 
 /// One solution with the longer step; of its uncertainty nothing is known here.
 fn reference(spec: &RunSpec) -> Result<Reference> {
-    if let Some(exact) = Reference::exact(spec)? {
+    if let Some(exact) = Reference::exact(spec, StopFlag::never())? {
         return Ok(exact);
     }
     let mut case = (*spec.case).clone();

@@ -8,7 +8,7 @@ use super::spec::RunSpec;
 use crate::cases::ReferenceMethod;
 use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals};
 use rimbench_core::cosim::{Outcome, Trajectory, Work};
-use rimbench_core::error::{Failure, Result};
+use rimbench_core::error::{Error, Failure, Result};
 use std::time::Duration;
 
 /// What is kept of a run: its outcome, every metric, every counter.
@@ -116,23 +116,29 @@ impl EvaluatedRun {
 /// Computes all metrics of a run.
 ///
 /// # Errors
-/// Those of the case's closed form.
+/// Those of the case's closed form; a case that does not record its interface.
 pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Result<EvaluatedRun> {
     let columns = &spec.case.interface_columns;
-    let column = |name: &str| result.trajectory.index_of(name).unwrap_or(0);
-    let interface: Vec<InterfaceRow> = columns
+    let column = |name: &str| {
+        let unknown =
+            || Error::Incompatible(format!("case {} records no column `{name}` of its interface", spec.case.name));
+        result.trajectory.index_of(name).ok_or_else(unknown)
+    };
+    let interface = columns
         .iter()
-        .map(|row| InterfaceRow {
-            position: column(&row.position),
-            velocity: column(&row.velocity),
-            force: column(&row.force),
-            reference_force_peak: reference
-                .trajectory
-                .index_of(&row.force)
-                .map_or(0.0, |force| reference.largest[force]),
-            reference_touch_down_peak: reference.touch_down_peak(&row.force),
+        .map(|row| {
+            Ok(InterfaceRow {
+                position: column(&row.position)?,
+                velocity: column(&row.velocity)?,
+                force: column(&row.force)?,
+                reference_force_peak: reference
+                    .trajectory
+                    .index_of(&row.force)
+                    .map_or(0.0, |force| reference.largest[force]),
+                reference_touch_down_peak: reference.touch_down_peak(&row.force),
+            })
         })
-        .collect();
+        .collect::<Result<Vec<InterfaceRow>>>()?;
     let gaps: Vec<usize> = gap_columns(result.trajectory.columns()).collect();
     let exact = exact_at(spec, reference, result.trajectory.column(0))?;
     let aligned = exact.unwrap_or_else(|| reference.judged.resampled(result.trajectory.column(0)));

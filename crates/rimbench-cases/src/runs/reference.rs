@@ -56,7 +56,7 @@ impl Reference {
     /// # Errors
     /// Bad parameters, or parameters for which the solution itself fails; [`Error::Stopped`].
     pub fn compute(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Self> {
-        if let Some(reference) = Self::exact(spec)? {
+        if let Some(reference) = Self::exact(spec, stop)? {
             return Ok(reference);
         }
         let spec = &spec.of_the_reference();
@@ -67,11 +67,11 @@ impl Reference {
     /// Samples the closed form of the run's case, which has no uncertainty; none if there is no closed form.
     ///
     /// # Errors
-    /// Bad parameters.
-    pub fn exact(spec: &RunSpec) -> Result<Option<Self>> {
+    /// Bad parameters; [`Error::Stopped`].
+    pub fn exact(spec: &RunSpec, stop: StopFlag<'_>) -> Result<Option<Self>> {
         let spec = spec.of_the_reference();
         let ReferenceMethod::Exact(solution) = (spec.case.reference)(&spec.parameters)? else { return Ok(None) };
-        Ok(Some(Self::sample(&spec, &solution)))
+        Self::sample(&spec, &solution, stop).map(Some)
     }
 
     /// Integrates the whole system with the reference step over `refinement`.
@@ -158,15 +158,16 @@ impl Reference {
         }
     }
 
-    fn sample(spec: &RunSpec, solution: &ExactSolution) -> Self {
+    fn sample(spec: &RunSpec, solution: &ExactSolution, stop: StopFlag<'_>) -> Result<Self> {
         let columns = spec.case.recorded_columns();
         let points = points(spec);
         let mut trajectory = Trajectory::with_capacity(columns, points + 1);
         for point in 0..=points {
+            stop.check().map_err(|_| Error::Stopped)?;
             solution(spec.duration * point as f64 / points as f64, trajectory.push_row());
         }
         let count = trajectory.columns().len();
-        Self::of(&spec.case, trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0)
+        Ok(Self::of(&spec.case, trajectory, vec![0.0; count], vec![f64::NAN; count], 0.0))
     }
 
     /// Returns the bounds beyond which a run counts as diverged: three times the largest magnitude of each coupling

@@ -218,8 +218,11 @@ impl RunSpec {
             )));
         }
         self.scheme.check_friction_law(self.friction_law)?;
-        if self.friction_law != FrictionLaw::Coulomb {
-            let mut system = (self.case.build)(&self.parameters, &self.solver)?;
+        // A machine that cannot be built says so when it is built.
+        let built = || (self.case.build)(&self.parameters, &self.solver).ok();
+        if self.friction_law != FrictionLaw::Coulomb
+            && let Some(mut system) = built()
+        {
             if let Some(reason) = self.use_friction_law(system.sides.lend()) {
                 let case = &self.case.name;
                 return Err(Error::Incompatible(format!(
@@ -230,8 +233,9 @@ impl RunSpec {
         if let Some(model) = &self.model {
             self.scheme.check_options(model)?;
             self.scheme.detection(model.detection)?;
-            if model.depends_on_mechanics() {
-                let mut system = (self.case.build)(&self.parameters, &self.solver)?;
+            if model.depends_on_mechanics()
+                && let Some(mut system) = built()
+            {
                 if self.scheme.incompatibility(system.sides.lend()).is_none() {
                     self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;
                 }

@@ -67,7 +67,9 @@ impl JointedElimination {
             let (mut starts, mut entries) = (vec![0], Vec::new());
             for row in 0..pattern.size() {
                 for &column in pattern.columns(row).iter().filter(|&&column| column as usize <= row) {
-                    let at = |row, column| pattern.position(row, column).unwrap_or(0) as u32;
+                    let at = |row, column| {
+                        pattern.position(row, column).expect("an entry of the pattern and its mirror") as u32
+                    };
                     entries.push([column, at(row, column as usize), at(column as usize, row)]);
                 }
                 starts.push(entries.len());

@@ -31,7 +31,7 @@ impl SymmetricPattern {
             row.sort_unstable();
             row.dedup();
             let start = pattern.columns.len();
-            pattern.diagonal.push(start + row.iter().position(|&column| column == i).unwrap_or(0));
+            pattern.diagonal.push(start + row.partition_point(|&column| column < i));
             pattern.columns.extend(row.iter().map(|&column| column as u32));
             pattern.starts.push(pattern.columns.len());
         }

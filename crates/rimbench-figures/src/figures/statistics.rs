@@ -2,7 +2,7 @@
 
 use crate::style::{SeriesStyle, Styles};
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, uncertainty_of};
 use rimbench_statistics::{bootstrap_interval, median};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -174,24 +174,19 @@ impl Runs {
         let first = |value: &dyn Fn(usize) -> f64| {
             (0..self.table.len()).map(value).find(|value| value.is_finite() && *value > 0.0)
         };
-        let force = column("reference_force_uncertainty_n");
         match metric {
-            "force_error_rms_n" | "force_error_inside_rms_n" | "force_error_max_n" => {
-                let force = force?;
-                first(&|row| self.table.number(row, force))
-            }
-            "position_error_rms_m" | "position_error_inside_rms_m" => {
-                let position = column("reference_position_uncertainty_m")?;
-                first(&|row| self.table.number(row, position))
-            }
             // The peak of the reference's force is what one error is of the other.
             "force_error_rms_of_peak" => {
-                let (force, share, error) = (force?, column(metric)?, column("force_error_rms_n")?);
+                let force = column(uncertainty_of("force_error_rms_n")?)?;
+                let (share, error) = (column(metric)?, column("force_error_rms_n")?);
                 first(&|row| {
                     self.table.number(row, force) * self.table.number(row, share) / self.table.number(row, error)
                 })
             }
-            _ => None,
+            _ => {
+                let own = column(uncertainty_of(metric)?)?;
+                first(&|row| self.table.number(row, own))
+            }
         }
     }
 

@@ -24,6 +24,9 @@ impl Search<'_> {
         let steps = self.question.macro_steps;
         let mut found = LimitFound { last_stable: steps[from], first_unstable: None, failure: None, run_id: None };
         for &step in &steps[from + 1..] {
+            if self.room() < self.search_phases().len() {
+                break;
+            }
             if let Some((failure, run_id)) = self.unstable(candidate, step)? {
                 return Ok(LimitFound { first_unstable: Some(step), failure: Some(failure), run_id, ..found });
             }

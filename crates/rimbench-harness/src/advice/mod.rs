@@ -74,7 +74,7 @@ pub struct Question<'a> {
 pub struct Budget {
     /// Wall time.
     pub wall: Option<Duration>,
-    /// Runs made.
+    /// Runs asked for, stored ones included, so that a search comes to the same end whatever is stored.
     pub runs: Option<usize>,
 }
 
@@ -97,6 +97,8 @@ pub struct Advice {
     pub reused: usize,
     /// Forms about which the search was not done when the budget was spent.
     pub open: usize,
+    /// Forms of which nothing is known because a run took longer than it may.
+    pub timed_out: usize,
 }
 
 /// A scheme in a form at a macro step.
@@ -169,6 +171,7 @@ pub fn advise(question: Question<'_>) -> Result<Advice> {
         reference_peak_n: peak,
         reference_uncertainty: uncertainty,
         open: search.open(),
+        timed_out: search.timed_out(),
         ..Advice::none(Vec::new())
     };
     if let Some([best, runner_up]) = told {
@@ -193,6 +196,7 @@ impl Advice {
             computed: 0,
             reused: 0,
             open: 0,
+            timed_out: 0,
         }
     }
 }
@@ -218,7 +222,20 @@ impl Question<'_> {
             let message = format!("--force-return {kind} does not go with --no-feedback, which allows `held` only");
             return Err(Error::Incompatible(message));
         }
+        if let Some(runs) = self.budget.runs.filter(|runs| *runs <= self.runs_to_confirm()) {
+            let all = self.phases + self.kept_aside;
+            let expected = format!(
+                "at least {}: what is advised and its runner-up must stand {all} phases each",
+                self.runs_to_confirm() + 1
+            );
+            return Err(Error::invalid("most-runs", runs, expected));
+        }
         self.prices.check()
+    }
+
+    /// Runs that hold what is advised and its runner-up against all phases.
+    fn runs_to_confirm(&self) -> usize {
+        2 * (self.phases + self.kept_aside)
     }
 }
 

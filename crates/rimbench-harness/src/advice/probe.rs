@@ -47,6 +47,11 @@ impl Probe {
         self.outcome == Outcome::Skipped { reason: String::new() }.name()
     }
 
+    /// Whether it took longer than it may, which says nothing about its error.
+    pub(super) fn timed_out(&self) -> bool {
+        self.outcome == Outcome::Timeout { at_s: 0.0 }.name()
+    }
+
     /// Whether it came to its end within bounds and within an error.
     pub(super) fn meets(&self, error: f64) -> bool {
         self.completed() && self.error.is_some_and(|own| own <= error)
@@ -74,7 +79,11 @@ impl<'a> Prober<'a> {
     /// Opens the store of these sources and this case; one that cannot be opened costs time, not results.
     pub(super) fn new(spec: &RunSpec, reference: &'a Reference, cache: &Cache, stop: StopFlag<'a>) -> Result<Self> {
         let (name, sources) = store_of(&spec.case);
-        let store = Store::open(&cache.folder().join("advice").join(name), "advice", &sources, columns()).ok();
+        // A file of the user's may have another machine under the same name the next time.
+        let kept = !spec.case.from_outside;
+        let store = kept
+            .then(|| Store::open(&cache.folder().join("advice").join(name), "advice", &sources, columns()).ok())
+            .flatten();
         let (computed, reused) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let known = Mutex::default();
         Ok(Prober { reference, bounds: reference.bounds(spec)?, store, known, stop, computed, reused })
@@ -96,6 +105,11 @@ impl<'a> Prober<'a> {
         };
         self.known().insert(id, probe.clone());
         Ok(probe)
+    }
+
+    /// Runs that have been asked for, stored ones included: the same on every machine.
+    pub(super) fn asked(&self) -> usize {
+        self.known().len()
     }
 
     fn known(&self) -> MutexGuard<'_, HashMap<String, Probe>> {

@@ -73,6 +73,21 @@ impl<'a> Search<'a> {
         (0..self.candidates.len()).filter(|&index| self.next(index, leaders).is_some()).count() + self.left_beyond
     }
 
+    /// Forms whose search ended with a run that took longer than it may.
+    pub(super) fn timed_out(&self) -> usize {
+        self.candidates.iter().filter(|candidate| candidate.timed_out && candidate.met.is_none()).count()
+    }
+
+    /// Runs that may still be asked for.
+    pub(super) fn room(&self) -> usize {
+        self.question.budget.runs.map_or(usize::MAX, |runs| runs.saturating_sub(self.prober.asked()))
+    }
+
+    /// Runs that may still be asked for in the search: what leads must stand all phases afterwards.
+    fn room_to_search(&self) -> usize {
+        self.room().saturating_sub(self.question.runs_to_confirm())
+    }
+
     /// Searches until nothing can be cheaper than the leaders, and these have stood the phases kept aside.
     pub(super) fn run(&mut self) -> Result<Leaders> {
         loop {
@@ -85,7 +100,11 @@ impl<'a> Search<'a> {
                 })
                 .collect();
             if open.is_empty() {
-                if self.stand_all_phases(leaders)? {
+                let stood = self.stand_all_phases(leaders)?;
+                if self.spent {
+                    return Ok(self.confirmed(leaders));
+                }
+                if stood {
                     self.spent |= self.question.exhaustive && self.budget_is_spent();
                     if self.spent || !(self.question.exhaustive && self.find_beyond(leaders)?) {
                         return Ok(leaders);
@@ -97,18 +116,22 @@ impl<'a> Search<'a> {
             if self.spent {
                 // What has been found so far, if it stands all phases.
                 self.stand_all_phases(leaders)?;
-                let [first, second] = leaders.map(|index| index.filter(|&index| self.candidates[index].checked));
-                // Where the first does not stand them, the second is the best that is known.
-                return Ok(if first.is_some() { [first, second] } else { [second, None] });
+                return Ok(self.confirmed(leaders));
             }
             // What has been begun is brought to its end, so that there is soon something to beat; then the cheapest hope first.
             let begun = |index: usize| self.candidates[index].tries > 0;
             open.sort_by(|a, b| begun(b.1).cmp(&begun(a.1)).then(a.0.total_cmp(&b.0)).then(a.1.cmp(&b.1)));
-            open.truncate(BATCH);
+            open.truncate(BATCH.min(self.room_to_search()));
             (self.question.progress)(Step::ToDo(self.expected_runs(open.len())));
             let tries: Vec<(usize, usize)> = open.into_iter().map(|(_, index, step)| (index, step)).collect();
             self.try_all(&tries)?;
         }
+    }
+
+    /// Those of the leaders that have stood all phases; where the first has not, the second is the best that is known.
+    fn confirmed(&self, leaders: Leaders) -> Leaders {
+        let [first, second] = leaders.map(|index| index.filter(|&index| self.candidates[index].checked));
+        if first.is_some() { [first, second] } else { [second, None] }
     }
 
     /// Runs made so far, and those that a look at each open form would take: a guess, for a bar.
@@ -120,8 +143,7 @@ impl<'a> Search<'a> {
 
     fn budget_is_spent(&self) -> bool {
         let budget = self.question.budget;
-        budget.wall.is_some_and(|wall| self.began.elapsed() >= wall)
-            || budget.runs.is_some_and(|runs| self.prober.computed.load(Ordering::Relaxed) >= runs)
+        budget.wall.is_some_and(|wall| self.began.elapsed() >= wall) || self.room_to_search() == 0
     }
 
     /// What a form costs, or is expected to cost, at a macro step.
@@ -207,6 +229,7 @@ impl<'a> Search<'a> {
                 }
                 Err(fall) => {
                     candidate.out = fall.1.as_ref().is_some_and(|run| run.skipped());
+                    candidate.timed_out = fall.1.as_ref().is_some_and(|run| run.timed_out());
                     candidate.missed = step;
                     candidate.fall = Some(fall);
                 }
@@ -299,6 +322,10 @@ impl<'a> Search<'a> {
             // Few at a time: what fails mostly fails soon.
             let aside = aside.chunks(AT_A_TIME).map(|phases| (phases, ", at a phase kept aside"));
             for (phases, said) in std::iter::once((own, "")).chain(aside) {
+                if self.room() < phases.len() {
+                    self.spent = true;
+                    return Ok(false);
+                }
                 let runs = self.probes(&[pair], phases)?.remove(0);
                 if let Err((reason, run)) = self.pass(pair, &runs) {
                     fall = Some((format!("{reason}{said}"), run));
@@ -311,6 +338,7 @@ impl<'a> Search<'a> {
             candidate.work = Some(work);
             if fall.is_some() {
                 stood = false;
+                candidate.timed_out = matches!(&fall, Some((_, Some(run))) if run.timed_out());
                 (candidate.met, candidate.missed, candidate.fall) = (None, step, fall);
             }
         }
@@ -331,7 +359,7 @@ impl<'a> Search<'a> {
         }
         beyond.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (batch, tries) in beyond.chunks(BATCH).enumerate() {
-            self.spent |= self.budget_is_spent();
+            self.spent |= self.budget_is_spent() || self.room_to_search() < BATCH;
             if self.spent {
                 self.left_beyond = beyond.len() - batch * BATCH;
                 break;
@@ -342,6 +370,10 @@ impl<'a> Search<'a> {
             for ((&(_, index, step), pair), runs) in tries.iter().zip(&pairs).zip(&first) {
                 if self.pass(*pair, runs).is_err() {
                     continue;
+                }
+                if self.room() < self.phases.len() {
+                    (self.spent, self.left_beyond) = (true, beyond.len() - batch * BATCH);
+                    return Ok(false);
                 }
                 let runs = self.probes(&[*pair], self.phases)?.remove(0);
                 if self.pass(*pair, &runs).is_ok() {

@@ -5,7 +5,7 @@ use super::declared::{Claim, Statistic, Verdict};
 use super::table::CheckedClaim;
 use crate::equal_cost::{self, CostedRun};
 use rimbench_core::error::Result;
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, uncertainty_of};
 use rimbench_statistics::{bootstrap_interval, median, order_of_convergence};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -159,15 +159,6 @@ fn samples(claim: &Claim, of: Of, label: &str, runs: &ResultsTable, basis: &mut 
         }
     }
     Ok(samples)
-}
-
-/// Column of `runs.csv` that says how far the reference of a metric may be off, where it is an error of force or position.
-fn uncertainty_of(metric: &str) -> Option<&'static str> {
-    match metric {
-        "force_error_rms_n" | "force_error_l1_n" | "force_error_max_n" => Some("reference_force_uncertainty_n"),
-        "position_error_rms_m" | "position_error_end_m" => Some("reference_position_uncertainty_m"),
-        _ => None,
-    }
 }
 
 /// What the two rows have to say at equal counts, one ratio per case and set.

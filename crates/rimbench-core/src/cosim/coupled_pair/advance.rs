@@ -91,7 +91,7 @@ impl CoupledPair<'_> {
         let mut takes_course = self.state.takes_course.actuator;
         let PairState { own, u, transmission, work_sent, end, rates, inside, .. } = &mut *self.state;
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
-        let Some(rates) = rates else { return Ok(()) };
+        let rates = rates.as_mut().ok_or(Cause::NotOffered { what: NO_OUTPUT_RATES })?;
         transmission.clear();
         for j in 0..count {
             self.stop.check()?;

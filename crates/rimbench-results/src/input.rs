@@ -1,0 +1,57 @@
+//! Files that a user names to be read: regular ones only, since a pipe or a device would never end, and of a size that makes sense.
+
+use rimbench_core::error::{Error, Result};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Most that a file of text may hold, bytes.
+const MOST_TEXT: u64 = 1 << 26;
+
+/// Reads a regular file of at most `most` bytes.
+///
+/// # Errors
+/// [`Error::File`] if it cannot be read, is no regular file, or is larger.
+pub fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let wrong = |error: std::io::Error| Error::file(path, format!("cannot be read: {error}"));
+    // A pipe is looked at before it is opened, which would wait for a writer.
+    if !path.metadata().map_err(wrong)?.is_file() {
+        return Err(Error::file(path, "is no regular file"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path).and_then(|file| file.take(most + 1).read_to_end(&mut bytes)).map_err(wrong)?;
+    if bytes.len() as u64 > most {
+        return Err(Error::file(path, format!("is larger than {most} bytes")));
+    }
+    Ok(bytes)
+}
+
+/// Reads a regular file of text.
+///
+/// # Errors
+/// [`Error::File`] if it cannot be read, is no regular file, is larger than 64 MiB, or is no text.
+pub fn read_text(path: &Path) -> Result<String> {
+    String::from_utf8(read_bytes(path, MOST_TEXT)?)
+        .map_err(|_| Error::file(path, "cannot be read: stream did not contain valid UTF-8"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_regular_files_of_a_size_that_makes_sense_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a");
+        std::fs::write(&file, "text").unwrap();
+        assert_eq!(read_text(&file).unwrap(), "text");
+        let said = |found: Result<Vec<u8>>| found.unwrap_err().to_string();
+        assert!(said(read_bytes(&file, 3)).ends_with("a: is larger than 3 bytes"));
+        assert!(said(read_bytes(folder.path(), 3)).ends_with("is no regular file"));
+        assert!(said(read_bytes(&folder.path().join("b"), 3)).contains("cannot be read"));
+        std::fs::write(&file, [0xff]).unwrap();
+        assert!(read_text(&file).unwrap_err().to_string().contains("UTF-8"));
+        #[cfg(unix)]
+        assert!(said(read_bytes("/dev/zero".as_ref(), 3)).contains("no regular file"));
+    }
+}

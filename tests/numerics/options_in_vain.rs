@@ -1,0 +1,87 @@
+//! An option that changes nothing must not make another run of it: it is refused, or the run keeps its id.
+
+use crate::support::{catalogue, schemes};
+use rimbench::cosim::{Outcome, StopFlag};
+use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
+use rimbench::runs::{RunRequest, RunSpec, evaluate, simulate};
+use std::collections::BTreeMap;
+
+/// Cases on which every option has something to do: contacts that open and close, redundant ones, friction, none but feedthrough.
+const CASES: [(&str, &str); 5] = [
+    ("wedge-box", "0.9"),
+    ("wedge-box-friction", "0.3"),
+    ("crane-set-down", "0.6"),
+    ("linear-oscillator", "0.3"),
+    ("cradle", "0.6"),
+];
+
+/// A value or more of each option beside the usual one.
+const OPTIONS: [(&str, &[&str]); 12] = [
+    ("sequence", &["jacobi", "gauss-seidel", "gauss-seidel-mechanics-first"]),
+    ("force_return", &["held", "end", "mean", "profile"]),
+    ("mechanics_steps", &["2", "all"]),
+    ("mechanics_integrator", &["midpoint", "event-split"]),
+    ("actuator_integrator", &["midpoint"]),
+    ("redundancy", &["pseudo-inverse", "regularised:1e-3"]),
+    ("model_motion", &["extrapolated", "piecewise"]),
+    ("contact_detection", &["active", "mechanics-law", "margin:1e-2"]),
+    ("energy_return", &["pool", "balance"]),
+    ("friction_law", &["relaxed", "box", "held"]),
+    ("gain", &["0.25"]),
+    ("step_control", &["energy-residual", "model-defect", "step-doubling"]),
+];
+
+/// All that is known of a run, as text; none of one that did not begin.
+fn findings(spec: &RunSpec, cache: &Cache) -> Option<Vec<String>> {
+    let reference = obtain_reference(spec, cache, StopFlag::never()).unwrap();
+    let run = simulate(spec, reference.bounds(spec).unwrap(), Some(monotonic_clock), StopFlag::never()).unwrap();
+    let began = !matches!(run.report.outcome, Outcome::Skipped { .. });
+    let bits = |row: &[f64]| row.iter().map(|value| format!("{:x}", value.to_bits())).collect::<String>();
+    let rows: Vec<String> = run.trajectory.rows().map(bits).collect();
+    let found = evaluate(spec, run, &reference).unwrap();
+    began.then(|| rows.into_iter().chain(found.findings().iter().map(|fact| fact.cell())).collect())
+}
+
+#[test]
+#[ignore = "a minute; part of .ci/all"]
+fn an_option_that_changes_nothing_is_refused_or_leaves_the_run_id() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = Cache::in_folder(folder.path());
+    // What each option did, over all cases: whether it was of any use.
+    let mut of_use: BTreeMap<(String, String), bool> = BTreeMap::new();
+    for (case, duration) in CASES {
+        for scheme in schemes() {
+            let request = |key: &str, value: &str| {
+                let mut request = RunRequest::of(case, &*scheme.name);
+                for (key, value) in [("duration_s", duration), ("macro_step_s", "2e-3"), (key, value)] {
+                    request.put(key, value).unwrap();
+                }
+                if key == "step_control" {
+                    request.put("step_tolerance", "1e-3").unwrap();
+                }
+                request.resolve(catalogue())
+            };
+            let usual = request("phase", "1").unwrap();
+            let Some(own) = findings(&usual, &cache) else { continue };
+            for (key, values) in OPTIONS {
+                for value in values {
+                    let Ok(spec) = request(key, value) else { continue };
+                    if spec.id() == usual.id() {
+                        continue;
+                    }
+                    if let Some(other) = findings(&spec, &cache) {
+                        let known = of_use.entry((scheme.name.to_string(), format!("{key} = {value}"))).or_default();
+                        *known |= own != other;
+                    }
+                }
+            }
+        }
+    }
+    assert!(of_use.len() > 300, "{} options tried", of_use.len());
+    let in_vain: Vec<String> = of_use
+        .iter()
+        .filter(|(_, of_use)| !**of_use)
+        .map(|((scheme, option), _)| format!("{scheme}: {option}"))
+        .collect();
+    assert!(in_vain.is_empty(), "{} of {} change nothing:\n{}", in_vain.len(), of_use.len(), in_vain.join("\n"));
+}
