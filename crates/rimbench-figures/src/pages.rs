@@ -183,8 +183,8 @@ impl<'a> Keys<'a> {
     /// What a page calls something, by `names="identifier=name; …"`.
     fn named(&self, own: &str) -> String {
         let names = self.list("names").unwrap_or_default();
-        let found = names.iter().filter_map(|name| name.split_once('=')).find(|(of, _)| of.trim() == own);
-        found.map_or(own, |(_, name)| name.trim()).to_owned()
+        let found = names.iter().find_map(|name| name.strip_prefix(own)?.trim_start().strip_prefix('='));
+        found.map_or(own, str::trim).to_owned()
     }
 
     fn which(&self) -> Which<'a> {
@@ -481,18 +481,18 @@ mod tests {
         let folder = results();
         let own = folder.path().join("study/x");
         let runs = "label,case,set,macro_step_s,step_tolerance,outcome,force_error_rms_n\n\
-                    a,box,soft,0.005,,completed,1.5\na,box,hard,0.005,,completed,2.5\n\
-                    b,box,soft,0.005,,completed,3.5\nb,box,hard,0.005,,completed,4.5\n";
+                    a,box,c=1 soft,0.005,,completed,1.5\na,box,hard,0.005,,completed,2.5\n\
+                    b,box,c=1 soft,0.005,,completed,3.5\nb,box,hard,0.005,,completed,4.5\n";
         std::fs::write(own.join("runs.csv"), runs).unwrap();
         keep(&own).unwrap();
         let table =
             |marker: &str| fill_page("p".as_ref(), &format!("<!-- table {marker} --><!-- /table -->"), folder.path());
-        let made = table("of=study/x by=set row=a names=\"soft=soft stops; set=stops\"").unwrap();
+        let made = table("of=study/x by=set row=a names=\"c=1 soft=soft stops; set=stops\"").unwrap();
         assert!(made.contains("\n| stops | 5 ms |\n|---|---|\n| soft stops | 1.5 |\n| hard | 2.5 |\n"), "{made}");
         let made = table("of=study/x by=set rows=\"b; a\" at=5 names=\"b=better\"").unwrap();
-        assert!(made.contains("\n| set | better | a |\n|---|---|---|\n| soft | 3.5 | 1.5 |\n"), "{made}");
-        let made = table("of=study/x sets=\"hard; soft\" at=5").unwrap();
-        assert!(made.contains("\n| scheme | hard | soft |\n|---|---|---|\n| a | 2.5 | 1.5 |\n"), "{made}");
+        assert!(made.contains("\n| set | better | a |\n|---|---|---|\n| c=1 soft | 3.5 | 1.5 |\n"), "{made}");
+        let made = table("of=study/x sets=\"hard; c=1 soft\" at=5").unwrap();
+        assert!(made.contains("\n| scheme | hard | c=1 soft |\n|---|---|---|\n| a | 2.5 | 1.5 |\n"), "{made}");
         let error = table("of=study/x at=5").unwrap_err().to_string();
         assert!(error.contains("2 rows of the summary fit; say set"), "{error}");
     }
