@@ -323,13 +323,12 @@ fn every_number_between_markers_is_that_of_the_data() {
 /// Pages that repeat what others have published, between `<!-- cited -->` and `<!-- /cited -->`.
 const CITING: [&str; 2] = ["published-crane.md", "published-oscillators.md"];
 /// Pages whose numbers are still typed by hand.
-const TYPED: [&str; 7] = [
+const TYPED: [&str; 6] = [
     "README.md",
     "solvers.md",
     "foreign-engine.md",
     "published-crane.md",
     "published-oscillators.md",
-    "model-steps.md",
     "reproduction.md",
 ];
 /// Numbers before these are conditions.
