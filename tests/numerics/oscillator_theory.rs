@@ -443,7 +443,7 @@ fn stability_limits_on_paper_and_of_the_loop_agree() {
     }
 }
 
-/// The tables of `docs/results/published-oscillators.md` with one sample per macro step on each side, the mean of its input: growth
+/// What `docs/results/published-oscillators.md` says of limits rests on these: one sample per macro step on each side, the mean of its input: growth
 /// rates of variant 0 (1/s) at 1 and 10 ms, limits of variant 1 (ms). Those with polynomial inputs stand in `polynomial_inputs.rs`.
 #[test]
 fn the_tables_of_growth_rates_and_limits_stand() {
