@@ -323,7 +323,7 @@ fn every_number_between_markers_is_that_of_the_data() {
 /// Pages that repeat what others have published, between `<!-- cited -->` and `<!-- /cited -->`.
 const CITING: [&str; 2] = ["published-crane.md", "published-oscillators.md"];
 /// Pages whose numbers are still typed by hand.
-const TYPED: [&str; 4] =
+const TYPED: [&str; 3] =
     ["README.md", "solvers.md", "foreign-engine.md", "published-oscillators.md", "reproduction.md"];
 /// Numbers before these are conditions.
 const UNITS_OF_TIME: [&str; 5] = ["ms", "µs", "s", "min", "h"];
