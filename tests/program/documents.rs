@@ -322,9 +322,6 @@ fn every_number_between_markers_is_that_of_the_data() {
 
 /// Pages that repeat what others have published, between `<!-- cited -->` and `<!-- /cited -->`.
 const CITING: [&str; 2] = ["published-crane.md", "published-oscillators.md"];
-/// Pages whose numbers are still typed by hand.
-const TYPED: [&str; 3] =
-    ["README.md", "solvers.md", "foreign-engine.md", "published-oscillators.md", "reproduction.md"];
 /// Numbers before these are conditions.
 const UNITS_OF_TIME: [&str; 5] = ["ms", "µs", "s", "min", "h"];
 /// Numbers before these are too, in a sentence that says that it is about a margin.
@@ -388,9 +385,7 @@ fn no_number_of_a_result_is_typed_by_hand() {
         let text = without_filled(&read(&page));
         let cited = without(&text, "<!-- cited -->", "<!-- /cited -->");
         assert!(cited == text || CITING.contains(&&*name), "{name} is no page on data of others");
-        if !TYPED.contains(&&*name) {
-            faults.extend(typed_results(&cited).into_iter().map(|sentence| format!("{name}: {sentence}")));
-        }
+        faults.extend(typed_results(&cited).into_iter().map(|sentence| format!("{name}: {sentence}")));
     }
     let rule = "a number of a result comes from a marker (docs/development/regenerate.md), or is not said";
     assert!(faults.is_empty(), "{rule}:\n{}", faults.join("\n"));
