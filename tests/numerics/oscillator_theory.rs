@@ -443,8 +443,8 @@ fn stability_limits_on_paper_and_of_the_loop_agree() {
     }
 }
 
-/// The tables of `docs/results/published-oscillators.md` with one sample per macro step on each side, the mean of its input: growth
-/// rates of variant 0 (1/s) at 1 and 10 ms, limits of variant 1 (ms). Those with polynomial inputs stand in `polynomial_inputs.rs`.
+/// Growth rates of variant 0 (1/s) at 1 and 10 ms and limits of variant 1 (ms), to which `docs/results/published-oscillators.md`
+/// refers: one sample per macro step on each side, the mean of its input. Those with polynomial inputs are in `polynomial_inputs.rs`.
 #[test]
 fn the_tables_of_growth_rates_and_limits_stand() {
     let close = |measured: f64, table: f64| (measured / table - 1.0).abs() < 1e-3;

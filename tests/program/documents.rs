@@ -297,11 +297,12 @@ fn the_readme_counts_the_committed_claims() {
     assert!(page.contains(&sentence) && page.contains(&format!("{replaced} more are superseded")), "{sentence}");
 }
 
-/// What is between markers is made by `rimbench reproduce --everything`.
+/// What is between markers is made by `rimbench reproduce --everything`; or here, from what is kept, with `RIMBENCH_FILL_PAGES=1`.
 #[test]
 fn every_number_between_markers_is_that_of_the_data() {
     let mut faults = Vec::new();
     let mut filled = 0;
+    let write = std::env::var_os("RIMBENCH_FILL_PAGES").is_some();
     for document in documents() {
         let text = read(&document);
         if without_filled(&text) == text {
@@ -310,12 +311,104 @@ fn every_number_between_markers_is_that_of_the_data() {
         filled += 1;
         match fill_page(&document, &text, &root().join("results")) {
             Ok(made) if made == text => {}
+            Ok(made) if write => fs::write(&document, made).unwrap(),
             Ok(_) => faults.push(format!("{}: other numbers than the data has", document.display())),
             Err(error) => faults.push(error.to_string()),
         }
     }
     assert!(filled >= 1, "no page has markers");
     assert!(faults.is_empty(), "{}\n`rimbench reproduce --everything` fills them", faults.join("\n"));
+}
+
+/// Pages that repeat what others have published, between `<!-- cited -->` and `<!-- /cited -->`.
+const CITING: [&str; 2] = ["published-crane.md", "published-oscillators.md"];
+/// Numbers before these are conditions.
+const UNITS_OF_TIME: [&str; 5] = ["ms", "µs", "s", "min", "h"];
+/// Numbers before these are too, in a sentence that says that it is about a margin.
+const UNITS_OF_A_MARGIN: [&str; 2] = ["mm", "µm"];
+
+/// Text with what is between two others left out, line ends excepted.
+fn without(text: &str, open: &str, close: &str) -> String {
+    let (mut left, mut rest) = (String::new(), text);
+    while let Some((before, behind)) = rest.split_once(open) {
+        let (inside, after) = behind.split_once(close).unwrap_or((behind, ""));
+        left += before;
+        left.extend(inside.chars().filter(|c| *c == '\n'));
+        rest = after;
+    }
+    left + rest
+}
+
+/// Numerals of a page that may be results, with their sentences. Conditions may be typed by hand: a number before a unit of time, the
+/// numbers of a list that ends so, what follows `=`, a margin; and the number of an item of a list.
+fn typed_results(page: &str) -> Vec<String> {
+    let shown: Vec<&str> = page.split("\n\n").filter(|block| !block.starts_with('#')).collect();
+    let unnumbered = |line: &str| {
+        let item = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());
+        item.strip_prefix(". ").map_or_else(|| line.to_owned(), |item| format!("- {item}")) + "\n"
+    };
+    let text = prose(&shown.join("\n\n")).map(|(_, line)| unnumbered(line)).collect::<String>();
+    let text = [("<!--", "-->"), ("`", "`"), ("![", "]"), ("](", ")")]
+        .into_iter()
+        .fold(text, |text, (open, close)| without(&text, open, close));
+    // A sentence, an item or a cell ends there.
+    let text = text.replace(" | ", " .\n").replace(". ", ".\n").replace("\n\n", ".\n").replace("\n- ", ".\n");
+    text.split(".\n")
+        .filter(|sentence| numerals_of_results(sentence))
+        .map(|sentence| sentence.trim().to_owned())
+        .collect()
+}
+
+/// Whether one of the numerals of a sentence is no condition.
+fn numerals_of_results(sentence: &str) -> bool {
+    let words: Vec<&str> = sentence.split([' ', '\n', '\u{a0}', '–', '/']).filter(|word| !word.is_empty()).collect();
+    let bare = |word: &str| word.trim_matches(|c: char| !c.is_alphanumeric() && c != '%').to_owned();
+    let numeral =
+        |word: &str| word.trim_start_matches(|c: char| !c.is_alphanumeric()).starts_with(|c: char| c.is_ascii_digit());
+    (0..words.len()).any(|at| {
+        if !numeral(words[at]) || at > 0 && matches!(words[at - 1], "=" | "≤" | "≥") {
+            return false;
+        }
+        // What stands behind the list of which it is one.
+        let behind = words[at + 1..].iter().find(|word| !numeral(word) && !matches!(**word, "to" | "and" | "or"));
+        let unit = behind.map(|word| bare(word)).unwrap_or_default();
+        let margin = sentence.contains("margin") && UNITS_OF_A_MARGIN.contains(&&*unit);
+        !(margin || UNITS_OF_TIME.contains(&&*unit))
+    })
+}
+
+#[test]
+fn no_number_of_a_result_is_typed_by_hand() {
+    let mut faults = Vec::new();
+    for page in files(&root().join("docs/results"), "md") {
+        let name = page.file_name().unwrap().to_string_lossy().into_owned();
+        let text = without_filled(&read(&page));
+        let cited = without(&text, "<!-- cited -->", "<!-- /cited -->");
+        assert!(cited == text || CITING.contains(&&*name), "{name} is no page on data of others");
+        faults.extend(typed_results(&cited).into_iter().map(|sentence| format!("{name}: {sentence}")));
+    }
+    let rule = "a number of a result comes from a marker (docs/development/regenerate.md), or is not said";
+    assert!(faults.is_empty(), "{rule}:\n{}", faults.join("\n"));
+}
+
+#[test]
+fn the_check_must_see_a_number_of_a_result() {
+    for condition in [
+        "At 5 ms, at 0.5 to 20 ms, at 1, 2 and 5 ms and with H = 5 it is so.\n\n1. With a margin of 1 mm `x 7` locks.",
+        "## Part 2\n\nA [first](page-2.md) one: ![of 3](a4.svg).\n\n```sh\nrun 5\n```\n<!-- note 6 -->\n2. M1 is κ₀.",
+        "| at 10 ms | μ = 0.3 |\n|---|---|\n| one | two |",
+    ] {
+        assert_eq!(typed_results(condition), Vec::<String>::new(), "{condition}");
+    }
+    for (result, sentence) in [
+        ("It is fine. The error is\n16.6 N at 5 ms.", "The error is\n16.6 N at 5 ms"),
+        ("All is well: 5 mm at a margin.\nBut 1 mm here.", "But 1 mm here"),
+        ("| a | 7 % | c |\n|---|---|---|", "7 %"),
+        ("1. Of 13 fail at 5 ms", "- Of 13 fail at 5 ms"),
+        ("12 of 13 fail at 5 ms", "12 of 13 fail at 5 ms"),
+    ] {
+        assert!(typed_results(result).iter().any(|found| found == sentence), "{result}: {:?}", typed_results(result));
+    }
 }
 
 /// So is what the page on advice says of how right it is.

@@ -8,14 +8,16 @@
 //! <!-- claims of=study/x -->                                                         the claims and what came of them
 //! …
 //! <!-- /claims -->
+//! <!-- value file=solvers/work.csv column="sum pivots" where="solver=lemke" -->51<!-- /value -->   from another file of results
 //! ```
 //! The keys are told in `docs/development/regenerate.md`.
 
 use crate::claims_table::significant;
+use crate::page_rows::{self, BETWEEN, rows_where, written};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::kept::{SUMMARY_METRICS, SummaryRow, read_summary};
 use rimbench_results::results_table::ResultsTable;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Relative slack when a macro step is looked up.
@@ -25,7 +27,7 @@ const SAME_STEP: f64 = 1e-9;
 const KINDS: [&str; 3] = ["value", "table", "claims"];
 
 /// Keys of a marker, of which each kind takes some.
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 22] = [
     "of",
     "row",
     "rows",
@@ -33,21 +35,29 @@ const KEYS: [&str; 14] = [
     "case",
     "cases",
     "set",
+    "sets",
     "tolerance",
+    "tolerances",
+    "by",
+    "names",
     "metric",
     "stat",
     "digits",
     "unit",
     "over",
     "claim",
+    "file",
+    "column",
+    "columns",
+    "where",
 ];
 
-/// What is between the parts of a list in a marker.
-const BETWEEN: char = ';';
+/// What lines and columns of a table may be: the key of one, that of a list, and the place among the keys of a summary.
+const AXES: [(&str, &str, usize); 4] =
+    [("row", "rows", 2), ("case", "cases", 0), ("set", "sets", 1), ("tolerance", "tolerances", 4)];
 
-/// Units that a number may be shown in: what a value in SI units is multiplied by.
-const UNITS: [(&str, f64); 9] =
-    [("N", 1.0), ("J", 1.0), ("m", 1.0), ("kg", 1.0), ("s", 1.0), ("mm", 1e3), ("µm", 1e6), ("%", 1e2), ("times", 1.0)];
+/// What tells rows of a summary apart, the macro step apart: case, set, scheme row, its place left out, tolerance.
+type Which<'a> = [Option<&'a str>; 5];
 
 /// Fills all markers of a page from the results in a folder.
 ///
@@ -152,25 +162,37 @@ impl<'a> Keys<'a> {
         self.get("at").unwrap_or_default().split_whitespace().map(number).collect()
     }
 
-    fn written(&self, value: f64) -> Result<String> {
-        let unit = self.get("unit").unwrap_or_default();
-        let scale = match UNITS.iter().find(|(name, _)| *name == unit) {
-            Some((_, scale)) => *scale,
-            None if unit.is_empty() => 1.0,
-            None => return Err(Error::unknown("unit", unit, UNITS.iter().map(|(name, _)| *name))),
-        };
+    fn digits(&self) -> Result<usize> {
         let digits = self.get("digits").unwrap_or("2");
-        let digits = digits
-            .parse()
-            .ok()
-            .filter(|digits| (1..=8).contains(digits))
-            .ok_or_else(|| Error::invalid("digits", digits, "1 to 8"))?;
-        Ok(significant(scale * value, digits))
+        let number = digits.parse().ok().filter(|digits| (1..=8).contains(digits));
+        number.ok_or_else(|| Error::invalid("digits", digits, "1 to 8"))
+    }
+
+    fn written(&self, value: f64) -> Result<String> {
+        written(value, self.get("unit").unwrap_or_default(), self.digits()?)
     }
 
     fn with_unit(&self, value: f64) -> Result<String> {
-        let number = self.written(value)?;
-        Ok(self.get("unit").map_or_else(|| number.clone(), |unit| format!("{number} {unit}")))
+        self.written(value).map(|number| self.behind(number))
+    }
+
+    fn behind(&self, number: String) -> String {
+        self.get("unit").map_or_else(|| number.clone(), |unit| format!("{number} {unit}"))
+    }
+
+    /// What a page calls something, by `names="identifier=name; …"`.
+    fn named(&self, own: &str) -> String {
+        let names = self.list("names").unwrap_or_default();
+        let found = names.iter().find_map(|name| name.strip_prefix(own)?.trim_start().strip_prefix('='));
+        found.map_or(own, str::trim).to_owned()
+    }
+
+    fn which(&self) -> Which<'a> {
+        let mut which = Which::default();
+        for (key, _, place) in AXES {
+            which[place] = self.get(key);
+        }
+        which
     }
 }
 
@@ -189,6 +211,10 @@ impl Sources {
         Ok(&self.summaries[name])
     }
 
+    fn file(&self, keys: &Keys<'_>) -> Result<Option<ResultsTable>> {
+        keys.get("file").map(|file| ResultsTable::read(&self.folder.join(file))).transpose()
+    }
+
     fn claims_of(&self, keys: &Keys<'_>) -> Result<(ResultsTable, Vec<usize>)> {
         let name = keys.need("of")?;
         let own = self.folder.join(name).join("claims.csv");
@@ -204,8 +230,14 @@ impl Sources {
         Ok((claims, rows))
     }
 
-    /// A measured claim, a count of claims, or a median.
+    /// A cell of a file, a measured claim, a count of claims, or a median.
     fn value(&mut self, keys: &Keys<'_>) -> Result<String> {
+        if let Some(table) = self.file(keys)? {
+            let (rows, style) =
+                (keys.get("where").unwrap_or_default(), (keys.get("unit").unwrap_or_default(), keys.digits()?));
+            let value = page_rows::value(&table, keys.need("column")?, rows, keys.get("over"), style)?;
+            return Ok(keys.behind(value));
+        }
         if let Some(id) = keys.get("claim") {
             let (claims, rows) = self.claims_of(keys)?;
             let (ids, verdict) = (claims.column("id")?, claims.column("verdict")?);
@@ -223,9 +255,13 @@ impl Sources {
         }
         let steps = keys.steps()?;
         let [step] = steps[..] else { return Err(Error::invalid("at", steps.len(), "one macro step")) };
-        let row = keys.need("row")?;
-        let own = number(self.row(keys, row, step, keys.get("case"))?, keys)?;
-        let other = keys.get("over").map(|other| number(self.row(keys, other, step, keys.get("case"))?, keys));
+        keys.need("row")?;
+        let own = number(self.row(keys, keys.which(), step)?, keys)?;
+        let other = keys.get("over").map(|other| {
+            let mut which = keys.which();
+            which[2] = Some(other);
+            number(self.row(keys, which, step)?, keys)
+        });
         match (own, other.transpose()?) {
             (Cell::Text(text), _) => Ok(text),
             (Cell::Number(own), None) => keys.with_unit(own),
@@ -234,56 +270,74 @@ impl Sources {
         }
     }
 
-    fn row(&mut self, keys: &Keys<'_>, label: &str, step: f64, case: Option<&str>) -> Result<&SummaryRow> {
-        let is =
-            |row: &SummaryRow, key: usize, wanted: Option<&str>| wanted.is_none_or(|wanted| row.keys[key] == wanted);
-        let (set, tolerance) = (keys.get("set"), keys.get("tolerance"));
-        let found: Vec<&SummaryRow> = self
-            .summary(keys)?
-            .iter()
-            .filter(|row| is(row, 0, case) && is(row, 1, set) && row.keys[2] == label && is(row, 4, tolerance))
-            .filter(|row| is_step(row, step))
-            .collect();
+    /// The one row of a summary that is asked for.
+    fn row<'a>(&'a mut self, keys: &Keys<'_>, which: Which<'a>, step: f64) -> Result<&'a SummaryRow> {
+        let rows = self.summary(keys)?;
+        for (key, _, place) in AXES {
+            let known = rows.iter().map(|row| row.keys[place].as_str());
+            if let Some(wanted) = which[place].filter(|wanted| !known.clone().any(|own| own == *wanted)) {
+                return Err(Error::unknown(key, wanted, BTreeSet::from_iter(known)));
+            }
+        }
+        let found: Vec<&SummaryRow> = fitting(rows, which).filter(|row| is_step(row, step)).collect();
         match found[..] {
             [row] => Ok(row),
-            _ => Err(Error::Incompatible(format!(
-                "{} rows of the summary are `{label}` at {step} ms; say case, set or tolerance where there are several",
-                found.len()
-            ))),
+            [] => Err(Error::invalid("at", step, format!("one of {}", joined(&steps_of(fitting(rows, which)))))),
+            _ => {
+                let several =
+                    AXES.iter().filter(|axis| found.iter().any(|row| row.keys[axis.2] != found[0].keys[axis.2]));
+                let several: Vec<&str> = several.map(|(key, ..)| *key).collect();
+                let message = format!("{} rows of the summary fit; say {}", found.len(), several.join(" and "));
+                Err(Error::Incompatible(message))
+            }
         }
     }
 
+    /// Lines are scheme rows, or what `by` names; columns are macro steps, or what another list names, at one step.
     fn table(&mut self, keys: &Keys<'_>) -> Result<String> {
+        if let Some(table) = self.file(keys)? {
+            let (columns, rows) = (keys.need("columns")?, keys.get("where").unwrap_or_default());
+            return page_rows::table(&table, columns, rows, |own| keys.named(own), keys.digits()?);
+        }
+        let axis = |key: &str| AXES.into_iter().find(|axis| axis.0 == key);
+        let by = keys.get("by").unwrap_or("row");
+        let (by, lines, line) = axis(by).ok_or_else(|| Error::unknown("key", by, AXES.map(|(key, ..)| key)))?;
+        let across = AXES.into_iter().find(|(key, list, _)| *key != by && keys.get(list).is_some());
+        let fitting: Vec<SummaryRow> = fitting(self.summary(keys)?, keys.which()).cloned().collect();
+        let known = || fitting.iter().map(|row| row.keys[line].as_str());
+        let lines = keys.list(lines).unwrap_or_else(|| {
+            let mut all: Vec<&str> = Vec::new();
+            known().for_each(|own| {
+                if !all.contains(&own) {
+                    all.push(own)
+                }
+            });
+            all
+        });
         let mut steps = keys.steps()?;
-        let rows = self.summary(keys)?;
-        let mut labels: Vec<String> = Vec::new();
-        let mut known: Vec<f64> = Vec::new();
-        for row in rows.iter().filter(|row| keys.get("case").is_none_or(|case| row.keys[0] == case)) {
-            if !labels.contains(&row.keys[2]) {
-                labels.push(row.keys[2].clone());
-            }
-            known.extend(milliseconds(row).filter(|step| !known.iter().any(|other| same(*step, *other))));
-        }
         if steps.is_empty() {
-            steps = known;
+            steps = steps_of(fitting.iter());
         }
-        if let Some(wanted) = keys.list("rows") {
-            labels = wanted.into_iter().map(str::to_owned).collect();
-        }
-        // Columns are macro steps, or cases at one of them.
-        let columns: Vec<(Option<&str>, f64, String)> = match (keys.list("cases"), &steps[..]) {
-            (None, steps) => steps.iter().map(|&step| (keys.get("case"), step, format!("{step} ms"))).collect(),
-            (Some(cases), [step]) => cases.into_iter().map(|case| (Some(case), *step, case.to_owned())).collect(),
-            (Some(_), steps) => {
-                return Err(Error::invalid("at", steps.len(), "one macro step, where columns are cases"));
+        let columns: Vec<(Option<(usize, &str)>, f64, String)> = match (across, &steps[..]) {
+            (None, steps) => steps.iter().map(|&step| (None, step, format!("{step} ms"))).collect(),
+            (Some((_, list, place)), [step]) => {
+                let values = keys.list(list).unwrap_or_default();
+                values.into_iter().map(|value| (Some((place, value)), *step, keys.named(value))).collect()
+            }
+            (Some((_, list, _)), steps) => {
+                return Err(Error::invalid("at", steps.len(), format!("one macro step, where columns are {list}")));
             }
         };
         let header: String = columns.iter().map(|(.., name)| format!(" {name} |")).collect();
-        let mut table = format!("| scheme |{header}\n|---|{}\n", "---|".repeat(columns.len()));
-        for label in &labels {
-            table += &format!("| {label} |");
-            for (case, step, _) in &columns {
-                let row = self.row(keys, label, *step, *case)?;
+        let head = if by == "row" { "scheme" } else { by };
+        let mut table = format!("| {} |{header}\n|---|{}\n", keys.named(head), "---|".repeat(columns.len()));
+        for name in &lines {
+            table += &format!("| {} |", keys.named(name));
+            for (across, step, _) in &columns {
+                let mut which = keys.which();
+                which[line] = Some(*name);
+                across.iter().for_each(|(place, value)| which[*place] = Some(*value));
+                let row = self.row(keys, which, *step)?;
                 let cell = match number(row, keys)? {
                     Cell::Text(text) => text,
                     Cell::Number(_) if row.completed == 0 => "–".to_owned(),
@@ -304,6 +358,8 @@ impl Sources {
         let [text, measured, expected, verdict] =
             ["text", "measured", "expected", "verdict"].map(|name| claims.column(name));
         let (text, measured, expected, verdict) = (text?, measured?, expected?, verdict?);
+        let wanted = rows_where(&claims, keys.get("where").unwrap_or_default())?;
+        let rows = rows.into_iter().filter(|row| wanted.contains(row));
         let mut table = String::from("| claim | measured | expected | |\n|---|---|---|---|\n");
         for row in rows {
             let [text, expected] = [text, expected].map(|column| claims.text(row, column).replace('|', "\\|"));
@@ -334,6 +390,26 @@ fn number(row: &SummaryRow, keys: &Keys<'_>) -> Result<Cell> {
         "runs" => Cell::Text(row.runs.to_string()),
         other => return Err(Error::unknown("stat", other, ["median", "q1", "q3", "completed", "runs"])),
     })
+}
+
+/// Rows of a summary at all their macro steps.
+fn fitting<'a>(rows: &'a [SummaryRow], which: Which<'a>) -> impl Iterator<Item = &'a SummaryRow> + Clone {
+    rows.iter().filter(move |row| AXES.iter().all(|axis| which[axis.2].is_none_or(|wanted| row.keys[axis.2] == wanted)))
+}
+
+/// Macro steps of rows, in milliseconds, in their order.
+fn steps_of<'a>(rows: impl Iterator<Item = &'a SummaryRow>) -> Vec<f64> {
+    let mut steps: Vec<f64> = Vec::new();
+    for step in rows.filter_map(milliseconds) {
+        if !steps.iter().any(|other| same(step, *other)) {
+            steps.push(step);
+        }
+    }
+    steps
+}
+
+fn joined(steps: &[f64]) -> String {
+    steps.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
 }
 
 fn milliseconds(row: &SummaryRow) -> Option<f64> {
@@ -401,10 +477,70 @@ mod tests {
     }
 
     #[test]
+    fn lines_may_be_other_than_schemes_and_names_other_than_identifiers() {
+        let folder = results();
+        let own = folder.path().join("study/x");
+        let runs = "label,case,set,macro_step_s,step_tolerance,outcome,force_error_rms_n\n\
+                    a,box,c=1 soft,0.005,,completed,1.5\na,box,hard,0.005,,completed,2.5\n\
+                    b,box,c=1 soft,0.005,,completed,3.5\nb,box,hard,0.005,,completed,4.5\n";
+        std::fs::write(own.join("runs.csv"), runs).unwrap();
+        keep(&own).unwrap();
+        let table =
+            |marker: &str| fill_page("p".as_ref(), &format!("<!-- table {marker} --><!-- /table -->"), folder.path());
+        let made = table("of=study/x by=set row=a names=\"c=1 soft=soft stops; set=stops\"").unwrap();
+        assert!(made.contains("\n| stops | 5 ms |\n|---|---|\n| soft stops | 1.5 |\n| hard | 2.5 |\n"), "{made}");
+        let made = table("of=study/x by=set rows=\"b; a\" at=5 names=\"b=better\"").unwrap();
+        assert!(made.contains("\n| set | better | a |\n|---|---|---|\n| c=1 soft | 3.5 | 1.5 |\n"), "{made}");
+        let made = table("of=study/x sets=\"hard; c=1 soft\" at=5").unwrap();
+        assert!(made.contains("\n| scheme | hard | c=1 soft |\n|---|---|---|\n| a | 2.5 | 1.5 |\n"), "{made}");
+        let error = table("of=study/x at=5").unwrap_err().to_string();
+        assert!(error.contains("2 rows of the summary fit; say set"), "{error}");
+    }
+
+    #[test]
+    fn rows_of_other_files_are_chosen_folded_and_held_against_each_other() {
+        let folder = results();
+        let work = "solver,from,pivots,worst\none,1,3,1e-9\none,65,7,2e-9\ntwo,1,5,0.5\ntwo,65,,0.25\n";
+        std::fs::write(folder.path().join("work.csv"), work).unwrap();
+        let filled = |text: &str| fill_page("p".as_ref(), text, folder.path());
+        let made = filled(
+            "<!-- table file=work.csv columns=\"solver; sum pivots as work; max worst in %\" names=\"one=first\" -->\
+             <!-- /table -->",
+        );
+        let lines = "\n| solver | work | max worst |\n|---|---|---|\n| first | 10 | 2.0e-7 |\n| two | 5 | 50 |\n";
+        assert!(made.as_ref().unwrap().contains(lines), "{made:?}");
+        let made = filled(
+            "<!-- table file=work.csv columns=\"solver; worst\" where=\"from>1; solver!=one\" --><!-- /table -->",
+        );
+        assert!(made.as_ref().unwrap().contains("|---|---|\n| two | 0.25 |\n\n"), "{made:?}");
+        for (keys, said) in [
+            ("column=\"sum pivots\" where=solver=one", "10"),
+            ("column=\"sum pivots\" where=solver=one over=solver=two unit=times", "2.0 times"),
+            ("column=count where=\"worst<0.3\"", "3"),
+            ("column=worst where=\"solver=two; from=65.0\" unit=%", "25 %"),
+            ("column=solver where=\"worst=0.5\"", "two"),
+        ] {
+            let made = filled(&format!("<!-- value file=work.csv {keys} -->?<!-- /value -->")).unwrap();
+            assert!(made.contains(&format!("-->{said}<!--")), "{keys}: {made}");
+        }
+        for (keys, said) in [
+            ("column=pivots where=solver=one", "2 rows meet `solver=one`"),
+            ("column=pivots where=solver=on", "`one`"),
+            ("column=pivot", "pivots"),
+            ("column=\"mean pivots\"", "sum"),
+            ("column=pivots where=\"pivots>9\"", "no row meets"),
+        ] {
+            let error = filled(&format!("<!-- value file=work.csv {keys} --><!-- /value -->")).unwrap_err().to_string();
+            assert!(error.contains(said), "{keys}: {error}");
+        }
+    }
+
+    #[test]
     fn what_cannot_be_filled_is_named_with_its_line() {
         for (marker, said) in [
-            ("<!-- value of=study/x row=c at=5 --><!-- /value -->", "0 rows of the summary are `c` at 5 ms"),
+            ("<!-- value of=study/x row=c at=5 --><!-- /value -->", "`c`"),
             ("<!-- value of=study/x row=a --><!-- /value -->", "at"),
+            ("<!-- value of=study/x row=a at=6 --><!-- /value -->", "one of 5, 10"),
             ("<!-- value of=study/x claim=flor --><!-- /value -->", "`floor`"),
             ("<!-- value of=study/x colour=red --><!-- /value -->", "colour"),
             ("<!-- value of=study/y row=a at=5 --><!-- /value -->", "digest.toml"),
