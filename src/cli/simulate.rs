@@ -5,7 +5,6 @@ use super::progress::Heartbeat;
 use super::run_options::RunOptions;
 use super::{Format, complain, print, probe_lines, table, with_files};
 use clap::Args;
-use rimbench::atomic_file::check_writable_file;
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
@@ -13,7 +12,7 @@ use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::metrics::{METRICS, is_of_friction};
 use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate_inside};
-use rimbench::trace::write_trace;
+use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -38,7 +37,7 @@ impl Simulate {
         let spec = request.resolve_built(&catalogue)?;
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
-            check_writable_file(path)?;
+            check_place_for_trace(path)?;
         }
         let stop = StopFlag::never();
         let alive = Heartbeat::of("simulate");

@@ -6,12 +6,13 @@ mod scheme_row;
 pub use plan::{MOST_RUNS, PlannedRun};
 
 use super::claims::Claim;
-use super::files::{make_folder, read_text};
+use super::files::make_folder;
 use super::grid::{MacroSteps, Phases, one_phase};
 use super::store::Store;
 use rimbench_cases::cases::Case;
 use rimbench_core::error::{Error, Result, line_of, said_at, shortened};
 use rimbench_results::atomic_file::write_atomically;
+use rimbench_results::input::read_text;
 use scheme_row::{RawRow, SchemeRow};
 use serde::Deserialize;
 use serde::de::IgnoredAny;

@@ -27,6 +27,7 @@ use default_figures::default_figures;
 use rimbench_core::error::{Error, Result, line_of, said_at, shortened};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums;
+use rimbench_results::input::read_text;
 use serde::Deserialize;
 use statistics::Runs;
 use std::collections::BTreeSet;
@@ -137,9 +138,7 @@ impl FigureList {
     /// # Errors
     /// [`Error::File`] with all that is wrong, each with its line.
     pub fn read(path: &Path) -> Result<Self> {
-        let text =
-            std::fs::read_to_string(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
-        Self::parse(path, &text)
+        Self::parse(path, &read_text(path)?)
     }
 
     /// Reads the text of a list; `path` is what errors name.

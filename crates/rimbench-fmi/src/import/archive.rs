@@ -3,6 +3,7 @@
 use super::description::Description;
 use crate::export::{LAYERED_STANDARD, platform};
 use rimbench_core::error::{Error, Result};
+use rimbench_results::input::{read_bytes, read_text};
 use sha2::{Digest, Sha256};
 use std::env::consts::{DLL_SUFFIX, OS};
 use std::io::{Cursor, Read};
@@ -34,7 +35,7 @@ impl Unpacked {
     /// [`Error::File`] for what cannot be read, is no archive, has no description that can be used, or no library for this platform.
     pub(super) fn open(file: &Path) -> Result<Self> {
         let wrong = |message: String| Error::file(file, message);
-        let bytes = std::fs::read(file).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+        let bytes = read_bytes(file, MOST_BYTES)?;
         let digest = Sha256::digest(&bytes).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
         let mut archive = ZipArchive::new(Cursor::new(bytes))
             .map_err(|error| wrong(format!("is no FMU: no zip archive ({error})")))?;
@@ -44,8 +45,10 @@ impl Unpacked {
             .map_err(|error| wrong(format!("there is no room to unpack it: {error}")))?;
         check_size(&mut archive, MOST_BYTES).map_err(&wrong)?;
         archive.extract(folder.path()).map_err(|error| wrong(format!("cannot be unpacked: {error}")))?;
-        let text = std::fs::read_to_string(folder.path().join("modelDescription.xml"))
-            .map_err(|error| wrong(format!("is no FMU: modelDescription.xml cannot be read: {error}")))?;
+        let text = read_text(&folder.path().join("modelDescription.xml")).map_err(|error| {
+            let Error::File { message, .. } = error else { return error };
+            wrong(format!("is no FMU: modelDescription.xml {message}"))
+        })?;
         let description =
             Description::parse(&text).map_err(|message| wrong(format!("modelDescription.xml: {message}")))?;
         let binaries = folder.path().join("binaries");

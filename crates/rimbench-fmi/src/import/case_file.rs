@@ -12,6 +12,7 @@ use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem, check_coupling};
 use rimbench_core::error::{Error, Result, said_at};
 use rimbench_core::name::{Name, check_new_name};
+use rimbench_results::input::read_text;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
@@ -205,7 +206,7 @@ enum Process {
 /// [`Error::File`] naming the case file or the FMU, what is wrong with it, and what would be valid.
 pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     let wrong = |message: String| Error::file(path, message);
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+    let text = read_text(path)?;
     let file: CaseFile = toml::from_str(&text).map_err(|error| {
         wrong(match names_program(&text) {
             true => GONE.to_owned(),
