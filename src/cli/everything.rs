@@ -46,7 +46,8 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     }
     // Of a part, what rests on all of them is left as it is.
     let whole = only.is_empty();
-    let pages = if whole { pages()? } else { Vec::new() };
+    // Pages speak of what is kept, files that other commands make included.
+    let pages = if whole && out == Path::new("results") { pages()? } else { Vec::new() };
     let names: Vec<String> = experiments.iter().map(Experiment::full_name).collect();
     let figures: Vec<&FigureEntry> =
         figures.figures.iter().filter(|figure| names.contains(&figure.experiment)).collect();

@@ -317,7 +317,7 @@ fn every_number_between_markers_is_that_of_the_data() {
         }
     }
     assert!(filled >= 1, "no page has markers");
-    assert!(faults.is_empty(), "{}\n`rimbench reproduce --everything` fills them", faults.join("\n"));
+    assert!(faults.is_empty(), "{}\nRIMBENCH_FILL_PAGES=1 fills them from what is kept", faults.join("\n"));
 }
 
 /// Pages that repeat what others have published, between `<!-- cited -->` and `<!-- /cited -->`.

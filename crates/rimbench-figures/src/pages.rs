@@ -318,11 +318,16 @@ impl Sources {
         if steps.is_empty() {
             steps = steps_of(fitting.iter());
         }
-        let columns: Vec<(Option<(usize, &str)>, f64, String)> = match (across, &steps[..]) {
-            (None, steps) => steps.iter().map(|&step| (None, step, format!("{step} ms"))).collect(),
+        let columns: Vec<(Which<'_>, f64, String)> = match (across, &steps[..]) {
+            (None, steps) => steps.iter().map(|&step| (keys.which(), step, format!("{step} ms"))).collect(),
             (Some((_, list, place)), [step]) => {
                 let values = keys.list(list).unwrap_or_default();
-                values.into_iter().map(|value| (Some((place, value)), *step, keys.named(value))).collect()
+                let which = |value| {
+                    let mut which = keys.which();
+                    which[place] = Some(value);
+                    which
+                };
+                values.into_iter().map(|value| (which(value), *step, keys.named(value))).collect()
             }
             (Some((_, list, _)), steps) => {
                 return Err(Error::invalid("at", steps.len(), format!("one macro step, where columns are {list}")));
@@ -333,11 +338,9 @@ impl Sources {
         let mut table = format!("| {} |{header}\n|---|{}\n", keys.named(head), "---|".repeat(columns.len()));
         for name in &lines {
             table += &format!("| {} |", keys.named(name));
-            for (across, step, _) in &columns {
-                let mut which = keys.which();
+            for (mut which, step, _) in columns.iter().cloned() {
                 which[line] = Some(*name);
-                across.iter().for_each(|(place, value)| which[*place] = Some(*value));
-                let row = self.row(keys, which, *step)?;
+                let row = self.row(keys, which, step)?;
                 let cell = match number(row, keys)? {
                     Cell::Text(text) => text,
                     Cell::Number(_) if row.completed == 0 => "–".to_owned(),
