@@ -123,6 +123,26 @@ impl InterfaceColumns {
     }
 }
 
+/// Which steps a side can take.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StepRule {
+    /// Steps of one length only, all through a run.
+    pub equal: bool,
+    /// Multiples of this only, s.
+    pub multiple_of: Option<f64>,
+}
+
+/// Share of a step by which it may miss a multiple.
+const SAME_STEP: f64 = 1e-6;
+
+impl StepRule {
+    /// Tells whether a step (s) is a multiple of what it must be one of.
+    pub fn allows(&self, step: f64) -> bool {
+        self.multiple_of
+            .is_none_or(|unit| (step / unit).round() >= 1.0 && (step / unit - (step / unit).round()).abs() < SAME_STEP)
+    }
+}
+
 /// Says what runs with these parameters are held against.
 pub type ChooseReference = Arc<dyn Fn(&Parameters) -> Result<ReferenceMethod> + Send + Sync>;
 
@@ -160,6 +180,8 @@ pub struct Case {
     pub judged_by: Option<Arc<Case>>,
     /// Whether code from outside has a part in it: no reference of it is kept then, because nothing tells when that code changes.
     pub from_outside: bool,
+    /// Which steps each side can take.
+    pub steps: PerSide<StepRule>,
     /// Builds both sides.
     pub build: BuildCase,
 }
@@ -193,6 +215,7 @@ impl Case {
             reference: Arc::new(|_| Ok(ReferenceMethod::Refined)),
             judged_by: None,
             from_outside: false,
+            steps: PerSide::default(),
             build: Arc::new(build),
         }
     }

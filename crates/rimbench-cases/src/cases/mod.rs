@@ -33,7 +33,7 @@ mod woodpecker;
 
 pub use case::{
     BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, Purpose,
-    RowFunction, StateVariable,
+    RowFunction, StateVariable, StepRule,
 };
 pub use discs::wall_forces;
 pub use falling_chain::Chain;

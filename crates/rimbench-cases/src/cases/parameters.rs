@@ -245,7 +245,11 @@ impl Parameters {
                 found: key.to_owned(),
                 valid: self.declared.iter().map(|parameter| parameter.name.clone().into_owned()).collect(),
             })?;
-        let value = self.declared[index].range.parse(key, text)?;
+        let value = match self.declared[index].range.parse(key, text)? {
+            // −0 is 0, and no other run.
+            Value::Number(number) => Value::Number(number + 0.0),
+            choice => choice,
+        };
         Arc::make_mut(&mut self.values)[index] = value;
         Arc::make_mut(&mut self.given)[index] = true;
         self.text = Arc::default();

@@ -4,8 +4,8 @@ use super::spec::RunSpec;
 use super::step_control::StepControl;
 use crate::cases::Recorder;
 use rimbench_core::cosim::{
-    Bounds, EnergyReturn, Outcome, Report, Sides, StopFlag, Supervision, Trajectory, Watch, check_coupling,
-    counts_interface_way, counts_interface_work,
+    Bounds, EnergyReturn, MechanicsSteps, Outcome, Report, Side, Sides, StopFlag, Supervision, Trajectory, Watch,
+    check_coupling, counts_interface_way, counts_interface_work, division,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Need};
@@ -56,6 +56,7 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
     let skip = spec
         .scheme
         .incompatibility(sides.lend())
+        .or_else(|| unequal_steps(spec))
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| unreturnable(spec, sides.lend()))
         .or_else(|| without_sight(spec, sides.lend()))
@@ -82,6 +83,32 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
     };
     recorder.finish(&report, &mut trajectory);
     Ok(RunResult { report, trajectory, wall })
+}
+
+/// Why a side cannot take the steps of a run, if it cannot.
+fn unequal_steps(spec: &RunSpec) -> Option<String> {
+    let even = spec.step_control == StepControl::None && spec.grid().is_ok_and(|grid| grid.is_even());
+    let micro_steps = division(spec.macro_step, spec.micro_step);
+    let mechanics_steps = match spec.mechanics_steps {
+        MechanicsSteps::AsActuator => micro_steps,
+        MechanicsSteps::Count(count) => count.get() as usize,
+    };
+    Side::BOTH.into_iter().find_map(|side| {
+        let rule = spec.case.steps[side];
+        let (name, count) = match side {
+            Side::Mechanics => ("mechanics", mechanics_steps),
+            Side::Actuator => ("actuator", micro_steps),
+        };
+        let step = spec.macro_step / count as f64;
+        if rule.equal && !even {
+            return Some(format!(
+                "the {name} takes steps of one length only, and step control, a phase below 1 or a duration that is no multiple of the \
+                 macro step asks for others"
+            ));
+        }
+        let unit = rule.multiple_of.filter(|_| !rule.allows(step) || !even)?;
+        Some(format!("the {name} takes multiples of {unit:e} s only, and is asked for steps of {step:e} s, or others beside them"))
+    })
 }
 
 /// Why a step control cannot work with these subsystems, if it cannot.
@@ -136,4 +163,35 @@ fn unreturnable(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
             "energy_return = {kind} needs an interface whose work both sides count, and a mechanics that counts its way"
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::{Case, StepRule};
+    use crate::catalogue::Catalogue;
+    use crate::runs::RunRequest;
+    use std::sync::Arc;
+
+    #[test]
+    fn a_side_that_takes_equal_steps_or_multiples_only_is_not_asked_for_others() {
+        let catalogue = Catalogue::standard();
+        let skipped = |equal: bool, multiple_of: Option<f64>, options: &[(&str, &str)]| {
+            let mut request = RunRequest::of("wedge-box", "zero-order-hold");
+            options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
+            let mut spec = request.resolve(&catalogue).unwrap();
+            let mut case = Case::clone(&spec.case);
+            case.steps.mechanics = StepRule { equal, multiple_of };
+            spec.case = Arc::new(case);
+            unequal_steps(&spec).is_some()
+        };
+        let even = [("macro_step_s", "1e-2"), ("duration_s", "0.1")];
+        let with = |more: (&'static str, &'static str)| [even[0], even[1], more];
+        assert!(!skipped(true, Some(1e-3), &even));
+        assert!(!skipped(false, None, &with(("phase", "0.5"))));
+        assert!(skipped(true, None, &with(("phase", "0.5"))));
+        assert!(skipped(true, None, &with(("duration_s", "0.105"))));
+        assert!(skipped(false, Some(4e-3), &even));
+        assert!(skipped(false, Some(1e-3), &with(("phase", "0.55"))));
+    }
 }

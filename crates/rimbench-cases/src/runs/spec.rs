@@ -115,7 +115,24 @@ impl RunRequest {
         } = self;
         let scheme = catalogue.scheme(named("scheme", scheme)?)?;
         let solver = catalogue.solver(solver.as_deref().unwrap_or(USUAL_SOLVER))?;
+        let exchange = [
+            ("sequence", sequence.is_some()),
+            ("force_return", force_return.is_some()),
+            ("mechanics_steps", mechanics_steps.is_some()),
+        ];
+        if let Some(option) = scheme.without_exchange(exchange) {
+            return Err(Error::Incompatible(format!(
+                "{option}: scheme `{}` has no such choice, because its sides move as one between communication points",
+                scheme.name
+            )));
+        }
         let (sequence, force_return) = scheme.sequence_and_return(*sequence, *force_return)?;
+        let mechanics_steps = mechanics_steps.unwrap_or(case.usual_mechanics_steps());
+        // The profile of one step is its mean.
+        let force_return = match force_return {
+            ForceReturn::Profile if mechanics_steps == MechanicsSteps::ONE => ForceReturn::Mean,
+            other => other,
+        };
         let asked = [
             ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
             ("model_motion", model_motion.map(|motion| motion.to_string())),
@@ -126,6 +143,12 @@ impl RunRequest {
         if let Some((key, value)) = in_vain.filter(|_| !scheme.has_model()) {
             return Err(Error::Incompatible(format!(
                 "{key} = {value}: scheme `{}` has no reduced interface model",
+                scheme.name
+            )));
+        }
+        if let Some(redundancy) = redundancy.filter(|_| !scheme.condenses) {
+            return Err(Error::Incompatible(format!(
+                "redundancy = {redundancy}: scheme `{}` makes no contacts bilateral",
                 scheme.name
             )));
         }
@@ -154,7 +177,7 @@ impl RunRequest {
             solver: solver.clone(),
             sequence,
             force_return,
-            mechanics_steps: mechanics_steps.unwrap_or(case.usual_mechanics_steps()),
+            mechanics_steps,
             mechanics_integrator: mechanics_integrator.unwrap_or_default(),
             actuator_integrator: actuator_integrator.unwrap_or_default(),
             friction_law: friction_law.unwrap_or_default(),

@@ -80,6 +80,11 @@ impl CommunicationGrid {
         }
     }
 
+    /// Tells whether all macro steps are of one length, up to round-off.
+    pub fn is_even(&self) -> bool {
+        [0, self.count - 1].iter().all(|&index| (self.step(index).length / self.macro_step - 1.0).abs() < COMMENSURATE)
+    }
+
     /// Returns the macro step that starts at `t_k`.
     pub fn step(&self, index: usize) -> MacroStep {
         let start = self.time(index);

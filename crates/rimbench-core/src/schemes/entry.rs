@@ -67,6 +67,8 @@ pub struct SchemeEntry {
     pub moves_model: bool,
     /// The scheme solves a contact problem with friction in each micro step, and so could do that under another law of friction.
     pub solves_friction: bool,
+    /// The scheme makes dependent contacts bilateral, and so has a choice of their treatment.
+    pub condenses: bool,
     /// By what it is run. Only what the loop itself runs can run in real time.
     pub driver: Driver,
     /// How it is drawn.
@@ -104,6 +106,7 @@ impl SchemeEntry {
             has_mechanics_law: false,
             moves_model: false,
             solves_friction: false,
+            condenses: true,
             driver: Driver::Explicit,
             build: Arc::new(build),
         }
@@ -174,6 +177,13 @@ impl SchemeEntry {
         Err(Error::Incompatible(format!("friction_law = {law}: scheme `{}` {why}", self.name)))
     }
 
+    /// Names, of options of the exchange that are asked for, one that the scheme does not have: solved as one system, or together at
+    /// every micro step, the two sides exchange nothing at communication points.
+    pub fn without_exchange<'a>(&self, asked: impl IntoIterator<Item = (&'a str, bool)>) -> Option<&'a str> {
+        let as_one = matches!(self.driver, Driver::Monolithic | Driver::Waveform(_));
+        asked.into_iter().find_map(|(option, is_asked)| (as_one && is_asked).then_some(option))
+    }
+
     /// Tells whether the scheme is made from a reduced interface model, and so has the options of one.
     pub fn has_model(&self) -> bool {
         self.needs.contains(&Need::InterfaceModel)
@@ -205,7 +215,9 @@ impl SchemeEntry {
         self.check_sequence(sequence)?;
         force_return.check(sequence)?;
         self.check_force_return(force_return)?;
-        Ok((sequence, force_return))
+        // With the force of the start held it makes no difference who goes first, unless a macro step is taken again.
+        let as_one = force_return == ForceReturn::Held && sequence == actuator_first && self.real_time();
+        Ok((if as_one { Sequence::Jacobi } else { sequence }, force_return))
     }
 
     /// Checks that the scheme can live with a force return.

@@ -42,6 +42,7 @@ const IMPEDANCE: f64 = 1.0;
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::HeldReturn],
+        condenses: false,
         gain: Some(Gain {
             about: "γ, impedance of the line over that of the system".into(),
             default: IMPEDANCE,

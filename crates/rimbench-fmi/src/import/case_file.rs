@@ -7,7 +7,9 @@ use super::library::Loaded;
 use super::process::Remote;
 use super::side::{ImportedSide, ModelSize, Offers};
 use crate::export::side_name;
-use rimbench_cases::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range};
+use rimbench_cases::cases::{
+    Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range, StepRule,
+};
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem, check_coupling};
 use rimbench_core::error::{Error, Result, said_at};
@@ -288,12 +290,28 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
         },
         _ => Process::Same,
     };
+    let steps = members.as_ref().map(|member| {
+        let description = &member.unpacked.description;
+        StepRule { equal: !description.any_step, multiple_of: description.internal_step }
+    });
     let macro_step_s = file.macro_step_s;
+    let reference_step_s = file.reference_step_s.unwrap_or(0.5 * micro_step_s);
+    for side in Side::BOTH {
+        // The finest of the three solutions takes a quarter of the step.
+        if let Some(unit) = steps[side].multiple_of.filter(|_| !steps[side].allows(0.25 * reference_step_s)) {
+            let valid = format!(
+                "a multiple of {:e} s: the FMU of the {} takes multiples of {unit:e} s",
+                4.0 * unit,
+                side_name(side)
+            );
+            return Err(wrong(Error::invalid("reference_step_s", reference_step_s, valid).to_string()));
+        }
+    }
     let defaults = CaseDefaults {
         duration_s: file.duration_s,
         macro_step_s,
         micro_step_s,
-        reference_step_s: file.reference_step_s.unwrap_or(0.5 * micro_step_s),
+        reference_step_s,
         reference_sampling_s: micro_step_s,
     };
     let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
@@ -305,6 +323,7 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
         parameters: parameters(&file, digest),
         trace_columns: trace,
         interface_columns,
+        steps,
         ..Case::new(file.name.clone(), about, defaults, build)
     };
     (case.build)(&case.default_parameters(), &SolverEntry::active_set())?;
@@ -369,12 +388,12 @@ fn parameters(file: &CaseFile, digest: String) -> Vec<Parameter> {
 }
 
 impl Row {
-    /// What a side calls one of its variables (0: position, 1: velocity, 2: force), and what that is multiplied by.
-    fn end(&self, side: Side, which: usize) -> (&str, f64) {
+    /// What a side calls one of its variables (0: position, 1: velocity, 2: force), and what that is multiplied by, if that is said.
+    fn end(&self, side: Side, which: usize) -> (&str, Option<f64>) {
         let ends = if side == Side::Mechanics { &self.mechanics } else { &self.actuator };
         match [&ends.position, &ends.velocity, &ends.force][which] {
-            End::Plain(variable) => (variable, 1.0),
-            End::Scaled { variable, factor } => (variable, *factor),
+            End::Plain(variable) => (variable, None),
+            End::Scaled { variable, factor } => (variable, Some(*factor)),
         }
     }
 }
@@ -404,6 +423,14 @@ fn fmu_member(file: &CaseFile, fmu: &Path, side: Side, rows: &[[String; 3]]) -> 
             let (quantity, exponents, unit) = UNITS[which];
             let (name, factor) = file.interface[row].end(side, which);
             let variable = finder.coupling(name, causality, side, exponents, unit)?;
+            if variable.is_in_unknown_unit() && factor.is_none() {
+                return Err(finder.wrong(format!(
+                    "variable `{name}` is in `{}`, which the FMU does not define by SI base units; valid: a unit that it defines, or a \
+                     factor to {unit}, {{ variable = \"{name}\", factor = … }}",
+                    variable.unit
+                )));
+            }
+            let factor = factor.unwrap_or(1.0);
             if !(factor.is_finite() && factor != 0.0) {
                 return Err(finder.wrong(format!(
                     "variable `{name}`: factor = {factor} is not valid; valid: a finite number but 0"
@@ -478,6 +505,9 @@ fn fmu_member(file: &CaseFile, fmu: &Path, side: Side, rows: &[[String; 3]]) -> 
         let rate = description.variables.iter().find(|variable| variable.derivative == Some(output.reference))?;
         // What the case file says of the output holds of its rate; the unit is the rate's own, where it has one.
         let of = description.variables.iter().find(|variable| variable.reference == output.reference)?;
+        if rate.is_in_unknown_unit() {
+            return None;
+        }
         let units = if rate.exponents.is_some() { rate.factor / of.factor } else { 1.0 };
         Some(Scaled { reference: rate.reference, factor: output.factor * units, offset: 0.0 })
     };
@@ -647,7 +677,7 @@ impl Finder<'_> {
     fn work(&self, name: &str) -> Result<Scaled> {
         let scaled = self.readable(name)?;
         let variable = self.variable(name, "output")?;
-        if variable.exponents.is_some_and(|own| own != ENERGY) {
+        if variable.exponents.is_some_and(|own| own != ENERGY) || variable.is_in_unknown_unit() {
             return Err(self.wrong(format!(
                 "variable `{name}` is in `{}`, which is no unit like J; as interface_work it must be an energy",
                 variable.unit

@@ -6,6 +6,17 @@ use std::collections::BTreeMap;
 /// Base units of the SI and the radian, by the names of their exponents.
 const BASE: [&str; 8] = ["kg", "m", "s", "rad", "A", "K", "mol", "cd"];
 
+/// Units of the SI that need no definition, with their exponents of [`BASE`].
+const COHERENT: [(&str, [i32; 8]); 7] = [
+    ("m", [0, 1, 0, 0, 0, 0, 0, 0]),
+    ("m/s", [0, 1, -1, 0, 0, 0, 0, 0]),
+    ("m/s2", [0, 1, -2, 0, 0, 0, 0, 0]),
+    ("N", [1, 1, -2, 0, 0, 0, 0, 0]),
+    ("N/s", [1, 1, -3, 0, 0, 0, 0, 0]),
+    ("J", [1, 2, -2, 0, 0, 0, 0, 0]),
+    ("N.m", [1, 2, -2, 0, 0, 0, 0, 0]),
+];
+
 /// Type of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Type {
@@ -29,6 +40,7 @@ pub(super) struct FmuVariable {
     pub(super) offset: f64,
     /// Exponents of [`BASE`], where its unit says them.
     pub(super) exponents: Option<[i32; 8]>,
+    /// Its own unit or that of its declared type; empty where there is none.
     pub(super) unit: String,
     /// The value reference of the variable that this one is the derivative of.
     pub(super) derivative: Option<u32>,
@@ -46,6 +58,8 @@ pub(super) struct Description {
     pub(super) derivatives: bool,
     /// Steps of any length may be taken.
     pub(super) any_step: bool,
+    /// Its own step, s, of which all steps must be multiples.
+    pub(super) internal_step: Option<f64>,
     /// Only one instance of it may be in a process.
     pub(super) only_once: bool,
     pub(super) variables: Vec<FmuVariable>,
@@ -57,6 +71,13 @@ struct Unit {
     factor: f64,
     offset: f64,
     exponents: Option<[i32; 8]>,
+}
+
+impl FmuVariable {
+    /// Whether it is in a unit of which the FMU does not say what it is in SI base units.
+    pub(super) fn is_in_unknown_unit(&self) -> bool {
+        !self.unit.is_empty() && self.exponents.is_none()
+    }
 }
 
 impl Description {
@@ -77,9 +98,10 @@ impl Description {
             |name: &str| slave.attribute(name).map(str::to_owned).ok_or(format!("<CoSimulation> has no {name}"));
         let flag = |name: &str| slave.attribute(name).is_some_and(|value| value == "true" || value == "1");
         let units = child("UnitDefinitions").map(read_units).transpose()?.unwrap_or_default();
+        let types = child("TypeDefinitions").map(|list| read_types(list, two)).unwrap_or_default();
         let mut variables = Vec::new();
         for node in child("ModelVariables").into_iter().flat_map(|list| list.children()).filter(Node::is_element) {
-            variables.push(read_variable(node, &units, two)?);
+            variables.push(read_variable(node, &units, &types, two)?);
         }
         if two {
             // In FMI 2.0 a derivative names the place of its variable, from 1.
@@ -116,6 +138,10 @@ impl Description {
             keeps_state: flag(if two { "canGetAndSetFMUstate" } else { "canGetAndSetFMUState" }),
             derivatives: flag(if two { "providesDirectionalDerivative" } else { "providesDirectionalDerivatives" }),
             any_step: flag("canHandleVariableCommunicationStepSize"),
+            internal_step: slave
+                .attribute("fixedInternalStepSize")
+                .and_then(|text| text.parse().ok())
+                .filter(|step: &f64| step.is_finite() && *step > 0.0),
             only_once: flag("canBeInstantiatedOnlyOncePerProcess"),
             version,
             variables,
@@ -135,6 +161,16 @@ impl Description {
     pub(super) fn depends(&self, output: u32, input: u32) -> bool {
         self.dependencies.get(&output).is_none_or(|known| known.contains(&input))
     }
+}
+
+/// Units of the declared types that have one.
+fn read_types<'a>(list: Node<'a, '_>, two: bool) -> BTreeMap<&'a str, &'a str> {
+    let types = list.children().filter(Node::is_element);
+    let unit = |node: Node<'a, '_>| {
+        let inner = if two { node.children().find(Node::is_element)? } else { node };
+        Some((node.attribute("name")?, inner.attribute("unit")?))
+    };
+    types.filter_map(unit).collect()
 }
 
 fn read_units(list: Node<'_, '_>) -> Result<BTreeMap<String, Unit>, String> {
@@ -170,7 +206,12 @@ fn read_units(list: Node<'_, '_>) -> Result<BTreeMap<String, Unit>, String> {
     Ok(units)
 }
 
-fn read_variable(node: Node<'_, '_>, units: &BTreeMap<String, Unit>, two: bool) -> Result<FmuVariable, String> {
+fn read_variable(
+    node: Node<'_, '_>,
+    units: &BTreeMap<String, Unit>,
+    types: &BTreeMap<&str, &str>,
+    two: bool,
+) -> Result<FmuVariable, String> {
     let name = node.attribute("name").ok_or("a variable has no name")?.to_owned();
     let reference = node.attribute("valueReference").and_then(|text| text.parse().ok());
     let reference = reference.ok_or_else(|| format!("variable `{name}` has no value reference"))?;
@@ -184,8 +225,10 @@ fn read_variable(node: Node<'_, '_>, units: &BTreeMap<String, Unit>, two: bool) 
         "String" => Type::Text,
         _ => Type::Other,
     };
-    let unit = inner.attribute("unit").unwrap_or_default().to_owned();
+    let of_type = || inner.attribute("declaredType").and_then(|name| types.get(name).copied());
+    let unit = inner.attribute("unit").or_else(of_type).unwrap_or_default().to_owned();
     let known = units.get(&unit);
+    let coherent = || COHERENT.iter().find(|(name, _)| *name == unit).map(|(_, exponents)| *exponents);
     let dimensions = node.children().filter(|node| node.has_tag_name("Dimension"));
     Ok(FmuVariable {
         reference,
@@ -193,7 +236,7 @@ fn read_variable(node: Node<'_, '_>, units: &BTreeMap<String, Unit>, two: bool) 
         causality: node.attribute("causality").unwrap_or("local").to_owned(),
         factor: known.map_or(1.0, |unit| unit.factor),
         offset: known.map_or(0.0, |unit| unit.offset),
-        exponents: known.and_then(|unit| unit.exponents),
+        exponents: known.and_then(|unit| unit.exponents).or_else(coherent),
         unit,
         derivative: inner.attribute("derivative").and_then(|text| text.parse().ok()),
         // An extent that is another variable's is none that can be relied on.
@@ -202,4 +245,47 @@ fn read_variable(node: Node<'_, '_>, units: &BTreeMap<String, Unit>, two: bool) 
             .collect(),
         name,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_is_the_variables_or_its_types_and_known_only_where_it_is_defined() {
+        let units = "<UnitDefinitions><Unit name=\"mm\"><BaseUnit m=\"1\" factor=\"0.001\"/></Unit><Unit name=\"kN\"/></UnitDefinitions>";
+        let described = |version: &str, types: &str, variables: &str| {
+            let text = format!(
+                "<fmiModelDescription fmiVersion=\"{version}\"><CoSimulation modelIdentifier=\"x\" fixedInternalStepSize=\"1e-3\"/>\
+                 {units}<TypeDefinitions>{types}</TypeDefinitions><ModelVariables>{variables}</ModelVariables></fmiModelDescription>"
+            );
+            Description::parse(&text).unwrap()
+        };
+        let two = described(
+            "2.0",
+            "<SimpleType name=\"Length\"><Real unit=\"mm\"/></SimpleType>",
+            "<ScalarVariable name=\"a\" valueReference=\"1\"><Real declaredType=\"Length\"/></ScalarVariable>\
+             <ScalarVariable name=\"b\" valueReference=\"2\"><Real unit=\"kN\"/></ScalarVariable>\
+             <ScalarVariable name=\"c\" valueReference=\"3\"><Real unit=\"banana\" declaredType=\"Length\"/></ScalarVariable>\
+             <ScalarVariable name=\"d\" valueReference=\"4\"><Real unit=\"N\"/></ScalarVariable>\
+             <ScalarVariable name=\"e\" valueReference=\"5\"><Real/></ScalarVariable>",
+        );
+        let three = described(
+            "3.0",
+            "<Float64Type name=\"Length\" unit=\"mm\"/>",
+            "<Float64 name=\"a\" valueReference=\"1\" declaredType=\"Length\"/>",
+        );
+        for (description, name, factor, unknown) in [
+            (&two, "a", 1e-3, false),
+            (&two, "b", 1.0, true),
+            (&two, "c", 1.0, true),
+            (&two, "d", 1.0, false),
+            (&two, "e", 1.0, false),
+            (&three, "a", 1e-3, false),
+        ] {
+            let variable = description.variable(name).unwrap();
+            assert_eq!((variable.factor, variable.is_in_unknown_unit()), (factor, unknown), "{name}");
+        }
+        assert_eq!((three.internal_step, three.any_step), (Some(1e-3), false));
+    }
 }

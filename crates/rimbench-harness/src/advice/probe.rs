@@ -79,7 +79,7 @@ impl<'a> Prober<'a> {
     /// Opens the store of these sources and this case; one that cannot be opened costs time, not results.
     pub(super) fn new(spec: &RunSpec, reference: &'a Reference, cache: &Cache, stop: StopFlag<'a>) -> Result<Self> {
         let (name, sources) = store_of(&spec.case);
-        // A file of the user's may have another machine under the same name the next time.
+        // Nothing tells when code from outside changes.
         let kept = !spec.case.from_outside;
         let store = kept
             .then(|| Store::open(&cache.folder().join("advice").join(name), "advice", &sources, columns()).ok())
