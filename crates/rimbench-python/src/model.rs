@@ -61,7 +61,7 @@ pub fn read(value: &Bound<'_, PyAny>, h: f64, model: &mut ReducedInterfaceModel)
         model.at_bound.copy_from_slice(&closed);
     }
     model.mechanics_step = h;
-    Ok(())
+    model.check().map_err(|what| PyValueError::new_err(format!("interface_model: {what}")))
 }
 
 /// The same dictionary for a scheme.

@@ -10,6 +10,7 @@ use rimbench::cosim::{Abilities, Ports, Subsystem, SubsystemCounters, not_offere
 use rimbench::error::Failure;
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::name::Name;
+use std::sync::OnceLock;
 
 /// An object with `outputs(u)` and `step(t, u, h)`.
 ///
@@ -32,7 +33,12 @@ pub struct PySubsystem {
     /// What `observe` raised, which cannot fail itself.
     failed: Option<Failure>,
     counters: SubsystemCounters,
+    /// Whether a copy leaves the original alone, once that has been tried.
+    copies_apart: OnceLock<bool>,
 }
+
+/// Step of a copy by which it is tried whether it leaves the original alone, s.
+const TRIED_STEP: f64 = 1e-3;
 
 impl PySubsystem {
     /// Takes an object that stands for a side with these ports; `whose` says which in errors.
@@ -69,6 +75,23 @@ impl PySubsystem {
             model,
             failed: None,
             counters: SubsystemCounters::default(),
+            copies_apart: OnceLock::new(),
+        })
+    }
+
+    /// Steps a copy and asks the original whether it has moved, which it has where they share what they are made of.
+    fn try_copy(&self) -> PyResult<bool> {
+        Python::attach(|py| {
+            let copy = py.import("copy")?.call_method1("deepcopy", (&self.object,))?;
+            let u = PyTuple::new(py, vec![1.0; self.ports.inputs.len()])?;
+            let asked = || -> PyResult<Vec<u64>> {
+                let mut y = vec![0.0; self.ports.outputs.len()];
+                fill(&self.outputs.bind(py).call1((&u,))?, "outputs", &mut y)?;
+                Ok(y.into_iter().map(f64::to_bits).collect())
+            };
+            let before = asked()?;
+            copy.call_method1("step", (0.0, &u, TRIED_STEP))?;
+            Ok(before == asked()?)
         })
     }
 
@@ -124,10 +147,15 @@ impl Subsystem for PySubsystem {
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+        // What is raised in the trial is raised in the run as well.
+        if !self.copies_apart.get_or_init(|| self.try_copy().unwrap_or(true)) {
+            return None;
+        }
         let object = copied(&self.object)?;
         let copy = Python::attach(|py| PySubsystem::new(object.bind(py), &self.ports, "the copy")).ok()?;
         let (known, is_known, counters) = (self.known.clone(), self.is_known, self.counters);
-        Some(Box::new(PySubsystem { known, is_known, counters, ..copy }))
+        let copies_apart = self.copies_apart.clone();
+        Some(Box::new(PySubsystem { known, is_known, counters, copies_apart, ..copy }))
     }
 }
 

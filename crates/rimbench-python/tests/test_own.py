@@ -60,6 +60,37 @@ def test_a_mechanics_is_deep_copied_where_steps_are_taken_again(example):
     np.testing.assert_allclose(own["x2_m"], built_in["x2_m"], rtol=0, atol=1e-9 * np.abs(own["x2_m"]).max())
 
 
+def test_a_mechanics_whose_copy_is_itself_is_not_stepped_again(example):
+    class Itself(example("own_mechanics").Mass):
+        def __deepcopy__(self, memo):
+            return self
+
+    class Shared(example("own_mechanics").Mass):
+        def __deepcopy__(self, memo):
+            copy = object.__new__(type(self))
+            copy.__dict__ = self.__dict__
+            return copy
+
+    for kind in (Itself, Shared):
+        case = rimbench.Case("itself", like="linear-oscillator", mechanics=kind, reference="original")
+        for settings in ({"step_control": "step-doubling", "step_tolerance": 1e-3}, {"scheme": "iterated-aitken"}):
+            scheme = settings.pop("scheme", "zero-order-hold")
+            result = rimbench.simulate(case, scheme, 1e-3, **SETTINGS, **settings)
+            assert result.outcome == "skipped" and "cop" in result.reason, (kind, scheme, result.reason)
+
+
+def test_an_interface_model_that_no_mechanics_can_have_is_refused(example):
+    class Skew(example("own_mechanics").Mass):
+        def interface_model(self, h):
+            model = super().interface_model(h)
+            model["H"] = -np.asarray(model["H"])
+            return model
+
+    case = rimbench.Case("skew", like="linear-oscillator", mechanics=Skew, reference="original")
+    result = rimbench.simulate(case, "rim-smooth", 1e-3, **SETTINGS)
+    assert result.outcome == "subsystem-failed" and "positive semidefinite" in result.reason
+
+
 @pytest.mark.parametrize("case", ["wedge-box", "linear-oscillator"])
 def test_a_scheme_in_python_has_the_digits_of_the_one_in_rust(example, case):
     settings = SETTINGS if case == "linear-oscillator" else {"duration_s": 0.3}

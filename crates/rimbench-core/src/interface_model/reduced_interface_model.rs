@@ -185,6 +185,52 @@ impl ReducedInterfaceModel {
         self.contacts + self.friction.len()
     }
 
+    /// Checks what no mechanics can have: a dense `H` that is not symmetric, or not positive semidefinite. For models from outside.
+    ///
+    /// # Errors
+    /// What is wrong, with the rows. Numbers that are not finite end a run in any case, and pass here.
+    pub fn check(&self) -> std::result::Result<(), String> {
+        const SLACK: f64 = 1e-6;
+        let n = self.rows;
+        if self.meeting.is_some() || self.h.iter().any(|entry| !entry.is_finite()) {
+            return Ok(());
+        }
+        let at = |row: usize, column: usize| self.h[row * n + column];
+        for row in 0..n {
+            for column in 0..row {
+                let scale = (at(row, row).abs() * at(column, column).abs()).sqrt();
+                if (at(row, column) - at(column, row)).abs() > SLACK * scale.max(f64::MIN_POSITIVE) {
+                    let (one, other) = (at(row, column), at(column, row));
+                    return Err(format!(
+                        "H is not symmetric: H[{row}, {column}] = {one:e} and H[{column}, {row}] = {other:e}"
+                    ));
+                }
+            }
+        }
+        // Elimination without square roots; rows that depend on others leave pivots of round-off.
+        let mut left = self.h.clone();
+        for row in 0..n {
+            let (pivot, own) = (left[row * n + row], at(row, row));
+            if own < 0.0 || pivot < -SLACK * own {
+                return Err(format!(
+                    "H is not positive semidefinite: row {row} has the pivot {pivot:e}, of {own:e} on the diagonal"
+                ));
+            }
+            if pivot <= SLACK * own {
+                let bound = |below: usize| 2.0 * SLACK * own * at(below, below);
+                if let Some(below) = (row + 1..n).find(|&below| left[below * n + row].powi(2) > bound(below)) {
+                    return Err(format!("H is not positive semidefinite: rows {row} and {below}"));
+                }
+                continue;
+            }
+            for below in row + 1..n {
+                let factor = left[below * n + row] / pivot;
+                (row + 1..n).for_each(|column| left[below * n + column] -= factor * left[row * n + column]);
+            }
+        }
+        Ok(())
+    }
+
     /// Returns one entry of the stacked `H`; contacts come first, then tangential rows, interface row `j` is `interface_start() + j`.
     #[inline]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
@@ -283,5 +329,30 @@ impl ReducedInterfaceModel {
     pub fn contacts_within(&self, width: f64, list: &mut Vec<usize>) {
         list.clear();
         list.extend((0..self.contacts).filter(|&contact| self.gap[contact] <= width));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_that_no_mechanics_can_have_is_told_from_one_with_dependent_rows() {
+        let checked = |h: [f64; 4]| {
+            let mut model = ReducedInterfaceModel::zeros(1, 1);
+            model.h.copy_from_slice(&h);
+            model.check()
+        };
+        for h in [[1.0, 0.5, 0.5, 1.0], [1.0, 1.0, 1.0, 1.0], [0.0; 4], [1.0, f64::NAN, 0.0, 1.0]] {
+            assert_eq!(checked(h), Ok(()));
+        }
+        assert!(checked([1.0, 0.5, 0.4, 1.0]).unwrap_err().contains("not symmetric: H[1, 0] = 4e-1"));
+        for h in [[1.0, 2.0, 2.0, 1.0], [-1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 1.0, 0.0]] {
+            let found = checked(h);
+            assert!(
+                found.as_ref().is_err_and(|what| what.contains("semidefinite") || what.contains("symmetric")),
+                "{h:?} {found:?}"
+            );
+        }
     }
 }

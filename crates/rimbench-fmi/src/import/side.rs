@@ -193,7 +193,7 @@ impl ImportedSide {
             }
         }
         model.mechanics_step = h;
-        Ok(())
+        model.check().map_err(|what| format!("its interface model: {what}"))
     }
 
     /// Asks how the outputs move; one that is probed takes steps of at most `longest` (s) for it.
