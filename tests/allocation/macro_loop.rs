@@ -206,7 +206,6 @@ fn nothing_is_allocated_in(
             completed += usize::from(outcome == Outcome::Completed);
         }
     }
-    println!("{runs} runs, {completed} completed");
     // Runs that end early are in on purpose, but most must see the touch-down.
     assert!(2 * completed > runs, "only {completed} of {runs} runs came to the end");
 }

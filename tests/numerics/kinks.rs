@@ -2,11 +2,11 @@
 
 use crate::support::*;
 use approx::assert_relative_eq;
-use rimbench::cosim::{Abilities, ActuatorIntegrator, MechanicsIntegrator, StopFlag};
+use rimbench::cosim::{Abilities, ActuatorIntegrator, MechanicsIntegrator};
 use rimbench::interface_model::Rows;
 use rimbench::mechanics::{Friction, MechanicalModel, ModelSize};
 use rimbench::name::{Name, names};
-use rimbench::runs::{Reference, RunRequest, RunSpec, evaluate};
+use rimbench::runs::{RunRequest, RunSpec};
 use rimbench::schemes::{ContactChoice, ModelMotion, ModelOptions};
 use rimbench_statistics::median;
 
@@ -57,19 +57,14 @@ fn a_model_that_knows_the_next_kink_has_less_error_on_the_wedge_box() {
         phase: f64::from(phase) / 8.0,
         ..usual_spec("wedge-box", "rim-nonsmooth-gap", 5e-3)
     };
-    let reference = Reference::compute(&spec(ModelMotion::Frozen, 8), StopFlag::never()).unwrap();
     let error = |motion| {
-        let errors: Vec<f64> = (1..=8)
-            .map(|phase| {
-                let spec = spec(motion, phase);
-                let facts = evaluate(&spec, run(&spec), &reference).unwrap().findings();
-                facts.into_iter().find(|fact| fact.name == "force_error_rms_n").unwrap().cell().parse().unwrap()
-            })
-            .collect();
-        median(errors).unwrap()
+        let errors = (1..=8).map(|phase| {
+            let spec = spec(motion, phase);
+            metric(&spec, run(&spec), wedge_box_reference(), "force_error_rms_n")
+        });
+        median(errors.collect()).unwrap()
     };
     let [frozen, piecewise] = [ModelMotion::Frozen, ModelMotion::Piecewise].map(error);
-    println!("{piecewise} N instead of {frozen} N");
     assert!(piecewise < 0.7 * frozen, "{piecewise} N instead of {frozen} N");
 }
 
@@ -79,8 +74,7 @@ fn where_the_geometry_has_no_kink_a_piecewise_model_is_a_frozen_one_to_the_bit()
     for case in ["crane-set-down", "disc-row", "gripper"] {
         let digits = |motion| {
             let spec = RunSpec { model: moving(motion), duration: 0.5, ..usual_spec(case, "rim-nonsmooth-gap", 5e-3) };
-            let trace = run(&spec).trajectory;
-            trace.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
+            bits(&run(&spec).trajectory)
         };
         assert_eq!(digits(ModelMotion::Piecewise), digits(ModelMotion::Frozen), "{case}");
     }

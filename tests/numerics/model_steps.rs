@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use rimbench::cosim::{ActuatorIntegrator, Bounds, MechanicsIntegrator, Outcome, StopFlag};
-use rimbench::runs::{RunRequest, RunResult, RunSpec, StepControl, StepControlKind, simulate_inside};
+use rimbench::runs::{RunRequest, RunSpec, StepControl, StepControlKind, simulate_inside};
 
 /// A run with its steps placed by the model, both sides of the second order.
 fn placed(case: &str, kind: StepControlKind, tolerance: f64, macro_step: f64) -> RunSpec {
@@ -13,12 +13,6 @@ fn placed(case: &str, kind: StepControlKind, tolerance: f64, macro_step: f64) ->
         actuator_integrator: ActuatorIntegrator::Midpoint,
         ..usual_spec(case, "rim-nonsmooth-gap", macro_step)
     }
-}
-
-fn completed(spec: &RunSpec) -> RunResult {
-    let result = run(spec);
-    assert_eq!(result.report.outcome, Outcome::Completed);
-    result
 }
 
 /// The spring of the impact oscillator is all there is between the sides: e = k |s_model − s|, s_model being what the actuator was told in
@@ -71,7 +65,6 @@ fn the_rule_must_keep_the_defect_of_the_model_at_the_tolerance() {
         }
         settled.sort_by(f64::total_cmp);
         let median = settled[settled.len() / 2];
-        println!("{tolerance:e}: median {median} over {} of {} steps", settled.len(), time.len() - 1);
         assert!((0.5..=2.0).contains(&median), "{tolerance:e}: {median}");
     }
 }
@@ -94,7 +87,6 @@ fn a_communication_point_must_lie_just_after_each_impact_that_the_model_foresees
                 (length / arrival.max(shortest / 1.05)) - 1.0
             })
             .collect();
-        println!("{kind}: {late:?}");
         assert!(late.len() >= 2, "only {} impacts", late.len());
         late
     };
