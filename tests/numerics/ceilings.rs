@@ -47,9 +47,12 @@ fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
             let mut system = (case.build)(parameters, entry).unwrap();
             let model = system.sides.mechanics.abilities().empty_interface_model();
             let contacts = model.map_or(0, |model| model.contacts());
-            if entry.name == "enumeration" && contacts > ENUMERATION_LIMIT {
+            if entry.name == "enumeration" && contacts > ENUMERATION_LIMIT
+                || entry.name != "active-set" && contacts == 0
+            {
                 continue;
             }
+            let steps = if contacts > 20 { 50 } else { 150 };
             // Inputs swing about what the other side puts out at the start: lengths must stay within a stroke.
             let of = |side: &mut dyn Subsystem, u: &[f64]| {
                 let mut y = vec![0.0; side.ports().outputs.len()];
@@ -59,15 +62,15 @@ fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
             let to_mechanics = vec![0.0; system.sides.mechanics.ports().inputs.len()];
             let to_actuator = of(&mut *system.sides.mechanics, &to_mechanics);
             let to_mechanics = of(&mut *system.sides.actuator, &to_actuator);
-            continues_as_a_copy(case, &mut *system.sides.mechanics, &to_mechanics);
-            continues_as_a_copy(case, &mut *system.sides.actuator, &to_actuator);
+            continues_as_a_copy(case, &mut *system.sides.mechanics, &to_mechanics, steps);
+            continues_as_a_copy(case, &mut *system.sides.actuator, &to_actuator, steps);
             seen += 2;
         }
     }
     assert!(seen > 100, "only {seen} subsystems");
 }
 
-fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64]) {
+fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64], steps: usize) {
     let outputs = original.ports().outputs.len();
     let input = |step: usize, side: &dyn Subsystem| -> Vec<f64> {
         let swing = (0.7 * step as f64).sin();
@@ -96,10 +99,10 @@ fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64])
         }
         bits
     };
-    advance(original, 0..150);
+    advance(original, 0..steps);
     let mut copy = original.try_clone().unwrap_or_else(|| panic!("{name}: no copy"));
     assert_eq!(copy.counters(), original.counters(), "{name}");
-    let (went_on, copied) = (advance(original, 150..300), advance(&mut *copy, 150..300));
+    let (went_on, copied) = (advance(original, steps..2 * steps), advance(&mut *copy, steps..2 * steps));
     assert!(went_on == copied, "{name}: the copy went another way");
     assert!(went_on.contains(&1), "{name}: no step succeeded");
     assert_eq!(copy.counters(), original.counters(), "{name}");

@@ -1,7 +1,7 @@
 //! FMUs that the program writes come back as cases with the same digits, and everything that can be wrong with a case of FMUs is said in
 //! one line.
 
-use crate::program::{assert_has, call, json, printed, refused, rimbench};
+use crate::program::{assert_has, call, json, printed, refused, rimbench, rows_of};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -148,8 +148,7 @@ fn a_case_of_fmus_is_in_lists_and_experiments_by_its_name() {
     .unwrap();
     let of_case = |more: &[&str]| printed(rimbench().args(["--case-file", &path("case.toml")]).args(more));
     of_case(&["run", &path("sweep.toml"), "--out", &path("results")]);
-    let mut runs = csv::Reader::from_path(folder.path().join("results/runs.csv")).unwrap();
-    let rows: Vec<BTreeMap<String, String>> = runs.deserialize().map(Result::unwrap).collect();
+    let rows = rows_of(folder.path().join("results/runs.csv"));
     assert_eq!(rows.len(), 2);
     assert!(rows.iter().all(|row| row["outcome"] == "completed"), "{rows:?}");
     // A name that is taken is refused.

@@ -1,6 +1,6 @@
 //! Every output goes through one function, which replaces regular files only.
 
-use crate::program::rimbench;
+use crate::program::{rimbench, root, said};
 use crate::support::sources;
 use assert_cmd::Command;
 use std::path::Path;
@@ -20,7 +20,7 @@ const MAKERS: [(&str, &[&str]); 7] = [
 
 #[test]
 fn no_file_is_written_but_by_the_function_that_spares_devices_pipes_and_links() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let mut seen = 0;
     let mut faults = Vec::new();
     for (path, text) in sources(&root.join("src")).into_iter().chain(sources(&root.join("crates"))) {
@@ -45,7 +45,7 @@ fn no_file_is_written_but_by_the_function_that_spares_devices_pipes_and_links() 
 /// The path of the folder that the program was built in is no part of what it does.
 #[test]
 fn no_file_of_the_program_looks_for_the_folder_it_was_built_in() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let all = sources(&root.join("src")).into_iter().chain(sources(&root.join("crates")));
     let faults: Vec<_> = all
         .filter(|(path, text)| !path.ends_with("build.rs") && text.contains("CARGO_MANIFEST_DIR"))
@@ -123,9 +123,7 @@ fn an_output_of_the_wrong_kind_is_refused_at_once_and_left_as_it_is() {
         &["reproduce", "--quick", "--out", file_name],
         &["solvers", "--out", file_name],
     ] {
-        let output = rimbench().current_dir(folder.path()).args(arguments).output().unwrap();
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        let message = said(rimbench().current_dir(folder.path()).args(arguments), 2);
         assert!(message.contains("error: ") && message.lines().count() <= 2, "{arguments:?}: {message}");
         assert_eq!(std::fs::read_to_string(&file).unwrap(), "precious", "{arguments:?}");
         let left: Vec<_> = std::fs::read_dir(&inner).unwrap().map(|entry| entry.unwrap().file_name()).collect();

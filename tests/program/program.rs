@@ -1,7 +1,9 @@
 //! The program under test, with a cache of its own so that tests depend on nothing that was there before.
 
 use assert_cmd::Command;
+use proptest::prelude::ProptestConfig;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command as Process;
 
@@ -81,6 +83,61 @@ pub fn assert_refused(all: &str, table: &[(&str, &str)]) {
         let message = refused(&mut call(&format!("{all} {line}")));
         assert!(message.contains(wanted), "{line}: {message}");
     }
+}
+
+/// The project's folder.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The text of a file.
+pub fn read(path: impl AsRef<Path>) -> String {
+    let path = path.as_ref();
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// All files below a folder, sorted; none where there is none.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
+    }
+    found.sort();
+    found
+}
+
+/// The path of a file below a folder.
+pub fn below(folder: &Path, path: &Path) -> String {
+    path.strip_prefix(folder).unwrap().to_string_lossy().replace('\\', "/")
+}
+
+/// Copies what lies in a folder.
+pub fn copy(from: &Path, to: &Path) {
+    for path in files(from) {
+        let target = to.join(below(from, &path));
+        std::fs::create_dir_all(target.parent().unwrap()).unwrap();
+        std::fs::copy(path, target).unwrap();
+    }
+}
+
+/// The rows of a table, each by the names of its columns.
+pub fn rows_of(path: impl AsRef<Path>) -> Vec<BTreeMap<String, String>> {
+    csv::Reader::from_path(path).unwrap().deserialize().map(Result::unwrap).collect()
+}
+
+/// Writes a program of one shell script.
+#[cfg(unix)]
+pub fn stand_in(path: &Path, script: &str) {
+    use std::os::unix::fs::PermissionsExt;
+    std::fs::write(path, format!("#!/bin/sh\n{script}\n")).unwrap();
+    std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+/// How often a property is tried that takes long: more often where `PROPTEST_CASES` is set, as in `.ci/all`.
+pub fn often(usual: u32, at_length: u32) -> ProptestConfig {
+    let cases = if std::env::var_os("PROPTEST_CASES").is_some() { at_length } else { usual };
+    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
 }
 
 /// All of this stands in a text.

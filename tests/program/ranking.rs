@@ -1,12 +1,8 @@
 //! The ranking: what the command writes of an experiment, and that the page says what the committed tables say.
 
-use crate::program::rimbench;
+use crate::program::{assert_has, printed, read, rimbench, root, rows_of};
+use crate::support::{largest, smallest};
 use std::collections::BTreeMap;
-use std::path::Path;
-
-fn read(path: impl AsRef<Path>) -> String {
-    std::fs::read_to_string(path).unwrap()
-}
 
 #[test]
 fn rows_are_ranked_by_what_they_need_to_know_and_a_chosen_gain_counts_as_tuned() {
@@ -17,11 +13,10 @@ fn rows_are_ranked_by_what_they_need_to_know_and_a_chosen_gain_counts_as_tuned()
     std::fs::create_dir(folder.path().join("own")).unwrap();
     std::fs::write(folder.path().join("own/sweep.toml"), text).unwrap();
     std::fs::write(folder.path().join("mine.toml"), "question = \"?\"\nexperiments = [\"own/sweep.toml\"]\n").unwrap();
-    let called = |words: &[&str]| rimbench().current_dir(folder.path()).args(words).assert().success();
+    let called = |words: &[&str]| printed(rimbench().current_dir(folder.path()).args(words));
     called(&["run", "own/sweep.toml"]);
-    let output = called(&["report", "--ranking=mine.toml"]).get_output().clone();
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.contains("samples, tuned:") && said.contains("3 rows over 4 problems of 1 cases"), "{said}");
+    let said = called(&["report", "--ranking=mine.toml"]);
+    assert_has(&said, &["samples, tuned:", "3 rows over 4 problems of 1 cases"]);
     let table = read(folder.path().join("results/ranking/ranking.csv"));
     let classes: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
     let classes: Vec<[&str; 3]> = classes.iter().map(|row| [row[0], row[1], row[4]]).collect();
@@ -30,9 +25,8 @@ fn rows_are_ranked_by_what_they_need_to_know_and_a_chosen_gain_counts_as_tuned()
     assert_eq!(classes, expected, "{table}");
 }
 
-fn rows_of(name: &str) -> Vec<BTreeMap<String, String>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/ranking").join(name);
-    csv::Reader::from_path(path).unwrap().deserialize().map(Result::unwrap).collect()
+fn committed(name: &str) -> Vec<BTreeMap<String, String>> {
+    rows_of(root().join("results/ranking").join(name))
 }
 
 /// Words between backticks.
@@ -42,9 +36,9 @@ fn quoted(text: &str) -> Vec<&str> {
 
 #[test]
 fn the_table_of_the_ranking_is_that_of_its_rows() {
-    let rows = rows_of("ranking.csv");
+    let rows = committed("ranking.csv");
     let score = |row: &BTreeMap<String, String>| row["score"].parse::<f64>().unwrap() * 100.0;
-    let page = read(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/results/ranking.md"));
+    let page = read(root().join("docs/results/ranking.md"));
     let table =
         page.lines().skip_while(|line| !line.starts_with("| class | row |")).take_while(|line| line.starts_with('|'));
     let (mut class, mut seen) = (String::new(), 0);
@@ -75,10 +69,8 @@ fn the_table_of_the_ranking_is_that_of_its_rows() {
             assert!(counts.starts_with(&format!("{} of {} ", named[0]["skipped"], named[0]["problems"])), "{line}");
         }
         let written: Vec<&str> = cells[3].trim_end_matches(" %").split(" to ").collect();
-        let bounds = [
-            named.iter().map(|row| score(row)).fold(f64::INFINITY, f64::min),
-            named.iter().map(|row| score(row)).fold(0.0, f64::max),
-        ];
+        let scores: Vec<f64> = named.iter().map(|row| score(row)).collect();
+        let bounds = [smallest(scores.iter().copied()), largest(scores)];
         for (text, found) in [(written[0], bounds[0]), (written[written.len() - 1], bounds[1])] {
             let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len() as i32);
             let off = (text.parse::<f64>().unwrap() - found).abs();
@@ -90,8 +82,8 @@ fn the_table_of_the_ranking_is_that_of_its_rows() {
 
 #[test]
 fn the_findings_of_the_ranking_follow_from_its_rows_and_claims() {
-    let rows = rows_of("ranking.csv");
-    let page = read(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/results/ranking.md"));
+    let rows = committed("ranking.csv");
+    let page = read(root().join("docs/results/ranking.md"));
     let page = page.split_whitespace().collect::<Vec<_>>().join(" ");
     let of_class = |class: &str| -> Vec<(String, f64, usize)> {
         let own = rows.iter().filter(|row| row["class"] == class && row["tuned_on"].is_empty());
@@ -128,7 +120,7 @@ fn the_findings_of_the_ranking_follow_from_its_rows_and_claims() {
     }
     assert!(paper.1 < best.1);
     // A ratio with its interval is that of a claim.
-    let claims: Vec<String> = rows_of("claims.csv")
+    let claims: Vec<String> = committed("claims.csv")
         .iter()
         .map(|claim| {
             let [measured, low, high] = ["measured", "low", "high"].map(|name| claim[name].parse::<f64>().unwrap());

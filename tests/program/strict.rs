@@ -215,6 +215,11 @@ fn a_finding_that_was_never_recorded_is_no_failure() {
     assert!(place.verify(0).contains("0 differ"));
     place.write(&EXPERIMENT.replace("\"reproduced\"", "\"not-reproduced\""));
     place.verify(1);
+    // Nor is a claim that does not hold, where it is recorded so.
+    place.write(&EXPERIMENT.replace("<= 0", "<= -1"));
+    place.verify(1);
+    place.write(&EXPERIMENT.replace("<= 0", "<= -1").replace("\"reproduced\"", "\"not-reproduced\""));
+    place.verify(0);
 }
 
 #[test]
