@@ -2,15 +2,8 @@
 
 use crate::asked;
 use crate::support::*;
-use rimbench::cases::{Case, Recorder};
 use rimbench::complementarity::{ComplementaritySolver, SolverEntry};
-use rimbench::cosim::{
-    ActuatorIntegrator, CommunicationGrid, CommunicationPoint, EnergyReturn, ForceReturn, MechanicsIntegrator,
-    MechanicsSteps, Outcome, SecondOrder, Sequence, Setup, Side, StepController, StepRule, Trajectory,
-};
 use rimbench::friction::FrictionLaw;
-use rimbench::interface_model::Redundancy;
-use rimbench::schemes::{ContactChoice, ContactDetection, Family, ModelMotion, ModelOptions, Need, SchemeEntry};
 use std::sync::Arc;
 
 #[derive(Clone)]

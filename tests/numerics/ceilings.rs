@@ -3,14 +3,7 @@
 
 use crate::support::*;
 use nalgebra::{Matrix4, Vector4};
-use rimbench::cases::Case;
-use rimbench::cosim::{
-    Abilities, CommunicationGrid, Outcome, Port, Ports, Quantity, Sequence, Side, Subsystem, SubsystemCounters,
-};
-use rimbench::error::Failure;
 use rimbench::panel::ENUMERATION_LIMIT;
-use rimbench::runs::{RunResult, RunSpec};
-use rimbench::schemes::Need;
 
 const ITERATED: &str = "iterated-aitken";
 

@@ -2,7 +2,7 @@
 //!
 //! With redundant contacts `z` is not unique, so what is compared is what is: `w` and the resultant `B z`.
 
-use crate::support::{solver_by_name, solvers};
+use crate::support::*;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rand::{RngExt, SeedableRng};

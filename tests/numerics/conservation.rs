@@ -1,15 +1,7 @@
 //! Energy: the impulse–energy identity in every step, contacts that only take, and work across the interface.
 
 use crate::support::*;
-use rimbench::cosim::{
-    Abilities, CommunicationGrid, ForceReturn, MechanicsSteps, Outcome, Ports, Sequence, Setup, Side, Subsystem,
-    SubsystemCounters,
-};
-use rimbench::error::Failure;
-use rimbench::interface_model::MassMatrix;
-use rimbench::mechanics::{ContactLaw, NonSmoothMechanics};
 use rimbench::models::WedgeBox;
-use rimbench::schemes::{ContactDetection, ModelOptions, Need, SchemeEntry};
 use std::sync::Arc;
 
 /// The mechanics of the wedge box, with an account of its own kept from states and impulses.

@@ -1,11 +1,6 @@
 //! Contacts that give way: an implicit spring and damper per contact, in the mechanics and in the models made from it.
 
 use crate::support::*;
-use rimbench::cosim::{Abilities, CommunicationGrid, ForceReturn, Outcome, Sequence, Setup, Side, StopFlag, Subsystem};
-use rimbench::interface_model::ContactSpring;
-use rimbench::mechanics::{ContactLaw, NonSmoothMechanics, monolithic};
-use rimbench::runs::RunRequest;
-use rimbench::schemes::ContactDetection;
 
 const fn compliant(stiffness: f64, damping: f64) -> ContactLaw {
     ContactLaw { spring: Some(ContactSpring { stiffness, damping }), ..PLASTIC }

@@ -1,11 +1,6 @@
 //! Which contacts a reduced interface model takes as closed: by what the mechanics found, by its law, or by a margin.
 
 use crate::support::*;
-use rimbench::cosim::{Abilities, Bounds, Outcome, StopFlag, Subsystem};
-use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics};
-use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec};
-use rimbench::schemes::ContactDetection;
 
 fn margin(width: f64) -> ContactDetection {
     ContactDetection::Margin { width }

@@ -2,15 +2,6 @@
 //! differ only where contacts do, and each sequence and force return must do what a calculation by hand does.
 
 use crate::support::*;
-use rimbench::cosim::{
-    Abilities, CommunicationGrid, ForceReturn, MechanicsSteps, Outcome, PerSide, Ports, Sequence, Setup, Side,
-    StopFlag, Subsystem, SubsystemCounters, not_offered,
-};
-use rimbench::error::Failure;
-use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::mechanics::{ContactLaw, Friction, NonSmoothMechanics, monolithic};
-use rimbench::runs::{RunResult, RunSpec};
-use rimbench::schemes::Need;
 
 const ACTUATOR_FIRST: Sequence = Sequence::GaussSeidel { first: Side::Actuator };
 const RIM: [&str; 3] = ["rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"];

@@ -4,9 +4,6 @@ use crate::support::*;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use rimbench::interface_model::{
-    Condensation, Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Redundancy, Rows, condense,
-};
 
 /// Eq. 3 at one state, with the contacts that are active and the force at the interface.
 struct Problem {

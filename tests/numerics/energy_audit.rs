@@ -1,11 +1,7 @@
 //! The energy audit: buckets booked one by one must close, and what the solvers create must vanish with their step.
 
 use crate::support::*;
-use rimbench::cosim::{EnergyAccount, EnergyAudit, Outcome};
 use rimbench::models::Fluid;
-use rimbench::runs::RunSpec;
-use rimbench::statistics::order_of_convergence;
-use std::time::Duration;
 
 /// Moves the wedge box's cylinder as `s(t) = s₀ + 0.01 (1 − cos 12 t)` through `n` steps of 0.4 s together, valve ramp and all.
 fn prescribed(n: usize) -> (EnergyAccount, [f64; 2]) {
@@ -118,13 +114,3 @@ fn what_the_solvers_create_must_vanish_with_all_steps_together() {
     assert!((order - 1.0).abs() < 0.15, "{order}: {residuals:?}");
 }
 
-#[test]
-fn a_run_that_takes_too_long_must_end_as_a_timeout() {
-    let spec = wedge_box_spec("rim-nonsmooth", 2e-4);
-    let hasty = RunSpec { wall_limit: Some(Duration::from_nanos(1)), ..spec.clone() };
-    let result = run(&hasty);
-    assert_eq!(result.report.outcome, Outcome::Timeout { at_s: 0.0 });
-    assert_eq!(hasty.id(), spec.id());
-    let patient = RunSpec { wall_limit: Some(Duration::from_secs(3600)), duration: 0.1, ..spec };
-    assert_eq!(run(&patient).report.outcome, Outcome::Completed);
-}

@@ -3,14 +3,6 @@
 use crate::support::*;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use rimbench::cosim::{
-    Abilities, Bounds, EnergyPool, EnergyReturn, InterfaceWork, MechanicsIntegrator, Outcome, StopFlag, Subsystem,
-    counts_interface_way,
-};
-use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::mechanics::NonSmoothMechanics;
-use rimbench::runs::{RunSpec, simulate};
-use rimbench::schemes::ModelOptions;
 
 const H: f64 = 1e-2;
 

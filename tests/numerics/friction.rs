@@ -2,7 +2,7 @@
 //!
 //! Impulses of redundant contacts are not unique; what is compared is what is: velocities and the resultant.
 
-use crate::support::solver;
+use crate::support::*;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use rand::{RngExt, SeedableRng};

@@ -1,8 +1,6 @@
 //! The woodpecker toy and the slider–crank with play: against statics, against what is published, and their invariants.
 
 use crate::support::*;
-use rimbench::interface_model::{MassMatrix, Rows};
-use rimbench::mechanics::MechanicalModel;
 use rimbench::models::{SliderCrank, SliderCrankGeometry};
 
 const G: f64 = 9.81;

@@ -4,7 +4,7 @@
 //! the number of contacts, the kind of matrix, its sizes, the matrix (dense by columns, or blocks by rows of blocks, each by columns), q,
 //! and the coefficients. Contacts come one after the other there, each with its normal and its tangential row.
 
-use crate::support::data_of_others;
+use crate::support::*;
 use rimbench::complementarity::{SolveStats, Unsolved};
 use rimbench::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,

@@ -1,9 +1,6 @@
 //! `hydraulic-line`: one result whatever the sequence, order 2 against the chambers, an account that closes.
 
 use crate::support::*;
-use rimbench::cosim::{Outcome, Sequence, Side};
-use rimbench::runs::RunSpec;
-use rimbench::statistics::order_of_convergence;
 
 const SEQUENCES: [Sequence; 3] = [
     Sequence::Jacobi,

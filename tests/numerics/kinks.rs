@@ -2,13 +2,6 @@
 
 use crate::support::*;
 use approx::assert_relative_eq;
-use rimbench::cosim::{Abilities, ActuatorIntegrator, MechanicsIntegrator};
-use rimbench::interface_model::Rows;
-use rimbench::mechanics::{Friction, MechanicalModel, ModelSize};
-use rimbench::name::{Name, names};
-use rimbench::runs::{RunRequest, RunSpec};
-use rimbench::schemes::{ContactChoice, ModelMotion, ModelOptions};
-use rimbench_statistics::median;
 
 fn moving(motion: ModelMotion) -> Option<ModelOptions> {
     Some(ModelOptions { motion, ..ModelOptions::default() })

@@ -2,9 +2,7 @@
 
 use crate::support::*;
 use rimbench::cases::{Chain, wall_forces};
-use rimbench::cosim::{Outcome, Subsystem};
 use rimbench::models::LineMasses;
-use rimbench::runs::RunResult;
 
 fn observed(mechanics: &mut dyn Subsystem, name: &str, h: f64) -> f64 {
     let names = mechanics.abilities().observables().to_vec();

@@ -3,9 +3,6 @@
 //! A solver behind a trait object is given dense problems: with it mechanics and schemes keep everything.
 
 use crate::support::*;
-use rimbench::cosim::Subsystem;
-use rimbench::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
-use rimbench::runs::RunSpec;
 
 fn spec(case: &str, set: &[(&str, &str)], duration: f64, macro_step: f64) -> RunSpec {
     RunSpec { duration, macro_step, ..spec_with(case, "rim-nonsmooth-gap", &[], set) }

@@ -2,20 +2,16 @@
 
 use crate::support::*;
 use nalgebra::{DMatrix, DVector};
-use rimbench::cases::ReferenceMethod;
-use rimbench::cosim::{Bounds, Sequence, StopFlag, Trajectory};
 use rimbench::harness::spectral_radius;
-use rimbench::runs::{RunSpec, simulate};
-use rimbench::statistics::order_of_convergence;
 
 /// One sample per step of each side: the mean of its input, held. What the recurrences on paper describe; the case's own `exact`
 /// takes polynomials as such (see `polynomial_inputs.rs`).
 const SAMPLED: (&str, &str) = ("integrator", "exact-sampled");
 const COUPLINGS: [&str; 3] = ["force-displacement", "displacement-displacement", "force-force"];
-const HOLDS: [&str; 3] = ["zero-order-hold", "first-order-hold", "second-order-hold"];
+pub const HOLDS: [&str; 3] = ["zero-order-hold", "first-order-hold", "second-order-hold"];
 
 /// A run with one micro step per macro step and one step of the mechanics, unless changed afterwards.
-fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: &str, macro_step: f64) -> RunSpec {
+pub fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: &str, macro_step: f64) -> RunSpec {
     let sequence: Sequence = sequence.parse().unwrap();
     let mut spec = usual_spec(case, scheme, macro_step);
     let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
@@ -130,7 +126,7 @@ struct Paper<'a> {
     macro_step: f64,
 }
 
-const K: [f64; 3] = [10.0, 100.0, 1000.0];
+pub const K: [f64; 3] = [10.0, 100.0, 1000.0];
 
 impl Paper<'_> {
     /// Input of the actuator side in units of force, from the other mass: `k_c x₂ + c v₂`, or the coupling force itself

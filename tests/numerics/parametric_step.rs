@@ -6,9 +6,6 @@ use crate::support::*;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rimbench::complementarity::SolverCounters;
-use rimbench::cosim::{CommunicationGrid, CouplingScheme, MicroStep, PerSide, Sample, Side};
-use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::schemes::{Construction, ContactDetection, ModelConstruction, ModelMotion, ModelOptions};
 
 /// Options with which micro steps go on, and with which each is solved: with friction, which no other solver knows, by a model that
 /// could move. It has been received once, and so does not.

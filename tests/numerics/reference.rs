@@ -2,9 +2,6 @@
 //! independent route that shares no line of code with it.
 
 use crate::support::*;
-use rimbench::cosim::{PerSide, StopFlag, Subsystem};
-use rimbench::mechanics::monolithic;
-use rimbench::runs::RunSpec;
 
 /// The wedge box again, from scratch: minimal coordinates, contacts bilateral while a phase lasts, events located, plastic
 /// impacts by projection. Nothing here comes from the crate; the numbers are those of the case's table.

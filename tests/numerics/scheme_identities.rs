@@ -2,10 +2,7 @@
 //! each on the two-mass oscillator (force–displacement, damped, both sides exact) as an independent computation has them.
 
 use crate::support::*;
-use rimbench::cosim::Trajectory;
 use rimbench::harness::spectral_radius;
-use rimbench::runs::RunSpec;
-use rimbench::statistics::median;
 
 /// The damped oscillator from its own start, 1 s, 20 micro steps on both sides.
 fn oscillator(scheme: &str, gain: Option<f64>, macro_step: f64) -> RunSpec {

@@ -1,14 +1,6 @@
 //! What every scheme must do, by name: whatever is listed is checked, and skipped only where a case lacks what it needs.
 
 use crate::support::*;
-use rimbench::cosim::{
-    Bounds, CommunicationGrid, LineForces, MacroStep, MicroStep, Outcome, OutputRates, PerSide, Sample, Side, StopFlag,
-    check_coupling,
-};
-use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::runs::{RunResult, RunSpec, simulate};
-use rimbench::schemes::{Construction, Family, ModelConstruction, ModelOptions, Need, SchemeEntry};
-use rimbench::statistics::order_of_convergence;
 
 /// A run with the scheme's own sequence, force return and gain.
 fn spec(case: &str, set: &[(&str, &str)], scheme: &SchemeEntry, macro_step: f64) -> RunSpec {

@@ -1,13 +1,7 @@
 //! Mechanics and actuators of the second order: closed forms, orders, books, and what refuses them.
 
 use crate::support::*;
-use rimbench::cosim::{
-    ActuatorIntegrator, EnergyReturn, ForceReturn, MechanicsIntegrator, MechanicsSteps, Outcome, SecondOrder, StopFlag,
-};
-use rimbench::mechanics::MechanicalModel;
 use rimbench::models::WedgeBox;
-use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec};
-use rimbench::statistics::{median, order_of_convergence};
 
 const EVENT_SPLIT: MechanicsIntegrator = MechanicsIntegrator::EventSplit;
 
@@ -155,8 +149,7 @@ fn a_ball_bounces_to_its_rest_through_an_infinity_of_impacts() {
 }
 
 fn assert_books_close(spec: &RunSpec, name: &str) {
-    let run = run(spec);
-    assert_eq!(run.report.outcome, Outcome::Completed, "{name}");
+    let run = completed(spec);
     let residual = run.report.energy_identity_residual_j.unwrap();
     // Energies of up to 1e4 J in steps, rounded some ten times each.
     assert!(residual < 1e-10, "{name}: identity {residual} J");
@@ -241,12 +234,9 @@ fn linearly_implicit_steps_close_their_books_on_the_beam_and_on_the_elastic_bar(
     {
         for mechanics_integrator in [MechanicsIntegrator::Midpoint, EVENT_SPLIT] {
             let spec = RunSpec { mechanics_integrator, ..second_order(case, "rim-nonsmooth-gap", macro_step) };
-            let run = run(&spec);
-            let name = format!("{case} at {macro_step} s, {mechanics_integrator}");
-            assert_eq!(run.report.outcome, Outcome::Completed, "{name}");
+            let residual = completed(&spec).report.energy_identity_residual_j.unwrap();
             // Energies of up to 10 J, rounded some ten times in each step.
-            let residual = run.report.energy_identity_residual_j.unwrap();
-            assert!(residual < 1e-12, "{name}: identity {residual} J");
+            assert!(residual < 1e-12, "{case} at {macro_step} s, {mechanics_integrator}: identity {residual} J");
         }
     }
 }

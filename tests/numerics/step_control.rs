@@ -1,8 +1,6 @@
 //! Step control: the error must stay near the tolerance, no step may go uncounted, and the times must add up.
 
 use crate::support::*;
-use rimbench::cosim::{ForceReturn, MechanicsSteps, Sequence};
-use rimbench::runs::{RunResult, RunSpec, StepControl, StepControlKind};
 
 use StepControlKind::{EnergyResidual, StepDoubling};
 

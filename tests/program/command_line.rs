@@ -261,17 +261,6 @@ fn nonsense_values_are_refused_before_anything_runs() {
 }
 
 #[test]
-fn an_output_folder_that_cannot_be_written_is_refused_and_nothing_is_left() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("a-file");
-    std::fs::write(&file, "not a folder").unwrap();
-    let message = refused(rimbench().args(["reproduce", "--quick", "--out"]).arg(file.join("results")));
-    assert!(message.contains("a-file"), "{message}");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-    assert_eq!(std::fs::read_to_string(&file).unwrap(), "not a folder");
-}
-
-#[test]
 fn a_cache_that_is_damaged_or_cannot_be_written_costs_time_not_results() {
     let folder = tempfile::tempdir().unwrap();
     let run = |cache: &Path| {

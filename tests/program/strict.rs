@@ -104,17 +104,6 @@ fn with_two_masses() -> String {
 }
 
 #[test]
-fn rows_with_different_gains_are_told_apart_in_the_table_and_by_claims() {
-    let place = Place::new();
-    let text = EXPERIMENT
-        .replace("scheme = \"zero-order-hold\"", "scheme = \"nepce\"\ngain = 0.25\n[[schemes]]\nscheme = \"nepce\"");
-    place.run(&text);
-    for (column, cell) in [("label", "nepce/gain=0.25"), ("label", "nepce"), ("gain", "0.25")] {
-        assert_eq!(place.count(column, cell), 8, "{cell}");
-    }
-}
-
-#[test]
 fn a_run_that_took_too_long_is_made_again_when_it_may_take_longer() {
     let place = Place::new();
     // The reference is at hand.
@@ -251,26 +240,6 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
     ] {
         rimbench().args(["run", "--dry-run"]).arg(place.write(&text)).assert().success();
     }
-}
-
-#[test]
-fn shards_in_folders_of_any_name_are_collected() {
-    let place = Place::new();
-    place.run(EXPERIMENT);
-    let file = place.path("group/strict.toml");
-    for part in 1..=3 {
-        let run = ["--shard", &format!("{part}/3"), "--out", &format!("s{part}")];
-        rimbench().current_dir(&place.0).arg("run").arg(&file).args(run).assert().success();
-    }
-    let collect =
-        |words: &str| printed(rimbench().current_dir(&place.0).arg("run").arg(&file).args(words.split_whitespace()));
-    assert_has(&collect("--out s2 --collect s1 s3 s1 s2"), &["16 of 16 runs in s2"]);
-    for name in ["runs.csv", "reference.csv", "parameters.csv"] {
-        let [one, other] = [place.path("s2"), place.results()].map(|folder| std::fs::read(folder.join(name)).unwrap());
-        assert!(one == other, "{name}");
-    }
-    // What is collected may be run again under its own name.
-    collect("--out s2");
 }
 
 #[test]
@@ -448,11 +417,3 @@ fn a_plan_says_first_how_many_runs_it_has_and_shows_as_many_as_can_be_read() {
     assert!(plan(&["--all"]).lines().count() > 400);
 }
 
-#[test]
-fn a_group_without_figures_is_refused() {
-    let place = Place::new();
-    std::fs::create_dir(place.path("results")).unwrap();
-    let results = place.path("results");
-    let message = refused(rimbench().args(["report", "--figures", "--group", "nope"]).arg(results));
-    assert_has(&message, &["unknown group of figures `nope`"]);
-}

@@ -1,25 +1,26 @@
 //! Builders shared by the tests: the wedge box at its defaults, small systems with constant matrices, simple actuators.
 #![allow(dead_code, unused_imports, unused_macros)]
 
-use rimbench::cases::{Case, CoupledSystem, ExactSolution, Parameters, Recorder, ReferenceMethod, Value};
+use rimbench::cases::{CoupledSystem, ExactSolution, Parameters, Value};
 use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::{ActiveSet, Solver, SolverEntry};
-use rimbench::cosim::{
-    Abilities, ActuatorIntegrator, Bounds, CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsSteps, Outcome,
-    OutputRates, PerSide, Port, Ports, Quantity, Report, Sequence, Setup, Sides, StopFlag, Subsystem,
-    SubsystemCounters, Supervision, Trajectory, not_offered,
-};
-use rimbench::error::{Failure, Result};
+use rimbench::error::Result;
 use rimbench::harness::monotonic_clock;
-use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
-use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, ReferenceSteps, monolithic};
 use rimbench::models::{GripperGeometry, WedgeBox, WedgeBoxGeometry};
-use rimbench::name::{Name, names};
-use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec, evaluate, simulate};
-use rimbench::schemes::{Coupling, ModelOptions, SchemeEntry};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
+
+/// What most tests speak of.
+pub use rimbench::cases::{Case, Recorder, ReferenceMethod};
+pub use rimbench::cosim::*;
+pub use rimbench::error::Failure;
+pub use rimbench::interface_model::*;
+pub use rimbench::mechanics::*;
+pub use rimbench::name::{Name, names};
+pub use rimbench::runs::*;
+pub use rimbench::schemes::*;
+pub use rimbench::statistics::{median, order_of_convergence};
 
 /// Plastic contacts without position stabilisation.
 pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, spring: None };
