@@ -113,4 +113,3 @@ fn what_the_solvers_create_must_vanish_with_all_steps_together() {
     let order = order_of_convergence(&residuals).unwrap();
     assert!((order - 1.0).abs() < 0.15, "{order}: {residuals:?}");
 }
-

@@ -1,7 +1,7 @@
 //! A sweep that is killed, split, damaged or repeated ends with every record present once, equal to an undisturbed sweep.
 
 use crate::program::{
-    assert_has, cache, call, executable, files, printed, process, read, refused, rimbench, said, two_sets_with,
+    assert_has, cache, call, executable, files, printed, process, read, rimbench, said, two_sets_with,
 };
 use proptest::prelude::*;
 use rimbench::harness::{Record, Store};
@@ -150,17 +150,6 @@ fn damaged_and_truncated_records_are_computed_again() {
     std::fs::write(&log, bytes).unwrap();
     run_says(&file, &out, &[], &["2 damaged records", "2 computed now"]);
     assert!(results(&out) == before);
-}
-
-#[test]
-fn a_folder_of_another_experiment_is_refused() {
-    let (folder, file) = workplace(EXPERIMENT);
-    let out = folder.path().join("claimed");
-    run(&file, &out, &["--shard", "1/36"]);
-    let other = folder.path().join("other.toml");
-    std::fs::write(&other, EXPERIMENT).unwrap();
-    let message = refused(rimbench().arg("run").arg(&other).arg("--out").arg(&out));
-    assert_has(&message, &["belongs to experiment `survival`"]);
 }
 
 #[test]

@@ -416,4 +416,3 @@ fn a_plan_says_first_how_many_runs_it_has_and_shows_as_many_as_can_be_read() {
     assert_has(&short, &["… and 360 more: --all shows them"]);
     assert!(plan(&["--all"]).lines().count() > 400);
 }
-

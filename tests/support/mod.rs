@@ -392,6 +392,8 @@ pub struct LinearModel {
     pub unilateral: ConstantRows,
     pub tangential: ConstantRows,
     pub interface: ConstantRows,
+    /// Curvatures of the first unilateral, tangential and interface row beyond q₁ = 1 m, if any.
+    pub bends: Option<[f64; 3]>,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
 }
@@ -455,6 +457,14 @@ macro_rules! hands_on {
 }
 pub(crate) use hands_on;
 
+impl LinearModel {
+    fn bend(&self, row: usize, q: &[f64], v: &[f64], rows: &mut Rows) {
+        if let Some(bends) = self.bends.filter(|_| q[0] > 1.0) {
+            rows.convective[0] = bends[row] * v[0] * v[0];
+        }
+    }
+}
+
 const GAPS: [&str; 6] = ["gap_1_m", "gap_2_m", "gap_3_m", "gap_4_m", "gap_5_m", "gap_6_m"];
 const FORCES: [&str; 6] = ["force_1_n", "force_2_n", "force_3_n", "force_4_n", "force_5_n", "force_6_n"];
 
@@ -482,17 +492,26 @@ impl MechanicalModel for LinearModel {
     fn bilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.bilateral.write(q, rows);
     }
-    fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.unilateral.write(q, rows);
+        self.bend(0, q, v, rows);
     }
     fn tangential_rows(&self) -> usize {
         self.tangential.offset.len()
     }
-    fn tangential(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+    fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.tangential.write(q, rows);
+        self.bend(1, q, v, rows);
     }
-    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+    fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.interface.write(q, rows);
+        self.bend(2, q, v, rows);
+    }
+    fn switches(&self) -> usize {
+        usize::from(self.bends.is_some())
+    }
+    fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
+        switches.iter_mut().for_each(|switch| *switch = [q[0] - 1.0, v[0]]);
     }
     fn potential_energy(&self, q: &[f64]) -> f64 {
         -self.force.iter().zip(q).map(|(f, q)| f * q).sum::<f64>()
