@@ -1,7 +1,7 @@
 //! The pivoting solvers must not allocate once built: they run inside the micro step of a real-time simulation.
 
 use crate::asked;
-use crate::support::{solver_by_name, solvers};
+use crate::support::*;
 use rimbench::complementarity::{ComplementaritySolver, Lcp};
 
 /// Those that state a capacity; that they are all is checked below.

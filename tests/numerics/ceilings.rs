@@ -3,15 +3,7 @@
 
 use crate::support::*;
 use nalgebra::{Matrix4, Vector4};
-use rimbench::cases::Case;
-use rimbench::cosim::{
-    Abilities, CommunicationGrid, Outcome, Port, Quantity, Sequence, Side, StopFlag, Subsystem, SubsystemCounters,
-};
-use rimbench::error::Failure;
-use rimbench::mechanics::monolithic;
 use rimbench::panel::ENUMERATION_LIMIT;
-use rimbench::runs::{RunResult, RunSpec};
-use rimbench::schemes::Need;
 
 const ITERATED: &str = "iterated-aitken";
 
@@ -26,26 +18,20 @@ fn spec(case: &str, set: &[(&str, &str)], scheme: &str, sequence: Sequence, macr
 fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
     // Each case with each coupling it has, and each solver; inputs swing, so that contacts open and close and the warm
     // start of the solver matters.
-    let variants = [
-        ("coupling", "force-displacement"),
-        ("coupling", "displacement-displacement"),
-        ("coupling", "force-force"),
-        ("coupling", "pressure-displacement"),
-        ("published_driver", "true"),
-        ("damper", "nonlinear"),
-    ];
+    let couplings = ["force-displacement", "displacement-displacement", "force-force", "pressure-displacement"];
+    let others = [("published_driver", "true"), ("damper", "nonlinear")];
+    let variants = couplings.map(|coupling| ("coupling", coupling)).into_iter().chain(others);
     let mut seen = 0;
     for case in cases() {
         let mut all = vec![case.default_parameters()];
-        for (key, value) in variants {
+        for (key, value) in variants.clone() {
             let mut parameters = case.default_parameters();
             if parameters.set(key, value).is_ok() {
                 all.push(parameters);
             }
         }
-        for (parameters, entry) in
-            all.iter().flat_map(|parameters| solvers().iter().map(move |entry| (parameters, entry)))
-        {
+        let with_solvers = |parameters| solvers().iter().map(move |entry| (parameters, entry));
+        for (parameters, entry) in all.iter().flat_map(with_solvers) {
             // Contacts with friction have a solver of their own.
             if has_friction(parameters) && entry.name != "active-set" {
                 assert!((case.build)(parameters, entry).is_err_and(|error| error.to_string().contains("friction")));
@@ -54,9 +40,12 @@ fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
             let mut system = (case.build)(parameters, entry).unwrap();
             let model = system.sides.mechanics.abilities().empty_interface_model();
             let contacts = model.map_or(0, |model| model.contacts());
-            if entry.name == "enumeration" && contacts > ENUMERATION_LIMIT {
+            if entry.name == "enumeration" && contacts > ENUMERATION_LIMIT
+                || entry.name != "active-set" && contacts == 0
+            {
                 continue;
             }
+            let steps = if contacts > 20 { 50 } else { 150 };
             // Inputs swing about what the other side puts out at the start: lengths must stay within a stroke.
             let of = |side: &mut dyn Subsystem, u: &[f64]| {
                 let mut y = vec![0.0; side.ports().outputs.len()];
@@ -66,28 +55,25 @@ fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
             let to_mechanics = vec![0.0; system.sides.mechanics.ports().inputs.len()];
             let to_actuator = of(&mut *system.sides.mechanics, &to_mechanics);
             let to_mechanics = of(&mut *system.sides.actuator, &to_actuator);
-            continues_as_a_copy(case, &mut *system.sides.mechanics, &to_mechanics);
-            continues_as_a_copy(case, &mut *system.sides.actuator, &to_actuator);
+            continues_as_a_copy(case, &mut *system.sides.mechanics, &to_mechanics, steps);
+            continues_as_a_copy(case, &mut *system.sides.actuator, &to_actuator, steps);
             seen += 2;
         }
     }
     assert!(seen > 100, "only {seen} subsystems");
 }
 
-fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64]) {
+fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64], steps: usize) {
     let outputs = original.ports().outputs.len();
     let input = |step: usize, side: &dyn Subsystem| -> Vec<f64> {
         let swing = (0.7 * step as f64).sin();
-        let of = |(port, start): (&Port, &f64)| {
-            start
-                + swing
-                    * match port.quantity {
-                        Quantity::Position => 1e-3,
-                        Quantity::Velocity => 1e-2,
-                        Quantity::Force => 2e3,
-                        Quantity::Pressure => 1e5,
-                    }
+        let size = |port: &Port| match port.quantity {
+            Quantity::Position => 1e-3,
+            Quantity::Velocity => 1e-2,
+            Quantity::Force => 2e3,
+            Quantity::Pressure => 1e5,
         };
+        let of = |(port, start): (&Port, &f64)| start + swing * size(port);
         side.ports().inputs.iter().zip(start).map(of).collect()
     };
     let h = case.defaults.micro_step_s;
@@ -106,10 +92,10 @@ fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64])
         }
         bits
     };
-    advance(original, 0..150);
+    advance(original, 0..steps);
     let mut copy = original.try_clone().unwrap_or_else(|| panic!("{name}: no copy"));
     assert_eq!(copy.counters(), original.counters(), "{name}");
-    let (went_on, copied) = (advance(original, 150..300), advance(&mut *copy, 150..300));
+    let (went_on, copied) = (advance(original, steps..2 * steps), advance(&mut *copy, steps..2 * steps));
     assert!(went_on == copied, "{name}: the copy went another way");
     assert!(went_on.contains(&1), "{name}: no step succeeded");
     assert_eq!(copy.counters(), original.counters(), "{name}");
@@ -172,13 +158,10 @@ fn an_iterated_run_must_be_the_implicit_rule_of_the_whole_system() {
             }
             let counters = result.report.work.cosim;
             let sweeps = counters.macro_steps + counters.repeated_macro_steps;
-            println!("{name}: {:.1} sweeps per macro step", sweeps as f64 / counters.macro_steps as f64);
             // Every sweep is one micro step of each side here, and none goes uncounted.
-            assert_eq!(
-                (result.report.work.sides.mechanics.micro_steps, result.report.work.sides.actuator.micro_steps),
-                (sweeps, sweeps),
-                "{name}"
-            );
+            let micro_steps = result.report.work.sides;
+            let of_sides = (micro_steps.mechanics.micro_steps, micro_steps.actuator.micro_steps);
+            assert_eq!(of_sides, (sweeps, sweeps), "{name}");
             assert!(counters.repeated_macro_steps >= counters.macro_steps, "{name}: it must have iterated");
         }
     }
@@ -218,44 +201,22 @@ fn the_monolithic_scheme_must_be_the_monolithic_rule_whatever_the_macro_step() {
             (8000, 8000)
         );
     }
-    // And directly against the loop of the reference, without a recorder in between.
-    let mut system = usual_system(wedge_box_case());
-    let mut forces = Vec::new();
-    monolithic(system.sides.lend(), reference_steps(h, 400, 100), StopFlag::never(), &mut |point| {
-        forces.push(point.y.actuator[0])
-    })
-    .unwrap();
-    let result = run(&RunSpec { duration: 2e-2, ..wedge_box_spec("monolithic", 5e-3) });
-    assert!(max_difference(&column(&result.trajectory, "actuator_force_n"), &forces) < 2e-7);
 }
 
 #[test]
 fn a_scheme_that_takes_steps_again_must_be_skipped_where_nothing_can_be_copied() {
-    struct Sealed(Box<dyn Subsystem>);
+    struct Sealed {
+        inner: Box<dyn Subsystem>,
+    }
     impl Subsystem for Sealed {
-        fn ports(&self) -> &rimbench::cosim::Ports {
-            self.0.ports()
-        }
-        fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-            self.0.outputs(u, y)
-        }
-        fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-            self.0.step(t, u, h)
-        }
-        fn abilities(&mut self) -> &mut dyn Abilities {
-            self.0.abilities()
-        }
-        fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-            None
-        }
-        fn counters(&self) -> SubsystemCounters {
-            self.0.counters()
-        }
+        hands_on!(steps);
+        hands_on!(abilities);
+        hands_on!(the_rest);
     }
     let mut system = usual_system(wedge_box_case());
     let entry = scheme_by_name(ITERATED);
     let sealed = system.sides.actuator;
-    system.sides.actuator = Box::new(Sealed(sealed));
+    system.sides.actuator = Box::new(Sealed { inner: sealed });
     assert!(entry.incompatibility(system.sides.lend()).unwrap().contains("cannot be copied"));
     let (sequence, force_return) = entry.sequence_and_return(None, None).unwrap();
     let setup = setup(CommunicationGrid::new(5e-3, 1.0, 0.1).unwrap(), 5e-5, sequence, force_return);

@@ -1,16 +1,7 @@
 //! Energy: the impulse–energy identity in every step, contacts that only take, and work across the interface.
 
 use crate::support::*;
-use rimbench::complementarity::SolverCounters;
-use rimbench::cosim::{
-    Abilities, CommunicationGrid, ForceReturn, MechanicsSteps, Outcome, Ports, Sequence, Setup, Side, Subsystem,
-    SubsystemCounters,
-};
-use rimbench::error::Failure;
-use rimbench::interface_model::MassMatrix;
-use rimbench::mechanics::{ContactLaw, NonSmoothMechanics};
 use rimbench::models::WedgeBox;
-use rimbench::schemes::{ContactDetection, ModelOptions, Need, SchemeEntry};
 use std::sync::Arc;
 
 /// The mechanics of the wedge box, with an account of its own kept from states and impulses.
@@ -62,12 +53,8 @@ impl Audited {
 }
 
 impl Subsystem for Audited {
-    fn ports(&self) -> &Ports {
-        self.inner.ports()
-    }
-    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        self.inner.outputs(u, y)
-    }
+    hands_on!(abilities);
+    hands_on!(the_rest);
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let eq3 = self.inner.linearisation().clone();
         let residual_before = self.inner.ledger().identity_residual;
@@ -123,15 +110,6 @@ impl Subsystem for Audited {
         }
         Ok(())
     }
-    fn abilities(&mut self) -> &mut dyn Abilities {
-        self.inner.abilities()
-    }
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        None
-    }
-    fn counters(&self) -> SubsystemCounters {
-        SubsystemCounters { solver: SolverCounters::default(), ..self.inner.counters() }
-    }
 }
 
 struct Account {
@@ -150,18 +128,6 @@ fn on_the_original() -> impl Iterator<Item = &'static Arc<SchemeEntry>> {
 }
 
 fn account(
-    scheme: &str,
-    law: ContactLaw,
-    macro_step: f64,
-    mechanics_steps: MechanicsSteps,
-    back: Option<ForceReturn>,
-    duration: f64,
-) -> Account {
-    account_with(scheme, None, law, macro_step, mechanics_steps, back, duration)
-}
-
-/// The same with contacts detected in some way.
-fn account_with(
     scheme: &str,
     detection: Option<ContactDetection>,
     law: ContactLaw,
@@ -195,14 +161,9 @@ fn the_impulse_energy_identity_must_close_in_every_step_of_every_scheme() {
     for scheme in on_the_original() {
         for macro_step in [1e-3, 5e-3, 2e-2] {
             let law = ContactLaw { stabilisation: 0.2, ..PLASTIC };
-            let Account { audited, outcome, received, .. } = account(&scheme.name, law, macro_step, ONE, None, 2.5);
+            let Account { audited, outcome, received, .. } =
+                account(&scheme.name, None, law, macro_step, ONE, None, 2.5);
             let name = format!("{} H={macro_step} ({outcome})", scheme.name);
-            println!(
-                "{name}: identity {:.1} ε, joints {:.1} ε, scale {:.3} J",
-                audited.worst / f64::EPSILON,
-                audited.worst_joint / f64::EPSILON,
-                audited.scale
-            );
             ended_early += usize::from(outcome != Outcome::Completed);
             // A box of 250 kg at the speed of the manoeuvre has 10 J.
             wild += usize::from(audited.scale > 1e3);
@@ -235,12 +196,8 @@ fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes
         let mut with_one_step = None;
         for (macro_step, mechanics_steps) in [(2e-4, ONE), (5e-3, ONE), (5e-3, ALL)] {
             let Account { audited, outcome, .. } =
-                account(&scheme.name, PLASTIC, macro_step, mechanics_steps, None, 2.5);
+                account(&scheme.name, None, PLASTIC, macro_step, mechanics_steps, None, 2.5);
             let name = format!("{} H={macro_step} n_m={mechanics_steps} ({outcome})", scheme.name);
-            println!(
-                "{name}: contacts took {:.4} J, largest gift {:.1e} J, {:.2} of the limit",
-                -audited.contact, audited.largest_gift, audited.unexplained
-            );
             // Runs that end before contacts took anything keep the rounding of their energies, as in the identity above.
             let rounding = 32.0 * f64::EPSILON * audited.scale;
             assert!(audited.contact < rounding, "{name}: contacts gave {} J", audited.contact);
@@ -256,11 +213,8 @@ fn plastic_contacts_without_stabilisation_must_never_give_energy_whatever_pushes
                 with_one_step = Some(audited.largest_gift);
             }
             if let Some(gift) = with_one_step.filter(|_| mechanics_steps == ALL) {
-                assert!(
-                    audited.largest_gift <= gift / 100.0 + rounding,
-                    "{name}: {} J in a step",
-                    audited.largest_gift
-                );
+                let most = gift / 100.0 + rounding;
+                assert!(audited.largest_gift <= most, "{name}: {} J in a step", audited.largest_gift);
             }
         }
     }
@@ -276,12 +230,8 @@ struct Metered {
 }
 
 impl Subsystem for Metered {
-    fn ports(&self) -> &Ports {
-        self.inner.ports()
-    }
-    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        self.inner.outputs(u, y)
-    }
+    hands_on!(abilities);
+    hands_on!(the_rest);
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let m = u.len() / 2;
         let mut force = vec![0.0; m];
@@ -292,15 +242,6 @@ impl Subsystem for Metered {
         self.last.copy_from_slice(u);
         self.inner.step(t, u, h)
     }
-    fn abilities(&mut self) -> &mut dyn Abilities {
-        self.inner.abilities()
-    }
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        None
-    }
-    fn counters(&self) -> SubsystemCounters {
-        self.inner.counters()
-    }
 }
 
 #[test]
@@ -308,29 +249,18 @@ fn work_sent_must_be_work_received_to_round_off_where_the_model_is_exact() {
     // A body of constant rows between two springs, on a joint and on the floor: the model of t_k stays true. The meter
     // keeps the velocity of its last micro step, which is then also the one at the communication point.
     for scheme in ["rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"] {
-        let model = LinearModel {
-            mass: vec![2.0, 2.0, 0.3],
-            force: vec![3.0, -19.62, 0.4],
-            bilateral: ConstantRows::new(&[(&[0.0, 1.0, 0.0], 0.0)]),
-            interface: ConstantRows::new(&[(&[1.0, 0.0, -0.2], 1.0), (&[1.0, 0.0, 0.3], 2.0)]),
-            q: vec![0.0; 3],
-            v: vec![0.5, 0.0, -1.0],
-            ..LinearModel::default()
-        };
+        let rows: [(&[f64], f64); 2] = [(&[1.0, 0.0, -0.2], 1.0), (&[1.0, 0.0, 0.3], 2.0)];
+        let bilateral = ConstantRows::new(&[(&[0.0, 1.0, 0.0], 0.0)]);
+        let body = LinearModel::new(&[2.0, 2.0, 0.3], &[3.0, -19.62, 0.4], &rows).moving(&[0.5, 0.0, -1.0]);
+        let model = LinearModel { bilateral, ..body };
         let mut mechanics = stepper(model, PLASTIC);
         let mut last = vec![0.0; 4];
         mechanics.outputs(&[], &mut last).unwrap();
         let springs = Springs::new(&[400.0, 900.0], &[3.0, 5.0]);
         let mut meter = Metered { inner: Box::new(springs), last, middle: 0.0 };
-        let setup = Setup {
-            mechanics_steps: ALL,
-            ..setup(
-                CommunicationGrid::new(0.01, 0.7, 3.0).unwrap(),
-                1e-3,
-                Sequence::GaussSeidel { first: Side::Actuator },
-                ForceReturn::Profile,
-            )
-        };
+        let grid = CommunicationGrid::new(0.01, 0.7, 3.0).unwrap();
+        let actuator_first = Sequence::GaussSeidel { first: Side::Actuator };
+        let setup = Setup { mechanics_steps: ALL, ..setup(grid, 1e-3, actuator_first, ForceReturn::Profile) };
         let entry = scheme_by_name(scheme);
         let coupling = coupled(entry, sides(&mut mechanics, &mut meter));
         let mut passed = 0.0;
@@ -343,11 +273,6 @@ fn work_sent_must_be_work_received_to_round_off_where_the_model_is_exact() {
         let (sent, received) = (work.sent_j.unwrap(), work.received_j.unwrap());
         // 3000 micro steps, each rounding its share a few times.
         let slack = 16.0 * f64::EPSILON * 3000.0_f64.sqrt() * passed;
-        println!(
-            "{scheme}: sent {sent:.6} J, middle {:.6} J, received {received:.6} J, passed {passed:.3} J, slack {slack:.1e}, off {:.1e}",
-            meter.middle,
-            meter.middle - received
-        );
         assert!((sent - meter.middle).abs() <= slack, "the loop counts {sent}, the meter {}", meter.middle);
         assert!((sent - received).abs() <= slack, "{sent} is not {received} ± {slack:e}");
     }
@@ -357,16 +282,8 @@ fn work_sent_must_be_work_received_to_round_off_where_the_model_is_exact() {
 fn work_across_the_interface_must_not_depend_on_the_model_where_the_profile_is_returned() {
     let law = ContactLaw { stabilisation: 0.2, ..PLASTIC };
     let measured = |scheme: &str, macro_step: f64, back: ForceReturn, duration: f64| {
-        let account = account(scheme, law, macro_step, ALL, Some(back), duration);
+        let account = account(scheme, None, law, macro_step, ALL, Some(back), duration);
         assert_eq!(account.outcome, Outcome::Completed, "{scheme} H={macro_step} {back}");
-        println!(
-            "{scheme} H={macro_step} {back}: sent {:.4} J, middle {:.5} J, received {:.5} J, off {:.5} J, passed {:.2} J",
-            account.sent,
-            account.middle,
-            account.received,
-            account.middle - account.received,
-            account.passed
-        );
         account
     };
     for macro_step in [5e-3, 2.5e-3, 1.25e-3] {
@@ -386,10 +303,8 @@ fn work_across_the_interface_must_not_depend_on_the_model_where_the_profile_is_r
         let Account { middle, received, passed, .. } =
             measured("rim-nonsmooth-gap", macro_step, ForceReturn::Mean, 1.6);
         let covariance = macro_step * macro_step / 12.0 * 1000.0 * 290.0 * 3.0 * 0.02;
-        assert!(
-            (middle - received).abs() <= 2.0 * 0.05 * macro_step * passed + covariance,
-            "{middle} is not {received}"
-        );
+        let bound = 2.0 * 0.05 * macro_step * passed + covariance;
+        assert!((middle - received).abs() <= bound, "{middle} is not {received}");
     }
     // With contacts closed as far as a margin of 1 mm, the model stops the box that far above the floor in each macro step, and the
     // mechanics does not: no macro step, however small, brings the two accounts together. With what the mechanics itself found closed
@@ -397,7 +312,7 @@ fn work_across_the_interface_must_not_depend_on_the_model_where_the_profile_is_r
     let off = |detection| {
         [5e-3, 1.25e-3].map(|macro_step| {
             let back = Some(ForceReturn::Profile);
-            let account = account_with("rim-nonsmooth", Some(detection), law, macro_step, ALL, back, 2.5);
+            let account = account("rim-nonsmooth", Some(detection), law, macro_step, ALL, back, 2.5);
             assert_eq!(account.outcome, Outcome::Completed, "{detection} H={macro_step}");
             (account.middle - account.received).abs()
         })

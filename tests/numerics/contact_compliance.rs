@@ -1,11 +1,6 @@
 //! Contacts that give way: an implicit spring and damper per contact, in the mechanics and in the models made from it.
 
 use crate::support::*;
-use rimbench::cosim::{Abilities, CommunicationGrid, ForceReturn, Outcome, Sequence, Setup, Side, StopFlag, Subsystem};
-use rimbench::interface_model::ContactSpring;
-use rimbench::mechanics::{ContactLaw, NonSmoothMechanics, monolithic};
-use rimbench::runs::RunRequest;
-use rimbench::schemes::ContactDetection;
 
 const fn compliant(stiffness: f64, damping: f64) -> ContactLaw {
     ContactLaw { spring: Some(ContactSpring { stiffness, damping }), ..PLASTIC }
@@ -13,15 +8,9 @@ const fn compliant(stiffness: f64, damping: f64) -> ContactLaw {
 
 /// 2 kg over a floor, with as many contacts at the same place as asked for.
 fn falling(law: ContactLaw, contacts: usize, height: f64, velocity: f64) -> NonSmoothMechanics<LinearModel> {
-    let model = LinearModel {
-        mass: vec![2.0],
-        force: vec![-2.0 * 9.81],
-        unilateral: ConstantRows::new(&vec![(&[1.0][..], 0.0); contacts]),
-        interface: ConstantRows::new(&[(&[1.0], 0.0)]),
-        q: vec![height],
-        v: vec![velocity],
-        ..LinearModel::default()
-    };
+    let contacts = vec![(&[1.0][..], 0.0); contacts];
+    let mut model = LinearModel::new(&[2.0], &[-2.0 * 9.81], &[(&[1.0], 0.0)]).over(&contacts).moving(&[velocity]);
+    model.q[0] = height;
     stepper(model, law)
 }
 
@@ -96,7 +85,6 @@ fn the_account_must_close_and_what_is_lost_is_what_the_dampers_took() {
     }
     // The rest went to the damper, but for what the step itself lost or created, and that goes with h: of order one, with a factor that
     // depends on where in a step the contact closes.
-    println!("coarse {coarse:?}\nfine {fine:?}");
     assert!((fine.contact + stored).abs() < 0.02 * -stored, "{fine:?}");
     assert!(fine.integration.abs() < 0.25 * coarse.integration.abs(), "{coarse:?}, {fine:?}");
 }
@@ -142,12 +130,8 @@ fn with_constant_matrices_the_model_with_the_same_springs_must_be_the_mechanics(
 #[test]
 fn the_wedge_box_must_run_on_compliant_contacts_and_its_audit_must_close() {
     for scheme in ["rim-nonsmooth", "rim-nonsmooth-gap", "rim-smooth-active"] {
-        let mut request = RunRequest { phase: Some(0.4), ..RunRequest::of("wedge-box", scheme) };
-        for (key, value) in [("contact_compliance_m_n", "1e-7"), ("contact_damping_n_s_m", "2e4")] {
-            request.set.push((key.into(), value.into()));
-        }
-        let result = run(&request.resolve(catalogue()).unwrap());
-        assert_eq!(result.report.outcome, Outcome::Completed, "{scheme}");
+        let set = [("contact_compliance_m_n", "1e-7"), ("contact_damping_n_s_m", "2e4")];
+        let result = completed(&spec_with("wedge-box", scheme, &[("phase", "0.4")], &set));
         let closure = result.report.audit.closure().unwrap();
         // Sums of some 1e3 J, 500 macro steps of 100 micro steps, a few roundings each.
         assert!(closure.abs() < 1e-6, "{scheme}: {closure} J");
@@ -162,14 +146,12 @@ fn the_wedge_box_must_run_on_compliant_contacts_and_its_audit_must_close() {
 #[test]
 fn what_a_compliant_contact_has_not_is_refused() {
     for (set, wanted) in [
-        (vec![("contact_compliance_m_n", "1e-7"), ("restitution", "0.5")], "rebounds by its own spring"),
-        (vec![("contact_damping_n_s_m", "100")], "needs a compliant contact"),
-        (vec![("contact_compliance_m_n", "-1")], "0 or above"),
+        (&[("contact_compliance_m_n", "1e-7"), ("restitution", "0.5")][..], "rebounds by its own spring"),
+        (&[("contact_damping_n_s_m", "100")], "needs a compliant contact"),
+        (&[("contact_compliance_m_n", "-1")], "0 or above"),
     ] {
-        let request = RunRequest {
-            set: set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect(),
-            ..RunRequest::of("wedge-box", "rim-nonsmooth")
-        };
+        let mut request = RunRequest::of("wedge-box", "rim-nonsmooth");
+        request.set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
         let built = request.resolve(catalogue()).and_then(|spec| (spec.case.build)(&spec.parameters, &spec.solver));
         let message = built.err().map(|error| error.to_string()).unwrap_or_default();
         assert!(message.contains(wanted), "{message}");

@@ -1,12 +1,6 @@
 //! Which contacts a reduced interface model takes as closed: by what the mechanics found, by its law, or by a margin.
 
 use crate::support::*;
-use rimbench::cases::Recorder;
-use rimbench::cosim::{Abilities, Bounds, Outcome, StopFlag, Subsystem};
-use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::mechanics::{ContactLaw, MechanicalModel, NonSmoothMechanics, monolithic};
-use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec};
-use rimbench::schemes::ContactDetection;
 
 fn margin(width: f64) -> ContactDetection {
     ContactDetection::Margin { width }
@@ -31,15 +25,9 @@ fn masses(force: &[f64], q: &[f64], v: &[f64]) -> LinearModel {
     let n = force.len();
     let row = |i: usize| -> Vec<f64> { (0..n).map(|j| f64::from(u8::from(i == j))).collect() };
     let rows: Vec<Vec<f64>> = (0..n).map(row).collect();
-    LinearModel {
-        mass: vec![1.0; n],
-        force: force.to_vec(),
-        unilateral: ConstantRows::new(&rows.iter().map(|row| (&row[..], 0.0)).collect::<Vec<_>>()),
-        interface: ConstantRows::new(&[(&rows[0], 0.0)]),
-        q: q.to_vec(),
-        v: v.to_vec(),
-        ..LinearModel::default()
-    }
+    let floors: Vec<(&[f64], f64)> = rows.iter().map(|row| (&row[..], 0.0)).collect();
+    let masses = LinearModel::new(&vec![1.0; n], force, &floors[..1]).over(&floors).moving(v);
+    LinearModel { q: q.to_vec(), ..masses }
 }
 
 #[test]
@@ -76,14 +64,8 @@ fn a_contact_that_rebounded_is_on_its_way_out_and_not_closed() {
 #[test]
 fn contacts_that_rest_are_closed_whatever_their_restitution() {
     let closed = |e: &str| {
-        let set = vec![("restitution".to_owned(), e.to_owned())];
-        let request = RunRequest {
-            macro_step_s: Some(2e-3),
-            duration_s: Some(1.0),
-            set,
-            ..RunRequest::of("wedge-box", "rim-nonsmooth")
-        };
-        let trace = run(&request.resolve(catalogue()).unwrap()).trajectory;
+        let options = [("macro_step_s", "2e-3"), ("duration_s", "1")];
+        let trace = run(&spec_with("wedge-box", "rim-nonsmooth", &options, &[("restitution", e)])).trajectory;
         [column(&trace, "closed_contacts"), column(&trace, "actuator_force_n")]
     };
     let [plastic, bouncing] = ["0", "0.5"].map(closed);
@@ -98,14 +80,8 @@ fn contacts_that_rest_are_closed_whatever_their_restitution() {
 #[test]
 fn a_reference_does_not_depend_on_the_solver_of_the_run_that_asks_for_it_first() {
     let reference = |solver: &str| {
-        let request = RunRequest {
-            duration_s: Some(0.2),
-            solver: Some(solver.to_owned()),
-            ..RunRequest::of("wedge-box", "zero-order-hold")
-        };
-        let spec = request.resolve(catalogue()).unwrap();
-        let solution = Reference::solution(&spec, 1, StopFlag::never()).unwrap();
-        solution.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
+        let spec = spec_with("wedge-box", "zero-order-hold", &[("duration_s", "0.2"), ("solver", solver)], &[]);
+        bits(&Reference::solution(&spec, 1, StopFlag::never()).unwrap())
     };
     assert_eq!(reference("active-set"), reference("pgs-50"));
 }
@@ -196,7 +172,6 @@ fn the_floor_of_the_non_smooth_model_is_the_margin_and_goes_with_it() {
     let [active, law, narrow, wide] =
         [ContactDetection::Active, ContactDetection::MechanicsLaw, margin(1e-5), margin(1e-3)]
             .map(|detection| error("rim-nonsmooth", detection).unwrap());
-    println!("rms force error at 1 ms: active {active:.2} N, law {law:.2} N, 10 µm {narrow:.2} N, 1 mm {wide:.2} N");
     // Found by an audit with a program of its own: 3.6, 5.3, 4.2 and 37.9 N over 2.5 s. Here a factor stands for the case.
     for free in [active, law, narrow] {
         assert!(5.0 * free < wide, "{free} N is not far below {wide} N");
@@ -230,16 +205,8 @@ const FORCES: [&str; 3] = ["contact_force_right_wedge_n", "contact_force_left_we
 
 #[test]
 fn three_contacts_of_the_reversal_must_last_and_one_must_open_between_communication_points_at_every_phase() {
-    let case = case_by_name("wedge-box-reversal");
-    let (h, duration): (f64, f64) = (5e-5, 0.5);
-    let mut system = usual_system(case);
-    let mut recorder = Recorder::new(case, &mut system).unwrap();
-    let steps = (duration / h).round() as usize;
-    let mut rows = rimbench::cosim::Trajectory::with_capacity(case.recorded_columns(), steps + 1);
-    monolithic(system.sides.lend(), reference_steps(h, steps, 1), StopFlag::never(), &mut |point| {
-        recorder.record(point, &mut rows);
-    })
-    .unwrap();
+    let h = 5e-5;
+    let rows = march("wedge-box-reversal", &[], h, 10_000, 1);
     let time = column(&rows, "time_s");
     let [right, left, disc] = GAPS.map(|name| column(&rows, name));
     let force = column(&rows, "actuator_force_n");

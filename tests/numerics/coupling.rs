@@ -2,16 +2,6 @@
 //! differ only where contacts do, and each sequence and force return must do what a calculation by hand does.
 
 use crate::support::*;
-use rimbench::cosim::{
-    Abilities, CommunicationGrid, EnergyAccount, ForceReturn, InputPolynomials, MechanicsSteps, Outcome, OutputRates,
-    PerSide, Ports, Sequence, Setup, Side, StopFlag, Subsystem, SubsystemCounters, not_offered,
-};
-use rimbench::error::Failure;
-use rimbench::interface_model::ReducedInterfaceModel;
-use rimbench::mechanics::{ContactLaw, Friction, NonSmoothMechanics, monolithic};
-use rimbench::name::Name;
-use rimbench::runs::{RunResult, RunSpec};
-use rimbench::schemes::Need;
 
 const ACTUATOR_FIRST: Sequence = Sequence::GaussSeidel { first: Side::Actuator };
 const RIM: [&str; 3] = ["rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"];
@@ -19,22 +9,10 @@ const RIM: [&str; 3] = ["rim-smooth", "rim-nonsmooth", "rim-nonsmooth-gap"];
 const WHOLE_MODEL: [&str; 4] = ["rim-smooth", "rim-smooth-active", "rim-nonsmooth", "rim-nonsmooth-gap"];
 
 /// A scheme on the ledge: until 0.4 s the wedge box only translates, and no contact opens or closes.
-fn on_the_ledge(
-    scheme: &str,
-    macro_step: f64,
-    force_return: ForceReturn,
-    mechanics_steps: MechanicsSteps,
-) -> RunResult {
-    let spec = RunSpec {
-        force_return,
-        mechanics_steps,
-        sequence: ACTUATOR_FIRST,
-        duration: 0.4,
-        ..wedge_box_spec(scheme, macro_step)
-    };
-    let result = run(&spec);
-    assert_eq!(result.report.outcome, Outcome::Completed);
-    result
+fn on_the_ledge(scheme: &str, macro_step: f64, force_return: ForceReturn, steps: MechanicsSteps) -> RunResult {
+    let usual = wedge_box_spec(scheme, macro_step);
+    let (sequence, duration) = (ACTUATOR_FIRST, 0.4);
+    completed(&RunSpec { force_return, mechanics_steps: steps, sequence, duration, ..usual })
 }
 
 /// What rounding may do to force and length of the wedge box on the ledge.
@@ -50,14 +28,13 @@ fn on_the_ledge_the_reduced_model_must_be_the_full_model() {
     let reference = wedge_box_monolithic(5e-5, 1e-3, 0.4, |_, _| {});
     for scheme in WHOLE_MODEL {
         let result = on_the_ledge(scheme, 1e-3, ForceReturn::Profile, ALL);
-        let off = |name: &str| max_difference(&column(&result.trajectory, name), &column(&reference, name));
+        let off = |name: &str| apart(&result.trajectory, &reference, name).0;
         let (force, length) = (off("actuator_force_n"), off("actuator_length_m"));
-        println!("{scheme}: force off by {force:.1e} N, length by {length:.1e} m");
         assert!(force <= FORCE_ROUNDING && length <= LENGTH_ROUNDING, "{scheme}: {force} N, {length} m");
     }
     // The same model with the mean returned at one mechanics step per macro step is another discretisation.
     let mean = on_the_ledge("rim-nonsmooth", 1e-3, ForceReturn::Mean, ONE);
-    let off = max_difference(&column(&mean.trajectory, "actuator_force_n"), &column(&reference, "actuator_force_n"));
+    let off = apart(&mean.trajectory, &reference, "actuator_force_n").0;
     assert!(off > 1e3 * FORCE_ROUNDING, "the comparison sees nothing");
 }
 
@@ -70,8 +47,7 @@ fn schemes_must_not_differ_while_no_contact_opens_or_closes() {
         for (name, limit) in
             [("actuator_force_n", FORCE_ROUNDING), ("actuator_length_m", LENGTH_ROUNDING), ("effective_mass_kg", 1e-10)]
         {
-            let off = max_difference(&column(&smooth.trajectory, name), &column(&result.trajectory, name));
-            println!("rim-smooth against {other}: {name} off by {off:.1e}");
+            let off = apart(&smooth.trajectory, &result.trajectory, name).0;
             // Mass: 250 kg from a few sums of condition 10.
             assert!(off <= limit, "{other}: {name} off by {off}");
         }
@@ -92,7 +68,6 @@ fn at_the_touch_down_the_smooth_model_must_lock_and_the_nonsmooth_ones_must_not(
             let heaviest = largest(all("effective_mass_kg"));
             let peak = largest(all("actuator_force_n").into_iter().map(f64::abs));
             let lift = largest(all("gap_right_wedge_m"));
-            println!("{scheme} phase {phase}: mass {heaviest:.3} kg, force {peak:.0} N, lift {lift:.1e} m");
             if scheme == "rim-smooth" {
                 // The box approaches at 30 mm/s: the margin of 1 mm lasts 33 ms, at least six communication points with
                 // three contacts closed. The oil spring of 2e7 N/m is then squeezed by 0.28 m/s × 5 ms = 1.4 mm, 28 kN less
@@ -116,31 +91,20 @@ fn at_the_touch_down_the_smooth_model_must_lock_and_the_nonsmooth_ones_must_not(
 /// A body on a guide (joint) with weight and a load, pushed against springs by one or two interface rows; on the floor.
 fn linear_system(interface: usize) -> LinearModel {
     let rows: [(&[f64], f64); 2] = [(&[0.8, 0.6, -0.1], 1.0), (&[0.8, -0.6, 0.4], 2.0)];
-    LinearModel {
-        mass: vec![2.0, 3.0, 0.4],
-        // Presses on the contact with 200 N and leaves 3.8 N·m/m along the one freedom (0.6, 0.8, −4) that is left.
-        force: vec![5.0, -200.0, -40.2],
-        // Guide along (0.6, 0.8), then down onto the floor: its reaction is part of the model, its normal is not the guide's.
-        bilateral: ConstantRows::new(&[(&[0.8, -0.6, 0.0], 0.0)]),
-        unilateral: ConstantRows::new(&[(&[0.0, 1.0, 0.2], 0.0)]),
-        interface: ConstantRows::new(&rows[..interface]),
-        q: vec![0.0; 3],
-        v: vec![0.0, 0.0, 0.0],
-        ..LinearModel::default()
-    }
+    // Presses on the contact with 200 N and leaves 3.8 N·m/m along the one freedom (0.6, 0.8, −4) that is left.
+    let body = LinearModel::new(&[2.0, 3.0, 0.4], &[5.0, -200.0, -40.2], &rows[..interface]);
+    // Guide along (0.6, 0.8), then down onto the floor: its reaction is part of the model, its normal is not the guide's.
+    let bilateral = ConstantRows::new(&[(&[0.8, -0.6, 0.0], 0.0)]);
+    LinearModel { bilateral, ..body.over(&[(&[0.0, 1.0, 0.2], 0.0)]) }
 }
 
 fn linear_springs(interface: usize) -> Springs {
     Springs::new(&[300.0, 500.0][..interface], &[4.0, 2.0][..interface])
 }
 
-/// Largest difference between co-simulation and monolithic solution, relative to the largest value of each variable.
-fn off_monolithic(scheme: &str, interface: usize, grid: CommunicationGrid, micro_step: f64) -> (f64, Vec<Vec<f64>>) {
-    off_monolithic_with(scheme, interface, grid, micro_step, &|| stepper(linear_system(interface), PLASTIC))
-}
-
-/// The same with a mechanics of constant matrices.
-fn off_monolithic_with(
+/// Largest difference between co-simulation and monolithic solution of a mechanics of constant matrices, relative to the largest
+/// value of each variable.
+fn off_monolithic(
     scheme: &str,
     interface: usize,
     grid: CommunicationGrid,
@@ -179,8 +143,8 @@ fn a_model_with_constant_matrices_must_be_exact_for_any_macro_step_and_interface
         for scheme in WHOLE_MODEL {
             for (macro_step, phase) in [(0.01, 1.0), (0.1, 1.0), (0.1, 0.35), (0.5, 0.2)] {
                 let grid = CommunicationGrid::new(macro_step, phase, 2.0).unwrap();
-                let (off, rows) = off_monolithic(scheme, interface, grid, 1e-3);
-                println!("{scheme} m={interface} H={macro_step} phase {phase}: off by {off:.1e}");
+                let build = || stepper(linear_system(interface), PLASTIC);
+                let (off, rows) = off_monolithic(scheme, interface, grid, 1e-3, &build);
                 // 2000 micro steps, each rounding a dozen sums; the oscillation carries an error on without amplifying it,
                 // up to its number of radians, 15 rad/s × 2 s: 2000 × 30 ε at the very worst, 45 × 30 ε if random.
                 let round_off = 2000.0 * 30.0 * f64::EPSILON;
@@ -214,15 +178,7 @@ fn the_linear_system_must_keep_its_contact_loaded_or_the_exactness_above_means_l
 /// A ball of 1 kg that falls from 2 cm and bounces, hung on a spring of 30 N/m; height and velocity at all communication
 /// points.
 fn bouncing(scheme: Option<&str>, restitution: f64, macro_step: f64) -> Vec<[f64; 2]> {
-    let model = LinearModel {
-        mass: vec![1.0],
-        force: vec![-9.81],
-        unilateral: ConstantRows::new(&[(&[1.0], 0.02)]),
-        interface: ConstantRows::new(&[(&[1.0], 0.0)]),
-        q: vec![0.0],
-        v: vec![0.0],
-        ..LinearModel::default()
-    };
+    let model = LinearModel::new(&[1.0], &[-9.81], &[(&[1.0], 0.0)]).over(&[(&[1.0], 0.02)]);
     let law = ContactLaw { restitution, ..PLASTIC };
     let (mut mechanics, mut spring) = (stepper(model, law), Springs::new(&[30.0], &[0.0]));
     let grid = CommunicationGrid::new(macro_step, 1.0, 1.0).unwrap();
@@ -271,28 +227,28 @@ struct Withdraws {
 }
 
 impl Subsystem for Withdraws {
-    fn ports(&self) -> &Ports {
-        self.inner.ports()
-    }
-    fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        self.inner.outputs(u, y)
-    }
-    fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        self.inner.step(t, u, h)
-    }
+    hands_on!(steps);
+    hands_on!(the_rest);
     fn abilities(&mut self) -> &mut dyn Abilities {
         self
-    }
-    fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
-        None
-    }
-    fn counters(&self) -> SubsystemCounters {
-        self.inner.counters()
     }
 }
 
 impl Abilities for Withdraws {
-    not_offered!(use_second_order, use_friction_law, joint_steps, oil_lines);
+    not_offered!(
+        use_second_order,
+        use_friction_law,
+        joint_steps,
+        oil_lines,
+        output_rates,
+        input_polynomials,
+        observables,
+        observe,
+        interface_work,
+        interface_displacement,
+        energy_identity_residual,
+        energy_account,
+    );
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.inner.abilities().empty_interface_model()
@@ -301,31 +257,6 @@ impl Abilities for Withdraws {
         let Some(left) = self.offers_left.checked_sub(1) else { return Ok(false) };
         self.offers_left = left;
         self.inner.abilities().interface_model(h, model)
-    }
-    fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
-        self.inner.abilities().output_rates(t, u, rates)
-    }
-    fn input_polynomials(&mut self) -> Option<&mut InputPolynomials> {
-        self.inner.abilities().input_polynomials()
-    }
-
-    fn observables(&mut self) -> &[Name] {
-        self.inner.abilities().observables()
-    }
-    fn observe(&mut self, h: f64, row: &mut [f64]) {
-        self.inner.abilities().observe(h, row);
-    }
-    fn interface_work(&mut self) -> Option<f64> {
-        self.inner.abilities().interface_work()
-    }
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        self.inner.abilities().interface_displacement()
-    }
-    fn energy_identity_residual(&mut self) -> Option<f64> {
-        self.inner.abilities().energy_identity_residual()
-    }
-    fn energy_account(&mut self) -> Option<EnergyAccount> {
-        self.inner.abilities().energy_account()
     }
 }
 
@@ -374,14 +305,7 @@ fn by_hand(
     force_return: ForceReturn,
     mechanics_steps: MechanicsSteps,
 ) -> Vec<[f64; 4]> {
-    let model = LinearModel {
-        mass: vec![2.0],
-        force: vec![0.0],
-        interface: ConstantRows::new(&[(&[1.0], 0.0)]),
-        q: vec![0.0],
-        v: vec![1.0],
-        ..LinearModel::default()
-    };
+    let model = LinearModel::new(&[2.0], &[0.0], &[(&[1.0], 0.0)]).moving(&[1.0]);
     let (mut mechanics, mut spring) = (stepper(model, PLASTIC), Springs::new(&[4.0], &[0.0]));
     let grid = CommunicationGrid::new(0.5, 1.0, 1.0).unwrap();
     let setup = Setup { mechanics_steps, ..setup(grid, 0.25, sequence, force_return) };
@@ -449,8 +373,7 @@ fn a_force_return_that_the_sequence_cannot_deliver_must_be_refused() {
     for scheme in schemes() {
         for force_return in [ForceReturn::End, ForceReturn::Mean, ForceReturn::Profile] {
             for sequence in [Sequence::Jacobi, mechanics_first] {
-                let refused = scheme.sequence_and_return(Some(sequence), Some(force_return));
-                let message = refused.unwrap_err().to_string();
+                let message = scheme.sequence_and_return(Some(sequence), Some(force_return)).unwrap_err().to_string();
                 assert!(
                     message.contains("actuator goes first") || message.contains("actuator must go first"),
                     "{message}"
@@ -465,16 +388,10 @@ fn a_force_return_that_the_sequence_cannot_deliver_must_be_refused() {
 /// A block on two feet of a rough floor, thrown against its springs; they pull at it obliquely, so that what presses changes with them.
 fn block_on_rough_floor(interface: usize, at_rest: f64) -> NonSmoothMechanics<LinearModel> {
     let rows: [(&[f64], f64); 2] = [(&[0.9, -0.2, 0.1], 1.0), (&[0.8, -0.1, -0.3], 2.0)];
-    let block = LinearModel {
-        mass: vec![2.0, 2.0, 0.4],
-        force: vec![0.0, -2.0 * 9.81, 0.0],
-        unilateral: ConstantRows::new(&[(&[0.0, 1.0, -0.5], 0.0), (&[0.0, 1.0, 0.5], 0.0)]),
-        tangential: ConstantRows::new(&[(&[1.0, 0.0, 0.2], 0.0), (&[1.0, 0.0, 0.2], 0.0)]),
-        interface: ConstantRows::new(&rows[..interface]),
-        q: vec![0.0; 3],
-        v: vec![1.5, 0.0, 0.0],
-        ..LinearModel::default()
-    };
+    let block = LinearModel::new(&[2.0, 2.0, 0.4], &[0.0, -2.0 * 9.81, 0.0], &rows[..interface])
+        .over(&[(&[0.0, 1.0, -0.5], 0.0), (&[0.0, 1.0, 0.5], 0.0)])
+        .along(&[(&[1.0, 0.0, 0.2], 0.0), (&[1.0, 0.0, 0.2], 0.0)])
+        .moving(&[1.5, 0.0, 0.0]);
     stepper(block, PLASTIC).with_friction(Friction { coefficient: 0.3, at_rest, restitution: 0.0 }).unwrap()
 }
 
@@ -486,7 +403,7 @@ fn a_model_with_friction_and_constant_matrices_must_be_exact_through_slip_revers
     for (interface, at_rest) in [(1, 0.3), (2, 0.3), (1, 0.45), (2, 0.45)] {
         for macro_step in [4e-3, 20e-3, 100e-3] {
             let grid = CommunicationGrid::new(macro_step, 1.0, 1.2).unwrap();
-            let (worst, rows) = off_monolithic_with("rim-nonsmooth-gap", interface, grid, micro_step, &|| {
+            let (worst, rows) = off_monolithic("rim-nonsmooth-gap", interface, grid, micro_step, &|| {
                 block_on_rough_floor(interface, at_rest)
             });
             // 1200 steps of the same numbers on two ways.
@@ -500,7 +417,7 @@ fn a_model_with_friction_and_constant_matrices_must_be_exact_through_slip_revers
     // One that decides once per macro step does not go along.
     let grid = CommunicationGrid::new(20e-3, 1.0, 1.2).unwrap();
     for scheme in ["rim-smooth", "rim-smooth-active"] {
-        let (worst, _) = off_monolithic_with(scheme, 1, grid, micro_step, &|| block_on_rough_floor(1, 0.3));
+        let (worst, _) = off_monolithic(scheme, 1, grid, micro_step, &|| block_on_rough_floor(1, 0.3));
         assert!(worst > 1e-3, "{scheme}: {worst}");
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Impulses of redundant contacts are not unique; what is compared is what is: velocities and the resultant.
 
-use crate::support::solver;
+use crate::support::*;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use rand::{RngExt, SeedableRng};
@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionLaw,
-    FrictionProblem, FrictionSolver, natural_residual,
+    FrictionProblem, FrictionSolution, FrictionSolver, natural_residual,
 };
 
 use ContactState::{Open, SlipNegative, SlipPositive, Stick};
@@ -66,21 +66,6 @@ fn solved(problem: FrictionProblem<'_>) -> (Vec<ContactState>, Vec<f64>) {
     let stats = solver.solve(problem, &mut impulses).unwrap();
     assert!(stats.residual <= ROUND_OFF, "{}", stats.residual);
     (solver.states().to_vec(), impulses)
-}
-
-#[test]
-fn a_block_on_an_incline_must_stick_below_the_angle_of_friction_and_lose_what_is_above_it_to_friction() {
-    let (mass, h, g, angle) = (10.0, 1e-3, 9.81, 0.3_f64);
-    let matrix = [1.0 / mass, 0.0, 0.0, 1.0 / mass];
-    let b = [-h * g * angle.cos(), h * g * angle.sin()];
-    for (mu, state) in [(angle.tan() * (1.0 + 1e-9), Stick), (angle.tan() * (1.0 - 1e-9), SlipPositive)] {
-        let (states, p) = solved(FrictionProblem { h: &matrix, b: &b, friction: &[mu] });
-        assert_eq!(states, [state]);
-        let wanted = (b[1] - mu * h * g * angle.cos()).max(0.0);
-        // Of numbers of the size of b.
-        assert!((b[1] + p[1] / mass - wanted).abs() <= 4.0 * f64::EPSILON * b[1]);
-        assert!((p[0] - mass * h * g * angle.cos()).abs() <= 4.0 * f64::EPSILON * p[0]);
-    }
 }
 
 #[test]
@@ -160,40 +145,6 @@ fn a_problem_in_which_friction_alone_must_push_apart_what_it_presses_together_ha
     assert_eq!(FrictionSolver::new(1, 1e-9).solve(undefined, &mut impulses), Err(Unsolved::NonFinite));
 }
 
-/// Exact Coulomb as a fixed point of convex problems: the cone relaxed, with `b_n + μ |w_t|` until `w_t` stays.
-///
-/// ```text
-/// P_n = z⁺ + z⁻,  P_t = μ (z⁺ − z⁻)        0 ≤ w_n + s ± μ w_t ⟂ z± ≥ 0        s = μ |w_t|
-/// ```
-fn by_convex_problems(bodies: &Bodies) -> Option<Vec<f64>> {
-    let n = bodies.friction.len();
-    let cone = |sign: f64, c: usize, row: &dyn Fn(usize) -> f64| row(c) + sign * bodies.friction[c] * row(n + c);
-    let side = |k: usize| (if k < n { 1.0 } else { -1.0 }, k % n);
-    let matrix: Vec<f64> = (0..4 * n * n)
-        .map(|entry| {
-            let ((s_row, row), (s_column, column)) = (side(entry / (2 * n)), side(entry % (2 * n)));
-            cone(s_row, row, &|r| cone(s_column, column, &|c| bodies.h[r * 2 * n + c]))
-        })
-        .collect();
-    let (mut lifted, mut z) = (vec![0.0; n], vec![0.0; 2 * n]);
-    let mut lcp_solver = solver().checked(2 * n);
-    for _ in 0..2000 {
-        let q: Vec<f64> =
-            (0..2 * n).map(side).map(|(sign, c)| lifted[c] + cone(sign, c, &|row| bodies.b[row])).collect();
-        lcp_solver.solve(Lcp::new(&matrix, &q), &mut z).ok()?;
-        let tangential = (0..n).map(|c| bodies.friction[c] * (z[c] - z[n + c]));
-        let impulses: Vec<f64> = (0..n).map(|c| z[c] + z[n + c]).chain(tangential).collect();
-        let w = bodies.w(&impulses);
-        let next: Vec<f64> = (0..n).map(|c| bodies.friction[c] * w[n + c].abs()).collect();
-        let change = next.iter().zip(&lifted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        lifted = next;
-        if change <= 1e-15 {
-            return Some(impulses);
-        }
-    }
-    None
-}
-
 /// Contacts at random places of two bodies, against each other and against the ground.
 fn random_bodies(rng: &mut Pcg64, contacts: usize) -> Bodies {
     let mut draw = |low: f64, high: f64| rng.random_range(low..high);
@@ -233,10 +184,17 @@ fn assert_same(name: &str, bodies: &Bodies, found: &[f64], expected: &[f64], tol
     }
 }
 
+/// Whether solutions differ in what is unique where there is one.
+fn several(bodies: &Bodies, solutions: &[FrictionSolution]) -> bool {
+    let w = bodies.w(&solutions[0].impulses);
+    let same = |p: &[f64]| bodies.w(p).iter().zip(&w).all(|(a, b)| (a - b).abs() <= 1e-8);
+    !solutions.iter().all(|solution| same(&solution.impulses))
+}
+
 #[test]
 fn all_methods_must_find_the_same_velocities_and_resultant_where_there_is_one_solution() {
     let mut rng = Pcg64::seed_from_u64(16);
-    let (mut unique, mut several, mut warm, mut swept, mut convex) = (0, 0, 0, 0, 0);
+    let (mut unique, mut warm, mut swept) = (0, 0, 0);
     for problem in 0..400 {
         let n = 1 + problem % ENUMERATION_LIMIT;
         let bodies = random_bodies(&mut rng, n);
@@ -247,10 +205,7 @@ fn all_methods_must_find_the_same_velocities_and_resultant_where_there_is_one_so
         CopositiveLemke::new(n).attempt(bodies.problem(), &mut states, &mut impulses).unwrap();
         assert!(natural_residual(bodies.problem(), &impulses) <= 1e-10, "{bodies:?}");
         let wanted = &solutions[0].impulses;
-        let w = bodies.w(wanted);
-        let same = |p: &[f64]| bodies.w(p).iter().zip(&w).all(|(a, b)| (a - b).abs() <= 1e-8);
-        if !solutions.iter().all(|solution| same(&solution.impulses)) {
-            several += 1;
+        if several(&bodies, &solutions) {
             continue;
         }
         unique += 1;
@@ -266,14 +221,8 @@ fn all_methods_must_find_the_same_velocities_and_resultant_where_there_is_one_so
             assert_same("sweeps", &bodies, &impulses, wanted, 1e-7);
             swept += 1;
         }
-        if let Some(impulses) = by_convex_problems(&bodies) {
-            assert!(natural_residual(bodies.problem(), &impulses) <= 1e-9);
-            assert_same("convex problems", &bodies, &impulses, wanted, 1e-7);
-            convex += 1;
-        }
     }
-    println!("unique {unique}, several {several}, warm {warm}, swept {swept}, convex {convex}");
-    assert!(unique >= 350 && warm >= unique * 8 / 10 && swept >= unique / 2 && convex >= unique * 8 / 10);
+    assert!(unique >= 350 && warm >= unique * 8 / 10 && swept >= unique / 2);
 }
 
 fn solved_any(bodies: &Bodies) -> Vec<f64> {
@@ -349,12 +298,8 @@ fn the_states_that_a_method_reports_must_be_those_of_its_impulses() {
                 for (to, from) in [(1, 0), (n + 1, n)] {
                     bodies.rows[to] = bodies.rows[from].clone();
                     bodies.b[to] = bodies.b[from];
-                    for k in 0..2 * n {
-                        bodies.h[to * 2 * n + k] = bodies.h[from * 2 * n + k];
-                    }
-                    for k in 0..2 * n {
-                        bodies.h[k * 2 * n + to] = bodies.h[k * 2 * n + from];
-                    }
+                    (0..2 * n).for_each(|k| bodies.h[to * 2 * n + k] = bodies.h[from * 2 * n + k]);
+                    (0..2 * n).for_each(|k| bodies.h[k * 2 * n + to] = bodies.h[k * 2 * n + from]);
                 }
                 bodies.friction[1] = bodies.friction[0];
             }
@@ -493,24 +438,19 @@ fn a_fixed_point_of_convex_programs_solved_by_another_library_must_be_what_the_s
     for (index, bodies) in problems.iter().enumerate() {
         let n = bodies.friction.len();
         let solutions = Enumeration::new(n).solutions(bodies.problem(), 1e-11).unwrap();
-        let w = bodies.w(&solutions[0].impulses);
-        let same = |p: &[f64]| bodies.w(p).iter().zip(&w).all(|(a, b)| (a - b).abs() <= 1e-8);
-        if !solutions.iter().all(|solution| same(&solution.impulses)) {
+        if several(bodies, &solutions) {
             assert!(index >= by_hand);
             continue;
         }
         unique += 1;
-        match by_cone_programs(bodies) {
+        let program = by_cone_programs(bodies);
+        assert!(program.is_some() || index >= by_hand, "{bodies:?}");
+        if let Some(impulses) = program {
             // The root of the gap, and what the iteration and a direction that hardly moves anything make of it.
-            Some(impulses) => assert_same("another library", bodies, &solved_any(bodies), &impulses, 1e-4),
-            None => {
-                assert!(index >= by_hand, "{bodies:?}");
-                continue;
-            }
+            assert_same("another library", bodies, &solved_any(bodies), &impulses, 1e-4);
+            found += 1;
         }
-        found += 1;
     }
-    println!("{found} of {unique}");
     assert!(unique >= 110 && found >= unique * 8 / 10, "{found} of {unique}");
 }
 

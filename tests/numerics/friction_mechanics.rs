@@ -1,10 +1,7 @@
 //! Mechanics with Coulomb friction at its contacts: closed forms, the energy account, and what is refused.
 
 use crate::support::*;
-use rimbench::cosim::{Abilities, Outcome, SecondOrder, Subsystem};
 use rimbench::friction::{ContactState, FrictionLaw};
-use rimbench::mechanics::{ContactLaw, Friction, NonSmoothMechanics};
-use rimbench::runs::RunRequest;
 
 const G: f64 = 9.81;
 
@@ -14,16 +11,19 @@ const fn coulomb(coefficient: f64) -> Friction {
 
 /// A point of `mass` on an incline: coordinates down the slope and off it; the interface row pulls down the slope.
 fn on_incline(mass: f64, angle: f64, v: f64) -> LinearModel {
-    LinearModel {
-        mass: vec![mass; 2],
-        force: vec![mass * G * angle.sin(), -mass * G * angle.cos()],
-        unilateral: ConstantRows::new(&[(&[0.0, 1.0], 0.0)]),
-        tangential: ConstantRows::new(&[(&[1.0, 0.0], 0.0)]),
-        interface: ConstantRows::new(&[(&[1.0, 0.0], 0.0)]),
-        q: vec![0.0; 2],
-        v: vec![v, 0.0],
-        ..LinearModel::default()
-    }
+    let weight = mass * G;
+    LinearModel::new(&[mass; 2], &[weight * angle.sin(), -weight * angle.cos()], &[(&[1.0, 0.0], 0.0)])
+        .over(&[(&[0.0, 1.0], 0.0)])
+        .along(&[(&[1.0, 0.0], 0.0)])
+        .moving(&[v, 0.0])
+}
+
+/// A disc on a level floor, pulled at its centre.
+fn disc(mass: f64, inertia: f64, radius: f64, weight: f64, v: [f64; 2]) -> LinearModel {
+    LinearModel::new(&[mass, mass, inertia], &[0.0, -weight, 0.0], &[(&[1.0, 0.0, 0.0], 0.0)])
+        .over(&[(&[0.0, 1.0, 0.0], 0.0)])
+        .along(&[(&[1.0, 0.0, radius], 0.0)])
+        .moving(&[v[0], v[1], 0.0])
 }
 
 fn with_friction(model: LinearModel, law: ContactLaw, friction: Friction) -> NonSmoothMechanics<LinearModel> {
@@ -40,21 +40,16 @@ fn a_block_must_rest_on_an_incline_up_to_the_angle_of_friction_and_slide_beyond_
         let wanted = if slides { G * (angle.sin() - mu * angle.cos()) * h * f64::from(steps) } else { 0.0 };
         // A few roundings a step, of the speed or of what a step gives.
         let v = block.velocity()[0];
-        assert!(
-            (v - wanted).abs() <= 4.0 * f64::EPSILON * wanted.max(G * h) * f64::from(steps),
-            "{factor}: {v}, not {wanted}"
-        );
+        let bound = 4.0 * f64::EPSILON * wanted.max(G * h) * f64::from(steps);
+        assert!((v - wanted).abs() <= bound, "{factor}: {v}, not {wanted}");
         assert_eq!(slides, v > 0.0, "{factor}");
     }
 }
 
 #[test]
 fn a_model_must_say_what_a_contact_does_and_from_which_states_the_mechanics_itself_goes_on() {
-    let mut floating = LinearModel { force: vec![0.0; 2], ..on_incline(10.0, 0.0, 1.0) };
-    floating.v = vec![1.0, 0.0];
     for (pressed, found) in [(0.0, ContactState::Open), (-1.0, ContactState::SlipPositive)] {
-        let mut block = LinearModel { force: vec![0.0, pressed], ..floating.clone() };
-        block.v = vec![1.0, 0.0];
+        let block = LinearModel { force: vec![0.0, pressed], ..on_incline(10.0, 0.0, 1.0) };
         let mut block = with_friction(block, PLASTIC, coulomb(0.3));
         block.step(0.0, &[0.0], 1e-3).unwrap();
         let mut model = block.empty_interface_model().unwrap();
@@ -95,17 +90,7 @@ fn a_disc_that_slides_must_roll_with_two_thirds_of_its_speed_and_lose_a_third_of
     let inertia = 0.5 * mass * radius * radius;
     let rolls_after = v0 / (3.0 * mu * G);
     for h in [2e-3, 1e-3] {
-        let disc = LinearModel {
-            mass: vec![mass, mass, inertia],
-            force: vec![0.0, -mass * G, 0.0],
-            unilateral: ConstantRows::new(&[(&[0.0, 1.0, 0.0], 0.0)]),
-            tangential: ConstantRows::new(&[(&[1.0, 0.0, radius], 0.0)]),
-            interface: ConstantRows::new(&[(&[1.0, 0.0, 0.0], 0.0)]),
-            q: vec![0.0; 3],
-            v: vec![v0, 0.0, 0.0],
-            ..LinearModel::default()
-        };
-        let mut disc = with_friction(disc, PLASTIC, coulomb(mu));
+        let mut disc = with_friction(disc(mass, inertia, radius, mass * G, [v0, 0.0]), PLASTIC, coulomb(mu));
         let mut rolling = None;
         for step in 1..=(1.0 / h) as u32 {
             disc.step(0.0, &[0.0], h).unwrap();
@@ -125,17 +110,10 @@ fn a_disc_that_slides_must_roll_with_two_thirds_of_its_speed_and_lose_a_third_of
 
 /// A block of mass 1 and half sizes `b`, `h`, level on both corners, turning about the right one so that the left one strikes.
 fn rocking(b: f64, h: f64) -> LinearModel {
-    let omega = 1.0;
-    LinearModel {
-        mass: vec![1.0, 1.0, (b * b + h * h) / 3.0],
-        force: vec![0.0; 3],
-        unilateral: ConstantRows::new(&[(&[0.0, 1.0, -b], 0.0), (&[0.0, 1.0, b], 0.0)]),
-        tangential: ConstantRows::new(&[(&[1.0, 0.0, h], 0.0), (&[1.0, 0.0, h], 0.0)]),
-        interface: ConstantRows::new(&[(&[1.0, 0.0, 0.0], 0.0)]),
-        q: vec![0.0; 3],
-        v: vec![-omega * h, -omega * b, omega],
-        ..LinearModel::default()
-    }
+    LinearModel::new(&[1.0, 1.0, (b * b + h * h) / 3.0], &[0.0; 3], &[(&[1.0, 0.0, 0.0], 0.0)])
+        .over(&[(&[0.0, 1.0, -b], 0.0), (&[0.0, 1.0, b], 0.0)])
+        .along(&[(&[1.0, 0.0, h], 0.0), (&[1.0, 0.0, h], 0.0)])
+        .moving(&[-h, -b, 1.0])
 }
 
 #[test]
@@ -159,17 +137,8 @@ fn an_oblique_impact_must_rebound_along_both_directions_by_the_law_of_moreau() {
     let e = 0.5;
     let law = ContactLaw { restitution: e, ..PLASTIC };
     for (w_t, sticks) in [(0.8, true), (1.0, false)] {
-        let disc = LinearModel {
-            mass: vec![1.0, 1.0, 0.5],
-            force: vec![0.0; 3],
-            unilateral: ConstantRows::new(&[(&[0.0, 1.0, 0.0], 0.0)]),
-            tangential: ConstantRows::new(&[(&[1.0, 0.0, 1.0], 0.0)]),
-            interface: ConstantRows::new(&[(&[1.0, 0.0, 0.0], 0.0)]),
-            q: vec![0.0; 3],
-            v: vec![w_t, -2.0, 0.0],
-            ..LinearModel::default()
-        };
-        let mut disc = with_friction(disc, law, Friction { restitution: e, ..coulomb(0.15) });
+        let friction = Friction { restitution: e, ..coulomb(0.15) };
+        let mut disc = with_friction(disc(1.0, 0.5, 1.0, 0.0, [w_t, -2.0]), law, friction);
         disc.step(0.0, &[0.0], 1e-9).unwrap();
         let v = disc.velocity();
         assert!((v[1] - 1.0).abs() <= 1e-15);
@@ -197,23 +166,7 @@ fn a_coefficient_of_zero_must_give_the_steps_without_friction() {
 }
 
 #[test]
-fn the_energy_account_with_friction_must_close_and_friction_must_never_push_along() {
-    for scheme in ["rim-nonsmooth-gap", "rim-nonsmooth", "rim-smooth", "rim-smooth-active", "zero-order-hold"] {
-        let request = RunRequest {
-            macro_step_s: Some(2e-3),
-            duration_s: Some(0.8),
-            ..RunRequest::of("wedge-box-friction", scheme)
-        };
-        let run = run(&request.resolve(catalogue()).unwrap());
-        assert!(matches!(run.report.outcome, Outcome::Completed | Outcome::Diverged { .. }), "{scheme}");
-        let audit = run.report.audit;
-        let account = audit.accounts.mechanics.unwrap();
-        let size = audit.accounts.actuator.unwrap().pump.abs().max(account.stored.abs());
-        assert!(account.friction > 1.0, "{scheme}: {} J", account.friction);
-        // Sums over 400 steps of terms up to `size`.
-        assert!(audit.closure().unwrap().abs() <= 1e-10 * size, "{scheme}: {:?} of {size}", audit.closure());
-        assert!(run.report.energy_identity_residual_j.unwrap() <= 1e-12 * size, "{scheme}");
-    }
+fn friction_must_never_push_along() {
     let mut box_ = wedge_box_mechanics(PLASTIC).with_friction(coulomb(0.3)).unwrap();
     for step in 0..600 {
         let force = 900.0 * (f64::from(step) * 0.05).sin();
@@ -232,19 +185,12 @@ fn two_feet_at_rest_must_hold_with_the_coefficient_at_rest_of_both() {
     let (mass, h) = (2.0, 1e-3);
     let weight = mass * G;
     // Pulled at the height of the floor, the feet half a metre ahead of the centre and one metre behind it.
-    let block = || LinearModel {
-        mass: vec![mass, mass, 0.4],
-        force: vec![0.0, -weight, 0.0],
-        unilateral: ConstantRows::new(&[(&[0.0, 1.0, 0.5], 0.0), (&[0.0, 1.0, -1.0], 0.0)]),
-        tangential: ConstantRows::new(&[(&[1.0, 0.0, 0.2], 0.0), (&[1.0, 0.0, 0.2], 0.0)]),
-        interface: ConstantRows::new(&[(&[1.0, 0.0, 0.2], 0.0)]),
-        q: vec![0.0; 3],
-        v: vec![0.0; 3],
-        ..LinearModel::default()
-    };
+    let block = LinearModel::new(&[mass, mass, 0.4], &[0.0, -weight, 0.0], &[(&[1.0, 0.0, 0.2], 0.0)])
+        .over(&[(&[0.0, 1.0, 0.5], 0.0), (&[0.0, 1.0, -1.0], 0.0)])
+        .along(&[(&[1.0, 0.0, 0.2], 0.0), (&[1.0, 0.0, 0.2], 0.0)]);
     let law = Friction { at_rest: 0.5, ..coulomb(0.3) };
     for (share, holds) in [(0.49, true), (0.31, true), (0.51, false)] {
-        let mut block = with_friction(block(), PLASTIC, law);
+        let mut block = with_friction(block.clone(), PLASTIC, law);
         (0..50).for_each(|_| block.step(0.0, &[share * weight], h).unwrap());
         let v = block.velocity()[0];
         if holds {
@@ -316,9 +262,7 @@ fn a_run_that_friction_rules_out_must_say_so_once() {
         let said = refused(options, set);
         assert!(said.contains(wanted), "{options:?} {set:?}: {said}");
     }
-    let mut request = RunRequest::of("wedge-box", "rim-smooth");
-    request.set = vec![("tangential_restitution".to_owned(), "0.5".to_owned())];
-    let spec = request.resolve(catalogue()).unwrap();
+    let spec = spec_with("wedge-box", "rim-smooth", &[], &[("tangential_restitution", "0.5")]);
     let built = (spec.case.build)(&spec.parameters, solver()).map(drop);
     assert!(built.unwrap_err().to_string().contains("needs friction"));
 }
@@ -327,17 +271,9 @@ fn a_run_that_friction_rules_out_must_say_so_once() {
 #[test]
 fn macro_steps_placed_by_a_model_with_friction_must_come_to_the_end() {
     for scheme in ["rim-nonsmooth-gap", "rim-nonsmooth", "rim-smooth"] {
-        let mut request = RunRequest::of("wedge-box-friction", scheme);
-        for (key, value) in [
-            ("step_control", "model-defect"),
-            ("step_tolerance", "1e-3"),
-            ("macro_step_s", "1e-2"),
-            ("duration_s", "0.5"),
-        ] {
-            request.put(key, value).unwrap();
-        }
-        let run = run(&request.resolve(catalogue()).unwrap());
-        assert_eq!(run.report.outcome, Outcome::Completed, "{scheme}");
+        let placed = [("step_control", "model-defect"), ("step_tolerance", "1e-3"), ("macro_step_s", "1e-2")];
+        let options = [&placed[..], &[("duration_s", "0.5")]].concat();
+        completed(&spec_with("wedge-box-friction", scheme, &options, &[]));
     }
 }
 

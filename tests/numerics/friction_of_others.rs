@@ -4,7 +4,7 @@
 //! the number of contacts, the kind of matrix, its sizes, the matrix (dense by columns, or blocks by rows of blocks, each by columns), q,
 //! and the coefficients. Contacts come one after the other there, each with its normal and its tangential row.
 
-use crate::support::data_of_others;
+use crate::support::*;
 use rimbench::complementarity::{SolveStats, Unsolved};
 use rimbench::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
@@ -113,8 +113,6 @@ fn the_planar_problems_of_others_must_be_solved_by_one_of_the_methods() {
     let Some(problems) = problems() else { return };
     for planar in problems.iter().filter(|planar| planar.friction.len() <= MOST_CONTACTS) {
         let found = residuals(planar);
-        let said: Vec<String> = found.iter().map(|(method, residual)| format!("{method} {residual:.1e}")).collect();
-        println!("{}: {} contacts; {}", planar.name, planar.friction.len(), said.join(", "));
         assert!(found[4].1 <= 1e-9, "{}: {found:?}", planar.name);
     }
 }

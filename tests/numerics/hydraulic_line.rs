@@ -1,9 +1,6 @@
 //! `hydraulic-line`: one result whatever the sequence, order 2 against the chambers, an account that closes.
 
 use crate::support::*;
-use rimbench::cosim::{Outcome, Sequence, Side};
-use rimbench::runs::RunSpec;
-use rimbench::statistics::order_of_convergence;
 
 const SEQUENCES: [Sequence; 3] = [
     Sequence::Jacobi,
@@ -34,8 +31,7 @@ fn against_the_chambers_the_order_is_two() {
     let (duration, micro_step) = (0.3, 1e-5);
     let at = |scheme: &str, macro_step: f64| {
         let usual = usual_spec("wedge-box", scheme, macro_step);
-        let run = run(&RunSpec { micro_step, duration, mechanics_steps: ALL, ..usual });
-        assert_eq!(run.report.outcome, Outcome::Completed);
+        let run = completed(&RunSpec { micro_step, duration, mechanics_steps: ALL, ..usual });
         run.trajectory
     };
     let points: Vec<(f64, f64)> = [2e-3, 1e-3, 5e-4]

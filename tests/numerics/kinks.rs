@@ -2,13 +2,6 @@
 
 use crate::support::*;
 use approx::assert_relative_eq;
-use rimbench::cosim::{Abilities, ActuatorIntegrator, MechanicsIntegrator, StopFlag};
-use rimbench::interface_model::Rows;
-use rimbench::mechanics::{Friction, MechanicalModel, ModelSize};
-use rimbench::name::{Name, names};
-use rimbench::runs::{Reference, RunSpec, evaluate};
-use rimbench::schemes::{ModelMotion, ModelOptions};
-use rimbench_statistics::median;
 
 fn moving(motion: ModelMotion) -> Option<ModelOptions> {
     Some(ModelOptions { motion, ..ModelOptions::default() })
@@ -57,19 +50,14 @@ fn a_model_that_knows_the_next_kink_has_less_error_on_the_wedge_box() {
         phase: f64::from(phase) / 8.0,
         ..usual_spec("wedge-box", "rim-nonsmooth-gap", 5e-3)
     };
-    let reference = Reference::compute(&spec(ModelMotion::Frozen, 8), StopFlag::never()).unwrap();
     let error = |motion| {
-        let errors: Vec<f64> = (1..=8)
-            .map(|phase| {
-                let spec = spec(motion, phase);
-                let facts = evaluate(&spec, run(&spec), &reference).unwrap().findings();
-                facts.into_iter().find(|fact| fact.name == "force_error_rms_n").unwrap().cell().parse().unwrap()
-            })
-            .collect();
-        median(errors).unwrap()
+        let errors = (1..=8).map(|phase| {
+            let spec = spec(motion, phase);
+            metric(&spec, run(&spec), wedge_box_reference(), "force_error_rms_n")
+        });
+        median(errors.collect()).unwrap()
     };
     let [frozen, piecewise] = [ModelMotion::Frozen, ModelMotion::Piecewise].map(error);
-    println!("{piecewise} N instead of {frozen} N");
     assert!(piecewise < 0.7 * frozen, "{piecewise} N instead of {frozen} N");
 }
 
@@ -79,77 +67,23 @@ fn where_the_geometry_has_no_kink_a_piecewise_model_is_a_frozen_one_to_the_bit()
     for case in ["crane-set-down", "disc-row", "gripper"] {
         let digits = |motion| {
             let spec = RunSpec { model: moving(motion), duration: 0.5, ..usual_spec(case, "rim-nonsmooth-gap", 5e-3) };
-            let trace = run(&spec).trajectory;
-            trace.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
+            bits(&run(&spec).trajectory)
         };
         assert_eq!(digits(ModelMotion::Piecewise), digits(ModelMotion::Frozen), "{case}");
     }
-}
-
-/// A point whose rows bend beyond x = 1 m: off the surface, along it, and at the interface, each by its own curvature.
-#[derive(Clone)]
-struct Bend;
-
-impl MechanicalModel for Bend {
-    fn size(&self) -> ModelSize {
-        ModelSize { velocities: 2, bilateral: 0, unilateral: 1, interface: 1 }
-    }
-    fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
-        (vec![0.25, 0.0], vec![0.5, 0.0])
-    }
-    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
-    fn mass_matrix(&self, _q: &[f64], _mass: &mut rimbench::interface_model::MassMatrix) {}
-    fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
-        force.copy_from_slice(&[0.0, -9.81]);
-    }
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
-    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        rows.jacobian.copy_from_slice(&[0.0, 1.0]);
-        rows.position[0] = q[1];
-        rows.convective[0] = bent(q, v, -3.0);
-    }
-    fn tangential_rows(&self) -> usize {
-        1
-    }
-    fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        rows.jacobian.copy_from_slice(&[1.0, 0.0]);
-        rows.convective[0] = bent(q, v, 5.0);
-    }
-    fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        rows.jacobian.copy_from_slice(&[1.0, 0.0]);
-        rows.position[0] = q[0];
-        rows.convective[0] = bent(q, v, 7.0);
-    }
-    fn switches(&self) -> usize {
-        1
-    }
-    fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
-        switches[0] = [q[0] - 1.0, v[0]];
-    }
-    fn potential_energy(&self, q: &[f64]) -> f64 {
-        9.81 * q[1]
-    }
-    fn observables(&self) -> Vec<Name> {
-        names(&[])
-    }
-    fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_m"])
-    }
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&["force_n"])
-    }
-    fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
-}
-
-fn bent(q: &[f64], v: &[f64], curvature: f64) -> f64 {
-    if q[0] > 1.0 { curvature * v[0] * v[0] } else { 0.0 }
 }
 
 /// With friction the jumps are those of `[n; t; i]`, without it those of `[n; i]`.
 #[test]
 fn a_kink_must_bend_each_row_by_its_own_curvature_with_friction_and_without() {
     let jumps = |friction: Option<f64>| {
-        let mut mechanics = stepper(Bend, PLASTIC);
+        // Rows that bend beyond x = 1 m: off the surface, along it, and at the interface, each by its own curvature.
+        let point = LinearModel::new(&[1.0, 1.0], &[0.0, -9.81], &[(&[1.0, 0.0], 0.0)])
+            .over(&[(&[0.0, 1.0], 0.0)])
+            .along(&[(&[1.0, 0.0], 0.0)])
+            .moving(&[0.5, 0.0]);
+        let bends = Some([-3.0, 5.0, 7.0]);
+        let mut mechanics = stepper(LinearModel { bends, q: vec![0.25, 0.0], ..point }, PLASTIC);
         if let Some(coefficient) = friction {
             let law = Friction { coefficient, at_rest: coefficient, restitution: 0.0 };
             mechanics = mechanics.with_friction(law).unwrap();

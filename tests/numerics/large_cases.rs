@@ -2,9 +2,7 @@
 
 use crate::support::*;
 use rimbench::cases::{Chain, wall_forces};
-use rimbench::cosim::{Outcome, Subsystem};
 use rimbench::models::LineMasses;
-use rimbench::runs::RunResult;
 
 fn observed(mechanics: &mut dyn Subsystem, name: &str, h: f64) -> f64 {
     let names = mechanics.abilities().observables().to_vec();
@@ -17,13 +15,8 @@ fn observed(mechanics: &mut dyn Subsystem, name: &str, h: f64) -> f64 {
 fn a_packing_stands_on_forces_that_go_straight_through_and_are_turned_back_by_the_walls() {
     // Lines of force that no wall turns back, that are turned back once, and often; both kinds of layers on top.
     for (columns, layers, angle) in [(4, 5, 0.9), (2, 9, 0.7), (3, 6, 0.8), (12, 10, 1.0)] {
-        let set = [
-            ("columns", columns.to_string()),
-            ("layers", layers.to_string()),
-            ("packing_angle_rad", angle.to_string()),
-        ];
-        let set: Vec<(&str, &str)> =
-            set.iter().map(|(key, value)| (*key, &**value)).chain([("disc_mass_kg", "10")]).collect();
+        let [wide, high, angled] = [columns.to_string(), layers.to_string(), angle.to_string()];
+        let set = [("columns", &*wide), ("layers", &*high), ("packing_angle_rad", &*angled), ("disc_mass_kg", "10")];
         let (case, parameters) = case_with("packed-box", &set);
         let mut mechanics = (case.build)(&parameters, solver()).unwrap().sides.mechanics;
         let weight = 10.0 * 9.81;
@@ -82,8 +75,7 @@ fn sum_of_forces_between(columns: u32, layers: u32, unit: f64) -> f64 {
 
 #[test]
 fn the_wall_of_the_packing_is_held_at_rest_let_out_and_pushed_back() {
-    let run = run(&usual_spec("packed-box", "rim-nonsmooth-gap", 5e-3));
-    assert_eq!(run.report.outcome, Outcome::Completed);
+    let run = completed(&usual_spec("packed-box", "rim-nonsmooth-gap", 5e-3));
     let (time, wall) = (column(&run.trajectory, "time_s"), column(&run.trajectory, "blade_x_m"));
     let at = |t: f64| wall[time.iter().position(|row| *row >= t - 1e-9).unwrap()];
     // At rest until the spool moves, but for what pressures of 1e6 Pa round to.
@@ -139,9 +131,6 @@ fn a_chain_presses_with_three_times_the_weight_of_what_lies_within_half_a_link()
         let mut errors = Vec::new();
         for links in [10, 20, 40, 80] {
             let [error, allowed] = error_of_chain(&chain(links));
-            println!(
-                "d/l {bead_share}, h {drop} m, {links} links of {bead_pieces}: {error:.4} N·s of at most {allowed:.4}"
-            );
             assert!(error <= allowed, "{links} links: {error} N·s");
             errors.push(error);
         }
@@ -157,8 +146,7 @@ fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_on
     let chain = Chain { links: 160, length: 1.0, mass: 2.0, bead_share: 0.2, bead_pieces: 1, drop: 0.0, gravity: 9.81 };
     let mut spec = usual_spec("falling-chain", "rim-nonsmooth-gap", 1e-3);
     spec.parameters.set("links", "160").unwrap();
-    let run = run(&spec);
-    assert_eq!(run.report.outcome, Outcome::Completed);
+    let run = completed(&spec);
     let (time, force) = (column(&run.trajectory, "time_s"), column(&run.trajectory, "actuator_force_n"));
     let platform = 9.81;
     // While it falls the reading follows 3 ρ g x; the spring is late by some c/k, 4 ms, in which the force grows by 2 %, and rings.
@@ -167,7 +155,6 @@ fn the_scale_that_gives_way_reads_three_times_the_weight_and_comes_to_rest_at_on
         let [_, expected] = chain.landed_and_force(*time);
         off = off.max((force - platform - expected).abs() / expected);
     }
-    println!("off by at most {off:.3} of the force");
     assert!(off < 0.08, "{off}");
     approx::assert_relative_eq!(*force.last().unwrap(), 3.0 * 9.81, max_relative = 0.01);
     let peak = largest(force);
@@ -191,11 +178,8 @@ fn a_chain_with_beads_of_pieces_on_joints_moves_as_one_without() {
     for (links, pieces) in [("60", "4"), ("4", "150"), ("6", "2")] {
         let (whole, jointed) = (run_of_chain(links, "1"), run_of_chain(links, pieces));
         for name in ["actuator_force_n", "lowest_bead_y_m", "effective_mass_kg"] {
-            let (expected, found) = (column(&whole.trajectory, name), column(&jointed.trajectory, name));
-            let size = largest(expected.iter().map(|x| x.abs()));
-            let off = largest(expected.iter().zip(&found).map(|(a, b)| (a - b).abs())) / size;
-            println!("{links} links of {pieces}: {name} off by {off:.1e} of its largest");
-            assert!(off < 1e-8, "{links} links of {pieces}: {name} off by {off:e}");
+            let (off, size) = apart(&whole.trajectory, &jointed.trajectory, name);
+            assert!(off < 1e-8 * size, "{links} links of {pieces}: {name} off by {off:e}");
         }
         assert_eq!(jointed.report.work.sides.mechanics.solver.failures, 0);
         let account = jointed.report.audit.accounts.mechanics.unwrap();
@@ -247,8 +231,7 @@ fn the_jerk_of_the_rope_takes_the_whole_column_along_and_keeps_the_momentum() {
 fn floor_and_then_rope_carry_the_column_of_the_shaft() {
     let mut spec = usual_spec("crane-heap", "rim-nonsmooth-gap", 5e-3);
     SHAFT.into_iter().for_each(|(key, value)| spec.parameters.set(key, value).unwrap());
-    let run = run(&spec);
-    assert_eq!(run.report.outcome, Outcome::Completed);
+    let run = completed(&spec);
     let of = |name: &str| column(&run.trajectory, name);
     let (time, weight) = (of("time_s"), COLUMN * 9.81);
     let settled = time.iter().position(|time| *time > 0.15).unwrap();
@@ -265,8 +248,7 @@ fn floor_and_then_rope_carry_the_column_of_the_shaft() {
 #[test]
 fn the_load_leaves_the_heap_whose_discs_meet_others_and_never_overlap() {
     let usual = usual_spec("crane-heap", "rim-nonsmooth-gap", 5e-3);
-    let (mut of_few, run) = (usual.clone(), run(&usual));
-    assert_eq!(run.report.outcome, Outcome::Completed);
+    let (mut of_few, run) = (usual.clone(), completed(&usual));
     let of = |name: &str| column(&run.trajectory, name);
     // Farther than any list made at the start reaches.
     assert!(largest(of("largest_displacement_m")) > 2.0 * 0.03);
@@ -279,7 +261,7 @@ fn the_load_leaves_the_heap_whose_discs_meet_others_and_never_overlap() {
     of_few.parameters.set("list_reach_radii", "0.3").unwrap();
     let few = crate::support::run(&of_few);
     for name in ["theta_1_rad", "load_y_m", "heap_height_m", "contact_force_rope_n", "closed_contacts"] {
-        let (off, scale) = (max_difference(&column(&few.trajectory, name), &of(name)), largest(of(name)));
+        let (off, scale) = apart(&run.trajectory, &few.trajectory, name);
         assert!(off < 1e-9 * scale, "{name}: off by {off:e} of {scale}");
     }
     // A list that discs leave within a step misses contacts, and says so.
@@ -323,8 +305,7 @@ fn a_pile_that_goes_farther_than_its_list_must_end_or_list_its_contacts_anew() {
         // redundant, which no rival that keeps every entry gets through.
         let dense = before_a_wall(scheme, "newton-fischer-burmeister", "travelling");
         for name in ["blade_x_m", "disc_momentum_x_kg_m_s", "contact_force_sum_n"] {
-            let (off, scale) = (max_difference(&column(&dense.trajectory, name), &of(name)), largest(of(name)));
-            println!("{scheme} {name}: off by {off:e} of {scale}");
+            let (off, scale) = apart(&run.trajectory, &dense.trajectory, name);
             assert!(off < 1e-6 * scale, "{scheme} {name}: off by {off:e} of {scale}");
         }
     }
@@ -341,9 +322,7 @@ fn a_heap_at_rest_moves_alike_with_both_lists() {
     let [start, travelling] = ["start", "travelling"].map(of_list);
     // Which of them count as closed is a question of the largest gap that is listed: it sets the scale of what is rounding.
     for name in ["blade_x_m", "disc_momentum_x_kg_m_s", "contact_force_sum_n"] {
-        let (start, travelling) = (column(&start, name), column(&travelling, name));
-        let (off, scale) = (max_difference(&start, &travelling), largest(start));
-        println!("{name}: off by {off:e} of {scale}");
+        let (off, scale) = apart(&start, &travelling, name);
         assert!(off < 1e-6 * scale, "{name}: off by {off:e} of {scale}");
     }
 }
@@ -362,7 +341,6 @@ fn large_cases_run_with_thousands_of_contacts_and_say_no_beyond_memory() {
         let held: f64 = if case.name == "packed-box" { wall_forces(20, 20, 0.9, 0.5 * 9.81).iter().sum() } else { 0.0 };
         mechanics.step(0.0, &[held], 1e-5).unwrap();
         let closed = observed(&mut *mechanics, "closed_contacts", 1e-5);
-        println!("{}: {closed} closed", case.name);
         assert_eq!(closed, contacts, "{}", case.name);
     }
     for (case, set, wanted) in [
@@ -385,36 +363,32 @@ fn large_cases_run_with_thousands_of_contacts_and_say_no_beyond_memory() {
 
 #[test]
 fn impossible_packings_are_refused_with_the_numbers() {
-    for (key, value, wanted) in [
-        ("packing_angle_rad", "0.5", "packing_angle_rad = 0.5 is not valid; valid: between π/6 = 0.523599 and"),
-        ("packing_angle_rad", "1.1", "π/3 = 1.047198"),
-        ("disc_mass_kg", "1000", "N needs chamber pressures of"),
-        ("release_end_s", "0.05", "release_end_s = 0.05 is not valid; valid: at least 0.12"),
-    ] {
-        let error = refused("packed-box", key, value);
-        assert!(error.contains(wanted), "{key} = {value}: {error}");
-    }
-    for (key, value, wanted) in [
-        ("columns", "4", "columns = 4 is not valid; valid: an odd number"),
-        ("rope_slack_m", "-0.1", "rope_slack_m = -0.1 is not valid"),
-        ("lift_end_s", "0.1", "lift_end_s = 0.1 is not valid; valid: at least 0.22"),
-        ("list_reach_radii", "0.9", "list_reach_radii = 0.9 is not valid; valid: a number above zero, at most 0.8"),
-    ] {
-        let error = refused("crane-heap", key, value);
-        assert!(error.contains(wanted), "{key} = {value}: {error}");
-    }
+    assert_refused(&[
+        (
+            "packed-box",
+            "packing_angle_rad",
+            "0.5",
+            "packing_angle_rad = 0.5 is not valid; valid: between π/6 = 0.523599 and",
+        ),
+        ("packed-box", "packing_angle_rad", "1.1", "π/3 = 1.047198"),
+        ("packed-box", "disc_mass_kg", "1000", "N needs chamber pressures of"),
+        ("packed-box", "release_end_s", "0.05", "release_end_s = 0.05 is not valid; valid: at least 0.12"),
+        ("crane-heap", "columns", "4", "columns = 4 is not valid; valid: an odd number"),
+        ("crane-heap", "rope_slack_m", "-0.1", "rope_slack_m = -0.1 is not valid"),
+        ("crane-heap", "lift_end_s", "0.1", "lift_end_s = 0.1 is not valid; valid: at least 0.22"),
+        (
+            "crane-heap",
+            "list_reach_radii",
+            "0.9",
+            "list_reach_radii = 0.9 is not valid; valid: a number above zero, at most 0.8",
+        ),
+        ("falling-chain", "drop_height_m", "1e300", "at most 1e6 m above the scale"),
+        ("falling-chain", "chain_length_m", "1e7", "at most 1e6 m above the scale"),
+        ("falling-chain", "bead_share", "1", "bead_share = 1 is not valid; valid: below 1"),
+        ("falling-chain", "links", "1", "a whole number from 2 to 2500"),
+    ]);
     let (_, parameters) = case_with("packed-box", &[("columns", "2"), ("layers", "1"), ("packing_angle_rad", "0.59")]);
     let error = (case_by_name("packed-box").build)(&parameters, solver()).map(drop).unwrap_err().to_string();
-    assert!(
-        error.contains("packing_angle_rad = 0.59 is not valid; valid: above 0.600") && error.contains("layers = 1"),
-        "{error}"
-    );
-    for (key, value) in [("drop_height_m", "1e300"), ("chain_length_m", "1e7")] {
-        let error = refused("falling-chain", key, value);
-        assert!(error.contains(key) && error.contains("at most 1e6 m above the scale"), "{error}");
-    }
-    let error = refused("falling-chain", "bead_share", "1");
-    assert!(error.contains("bead_share = 1 is not valid; valid: below 1"), "{error}");
-    let error = refused("falling-chain", "links", "1");
-    assert!(error.contains("a whole number from 2 to 2500"), "{error}");
+    assert!(error.contains("packing_angle_rad = 0.59 is not valid; valid: above 0.600"), "{error}");
+    assert!(error.contains("layers = 1"), "{error}");
 }

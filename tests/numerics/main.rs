@@ -8,7 +8,6 @@ mod plain_wedge_box;
 
 mod ceilings;
 mod complementarity;
-mod complementarity_panel;
 mod conservation;
 mod contact_compliance;
 mod contact_detection;
@@ -38,7 +37,6 @@ mod plain_implementation;
 mod polynomial_inputs;
 mod published_crane;
 mod published_data;
-mod reduction;
 mod reference;
 mod scheme_identities;
 mod schemes;

@@ -1,19 +1,14 @@
 //! Polynomial inputs as such: the limits of the two-mass oscillator with both sides exact, by the loop and by a recurrence that
 //! shares no code with it.
 
-use crate::support::usual_spec;
+use crate::oscillator_theory::{self, HOLDS, K};
+use crate::support::*;
 use nalgebra::{DMatrix, DVector};
-use rimbench::cosim::{MechanicsSteps, Sequence};
 use rimbench::harness::spectral_radius;
-use rimbench::runs::RunSpec;
 
 const COUPLINGS: [&str; 3] = ["displacement-displacement", "force-force", "force-displacement"];
-const HOLDS: [&str; 3] = ["zero-order-hold", "first-order-hold", "second-order-hold"];
 
-/// Masses 1 and 1 kg, springs 10, 100, 1000 N/m, dampers of `c` N·s/m.
-const K: [f64; 3] = [10.0, 100.0, 1000.0];
-
-/// The macro-step map on paper: both sides exact over H with their input a polynomial through the last samples.
+/// The macro-step map on paper of masses of 1 kg, springs `K` and dampers of `c` N·s/m: both sides exact over H with their input a polynomial through the last samples.
 ///
 /// ```text
 /// ẋ = A x + B u(τ),  u(τ) = Σ_j u_{k−j} L_j(τ/H)        x(H) = Φ x_k + Σ_j G_j u_{k−j}
@@ -99,13 +94,9 @@ fn limit_ms(radius: impl Fn(f64) -> f64) -> f64 {
 
 /// The case with one step per side and macro step, unless changed afterwards.
 fn spec(coupling: &str, hold: &str, sequence: &str, macro_step: f64, set: &[(&str, &str)]) -> RunSpec {
-    let mut spec = usual_spec("linear-oscillator", hold, macro_step);
-    let sequence: Sequence = sequence.parse().unwrap();
-    let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();
-    for (key, value) in [&[("variant", "1"), ("coupling", coupling)], set].concat() {
-        spec.parameters.set(key, value).unwrap();
-    }
-    RunSpec { micro_step: macro_step, sequence, force_return, ..spec }
+    let set = [&[("variant", "1"), ("coupling", coupling)], set].concat();
+    let spec = oscillator_theory::spec("linear-oscillator", &set, hold, sequence, macro_step);
+    RunSpec { mechanics_steps: usual_spec("linear-oscillator", hold, macro_step).mechanics_steps, ..spec }
 }
 
 /// Displacement–displacement, force–force, force–displacement; order 0, 1, 2; ms.

@@ -1,12 +1,9 @@
 //! Held against numbers that others have published: the hydraulic crane of the LIM benchmark, to its printed digits.
 
 use crate::published_crane::{M1, M1_FORCE_DISPLACEMENT, M1_PRESSURE_DISPLACEMENT, M2};
-use crate::support::{ALL, ONE, case_by_name, catalogue, data_of_others, reference_steps, run, run_within, usual_spec};
+use crate::support::*;
 use rimbench::cases::{Parameters, ReferenceMethod};
-use rimbench::cosim::{Outcome, StopFlag, Trajectory};
 use rimbench::harness::{Cache, Experiment, Job, check_claims, obtain_reference, run_job};
-use rimbench::runs::RunSpec;
-use rimbench::statistics::order_of_convergence;
 use std::path::Path;
 
 fn crane(set: &[(&str, &str)]) -> Parameters {

@@ -1,13 +1,8 @@
 //! What schemes have in common and where they differ: identities that keep one scheme from going by two names, and the limits of
 //! each on the two-mass oscillator (force–displacement, damped, both sides exact) as an independent computation has them.
 
-use crate::support::{cases, run, run as simulated, usual_spec, wedge_box_spec};
-use rimbench::cosim::{MechanicsSteps, Outcome, StopFlag, Trajectory};
+use crate::support::*;
 use rimbench::harness::spectral_radius;
-use rimbench::metrics::METRICS;
-use rimbench::runs::{Reference, RunSpec, evaluate};
-use rimbench::statistics::median;
-use std::sync::OnceLock;
 
 /// The damped oscillator from its own start, 1 s, 20 micro steps on both sides.
 fn oscillator(scheme: &str, gain: Option<f64>, macro_step: f64) -> RunSpec {
@@ -21,10 +16,8 @@ fn with_sequence(spec: RunSpec, sequence: &str, force_return: &str) -> RunSpec {
     RunSpec { sequence: sequence.parse().unwrap(), force_return: force_return.parse().unwrap(), ..spec }
 }
 
-fn completed(spec: &RunSpec) -> Trajectory {
-    let result = run(spec);
-    assert_eq!(result.report.outcome, Outcome::Completed, "{}", spec.scheme.name);
-    result.trajectory
+fn trajectory_of(spec: &RunSpec) -> Trajectory {
+    completed(spec).trajectory
 }
 
 /// Largest difference of two runs in any column, relative to the largest magnitude in it.
@@ -48,7 +41,7 @@ fn with_their_gain_at_zero_schemes_are_what_they_are_built_on() {
         ("energy-leak-damper", 0.0, "zero-order-hold"),
     ] {
         for sequence in ["jacobi", "gauss-seidel-mechanics-first"] {
-            let of = |scheme, gain| completed(&with_sequence(oscillator(scheme, gain, 2e-3), sequence, "held"));
+            let of = |scheme, gain| trajectory_of(&with_sequence(oscillator(scheme, gain, 2e-3), sequence, "held"));
             let difference = difference(&of(scheme, Some(gain)), &of(base, None));
             assert!(difference < ROUND_OFF, "{scheme} and {base}, {sequence}: {difference:e}");
         }
@@ -61,7 +54,7 @@ fn an_infinite_interface_mass_is_the_true_acceleration() {
     let off = |micro_steps: f64| {
         let fine = |spec: RunSpec| {
             let spec = RunSpec { micro_step: 2e-3 / micro_steps, ..spec };
-            completed(&with_sequence(spec, "gauss-seidel", "mean"))
+            trajectory_of(&with_sequence(spec, "gauss-seidel", "mean"))
         };
         let mass = fine(oscillator("interface-mass", Some(0.0), 2e-3));
         difference(&mass, &fine(oscillator("true-acceleration", None, 2e-3)))
@@ -74,7 +67,7 @@ fn an_infinite_interface_mass_is_the_true_acceleration() {
 fn the_true_interface_mass_without_contacts_is_a_reduced_interface_model() {
     for force_return in ["mean", "profile"] {
         let of = |scheme: &str, gain| {
-            completed(&with_sequence(oscillator(scheme, gain, 5e-3), "gauss-seidel", force_return))
+            trajectory_of(&with_sequence(oscillator(scheme, gain, 5e-3), "gauss-seidel", force_return))
         };
         let difference = difference(&of("interface-mass", Some(1.0)), &of("rim-nonsmooth", None));
         assert!(difference < ROUND_OFF, "{force_return}: {difference:e}");
@@ -90,7 +83,7 @@ fn outputs_of_immovable_mechanics_corrected_without_repayment_are_the_true_accel
             let mut spec = with_sequence(oscillator(scheme, gain, 2e-3), "jacobi", "held");
             // The mechanics is the side of mass 2, on a spring that would move a light one as far as ever.
             spec.parameters.set("mass_2_kg", mass).unwrap();
-            completed(&spec)
+            trajectory_of(&spec)
         };
         difference(&of("model-corrected-outputs", Some(gain)), &of("true-acceleration", None))
     };
@@ -106,8 +99,8 @@ fn outputs_of_immovable_mechanics_corrected_without_repayment_are_the_true_accel
 #[test]
 fn a_true_acceleration_is_not_linear_extrapolation() {
     let far = difference(
-        &completed(&oscillator("true-acceleration", None, 2e-3)),
-        &completed(&oscillator("first-order-hold", None, 2e-3)),
+        &trajectory_of(&oscillator("true-acceleration", None, 2e-3)),
+        &trajectory_of(&oscillator("first-order-hold", None, 2e-3)),
     );
     assert!(far > 1e-5, "{far:e}");
 }
@@ -121,7 +114,7 @@ fn converged_waveforms_are_the_monolithic_stepper_at_any_macro_step() {
             let of = |scheme: &str| {
                 let spec = usual_spec(case, scheme, macro_step);
                 let micro_step = spec.micro_step.min(steps[0]);
-                completed(&RunSpec { duration, micro_step, ..spec })
+                trajectory_of(&RunSpec { duration, micro_step, ..spec })
             };
             let difference = difference(&of("waveform"), &of("monolithic"));
             // Tolerance 1e-10 per macro step, amplified over the run.
@@ -185,19 +178,15 @@ fn a_run_whose_model_is_exact_is_the_monolithic_stepper_and_others_are_not() {
     for case in cases().iter().filter(|case| case.linear_state.is_empty()) {
         let macro_step = case.defaults.macro_step_s;
         let usual = usual_spec(&case.name, "rim-nonsmooth-gap", macro_step);
-        let profile =
-            RunSpec { mechanics_steps: MechanicsSteps::AsActuator, ..with_sequence(usual, "gauss-seidel", "profile") };
+        let profile = RunSpec { mechanics_steps: ALL, ..with_sequence(usual, "gauss-seidel", "profile") };
         assert_eq!(profile.model_is_exact(), case.constant_mechanics, "{}", case.name);
         if !case.constant_mechanics {
             continue;
         }
         exact_cases.push(case.name.clone());
-        let together = completed(&usual_spec(&case.name, "monolithic", macro_step));
-        let own = completed(&profile);
-        let force = own.index_of(&case.interface_columns[0].force).unwrap();
-        let peak = together.column(force).fold(0.0, |peak: f64, value| peak.max(value.abs()));
-        let off = own.column(force).zip(together.column(force)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        println!("{}: {off:e} of {peak:e} N", case.name);
+        let together = trajectory_of(&usual_spec(&case.name, "monolithic", macro_step));
+        let own = trajectory_of(&profile);
+        let (off, peak) = apart(&together, &own, &case.interface_columns[0].force);
         // Round-off, amplified by impacts.
         assert!(off < 1e-4 * peak, "{}: {off:e} of {peak:e} N", case.name);
     }
@@ -213,11 +202,7 @@ fn the_hold_with_the_mechanics_first_has_the_errors_of_the_independent_implement
         let errors = [1.0, 0.381966, 0.763932, 0.145898].map(|phase| {
             let spec = with_sequence(wedge_box_spec("zero-order-hold", macro_step), sequence, force_return);
             let spec = RunSpec { phase, ..spec };
-            let reference = reference();
-            let run = evaluate(&spec, simulated(&spec), reference).unwrap();
-            let rms = METRICS.iter().position(|metric| metric.name == "force_error_rms_n").unwrap();
-            assert_eq!(run.outcome, Outcome::Completed);
-            run.metrics[rms].unwrap()
+            metric(&spec, completed(&spec), wedge_box_reference(), "force_error_rms_n")
         });
         median(errors.to_vec()).unwrap()
     };
@@ -229,10 +214,4 @@ fn the_hold_with_the_mechanics_first_has_the_errors_of_the_independent_implement
             assert!((found / published - 1.0).abs() < 0.02, "{h} s: {found} N, there {published} N");
         }
     }
-}
-
-/// The reference of the wedge box, computed once.
-fn reference() -> &'static Reference {
-    static REFERENCE: OnceLock<Reference> = OnceLock::new();
-    REFERENCE.get_or_init(|| Reference::compute(&wedge_box_spec("zero-order-hold", 1e-3), StopFlag::never()).unwrap())
 }

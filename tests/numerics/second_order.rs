@@ -1,14 +1,7 @@
 //! Mechanics and actuators of the second order: closed forms, orders, books, and what refuses them.
 
 use crate::support::*;
-use rimbench::cosim::{
-    ActuatorIntegrator, EnergyReturn, ForceReturn, MechanicsIntegrator, MechanicsSteps, Outcome, SecondOrder, StopFlag,
-};
-use rimbench::mechanics::MechanicalModel;
 use rimbench::models::WedgeBox;
-use rimbench::runs::{Reference, RunRequest, RunResult, RunSpec, evaluate};
-use rimbench_statistics::median;
-use std::sync::OnceLock;
 
 const EVENT_SPLIT: MechanicsIntegrator = MechanicsIntegrator::EventSplit;
 
@@ -19,33 +12,6 @@ fn second_order(case: &str, scheme: &str, macro_step: f64) -> RunSpec {
         actuator_integrator: ActuatorIntegrator::Midpoint,
         ..usual_spec(case, scheme, macro_step)
     }
-}
-
-/// The reference of the wedge box, computed once.
-fn wedge_box_reference() -> &'static Reference {
-    static REFERENCE: OnceLock<Reference> = OnceLock::new();
-    REFERENCE.get_or_init(|| Reference::compute(&wedge_box_spec("zero-order-hold", 1e-3), StopFlag::never()).unwrap())
-}
-
-fn rms(errors: impl IntoIterator<Item = f64>) -> f64 {
-    let squares: Vec<f64> = errors.into_iter().map(|error| error * error).collect();
-    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
-}
-
-/// A metric of a run against its reference.
-fn metric(spec: &RunSpec, run: RunResult, reference: &Reference, name: &str) -> f64 {
-    let evaluated = evaluate(spec, run, reference).unwrap();
-    let fact = evaluated.findings().into_iter().find(|fact| fact.name == name).unwrap();
-    fact.cell().parse().unwrap()
-}
-
-/// Slope of `log error` over `log H`, least squares.
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let n = points.len() as f64;
-    let logs: Vec<(f64, f64)> = points.iter().map(|(h, error)| (h.ln(), error.ln())).collect();
-    let (mx, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
-    let covariance: f64 = logs.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
-    covariance / logs.iter().map(|(x, _)| (x - mx).powi(2)).sum::<f64>()
 }
 
 #[test]
@@ -81,7 +47,7 @@ fn the_position_converges_at_second_order_through_the_impacts_of_the_wedge_box()
         .filter(|(_, error)| *error > 10.0 * uncertainty)
         .collect();
     assert_eq!(points.len(), 7, "uncertainty {uncertainty} m");
-    let slope = slope(&points);
+    let slope = order_of_convergence(&points).unwrap();
     assert!(slope >= 1.9, "slope {slope} through {points:?}");
 }
 
@@ -97,18 +63,11 @@ fn the_event_driven_reference_has_order_two_and_lies_where_the_first_order_solut
         assert!(order > 1.3 && order < 2.3, "{case}: order {order}");
         // The semi-implicit rule with both sides in one loop, at h and h/2: its error halves.
         let distance = |refinement: usize| {
-            let mut system = usual_system(&spec.case);
-            let mut recorder = rimbench::cases::Recorder::new(&spec.case, &mut system).unwrap();
-            let mut trajectory =
-                rimbench::cosim::Trajectory::with_capacity(spec.case.recorded_columns(), reference.trajectory.len());
             let every = refinement * reference_every(&spec);
-            let points = reference.trajectory.len() - 1;
-            let steps = reference_steps(spec.duration / (points * every) as f64, points * every, every);
-            rimbench::mechanics::monolithic(system.sides.lend(), steps, StopFlag::never(), &mut |point| {
-                recorder.record(point, &mut trajectory);
-            })
-            .unwrap();
-            rms(trajectory.column(column).zip(reference.trajectory.column(column)).map(|(x, y)| x - y))
+            let steps = (reference.trajectory.len() - 1) * every;
+            let trajectory = march(case, &[], spec.duration / steps as f64, steps, every);
+            let [own, theirs] = [&trajectory, &reference.trajectory].map(|run| run.column(column).collect::<Vec<_>>());
+            rms_difference(&own, &theirs)
         };
         let (coarse, fine) = (distance(2), distance(4));
         let ratio = coarse / fine;
@@ -189,22 +148,32 @@ fn a_ball_bounces_to_its_rest_through_an_infinity_of_impacts() {
     assert!(error < 5e-5, "{error} m");
 }
 
+fn assert_books_close(spec: &RunSpec, name: &str) {
+    let run = completed(spec);
+    let residual = run.report.energy_identity_residual_j.unwrap();
+    // Energies of up to 1e4 J in steps, rounded some ten times each.
+    assert!(residual < 1e-10, "{name}: identity {residual} J");
+    let closure = run.report.audit.closure().unwrap();
+    assert!(closure.abs() < 1e-6, "{name}: closure {closure} J");
+}
+
 #[test]
 fn the_books_close_to_round_off_whatever_the_integrators() {
-    let cases = ["wedge-box", "crane-set-down", "half-car", "gripper", "rocking-block", "wedge-box-two-ledges"];
-    for case in cases {
+    for case in ["wedge-box", "crane-set-down", "half-car", "gripper", "rocking-block", "wedge-box-two-ledges"] {
+        let usual = usual_spec(case, "rim-nonsmooth-gap", case_by_name(case).defaults.macro_step_s);
         for (_, mechanics_integrator) in MechanicsIntegrator::ALL {
             for (_, actuator_integrator) in ActuatorIntegrator::ALL {
-                let usual = usual_spec(case, "rim-nonsmooth-gap", case_by_name(case).defaults.macro_step_s);
-                let run = run(&RunSpec { mechanics_integrator, actuator_integrator, ..usual });
-                let name = format!("{case}, {mechanics_integrator}, {actuator_integrator}");
-                assert_eq!(run.report.outcome, Outcome::Completed, "{name}");
-                let residual = run.report.energy_identity_residual_j.unwrap();
-                // Energies of up to 1e4 J in steps, rounded some ten times each.
-                assert!(residual < 1e-10, "{name}: identity {residual} J");
-                let closure = run.report.audit.closure().unwrap();
-                assert!(closure.abs() < 1e-6, "{name}: closure {closure} J");
+                let spec = RunSpec { mechanics_integrator, actuator_integrator, ..usual.clone() };
+                assert_books_close(&spec, &format!("{case}, {mechanics_integrator}, {actuator_integrator}"));
             }
+        }
+    }
+    // And where every piece has its own force.
+    for case in ["wedge-box", "half-car", "gripper", "rocking-block"] {
+        for energy_return in [EnergyReturn::None, EnergyReturn::Pool] {
+            let mut spec = in_pieces(case, case_by_name(case).defaults.macro_step_s);
+            spec.model.as_mut().unwrap().energy_return = energy_return;
+            assert_books_close(&spec, &format!("{case}, energy return {energy_return}"));
         }
     }
 }
@@ -222,19 +191,12 @@ fn a_force_that_jumps_at_a_rebound_leaves_order_two_where_every_piece_has_its_ow
         let of = |macro_step: f64| {
             let errors = (1..=4).map(|phase| {
                 let phase = f64::from(phase) / 4.0;
-                let spec = RunSpec {
-                    force_return,
-                    micro_step: 12.5e-6,
-                    phase,
-                    ..in_pieces("slider-between-stops", macro_step)
-                };
+                let of_force = RunSpec { force_return, ..in_pieces("slider-between-stops", macro_step) };
+                let spec = RunSpec { micro_step: 12.5e-6, phase, ..of_force };
                 let run = run(&spec);
                 let work = run.report.work;
                 let solves = work.sides.mechanics.micro_steps as f64 / work.cosim.macro_steps as f64;
-                assert!(
-                    macro_step > 5e-3 || solves < 1.5,
-                    "{force_return}, H = {macro_step}: {solves} solves per macro step"
-                );
+                assert!(macro_step > 5e-3 || solves < 1.5, "{force_return}, H = {macro_step}: {solves} solves");
                 metric(&spec, run, &reference, "position_error_rms_m")
             });
             (macro_step, median(errors.collect()).unwrap())
@@ -242,7 +204,7 @@ fn a_force_that_jumps_at_a_rebound_leaves_order_two_where_every_piece_has_its_ow
         [3e-3, 5e-3, 7e-3, 10e-3, 14e-3, 20e-3].map(of).to_vec()
     };
     let (mean, pieces) = (points(ForceReturn::Mean), points(ForceReturn::Pieces));
-    let [of_mean, of_pieces] = [slope(&mean), slope(&pieces)];
+    let [of_mean, of_pieces] = [&mean, &pieces].map(|points| order_of_convergence(points).unwrap());
     // The misplaced impulse is of order H; in its place stands what the micro step leaves, and H².
     assert!(of_mean < 1.3, "slope {of_mean} through {mean:?}");
     assert!(of_pieces > 1.8, "slope {of_pieces} through {pieces:?}");
@@ -258,31 +220,10 @@ fn without_events_one_step_in_pieces_is_as_many_steps_as_the_profile_has_where_t
         RunSpec { force_return: ForceReturn::Profile, mechanics_steps: MechanicsSteps::AsActuator, ..pieces.clone() };
     let mean = RunSpec { force_return: ForceReturn::Mean, ..pieces.clone() };
     let [pieces, profile, mean] = [pieces, profile, mean].map(run_of);
-    let column = profile.trajectory.index_of("actuator_length_m").unwrap();
-    let distance = |run: &RunResult| {
-        let pairs = run.trajectory.column(column).zip(profile.trajectory.column(column));
-        pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
-    };
+    let distance = |run: &RunResult| apart(&run.trajectory, &profile.trajectory, "actuator_length_m").0;
     // Positions of 1.5 m after 3000 steps of the one and 30 of the other, each rounded a few times.
     assert!(distance(&pieces) < 3000.0 * 1.5 * f64::EPSILON, "{:e} m", distance(&pieces));
     assert!(distance(&mean) > 1e-6, "{:e} m", distance(&mean));
-}
-
-#[test]
-fn the_books_close_where_every_piece_has_its_own_force() {
-    for case in ["wedge-box", "half-car", "gripper", "rocking-block"] {
-        for energy_return in [EnergyReturn::None, EnergyReturn::Pool] {
-            let mut spec = in_pieces(case, case_by_name(case).defaults.macro_step_s);
-            spec.model.as_mut().unwrap().energy_return = energy_return;
-            let run = run(&spec);
-            let name = format!("{case}, energy return {energy_return}");
-            assert_eq!(run.report.outcome, Outcome::Completed, "{name}");
-            let residual = run.report.energy_identity_residual_j.unwrap();
-            assert!(residual < 1e-10, "{name}: identity {residual} J");
-            let closure = run.report.audit.closure().unwrap();
-            assert!(closure.abs() < 1e-6, "{name}: closure {closure} J");
-        }
-    }
 }
 
 #[test]
@@ -293,12 +234,9 @@ fn linearly_implicit_steps_close_their_books_on_the_beam_and_on_the_elastic_bar(
     {
         for mechanics_integrator in [MechanicsIntegrator::Midpoint, EVENT_SPLIT] {
             let spec = RunSpec { mechanics_integrator, ..second_order(case, "rim-nonsmooth-gap", macro_step) };
-            let run = run(&spec);
-            let name = format!("{case} at {macro_step} s, {mechanics_integrator}");
-            assert_eq!(run.report.outcome, Outcome::Completed, "{name}");
+            let residual = completed(&spec).report.energy_identity_residual_j.unwrap();
             // Energies of up to 10 J, rounded some ten times in each step.
-            let residual = run.report.energy_identity_residual_j.unwrap();
-            assert!(residual < 1e-12, "{name}: identity {residual} J");
+            assert!(residual < 1e-12, "{case} at {macro_step} s, {mechanics_integrator}: identity {residual} J");
         }
     }
 }
@@ -377,18 +315,12 @@ fn with_constant_matrices_and_the_profile_returned_the_co_simulation_is_the_mono
             assert!(coupled.model_is_exact(), "{case}");
             let [coupled, together, changed] =
                 [coupled, spec("monolithic", 1.0), spec("monolithic", 1.0 + change)].map(|spec| run(&spec));
-            let row = &case_by_name(case).interface_columns[0];
-            let column = together.trajectory.index_of(&row.position).unwrap();
-            let distance = |other: &RunResult| {
-                let pairs = together.trajectory.column(column).zip(other.trajectory.column(column));
-                pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
-            };
+            let position = &case_by_name(case).interface_columns[0].position;
+            let distance = |other: &RunResult| apart(&together.trajectory, &other.trajectory, position).0;
             // What a relative change of 1 becomes, times the rounding of the thousand operations of a step.
             let bound = 1e3 * f64::EPSILON * (distance(&changed) / change + 1.0);
             let found = distance(&coupled);
             assert!(found <= bound, "{case}, H = {factor} micro steps: {found:e} m, at most {bound:e}");
-            let residual = coupled.report.audit.work.residual_j();
-            println!("{case}, H = {factor} δ: {found:.1e} m of at most {bound:.1e}, residual {residual:?} J");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `rimbench advise`: what is advised holds where nobody has looked, nothing cheaper does, and nonsense is refused.
 
-use crate::program::{cache, rimbench};
+use crate::program::{assert_has, assert_refused, cache, call, json, printed, rimbench};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{ForceReturn, MechanicsSteps, Outcome, Sequence, Side, StopFlag};
 use rimbench::harness::{
@@ -96,14 +96,9 @@ fn what_is_advised_is_stable_and_within_the_error_at_phases_that_nobody_looked_a
             for &phase in &phase_ensemble(3 * PHASES)[2 * PHASES..] {
                 let run = made(&catalogue, &RunRequest { phase: Some(phase), ..choice.request.clone() }).unwrap();
                 let error = error_of(&run);
-                assert!(
-                    error.is_some_and(|error| error <= asked.error),
-                    "{name}: {:?} {} at H = {}, phase {phase}: {} {error:?}",
-                    choice.request.scheme,
-                    choice.form,
-                    choice.macro_step,
-                    run.outcome
-                );
+                let (form, step, outcome) = (&choice.form, choice.macro_step, &run.outcome);
+                let at = format!("{:?} {form} at H = {step}, phase {phase}: {outcome}", choice.request.scheme);
+                assert!(error.is_some_and(|error| error <= asked.error), "{name}: {at} {error:?}");
             }
         }
     }
@@ -114,7 +109,7 @@ fn what_is_advised_is_stable_and_within_the_error_at_phases_that_nobody_looked_a
 #[test]
 fn nothing_in_an_exhaustive_sweep_is_cheaper_by_more_than_one_step_of_the_grid() {
     let catalogue = Catalogue::standard();
-    let asked = Asked::of("elastic-bar", None, 0.02, [1e-6, 1e-4]);
+    let asked = Asked::of("elastic-bar", None, 0.02, [2.5e-6, 1e-4]);
     let best = asked.advice(&catalogue).best.unwrap();
     let bound = best.cost_one_step_on.unwrap();
     assert!(bound < best.cost);
@@ -146,18 +141,12 @@ fn nothing_in_an_exhaustive_sweep_is_cheaper_by_more_than_one_step_of_the_grid()
                     };
                     made(&catalogue, &request).filter(|run| error_of(run).is_some_and(|error| error <= asked.error))
                 };
-                let runs: Vec<Option<EvaluatedRun>> = phase_ensemble(2 * PHASES)
-                    .into_iter()
-                    .map_while(|phase| {
-                        let run = meets(phase);
-                        run.is_some().then_some(run)
-                    })
-                    .collect();
+                let runs: Vec<EvaluatedRun> = phase_ensemble(2 * PHASES).into_iter().map_while(meets).collect();
                 if runs.len() < 2 * PHASES {
                     continue;
                 }
                 met += 1;
-                let work = &runs[0].as_ref().unwrap().work;
+                let work = &runs[0].work;
                 let cost = prices.exchange * work.cosim.exchanges as f64
                     + prices.mechanics_solve * work.sides.mechanics.micro_steps as f64
                     + prices.micro_step * work.sides.actuator.micro_steps as f64
@@ -216,22 +205,21 @@ fn a_form_that_took_longer_than_it_may_is_undecided_and_not_without_the_error() 
     assert!(advice.best.is_none() && advice.timed_out > 50, "{} timed out", advice.timed_out);
 }
 
-fn advised(arguments: &[&str]) -> Value {
-    let mut command = rimbench();
-    command.args(["advise", "--case", "elastic-bar", "--error", "2%", "--format", "json"]).args(arguments);
-    serde_json::from_slice(&command.assert().success().get_output().stdout).unwrap()
+const ASK: &str = "advise --case elastic-bar --error 2% --format json";
+
+fn advised(options: &str) -> Value {
+    json(&mut call(&format!("{ASK} {options}")))
 }
 
 #[test]
 fn an_advice_is_the_same_for_any_number_of_threads_and_from_stored_runs() {
     let folder = tempfile::tempdir().unwrap();
     let again = |jobs: &str, fresh: bool| {
-        let mut command = rimbench();
+        let mut command = call(&format!("{ASK} --jobs {jobs}"));
         if fresh {
             command.env("RIMBENCH_CACHE", folder.path());
         }
-        command.args(["advise", "--case", "elastic-bar", "--error", "2%", "--format", "json", "--jobs", jobs]);
-        let mut advice: Value = serde_json::from_slice(&command.assert().success().get_output().stdout).unwrap();
+        let mut advice = json(&mut command);
         let made = advice["runs_made"].as_u64().unwrap();
         let object = advice.as_object_mut().unwrap();
         object.retain(|key, _| !["runs_made", "runs_stored", "notes"].contains(&key.as_str()));
@@ -245,54 +233,45 @@ fn an_advice_is_the_same_for_any_number_of_threads_and_from_stored_runs() {
 
 #[test]
 fn every_number_of_an_advice_comes_with_a_command_that_gives_it_again() {
-    let advice = advised(&[]);
+    let advice = advised("");
+    let again = |command: &Value| {
+        let typed = command.as_str().unwrap().split(' ').skip(1);
+        json(rimbench().args(typed).args(["--format", "json"]))
+    };
     for choice in [&advice["advised"], &advice["runner_up"]] {
         let run = &choice["runs"][1];
-        let typed: Vec<&str> = run["command"].as_str().unwrap().split(' ').skip(1).collect();
-        let output = rimbench().args(typed).args(["--format", "json"]).assert().success().get_output().stdout.clone();
-        let facts: Value = serde_json::from_slice(&output).unwrap();
+        let facts = again(&run["command"]);
         assert_eq!((&facts["run_id"], &facts[METRIC]), (&run["run_id"], &run["error"]));
         assert_eq!(facts["phase"], run["phase"]);
-        let typed: Vec<&str> = choice["limit_command"].as_str().unwrap().split(' ').skip(1).collect();
-        let output = rimbench().args(typed).args(["--format", "json"]).assert().success().get_output().stdout.clone();
-        let limit: Value = serde_json::from_slice(&output).unwrap();
+        let limit = again(&choice["limit_command"]);
         assert!(limit["last_stable_s"].as_f64() >= choice["last_stable_s"].as_f64(), "{choice} {limit}");
     }
-    let text = rimbench().args(["advise", "--case", "elastic-bar", "--error", "2%"]).assert().success();
-    let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
-    for wanted in [
-        advice["answer"].as_str().unwrap(),
-        advice["advised"]["runs"][0]["run_id"].as_str().unwrap(),
-        "rimbench limit ",
-    ] {
-        assert!(text.contains(wanted), "{wanted}: {text}");
-    }
+    let text = printed(&mut call("advise --case elastic-bar --error 2%"));
+    let run_id = advice["advised"]["runs"][0]["run_id"].as_str().unwrap();
+    assert_has(&text, &[advice["answer"].as_str().unwrap(), run_id, "rimbench limit "]);
 }
 
 #[test]
 fn less_information_leaves_fewer_schemes_and_prices_change_the_advice() {
-    let list = rimbench().args(["list", "schemes", "--format", "json"]).assert().success().get_output().stdout.clone();
-    let list: Value = serde_json::from_slice(&list).unwrap();
-    let everything = list.as_array().unwrap().len();
+    let everything = json(&mut call("list schemes --format json")).as_array().unwrap().len();
     let refused = |advice: &Value, why: &str| {
         let fallen = advice["fallen"].as_array().unwrap();
         fallen.iter().filter(|fallen| fallen["reason"].as_str().unwrap().contains(why)).count()
     };
-    let no_model = advised(&["--no-model"]);
+    let no_model = advised("--no-model");
     assert!((5..everything).contains(&refused(&no_model, "(--no-model)")));
-    assert!((5..everything).contains(&refused(&advised(&["--no-feedback"]), "(--no-feedback)")));
-    assert_eq!(refused(&advised(&["--real-time"]), "(--real-time)"), 2);
+    assert!((5..everything).contains(&refused(&advised("--no-feedback"), "(--no-feedback)")));
+    assert_eq!(refused(&advised("--real-time"), "(--real-time)"), 2);
     // Where mechanics solves cost everything, as few of them as can be are advised.
-    let dear = advised(&["--mechanics-cost", "1e6", "--micro-cost", "0", "--exchanges-cost", "0", "--model-cost", "0"]);
+    let dear = advised("--mechanics-cost 1e6 --micro-cost 0 --exchanges-cost 0 --model-cost 0");
     let solves = |advice: &Value| advice["advised"]["mechanics_solves"].as_f64().unwrap();
-    assert!(solves(&dear) <= solves(&advised(&[])));
+    assert!(solves(&dear) <= solves(&advised("")));
     assert_eq!(dear["advised"]["cost"].as_f64().unwrap(), 1e6 * solves(&dear));
 }
 
 #[test]
 fn what_work_costs_here_is_measured_in_units_of_a_micro_step() {
-    let output = rimbench().args(["advise", "--case", "wedge-box", "--measure-costs"]).assert().success();
-    let text = String::from_utf8(output.get_output().stdout.clone()).unwrap();
+    let text = printed(&mut call("advise --case wedge-box --measure-costs"));
     let price = |work: &str| -> f64 {
         let line = text.lines().find(|line| line.trim_start().starts_with(work)).unwrap();
         line.split_whitespace().nth(work.split(' ').count()).unwrap().parse().unwrap()
@@ -305,33 +284,33 @@ fn what_work_costs_here_is_measured_in_units_of_a_micro_step() {
 
 #[test]
 fn nonsense_asked_of_an_advice_is_one_error_with_exit_code_two() {
-    for (arguments, wanted) in [
-        (&["--case", "elastic-bar", "--error", "0"] as &[&str], "error = 0 is not valid"),
-        (&["--case", "elastic-bar", "--error", "-1%"], "error = -1% is not valid"),
-        (&["--case", "elastic-bar", "--error", "1"], "as `1%` (at most `100%`)"),
-        (
-            &["--case", "elastic-bar", "--error", "1%", "--most-runs", "20"],
-            "most-runs = 20 is not valid; valid: at least 65",
-        ),
-        (&["--case", "elastic-bar", "--error", "much"], "a share of the peak force"),
-        (&["--case", "elastic-bax", "--error", "1%"], "did you mean `elastic-bar`"),
-        (&["--case", "elastic-bar", "--error", "1%", "--scheme", "nepc"], "did you mean `nepce`"),
-        (&["--case", "elastic-bar", "--error", "1%", "--set", "mas=1"], "unknown parameter"),
-        (&["--case", "elastic-bar", "--error", "1%", "--exchanges-cost", "-1"], "exchanges-cost = -1"),
-        (&["--case", "elastic-bar", "--error", "1%", "--model-cost", "nan"], "model-cost = NaN"),
-        (&["--case", "elastic-bar", "--error", "1%", "--phases", "0"], "phases = 0"),
-        (&["--case", "elastic-bar", "--error", "1%", "--kept-aside", "5000"], "kept-aside = 5000"),
-        (&["--case", "elastic-bar", "--error", "1%", "--budget", "0"], "budget = 0"),
-        (&["--case", "elastic-bar", "--error", "1%", "--from", "-1"], "from = -1"),
-        (&["--case", "elastic-bar", "--error", "1%", "--to", "1"], "to = 1 is not valid; valid: at most the duration"),
-        (&["--case", "elastic-bar", "--error", "1%", "--jobs", "0"], "--jobs = 0"),
-        (&["--case", "elastic-bar", "--error", "1%", "--real-time", "--exchanges-cost", "1"], "cannot be used with"),
-        (&["--case", "elastic-bar"], "--error"),
-        (&["--case", "elastic-bar", "--error", "1%", "--no-feedback", "--force-return", "mean"], "`held` only"),
-    ] {
-        let output = rimbench().arg("advise").args(arguments).assert().code(2).get_output().clone();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(message.starts_with("error: ") && message.contains(wanted), "{arguments:?}: {message}");
-        assert!(output.stdout.is_empty(), "{arguments:?}");
-    }
+    assert_refused(
+        "advise --case",
+        &[
+            ("elastic-bar --error 0", "error = 0 is not valid"),
+            ("elastic-bar --error -1%", "error = -1% is not valid"),
+            ("elastic-bar --error 1", "as `1%` (at most `100%`)"),
+            ("elastic-bar --error much", "a share of the peak force"),
+            ("elastic-bax --error 1%", "did you mean `elastic-bar`"),
+            ("elastic-bar", "--error"),
+        ],
+    );
+    assert_refused(
+        "advise --case elastic-bar --error 1%",
+        &[
+            ("--most-runs 20", "most-runs = 20 is not valid; valid: at least 65"),
+            ("--scheme nepc", "did you mean `nepce`"),
+            ("--set mas=1", "unknown parameter"),
+            ("--exchanges-cost -1", "exchanges-cost = -1"),
+            ("--model-cost nan", "model-cost = NaN"),
+            ("--phases 0", "phases = 0"),
+            ("--kept-aside 5000", "kept-aside = 5000"),
+            ("--budget 0", "budget = 0"),
+            ("--from -1", "from = -1"),
+            ("--to 1", "to = 1 is not valid; valid: at most the duration"),
+            ("--jobs 0", "--jobs = 0"),
+            ("--real-time --exchanges-cost 1", "cannot be used with"),
+            ("--no-feedback --force-return mean", "`held` only"),
+        ],
+    );
 }

@@ -1,14 +1,14 @@
 //! Whatever happens to the files of an experiment (a subset, another order, twice, edited), running it again gives what a fresh run
 //! gives, and checking its claims gives the verdicts of a fresh run; or either is an error that says why.
 
-use crate::program::{cache, lines, two_sets_with};
+use crate::program::{cache, copy, files, lines, often, read, two_sets_with};
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
 use rimbench::cosim::StopFlag;
 use rimbench::error::Result;
 use rimbench::everything;
-use rimbench::harness::{Cache, Experiment, Job, Shard, check_claims, collect_shards, run_job};
+use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Shard, check_claims, collect_shards, run_job};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -76,37 +76,10 @@ fn run(folder: &Path, shard: Option<Shard>) -> Result<()> {
     with_job(folder, shard, |job| run_job(job, &|_| {}, StopFlag::never()).map(drop))
 }
 
-/// Verdicts and measured values.
 fn verdicts(folder: &Path) -> Result<Vec<(String, Option<f64>)>> {
+    let name = |claim: &CheckedClaim| format!("{} {} {}", claim.id, claim.verdict, claim.run_ids.join(" "));
     let checked = check_claims(&experiment(), &CATALOGUE, folder)?;
-    Ok(checked
-        .into_iter()
-        .map(|claim| (format!("{} {} {}", claim.id, claim.verdict, claim.run_ids.join(" ")), claim.measured))
-        .collect())
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target)
-        } else {
-            std::fs::copy(entry.path(), target).map(drop).unwrap()
-        }
-    }
-}
-
-/// All files below a folder, sorted.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).into_iter().flatten() {
-        let path = entry.unwrap().path();
-        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
-    }
-    found.sort();
-    found
+    Ok(checked.iter().map(|claim| (name(claim), claim.measured)).collect())
 }
 
 /// What may happen to a file; numbers choose the file and the place in it.
@@ -193,7 +166,7 @@ fn apply(folder: &Path, edit: &Edit) {
 fn assert_as_fresh(folder: &Path) {
     let fresh = FRESH.path().join("edit");
     for name in SAME_EVERYWHERE {
-        let [one, other] = [&fresh, folder].map(|folder| std::fs::read_to_string(folder.join(name)).unwrap());
+        let [one, other] = [&fresh, folder].map(|folder| read(folder.join(name)));
         assert_eq!(one, other, "{name}");
     }
     for trace in files(&fresh.join("traces")) {
@@ -204,7 +177,7 @@ fn assert_as_fresh(folder: &Path) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(often(24, 96))]
 
     #[test]
     fn any_edits_of_any_files_change_nothing_or_are_said(edits in prop::collection::vec(edit(), 1..5)) {

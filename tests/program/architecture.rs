@@ -71,9 +71,8 @@ fn no_room_of_the_core_may_open_a_door_above_it() {
 fn the_check_must_see_a_door_that_leads_upwards() {
     assert!(fault("mechanics", "use crate::schemes::standard_schemes;").unwrap().contains("not on `schemes`"));
     assert!(fault("linear_algebra", "    crate::cosim::cosimulate(&setup)").is_some());
-    assert!(
-        fault("cosim", "use crate::{error::Error, mechanics::monolithic};").unwrap().contains("one `use` per room")
-    );
+    let several = "use crate::{error::Error, mechanics::monolithic};";
+    assert!(fault("cosim", several).unwrap().contains("one `use` per room"));
     assert!(fault("attic", "use crate::error::Error;").unwrap().contains("not in the list"));
     assert_eq!(fault("mechanics", "use crate::cosim::Ports; // not crate::schemes"), None);
     assert_eq!(fault("cosim", "/// See [`Error`](crate::schemes::SchemeEntry)."), None);

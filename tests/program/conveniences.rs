@@ -1,16 +1,15 @@
 //! What other programs read: completions, manual pages, the schema of experiment files, plans and records as JSON.
 
-use crate::program::rimbench;
+use crate::program::{assert_has, call, refused, rimbench, root};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
-use std::path::Path;
 
 pub fn said(arguments: &[&str]) -> String {
-    String::from_utf8(rimbench().args(arguments).assert().success().get_output().stdout.clone()).unwrap()
+    crate::program::printed(rimbench().args(arguments))
 }
 
 fn said_json(arguments: &[&str]) -> Value {
-    serde_json::from_str(&said(arguments)).unwrap()
+    crate::program::json(rimbench().args(arguments))
 }
 
 /// Commands that the program offers, as its help lists them.
@@ -35,25 +34,24 @@ fn completions_and_manual_pages_know_every_command() {
         let own = said(&["completions", "--man", command]);
         assert!(own.contains(".SH SYNOPSIS") && own.contains(".SH OPTIONS"), "{command}");
     }
-    let output = rimbench().args(["completions", "--man", "advize"]).assert().code(2).get_output().clone();
-    assert!(String::from_utf8_lossy(&output.stderr).contains("did you mean `advise`"));
+    assert_has(&refused(&mut call("completions --man advize")), &["did you mean `advise`"]);
 }
 
 #[test]
 fn a_command_that_there_was_says_the_way_to_go() {
     let known = commands();
     for name in ["plan", "submit", "collect", "figures", "rank", "paper", "check-advice", "corpus", "schema", "man"] {
-        let output = rimbench().args([name, "--some-option"]).assert().code(2).get_output().clone();
-        let message = String::from_utf8(output.stderr).unwrap();
+        let message = refused(&mut call(&format!("{name} --some-option")));
         let way = message.split("`rimbench ").nth(1).and_then(|rest| rest.split([' ', '`']).next()).unwrap();
         assert!(message.lines().count() == 1 && known.iter().any(|command| command == way), "{message}");
     }
-    for (name, way) in [("import", "sha256sum --check"), ("check-submission", "a pull request")] {
-        let output = rimbench().args([name, "folder"]).assert().code(2).get_output().clone();
-        assert!(String::from_utf8_lossy(&output.stderr).contains(way), "{name}");
+    for (line, way) in [
+        ("import folder", "sha256sum --check"),
+        ("check-submission folder", "a pull request"),
+        ("simulat", "'simulate'"),
+    ] {
+        assert_has(&refused(&mut call(line)), &[way]);
     }
-    let output = rimbench().arg("simulat").assert().code(2).get_output().clone();
-    assert!(String::from_utf8_lossy(&output.stderr).contains("'simulate'"));
 }
 
 const PLAIN: &str = r#"
@@ -73,8 +71,7 @@ fn known_keys(text: &str) -> BTreeSet<String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("one.toml");
     std::fs::write(&path, text).unwrap();
-    let output = rimbench().args(["run", "--dry-run"]).arg(&path).assert().code(2).get_output().stderr.clone();
-    let message = String::from_utf8(output).unwrap();
+    let message = refused(rimbench().args(["run", "--dry-run"]).arg(&path));
     let list = message.split("expected").nth(1).unwrap_or_else(|| panic!("{message}"));
     list.split('`').skip(1).step_by(2).map(str::to_owned).collect()
 }
@@ -113,7 +110,7 @@ fn a_plan_as_json_has_every_run_with_its_id_and_its_place() {
 
 #[test]
 fn a_record_of_performance_is_told_in_the_formats_of_others() {
-    let history = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/perf/history.csv");
+    let history = root().join("results/perf/history.csv");
     let show = |format| said_json(&["perf", "show", "--history", history.to_str().unwrap(), "--format", format]);
     let all = show("json");
     let rows = all.as_array().unwrap();

@@ -1,6 +1,6 @@
 //! The corpus of contact problems: the committed file, the harvest, the replay, and the two commands.
 
-use crate::program::rimbench;
+use crate::program::{assert_has, json, read, refused, rimbench, root};
 use crate::support::{case_by_name, cases, data_of_others, solver_by_name, solvers};
 use assert_cmd::Command;
 use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry, Unsolved};
@@ -8,6 +8,7 @@ use rimbench::corpus::{
     ContactProblem, Corpus, FRICTION_VARIATIONS, FrictionMethod, FrictionalProblem, Harvest, Solve, Start, Stretch,
     Uniqueness, VARIATIONS, harvest, harvest_with_friction, replay, replay_with_friction,
 };
+use serde_json::Value;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,13 +16,13 @@ use std::sync::Arc;
 const FILE: &str = "data/contact-problems/corpus.lcp";
 
 fn committed() -> Corpus {
-    Corpus::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(FILE)).unwrap()
+    Corpus::read(&root().join(FILE)).unwrap()
 }
 
 /// In the tree, whose corpus it finds.
 fn in_tree() -> Command {
     let mut command = rimbench();
-    command.current_dir(env!("CARGO_MANIFEST_DIR"));
+    command.current_dir(root());
     command
 }
 
@@ -129,7 +130,7 @@ fn each_case_is_harvested_in_the_corpus_that_its_contacts_belong_to() {
 const FRICTION_FILE: &str = "data/contact-problems/friction.txt";
 
 fn committed_with_friction() -> Corpus<FrictionalProblem> {
-    Corpus::read_text(&Path::new(env!("CARGO_MANIFEST_DIR")).join(FRICTION_FILE)).unwrap()
+    Corpus::read_text(&root().join(FRICTION_FILE)).unwrap()
 }
 
 #[test]
@@ -191,13 +192,8 @@ fn problems_with_several_solutions_are_counted() {
     assert_eq!((redundant.several, redundant.several_impulses, redundant.none), (0, 1, 0), "{redundant:?}");
 }
 
-/// What a comparison says and the work that it writes, which depends on the problems alone.
-fn compared(arguments: &[&str], folder: &Path) -> (serde_json::Value, String) {
-    let run = || {
-        let output = in_tree().args(arguments).arg("--out").arg(folder).assert().success().get_output().clone();
-        let work = std::fs::read_to_string(folder.join("work.csv")).unwrap();
-        (serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap(), work)
-    };
+fn compared(arguments: &[&str], folder: &Path) -> (Value, String) {
+    let run = || (json(in_tree().args(arguments).arg("--out").arg(folder)), read(folder.join("work.csv")));
     let ((facts, work), (_, again)) = (run(), run());
     assert_eq!(work, again, "work depends on the problems alone");
     (facts, work)
@@ -214,9 +210,9 @@ fn the_comparison_with_friction_is_written_with_what_has_several_solutions() {
     assert!(overall.iter().all(|row| row["fallbacks"].is_number()));
     let solutions = &facts["solutions"][0];
     assert_eq!(solutions["problems"], solutions["listed"], "the toy has three contacts");
-    let written = std::fs::read_to_string(folder.join("solutions.csv")).unwrap();
+    let written = read(folder.join("solutions.csv"));
     assert!(written.starts_with("problems,listed,several_velocities"), "{written}");
-    let figure = std::fs::read_to_string(folder.join("profile.svg")).unwrap();
+    let figure = read(folder.join("profile.svg"));
     assert!(FrictionMethod::NAMES.iter().all(|(name, _)| figure.contains(name)));
 }
 
@@ -234,8 +230,8 @@ fn the_comparison_is_written_with_work_apart_from_time() {
     let arguments = ["solvers", "--source", source, "--solver", "active-set", "--solver", "lemke", "--format", "json"];
     let (facts, work) = compared(&arguments, &folder);
     assert!(work.starts_with("solver,start,n_from,n_to,problems,refused,failures,pivots"), "{work}");
-    assert!(std::fs::read_to_string(folder.join("time.csv")).unwrap().contains("median_ns"));
-    let figure = std::fs::read_to_string(folder.join("profile.svg")).unwrap();
+    assert!(read(folder.join("time.csv")).contains("median_ns"));
+    let figure = read(folder.join("profile.svg"));
     assert!(["active-set", "lemke"].iter().all(|name| figure.contains(name)) && !figure.contains("clarabel"));
     assert!(std::fs::read(folder.join("profile.png")).unwrap().starts_with(b"\x89PNG"));
     let overall = facts["overall"].as_array().unwrap();
@@ -245,10 +241,6 @@ fn the_comparison_is_written_with_work_apart_from_time() {
     let last = profile.last().unwrap();
     assert!(last["factor"].is_null() && last["not_finite"]["factor"] == "inf", "{last}");
     assert_eq!(profile.last().unwrap()["lemke"], 1.0);
-}
-
-fn folder_of(file: &Path) -> &Path {
-    file.parent().unwrap()
 }
 
 /// One problem: two contacts, of which the first cannot be moved by any impulse.
@@ -270,8 +262,7 @@ fn a_zero_on_the_diagonal_ends_no_solver_of_the_panel() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("zero.lcp");
     corpus.write(&file).unwrap();
-    let output = in_tree().args(["solvers", "--format", "json", "--corpus"]).arg(&file).assert().success();
-    let facts: serde_json::Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
+    let facts = json(in_tree().args(["solvers", "--format", "json", "--corpus"]).arg(&file));
     assert_eq!(facts["overall"].as_array().unwrap().len(), 2 * solvers().len());
 }
 
@@ -299,40 +290,32 @@ fn a_solver_that_panics_fails_at_all_problems_and_says_so() {
     assert!(replay.solves.iter().all(|solve| !solve.solved && !solve.refused) && replay.costs() == [f64::INFINITY]);
 }
 
-fn refused(arguments: &[&str]) -> String {
-    let output = in_tree().args(arguments).assert().code(2).get_output().clone();
-    assert!(output.stdout.is_empty());
-    String::from_utf8(output.stderr).unwrap()
-}
-
 #[test]
 fn what_cannot_be_read_or_written_is_said_in_one_error() {
     let text = scratch("text.lcp");
     std::fs::write(&text, "case,H\n").unwrap();
-    let mut bytes = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(FILE)).unwrap();
+    let mut bytes = std::fs::read(root().join(FILE)).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     let damaged = scratch("damaged.lcp");
     std::fs::write(&damaged, bytes).unwrap();
     let path = |path: &Path| path.to_str().unwrap().to_owned();
-    for (arguments, expected) in [
-        (["solvers", "--corpus", &path(&text)], "is not a corpus of contact problems"),
-        (["solvers", "--corpus", &path(&damaged)], "its checksum does not fit"),
-        (["solvers", "--corpus", &path(&scratch("missing.lcp"))], "missing.lcp"),
-        (["solvers", "--solver", "lemk"], "did you mean `lemke`?"),
-        (["solvers", "--friction", "--solver=lemk"], "did you mean `lemke`?"),
-        (["solvers", "--friction", "--source=wedge-bx"], "--source = wedge-bx is not valid"),
-        (["solvers", "--friction", &format!("--corpus={}", path(&text))], "is not a corpus of contact problems with"),
-        (["solvers", "--friction", &format!("--corpus={FILE}")], "is not a corpus of contact problems with"),
-        (["solvers", "--harvest", &format!("--out={}", path(folder_of(&text)))], "is a folder; the name of a file"),
-        (["solvers", "--source", "wedge-bx"], "--source = wedge-bx is not valid"),
-        (
-            ["solvers", "--harvest", &format!("--out={}", path(&text.join("below-a-file.lcp")))],
-            "no file can be written here",
-        ),
+    let (folder, below) = (path(text.parent().unwrap()), path(&text.join("below-a-file.lcp")));
+    for (options, expected) in [
+        (["--corpus", &path(&text)], "is not a corpus of contact problems"),
+        (["--corpus", &path(&damaged)], "its checksum does not fit"),
+        (["--corpus", &path(&scratch("missing.lcp"))], "missing.lcp"),
+        (["--solver", "lemk"], "did you mean `lemke`?"),
+        (["--friction", "--solver=lemk"], "did you mean `lemke`?"),
+        (["--friction", "--source=wedge-bx"], "--source = wedge-bx is not valid"),
+        (["--friction", &format!("--corpus={}", path(&text))], "is not a corpus of contact problems with"),
+        (["--friction", &format!("--corpus={FILE}")], "is not a corpus of contact problems with"),
+        (["--harvest", &format!("--out={folder}")], "is a folder; the name of a file"),
+        (["--source", "wedge-bx"], "--source = wedge-bx is not valid"),
+        (["--harvest", &format!("--out={below}")], "no file can be written here"),
     ] {
-        let message = refused(&arguments);
-        assert!(message.starts_with("error: ") && message.contains(expected), "{message}");
+        let message = refused(in_tree().arg("solvers").args(options));
+        assert_has(&message, &[expected]);
         assert_eq!(message.lines().count(), 1, "{message}");
     }
 }

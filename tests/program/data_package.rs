@@ -1,6 +1,6 @@
 //! Results as others can cite and load them: what is in a package, and that what cannot be exported is said.
 
-use crate::program::{rimbench, two_sets_with};
+use crate::program::{assert_has, copy, read, rimbench, said, two_sets_with};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -42,8 +42,8 @@ static MADE: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let file = folder.path().join("packed.toml");
     std::fs::write(&file, EXPERIMENT).unwrap();
     rimbench().arg("run").arg(&file).arg("--out").arg(results(&folder)).assert().success();
-    pack(&results(&folder), &folder.path().join("package"), &["--author", "Doe, Jane", "--author", "A group"])
-        .success();
+    let authors = ["--author", "Doe, Jane", "--author", "A group"];
+    pack(&results(&folder), &folder.path().join("package"), &authors, 0);
     folder
 });
 
@@ -55,35 +55,8 @@ fn package() -> PathBuf {
     MADE.path().join("package")
 }
 
-fn pack(results: &Path, out: &Path, options: &[&str]) -> assert_cmd::assert::Assert {
-    rimbench().arg("export").arg(results).arg("--out").arg(out).args(options).assert()
-}
-
-fn read(path: impl AsRef<Path>) -> String {
-    std::fs::read_to_string(path).unwrap()
-}
-
-fn copied(from: &Path) -> tempfile::TempDir {
-    let to = tempfile::tempdir().unwrap();
-    for name in files_of(from) {
-        let target = to.path().join(&name);
-        std::fs::create_dir_all(target.parent().unwrap()).unwrap();
-        std::fs::copy(from.join(&name), target).unwrap();
-    }
-    to
-}
-
-/// Files below a folder, without the store.
-fn files_of(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> = [folder.to_owned(), folder.join("traces")]
-        .iter()
-        .flat_map(|folder| std::fs::read_dir(folder).unwrap())
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.is_file())
-        .map(|path| path.strip_prefix(folder).unwrap().to_string_lossy().into_owned())
-        .collect();
-    names.sort();
-    names
+fn pack(results: &Path, out: &Path, options: &[&str], code: i32) -> String {
+    said(rimbench().arg("export").arg(results).arg("--out").arg(out).args(options), code)
 }
 
 #[test]
@@ -148,13 +121,10 @@ fn every_cell_is_of_the_type_that_its_column_claims() {
 #[test]
 fn a_citation_can_be_read() {
     let text = read(package().join("CITATION.cff"));
-    assert!(
-        text.contains("family-names: \"Doe\"\n    given-names: \"Jane\"") && text.contains("name: \"A group\""),
-        "{text}"
-    );
-    assert!(text.contains("license: CC-BY-4.0") && text.contains(r#"title: "What \"is\""#), "{text}");
+    let author = "family-names: \"Doe\"\n    given-names: \"Jane\"";
+    assert_has(&text, &[author, "name: \"A group\"", "license: CC-BY-4.0", r#"title: "What \"is\""#]);
     let readme = read(package().join("README.md"));
-    assert!(readme.contains("pd.read_csv") && readme.contains("time series"), "{readme}");
+    assert_has(&readme, &["pd.read_csv", "time series"]);
 }
 
 #[test]
@@ -163,9 +133,7 @@ fn what_cannot_be_exported_is_one_error() {
     let fresh = folder.path().join("package");
     let author: &[&str] = &["--author", "Doe, Jane"];
     let refused = |results: &Path, out: &Path, options: &[&str], wanted: &str| {
-        let output = pack(results, out, options).code(2).get_output().clone();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(said.contains(wanted), "{wanted}: {said}");
+        assert_has(&pack(results, out, options, 2), &[wanted]);
         assert!(!fresh.exists(), "{wanted}: something was written");
     };
     let whole = results(&MADE);
@@ -177,9 +145,10 @@ fn what_cannot_be_exported_is_one_error() {
     refused(&whole, &whole.join("runs.csv"), author, "is no folder");
     refused(&folder.path().join("nothing"), &fresh, author, "nothing");
     // A run that is missing.
-    let copy = copied(&whole);
-    let text = read(copy.path().join("runs.csv"));
+    let copied = folder.path().join("copied");
+    copy(&whole, &copied);
+    let text = read(copied.join("runs.csv"));
     let without_last: Vec<&str> = text.lines().take(RUNS).collect();
-    std::fs::write(copy.path().join("runs.csv"), without_last.join("\n")).unwrap();
-    refused(copy.path(), &fresh, author, "1 missing");
+    std::fs::write(copied.join("runs.csv"), without_last.join("\n")).unwrap();
+    refused(&copied, &fresh, author, "1 missing");
 }

@@ -1,9 +1,8 @@
 //! What is missing of an experiment, handed to engines: the commands to the letter, and results that are those of `rimbench run` to the
 //! byte, whatever the engine loses, begins twice or says of itself.
 
-use crate::program::{cache, executable, rimbench, two_sets_with};
+use crate::program::{assert_has, cache, executable, files, rimbench, said, stand_in, two_sets_with};
 use assert_cmd::Command;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -52,8 +51,7 @@ impl Workplace {
     /// A program in `bin`, and where it lies.
     fn program(&self, name: &str, script: &str) -> PathBuf {
         let path = self.path("bin").join(name);
-        std::fs::write(&path, format!("#!/bin/sh\n{script}\n")).unwrap();
-        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        stand_in(&path, script);
         path
     }
 
@@ -67,8 +65,7 @@ impl Workplace {
 
     /// What it prints, with exit code `code`; paths by their names.
     fn said(&self, engine: &str, extra: &[&str], code: i32) -> String {
-        let output = self.submit(engine, extra).assert().code(code).get_output().clone();
-        let text = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+        let text = said(&mut self.submit(engine, extra), code);
         let text = text.replace(executable().to_str().unwrap(), "RIMBENCH").replace(cache().to_str().unwrap(), "CACHE");
         text.replace(self.0.path().to_str().unwrap(), "HERE")
     }
@@ -79,9 +76,13 @@ impl Workplace {
     }
 
     fn collect(&self, code: i32) -> String {
-        let mut command = rimbench();
-        command.arg("run").arg(self.path("engines.toml")).arg("--out").arg(self.path("engines")).arg("--collect");
-        String::from_utf8(command.assert().code(code).get_output().stdout.clone()).unwrap()
+        self.run(&["--collect"], code)
+    }
+
+    /// Run without an engine.
+    fn run(&self, options: &[&str], code: i32) -> String {
+        let out = self.path("engines");
+        said(rimbench().arg("run").arg(self.path("engines.toml")).arg("--out").arg(out).args(options), code)
     }
 
     fn assert_as_whole(&self) {
@@ -99,14 +100,10 @@ const HQ: &str = "for word; do case $word in --array=1-*) count=${word#--array=1
     while [ \"$1\" != -- ]; do shift; done; shift\n\
     while [ \"$count\" -gt 0 ]; do HQ_TASK_ID=$count \"$@\"; count=$((count - 1)); done";
 
-/// The deterministic files of a results folder.
 fn results(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let traces = std::fs::read_dir(folder.join("traces")).unwrap().map(|entry| entry.unwrap().path());
     let tables = ["runs.csv", "parameters.csv", "reference.csv"].map(|name| folder.join(name));
-    let mut files: Vec<PathBuf> = traces.chain(tables).collect();
-    files.sort();
-    let name = |path: &Path| path.strip_prefix(folder).unwrap().to_owned();
-    files.into_iter().map(|path| (name(&path), std::fs::read(&path).unwrap())).collect()
+    let all = files(&folder.join("traces")).into_iter().chain(tables);
+    all.map(|path| (path.strip_prefix(folder).unwrap().to_owned(), std::fs::read(&path).unwrap())).collect()
 }
 
 const HEAD: &str =
@@ -227,10 +224,9 @@ fn what_cannot_be_submitted_is_one_error() {
     let refused = |file: &Path, options: &[&str]| {
         let mut command = rimbench();
         command.env("PATH", &path).arg("run").arg(file).args(options).arg("--out").arg(place.path("out"));
-        let output = command.assert().code(2).get_output().clone();
-        assert!(output.stdout.is_empty() || !options.contains(&"--dry-run"));
+        let message = said(&mut command, 2);
         assert!(!place.path("out").exists(), "{options:?}: something was written");
-        String::from_utf8(output.stderr).unwrap()
+        message
     };
     let file = place.path("engines.toml");
     for (file, options, wanted) in [
@@ -246,20 +242,14 @@ fn what_cannot_be_submitted_is_one_error() {
         (&timed, &["--engine", "slurm", "--dry-run", "--cpus", "4"], "--cpus must be 1"),
         (&place.path("none.toml"), &["--engine", "slurm"], "none.toml: cannot be read"),
     ] {
-        let message = refused(file, options);
-        assert!(message.contains(wanted), "{options:?}: {message}");
+        assert_has(&refused(file, options), &[wanted]);
     }
 }
 
 #[test]
 fn shards_are_counted_as_the_engine_counts_them() {
     let place = Workplace::new();
-    let run = |options: &[&str], code: i32| {
-        let mut command = rimbench();
-        command.arg("run").arg(place.path("engines.toml")).arg("--out").arg(place.path("engines")).args(options);
-        let output = command.assert().code(code).get_output().clone();
-        String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap()
-    };
+    let run = |options: &[&str], code: i32| place.run(options, code);
     for (text, first) in [("2/2", "0"), ("0/2", "1"), ("0/0", "0"), ("18446744073709551615/2", "1"), ("1", "1")] {
         let said = run(&["--shard", text, "--first-shard", first], 2);
         assert!(said.contains(&format!("i/n with {first} ≤ i")), "{said}");

@@ -1,5 +1,6 @@
 //! The examples run as a user would run them, on a shipped experiment, into an empty folder.
 
+use crate::program::{printed, root};
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};
 
@@ -23,17 +24,10 @@ fn example(name: &str) -> PathBuf {
 fn run(name: &str, experiment: &Path) -> String {
     let results = tempfile::tempdir().unwrap();
     let [group, file] = [experiment.parent().unwrap(), experiment].map(|path| path.file_stem().unwrap());
-    let output = Command::new(example(name))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .arg(results.path())
-        .arg(experiment)
-        .assert()
-        .success()
-        .get_output()
-        .stdout
-        .clone();
+    let mut command = Command::new(example(name));
+    let printed = printed(command.current_dir(root()).arg(results.path()).arg(experiment));
     assert!(results.path().join(group).join(file).join("runs.csv").is_file());
-    String::from_utf8(output).unwrap()
+    printed
 }
 
 /// Completed and planned runs of the first line that names both.
@@ -59,11 +53,11 @@ fn a_scheme_of_ones_own_stands_beside_the_built_in_ones() {
 
 #[test]
 fn a_case_of_ones_own_is_run_by_every_scheme_of_an_experiment() {
-    // The first second of ten is enough.
+    // The first tenths of ten seconds are enough.
     let folder = tempfile::tempdir().unwrap();
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/published/oscillator.toml");
+    let shipped = root().join("experiments/published/oscillator.toml");
     let short = folder.path().join("oscillator.toml");
-    std::fs::write(&short, format!("duration_s = 1.0\n{}", std::fs::read_to_string(shipped).unwrap())).unwrap();
+    std::fs::write(&short, format!("duration_s = 0.3\n{}", std::fs::read_to_string(shipped).unwrap())).unwrap();
     let table = run("custom_case", &short);
     let (done, runs) = completed(&table, "light-on-heavy", "zero-order-hold");
     assert!(done > 0 && runs == 2, "{table}");

@@ -1,12 +1,12 @@
 //! FMUs that the program writes come back as cases with the same digits, and everything that can be wrong with a case of FMUs is said in
 //! one line.
 
-use crate::program::rimbench;
+use crate::program::{assert_has, call, json, printed, refused, rimbench, rows_of};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Cursor, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{ZipArchive, ZipWriter};
 
@@ -109,8 +109,7 @@ fn friction_and_kinks_of_an_interface_model_come_through_the_fmu_to_the_bit() {
     fs::write(&file, case_file(CARRIAGE, &head)).unwrap();
     let mut command = rimbench();
     command.args(["simulate", "--scheme", "rim-nonsmooth", "--friction-law", "box", "--case"]).arg(&file);
-    let refused = String::from_utf8(command.assert().code(2).get_output().stderr.clone()).unwrap();
-    assert!(refused.contains("friction_law = box: mechanics: what friction an FMU has is its own"), "{refused}");
+    assert_has(&refused(&mut command), &["friction_law = box: mechanics: what friction an FMU has is its own"]);
 }
 
 #[test]
@@ -128,10 +127,8 @@ fn an_fmu_that_refuses_a_step_is_quoted_with_its_file() {
     let text = case_file(CYLINDER, "duration_s = 0.3\nmacro_step_s = 5e-3\nmicro_step_s = 5e-4");
     let short = "fmu = \"actuator.fmu\"\nstart = { cylinder_length_m = 0.01 }";
     fs::write(&file, text.replacen("fmu = \"actuator.fmu\"", short, 1)).unwrap();
-    let message = refusal(&file);
-    for word in ["of-fmus has no reference", "actuator.fmu: DoStep returned Error", "is outside the model's range"] {
-        assert!(message.contains(word), "{message}");
-    }
+    let wanted = ["of-fmus has no reference", "actuator.fmu: DoStep returned Error", "is outside the model's range"];
+    assert_has(&refusal(&file), &wanted);
 }
 
 #[test]
@@ -140,35 +137,26 @@ fn a_case_of_fmus_is_in_lists_and_experiments_by_its_name() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let head =
         "duration_s = 0.1\nmacro_step_s = 1e-3\n[parameters.weight]\ndefault = 1.0\nmechanics = \"ball_mass_kg\"";
-    let mass = rimbench().args(["list", "parameters", "--case", "bouncing-ball"]).output().unwrap().stdout;
-    let mass = String::from_utf8(mass).unwrap();
-    let mass = mass.split_whitespace().find(|word| word.ends_with("mass_kg")).unwrap().to_owned();
-    fs::write(path("case.toml"), case_file(CARRIAGE, &head.replace("ball_mass_kg", &mass))).unwrap();
+    let mass = printed(rimbench().args(["list", "parameters", "--case", "bouncing-ball"]));
+    let mass = mass.split_whitespace().find(|word| word.ends_with("mass_kg")).unwrap();
+    fs::write(path("case.toml"), case_file(CARRIAGE, &head.replace("ball_mass_kg", mass))).unwrap();
     fs::write(
         path("sweep.toml"),
         "question = \"?\"\nmacro_steps_s = [1e-3]\n[[cases]]\nname = \"of-fmus\"\nset = { weight = 2.5 }\n[[schemes]]\n\
          scheme = \"zero-order-hold\"\n[[schemes]]\nscheme = \"rim-nonsmooth\"\n",
     )
     .unwrap();
-    rimbench()
-        .args(["--case-file", &path("case.toml"), "run", &path("sweep.toml"), "--out", &path("results")])
-        .assert()
-        .success();
-    let mut runs = csv::Reader::from_path(folder.path().join("results/runs.csv")).unwrap();
-    let rows: Vec<BTreeMap<String, String>> = runs.deserialize().map(Result::unwrap).collect();
+    let of_case = |more: &[&str]| printed(rimbench().args(["--case-file", &path("case.toml")]).args(more));
+    of_case(&["run", &path("sweep.toml"), "--out", &path("results")]);
+    let rows = rows_of(folder.path().join("results/runs.csv"));
     assert_eq!(rows.len(), 2);
     assert!(rows.iter().all(|row| row["outcome"] == "completed"), "{rows:?}");
     // A name that is taken is refused.
     let text = fs::read_to_string(path("case.toml")).unwrap();
     fs::write(path("taken.toml"), text.replace("of-fmus", "wedge-box")).unwrap();
-    let message = refusal(Path::new(&path("taken.toml")));
-    assert!(message.contains("wedge-box") && message.contains("not taken yet"), "{message}");
+    assert_has(&refusal(Path::new(&path("taken.toml"))), &["wedge-box", "not taken yet"]);
     // What the results belong to is among the parameters, so that another FMU's are not taken for them.
-    let listed = rimbench()
-        .args(["--case-file", &path("case.toml"), "list", "parameters", "--case", "of-fmus"])
-        .output()
-        .unwrap();
-    assert!(String::from_utf8(listed.stdout).unwrap().contains("fmu_digest"));
+    assert_has(&of_case(&["list", "parameters", "--case", "of-fmus"]), &["fmu_digest"]);
 }
 
 /// The files of an archive, changed and packed again.
@@ -187,12 +175,24 @@ pub fn repacked(from: &Path, to: &Path, change: impl Fn(&str, Vec<u8>) -> Option
     fs::write(to, out.finish().unwrap().into_inner()).unwrap();
 }
 
+/// A file of an FMU, its library replaced by something that is none.
+pub fn without_library(name: &str, bytes: Vec<u8>) -> Option<(String, Vec<u8>)> {
+    let bytes = if name.starts_with("binaries") { b"no library".to_vec() } else { bytes };
+    Some((name.to_owned(), bytes))
+}
+
+/// A file of an FMU, its description changed.
+fn redescribed(name: &str, bytes: Vec<u8>, change: impl Fn(String) -> String) -> Option<(String, Vec<u8>)> {
+    let described = name == "modelDescription.xml";
+    let bytes = if described { change(String::from_utf8(bytes).unwrap()).into_bytes() } else { bytes };
+    Some((name.to_owned(), bytes))
+}
+
 /// An advice on a case file, as JSON.
 fn advised(file: &Path) -> Value {
     let limits = ["--from", "2e-3", "--to", "2e-2", "--per-decade", "4", "--phases", "2", "--kept-aside", "2"];
     let mut command = rimbench();
-    command.args(["advise", "--error", "5%", "--format", "json", "--case"]).arg(file).args(limits);
-    serde_json::from_slice(&command.assert().success().get_output().stdout).unwrap()
+    json(command.args(["advise", "--error", "5%", "--format", "json", "--case"]).arg(file).args(limits))
 }
 
 /// What is advised, with its numbers again by the commands that are printed.
@@ -203,8 +203,7 @@ fn assert_advice_holds(advice: &Value) {
     let run = &best["kept_aside"][1];
     for command in [&run["command"], &best["limit_command"]] {
         let typed: Vec<&str> = command.as_str().unwrap().split(' ').skip(1).collect();
-        let output = rimbench().args(typed).args(["--format", "json"]).assert().success().get_output().stdout.clone();
-        let facts: Value = serde_json::from_slice(&output).unwrap();
+        let facts = json(rimbench().args(typed).args(["--format", "json"]));
         if command == &run["command"] {
             assert_eq!((&facts["run_id"], &facts["force_error_rms_of_peak"]), (&run["run_id"], &run["error"]));
         }
@@ -232,26 +231,21 @@ fn a_case_of_fmus_is_advised_on_with_derivatives_and_without() {
 
     // The same FMUs without a word of derivatives. As long as their states can be kept and set they are probed, and what needs
     // derivatives runs; where they cannot, it falls, each with the reason, and something else is advised.
-    let without = |state: bool| {
-        move |name: &str, bytes: Vec<u8>| {
-            if name != "modelDescription.xml" {
-                return Some((name.to_owned(), bytes));
-            }
-            let mut text = String::from_utf8(bytes).unwrap().replace(" providesDirectionalDerivatives=\"true\"", "");
-            assert!(text.contains(" canGetAndSetFMUState=\"true\""), "{text}");
-            if state {
-                text = text.replace(" canGetAndSetFMUState=\"true\"", " canGetAndSetFMUState=\"false\"");
-            }
-            let parts: Vec<&str> = text.split(" derivative=\"").collect();
-            let behind = |part: &&str| part.split_once('"').unwrap().1.to_owned();
-            let text = parts[0].to_owned() + &parts[1..].iter().map(behind).collect::<String>();
-            Some((name.to_owned(), text.into_bytes()))
+    let without = |text: String, state: bool| {
+        let mut text = text.replace(" providesDirectionalDerivatives=\"true\"", "");
+        assert!(text.contains(" canGetAndSetFMUState=\"true\""), "{text}");
+        if state {
+            text = text.replace(" canGetAndSetFMUState=\"true\"", " canGetAndSetFMUState=\"false\"");
         }
+        let parts: Vec<&str> = text.split(" derivative=\"").collect();
+        let behind = |part: &&str| part.split_once('"').unwrap().1.to_owned();
+        parts[0].to_owned() + &parts[1..].iter().map(behind).collect::<String>()
     };
     let [probed, plain] = [("probed", false), ("plain", true)].map(|(kind, state)| {
         for side in ["mechanics", "actuator"] {
             let path = |name: &str| folder.path().join(format!("{name}.fmu"));
-            repacked(&path(side), &path(&format!("{side}-{kind}")), without(state));
+            let change = |name: &str, bytes| redescribed(name, bytes, |text| without(text, state));
+            repacked(&path(side), &path(&format!("{side}-{kind}")), change);
         }
         let file = folder.path().join(format!("{kind}.toml"));
         fs::write(&file, text.replace(".fmu\"", &format!("-{kind}.fmu\""))).unwrap();
@@ -278,10 +272,8 @@ fn a_case_of_fmus_is_advised_on_with_derivatives_and_without() {
 fn refusal(case: &Path) -> String {
     let mut command = rimbench();
     command.args(["simulate", "--scheme", "zero-order-hold", "--case"]).arg(case);
-    let output = command.assert().code(2).get_output().clone();
-    assert!(output.stdout.is_empty());
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert!(message.starts_with("error: ") && message.trim_end().lines().count() == 1, "{message}");
+    let message = refused(&mut command);
+    assert!(message.trim_end().lines().count() == 1, "{message}");
     message
 }
 
@@ -290,137 +282,113 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
     let folder = exported("bouncing-ball", &[]);
     let place = |name: &str| folder.path().join(name);
     // Most of it is found before the library is loaded, which is large.
-    let light = |name: &str, bytes: Vec<u8>| {
-        let bytes = if name.starts_with("binaries") { b"no library".to_vec() } else { bytes };
-        Some((name.to_owned(), bytes))
-    };
     fs::rename(place("mechanics.fmu"), place("whole.fmu")).unwrap();
-    repacked(&place("whole.fmu"), &place("mechanics.fmu"), light);
-    repacked(&place("actuator.fmu"), &place("actuator.fmu"), light);
-    let head = "duration_s = 0.1\nmacro_step_s = 1e-3\nprocess = \"same\"";
-    let good = case_file(CARRIAGE, head);
+    repacked(&place("whole.fmu"), &place("mechanics.fmu"), without_library);
+    repacked(&place("actuator.fmu"), &place("actuator.fmu"), without_library);
+    let good = case_file(CARRIAGE, "duration_s = 0.1\nmacro_step_s = 1e-3\nprocess = \"same\"");
     let case = place("case.toml");
-    let refused = |text: &str| {
+    let assert_said = |text: &str, words: &[&str]| {
         fs::write(&case, text).unwrap();
-        refusal(&case)
+        assert_has(&refusal(&case), words);
     };
-    assert!(refusal(&place("none.toml")).contains("none.toml: cannot be read"));
+    assert_has(&refusal(&place("none.toml")), &["none.toml: cannot be read"]);
     for (text, words) in [
-        ("name = ".to_owned(), &["case.toml", "is no case of FMUs", "line 1"] as &[&str]),
-        (good.replacen("fmu = \"mechanics.fmu\"", "command = [\"x\"]", 1), &["case.toml", "a side can be an FMU"]),
-        ("name = \"x\"\nlike = \"wedge-box\"".to_owned(), &["case.toml", "a class in Python"]),
-        (good.replace("of-fmus", "Of FMUs"), &["case.toml", "kebab-case"]),
-        (good.replace("duration_s = 0.1", "duration_s = -1"), &["case.toml", "duration_s = -1"]),
-        (good.replace("duration_s", "duraton_s"), &["case.toml", "duraton_s"]),
-        (good.replacen("mechanics.fmu", "mechanic.fmu", 1), &["mechanic.fmu", "cannot be read"]),
-        (good.replacen("mechanics.fmu", "case.toml", 1), &["case.toml", "no zip archive"]),
+        ("name = ", &["is no case of FMUs", "line 1"] as &[&str]),
+        ("name = \"x\"\nlike = \"wedge-box\"", &["a class in Python"]),
+        (good.split("[[interface]]").next().unwrap(), &["interface"]),
         (
-            good.replacen("position = \"interface_position_m\"", "position = \"interface_positon_m\"", 1),
+            &format!("{good}\n[parameters.fmu_digest]\ndefault = 1.0\nmechanics = \"ball_mass_kg\""),
+            &["[parameters.fmu_digest]", "is taken"],
+        ),
+    ] {
+        assert_said(text, &[words, &["case.toml"]].concat());
+    }
+    // The good one with one piece replaced.
+    let (duration, force) = ("duration_s = 0.1", "force = \"actuator_force_n\"");
+    let (mechanics, position) = ("fmu = \"mechanics.fmu\"", "position = \"interface_position_m\"");
+    for (piece, by, words) in [
+        (mechanics, "command = [\"x\"]", &["case.toml", "a side can be an FMU"] as &[&str]),
+        ("of-fmus", "Of FMUs", &["case.toml", "kebab-case"]),
+        (duration, "duration_s = -1", &["case.toml", "duration_s = -1"]),
+        ("duration_s", "duraton_s", &["case.toml", "duraton_s"]),
+        (duration, "duration_s = 0.1\nmicro_step_s = 1", &["case.toml", "micro_step_s = 1 "]),
+        (duration, "duration_s = 0.1\nanswer_within_s = 1e-12", &["case.toml", "answer_within_s", "at least 0.001 s"]),
+        ("mechanics.fmu", "mechanic.fmu", &["mechanic.fmu", "cannot be read"]),
+        ("mechanics.fmu", "case.toml", &["case.toml", "no zip archive"]),
+        (
+            position,
+            "position = \"interface_positon_m\"",
             &["mechanics.fmu", "unknown variable `interface_positon_m`", "did you mean `interface_position_m`"],
         ),
         (
-            good.replacen("position = \"interface_position_m\"", "position = \"actuator_force_n\"", 1),
+            position,
+            "position = \"actuator_force_n\"",
             &["mechanics.fmu", "`actuator_force_n` is of causality input", "must be output"],
         ),
         (
-            good.replacen("position = \"interface_position_m\"", "position = \"interface_velocity_m_s\"", 1),
+            position,
+            "position = \"interface_velocity_m_s\"",
             &["mechanics.fmu", "`interface_velocity_m_s` is in `m/s`", "no unit like m"],
         ),
+        (position, "position = \"rim.a\"", &["mechanics.fmu", "`rim.a` is not one number"]),
         (
-            good.replacen("position = \"interface_position_m\"", "position = \"rim.a\"", 1),
-            &["mechanics.fmu", "`rim.a` is not one number"],
-        ),
-        (
-            good.replacen("fmu = \"mechanics.fmu\"", "fmu = \"mechanics.fmu\"\nstart = { serialisable = 1 }", 1),
+            mechanics,
+            "fmu = \"mechanics.fmu\"\nstart = { serialisable = 1 }",
             &["mechanics.fmu", "`serialisable`", "valid: true or false"],
         ),
+        (mechanics, "fmu = \"mechanics.fmu\"\nobserve = [\"time_s\"]", &["mechanics.fmu", "unknown variable `time_s`"]),
         (
-            good.replacen("fmu = \"mechanics.fmu\"", "fmu = \"mechanics.fmu\"\nobserve = [\"time_s\"]", 1),
-            &["mechanics.fmu", "unknown variable `time_s`"],
-        ),
-        (
-            good.replacen("fmu = \"mechanics.fmu\"", "fmu = \"mechanics.fmu\"\ndirect_feedthrough = true", 1).replacen(
-                "fmu = \"actuator.fmu\"",
-                "fmu = \"actuator.fmu\"\ndirect_feedthrough = true",
-                1,
-            ),
-            &["case.toml", "algebraic loop", "direct_feedthrough = false"],
-        ),
-        (good.replace("duration_s = 0.1", "duration_s = 0.1\nmicro_step_s = 1"), &["case.toml", "micro_step_s = 1 "]),
-        (
-            good.replace("duration_s = 0.1", "duration_s = 0.1\nanswer_within_s = 1e-12"),
-            &["case.toml", "answer_within_s", "at least 0.001 s"],
-        ),
-        (
-            good.replacen(
-                "force = \"actuator_force_n\"",
-                "force = { variable = \"actuator_force_n\", factor = 1.0, offset = 3.0 }",
-                1,
-            ),
+            force,
+            "force = { variable = \"actuator_force_n\", factor = 1.0, offset = 3.0 }",
             &["case.toml", "{ variable = \"…\", factor = … }"],
         ),
-        (
-            format!("{good}\n[parameters.fmu_digest]\ndefault = 1.0\nmechanics = \"ball_mass_kg\""),
-            &["case.toml", "[parameters.fmu_digest]", "is taken"],
-        ),
-        (good.split("[[interface]]").next().unwrap().to_owned(), &["case.toml", "interface"]),
     ] {
-        let message = refused(&text);
-        assert!(words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
+        assert_said(&good.replacen(piece, by, 1), words);
     }
+    let looped = good.replace(".fmu\"", ".fmu\"\ndirect_feedthrough = true");
+    assert_said(&looped, &["case.toml", "algebraic loop", "direct_feedthrough = false"]);
     // FMUs that are not what they seem.
     let odd = place("odd.fmu");
     let with_odd = good.replacen("mechanics.fmu", "odd.fmu", 1);
-    let described = |from: &'static str, to: &'static str| {
-        move |name: &str, bytes: Vec<u8>| {
-            if name != "modelDescription.xml" {
-                return Some((name.to_owned(), bytes));
-            }
-            let text = String::from_utf8(bytes).unwrap();
-            assert!(text.contains(from));
-            Some((name.to_owned(), text.replacen(from, to, 1).into_bytes()))
-        }
+    let assert_odd = |from: &str, change: &dyn Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>, words: &[&str]| {
+        repacked(&place(from), &odd, change);
+        assert_said(&with_odd, &[words, &["odd.fmu"]].concat());
     };
-    type Change = Box<dyn Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>>;
-    let changes: [(Change, &[&str]); 9] = [
+    // Only an instance needs the library itself.
+    let token = "instantiationToken=\"";
+    for (fmu, from, to, words) in [
         (
-            Box::new(|name, bytes| (name != "modelDescription.xml").then(|| (name.to_owned(), bytes))),
-            &["modelDescription.xml cannot be read"],
+            "mechanics.fmu",
+            "<CoSimulation",
+            "<Cosimulation",
+            &["modelDescription.xml", "not for co-simulation"] as &[&str],
         ),
-        (Box::new(described("<CoSimulation", "<Cosimulation")), &["modelDescription.xml", "not for co-simulation"]),
-        (Box::new(described("fmiVersion=\"3.0\"", "fmiVersion=\"1.0\"")), &["fmiVersion = 1.0", "2.0, 3.0"]),
-        (Box::new(described("<ModelVariables>", "<ModelVariables")), &["modelDescription.xml"]),
+        ("mechanics.fmu", "fmiVersion=\"3.0\"", "fmiVersion=\"1.0\"", &["fmiVersion = 1.0", "2.0, 3.0"]),
+        ("mechanics.fmu", "<ModelVariables>", "<ModelVariables", &["modelDescription.xml"]),
         (
-            Box::new(described("<CoSimulation", "<CoSimulation canBeInstantiatedOnlyOncePerProcess=\"true\"")),
+            "mechanics.fmu",
+            "<CoSimulation",
+            "<CoSimulation canBeInstantiatedOnlyOncePerProcess=\"true\"",
             &["may be in a process only once", "valid: process = \"own\""],
         ),
-        (Box::new(described("instantiationToken=\"", "instantiationToken=\"0")), &["no instance can be made", "token"]),
-        (
-            Box::new(|name, bytes| {
-                let name = if name.starts_with("binaries") { "binaries/m68k-amiga/rimbench_fmi.so" } else { name };
-                Some((name.to_owned(), bytes))
-            }),
-            &["has no library `rimbench_fmi` for this platform", "m68k-amiga"],
-        ),
-        (
-            Box::new(|name, bytes| {
-                let bytes = if name.starts_with("binaries") { b"no library".to_vec() } else { bytes };
-                Some((name.to_owned(), bytes))
-            }),
-            &["its library cannot be loaded"],
-        ),
-        (
-            Box::new(|name, bytes| (name != "resources/rimbench.json").then(|| (name.to_owned(), bytes))),
-            &["no instance can be made", "rimbench.json: cannot be read"],
-        ),
-    ];
-    for (change, words) in changes {
-        // Only an instance needs the library itself.
-        let from = if words[0].starts_with("no instance") { "whole.fmu" } else { "mechanics.fmu" };
-        repacked(&place(from), &odd, change);
-        let message = refused(&with_odd);
-        assert!(words.iter().chain(&["odd.fmu"]).all(|word| message.contains(word)), "{words:?}: {message}");
+        ("whole.fmu", token, &format!("{token}0"), &["no instance can be made", "token"]),
+    ] {
+        let described = |text: String| {
+            assert!(text.contains(from));
+            text.replacen(from, to, 1)
+        };
+        assert_odd(fmu, &|name, bytes| redescribed(name, bytes, described), words);
     }
+    let lacks = |lost: &'static str| move |name: &str, bytes| (name != lost).then(|| (name.to_owned(), bytes));
+    assert_odd("mechanics.fmu", &lacks("modelDescription.xml"), &["modelDescription.xml cannot be read"]);
+    let words = ["no instance can be made", "rimbench.json: cannot be read"];
+    assert_odd("whole.fmu", &lacks("resources/rimbench.json"), &words);
+    assert_odd("mechanics.fmu", &without_library, &["its library cannot be loaded"]);
+    let elsewhere = |name: &str, bytes| {
+        let name = if name.starts_with("binaries") { "binaries/m68k-amiga/rimbench_fmi.so" } else { name };
+        Some((name.to_owned(), bytes))
+    };
+    assert_odd("mechanics.fmu", &elsewhere, &["has no library `rimbench_fmi` for this platform", "m68k-amiga"]);
 }
 
 #[test]
@@ -430,31 +398,24 @@ fn an_export_that_cannot_be_is_refused_and_writes_nothing() {
     fs::write(&text, "no library").unwrap();
     let out = folder.path().join("out.fmu");
     let [out, text] = [&out, &text].map(|path| path.to_str().unwrap());
-    let beyond: PathBuf = folder.path().join("no/such/out.fmu");
-    for (arguments, wanted) in [
-        (vec!["--case", "wedge-bax", "--out", out], "did you mean `wedge-box`"),
-        (vec!["--case", "wedge-box", "--set", "box_mass_kg=-1", "--out", out], "box_mass_kg = -1 is not valid"),
-        (vec!["--case", "wedge-box", "--out", text], "ends in .fmu"),
-        (vec!["--case", "wedge-box", "--out", beyond.to_str().unwrap()], "there is no folder"),
-        (vec!["--case", "wedge-box", "--library", text, "--out", out], "cargo build --release --package rimbench-fmi"),
-        (vec!["--case", "wedge-box", "--library", "none", "--out", out], "none: is not there"),
-    ] {
-        let output =
-            rimbench().args(["fmu", "--side", "mechanics"]).args(&arguments).assert().code(2).get_output().clone();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(message.contains(wanted) && message.trim_end().lines().count() == 1, "{arguments:?}: {message}");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{arguments:?}");
-    }
+    let beyond = folder.path().join("no/such/out.fmu");
+    let assert_refused = |line: &str, wanted: &str| {
+        let message = refused(rimbench().args(["fmu", "--side", "mechanics", "--case"]).args(line.split_whitespace()));
+        assert!(message.contains(wanted) && message.trim_end().lines().count() == 1, "{line}: {message}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{line}");
+    };
+    assert_refused(&format!("wedge-bax --out {out}"), "did you mean `wedge-box`");
+    assert_refused(&format!("wedge-box --set box_mass_kg=-1 --out {out}"), "box_mass_kg = -1 is not valid");
+    assert_refused(&format!("wedge-box --out {text}"), "ends in .fmu");
+    assert_refused(&format!("wedge-box --out {}", beyond.display()), "there is no folder");
+    let library = "cargo build --release --package rimbench-fmi";
+    assert_refused(&format!("wedge-box --library {text} --out {out}"), library);
+    assert_refused(&format!("wedge-box --library none --out {out}"), "none: is not there");
 }
 
 #[test]
 fn a_scheme_that_is_a_program_is_refused_with_the_way_to_go() {
-    for words in [
-        &["simulate", "--case", "wedge-box", "--scheme", "mine.toml"][..],
-        &["--scheme-file", "mine.toml", "list", "schemes"],
-    ] {
-        let output = rimbench().args(words).assert().code(2).get_output().clone();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(said.contains("mine.toml") && said.contains("a scheme a class in Python"), "{said}");
+    for line in ["simulate --case wedge-box --scheme mine.toml", "--scheme-file mine.toml list schemes"] {
+        assert_has(&refused(&mut call(line)), &["mine.toml", "a scheme a class in Python"]);
     }
 }

@@ -1,7 +1,7 @@
 //! FMUs that somebody else wrote, in C: what they offer is used, what they do not is said, and what goes wrong with them costs one run.
 #![cfg(target_os = "linux")]
 
-use crate::program::{process, rimbench};
+use crate::program::{assert_has, process, rimbench, said};
 use serde_json::Value;
 use std::fs;
 use std::io::Write;
@@ -48,17 +48,11 @@ fn description(token: &str, offers: Offers) -> String {
             let extents: String = extents.iter().map(|extent| format!("<Dimension start=\"{extent}\"/>")).collect();
             format!("<Float64 name=\"{name}\" valueReference=\"{reference}\" causality=\"output\">{extents}</Float64>")
         };
+        #[rustfmt::skip]
         let parts: [(&str, &[usize]); 10] = [
-            ("rim.H", &[2, 2]),
-            ("rim.a", &[2]),
-            ("rim.w", &[2]),
-            ("rim.position", &[1]),
-            ("rim.gap", &[1]),
-            ("rim.own_approach", &[1]),
-            ("rim.stabilisation", &[]),
-            ("rim.restitution", &[]),
-            ("rim.contact_stiffness", &[]),
-            ("rim.contact_damping", &[]),
+            ("rim.H", &[2, 2]), ("rim.a", &[2]), ("rim.w", &[2]), ("rim.position", &[1]), ("rim.gap", &[1]),
+            ("rim.own_approach", &[1]), ("rim.stabilisation", &[]), ("rim.restitution", &[]),
+            ("rim.contact_stiffness", &[]), ("rim.contact_damping", &[]),
         ];
         for ((name, extents), reference) in parts.into_iter().zip(6..) {
             variables += &array(name, reference, extents);
@@ -121,14 +115,9 @@ fn case(folder: &Path, mass: Offers, spring: Offers, more: &str, of_mass: &str) 
 fn run(file: &str, arguments: &[&str]) -> (Value, String, String) {
     let folder = tempfile::tempdir().unwrap();
     let trace = folder.path().join("trace.csv");
-    let output = rimbench()
-        .args(["simulate", "--format", "json", "--case", file, "--trace"])
-        .arg(&trace)
-        .args(arguments)
-        .assert()
-        .success()
-        .get_output()
-        .clone();
+    let mut command = rimbench();
+    command.args(["simulate", "--format", "json", "--case", file, "--trace"]).arg(&trace).args(arguments);
+    let output = command.assert().success().get_output().clone();
     let shown = String::from_utf8(output.stderr).unwrap();
     (serde_json::from_slice(&output.stdout).unwrap(), fs::read_to_string(trace).unwrap(), shown)
 }
@@ -229,19 +218,12 @@ fn an_fmu_that_hangs_or_crashes_costs_one_run_and_what_it_printed_is_shown_only(
         let text = fs::read_to_string(&file).unwrap();
         fs::write(&file, format!("{text}[parameters.fault]\ndefault = 0.0\nmechanics = \"fault\"\n")).unwrap();
         let began = Instant::now();
-        let output = rimbench()
-            .args(["simulate", "--format", "json", "--case", &file, "--scheme", "zero-order-hold", "--set"])
-            .arg(format!("fault={fault}"))
-            .output()
-            .unwrap();
-        assert!(began.elapsed() < Duration::from_secs(60));
-        let shown = String::from_utf8(output.stderr).unwrap();
+        let mut command = rimbench();
+        command.args(["simulate", "--format", "json", "--case", &file, "--scheme", "zero-order-hold", "--set"]);
         // The reference of that parameter meets it first: an error of the command, with the same words.
-        assert_eq!(output.status.code(), Some(2), "{shown}");
-        assert!(
-            shown.contains(words) && shown.contains("mass.fmu` printed:\n  /home/somebody/model.c: fault"),
-            "{shown}"
-        );
+        let shown = said(command.arg(format!("fault={fault}")), 2);
+        assert!(began.elapsed() < Duration::from_secs(60));
+        assert_has(&shown, &[words, "mass.fmu` printed:\n  /home/somebody/model.c: fault"]);
         let error = shown.lines().find(|line| line.starts_with("error: ")).unwrap();
         assert!(error.contains("mass.fmu") && !error.contains("somebody"), "{error}");
     }

@@ -1,6 +1,7 @@
 //! Ctrl-C during an experiment: it is answered at once, and twice ends what would go on for hours; SIGTERM does at once.
 #![cfg(unix)]
 
+use crate::fmi::{CARRIAGE, case_file};
 use crate::program::process;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
@@ -40,12 +41,7 @@ fn ctrl_c_in_a_terminal_does_not_end_the_processes_of_fmus() {
             .output();
         assert!(made.unwrap().status.success());
     }
-    let ends =
-        "position = \"interface_position_m\"\nvelocity = \"interface_velocity_m_s\"\nforce = \"actuator_force_n\"\n";
-    let case = format!(
-        "name = \"of-fmus\"\nduration_s = 1.0\nmacro_step_s = 5e-3\nmicro_step_s = 5e-3\n[mechanics]\nfmu = \"mechanics.fmu\"\n[actuator]\n\
-         fmu = \"actuator.fmu\"\n[[interface]]\n[interface.mechanics]\n{ends}[interface.actuator]\n{ends}"
-    );
+    let case = case_file(CARRIAGE, "duration_s = 1.0\nmacro_step_s = 5e-3\nmicro_step_s = 5e-3");
     std::fs::write(folder.path().join("case.toml"), case).unwrap();
     std::fs::write(folder.path().join("endless.toml"), ENDLESS.replace("linear-oscillator", "of-fmus")).unwrap();
     let child = process()
@@ -64,7 +60,7 @@ fn ctrl_c_in_a_terminal_does_not_end_the_processes_of_fmus() {
     };
     // What reads the file, or computes the reference, is gone sooner.
     let (mut seen, mut since) = (workers(), std::time::Instant::now());
-    while seen.len() < 2 || since.elapsed().as_secs() < 5 {
+    while seen.len() < 2 || since.elapsed().as_secs() < 3 {
         std::thread::sleep(std::time::Duration::from_millis(20));
         assert!(child.0.try_wait().unwrap().is_none(), "it has ended by itself");
         let now = workers();

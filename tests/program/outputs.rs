@@ -1,9 +1,7 @@
 //! Every output goes through one function, which replaces regular files only.
 
-use crate::program::rimbench;
+use crate::program::{call, printed, rimbench, root, said};
 use crate::support::sources;
-use assert_cmd::Command;
-use std::path::Path;
 
 /// What makes, replaces or removes a file, with the files of the program that may: outputs are written in one place; the store
 /// appends to logs of its own names; what is copied beside a checkout of a revision lies in a temporary folder.
@@ -20,7 +18,7 @@ const MAKERS: [(&str, &[&str]); 7] = [
 
 #[test]
 fn no_file_is_written_but_by_the_function_that_spares_devices_pipes_and_links() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let mut seen = 0;
     let mut faults = Vec::new();
     for (path, text) in sources(&root.join("src")).into_iter().chain(sources(&root.join("crates"))) {
@@ -45,7 +43,7 @@ fn no_file_is_written_but_by_the_function_that_spares_devices_pipes_and_links() 
 /// The path of the folder that the program was built in is no part of what it does.
 #[test]
 fn no_file_of_the_program_looks_for_the_folder_it_was_built_in() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let all = sources(&root.join("src")).into_iter().chain(sources(&root.join("crates")));
     let faults: Vec<_> = all
         .filter(|(path, text)| !path.ends_with("build.rs") && text.contains("CARGO_MANIFEST_DIR"))
@@ -54,50 +52,14 @@ fn no_file_of_the_program_looks_for_the_folder_it_was_built_in() {
     assert!(faults.is_empty(), "{faults:?}");
 }
 
-fn simulate(trace: &Path) -> Command {
-    let mut command = rimbench();
-    command.args(["simulate", "--case", "linear-oscillator", "--scheme", "zero-order-hold", "--duration", "0.1"]);
-    command.arg("--trace").arg(trace);
-    command
-}
-
+/// The standard output by its name: first the trace, then what is printed. (Pipes and links are followed in `atomic_file`.)
 #[cfg(unix)]
 #[test]
-fn a_trace_goes_through_a_pipe_and_a_link_and_leaves_them_as_they_are() {
-    use std::os::unix::fs::{FileTypeExt, symlink};
-    let folder = tempfile::tempdir().unwrap();
-    let [pipe, link, file] = ["pipe", "link", "trace.csv"].map(|name| folder.path().join(name));
-    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    let reader = std::thread::spawn({
-        let pipe = pipe.clone();
-        move || std::fs::read_to_string(pipe).unwrap()
-    });
-    simulate(&pipe).assert().success();
-    assert!(std::fs::symlink_metadata(&pipe).unwrap().file_type().is_fifo(), "the pipe was replaced by a file");
-    let through = reader.join().unwrap();
-    assert!(through.starts_with("time_s,"), "{through}");
-    symlink(&file, &link).unwrap();
-    simulate(&link).assert().success();
-    assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink(), "the link was replaced by a file");
-    assert_eq!(std::fs::read_to_string(&file).unwrap(), through);
-    // The standard output by its name: first the trace, then what is printed.
+fn a_trace_goes_to_the_standard_output_where_that_is_named() {
     for name in ["/dev/stdout", "/dev/fd/1"] {
-        let output = simulate(Path::new(name)).assert().success().get_output().stdout.clone();
-        let text = String::from_utf8(output).unwrap();
+        let line = "simulate --case linear-oscillator --scheme zero-order-hold --duration 0.1 --trace";
+        let text = printed(&mut call(&format!("{line} {name}")));
         assert!(text.starts_with("time_s,") && text.contains("metric"), "{name}: {text}");
-    }
-}
-
-#[test]
-fn a_trace_that_cannot_be_written_is_found_before_anything_is_computed() {
-    let folder = tempfile::tempdir().unwrap();
-    for (path, wanted) in [
-        (folder.path().to_owned(), "is a folder; the name of a file is needed"),
-        (folder.path().join("no/such/trace.csv"), "there is no folder"),
-    ] {
-        let output = simulate(&path).assert().code(2).get_output().clone();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(message.contains(wanted) && output.stdout.is_empty(), "{message}");
     }
 }
 
@@ -123,9 +85,7 @@ fn an_output_of_the_wrong_kind_is_refused_at_once_and_left_as_it_is() {
         &["reproduce", "--quick", "--out", file_name],
         &["solvers", "--out", file_name],
     ] {
-        let output = rimbench().current_dir(folder.path()).args(arguments).output().unwrap();
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        let message = said(rimbench().current_dir(folder.path()).args(arguments), 2);
         assert!(message.contains("error: ") && message.lines().count() <= 2, "{arguments:?}: {message}");
         assert_eq!(std::fs::read_to_string(&file).unwrap(), "precious", "{arguments:?}");
         let left: Vec<_> = std::fs::read_dir(&inner).unwrap().map(|entry| entry.unwrap().file_name()).collect();

@@ -1,7 +1,7 @@
 //! The technical report, as far as it can be checked without setting it: it types no number of a result, what it names exists, and every
 //! picture can be read aloud. What needs the typesetter is in `.ci/paper`.
 
-use crate::program::rimbench;
+use crate::program::{assert_has, rimbench, root, said, stand_in};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,13 +19,8 @@ const WITHOUT_DOI: [&str; 3] = ["raoofian", "raoofian2024", "moreau1988"];
 /// Groups of experiments, as their names begin.
 const GROUPS: [&str; 3] = ["paper/", "published/", "study/"];
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn read(path: &str) -> String {
-    let path = root().join(path);
-    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    crate::program::read(root().join(path))
 }
 
 /// A Typst source taken apart: what is left of it without comments, strings, raw text and formulas, whose places are blank there, and
@@ -224,10 +219,7 @@ fn what_the_report_names_exists() {
         let mut quoted = call.split('"').skip(1).step_by(2);
         let (experiment, id) = (quoted.next().unwrap(), quoted.next().unwrap());
         let svg = read(&format!("results/{experiment}/figures/{id}.svg"));
-        assert!(
-            svg.contains("font-family=\"sans-serif\""),
-            "{id}: the typeface that paper/layout.typ replaces is not there"
-        );
+        assert!(svg.contains("font-family=\"sans-serif\""), "{id}: no typeface for paper/layout.typ to replace");
         let own = call.split("#picture(").next().unwrap();
         let alternative = own.split("alt: \"").nth(1).and_then(|rest| rest.split('"').next()).unwrap_or_default();
         assert!(alternative.len() > 80, "{id}: no alternative text, or a short one: {alternative:?}");
@@ -277,50 +269,35 @@ fn every_reference_of_the_report_leads_somewhere() {
     }
 }
 
-/// Calls `rimbench report --pdf` with nothing to be found but what stands in a folder.
-fn paper(programs: &Path, out: &Path) -> std::process::Output {
-    rimbench().current_dir(root()).env("PATH", programs).args(["report", "--pdf", "--out"]).arg(out).output().unwrap()
+fn paper(programs: &Path, out: &Path, code: i32) -> String {
+    let mut command = rimbench();
+    command.current_dir(root()).env("PATH", programs).args(["report", "--pdf", "--out"]).arg(out);
+    said(&mut command, code)
 }
 
 #[test]
 fn without_the_typesetter_one_error_says_how_to_get_it() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("paper.pdf");
-    let output = paper(folder.path(), &out);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!((output.status.code(), said.lines().count(), out.exists()), (Some(2), 1, false), "{said}");
-    for needed in ["pip install typst", "python3 paper/build.py", "paper/paper.typ"] {
-        assert!(said.contains(needed), "{needed}: {said}");
-    }
-    let elsewhere = rimbench().current_dir(folder.path()).args(["report", "--pdf"]).output().unwrap();
-    let said = String::from_utf8(elsewhere.stderr).unwrap();
-    assert_eq!(elsewhere.status.code(), Some(2), "{said}");
-    assert!(said.contains("folder of the project"), "{said}");
+    let message = paper(folder.path(), &out, 2);
+    assert!(message.lines().count() == 1 && !out.exists(), "{message}");
+    assert_has(&message, &["pip install typst", "python3 paper/build.py", "paper/paper.typ"]);
+    let elsewhere = said(rimbench().current_dir(folder.path()).args(["report", "--pdf"]), 2);
+    assert_has(&elsewhere, &["folder of the project"]);
 }
 
 /// What stands in for the compiler here gets what it needs, and what it says is passed on.
 #[cfg(unix)]
 #[test]
 fn the_compiler_gets_the_source_the_typeface_and_the_standard() {
-    use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().unwrap();
     let (program, out) = (folder.path().join("typst"), folder.path().join("paper.pdf"));
-    let stand_in = |script: &str| {
-        fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
-        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
-    };
-    stand_in("for last; do :; done; echo \"$@\" >\"$last\"");
-    let output = paper(folder.path(), &out);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let told = fs::read_to_string(&out).unwrap();
-    for needed in
-        ["compile --root .", "--font-path crates/rimbench-figures/src/font", "--pdf-standard ua-1 paper/paper.typ"]
-    {
-        assert!(told.contains(needed), "{needed}: {told}");
-    }
-    stand_in("echo 'paper.typ: this sentence is no longer true' >&2; exit 1");
-    let output = paper(folder.path(), &out);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!((output.status.code(), said.contains("no longer true")), (Some(2), true), "{said}");
-    assert_eq!(fs::read_to_string(&out).unwrap(), told, "an older report is left as it was");
+    stand_in(&program, "for last; do :; done; echo \"$@\" >\"$last\"");
+    paper(folder.path(), &out, 0);
+    let told = crate::program::read(&out);
+    let typeface = "--font-path crates/rimbench-figures/src/font";
+    assert_has(&told, &["compile --root .", typeface, "--pdf-standard ua-1 paper/paper.typ"]);
+    stand_in(&program, "echo 'paper.typ: this sentence is no longer true' >&2; exit 1");
+    assert_has(&paper(folder.path(), &out, 2), &["no longer true"]);
+    assert_eq!(crate::program::read(&out), told, "an older report is left as it was");
 }

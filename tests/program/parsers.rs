@@ -4,8 +4,8 @@
 //! Texts that are valid are mangled: bytes flipped, pieces cut out, repeated, moved, replaced by what numbers and names stumble over, or by a
 //! piece of another kind of file. `PROPTEST_CASES` says how often (256 times each if not set).
 
-use crate::fmi::{CARRIAGE, case_file, repacked};
-use crate::program::{lines, rimbench};
+use crate::fmi::{CARRIAGE, case_file, repacked, without_library};
+use crate::program::{lines, rimbench, root};
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
@@ -25,40 +25,10 @@ use std::sync::LazyLock;
 static CATALOGUE: LazyLock<Catalogue> = LazyLock::new(|| everything().unwrap());
 
 /// What readers of numbers, names, tables and texts stumble over.
+#[rustfmt::skip]
 const TOKENS: [&str; 34] = [
-    "nan",
-    "-inf",
-    "inf",
-    "1e999",
-    "-0.0",
-    "5e-324",
-    "-1",
-    "0",
-    "18446744073709551616",
-    "0x7f",
-    "1_0",
-    "٣",
-    "é",
-    "\u{feff}",
-    "\0",
-    "\r\n",
-    "\n\n",
-    "\t",
-    "\"",
-    "\"\"\"",
-    "'",
-    "\\",
-    "[[",
-    "]]",
-    "{",
-    "}",
-    "= ",
-    ",",
-    ",,,",
-    "#",
-    "../",
-    "true",
-    "[1e-9, 1e9]",
+    "nan", "-inf", "inf", "1e999", "-0.0", "5e-324", "-1", "0", "18446744073709551616", "0x7f", "1_0", "٣", "é", "\u{feff}", "\0",
+    "\r\n", "\n\n", "\t", "\"", "\"\"\"", "'", "\\", "[[", "]]", "{", "}", "= ", ",", ",,,", "#", "../", "true", "[1e-9, 1e9]",
     "{ from = 1e-9, to = 1.0, per_decade = 99999999 }",
 ];
 
@@ -147,10 +117,6 @@ fn mangled(seed: &[u8], changes: &[Change]) -> Vec<u8> {
     bytes
 }
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
 /// The first bytes of a file of this project, whole lines.
 fn beginning(path: &str, bytes: usize) -> Vec<u8> {
     let all = std::fs::read(root().join(path)).unwrap();
@@ -192,10 +158,15 @@ fn seeds(kind: &str) -> Vec<&'static [u8]> {
     SEEDS.iter().filter(|seed| seed.0 == kind).map(|seed| seed.1.as_slice()).collect()
 }
 
-/// An error that says something, on a few lines.
-fn says(error: &Error) {
+/// An error, if it is one, says something, on a few lines.
+fn says<T>(read: Result<T, Error>) -> Option<T> {
+    let error = match read {
+        Ok(read) => return Some(read),
+        Err(error) => error,
+    };
     let said = error.to_string();
     assert!(said.len() > 8 && said.len() < 40_000, "says {} bytes: {}", said.len(), &said[..said.len().min(400)]);
+    None
 }
 
 fn file_with(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
@@ -232,10 +203,7 @@ static FMUS: LazyLock<(tempfile::TempDir, String)> = LazyLock::new(|| {
     for side in ["mechanics", "actuator"] {
         let whole = folder.path().join(format!("whole-{side}.fmu"));
         rimbench().args(["fmu", "--case", "bouncing-ball", "--side", side, "--out"]).arg(&whole).assert().success();
-        repacked(&whole, &folder.path().join(format!("{side}.fmu")), |name, bytes| {
-            let bytes = if name.starts_with("binaries") { b"no library".to_vec() } else { bytes };
-            Some((name.to_owned(), bytes))
-        });
+        repacked(&whole, &folder.path().join(format!("{side}.fmu")), without_library);
     }
     let head = "duration_s = 0.1\nmacro_step_s = 1e-3\nmicro_step_s = 1e-4\nanswer_within_s = 2.0\n";
     let text = case_file(CARRIAGE, head);
@@ -266,16 +234,11 @@ proptest! {
     fn any_experiment_is_a_plan_or_an_error(which in 0..3_usize, changes in changes()) {
         let text = mangled(seeds("experiment")[which], &changes);
         let Ok(text) = String::from_utf8(text) else { return Ok(()) };
-        match Experiment::parse(Path::new("e.toml"), text) {
-            Err(error) => says(&error),
-            Ok(experiment) => for quick in [false, true] {
-                match experiment.plan(&CATALOGUE, quick) {
-                    Err(error) => says(&error),
-                    Ok(planned) => for run in planned.iter().step_by(97) {
-                        prop_assert_eq!(run.id.len(), 16);
-                    },
-                }
-            },
+        let Some(experiment) = says(Experiment::parse(Path::new("e.toml"), text)) else { return Ok(()) };
+        for quick in [false, true] {
+            for run in says(experiment.plan(&CATALOGUE, quick)).iter().flatten().step_by(97) {
+                prop_assert_eq!(run.id.len(), 16);
+            }
         }
     }
 
@@ -283,19 +246,15 @@ proptest! {
     fn any_list_of_figures_is_one_or_an_error(changes in changes()) {
         let text = mangled(seeds("figures")[0], &changes);
         let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
-        if let Err(error) = FigureList::parse(Path::new("f.toml"), text) {
-            says(&error);
-        }
+        says(FigureList::parse(Path::new("f.toml"), text));
     }
 
     #[test]
     fn any_ranking_is_one_or_an_error(changes in changes()) {
         let text = mangled(seeds("ranking")[0], &changes);
         let Ok(text) = std::str::from_utf8(&text) else { return Ok(()) };
-        match Ranking::parse(Path::new("r.toml"), text) {
-            Err(error) => says(&error),
-            Ok(ranking) => prop_assert!(!ranking.experiments().is_empty()),
-        }
+        let ranking = says(Ranking::parse(Path::new("r.toml"), text));
+        prop_assert!(ranking.is_none_or(|ranking| !ranking.experiments().is_empty()));
     }
 
     #[test]
@@ -303,47 +262,36 @@ proptest! {
         // What a file names is started, and no word that came about by chance may be.
         let text = mangled(FMUS.1.as_bytes(), &changes);
         if !text.windows(7).any(|word| word == b"command") {
-            match case_of(&text) {
-                Err(error) => says(&error),
-                Ok(name) => prop_assert!(false, "`{name}` was read without a library"),
-            }
+            let read = says(case_of(&text));
+            prop_assert!(read.is_none(), "{read:?} was read without a library");
         }
     }
 
     #[test]
     fn any_table_history_and_list_of_checksums_is_one_or_an_error(changes in changes(), which in 0..2_usize) {
         let (_table, path) = file_with("runs.csv", &mangled(seeds("table")[which], &changes));
-        match ResultsTable::read(&path) {
-            Err(error) => says(&error),
-            Ok(table) => for name in ["run_id", "outcome", "nothing"] {
+        if let Some(table) = says(ResultsTable::read(&path)) {
+            for name in ["run_id", "outcome", "nothing"] {
                 let _ = table.column(name).map(|column| (0..table.len()).map(|row| table.number(row, column)).sum::<f64>());
-            },
+            }
         }
         let (_history, path) = file_with("history.csv", &mangled(seeds("history")[0], &changes));
-        if let Err(error) = History::read(&path) {
-            says(&error);
-        }
+        says(History::read(&path));
         let (folder, _) = file_with("SHA256SUMS", &mangled(seeds("checksums")[0], &changes));
-        match checksums::read(folder.path()) {
-            Err(error) => says(&error),
-            // No name leads out of the folder.
-            Ok(sums) => for name in sums.unwrap_or_default().keys() {
-                prop_assert!(!name.starts_with('/') && !name.split('/').any(|part| part == ".."), "{name}");
-            },
+        // No name leads out of the folder.
+        for name in says(checksums::read(folder.path())).flatten().unwrap_or_default().keys() {
+            prop_assert!(!name.starts_with('/') && !name.split('/').any(|part| part == ".."), "{name}");
         }
-        if let Err(error) = checksums::verify(folder.path()) {
-            says(&error);
-        }
+        says(checksums::verify(folder.path()));
     }
 
     #[test]
     fn any_log_of_a_store_is_records_or_an_error(changes in changes()) {
         let (folder, _) = file_with("records/1-1.log", &mangled(STORE.as_bytes(), &changes));
-        match Store::open(folder.path(), "e", "", Columns::of([["outcome"], ["wall_s"], ["run_id"]])) {
-            Err(error) => says(&error),
-            // A record without its checksum is as good as never written.
-            Ok(store) => prop_assert!(store.get("0123456789abcdef").is_none()),
-        }
+        // A record without its checksum is as good as never written.
+        let columns = Columns::of([["outcome"], ["wall_s"], ["run_id"]]);
+        let store = says(Store::open(folder.path(), "e", "", columns));
+        prop_assert!(store.is_none_or(|store| store.get("0123456789abcdef").is_none()));
     }
 
     /// With a checksum that fits: a file that somebody made up.
@@ -391,16 +339,11 @@ proptest! {
         for option in RunRequest::OPTIONS {
             let mut request = RunRequest::of("wedge-box", "rim-nonsmooth-gap");
             request.duration_s = Some(0.01);
-            let taken = request.put(option.key, &text).and_then(|()| request.resolve(&CATALOGUE).map(drop));
-            if let Err(error) = taken {
-                says(&error);
-            }
+            says(request.put(option.key, &text).and_then(|()| request.resolve(&CATALOGUE).map(drop)));
         }
         let case = &CATALOGUE.cases()[which % CATALOGUE.cases().len()];
         for parameter in &case.parameters {
-            if let Err(error) = case.default_parameters().set(&parameter.name, &text) {
-                says(&error);
-            }
+            says(case.default_parameters().set(&parameter.name, &text));
         }
     }
 }

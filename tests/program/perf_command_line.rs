@@ -1,6 +1,6 @@
 //! `rimbench perf` as a user meets it.
 
-use crate::program::rimbench;
+use crate::program::{assert_has, json, printed, read, refused, rimbench, root, said};
 use assert_cmd::Command;
 use std::fs;
 use std::path::Path;
@@ -11,38 +11,39 @@ fn perf(arguments: &[&str]) -> Command {
     command
 }
 
-/// Records one cheap benchmark without valgrind.
-fn record(history: &Path) -> std::process::Output {
+fn record(history: &Path) -> String {
     let mut command = perf(&["record", "--benchmark", "kernel/lcp-warm", "--rounds", "2"]);
-    command.args(["--valgrind", "/no/such/valgrind", "--history"]).arg(history);
-    command.assert().success().get_output().clone()
+    said(command.args(["--valgrind", "/no/such/valgrind", "--history"]).arg(history), 0)
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
+/// The one record of a history, changed cell by cell, so many times over, in a history of its own.
+fn changed(history: &Path, to: &Path, count: usize, cell_of: impl Fn(usize, &str, &str) -> String) {
+    let mut reader = csv::Reader::from_path(history).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let row = reader.records().next().unwrap().unwrap();
+    let mut writer = csv::Writer::from_path(to).unwrap();
+    writer.write_record(&header).unwrap();
+    for k in 0..count {
+        writer.write_record(header.iter().zip(&row).map(|(name, cell)| cell_of(k, name, cell))).unwrap();
+    }
+    writer.flush().unwrap();
 }
 
 #[test]
 fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_compared_and_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let history = folder.path().join("history.csv");
-    let output = record(&history);
-    assert!(text(&output.stderr).contains("note: /no/such/valgrind is not there"), "{}", text(&output.stderr));
+    assert_has(&record(&history), &["note: /no/such/valgrind is not there"]);
     record(&history);
 
-    let output =
-        perf(&["compare", "previous", "latest", "--format", "json", "--history"]).arg(&history).output().unwrap();
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let counters: Vec<_> =
-        told["findings"].as_array().unwrap().iter().filter(|one| one["quantity"] != "time").collect();
+    let told = json(perf(&["compare", "previous", "latest", "--format", "json", "--history"]).arg(&history));
+    let findings = told["findings"].as_array().unwrap();
+    let counters: Vec<_> = findings.iter().filter(|one| one["quantity"] != "time").collect();
     assert_eq!(counters.len(), 8);
     assert!(counters.iter().all(|counter| counter["verdict"] == "same"), "{told}");
-    assert!(text(told["notes"].to_string().as_bytes()).contains("recorded without valgrind"), "{told}");
-
-    let shown = perf(&["show", "--history"]).arg(&history).assert().success().get_output().clone();
-    let shown = text(&shown.stdout);
-    assert!(shown.contains("kernel/lcp-warm") && shown.contains("ns per micro step"), "{shown}");
-
+    assert_has(&told["notes"].to_string(), &["recorded without valgrind"]);
+    let shown = printed(perf(&["show", "--history"]).arg(&history));
+    assert_has(&shown, &["kernel/lcp-warm", "ns per micro step"]);
     perf(&["plot", "--history"]).arg(&history).assert().success();
     assert!(folder.path().join("history.svg").exists() && folder.path().join("history.png").exists());
 }
@@ -52,23 +53,13 @@ fn every_step_of_the_history_is_listed_with_the_revisions_it_lies_between() {
     let folder = tempfile::tempdir().unwrap();
     let (history, stepped) = (folder.path().join("history.csv"), folder.path().join("stepped.csv"));
     record(&history);
-    let mut reader = csv::Reader::from_path(&history).unwrap();
-    let header = reader.headers().unwrap().clone();
-    let row = reader.records().next().unwrap().unwrap();
-    let mut writer = csv::Writer::from_path(&stepped).unwrap();
-    writer.write_record(&header).unwrap();
-    for k in 0..12 {
-        let cells = header.iter().zip(&row).map(|(name, cell)| match name {
-            "record" => format!("{k:08}"),
-            "git_revision" => format!("{k:012}"),
-            "instructions" => if k < 7 { "1000000" } else { "1100000" }.to_owned(),
-            _ => cell.to_owned(),
-        });
-        writer.write_record(cells).unwrap();
-    }
-    writer.flush().unwrap();
-    let said = perf(&["steps", "--history"]).arg(&stepped).assert().success().get_output().clone();
-    let said = text(&said.stdout);
+    changed(&history, &stepped, 12, |k, name, cell| match name {
+        "record" => format!("{k:08}"),
+        "git_revision" => format!("{k:012}"),
+        "instructions" => if k < 7 { "1000000" } else { "1100000" }.to_owned(),
+        _ => cell.to_owned(),
+    });
+    let said = printed(perf(&["steps", "--history"]).arg(&stepped));
     let line = said.lines().find(|line| line.contains("instructions")).unwrap();
     let wanted = ["000000000006", "000000000007", "00000007", "kernel/lcp-warm", "1.1000"];
     assert!(wanted.iter().all(|wanted| line.contains(wanted)) && said.contains("1 steps in"), "{said}");
@@ -79,32 +70,21 @@ fn a_regression_has_exit_code_one_and_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let (history, slower) = (folder.path().join("history.csv"), folder.path().join("slower.csv"));
     record(&history);
-    let mut reader = csv::Reader::from_path(&history).unwrap();
-    let header = reader.headers().unwrap().clone();
-    let row = reader.records().next().unwrap().unwrap();
-    let pivots = header.iter().position(|name| name == "lcp_pivots").unwrap();
-    let changed = row.iter().enumerate().map(|(k, cell)| if k == pivots { "999999" } else { cell });
-    let mut writer = csv::Writer::from_path(&slower).unwrap();
-    writer.write_record(&header).unwrap();
-    writer.write_record(changed).unwrap();
-    writer.flush().unwrap();
-
+    changed(&history, &slower, 1, |_, name, cell| if name == "lcp_pivots" { "999999" } else { cell }.to_owned());
     let [before, after] = [&history, &slower].map(|path| path.to_str().unwrap());
-    let output = perf(&["compare", before, after]).assert().code(1).get_output().clone();
-    assert!(text(&output.stdout).contains("Regressed: kernel/lcp-warm: lcp_pivots."), "{}", text(&output.stdout));
-    let back = perf(&["compare", &format!("{after}@latest"), before]).assert().success().get_output().clone();
-    assert!(text(&back.stdout).contains("improved") && text(&back.stdout).contains("No regression."));
+    assert_has(&said(&mut perf(&["compare", before, after]), 1), &["Regressed: kernel/lcp-warm: lcp_pivots."]);
+    let back = printed(&mut perf(&["compare", &format!("{after}@latest"), before]));
+    assert_has(&back, &["improved", "No regression."]);
 }
 
 /// What stands in a file for another program is not run here: at least it must call what is there.
 #[test]
 fn the_action_calls_a_command_that_exists() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(".github/actions/perf-compare/action.yml");
-    let action = fs::read_to_string(file).unwrap().replace("\\\n", " ");
+    let action = read(root().join(".github/actions/perf-compare/action.yml")).replace("\\\n", " ");
     let call = action.lines().find_map(|line| line.split_once(" -- perf compare ")).unwrap().1;
     let options: Vec<&str> = call.split_whitespace().filter(|word| word.starts_with("--")).collect();
     assert!(options.len() >= 4, "{options:?}");
-    let help = text(&perf(&["compare", "--help"]).assert().success().get_output().stdout).to_owned();
+    let help = printed(&mut perf(&["compare", "--help"]));
     for option in options {
         assert!(help.contains(option), "{option} is no option of perf compare");
     }
@@ -121,7 +101,7 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
     // A header without records, beside a figure of better times.
     let (empty, figure) = (folder.path().join("empty.csv"), folder.path().join("empty.svg"));
     record(&empty);
-    let header = fs::read_to_string(&empty).unwrap().lines().next().unwrap().to_owned() + "\n";
+    let header = read(&empty).lines().next().unwrap().to_owned() + "\n";
     fs::write(&empty, header).unwrap();
     fs::write(&figure, "of better times").unwrap();
     let empty = empty.to_str().unwrap();
@@ -139,9 +119,7 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
         (vec!["record", "--rounds", "1"], "--rounds = 1 is not valid"),
         (vec!["sample", "nothing"], "unknown benchmark `nothing`"),
     ] {
-        let output = perf(&arguments).assert().code(2).get_output().clone();
-        let message = text(&output.stderr);
-        assert!(output.stdout.is_empty() && message.contains(says), "{arguments:?}: {message}");
+        assert_has(&refused(&mut perf(&arguments)), &[says]);
     }
     assert_eq!(fs::read_to_string(damaged).unwrap(), "record,benchmark\n1,2\n", "a damaged history is left alone");
     assert_eq!(fs::read_to_string(figure).unwrap(), "of better times", "an empty history replaces no figure");
@@ -168,10 +146,10 @@ fn commit_toy(repository: &Path, pivots: u32) -> String {
     fs::write(repository.join("Cargo.lock"), format!("version = 4\n\n[[package]]\n{package}")).unwrap();
     let git = |arguments: &[&str]| {
         let who = ["-c", "user.name=toy", "-c", "user.email=toy@example.org", "-c", "init.defaultBranch=main"];
-        let output =
-            std::process::Command::new("git").current_dir(repository).args(who).args(arguments).output().unwrap();
-        assert!(output.status.success(), "git {arguments:?}: {}", text(&output.stderr));
-        text(&output.stdout).trim().to_owned()
+        let mut git = std::process::Command::new("git");
+        let output = git.current_dir(repository).args(who).args(arguments).output().unwrap();
+        assert!(output.status.success(), "git {arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap().trim().to_owned()
     };
     git(&["init", "--quiet"]);
     git(&["add", "."]);
@@ -192,8 +170,8 @@ fn two_revisions_are_built_measured_in_turn_compared_and_cleaned_up() {
     let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(told["regressions"], serde_json::json!(["toy: lcp_pivots"]), "{told}");
     compare(&before, &before).assert().success();
-    let left =
-        std::process::Command::new("git").current_dir(folder.path()).args(["worktree", "list"]).output().unwrap();
-    assert_eq!(text(&left.stdout).lines().count(), 1, "{}", text(&left.stdout));
+    let mut git = std::process::Command::new("git");
+    let left = git.current_dir(folder.path()).args(["worktree", "list"]).output().unwrap().stdout;
+    assert_eq!(String::from_utf8(left).unwrap().lines().count(), 1);
     assert!(!folder.path().join("none.csv").exists(), "a comparison of revisions writes no history");
 }

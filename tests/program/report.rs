@@ -1,6 +1,6 @@
 //! The page of a results folder: what it holds, what it says is missing, how large it may be.
 
-use crate::program::rimbench;
+use crate::program::{assert_has, read, refused, rimbench, root, said};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ fn results(folder: &Path) -> PathBuf {
 
 fn page(folder: &Path) -> String {
     rimbench().current_dir(folder).args(["report", "."]).assert().success();
-    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    let page = read(folder.join("report.html"));
     assert!(page.len() <= 2_000_000);
     // Self-contained: nothing is fetched from anywhere.
     for fetched in ["src=\"", "@import", "<link", "url(http"] {
@@ -44,10 +44,8 @@ fn a_study_has_a_page_with_its_claims_failures_first() {
     let page = page(&study);
     assert!(page.contains("<strong>1 of 2 claims reproduce</strong>"));
     let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text} is not in the page"));
-    assert!(
-        at("class=\"mark no\" href=\"#claim-mine-holds-none\"")
-            < at("class=\"mark yes\" href=\"#claim-mine-holds-small\"")
-    );
+    let mark = |kind: &str, id: &str| at(&format!("class=\"mark {kind}\" href=\"#claim-mine-holds-{id}\""));
+    assert!(mark("no", "none") < mark("yes", "small"));
     assert!(at("What the paper says") < at("What we say"));
     // Markup of a claim is text.
     assert!(page.contains("The error is &lt; 1 &amp; small") && !page.contains("< 1 & small"));
@@ -73,14 +71,14 @@ fn a_study_has_a_page_with_its_claims_failures_first() {
 #[test]
 fn a_folder_without_results_is_one_error_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
-    let refused = |name: &str| {
-        let output = rimbench().current_dir(folder.path()).args(["report", name]).assert().code(2).get_output().clone();
-        String::from_utf8(output.stderr).unwrap()
-    };
-    assert!(refused("nowhere").contains("nowhere: is no folder of results"));
-    assert!(refused(".").contains("holds no results"));
     std::fs::write(folder.path().join("file"), "").unwrap();
-    assert!(refused("file").contains("file: is no folder of results"));
+    for (name, wanted) in [
+        ("nowhere", "nowhere: is no folder of results"),
+        (".", "holds no results"),
+        ("file", "file: is no folder of results"),
+    ] {
+        assert_has(&refused(rimbench().current_dir(folder.path()).args(["report", name])), &[wanted]);
+    }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
@@ -88,7 +86,7 @@ fn a_folder_without_results_is_one_error_and_nothing_is_written() {
 fn half_a_sweep_failures_alone_and_no_run_are_said() {
     let folder = tempfile::tempdir().unwrap();
     let study = results(folder.path());
-    let runs = std::fs::read_to_string(study.join("runs.csv")).unwrap();
+    let runs = read(study.join("runs.csv"));
     let rows: Vec<&str> = runs.lines().collect();
     assert_eq!(rows.len(), 5);
     let with = |rows: &[String]| {
@@ -98,21 +96,18 @@ fn half_a_sweep_failures_alone_and_no_run_are_said() {
     let half: Vec<String> = rows[..3].iter().map(|row| (*row).to_owned()).collect();
     let page = with(&half);
     assert!(
-        page.contains("2 runs of 4 planned") && missing(&page).contains("2 of 4 planned runs are there"),
-        "{}",
-        missing(&page)
+        page.contains("2 runs of 4 planned") && page.contains("2 claims, not checked: ") && !page.contains("No claim")
     );
-    assert!(missing(&page).contains("claims are not checked"), "{}", missing(&page));
-    assert!(page.contains("2 claims, not checked: ") && !page.contains("No claim"), "{}", missing(&page));
-    assert!(missing(&page).contains("`rimbench run FILE` goes on from those"), "{}", missing(&page));
+    let wanted = ["2 of 4 planned runs are there", "claims are not checked", "`rimbench run FILE` goes on from those"];
+    assert_has(missing(&page), &wanted);
     // The same from elsewhere names no folder of this machine, and what is not shown is said on the terminal.
-    let said = |page: &Path| {
-        let output = rimbench().current_dir("/").arg("report").arg(page).assert().success().get_output().clone();
-        let page = std::fs::read_to_string(page.join("report.html")).unwrap();
+    let told = |page: &Path| {
+        let told = said(rimbench().current_dir("/").arg("report").arg(page), 0);
+        let page = read(page.join("report.html"));
         assert!(!page.contains(folder.path().to_str().unwrap()), "{}", missing(&page));
-        String::from_utf8(output.stderr).unwrap()
+        told
     };
-    assert!(said(&study).contains("note: mine/holds: 2 of 4 planned runs are there"), "{}", said(&study));
+    assert_has(&told(&study), &["note: mine/holds: 2 of 4 planned runs are there"]);
     let failed: Vec<String> = rows.iter().map(|row| row.replace(",completed,", ",diverged,")).collect();
     assert!(missing(&with(&failed)).contains("no run completed"));
     let page = with(&half[..1]);
@@ -124,7 +119,7 @@ fn half_a_sweep_failures_alone_and_no_run_are_said() {
     // Neither rows nor files: what is left says so.
     std::fs::write(study.join("runs.csv"), "a,b\n1,2\n").unwrap();
     assert!(missing(&self::page(&study)).contains("its runs cannot be shown"));
-    assert!(said(&study).contains("note: mine/holds: its runs cannot be shown: "), "{}", said(&study));
+    assert_has(&told(&study), &["note: mine/holds: its runs cannot be shown: "]);
     std::fs::remove_file(study.join("runs.csv")).unwrap();
     assert!(missing(&self::page(&study)).contains("its runs cannot be shown"));
 }
@@ -157,7 +152,7 @@ fn hostile(folder: &Path, experiment: &str) -> String {
 #[test]
 fn what_stands_in_a_file_is_never_markup_and_the_text_of_the_paper_is_for_its_experiments_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let shipped = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/paper/fig2.toml")).unwrap();
+    let shipped = read(root().join("experiments/paper/fig2.toml"));
     let page = hostile(folder.path(), &shipped);
     assert!(page.contains("&lt;img src=x onerror=alert(2)&gt;") && page.contains("[x](javascript:alert(3))|"));
     // One experiment of the paper: its text, and in place of the others why they are not there.
@@ -189,18 +184,12 @@ fn a_page_of_very_many_runs_is_no_larger_and_says_what_it_leaves_out() {
     for _ in 0..40_000 {
         let [id, force, position, work] = [next(), next(), next(), next()];
         let share = |bits: u64| (bits >> 11) as f64 / (1_u64 << 53) as f64;
-        let _ = writeln!(
-            runs,
-            "{id:016x},a,box,,a,0.001,1.0,completed,,{},{},{}",
-            share(force),
-            share(position),
-            share(work)
-        );
+        let [force, position, work] = [force, position, work].map(share);
+        let _ = writeln!(runs, "{id:016x},a,box,,a,0.001,1.0,completed,,{force},{position},{work}");
     }
     std::fs::write(study.join("runs.csv"), runs).unwrap();
-    let output = rimbench().current_dir(folder.path()).arg("report").assert().success().get_output().clone();
-    assert!(String::from_utf8(output.stderr).unwrap().contains("note: left out: "));
-    let page = std::fs::read_to_string(folder.path().join("results/report.html")).unwrap();
+    assert_has(&said(rimbench().current_dir(folder.path()).arg("report"), 0), &["note: left out: "]);
+    let page = read(folder.path().join("results/report.html"));
     assert!(page.len() <= 2_000_000, "{}", page.len());
     assert!(missing(&page).contains("so that the page is no larger than 2 MB"), "{}", missing(&page));
     assert!(page.contains("40000 runs in 1 study"));

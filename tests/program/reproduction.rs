@@ -1,64 +1,30 @@
 //! The main job, in quick form, from an empty folder: files, claims, figures, and that a second run changes nothing.
 
-use crate::program::rimbench;
+use crate::program::{files, printed, rimbench, root, rows_of};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 fn reproduce(from: &Path, out: &Path) -> String {
-    let output = rimbench()
-        .current_dir(from)
-        .args(["reproduce", "--quick", "--out"])
-        .arg(out)
-        .assert()
-        .success()
-        .get_output()
-        .stdout
-        .clone();
-    String::from_utf8(output).unwrap()
+    printed(rimbench().current_dir(from).args(["reproduce", "--quick", "--out"]).arg(out))
 }
 
-/// All files below a folder with their contents, without those that depend on machine or time.
 fn deterministic_files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(next) = folders.pop() {
-        for entry in std::fs::read_dir(&next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if !["cost.csv", "provenance.csv", "SHA256SUMS"]
-                .contains(&path.file_name().unwrap().to_str().unwrap())
-            {
-                let content = std::fs::read(&path).unwrap();
-                files.insert(path.strip_prefix(folder).unwrap().to_owned(), content);
-            }
-        }
-    }
-    files
+    let of_machine = ["cost.csv", "provenance.csv", "SHA256SUMS"];
+    let kept = |path: &PathBuf| !of_machine.contains(&path.file_name().unwrap().to_str().unwrap());
+    let read = |path: PathBuf| (path.strip_prefix(folder).unwrap().to_owned(), std::fs::read(&path).unwrap());
+    files(folder).into_iter().filter(kept).map(read).collect()
 }
 
 #[test]
 fn the_quick_reproduction_is_complete_and_repeatable() {
     let (first, second) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let printed = reproduce(Path::new(env!("CARGO_MANIFEST_DIR")), first.path());
+    let printed = reproduce(root(), first.path());
     let files = deterministic_files(first.path());
-    for name in [
-        "paper/claims.csv",
-        "paper/claims.md",
-        "paper/report.html",
-        "paper/fig1/runs.csv",
-        "paper/fig2/runs.csv",
-        "paper/fig2/reference.csv",
-        "paper/fig2/parameters.csv",
-        "paper/fig2/traces/reference.csv",
-        "paper/fig1/figures/fig1.svg",
-        "paper/fig1/figures/fig1.png",
-        "paper/fig2/figures/fig2.svg",
-        "paper/fig2/figures/fig2.png",
-        "paper/phases/figures/phases.png",
-        "paper/convergence/figures/convergence.png",
-    ] {
-        assert!(files.contains_key(Path::new(name)), "{name} is missing");
+    let wanted = "claims.csv claims.md report.html fig1/runs.csv fig2/runs.csv fig2/reference.csv fig2/parameters.csv \
+                  fig2/traces/reference.csv fig1/figures/fig1.svg fig1/figures/fig1.png fig2/figures/fig2.svg \
+                  fig2/figures/fig2.png phases/figures/phases.png convergence/figures/convergence.png";
+    for name in wanted.split_whitespace() {
+        assert!(files.contains_key(&Path::new("paper").join(name)), "{name} is missing");
     }
     // Once from the project's folder, once from an empty one, with what the program carries.
     let empty = tempfile::tempdir().unwrap();
@@ -75,8 +41,7 @@ fn the_quick_reproduction_is_complete_and_repeatable() {
         assert!(made(content) == made(&again[name]), "{} differs from run to run", name.display());
     }
     // Every claim of the paper is in the printed table, and none has left its recorded finding.
-    let mut claims = csv::Reader::from_path(first.path().join("paper/claims.csv")).unwrap();
-    let rows: Vec<BTreeMap<String, String>> = claims.deserialize().map(Result::unwrap).collect();
+    let rows = rows_of(first.path().join("paper/claims.csv"));
     assert!(rows.len() >= 20);
     for row in &rows {
         // Orders over three macro steps are not those over six; the full run checks them.
@@ -91,7 +56,7 @@ fn the_quick_reproduction_is_complete_and_repeatable() {
 
 #[test]
 fn each_figure_names_an_experiment_and_its_files() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let figures = rimbench::figures::FigureList::read(&root.join("paper/figures.toml")).unwrap();
     assert!(figures.figures.len() >= 4);
     for figure in &figures.figures {

@@ -1,6 +1,8 @@
 //! A sweep that is killed, split, damaged or repeated ends with every record present once, equal to an undisturbed sweep.
 
-use crate::program::{cache, executable, process, rimbench, two_sets_with};
+use crate::program::{
+    assert_has, cache, call, executable, files, printed, process, read, rimbench, said, two_sets_with,
+};
 use proptest::prelude::*;
 use rimbench::harness::{Columns, Record, Store};
 use std::collections::BTreeMap;
@@ -43,41 +45,29 @@ fn workplace(experiment: &str) -> (tempfile::TempDir, PathBuf) {
 }
 
 fn run(file: &Path, out: &Path, extra: &[&str]) -> String {
-    let output = rimbench().arg("run").arg(file).arg("--out").arg(out).args(extra).assert().success();
-    String::from_utf8(output.get_output().stdout.clone()).unwrap()
+    printed(rimbench().arg("run").arg(file).arg("--out").arg(out).args(extra))
 }
 
-/// The deterministic files of a results folder, traces included.
+/// The same, of which this is said.
+fn run_says(file: &Path, out: &Path, extra: &[&str], wanted: &[&str]) {
+    assert_has(&run(file, out, extra), wanted);
+}
+
 fn results(folder: &Path) -> Vec<(PathBuf, String)> {
-    let mut files = Vec::new();
-    for name in ["runs.csv", "parameters.csv", "reference.csv"] {
-        files.push((PathBuf::from(name), std::fs::read_to_string(folder.join(name)).unwrap()));
-    }
-    let mut traces: Vec<PathBuf> =
-        std::fs::read_dir(folder.join("traces")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    traces.sort();
-    for path in traces {
-        let name = path.file_name().unwrap().to_owned();
-        files.push((PathBuf::from(name), std::fs::read_to_string(path).unwrap()));
-    }
-    files
+    let tables = ["runs.csv", "parameters.csv", "reference.csv"].map(|name| folder.join(name));
+    let all = tables.into_iter().chain(files(&folder.join("traces")));
+    all.map(|path| (path.strip_prefix(folder).unwrap().to_owned(), read(&path))).collect()
 }
 
 fn assert_same(one: &Path, other: &Path) {
-    let (one, other) = (results(one), results(other));
-    let names = |files: &[(PathBuf, String)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
-    assert_eq!(names(&one), names(&other));
-    for ((name, content), (_, same)) in one.iter().zip(&other) {
-        assert!(content == same, "{} differs", name.display());
-    }
+    assert!(results(one) == results(other), "{} is not {}", one.display(), other.display());
 }
 
 #[test]
 fn killed_again_and_again_a_rerun_finishes_as_if_undisturbed() {
     let (folder, file) = workplace(EXPERIMENT);
     let (undisturbed, killed) = (folder.path().join("a/survival"), folder.path().join("b/survival"));
-    let printed = run(&file, &undisturbed, &[]);
-    assert!(printed.contains("72 of 72 runs stored") && printed.contains("72 computed now"), "{printed}");
+    run_says(&file, &undisturbed, &[], &["72 of 72 runs stored", "72 computed now"]);
 
     for attempt in 0..25_u64 {
         let mut process = process()
@@ -93,14 +83,10 @@ fn killed_again_and_again_a_rerun_finishes_as_if_undisturbed() {
     }
     run(&file, &killed, &[]);
     assert_same(&killed, &undisturbed);
-    let rows = std::fs::read_to_string(killed.join("runs.csv")).unwrap();
-    assert_eq!(rows.lines().count(), RUNS + 1);
+    assert_eq!(read(killed.join("runs.csv")).lines().count(), RUNS + 1);
     // No half-written file is left, neither results nor traces.
-    for place in [killed.clone(), killed.join("traces")] {
-        let left = std::fs::read_dir(place).unwrap().map(|entry| entry.unwrap().file_name());
-        let left: Vec<_> = left.filter(|name| name.to_string_lossy().starts_with('.')).collect();
-        assert!(left.is_empty(), "{left:?}");
-    }
+    let half = |path: &&PathBuf| path.file_name().unwrap().to_string_lossy().starts_with('.');
+    assert_eq!(files(&killed).iter().find(half), None);
 }
 
 #[test]
@@ -109,16 +95,13 @@ fn a_rerun_computes_only_what_is_missing() {
     let out = folder.path().join("survival");
     run(&file, &out, &[]);
     let before = results(&out);
-    let printed = run(&file, &out, &[]);
-    assert!(printed.contains("0 computed now") && printed.contains("72 were there"), "{printed}");
+    run_says(&file, &out, &[], &["0 computed now", "72 were there"]);
     assert!(results(&out) == before);
-    let printed = run(&file, &out, &["--fresh"]);
-    assert!(printed.contains("72 computed now"), "{printed}");
+    run_says(&file, &out, &["--fresh"], &["72 computed now"]);
     assert!(results(&out) == before);
     // A larger grid keeps what is there.
     std::fs::write(&file, EXPERIMENT.replace("phases = 6", "phases = 7")).unwrap();
-    let printed = run(&file, &out, &[]);
-    assert!(printed.contains("12 computed now") && printed.contains("72 were there"), "{printed}");
+    run_says(&file, &out, &[], &["12 computed now", "72 were there"]);
 }
 
 #[test]
@@ -134,28 +117,21 @@ fn shards_run_at_once_into_one_folder_or_apart_and_are_collected() {
         }
     });
     // The last of the two to finish has exported; if both read the store at once, --collect does.
-    let collect = |out: &Path, shards: &[PathBuf]| {
-        rimbench().arg("run").arg(&file).arg("--out").arg(out).arg("--collect").args(shards).assert()
+    let collect = |out: &Path, shards: &[PathBuf], code: i32| {
+        said(rimbench().arg("run").arg(&file).arg("--out").arg(out).arg("--collect").args(shards), code)
     };
-    collect(&shared, &[]).success();
+    collect(&shared, &[], 0);
     assert_same(&shared, &whole);
 
-    let parts: Vec<PathBuf> = ["1/3", "2/3", "3/3"]
-        .iter()
-        .enumerate()
-        .map(|(index, shard)| {
-            let out = folder.path().join(format!("part{index}/survival"));
-            let printed = run(&file, &out, &["--shard", shard]);
-            assert!(printed.contains("48 runs are missing"), "{printed}");
-            out
-        })
-        .collect();
+    let parts = [1, 2, 3].map(|part| {
+        let out = folder.path().join(format!("part{part}/survival"));
+        run_says(&file, &out, &["--shard", &format!("{part}/3")], &["48 runs are missing"]);
+        out
+    });
     // What is missing is said, in words and by the exit code; what is there is merged all the same.
-    let output = collect(&parts[0], &parts[1..2]).code(1);
-    let printed = String::from_utf8(output.get_output().stdout.clone()).unwrap();
-    assert!(printed.contains("48 of 72 runs") && printed.contains("missing: rim-nonsmooth"), "{printed}");
+    assert_has(&collect(&parts[0], &parts[1..2], 1), &["48 of 72 runs", "missing: rim-nonsmooth"]);
     assert!(!parts[0].join("runs.csv").exists(), "an incomplete experiment has no results");
-    collect(&parts[0], &parts[1..]).success();
+    collect(&parts[0], &parts[1..], 0);
     assert_same(&parts[0], &whole);
 }
 
@@ -165,28 +141,15 @@ fn damaged_and_truncated_records_are_computed_again() {
     let out = folder.path().join("survival");
     run(&file, &out, &[]);
     let before = results(&out);
-    let mut files = std::fs::read_dir(out.join("records")).unwrap().map(|entry| entry.unwrap().path());
-    let log = files.find(|path| path.extension().is_some_and(|extension| extension == "log")).unwrap();
+    let is_log = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "log");
+    let log = files(&out.join("records")).into_iter().find(is_log).unwrap();
     let mut bytes = std::fs::read(&log).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] = if bytes[middle] == b'7' { b'8' } else { b'7' };
     bytes.truncate(bytes.len() - 5);
     std::fs::write(&log, bytes).unwrap();
-    let printed = run(&file, &out, &[]);
-    assert!(printed.contains("2 damaged records") && printed.contains("2 computed now"), "{printed}");
+    run_says(&file, &out, &[], &["2 damaged records", "2 computed now"]);
     assert!(results(&out) == before);
-}
-
-#[test]
-fn a_folder_of_another_experiment_is_refused() {
-    let (folder, file) = workplace(EXPERIMENT);
-    let out = folder.path().join("claimed");
-    run(&file, &out, &["--shard", "1/36"]);
-    let other = folder.path().join("other.toml");
-    std::fs::write(&other, EXPERIMENT).unwrap();
-    let refusal = rimbench().arg("run").arg(&other).arg("--out").arg(&out).assert().code(2);
-    let message = String::from_utf8(refusal.get_output().stderr.clone()).unwrap();
-    assert!(message.contains("belongs to experiment `survival`"), "{message}");
 }
 
 #[test]
@@ -195,72 +158,47 @@ fn a_full_disk_is_an_error_that_loses_nothing() {
     let out = folder.path().join("survival");
     run(&file, &out, &["--shard", "1/2"]);
     // A limit on the size of files stands in for a full disk: the next log may not grow.
-    let script = format!(
-        "trap '' XFSZ; ulimit -f 2; exec {} run {} --out {}",
-        executable().display(),
-        file.display(),
-        out.display()
-    );
+    let [program, experiment, to] = [&executable(), &file, &out].map(|path| path.display().to_string());
+    let script = format!("trap '' XFSZ; ulimit -f 2; exec {program} run {experiment} --out {to}");
     let output = Process::new("bash").args(["-c", &script]).env("RIMBENCH_CACHE", cache()).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(String::from_utf8_lossy(&output.stderr).contains("cannot be written"));
-    let printed = run(&file, &out, &[]);
-    assert!(printed.contains("72 of 72 runs stored"), "{printed}");
+    run_says(&file, &out, &[], &["72 of 72 runs stored"]);
 }
 
 #[test]
 fn bad_experiment_files_are_refused_with_the_place() {
-    for (text, wanted) in [
-        (EXPERIMENT.replace("phases = 6", "phazes = 6"), "unknown field `phazes`"),
-        (EXPERIMENT.replace("question =", "question"), "line 2"),
-        (EXPERIMENT.replace("phases = 6", "phases = 0"), "the grid is empty"),
-        (
-            EXPERIMENT.replace("phases = 6", "phases = 10000000"),
-            "more than the 100000 that one experiment may have: split it",
-        ),
-        (EXPERIMENT.replace("phases = 6", "phases = [0.5, 1.5]"), "phase = 1.5"),
-        (EXPERIMENT.replace("2e-3, 5e-3", "-2e-3, 5e-3"), "macro-step = -0.002"),
-        (EXPERIMENT.replace("[2e-3, 5e-3, 1e-2]", "{ from = 1e-2, to = 2e-3, per_decade = 4 }"), "macro_steps_s: to"),
-        (EXPERIMENT.replace("trace_every_s = 5e-3", "trace_every_s = 0.0"), "trace_every_s = 0"),
-        (EXPERIMENT.replace("trace_every_s = 5e-3", "traces = [\"rim-smoth\"]"), "label in traces"),
-        (EXPERIMENT.replace("trace_every_s = 5e-3", "reference_step_s = -1.0"), "reference_step_s = -1"),
-        (EXPERIMENT.replace("wedge-box", "wedge-bocks"), "did you mean `wedge-box`"),
-        (EXPERIMENT.replace("box_mass_kg", "box_mas_kg"), "did you mean `box_mass_kg`"),
-        (EXPERIMENT.replace("scheme = \"rim-nonsmooth\"", "scheme = \"zero-order-hold\""), "holds one run twice"),
-        (EXPERIMENT.replace("macro_step_s = 5e-3", "macro_step_s = 6e-3"), "does not run"),
-        (EXPERIMENT.replace("metric = \"diverged\"", "metric = \"divergd\""), "did you mean `diverged`"),
-        (EXPERIMENT.replace(">= 1", "about 1"), "is no comparison"),
+    let (phases, trace) = ("phases = 6", "trace_every_s = 5e-3");
+    for (piece, by, wanted) in [
+        (phases, "phazes = 6", "unknown field `phazes`"),
+        ("question =", "question", "line 2"),
+        (phases, "phases = 0", "the grid is empty"),
+        (phases, "phases = 10000000", "more than the 100000 that one experiment may have: split it"),
+        (phases, "phases = [0.5, 1.5]", "phase = 1.5"),
+        ("2e-3, 5e-3", "-2e-3, 5e-3", "macro-step = -0.002"),
+        ("[2e-3, 5e-3, 1e-2]", "{ from = 1e-2, to = 2e-3, per_decade = 4 }", "macro_steps_s: to"),
+        (trace, "trace_every_s = 0.0", "trace_every_s = 0"),
+        (trace, "traces = [\"rim-smoth\"]", "label in traces"),
+        (trace, "reference_step_s = -1.0", "reference_step_s = -1"),
+        ("wedge-box", "wedge-bocks", "did you mean `wedge-box`"),
+        ("box_mass_kg", "box_mas_kg", "did you mean `box_mass_kg`"),
+        ("scheme = \"rim-nonsmooth\"", "scheme = \"zero-order-hold\"", "holds one run twice"),
+        ("macro_step_s = 5e-3", "macro_step_s = 6e-3", "does not run"),
+        ("metric = \"diverged\"", "metric = \"divergd\"", "did you mean `diverged`"),
+        (">= 1", "about 1", "is no comparison"),
     ] {
-        let (folder, file) = workplace(&text);
+        let (folder, file) = workplace(&EXPERIMENT.replace(piece, by));
         for how in [&["--dry-run"][..], &[]] {
-            let refusal = rimbench().current_dir(folder.path()).arg("run").arg(&file).args(how).assert().code(2);
-            let message = String::from_utf8(refusal.get_output().stderr.clone()).unwrap();
-            assert!(message.contains(wanted) && message.contains("survival.toml"), "{wanted}: {message}");
+            let message = said(rimbench().current_dir(folder.path()).arg("run").arg(&file).args(how), 2);
+            assert_has(&message, &[wanted, "survival.toml"]);
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
     }
-    rimbench().args(["run", "no-such-file.toml"]).assert().code(2);
+    call("run no-such-file.toml").assert().code(2);
     let (_folder, file) = workplace(EXPERIMENT);
-    rimbench().arg("run").arg(&file).args(["--shard", "3/2"]).assert().code(2);
-    rimbench().arg("run").arg(&file).args(["--jobs", "0"]).assert().code(2);
-    rimbench().arg("run").arg(&file).args(["--collect", "no-such-folder"]).assert().code(2);
-}
-
-#[test]
-fn verify_fails_only_when_a_recorded_finding_no_longer_holds() {
-    let (folder, file) = workplace(EXPERIMENT);
-    let group = folder.path().file_name().unwrap().to_owned();
-    let results = folder.path().join("results");
-    run(&file, &results.join(group).join("survival"), &[]);
-    let verify = |code: i32| {
-        rimbench().arg("verify").arg(&file).arg("--results").arg(&results).assert().code(code);
-    };
-    verify(0);
-    // A claim that does not hold, and is recorded so, is no failure; one that is recorded otherwise is.
-    std::fs::write(&file, EXPERIMENT.replace(">= 1", ">= 2")).unwrap();
-    verify(1);
-    std::fs::write(&file, EXPERIMENT.replace(">= 1", ">= 2").replace("\"reproduced\"", "\"not-reproduced\"")).unwrap();
-    verify(0);
+    for how in [["--shard", "3/2"], ["--jobs", "0"], ["--collect", "no-such-folder"]] {
+        rimbench().arg("run").arg(&file).args(how).assert().code(2);
+    }
 }
 
 #[test]
@@ -274,8 +212,8 @@ fn a_range_of_macro_steps_chosen_traces_and_a_reference_of_its_own_are_honoured(
     assert!(run(&file, &out, &[]).contains("12 of 12 runs stored"));
     assert_eq!(std::fs::read_dir(out.join("traces")).unwrap().count(), 6 + 2);
     let uncertainty = |folder: &Path| {
-        let text = std::fs::read_to_string(folder.join("reference.csv")).unwrap();
-        let line = text.lines().find(|line| line.contains("actuator_length_m")).unwrap().to_owned();
+        let text = read(folder.join("reference.csv"));
+        let line = text.lines().find(|line| line.contains("actuator_length_m")).unwrap();
         line.split(',').nth(3).unwrap().parse::<f64>().unwrap()
     };
     std::fs::write(&file, text.replace("phases = 1", "phases = 1\nreference_step_s = 5e-5")).unwrap();
@@ -349,9 +287,7 @@ proptest! {
                 });
             }
         });
-        let mut logs: Vec<PathBuf> =
-            std::fs::read_dir(folder.path().join("records")).into_iter().flatten().map(|entry| entry.unwrap().path()).collect();
-        logs.sort();
+        let logs = files(&folder.path().join("records"));
         let (mut best, mut damaged) = (BTreeMap::<u8, (f64, Record)>::new(), 0);
         for log in &logs {
             let mut text = std::fs::read_to_string(log).unwrap();

@@ -1,7 +1,6 @@
 //! Nothing silently wrong: what could be mixed up, lost, left over or half there is told apart, made again, or said.
 
-use crate::program::{process, rimbench};
-use assert_cmd::Command;
+use crate::program::{assert_has, assert_refused, call, printed, process, refused, rimbench, said};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
@@ -58,15 +57,27 @@ impl Place {
 
     fn run(&self, text: &str) -> String {
         let file = self.write(text);
-        let output = rimbench().current_dir(&self.0).arg("run").arg(file).assert().success();
-        String::from_utf8(output.get_output().stdout.clone()).unwrap()
+        printed(rimbench().current_dir(&self.0).arg("run").arg(file))
+    }
+
+    /// The same, of which so many runs are computed and the others were there.
+    fn run_computing(&self, count: usize, text: &str) {
+        let printed = self.run(text);
+        assert!(printed.contains(&format!("{count} computed now")), "{count}: {printed}");
     }
 
     fn verify(&self, code: i32) -> String {
-        let file = self.path("group/strict.toml");
-        let output = rimbench().current_dir(&self.0).arg("verify").arg(file).assert().code(code);
-        let output = output.get_output();
-        String::from_utf8([output.stdout.clone(), output.stderr.clone()].concat()).unwrap()
+        said(rimbench().current_dir(&self.0).arg("verify").arg(self.path("group/strict.toml")), code)
+    }
+
+    /// Verified, it is refused in these words.
+    fn verify_says(&self, wanted: &[&str]) {
+        assert_has(&self.verify(2), wanted);
+    }
+
+    fn vanish(&self, name: &str) {
+        let path = self.results().join(name);
+        if path.is_dir() { std::fs::remove_dir_all(path).unwrap() } else { std::fs::remove_file(path).unwrap() }
     }
 
     /// A column of `runs.csv`.
@@ -75,23 +86,21 @@ impl Place {
         let column = table.headers().unwrap().iter().position(|column| column == name).unwrap();
         table.records().map(|row| row.unwrap()[column].to_owned()).collect()
     }
+
+    /// How often a cell stands in a column.
+    fn count(&self, name: &str, cell: &str) -> usize {
+        self.column(name).iter().filter(|found| *found == cell).count()
+    }
 }
 
-fn refused(command: &mut Command) -> String {
-    let output = command.assert().code(2);
-    String::from_utf8(output.get_output().stderr.clone()).unwrap()
+/// The experiment with one more key before its duration.
+fn with_key(key: &str) -> String {
+    EXPERIMENT.replace("duration_s", &format!("{key}\nduration_s"))
 }
 
-#[test]
-fn rows_with_different_gains_are_told_apart_in_the_table_and_by_claims() {
-    let place = Place::new();
-    let text = EXPERIMENT
-        .replace("scheme = \"zero-order-hold\"", "scheme = \"nepce\"\ngain = 0.25\n[[schemes]]\nscheme = \"nepce\"");
-    place.run(&text);
-    let labels = place.column("label");
-    assert_eq!(labels.iter().filter(|label| *label == "nepce/gain=0.25").count(), 8);
-    assert_eq!(labels.iter().filter(|label| *label == "nepce").count(), 8);
-    assert_eq!(place.column("gain").iter().filter(|gain| *gain == "0.25").count(), 8);
+/// The experiment with two masses of the box.
+fn with_two_masses() -> String {
+    EXPERIMENT.replace("name = \"wedge-box\"", "name = \"wedge-box\"\nset = { box_mass_kg = [200.0, 210.0] }")
 }
 
 #[test]
@@ -99,46 +108,34 @@ fn a_run_that_took_too_long_is_made_again_when_it_may_take_longer() {
     let place = Place::new();
     // The reference is at hand.
     place.run(EXPERIMENT);
-    std::fs::remove_dir_all(place.results()).unwrap();
-    let limited = |limit: &str| EXPERIMENT.replace("duration_s", &format!("wall_limit_s = {limit}\nduration_s"));
+    place.vanish("");
+    let limited = |limit: &str| with_key(&format!("wall_limit_s = {limit}"));
     place.run(&limited("1e-9"));
-    assert!(place.column("outcome").iter().all(|outcome| outcome == "timeout"));
-    assert!(place.column("wall_limit_s").iter().all(|limit| limit == "1e-9"));
+    assert_eq!((place.count("outcome", "timeout"), place.count("wall_limit_s", "1e-9")), (16, 16));
     // Given no more time, what is there stands.
     for limit in ["1e-9", "5e-10"] {
-        assert!(place.run(&limited(limit)).contains("0 computed now"), "{limit}");
+        place.run_computing(0, &limited(limit));
     }
-    let printed = place.run(&limited("1000.0"));
-    assert!(
-        printed.contains("16 computed now") && printed.contains("16 of those computed had been stored"),
-        "{printed}"
-    );
-    assert!(place.column("outcome").iter().all(|outcome| outcome != "timeout"));
+    let longer = place.run(&limited("1000.0"));
+    assert_has(&longer, &["16 computed now", "16 of those computed had been stored"]);
+    assert_eq!(place.count("outcome", "timeout"), 0);
     // What came to its end stands under every limit, and without one.
-    assert!(place.run(&limited("1e-9")).contains("0 computed now"));
-    assert!(place.run(EXPERIMENT).contains("0 computed now"));
+    place.run_computing(0, &limited("1e-9"));
+    place.run_computing(0, EXPERIMENT);
 }
 
 #[test]
 fn the_wall_limit_covers_the_reference() {
     let place = Place::new();
-    let file = place.write(&EXPERIMENT.replace("duration_s", "wall_limit_s = 1e-3\nduration_s"));
     // With a cache of its own the reference has to be computed.
-    let run = || {
-        rimbench()
-            .current_dir(&place.0)
-            .env("RIMBENCH_CACHE", place.path("cache"))
-            .arg("run")
-            .arg(&file)
-            .assert()
-            .success()
+    let run = |text: &str| {
+        let file = place.write(text);
+        printed(rimbench().current_dir(&place.0).env("RIMBENCH_CACHE", place.path("cache")).arg("run").arg(file))
     };
-    run();
-    assert!(place.column("outcome").iter().all(|outcome| outcome == "timeout"));
-    assert!(place.column("ended_at_s").iter().all(|end| end == "0.0"));
-    place.write(EXPERIMENT);
-    run();
-    assert!(place.column("outcome").iter().all(|outcome| outcome != "timeout"));
+    run(&with_key("wall_limit_s = 1e-3"));
+    assert_eq!((place.count("outcome", "timeout"), place.count("ended_at_s", "0.0")), (16, 16));
+    run(EXPERIMENT);
+    assert_eq!(place.count("outcome", "timeout"), 0);
     place.verify(0);
 }
 
@@ -164,8 +161,7 @@ fn verify_counts_the_runs_and_refuses_what_is_not_the_plan() {
     let rows: Vec<&str> = whole.lines().collect();
     let with = |text: &str, wanted: &[&str]| {
         std::fs::write(&path, text).unwrap();
-        let message = place.verify(2);
-        wanted.iter().for_each(|wanted| assert!(message.contains(wanted), "{wanted}: {message}"));
+        place.verify_says(wanted);
     };
     with(&rows[..2].join("\n"), &["16 planned, 1 found", "15 missing"]);
     with(&format!("{whole}{}\n{}\n", rows[1], rows[3]), &["16 planned, 16 found", "2 there twice"]);
@@ -177,25 +173,27 @@ fn verify_counts_the_runs_and_refuses_what_is_not_the_plan() {
     std::fs::write(&path, &whole).unwrap();
     place.verify(0);
     // The experiment has been edited since.
-    place.write(&EXPERIMENT.replace("phases = 4", "phases = 3"));
-    assert!(place.verify(2).contains("12 planned, 12 found; 4 not planned"));
-    place.write(&EXPERIMENT.replace("[2e-3, 5e-3]", "[2e-3, 5e-3, 7e-3]"));
-    assert!(place.verify(2).contains("24 planned, 16 found; 8 missing"));
-    place.write(&EXPERIMENT.replace("duration_s", "reference_step_s = 5e-5\nduration_s"));
-    assert!(place.verify(2).contains("another reference_step_s"));
+    for (text, wanted) in [
+        (EXPERIMENT.replace("phases = 4", "phases = 3"), "12 planned, 12 found; 4 not planned"),
+        (EXPERIMENT.replace("[2e-3, 5e-3]", "[2e-3, 5e-3, 7e-3]"), "24 planned, 16 found; 8 missing"),
+        (with_key("reference_step_s = 5e-5"), "another reference_step_s"),
+    ] {
+        place.write(&text);
+        place.verify_says(&[wanted]);
+    }
     // Any file counts, and so does the list itself.
     place.write(EXPERIMENT);
-    std::fs::remove_file(place.results().join("reference.csv")).unwrap();
-    assert!(place.verify(2).contains("reference.csv is missing"));
+    place.vanish("reference.csv");
+    place.verify_says(&["reference.csv is missing"]);
     place.run(EXPERIMENT);
     place.verify(0);
     // Without it rows are held against the digest that is kept of them; claims were not kept here.
-    std::fs::remove_file(place.results().join("SHA256SUMS")).unwrap();
-    assert!(place.verify(2).contains("claims.csv"));
+    place.vanish("SHA256SUMS");
+    place.verify_says(&["claims.csv"]);
     std::fs::write(&path, &completed).unwrap();
-    assert!(place.verify(2).contains("is not that of digest.toml"));
-    std::fs::remove_file(place.results().join("digest.toml")).unwrap();
-    assert!(place.verify(2).contains("digest.toml"));
+    place.verify_says(&["is not that of digest.toml"]);
+    place.vanish("digest.toml");
+    place.verify_says(&["digest.toml"]);
 }
 
 #[test]
@@ -206,12 +204,16 @@ fn a_finding_that_was_never_recorded_is_no_failure() {
     assert!(place.verify(0).contains("0 differ"));
     place.write(&EXPERIMENT.replace("\"reproduced\"", "\"not-reproduced\""));
     place.verify(1);
+    // Nor is a claim that does not hold, where it is recorded so.
+    place.write(&EXPERIMENT.replace("<= 0", "<= -1"));
+    place.verify(1);
+    place.write(&EXPERIMENT.replace("<= 0", "<= -1").replace("\"reproduced\"", "\"not-reproduced\""));
+    place.verify(0);
 }
 
 #[test]
 fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
-    let several =
-        EXPERIMENT.replace("name = \"wedge-box\"", "name = \"wedge-box\"\nset = { box_mass_kg = [200.0, 210.0] }");
+    let several = with_two_masses();
     let cases = EXPERIMENT
         .replace("[[schemes]]\nscheme = \"zero", "[[cases]]\nname = \"bouncing-ball\"\n[[schemes]]\nscheme = \"zero");
     let claim = EXPERIMENT.split_once("[[claims]]").unwrap().1;
@@ -241,53 +243,30 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
 }
 
 #[test]
-fn shards_in_folders_of_any_name_are_collected() {
-    let place = Place::new();
-    place.run(EXPERIMENT);
-    let file = place.path("group/strict.toml");
-    for part in 1..=3 {
-        let run = ["--shard", &format!("{part}/3"), "--out", &format!("s{part}")];
-        rimbench().current_dir(&place.0).arg("run").arg(&file).args(run).assert().success();
-    }
-    let merge = ["--out", "s2", "--collect", "s1", "s3", "s1", "s2"];
-    let output = rimbench().current_dir(&place.0).arg("run").arg(&file).args(merge).assert().success();
-    assert!(String::from_utf8_lossy(&output.get_output().stdout).contains("16 of 16 runs in s2"));
-    for name in ["runs.csv", "reference.csv", "parameters.csv"] {
-        let [one, other] = [place.path("s2"), place.results()].map(|folder| std::fs::read(folder.join(name)).unwrap());
-        assert!(one == other, "{name}");
-    }
-    // What is collected may be run again under its own name.
-    rimbench().current_dir(&place.0).arg("run").arg(&file).args(["--out", "s2"]).assert().success();
-}
-
-#[test]
 fn collect_says_that_there_are_records_of_other_runs_where_some_are_missing() {
     let place = Place::new();
     place.run(EXPERIMENT);
-    let collected = |file: &Path| {
-        let output =
-            rimbench().arg("run").arg(file).arg("--out").arg(place.results()).arg("--collect").output().unwrap();
-        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    let collected = |file: &Path, code: i32| {
+        said(rimbench().arg("run").arg(file).arg("--out").arg(place.results()).arg("--collect"), code)
     };
-    let (code, said) = collected(&place.path("group/strict.toml"));
-    assert!(code == Some(0) && !said.contains("other runs"), "{said}");
-    let (code, said) = collected(&place.write(&EXPERIMENT.replace("[2e-3, 5e-3]", "[2e-3, 4e-3]")));
-    assert!(code == Some(1) && said.contains("8 of 16 runs"), "{said}");
-    assert!(said.contains("\nrecords of other runs: 8; has"), "{said}");
+    let whole = collected(&place.path("group/strict.toml"), 0);
+    assert!(!whole.contains("other runs"), "{whole}");
+    let other = collected(&place.write(&EXPERIMENT.replace("[2e-3, 5e-3]", "[2e-3, 4e-3]")), 1);
+    assert_has(&other, &["8 of 16 runs", "\nrecords of other runs: 8; has"]);
 }
 
 #[test]
 fn traces_asked_for_later_or_with_another_step_are_made_and_damaged_ones_made_again() {
     let place = Place::new();
-    let traced = |step: &str| EXPERIMENT.replace("duration_s", &format!("trace_every_s = {step}\nduration_s"));
+    let traced = |step: &str| with_key(&format!("trace_every_s = {step}"));
     place.run(EXPERIMENT);
     assert!(!place.results().join("traces").exists());
-    assert!(place.run(&traced("1e-2")).contains("16 computed now"));
+    place.run_computing(16, &traced("1e-2"));
     let trace = || place.results().join("traces").join(&place.column("trace")[8]);
     let rows = |path: PathBuf| std::fs::read_to_string(path).unwrap().lines().count();
     let coarse = rows(trace());
-    assert!(place.run(&traced("1e-2")).contains("0 computed now"));
-    assert!(place.run(&traced("5e-3")).contains("16 computed now"));
+    place.run_computing(0, &traced("1e-2"));
+    place.run_computing(16, &traced("5e-3"));
     assert!(rows(trace()) > coarse, "the new step is that of the trace");
     let whole = std::fs::read_to_string(trace()).unwrap();
     for damage in [None, Some(""), Some(&whole[..whole.len() / 2])] {
@@ -295,14 +274,14 @@ fn traces_asked_for_later_or_with_another_step_are_made_and_damaged_ones_made_ag
             None => std::fs::remove_file(trace()).unwrap(),
             Some(text) => std::fs::write(trace(), text).unwrap(),
         }
-        assert!(place.verify(2).contains("run the experiment again"));
-        assert!(place.run(&traced("5e-3")).contains("1 computed now"));
+        place.verify_says(&["run the experiment again"]);
+        place.run_computing(1, &traced("5e-3"));
         assert_eq!(std::fs::read_to_string(trace()).unwrap(), whole);
         place.verify(0);
     }
     // Asked for no longer.
-    assert!(place.run(EXPERIMENT).contains("0 computed now"));
-    assert!(place.column("trace").iter().all(String::is_empty));
+    place.run_computing(0, EXPERIMENT);
+    assert_eq!(place.count("trace", ""), 16);
 }
 
 #[test]
@@ -310,8 +289,8 @@ fn a_renamed_label_is_that_of_rows_that_were_there() {
     let place = Place::new();
     place.run(EXPERIMENT);
     let renamed = EXPERIMENT.replace("scheme = \"zero-order-hold\"", "scheme = \"zero-order-hold\"\nlabel = \"hold\"");
-    assert!(place.run(&renamed).contains("0 computed now"));
-    assert_eq!(place.column("label").iter().filter(|label| *label == "hold").count(), 8);
+    place.run_computing(0, &renamed);
+    assert_eq!(place.count("label", "hold"), 8);
     place.verify(0);
 }
 
@@ -331,10 +310,7 @@ fn neither_another_experiment_nor_a_file_of_the_user_is_replaced() {
     run(&file, &[]).assert().success();
     let before = std::fs::read(place.path("s/runs.csv")).unwrap();
     let message = refused(&mut run(&other, &[]));
-    assert!(
-        message.contains("group/strict.toml") && message.contains("same name") && message.contains("--fresh"),
-        "{message}"
-    );
+    assert_has(&message, &["group/strict.toml", "same name", "--fresh"]);
     assert_eq!(std::fs::read(place.path("s/runs.csv")).unwrap(), before);
     run(&other, &["--fresh"]).assert().success();
     assert_ne!(std::fs::read(place.path("s/runs.csv")).unwrap(), before);
@@ -344,18 +320,17 @@ fn neither_another_experiment_nor_a_file_of_the_user_is_replaced() {
     assert!(refused(&mut run(&other, &[])).contains("another experiment of the same name"));
 
     std::fs::create_dir(place.path("own")).unwrap();
+    let refused_in_own = |more: &[&str]| {
+        refused(rimbench().current_dir(&place.0).arg("run").arg(&file).args(["--out", "own"]).args(more))
+    };
     std::fs::write(place.path("own/runs.csv"), "date,distance_km\n2026-01-01,12\n").unwrap();
-    for more in [&["--out", "own"] as &[&str], &["--out", "own", "--fresh"]] {
-        let message = refused(rimbench().current_dir(&place.0).arg("run").arg(&file).args(more));
-        assert!(message.contains("runs.csv") && message.contains("would be replaced"), "{message}");
+    for more in [&[] as &[&str], &["--fresh"]] {
+        assert_has(&refused_in_own(more), &["runs.csv", "would be replaced"]);
     }
     assert_eq!(std::fs::read_dir(place.path("own")).unwrap().count(), 1);
     std::fs::remove_file(place.path("own/runs.csv")).unwrap();
     std::fs::write(place.path("own/experiment.toml"), "my = \"own\"\n").unwrap();
-    assert!(
-        refused(rimbench().current_dir(&place.0).arg("run").arg(&file).args(["--out", "own"]))
-            .contains("experiment.toml")
-    );
+    assert_has(&refused_in_own(&[]), &["experiment.toml"]);
 }
 
 #[test]
@@ -386,31 +361,29 @@ fn results_that_vanish_meanwhile_are_an_error() {
 #[test]
 fn in_a_fresh_clone_only_what_is_missing_is_computed() {
     let place = Place::new();
-    let traced = EXPERIMENT.replace("duration_s", "trace_every_s = 1e-2\nduration_s");
+    let traced = with_key("trace_every_s = 1e-2");
     place.run(&traced);
-    let before: Vec<_> = ["runs.csv", "cost.csv", "provenance.csv", "SHA256SUMS"]
-        .map(|name| std::fs::read_to_string(place.results().join(name)).unwrap())
-        .into();
-    std::fs::remove_dir_all(place.results().join("records")).unwrap();
-    assert!(place.run(&traced).contains("0 computed now"));
-    for (name, text) in ["runs.csv", "cost.csv", "provenance.csv", "SHA256SUMS"].iter().zip(&before) {
-        assert!(std::fs::read_to_string(place.results().join(name)).unwrap() == *text, "{name}");
-    }
-    std::fs::remove_dir_all(place.results().join("records")).unwrap();
-    assert!(place.run(&traced.replace("phases = 4", "phases = 5")).contains("4 computed now"));
+    let kept = ["runs.csv", "cost.csv", "provenance.csv", "SHA256SUMS"].map(|name| place.results().join(name));
+    let contents = || kept.each_ref().map(|path| std::fs::read_to_string(path).unwrap());
+    let before = contents();
+    place.vanish("records");
+    place.run_computing(0, &traced);
+    assert!(contents() == before, "what is kept has changed");
+    place.vanish("records");
+    place.run_computing(4, &traced.replace("phases = 4", "phases = 5"));
     // What was changed by hand is not believed.
-    std::fs::remove_dir_all(place.results().join("records")).unwrap();
-    let path = place.results().join("runs.csv");
-    std::fs::write(&path, std::fs::read_to_string(&path).unwrap().replacen("completed", "diverged", 1)).unwrap();
-    assert!(place.run(&traced).contains("16 computed now"));
-    assert_eq!(std::fs::read_to_string(&path).unwrap(), before[0]);
+    place.vanish("records");
+    let path = &kept[0];
+    std::fs::write(path, std::fs::read_to_string(path).unwrap().replacen("completed", "diverged", 1)).unwrap();
+    place.run_computing(16, &traced);
+    assert_eq!(std::fs::read_to_string(path).unwrap(), before[0]);
 }
 
 #[test]
 fn the_reference_states_the_step_that_was_taken() {
     let place = Place::new();
     // Points lie 5e-5 s apart, so of 3e-5 s become two steps of 2.5e-5 s, and a quarter of that for the finest.
-    place.run(&EXPERIMENT.replace("duration_s", "reference_step_s = 3e-5\nduration_s"));
+    place.run(&with_key("reference_step_s = 3e-5"));
     let text = std::fs::read_to_string(place.results().join("reference.csv")).unwrap();
     let step: f64 = text.lines().nth(1).unwrap().rsplit(',').next().unwrap().parse().unwrap();
     approx::assert_relative_eq!(step, 6.25e-6, max_relative = 1e-12);
@@ -419,61 +392,27 @@ fn the_reference_states_the_step_that_was_taken() {
 #[test]
 fn a_value_equal_to_the_default_stands_in_the_table() {
     let place = Place::new();
-    let text =
-        EXPERIMENT.replace("name = \"wedge-box\"", "name = \"wedge-box\"\nset = { box_mass_kg = [200.0, 210.0] }");
-    place.run(text.split("[[claims]]").next().unwrap());
-    let sets = place.column("set");
-    assert_eq!(sets.iter().filter(|set| *set == "box_mass_kg=200.0").count(), 16);
-    assert_eq!(sets.iter().filter(|set| *set == "box_mass_kg=210.0").count(), 16);
+    place.run(with_two_masses().split("[[claims]]").next().unwrap());
+    for set in ["box_mass_kg=200.0", "box_mass_kg=210.0"] {
+        assert_eq!(place.count("set", set), 16, "{set}");
+    }
 }
 
 #[test]
-fn what_is_said_twice_or_has_no_length_or_does_not_apply_is_refused() {
-    let simulate = |arguments: &[&str]| {
-        refused(rimbench().args(["simulate", "--case", "wedge-box", "--scheme", "rim-smooth"]).args(arguments))
-    };
-    let message = simulate(&["--set", "box_mass_kg=200", "--set", "box_mass_kg=300"]);
-    assert!(message.contains("each key once; box_mass_kg is 200 already"), "{message}");
-    assert!(simulate(&["--phase", "1e-300"]).contains("phase = 1e-300"));
-    assert!(simulate(&["--duration", "1000", "--macro-step", "0.1"]).contains("duration = "));
-    assert!(refused(rimbench().args(["list", "schemes", "--case", "wedge-box"])).contains("--case"));
-    let printed = |arguments: &[&str]| {
-        String::from_utf8(rimbench().arg("list").args(arguments).assert().success().get_output().stdout.clone())
-            .unwrap()
-    };
-    let cases = printed(&["cases", "--case", "wedge-box"]);
+fn lists_are_of_one_case_where_that_means_something() {
+    assert_refused("list", &[("schemes --case wedge-box", "--case")]);
+    let cases = printed(&mut call("list cases --case wedge-box"));
     assert!(cases.contains("wedge-box") && !cases.contains("bouncing-ball"), "{cases}");
-    assert!(printed(&["parameters", "--case", "elastic-bar"]).contains("a whole number from 1 to 500"));
+    assert_has(&printed(&mut call("list parameters --case elastic-bar")), &["a whole number from 1 to 500"]);
 }
 
 #[test]
 fn a_plan_says_first_how_many_runs_it_has_and_shows_as_many_as_can_be_read() {
     let place = Place::new();
     let file = place.write(&EXPERIMENT.replace("phases = 4", "phases = 100"));
-    let printed = |more: &[&str]| {
-        let output = rimbench().arg("run").arg(&file).arg("--dry-run").args(more).assert().success();
-        String::from_utf8(output.get_output().stdout.clone()).unwrap()
-    };
-    let short = printed(&[]);
+    let plan = |more: &[&str]| printed(rimbench().arg("run").arg(&file).arg("--dry-run").args(more));
+    let short = plan(&[]);
     assert!(short.lines().take(4).any(|line| line == "400 runs, 1 claims") && short.lines().count() < 60, "{short}");
-    assert!(short.contains("… and 360 more: --all shows them"));
-    assert!(printed(&["--all"]).lines().count() > 400);
-}
-
-#[test]
-fn a_cache_that_is_of_no_use_says_so() {
-    let place = Place::new();
-    std::fs::write(place.path("file"), "").unwrap();
-    let arguments = ["simulate", "--case", "wedge-box", "--scheme", "rim-smooth", "--duration", "0.05"];
-    let output = rimbench().env("RIMBENCH_CACHE", place.path("file")).args(arguments).assert().success();
-    let said = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
-    assert!(said.contains("note: the cache of references is of no use here"), "{said}");
-}
-
-#[test]
-fn a_group_without_figures_is_refused() {
-    let place = Place::new();
-    std::fs::create_dir(place.path("results")).unwrap();
-    let message = refused(rimbench().args(["report", "--figures", "--group", "nope"]).arg(place.path("results")));
-    assert!(message.contains("unknown group of figures `nope`"), "{message}");
+    assert_has(&short, &["… and 360 more: --all shows them"]);
+    assert!(plan(&["--all"]).lines().count() > 400);
 }

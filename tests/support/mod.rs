@@ -1,25 +1,26 @@
 //! Builders shared by the tests: the wedge box at its defaults, small systems with constant matrices, simple actuators.
-#![allow(dead_code)]
+#![allow(dead_code, unused_imports, unused_macros)]
 
-use rimbench::cases::{Case, CoupledSystem, ExactSolution, Parameters, Recorder, ReferenceMethod, Value};
+use rimbench::cases::{CoupledSystem, ExactSolution, Parameters, Value};
 use rimbench::catalogue::Catalogue;
-use rimbench::complementarity::SolverEntry;
-use rimbench::cosim::{
-    Abilities, ActuatorIntegrator, Bounds, CommunicationGrid, CommunicationPoint, ForceReturn, MechanicsSteps, Outcome,
-    OutputRates, PerSide, Port, Ports, Quantity, Report, Sequence, Setup, Sides, StopFlag, Subsystem,
-    SubsystemCounters, Supervision, Trajectory, not_offered,
-};
-use rimbench::error::{Failure, Result};
+use rimbench::complementarity::{ActiveSet, Solver, SolverEntry};
+use rimbench::error::Result;
 use rimbench::harness::monotonic_clock;
-use rimbench::interface_model::{Elimination, Linearisation, MassMatrix, ReducedInterfaceModel, Rows};
-use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, ReferenceSteps, monolithic};
 use rimbench::models::{GripperGeometry, WedgeBox, WedgeBoxGeometry};
-use rimbench::name::{Name, names};
-use rimbench::runs::{RunRequest, RunResult, RunSpec, simulate};
-use rimbench::schemes::{Coupling, SchemeEntry};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
+
+/// What most tests speak of.
+pub use rimbench::cases::{Case, Recorder, ReferenceMethod};
+pub use rimbench::cosim::*;
+pub use rimbench::error::Failure;
+pub use rimbench::interface_model::*;
+pub use rimbench::mechanics::*;
+pub use rimbench::name::{Name, names};
+pub use rimbench::runs::*;
+pub use rimbench::schemes::*;
+pub use rimbench::statistics::{median, order_of_convergence};
 
 /// Plastic contacts without position stabilisation.
 pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, spring: None };
@@ -115,6 +116,79 @@ pub fn wedge_box_case() -> &'static Arc<Case> {
 /// Whether contacts have friction, for which some options are refused.
 pub fn has_friction(parameters: &Parameters) -> bool {
     parameters.iter().any(|(parameter, value)| parameter.name == "friction" && *value != Value::Number(0.0))
+}
+
+/// A run that comes to its end.
+pub fn completed(spec: &RunSpec) -> RunResult {
+    let result = run(spec);
+    let name = format!("{} on {} at H = {}", spec.scheme.name, spec.case.name, spec.macro_step);
+    assert_eq!(result.report.outcome, Outcome::Completed, "{name}");
+    result
+}
+
+/// The reference of the wedge box, computed once.
+pub fn wedge_box_reference() -> &'static Reference {
+    static REFERENCE: OnceLock<Reference> = OnceLock::new();
+    REFERENCE.get_or_init(|| Reference::compute(&wedge_box_spec("zero-order-hold", 1e-3), StopFlag::never()).unwrap())
+}
+
+/// A metric of a run against its reference.
+pub fn metric(spec: &RunSpec, run: RunResult, reference: &Reference, name: &str) -> f64 {
+    let facts = evaluate(spec, run, reference).unwrap().findings();
+    facts.into_iter().find(|fact| fact.name == name).unwrap().cell().parse().unwrap()
+}
+
+/// Largest difference of two runs in a column, and the largest magnitude in the first.
+pub fn apart(one: &Trajectory, other: &Trajectory, name: &str) -> (f64, f64) {
+    let [one, other] = [one, other].map(|run| column(run, name));
+    (max_difference(&one, &other), largest(one.iter().map(|value| value.abs())))
+}
+
+/// All values of a run, to the bit.
+pub fn bits(run: &Trajectory) -> Vec<u64> {
+    run.rows().flatten().map(|value| value.to_bits()).collect()
+}
+
+/// Each parameter is refused in these words.
+pub fn assert_refused(table: &[(&str, &str, &str, &str)]) {
+    for (case, key, value, wanted) in table {
+        let said = refused(case, key, value);
+        assert!(said.contains(wanted), "{case} {key} = {value}: {said}");
+    }
+}
+
+/// The active set behind a trait object: no solver that goes by active sets or keeps few entries, as far as others know.
+pub fn opaque_active_set() -> Arc<SolverEntry> {
+    let build = Arc::new(|capacity| Solver::other(ActiveSet::new(capacity)));
+    Arc::new(SolverEntry { name: "active-set-opaque".into(), build, ..SolverEntry::active_set() })
+}
+
+/// The same run with every contact problem solved by that.
+pub fn with_opaque_solver(spec: &RunSpec) -> RunSpec {
+    let solver = opaque_active_set();
+    let model = spec.model.clone().map(|model| ModelOptions { solver: solver.clone(), ..model });
+    RunSpec { model, ..spec.clone() }
+}
+
+/// A case, its parameters and a macro step.
+pub type SmoothCase = (&'static str, &'static [(&'static str, &'static str)], f64);
+
+pub const REST: [(&str, &str); 3] = [("x1_0_m", "1"), ("v1_0_m_s", "0"), ("v2_0_m_s", "0")];
+
+/// The smooth cases, each from rest, with the finest macro step of a refinement.
+pub const SMOOTH: [SmoothCase; 3] =
+    [("linear-oscillator", &REST, 5e-4), ("quarter-car", &[], 5e-4), ("precice-oscillator", &[], 1e-3)];
+
+/// Rms distance of both positions of a two-mass case from its closed form over a run.
+pub fn error_of_positions(spec: &RunSpec, trajectory: &Trajectory) -> f64 {
+    let solution = exact_solution(&spec.case, &spec.parameters);
+    let mut row = vec![0.0; trajectory.columns().len()];
+    let mut sum = 0.0;
+    for own in trajectory.rows() {
+        solution(own[0], &mut row);
+        sum += (own[1] - row[1]).powi(2) + (own[2] - row[2]).powi(2);
+    }
+    (sum / trajectory.len() as f64).sqrt()
 }
 
 /// Both sides of a case at its defaults.
@@ -318,8 +392,77 @@ pub struct LinearModel {
     pub unilateral: ConstantRows,
     pub tangential: ConstantRows,
     pub interface: ConstantRows,
+    /// Curvatures of the first unilateral, tangential and interface row beyond q₁ = 1 m, if any.
+    pub bends: Option<[f64; 3]>,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
+}
+
+impl LinearModel {
+    /// Masses and forces on them, at rest at the origin, with these interface rows and nothing else.
+    pub fn new(mass: &[f64], force: &[f64], interface: &[(&[f64], f64)]) -> Self {
+        let rest = vec![0.0; mass.len()];
+        LinearModel {
+            mass: mass.to_vec(),
+            force: force.to_vec(),
+            interface: ConstantRows::new(interface),
+            q: rest.clone(),
+            v: rest,
+            ..LinearModel::default()
+        }
+    }
+
+    /// With contacts.
+    pub fn over(self, unilateral: &[(&[f64], f64)]) -> Self {
+        LinearModel { unilateral: ConstantRows::new(unilateral), ..self }
+    }
+
+    /// With surfaces along which there may be friction.
+    pub fn along(self, tangential: &[(&[f64], f64)]) -> Self {
+        LinearModel { tangential: ConstantRows::new(tangential), ..self }
+    }
+
+    /// From these velocities.
+    pub fn moving(self, v: &[f64]) -> Self {
+        LinearModel { v: v.to_vec(), ..self }
+    }
+}
+
+/// Hands the rest of a [`Subsystem`] on to the one in a field, which cannot be copied.
+macro_rules! hands_on {
+    (steps) => {
+        fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+            self.inner.step(t, u, h)
+        }
+    };
+    (abilities) => {
+        fn abilities(&mut self) -> &mut dyn Abilities {
+            self.inner.abilities()
+        }
+    };
+    (the_rest) => {
+        fn ports(&self) -> &Ports {
+            self.inner.ports()
+        }
+        fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+            self.inner.outputs(u, y)
+        }
+        fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
+            None
+        }
+        fn counters(&self) -> SubsystemCounters {
+            self.inner.counters()
+        }
+    };
+}
+pub(crate) use hands_on;
+
+impl LinearModel {
+    fn bend(&self, row: usize, q: &[f64], v: &[f64], rows: &mut Rows) {
+        if let Some(bends) = self.bends.filter(|_| q[0] > 1.0) {
+            rows.convective[0] = bends[row] * v[0] * v[0];
+        }
+    }
 }
 
 const GAPS: [&str; 6] = ["gap_1_m", "gap_2_m", "gap_3_m", "gap_4_m", "gap_5_m", "gap_6_m"];
@@ -349,17 +492,26 @@ impl MechanicalModel for LinearModel {
     fn bilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         self.bilateral.write(q, rows);
     }
-    fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.unilateral.write(q, rows);
+        self.bend(0, q, v, rows);
     }
     fn tangential_rows(&self) -> usize {
         self.tangential.offset.len()
     }
-    fn tangential(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+    fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.tangential.write(q, rows);
+        self.bend(1, q, v, rows);
     }
-    fn interface(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
+    fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.interface.write(q, rows);
+        self.bend(2, q, v, rows);
+    }
+    fn switches(&self) -> usize {
+        usize::from(self.bends.is_some())
+    }
+    fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
+        switches.iter_mut().for_each(|switch| *switch = [q[0] - 1.0, v[0]]);
     }
     fn potential_energy(&self, q: &[f64]) -> f64 {
         -self.force.iter().zip(q).map(|(f, q)| f * q).sum::<f64>()

@@ -157,16 +157,6 @@ mod tests {
         assert_eq!(cache.read("one case"), Some(vec![1.0]));
     }
 
-    #[test]
-    fn a_cache_that_cannot_be_written_says_so() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("file");
-        fs::write(&file, "").unwrap();
-        let cache = Cache::in_folder(&file);
-        cache.write("key", &[1.0]);
-        assert!(cache.complaint().unwrap().to_string().contains("cannot be written"));
-    }
-
     #[cfg(unix)]
     #[test]
     fn a_pipe_in_the_place_of_a_file_is_neither_waited_for_nor_replaced() {

@@ -168,198 +168,184 @@ impl Loaded {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
-    #[cfg(unix)]
-    use super::super::ERROR;
-    use super::*;
-    #[cfg(unix)]
-    use guest::{Guest, loaded, rates};
+    use super::super::*;
+
+    const STEP: f64 = 1e-3;
+    const CHANGE: f64 = 1e-6;
 
     /// An FMU without an archive: one input, two outputs.
-    #[cfg(unix)]
-    mod guest {
-        use super::super::super::*;
+    struct Guest {
+        x: [f64; 2],
+        u: f64,
+        /// What a step makes of the state.
+        advance: fn([f64; 2], f64, f64) -> [f64; 2],
+        say: fn([f64; 2], f64) -> [f64; 2],
+        /// What the step after so many more returns, if it does not go well.
+        fault: Option<(usize, c_int)>,
+        /// What keeping a state returns.
+        keeping: c_int,
+        longest: f64,
+        states_set: usize,
+        after_fatal: usize,
+        fatal: bool,
+    }
 
-        pub(super) const STEP: f64 = 1e-3;
-        pub(super) const CHANGE: f64 = 1e-6;
-
-        pub(super) struct Guest {
-            pub(super) x: [f64; 2],
-            pub(super) u: f64,
-            /// What a step makes of the state.
-            pub(super) advance: fn([f64; 2], f64, f64) -> [f64; 2],
-            pub(super) say: fn([f64; 2], f64) -> [f64; 2],
-            /// What the step after so many more returns, if it does not go well.
-            pub(super) fault: Option<(usize, c_int)>,
-            /// What keeping a state returns.
-            pub(super) keeping: c_int,
-            pub(super) longest: f64,
-            pub(super) states_set: usize,
-            pub(super) after_fatal: usize,
-            pub(super) fatal: bool,
-        }
-
-        impl Guest {
-            pub(super) fn new(
-                x: [f64; 2],
-                advance: fn([f64; 2], f64, f64) -> [f64; 2],
-                say: fn([f64; 2], f64) -> [f64; 2],
-            ) -> Guest {
-                Guest {
-                    x,
-                    u: 0.0,
-                    advance,
-                    say,
-                    fault: None,
-                    keeping: 0,
-                    longest: 0.0,
-                    states_set: 0,
-                    after_fatal: 0,
-                    fatal: false,
-                }
+    impl Guest {
+        fn new(x: [f64; 2], advance: fn([f64; 2], f64, f64) -> [f64; 2], say: fn([f64; 2], f64) -> [f64; 2]) -> Guest {
+            Guest {
+                x,
+                u: 0.0,
+                advance,
+                say,
+                fault: None,
+                keeping: 0,
+                longest: 0.0,
+                states_set: 0,
+                after_fatal: 0,
+                fatal: false,
             }
-        }
-
-        /// # Safety
-        /// The instance is a [`Guest`] that nobody else looks at.
-        unsafe fn called<'a>(instance: Instance) -> &'a mut Guest {
-            // SAFETY: as the caller says.
-            let guest = unsafe { &mut *instance.cast::<Guest>() };
-            guest.after_fatal += usize::from(guest.fatal);
-            guest
-        }
-
-        unsafe extern "C" fn nothing(_: Instance) {}
-        unsafe extern "C" fn well(_: Instance) -> c_int {
-            0
-        }
-        unsafe extern "C" fn get(instance: Instance, _: *const u32, n: usize, values: *mut f64, _: usize) -> c_int {
-            // SAFETY: `Loaded` has this guest for its instance, and hands over room for `n` values, all set.
-            let (guest, values) = unsafe { (called(instance), std::slice::from_raw_parts_mut(values, n)) };
-            values.copy_from_slice(&(guest.say)(guest.x, guest.u));
-            0
-        }
-        unsafe extern "C" fn set(instance: Instance, _: *const u32, _: usize, values: *const f64, _: usize) -> c_int {
-            // SAFETY: `Loaded` has this guest for its instance, and hands over its one input.
-            unsafe { called(instance).u = *values };
-            0
-        }
-        unsafe extern "C" fn step(
-            instance: Instance,
-            _: f64,
-            h: f64,
-            _: bool,
-            _: *mut u8,
-            _: *mut u8,
-            _: *mut u8,
-            _: *mut f64,
-        ) -> c_int {
-            // SAFETY: `Loaded` has this guest for its instance.
-            let guest = unsafe { called(instance) };
-            guest.longest = guest.longest.max(h);
-            match &mut guest.fault {
-                Some((0, status)) => {
-                    guest.fatal = *status == FATAL;
-                    return *status;
-                }
-                Some((left, _)) => *left -= 1,
-                None => {}
-            }
-            guest.x = (guest.advance)(guest.x, guest.u, h);
-            0
-        }
-        unsafe extern "C" fn get_state(instance: Instance, kept: *mut Keep) -> c_int {
-            // SAFETY: `Loaded` has this guest for its instance.
-            let guest = unsafe { called(instance) };
-            if guest.keeping == 0 {
-                // SAFETY: a place where null stands, or three numbers that were made here.
-                unsafe {
-                    if (*kept).is_null() {
-                        *kept = Box::into_raw(Box::new([0.0; 3])).cast();
-                    }
-                    *(*kept).cast::<[f64; 3]>() = [guest.x[0], guest.x[1], guest.u];
-                }
-            }
-            guest.keeping
-        }
-        unsafe extern "C" fn set_state(instance: Instance, kept: Keep) -> c_int {
-            // SAFETY: `Loaded` has this guest for its instance, and hands over three numbers that were made by `get_state`.
-            let (guest, [x, y, u]) = unsafe { (called(instance), *kept.cast::<[f64; 3]>()) };
-            (guest.x, guest.u) = ([x, y], u);
-            guest.states_set += 1;
-            0
-        }
-        unsafe extern "C" fn free_state(_: Instance, kept: *mut Keep) -> c_int {
-            // SAFETY: three numbers that were boxed by `get_state`, and are freed once.
-            drop(unsafe { Box::from_raw((*kept).cast::<[f64; 3]>()) });
-            0
-        }
-
-        /// As an actuator with direct feedthrough, probed by [`STEP`] and [`CHANGE`]; `guest` outlives it.
-        pub(super) fn loaded(guest: &mut Guest) -> Loaded {
-            let plain = |reference| Scaled { reference, factor: 1.0, offset: 0.0 };
-            let plan = Plan {
-                file: "guest.fmu".into(),
-                library: "".into(),
-                needs: Vec::new(),
-                resources: "".into(),
-                version_2: false,
-                token: String::new(),
-                starts: Vec::new(),
-                inputs: vec![plain(0)],
-                outputs: vec![plain(1), plain(2)],
-                rates: None,
-                derivatives: false,
-                smooth: false,
-                probe: Some(Probe { step: STEP, change: CHANGE, feedthrough: true }),
-                keeps_state: true,
-                model: None,
-                step: None,
-                observed: Vec::new(),
-                work: None,
-            };
-            Loaded {
-                functions: Functions {
-                    free: nothing,
-                    terminate: well,
-                    exit_initialization: well,
-                    numbers: Numbers::Three { get, set },
-                    step: Step::Three(step),
-                    state: Some(StateFunctions { get: get_state, set: set_state, free: free_state }),
-                    derivative: None,
-                    booleans: None,
-                    integers: None,
-                },
-                instance: (&raw mut *guest).cast(),
-                copies: vec![Slot { kept: None, used: true }],
-                present: 0,
-                inputs: vec![0],
-                outputs: vec![1, 2],
-                rates: Vec::new(),
-                observed: Vec::new(),
-                room: Vec::new(),
-                truths: Vec::new(),
-                integers: Vec::new(),
-                said: ManuallyDrop::new(Box::new(Said::default())),
-                callbacks: ManuallyDrop::new(None),
-                library: ManuallyDrop::new(libloading::os::unix::Library::this().into()),
-                probed: Probed::default(),
-                stepping: true,
-                worst: Cell::new(0),
-                plan,
-            }
-        }
-
-        /// Rates, feedthrough, rate gain and the estimate, of steps of at most `longest` (s).
-        pub(super) fn rates(loaded: &mut Loaded, longest: f64, u: f64) -> Result<Vec<f64>, String> {
-            let mut output = Vec::new();
-            loaded.ask(Ask::Rates, 0, &[0.0, longest, u], &mut output).map(|()| output)
         }
     }
 
+    /// # Safety
+    /// The instance is a [`Guest`] that nobody else looks at.
+    unsafe fn called<'a>(instance: Instance) -> &'a mut Guest {
+        // SAFETY: as the caller says.
+        let guest = unsafe { &mut *instance.cast::<Guest>() };
+        guest.after_fatal += usize::from(guest.fatal);
+        guest
+    }
+
+    unsafe extern "C" fn nothing(_: Instance) {}
+    unsafe extern "C" fn well(_: Instance) -> c_int {
+        0
+    }
+    unsafe extern "C" fn get(instance: Instance, _: *const u32, n: usize, values: *mut f64, _: usize) -> c_int {
+        // SAFETY: `Loaded` has this guest for its instance, and hands over room for `n` values, all set.
+        let (guest, values) = unsafe { (called(instance), std::slice::from_raw_parts_mut(values, n)) };
+        values.copy_from_slice(&(guest.say)(guest.x, guest.u));
+        0
+    }
+    unsafe extern "C" fn set(instance: Instance, _: *const u32, _: usize, values: *const f64, _: usize) -> c_int {
+        // SAFETY: `Loaded` has this guest for its instance, and hands over its one input.
+        unsafe { called(instance).u = *values };
+        0
+    }
+    unsafe extern "C" fn step(
+        instance: Instance,
+        _: f64,
+        h: f64,
+        _: bool,
+        _: *mut u8,
+        _: *mut u8,
+        _: *mut u8,
+        _: *mut f64,
+    ) -> c_int {
+        // SAFETY: `Loaded` has this guest for its instance.
+        let guest = unsafe { called(instance) };
+        guest.longest = guest.longest.max(h);
+        match &mut guest.fault {
+            Some((0, status)) => {
+                guest.fatal = *status == FATAL;
+                return *status;
+            }
+            Some((left, _)) => *left -= 1,
+            None => {}
+        }
+        guest.x = (guest.advance)(guest.x, guest.u, h);
+        0
+    }
+    unsafe extern "C" fn get_state(instance: Instance, kept: *mut Keep) -> c_int {
+        // SAFETY: `Loaded` has this guest for its instance.
+        let guest = unsafe { called(instance) };
+        if guest.keeping == 0 {
+            // SAFETY: a place where null stands, or three numbers that were made here.
+            unsafe {
+                if (*kept).is_null() {
+                    *kept = Box::into_raw(Box::new([0.0; 3])).cast();
+                }
+                *(*kept).cast::<[f64; 3]>() = [guest.x[0], guest.x[1], guest.u];
+            }
+        }
+        guest.keeping
+    }
+    unsafe extern "C" fn set_state(instance: Instance, kept: Keep) -> c_int {
+        // SAFETY: `Loaded` has this guest for its instance, and hands over three numbers that were made by `get_state`.
+        let (guest, [x, y, u]) = unsafe { (called(instance), *kept.cast::<[f64; 3]>()) };
+        (guest.x, guest.u) = ([x, y], u);
+        guest.states_set += 1;
+        0
+    }
+    unsafe extern "C" fn free_state(_: Instance, kept: *mut Keep) -> c_int {
+        // SAFETY: three numbers that were boxed by `get_state`, and are freed once.
+        drop(unsafe { Box::from_raw((*kept).cast::<[f64; 3]>()) });
+        0
+    }
+
+    /// As an actuator with direct feedthrough, probed by [`STEP`] and [`CHANGE`]; `guest` outlives it.
+    fn loaded(guest: &mut Guest) -> Loaded {
+        let plain = |reference| Scaled { reference, factor: 1.0, offset: 0.0 };
+        let plan = Plan {
+            file: "guest.fmu".into(),
+            library: "".into(),
+            needs: Vec::new(),
+            resources: "".into(),
+            version_2: false,
+            token: String::new(),
+            starts: Vec::new(),
+            inputs: vec![plain(0)],
+            outputs: vec![plain(1), plain(2)],
+            rates: None,
+            derivatives: false,
+            smooth: false,
+            probe: Some(Probe { step: STEP, change: CHANGE, feedthrough: true }),
+            keeps_state: true,
+            model: None,
+            step: None,
+            observed: Vec::new(),
+            work: None,
+        };
+        Loaded {
+            functions: Functions {
+                free: nothing,
+                terminate: well,
+                exit_initialization: well,
+                numbers: Numbers::Three { get, set },
+                step: Step::Three(step),
+                state: Some(StateFunctions { get: get_state, set: set_state, free: free_state }),
+                derivative: None,
+                booleans: None,
+                integers: None,
+            },
+            instance: (&raw mut *guest).cast(),
+            copies: vec![Slot { kept: None, used: true }],
+            present: 0,
+            inputs: vec![0],
+            outputs: vec![1, 2],
+            rates: Vec::new(),
+            observed: Vec::new(),
+            room: Vec::new(),
+            truths: Vec::new(),
+            integers: Vec::new(),
+            said: ManuallyDrop::new(Box::new(Said::default())),
+            callbacks: ManuallyDrop::new(None),
+            library: ManuallyDrop::new(libloading::os::unix::Library::this().into()),
+            probed: Probed::default(),
+            stepping: true,
+            worst: Cell::new(0),
+            plan,
+        }
+    }
+
+    /// Rates, feedthrough, rate gain and the estimate, of steps of at most `longest` (s).
+    fn rates(loaded: &mut Loaded, longest: f64, u: f64) -> Result<Vec<f64>, String> {
+        let mut output = Vec::new();
+        loaded.ask(Ask::Rates, 0, &[0.0, longest, u], &mut output).map(|()| output)
+    }
+
     #[test]
-    #[cfg(unix)]
     fn numbers_that_hold_nothing_but_round_off_are_no_error_of_probing() {
         // The second state does not follow the input, but its last digits do.
         let advance =
@@ -379,7 +365,6 @@ mod tests {
     }
 
     #[test]
-    #[cfg(unix)]
     fn an_estimate_of_probing_knows_of_no_other_probe() {
         // Rates beside which the others are small, and rates that change within a step.
         let advance = |[x, y]: [f64; 2], u: f64, h: f64| [x + h * u * (1.0 + 400.0 * h), y];
@@ -394,7 +379,6 @@ mod tests {
     }
 
     #[test]
-    #[cfg(unix)]
     fn feedthrough_of_outputs_far_from_zero_is_probed_with_all_digits_that_they_have() {
         let mut guest = Guest::new([0.0, 0.0], |x, _, _| x, |_, u| [1e6 + 400.0 * u, 0.0]);
         let mut one = loaded(&mut guest);
@@ -406,9 +390,8 @@ mod tests {
     }
 
     #[test]
-    #[cfg(unix)]
     fn no_step_of_probing_is_longer_than_what_is_asked_for() {
-        for (longest, taken) in [(1e-4, 1e-4), (1.0, guest::STEP)] {
+        for (longest, taken) in [(1e-4, 1e-4), (1.0, STEP)] {
             let mut guest = Guest::new([0.0, 0.0], |x, _, _| x, |x, _| x);
             rates(&mut loaded(&mut guest), longest, 0.0).unwrap();
             assert_eq!(guest.longest, taken);
@@ -416,7 +399,6 @@ mod tests {
     }
 
     #[test]
-    #[cfg(unix)]
     fn an_fmu_that_breaks_while_it_is_probed_is_set_back_only_where_that_is_allowed() {
         for status in [2, ERROR, FATAL] {
             let mut guest = Guest::new([1.0, 2.0], |[x, y], _, h| [x + h, y - h], |x, _| x);
