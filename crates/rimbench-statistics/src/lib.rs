@@ -5,7 +5,6 @@
 
 mod bootstrap;
 mod equal_cost;
-mod geometric_mean;
 mod intervals;
 mod performance_profile;
 mod rank_correlation;
@@ -13,7 +12,6 @@ mod ranking;
 
 pub use bootstrap::bootstrap_interval;
 pub use equal_cost::ratio_at_equal_cost;
-pub use geometric_mean::{charged, shifted_geometric_mean};
 pub use intervals::{Fence, TimeSummary, fence, ratio_interval};
 pub use performance_profile::{data_profile, performance_profile, performance_ratios, share_within};
 pub use rank_correlation::rank_correlation;
