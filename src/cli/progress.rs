@@ -52,8 +52,8 @@ impl Progress {
     /// Corrects the number of runs: what is stored already, or another's, is not to be done.
     pub(super) fn to_do(&self, total: usize) {
         let mut state = self.state();
-        state.total = total;
-        state.bar.set_length(total as u64);
+        state.total = total.max(state.done);
+        state.bar.set_length(state.total as u64);
     }
 
     /// Says what the runs that follow are about.

@@ -13,7 +13,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::error::Result;
 use rimbench::figures::style::Styles;
-use rimbench::harness::{Cache, CheckedClaim, Job, Step, Store, check_claims, run_job};
+use rimbench::harness::{Cache, CheckedClaim, Job, Step, Store, Verdict, check_claims, run_job};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -85,8 +85,10 @@ impl Reproduce {
         complain(&cache);
 
         print(&claims_table(&claims))?;
+        let reproduced = claims.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
         print(&format!(
-            "{total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",
+            "{reproduced} of {} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",
+            claims.len(),
             started.elapsed().as_secs_f64(),
             page.display()
         ))?;

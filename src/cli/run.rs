@@ -141,9 +141,8 @@ impl Run {
             for remark in remarks(&experiment, &folder)? {
                 print(&remark)?;
             }
-            if experiment.claims().is_empty() {
-                print(&super::summary::summary(&folder)?)?;
-            } else {
+            print(&super::summary::summary(&folder)?)?;
+            if !experiment.claims().is_empty() {
                 print(&claims_table(&check_claims(&experiment, catalogue, &folder)?))?;
             }
         }

@@ -30,6 +30,19 @@ pub(super) struct Inventory {
 struct References(Vec<RunSpec>);
 
 impl References {
+    /// Names of the cases, numbered where a case has several; none where there is one reference.
+    fn names(&self) -> Vec<String> {
+        let name = |index: usize, spec: &RunSpec| {
+            let before = self.0[..index].iter().filter(|other| other.case.name == spec.case.name).count();
+            if before == 0 { spec.case.name.to_string() } else { format!("{}-{}", spec.case.name, before + 1) }
+        };
+        if self.0.len() == 1 {
+            Vec::new()
+        } else {
+            self.0.iter().enumerate().map(|(index, spec)| name(index, spec)).collect()
+        }
+    }
+
     /// Cases and parameters are the outer loops of a plan: runs of one reference are mostly neighbours, unless a case is named again
     /// behind others.
     fn note(&mut self, spec: &RunSpec) {
@@ -98,6 +111,7 @@ pub(super) fn export_if_complete(
     results::write_tables(job.folder, job.experiment, planned, &stock.store)?;
     let mut needed = References::default();
     planned.iter().for_each(|run| needed.note(&run.spec));
+    let names = needed.names();
     let references = needed.0.iter().map(|spec| {
         if let Some((_, reference)) = held.take_if(|held| planned[held.0].spec.shares_reference_with(spec)) {
             return Ok((spec, Some(reference)));
@@ -108,7 +122,7 @@ pub(super) fn export_if_complete(
             found => Ok((spec, Some(found?))),
         }
     });
-    let of_references = results::write_references(job.folder, references, job.experiment.trace_every_s)?;
+    let of_references = results::write_references(job.folder, references, &names, job.experiment.trace_every_s)?;
     let traced = planned.iter().filter(|run| job.experiment.trace_of(&run.label).is_some());
     results::write_checksums(job.folder, traced.map(|run| results::trace_name(&run.id)).chain(of_references))?;
     keep(job.folder)?;

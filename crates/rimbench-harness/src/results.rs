@@ -128,13 +128,14 @@ pub(super) fn write_tables(
 }
 
 /// Writes `parameters.csv`, `reference.csv` and the traces of the references, one reference at a time, and returns the names of
-/// those traces. A reference that took longer than its runs may take, or that there is none of, has no rows.
+/// those traces, each with the one of `names` where there are several. A reference that took longer than its runs may take, or that there is none of, has no rows.
 ///
 /// # Errors
 /// [`Error::File`] naming the file; whatever makes a reference fail.
 pub(super) fn write_references<'a>(
     folder: &Path,
     references: impl Iterator<Item = Result<(&'a RunSpec, Option<Reference>)>>,
+    names: &[String],
     trace_every_s: Option<f64>,
 ) -> Result<Vec<String>> {
     let mut traces = Vec::new();
@@ -153,7 +154,10 @@ pub(super) fn write_references<'a>(
             columns.push(row(&[case, &set, name, &uncertainty, &order, &number(reference.step)]));
         }
         if let Some(every) = trace_every_s {
-            let name = if index == 0 { "reference.csv".to_owned() } else { format!("reference-{}.csv", index + 1) };
+            let name = match names.get(index) {
+                Some(case) => format!("reference-{case}.csv"),
+                None => "reference.csv".to_owned(),
+            };
             write_trace(folder, &name, &reference.trajectory, every)?;
             traces.push(name);
         }

@@ -72,7 +72,7 @@ pub fn spectral_radius(spec: &RunSpec) -> Result<f64> {
         }
     }
     Err(Error::Incompatible(format!(
-        "no linear recurrence over {LONGEST_MEMORY} past communication points reproduces scheme {} on case {}",
+        "scheme {} is no linear recurrence over {LONGEST_MEMORY} past communication points on case {}",
         spec.scheme.name, spec.case.name
     )))
 }
@@ -111,8 +111,8 @@ fn check_linear(spec: &RunSpec, runs: &[States], rest: &States, steps: usize) ->
             let size: f64 = runs.iter().map(|run| run[k][index].abs()).sum::<f64>() + start[index].abs();
             if (value - added).abs() > 1e-8 * size {
                 return Err(Error::Incompatible(format!(
-                    "case {} is not linear with these parameters, so it has no spectral radius",
-                    spec.case.name
+                    "scheme {} on case {} is not linear with these parameters, so there is no spectral radius",
+                    spec.scheme.name, spec.case.name
                 )));
             }
         }

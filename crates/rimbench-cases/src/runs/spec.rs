@@ -344,7 +344,7 @@ impl RunSpec {
     /// # Errors
     /// [`Error::InvalidValue`] for steps that are not positive, or a micro step above the macro step.
     pub fn grid(&self) -> Result<CommunicationGrid> {
-        let nonsense = !(self.macro_step > 0.0 && self.duration > 0.0);
+        let nonsense = !(self.macro_step > 0.0 && self.duration > 0.0 && self.duration.is_finite());
         if !nonsense && self.duration / self.macro_step > MOST_STEPS {
             let least = self.duration / MOST_STEPS;
             return Err(Error::invalid(
@@ -427,7 +427,7 @@ fn named<'a>(kind: &'static str, name: &'a Option<String>) -> Result<&'a str> {
 /// A wall-time limit from seconds.
 fn wall_limit(seconds: f64) -> Result<Duration> {
     let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
-    limit.ok_or_else(|| Error::invalid("wall_limit_s", seconds, "a finite time above 0 s"))
+    limit.ok_or_else(|| Error::invalid("wall_limit_s", seconds, "a finite time of at least 1e-9 s"))
 }
 
 /// Plausibility bound, far beyond any use, so that a slip of the exponent is an error and not an endless run.

@@ -90,7 +90,8 @@ impl StepControl {
             StepControlKind::ModelDefectBlind => |rule| StepControl::ModelDefect { rule, closings: false },
         };
         let expected = "a finite number above 0: the error allowed per macro step";
-        let tolerance = tolerance.ok_or_else(|| Error::invalid("step_tolerance", "nothing", expected))?;
+        let missing = || Error::Incompatible(format!("step_control = {kind} lacks step_tolerance; valid: {expected}"));
+        let tolerance = tolerance.ok_or_else(missing)?;
         let controller = match kind {
             StepControlKind::EnergyResidualLibcosim => StepController::Published,
             _ => StepController::Audited,
@@ -163,7 +164,7 @@ mod tests {
             let message = refused(new(EnergyResidual, Some(1e-2), Some(shortest)));
             assert!(message.contains("min_macro_step_s"), "{message}");
         }
-        assert!(refused(new(EnergyResidual, None, None)).contains("step_tolerance = nothing"));
+        assert!(refused(new(EnergyResidual, None, None)).contains("lacks step_tolerance"));
         assert!(refused(new(Grid, Some(1e-3), None)).contains("nothing controls the step"));
         assert!(refused(new(Grid, None, Some(1e-3))).contains("min_macro_step_s"));
         let message = "stepdoubling".parse::<StepControlKind>().unwrap_err().to_string();
