@@ -30,6 +30,7 @@ mod kinks;
 mod large_cases;
 mod many_contacts;
 mod model_steps;
+mod options;
 mod oscillator_theory;
 mod parametric_step;
 mod plain_implementation;

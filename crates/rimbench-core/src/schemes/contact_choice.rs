@@ -46,21 +46,3 @@ impl FromStr for ContactChoice {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_choice_is_read_as_it_is_written_and_nonsense_is_refused() {
-        for choice in [ContactChoice::All, ContactChoice::Near, ContactChoice::Coupled { tolerance: 1e-3 }] {
-            assert_eq!(choice.to_string().parse::<ContactChoice>().unwrap(), choice);
-        }
-        for (text, wanted) in
-            [("coupled:-1", "above 0"), ("coupled:x", "above 0"), ("coupled", "valid: all"), ("none", "near")]
-        {
-            let error = text.parse::<ContactChoice>().unwrap_err().to_string();
-            assert!(error.contains(wanted), "{text}: {error}");
-        }
-    }
-}
