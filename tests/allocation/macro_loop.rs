@@ -100,6 +100,8 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                 (ModelMotion::Piecewise, Redundancy::Drop),
             ],
         };
+        // Nor has another solver a part in how the model moves or what becomes of redundant contacts.
+        let models = if solver.name == DEFAULT { models } else { &models[..1] };
         ways.retain(|way| scheme.check_force_return(way.1).is_ok());
         for &(sequence, force_return, mechanics_steps) in &ways {
             for &(motion, redundancy) in models {

@@ -445,12 +445,4 @@ proptest! {
         }
     }
 
-    #[test]
-    fn pivoting_solvers_need_no_help(contacts in redundant_contacts()) {
-        for name in ["active-set", "lemke"] {
-            let mut solver = (solver_by_name(name).build)(contacts.n);
-            let stats = solver.solve(contacts.lcp(), &mut vec![0.0; contacts.n]).unwrap();
-            prop_assert!(stats.residual < 1e-11, "{} {:?}", name, stats);
-        }
-    }
 }

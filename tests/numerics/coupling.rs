@@ -235,20 +235,10 @@ impl Subsystem for Withdraws {
 }
 
 impl Abilities for Withdraws {
-    not_offered!(
-        use_second_order,
-        use_friction_law,
-        joint_steps,
-        oil_lines,
-        output_rates,
-        input_polynomials,
-        observables,
-        observe,
-        interface_work,
-        interface_displacement,
-        energy_identity_residual,
-        energy_account,
-    );
+    not_offered! {
+        use_second_order, use_friction_law, joint_steps, oil_lines, output_rates, input_polynomials, observables,
+        observe, interface_work, interface_displacement, energy_identity_residual, energy_account
+    }
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.inner.abilities().empty_interface_model()
@@ -280,22 +270,6 @@ fn a_model_that_is_withdrawn_must_end_the_run_and_not_be_used_stale() {
     assert_eq!(report.work.cosim.macro_steps, 7);
     // What was never there is no failure of the run: case and scheme do not go together.
     assert_eq!(run(0).outcome.name(), "skipped");
-}
-
-#[test]
-fn a_phase_must_shorten_the_first_macro_step_and_no_other() {
-    let result = run(&RunSpec { phase: 0.3, duration: 0.1, ..wedge_box_spec("rim-nonsmooth", 5e-3) });
-    let time = column(&result.trajectory, "time_s");
-    assert_eq!(time[..3], [0.0, 0.3 * 5e-3, 1.3 * 5e-3]);
-    assert_eq!(*time.last().unwrap(), 0.1);
-    let lengths: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    for length in &lengths[1..lengths.len() - 1] {
-        approx::assert_abs_diff_eq!(length, &5e-3, epsilon = 1e-16);
-    }
-    // 1.5 ms at the start, 19 whole steps to 96.5 ms, 3.5 ms at the end; micro steps of 50 µs divide them all.
-    assert_eq!((lengths.len(), result.report.work.cosim.macro_steps), (21, 21));
-    assert_eq!(result.report.work.sides.actuator.micro_steps, 2000);
-    assert_eq!(result.report.work.sides.mechanics.micro_steps, 21);
 }
 
 /// Two macro steps of 0.5 s with two micro steps each: mass 2 kg, spring 4 N/m that integrates its own deflection.

@@ -108,29 +108,6 @@ fn a_disc_that_slides_must_roll_with_two_thirds_of_its_speed_and_lose_a_third_of
     }
 }
 
-/// A block of mass 1 and half sizes `b`, `h`, level on both corners, turning about the right one so that the left one strikes.
-fn rocking(b: f64, h: f64) -> LinearModel {
-    LinearModel::new(&[1.0, 1.0, (b * b + h * h) / 3.0], &[0.0; 3], &[(&[1.0, 0.0, 0.0], 0.0)])
-        .over(&[(&[0.0, 1.0, -b], 0.0), (&[0.0, 1.0, b], 0.0)])
-        .along(&[(&[1.0, 0.0, h], 0.0), (&[1.0, 0.0, h], 0.0)])
-        .moving(&[-h, -b, 1.0])
-}
-
-#[test]
-fn a_rocking_block_with_sticking_corners_must_keep_the_angular_velocity_of_housner() {
-    for (b, h) in [(0.3, 1.0), (0.5, 1.0), (0.7, 1.0), (1.0, 1.0)] {
-        let sin2 = b * b / (b * b + h * h);
-        let ratio: f64 = 1.0 - 1.5 * sin2;
-        let least = h / b * (1.0 - ratio) / (1.0 + ratio);
-        for (mu, sticks) in [(least * (1.0 + 1e-9), true), (5.0, true), (least * (1.0 - 1e-3), false)] {
-            let mut block = with_friction(rocking(b, h), PLASTIC, coulomb(mu));
-            block.step(0.0, &[0.0], 1e-9).unwrap();
-            let kept = block.velocity()[2];
-            assert_eq!((kept - ratio).abs() <= 1e-13, sticks, "b = {b}, μ = {mu}: {kept}, not {ratio}");
-        }
-    }
-}
-
 #[test]
 fn an_oblique_impact_must_rebound_along_both_directions_by_the_law_of_moreau() {
     // A disc with I = m R²/2; sticks up to 3 μ w_n in either case.

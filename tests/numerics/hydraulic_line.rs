@@ -2,12 +2,6 @@
 
 use crate::support::*;
 
-const SEQUENCES: [Sequence; 3] = [
-    Sequence::Jacobi,
-    Sequence::GaussSeidel { first: Side::Actuator },
-    Sequence::GaussSeidel { first: Side::Mechanics },
-];
-
 fn spec(case: &str, macro_step: f64, sequence: Sequence) -> RunSpec {
     let spec = usual_spec(case, "hydraulic-line", macro_step);
     let (sequence, force_return) = spec.scheme.sequence_and_return(Some(sequence), None).unwrap();

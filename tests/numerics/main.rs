@@ -30,6 +30,7 @@ mod kinks;
 mod large_cases;
 mod many_contacts;
 mod model_steps;
+mod options;
 mod options_in_vain;
 mod oscillator_theory;
 mod parametric_step;

@@ -190,15 +190,11 @@ metric = "error"
 only = { set = "all" }
 wrong_above = 5e-3
 hatch_label = "stable but wrong"
-width = 700
-height = 240
 
 [[figure]]
 id = "sweep"
 kind = "sweep"
 experiment = "study/made-up"
-width = 600
-height = 400
 [[figure.panels]]
 title = "created"
 metric = "residual_j"
@@ -216,8 +212,6 @@ experiment = "study/made-up"
 metric = "error"
 label = "error (N)"
 range = [1e-4, 1.0]
-width = 800
-height = 400
 [[figure.panels]]
 title = "(a)"
 only = { set = "all" }
@@ -235,8 +229,6 @@ kind = "parameter-sweep"
 experiment = "study/made-up"
 parameter = "margin_m"
 x_label = "margin (m)"
-width = 800
-height = 400
 [[figure.panels]]
 title = "(a)"
 metric = "error"
@@ -255,8 +247,6 @@ labels = ["rim-smooth"]
 id = "latency"
 kind = "latency"
 experiment = "study/made-up"
-width = 1000
-height = 400
 range_us = [1.0, 1e5]
 only = { set = "all" }
 
@@ -264,8 +254,6 @@ only = { set = "all" }
 id = "other"
 kind = "latency"
 experiment = "paper/not-run"
-width = 1000
-height = 400
 range_us = [1.0, 1e5]
 "#;
 

@@ -29,6 +29,12 @@ pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.
 pub const ONE: MechanicsSteps = MechanicsSteps::ONE;
 pub const ALL: MechanicsSteps = MechanicsSteps::AsActuator;
 
+pub const SEQUENCES: [Sequence; 3] = [
+    Sequence::Jacobi,
+    Sequence::GaussSeidel { first: Side::Actuator },
+    Sequence::GaussSeidel { first: Side::Mechanics },
+];
+
 /// What the program runs.
 pub fn catalogue() -> &'static Catalogue {
     static CATALOGUE: OnceLock<Catalogue> = OnceLock::new();
@@ -601,21 +607,11 @@ impl Subsystem for Springs {
 }
 
 impl Abilities for Springs {
-    not_offered!(
-        empty_interface_model,
-        interface_model,
-        input_polynomials,
-        use_second_order,
-        use_friction_law,
-        joint_steps,
-        oil_lines,
-        observables,
-        observe,
-        interface_work,
-        interface_displacement,
-        energy_identity_residual,
-        energy_account,
-    );
+    not_offered! {
+        empty_interface_model, interface_model, input_polynomials, use_second_order, use_friction_law, joint_steps,
+        oil_lines, observables, observe, interface_work,
+        interface_displacement, energy_identity_residual, energy_account
+    }
 
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let m = self.stiffness.len();

@@ -91,19 +91,3 @@ impl ForceReturn {
 }
 
 by_name!(ForceReturn, ALL, "force return");
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_an_actuator_that_went_first_can_return_more_than_the_held_force() {
-        assert!(ForceReturn::Mean.check(Sequence::Jacobi).is_err());
-        assert!(ForceReturn::Mean.check(Sequence::GaussSeidel { first: Side::Mechanics }).is_err());
-        assert!(ForceReturn::Held.check(Sequence::Jacobi).is_ok());
-        for (name, value) in ForceReturn::ALL {
-            assert_eq!(name.parse::<ForceReturn>().unwrap(), value);
-            assert_eq!(value.to_string(), name);
-        }
-    }
-}

@@ -73,20 +73,3 @@ impl ActuatorIntegrator {
 by_name!(MechanicsIntegrator, ALL, "mechanics_integrator");
 
 by_name!(ActuatorIntegrator, ALL, "actuator_integrator");
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn integrators_are_read_as_they_are_written_and_nonsense_is_refused() {
-        for (name, integrator) in MechanicsIntegrator::ALL {
-            assert_eq!((integrator.to_string().as_str(), name.parse().ok()), (name, Some(integrator)));
-        }
-        for (name, integrator) in ActuatorIntegrator::ALL {
-            assert_eq!((integrator.to_string().as_str(), name.parse().ok()), (name, Some(integrator)));
-        }
-        let message = "event".parse::<MechanicsIntegrator>().unwrap_err().to_string();
-        assert!(message.contains("mechanics_integrator") && message.contains("event-split"), "{message}");
-    }
-}

@@ -51,20 +51,3 @@ impl FromStr for MechanicsSteps {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn steps_are_read_as_they_are_written_and_nonsense_is_refused() {
-        for (text, steps) in [("1", MechanicsSteps::ONE), ("all", MechanicsSteps::AsActuator)] {
-            assert_eq!(text.parse::<MechanicsSteps>().unwrap(), steps);
-            assert_eq!(steps.to_string(), text);
-        }
-        for text in ["0", "-1", "1.5", "1000001", "some", ""] {
-            let message = text.parse::<MechanicsSteps>().unwrap_err().to_string();
-            assert!(message.contains("from 1 to 1000000, or `all`"), "{text}: {message}");
-        }
-    }
-}

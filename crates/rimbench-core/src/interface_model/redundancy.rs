@@ -52,20 +52,3 @@ impl FromStr for Redundancy {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_treatment_is_read_as_it_is_written_and_nonsense_is_refused() {
-        for redundancy in [Redundancy::Drop, Redundancy::PseudoInverse, Redundancy::Regularised { epsilon: 0.1 }] {
-            assert_eq!(redundancy.to_string().parse::<Redundancy>().unwrap(), redundancy);
-        }
-        assert_eq!("regularised".parse::<Redundancy>().unwrap(), Redundancy::Regularised { epsilon: 1e-8 });
-        for (text, wanted) in [("regularised:0", "above 0"), ("regularised:x", "above 0"), ("keep", "valid: drop")] {
-            let message = text.parse::<Redundancy>().unwrap_err().to_string();
-            assert!(message.contains(wanted), "{text}: {message}");
-        }
-    }
-}

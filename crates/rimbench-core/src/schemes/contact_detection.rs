@@ -67,26 +67,3 @@ impl FromStr for ContactDetection {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_detection_is_read_as_it_is_written_and_nonsense_is_refused() {
-        let margins = [0.0, 1e-6, 1e-3].map(|width| ContactDetection::Margin { width });
-        for detection in [ContactDetection::Active, ContactDetection::MechanicsLaw].into_iter().chain(margins) {
-            assert_eq!(detection.to_string().parse::<ContactDetection>().unwrap(), detection);
-        }
-        for (text, wanted) in [
-            ("margin:-1e-3", "not below 0"),
-            ("margin:inf", "not below 0"),
-            ("margin:wide", "not below 0"),
-            ("margin", "valid: active"),
-            ("mechanics-lw", "did you mean `mechanics-law`"),
-        ] {
-            let error = text.parse::<ContactDetection>().unwrap_err().to_string();
-            assert!(error.contains(wanted), "{text}: {error}");
-        }
-    }
-}

@@ -255,18 +255,26 @@ mod tests {
         assert_eq!(Statistic::Min.of(Vec::new()), None);
     }
 
-    /// A claim with these keys, checked against rows of a case, a set, a macro step, an outcome and an error, all of one label.
-    fn checked(keys: &str, rows: &[&str]) -> CheckedClaim {
+    /// A table of rows, each with its end, below a header.
+    fn table(header: &str, rows: &str) -> ResultsTable {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.csv");
+        std::fs::write(&path, format!("{header}\n{rows}")).unwrap();
+        ResultsTable::read(&path).unwrap()
+    }
+
+    /// A claim with these keys beside those that all have, checked against a table.
+    fn check_in(table: &ResultsTable, keys: &str) -> CheckedClaim {
+        let all = "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nfinding = \"reproduced\"";
+        let expect = if keys.contains("expect") { "" } else { "expect = \">= 0\"" };
+        check(&toml::from_str(&format!("{all}\n{expect}\n{keys}")).unwrap(), "e", table).unwrap()
+    }
+
+    /// The same against rows of a case, a set, a macro step, an outcome and an error, all of one label.
+    fn checked(keys: &str, rows: &[&str]) -> CheckedClaim {
         let row = |(id, row): (usize, &&str)| format!("{id},x,{row},\n");
         let rows: String = rows.iter().enumerate().map(row).collect();
-        std::fs::write(&path, format!("run_id,label,case,set,macro_step_s,outcome,error,outcome_at_s\n{rows}"))
-            .unwrap();
-        let claim = format!(
-            "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nexpect = \">= 0\"\nfinding = \"reproduced\"\n{keys}"
-        );
-        check(&toml::from_str(&claim).unwrap(), "e", &ResultsTable::read(&path).unwrap()).unwrap()
+        check_in(&table("run_id,label,case,set,macro_step_s,outcome,error,outcome_at_s", &rows), keys)
     }
 
     #[test]
@@ -287,12 +295,9 @@ mod tests {
 
     #[test]
     fn an_order_has_an_interval_over_phases_and_leaves_out_what_the_reference_cannot_tell_from_zero() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("runs.csv");
-        let mut rows = String::from(
-            "run_id,label,case,set,macro_step_s,phase,outcome,position_error_rms_m,outcome_at_s,\
-             reference_position_uncertainty_m\n",
-        );
+        let header = "run_id,label,case,set,macro_step_s,phase,outcome,position_error_rms_m,outcome_at_s,\
+                      reference_position_uncertainty_m";
+        let mut rows = String::new();
         // Second order down to an uncertainty of 1e-6 m, where the errors stay; every phase has a constant of its own.
         for (phase, constant) in [(0.25, 0.5), (0.5, 1.0), (0.75, 1.5), (1.0, 3.0)] {
             for step in [1e-3, 2e-3, 4e-3, 8e-3_f64] {
@@ -300,10 +305,7 @@ mod tests {
                 rows += &format!("r,x,box,,{step},{phase},completed,{error},,1e-6\n");
             }
         }
-        std::fs::write(&path, rows).unwrap();
-        let claim = "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nexpect = \">= 0\"\n\
-                     finding = \"reproduced\"\nmetric = \"position_error_rms_m\"\nstatistic = \"order\"";
-        let order = check(&toml::from_str(claim).unwrap(), "e", &ResultsTable::read(&path).unwrap()).unwrap();
+        let order = check_in(&table(header, &rows), "metric = \"position_error_rms_m\"\nstatistic = \"order\"");
         // Two runs lie at 1e-6 m: those of 1 ms with constants of at most 1.
         assert!(order.quantity.contains("(2 of 16 runs left out"), "{}", order.quantity);
         let (low, high) = (order.low.unwrap(), order.high.unwrap());
@@ -313,10 +315,8 @@ mod tests {
 
     #[test]
     fn at_equal_counts_each_case_has_one_ratio_whatever_the_macro_steps_and_tolerances() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("runs.csv");
-        let mut rows =
-            String::from("run_id,label,case,set,macro_step_s,step_tolerance,outcome,error,outcome_at_s,exchanges\n");
+        let header = "run_id,label,case,set,macro_step_s,step_tolerance,outcome,error,outcome_at_s,exchanges";
+        let mut rows = String::new();
         for (case, factor) in [("a", 0.5), ("b", 2.0), ("c", 3.0)] {
             for count in [100.0, 400.0_f64] {
                 rows += &format!("r,y,{case},,{},,completed,{},,{count}\n", 1.0 / count, 1e4 / (count * count));
@@ -328,10 +328,9 @@ mod tests {
             }
             rows += &format!("r,x,{case},,0.005,0.001,diverged,1e9,,350\n");
         }
-        std::fs::write(&path, rows).unwrap();
-        let claim = "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nrelative_to = \"y\"\nat_equal = \"exchanges\"\n\
-                     case = \"all\"\nmetric = \"error\"\nexpect = \"<= 1\"\nfinding = \"reproduced\"";
-        let checked = check(&toml::from_str(claim).unwrap(), "e", &ResultsTable::read(&path).unwrap()).unwrap();
+        let keys =
+            "relative_to = \"y\"\nat_equal = \"exchanges\"\ncase = \"all\"\nmetric = \"error\"\nexpect = \"<= 1\"";
+        let checked = check_in(&table(header, &rows), keys);
         approx::assert_relative_eq!(checked.measured.unwrap(), 2.0, max_relative = 1e-12);
         assert_eq!(
             checked.quantity,
@@ -354,10 +353,8 @@ mod tests {
 
     #[test]
     fn a_median_has_an_interval_over_cases_and_is_told_without_those_in_which_the_model_is_exact() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("runs.csv");
-        let mut rows =
-            String::from("run_id,label,case,set,macro_step_s,phase,outcome,error,outcome_at_s,model_exact\n");
+        let header = "run_id,label,case,set,macro_step_s,phase,outcome,error,outcome_at_s,model_exact";
+        let mut rows = String::new();
         for (case, error) in [("a", 1.0), ("b", 2.0), ("c", 3.0), ("d", 50.0)] {
             for phase in [0.5, 1.0] {
                 // The model of another scheme is exact on case d.
@@ -366,15 +363,8 @@ mod tests {
                 rows += &format!("{case}{phase}y,y,{case},,0.001,{phase},completed,{},,{exact}\n", 2.0 * error);
             }
         }
-        std::fs::write(&path, rows).unwrap();
-        let runs = ResultsTable::read(&path).unwrap();
-        let checked = |keys: &str| {
-            let claim = format!(
-                "id = \"c\"\nby = \"ours\"\ntext = \"t\"\nscheme = \"x\"\nexpect = \">= 0\"\nfinding = \"reproduced\"\n\
-                 metric = \"error\"\ncase = \"all\"\n{keys}"
-            );
-            check(&toml::from_str(&claim).unwrap(), "e", &runs).unwrap()
-        };
+        let runs = table(header, &rows);
+        let checked = |keys: &str| check_in(&runs, &format!("metric = \"error\"\ncase = \"all\"\n{keys}"));
         let median = checked("");
         assert_eq!((median.measured, median.without_exact), (Some(2.5), Some(2.0)));
         // Of four cases all may be the first or the last.
