@@ -8,7 +8,7 @@
 //! <!-- claims of=study/x -->                                                         the claims and what came of them
 //! …
 //! <!-- /claims -->
-//! <!-- value file=solvers/work.csv column="sum pivots" where="solver=lemke" -->51<!-- /value -->   from another file of results
+//! <!-- value file=perf/solvers/work.csv column="sum pivots" where="solver=lemke" -->51<!-- /value -->   from another file of results
 //! ```
 //! The keys are told in `docs/development/regenerate.md`.
 

@@ -9,7 +9,8 @@ use std::path::Path;
 /// The sections of what a folder of results records; nothing where it records neither.
 pub(super) fn sections(folder: &Path) -> String {
     let read = |name: &str| ResultsTable::read(&folder.join(name)).ok();
-    let solvers = read("solvers/work.csv").zip(read("solvers/time.csv")).and_then(|(work, time)| solvers(&work, &time));
+    let solvers =
+        read("perf/solvers/work.csv").zip(read("perf/solvers/time.csv")).and_then(|(work, time)| solvers(&work, &time));
     let performance = read("perf/history.csv").and_then(|history| performance(&history));
     [solvers, performance].into_iter().flatten().collect()
 }
