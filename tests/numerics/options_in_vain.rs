@@ -1,4 +1,4 @@
-//! An option that changes nothing must not make another run of it: it is refused, or the run keeps its id.
+//! Sweeps: an option that changes nothing must not make another run of it, and every parameter must reach run and reference.
 
 use crate::support::{catalogue, schemes};
 use rimbench::cosim::{Outcome, StopFlag};
@@ -43,7 +43,7 @@ fn findings(spec: &RunSpec, cache: &Cache) -> Option<Vec<String>> {
 }
 
 #[test]
-#[ignore = "a minute; part of .ci/all"]
+#[ignore = "ten seconds; part of .ci/sweeps"]
 fn an_option_that_changes_nothing_is_refused_or_leaves_the_run_id() {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::in_folder(folder.path());
@@ -84,4 +84,45 @@ fn an_option_that_changes_nothing_is_refused_or_leaves_the_run_id() {
         .map(|((scheme, option), _)| format!("{scheme}: {option}"))
         .collect();
     assert!(in_vain.is_empty(), "{} of {} change nothing:\n{}", in_vain.len(), of_use.len(), in_vain.join("\n"));
+}
+
+#[test]
+#[ignore = "a minute; part of .ci/sweeps"]
+fn every_parameter_reaches_the_run_and_the_reference() {
+    let mut without_effect = Vec::new();
+    let mut tried = 0;
+    for case in catalogue().cases() {
+        let duration = (case.defaults.duration_s * 0.5).min(1.0);
+        let run = |set: &[(String, String)]| {
+            let mut request = RunRequest::of(&*case.name, "rim-nonsmooth-gap");
+            request.duration_s = Some(duration.max(4.0 * case.defaults.macro_step_s));
+            request.set = set.to_vec();
+            let spec = request.resolve_built(catalogue()).ok()?;
+            let result = simulate(&spec, Default::default(), Some(monotonic_clock), StopFlag::never()).ok()?;
+            let bits = |row: &[f64]| row.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            let reference = rimbench::runs::Reference::exact(&spec, StopFlag::never()).ok()?;
+            let reference = match reference {
+                Some(reference) => reference.trajectory,
+                None => rimbench::runs::Reference::solution(&spec.of_the_reference(), 1, StopFlag::never()).ok()?,
+            };
+            let [run, reference] = [&result.trajectory, &reference].map(|of| of.rows().map(bits).collect::<Vec<_>>());
+            Some((run, reference))
+        };
+        let Some(usual) = run(&[]) else { continue };
+        for (parameter, value) in case.default_parameters().iter() {
+            let rimbench::cases::Value::Number(number) = *value else { continue };
+            let more = if number == 0.0 { 0.03 } else { 1.03 * number };
+            let Some(changed) = run(&[(parameter.name.to_string(), format!("{more:?}"))]) else { continue };
+            tried += 1;
+            let name = format!("{}: {}", case.name, parameter.name);
+            if changed.0 == usual.0 {
+                without_effect.push(format!("{name}: the run"));
+            }
+            if changed.1 == usual.1 {
+                without_effect.push(format!("{name}: the reference"));
+            }
+        }
+    }
+    assert!(tried > 300, "{tried} parameters tried");
+    assert!(without_effect.is_empty(), "{} of {tried}:\n{}", without_effect.len(), without_effect.join("\n"));
 }
