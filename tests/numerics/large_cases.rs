@@ -275,7 +275,7 @@ fn the_load_leaves_the_heap_whose_discs_meet_others_and_never_overlap() {
 fn a_pile_that_goes_farther_than_its_list_must_end_or_list_its_contacts_anew() {
     let before_a_wall = |scheme: &str, solver: &str, list: &str| {
         let set = [("contact_list", list), ("wall_gap_m", "0.1"), ("push_start_s", "0.3")];
-        let options = [("macro_step_s", "5e-3"), ("solver", solver), ("duration_s", "0.5")];
+        let options = [("macro_step_s", "5e-3"), ("micro_step_s", "2.5e-4"), ("solver", solver), ("duration_s", "0.5")];
         run(&spec_with("disc-pile", scheme, &options, &set))
     };
     let ended = before_a_wall("rim-nonsmooth-gap", "active-set", "start").report.outcome;

@@ -350,7 +350,8 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
     // FMUs that are not what they seem.
     let odd = place("odd.fmu");
     let with_odd = good.replacen("mechanics.fmu", "odd.fmu", 1);
-    let assert_odd = |from: &str, change: &dyn Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>, words: &[&str]| {
+    type Change<'a> = &'a dyn Fn(&str, Vec<u8>) -> Option<(String, Vec<u8>)>;
+    let assert_odd = |from: &str, change: Change<'_>, words: &[&str]| {
         repacked(&place(from), &odd, change);
         assert_said(&with_odd, &[words, &["odd.fmu"]].concat());
     };
