@@ -199,7 +199,7 @@ fn a_search_whose_budget_is_spent_says_what_is_open() {
 
 #[test]
 fn a_form_that_took_longer_than_it_may_is_undecided_and_not_without_the_error() {
-    let mut asked = Asked::of("wedge-box", Some(0.1), 0.02, [1e-3, 1e-2]);
+    let mut asked = Asked::of("wedge-box", Some(0.9), 0.02, [1e-3, 1e-2]);
     asked.fixed.wall_limit_s = Some(1e-7);
     let advice = asked.advice(&Catalogue::standard());
     assert!(advice.best.is_none() && advice.timed_out > 50, "{} timed out", advice.timed_out);
