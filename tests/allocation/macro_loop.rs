@@ -3,7 +3,6 @@
 use crate::asked;
 use crate::support::*;
 use rimbench::complementarity::{ComplementaritySolver, SolverEntry};
-use rimbench::friction::FrictionLaw;
 use std::sync::Arc;
 
 #[derive(Clone)]
@@ -16,7 +15,6 @@ struct Variant {
     macro_step: f64,
     integrators: (MechanicsIntegrator, ActuatorIntegrator),
     step_rule: Option<StepRule>,
-    friction_law: FrictionLaw,
 }
 
 /// Both sides as they always stepped.
@@ -35,9 +33,6 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
     }
     if actuator_integrator == ActuatorIntegrator::Midpoint {
         system.sides.actuator.abilities().use_second_order(SecondOrder::Midpoint).unwrap();
-    }
-    if variant.friction_law != FrictionLaw::Coulomb {
-        system.sides.mechanics.abilities().use_friction_law(variant.friction_law).unwrap();
     }
     let mut sides = system.sides.lend();
     let coupling = variant.scheme.couple(sides.lend(), Some(&variant.options), None).unwrap();
@@ -123,7 +118,6 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                             macro_step,
                             integrators: FIRST_ORDER,
                             step_rule: None,
-                            friction_law: FrictionLaw::Coulomb,
                         });
                     }
                 }
@@ -230,10 +224,6 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
             !variant.scheme.needs.contains(&Need::NoFriction) && options.redundancy == Redundancy::Drop
         });
         variants.iter_mut().for_each(|variant| variant.options.energy_return = EnergyReturn::None);
-        let laws = [FrictionLaw::Relaxed, FrictionLaw::Box, FrictionLaw::Held];
-        let others = variants.iter().filter(|variant| variant.scheme.solves_friction);
-        let others = others.flat_map(|variant| laws.map(|friction_law| Variant { friction_law, ..variant.clone() }));
-        variants.extend(others.collect::<Vec<_>>());
         variants
     };
     nothing_is_allocated_in(case_by_name("wedge-box-friction"), |solver| solver.name == DEFAULT, that_know_it);
@@ -270,7 +260,6 @@ fn the_count_must_see_a_solver_that_allocates() {
         macro_step: 2e-2,
         integrators: FIRST_ORDER,
         step_rule: None,
-        friction_law: FrictionLaw::Coulomb,
     };
     let (counts, _) = allocations(wedge_box_case(), &variant);
     assert!(counts[5] > 0, "a solver that allocates goes unseen");

@@ -236,7 +236,7 @@ impl Subsystem for Withdraws {
 
 impl Abilities for Withdraws {
     not_offered! {
-        use_second_order, use_friction_law, joint_steps, oil_lines, output_rates, input_polynomials, observables,
+        use_second_order, joint_steps, oil_lines, output_rates, input_polynomials, observables,
         observe, interface_work, interface_displacement, energy_identity_residual, energy_account
     }
 

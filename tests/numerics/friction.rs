@@ -9,8 +9,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench::friction::{
-    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionLaw,
-    FrictionProblem, FrictionSolution, FrictionSolver, natural_residual,
+    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
+    FrictionSolution, FrictionSolver, natural_residual,
 };
 
 use ContactState::{Open, SlipNegative, SlipPositive, Stick};
@@ -432,75 +432,4 @@ fn a_fixed_point_of_convex_programs_solved_by_another_library_must_be_what_the_s
         }
     }
     assert!(unique >= 110 && found >= unique * 8 / 10, "{found} of {unique}");
-}
-
-/// Impulses under another law, after forces `[F_n; F_t]` in a step of 1 s.
-fn under(law: FrictionLaw, bodies: &Bodies, forces: &[f64]) -> Vec<f64> {
-    let n = bodies.friction.len();
-    let mut impulses = vec![f64::NAN; 2 * n];
-    let mut solver = FrictionSolver::with_law(law, n, 1e-9);
-    solver.set_step(1.0);
-    solver.take_forces(forces.iter().copied());
-    solver.solve(bodies.problem(), &mut impulses).unwrap();
-    impulses
-}
-
-#[test]
-fn the_relaxed_law_must_be_the_convex_program_of_another_library() {
-    let mut rng = Pcg64::seed_from_u64(25);
-    let mut compared = 0;
-    for problem in 0..100 {
-        let n = 1 + problem % 6;
-        let bodies = random_bodies(&mut rng, n);
-        let found = under(FrictionLaw::Relaxed, &bodies, &[]);
-        let (w, mu) = (bodies.w(&found), &bodies.friction);
-        for c in 0..n {
-            assert!(found[n + c].abs() <= mu[c] * found[c] + 1e-12, "within the cone");
-            assert!(w[c] >= mu[c] * w[n + c].abs() - 1e-8, "lifted by what it slides: {w:?}");
-        }
-        if let Some(wanted) = by_cone_program(&bodies, &vec![0.0; n]) {
-            assert_same("relaxed", &bodies, &found, &wanted, 1e-4);
-            compared += 1;
-        }
-    }
-    assert!(compared >= 90, "{compared}");
-}
-
-/// Projected Gauss–Seidel with the bounds given: slow, and nothing that could be wrong.
-fn by_box_sweeps(bodies: &Bodies, bounds: &[f64]) -> Option<Vec<f64>> {
-    let n = bounds.len();
-    let mut p = vec![0.0; 2 * n];
-    for _ in 0..200_000 {
-        let mut change = 0.0_f64;
-        for row in 0..2 * n {
-            let h = bodies.h[row * 2 * n + row];
-            let w: f64 = bodies.b[row] + (0..2 * n).map(|k| bodies.h[row * 2 * n + k] * p[k]).sum::<f64>();
-            let wanted = p[row] - w / h;
-            let wanted = if row < n { wanted.max(0.0) } else { wanted.clamp(-bounds[row - n], bounds[row - n]) };
-            change = change.max(h * (wanted - p[row]).abs());
-            p[row] = wanted;
-        }
-        if change <= 1e-13 {
-            return Some(p);
-        }
-    }
-    None
-}
-
-#[test]
-fn box_friction_must_keep_to_the_bounds_of_the_forces_before() {
-    let mut rng = Pcg64::seed_from_u64(26);
-    let mut compared = 0;
-    for problem in 0..100 {
-        let n = 1 + problem % 5;
-        let bodies = random_bodies(&mut rng, n);
-        let forces: Vec<f64> = (0..2 * n).map(|row| if row < n { rng.random_range(0.0..3.0) } else { 7.0 }).collect();
-        let bounds: Vec<f64> = (0..n).map(|c| bodies.friction[c] * forces[c]).collect();
-        let found = under(FrictionLaw::Box, &bodies, &forces);
-        if let Some(wanted) = by_box_sweeps(&bodies, &bounds) {
-            assert_same("box", &bodies, &found, &wanted, 1e-7);
-            compared += 1;
-        }
-    }
-    assert!(compared >= 80, "{compared}");
 }

@@ -1,7 +1,7 @@
 //! Mechanics with Coulomb friction at its contacts: closed forms, the energy account, and what is refused.
 
 use crate::support::*;
-use rimbench::friction::{ContactState, FrictionLaw};
+use rimbench::friction::ContactState;
 
 const G: f64 = 9.81;
 
@@ -252,79 +252,4 @@ fn macro_steps_placed_by_a_model_with_friction_must_come_to_the_end() {
         let options = [&placed[..], &[("duration_s", "0.5")]].concat();
         completed(&spec_with("wedge-box-friction", scheme, &options, &[]));
     }
-}
-
-/// What slides is to be lifted by μ w_t: on its floor it jumps, w_t (1 + μ²) = v − μ g h, and where it is as high as h μ w_t already it stays so,
-/// `w_n⁺ = μ (w_t⁺ − w_t)`, and comes to be braked as by Coulomb's law, `d (1 + μ²) = −μ g h + μ² d_before`.
-#[test]
-fn under_the_relaxed_law_what_slides_must_hover() {
-    let (mu, v, h) = (0.5, 1.0, 1e-3);
-    let at = |height: f64| {
-        let mut model = on_incline(10.0, 0.0, v);
-        model.q[1] = height;
-        let mut block = with_friction(model, PLASTIC, coulomb(mu));
-        block.use_friction_law(FrictionLaw::Relaxed).unwrap();
-        block
-    };
-    let mut jumping = at(0.0);
-    jumping.step(0.0, &[0.0], h).unwrap();
-    let slid = (v - mu * G * h) / (1.0 + mu * mu);
-    assert!((jumping.velocity()[0] - slid).abs() <= 1e-14, "{}", jumping.velocity()[0]);
-    assert!((jumping.position()[1] - h * mu * slid).abs() <= 1e-16);
-    let (mut block, mut before, mut braked) = (at(h * mu * v), v, 0.0);
-    for _ in 0..20 {
-        block.step(0.0, &[0.0], h).unwrap();
-        let [now, gap] = [block.velocity()[0], block.position()[1]];
-        let wanted = (mu * mu * braked - mu * G * h) / (1.0 + mu * mu);
-        // A gap of a millimetre over h, and back.
-        assert!((now - before - wanted).abs() <= 1e-12, "{}, not {wanted}", now - before);
-        assert!((gap - h * mu * now).abs() <= 1e-15, "{gap}");
-        (before, braked) = (now, wanted);
-    }
-    assert!((braked + mu * G * h).abs() <= 1e-9 * G * h);
-    // It is closed, to who takes a model, and slides.
-    let mut model = block.empty_interface_model().unwrap();
-    block.interface_model(h, &mut model).unwrap();
-    assert_eq!((&model.at_bound[..], &model.states[..]), (&[true][..], &[ContactState::SlipPositive][..]));
-}
-
-/// The bound is that of the step before: none in the first, and in a block that is pressed evenly that of Coulomb from the second on.
-#[test]
-fn box_friction_must_be_a_step_late() {
-    let (mu, h) = (0.5, 1e-3);
-    let mut block = with_friction(on_incline(10.0, 0.0, 1.0), PLASTIC, coulomb(mu));
-    block.use_friction_law(FrictionLaw::Box).unwrap();
-    for step in 0..5 {
-        block.step(0.0, &[0.0], h).unwrap();
-        let wanted = 1.0 - mu * G * h * f64::from(step);
-        assert!((block.velocity()[0] - wanted).abs() <= 1e-14, "{step}");
-    }
-    // It stops, and is held.
-    for _ in 0..300 {
-        block.step(0.0, &[0.0], h).unwrap();
-    }
-    assert!(block.velocity()[0].abs() <= 1e-14);
-}
-
-/// The mechanics itself has Coulomb's law where only the model is to hold the force.
-#[test]
-fn a_held_force_must_be_the_models_affair_and_the_forces_must_come_with_the_model() {
-    let steps = |law: Option<FrictionLaw>| {
-        let mut block = with_friction(on_incline(10.0, 0.3, 1.0), PLASTIC, coulomb(0.5));
-        law.into_iter().for_each(|law| block.use_friction_law(law).unwrap());
-        (0..10).for_each(|_| block.step(0.0, &[0.0], 1e-3).unwrap());
-        let mut model = block.empty_interface_model().unwrap();
-        block.interface_model(1e-3, &mut model).unwrap();
-        (block.velocity().iter().map(|v| v.to_bits()).collect::<Vec<_>>(), model)
-    };
-    let (coulomb, plain) = steps(None);
-    let (held, model) = steps(Some(FrictionLaw::Held));
-    assert_eq!(held, coulomb);
-    assert!(plain.contact_forces.is_empty());
-    let pressed = 10.0 * G * 0.3_f64.cos();
-    for (force, wanted) in model.contact_forces.iter().zip([pressed, -0.5 * pressed]) {
-        assert!((force - wanted).abs() <= 1e-10, "{force}");
-    }
-    let refused = stepper(on_incline(10.0, 0.3, 1.0), PLASTIC).use_friction_law(FrictionLaw::Box).unwrap_err();
-    assert_eq!(refused, "it has no contacts with friction");
 }

@@ -103,13 +103,6 @@ fn friction_and_kinks_of_an_interface_model_come_through_the_fmu_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let [frozen, piecewise] = ["frozen", "piecewise"].map(|motion| trace(folder.path(), "wedge-box", &moving(motion)));
     assert_ne!(frozen, piecewise, "no kink lies within this run");
-    // What is the mechanics' own affair cannot be changed from outside, and that is said.
-    let folder = exported("towed-block", &[]);
-    let file = folder.path().join("case.toml");
-    fs::write(&file, case_file(CARRIAGE, &head)).unwrap();
-    let mut command = rimbench();
-    command.args(["simulate", "--scheme", "rim-nonsmooth", "--friction-law", "box", "--case"]).arg(&file);
-    assert_has(&refused(&mut command), &["friction_law = box: mechanics: what friction an FMU has is its own"]);
 }
 
 #[test]

@@ -608,7 +608,7 @@ impl Subsystem for Springs {
 
 impl Abilities for Springs {
     not_offered! {
-        empty_interface_model, interface_model, input_polynomials, use_second_order, use_friction_law, joint_steps,
+        empty_interface_model, interface_model, input_polynomials, use_second_order, joint_steps,
         oil_lines, observables, observe, interface_work,
         interface_displacement, energy_identity_residual, energy_account
     }

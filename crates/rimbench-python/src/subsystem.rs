@@ -205,7 +205,6 @@ impl Abilities for PySubsystem {
         output_rates,
         input_polynomials,
         use_second_order,
-        use_friction_law,
         joint_steps,
         oil_lines,
         interface_displacement,

@@ -96,7 +96,6 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
         empty_interface_model,
         interface_model,
         input_polynomials,
-        use_friction_law,
         joint_steps,
         interface_work,
         interface_displacement,

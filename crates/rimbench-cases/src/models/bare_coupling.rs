@@ -98,7 +98,6 @@ impl Abilities for FreeMasses {
     not_offered!(
         output_rates,
         use_second_order,
-        use_friction_law,
         joint_steps,
         oil_lines,
         interface_displacement,
@@ -193,7 +192,6 @@ impl Abilities for CouplingForce {
         interface_model,
         input_polynomials,
         use_second_order,
-        use_friction_law,
         joint_steps,
         oil_lines,
         observables,

@@ -339,7 +339,6 @@ impl Abilities for HydraulicCylinder {
         empty_interface_model,
         interface_model,
         input_polynomials,
-        use_friction_law,
         joint_steps,
         interface_work,
         interface_displacement,

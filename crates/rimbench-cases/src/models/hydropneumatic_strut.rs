@@ -145,7 +145,6 @@ impl Abilities for HydropneumaticStrut {
         empty_interface_model,
         interface_model,
         input_polynomials,
-        use_friction_law,
         joint_steps,
         oil_lines,
         interface_work,

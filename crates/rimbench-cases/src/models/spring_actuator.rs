@@ -180,7 +180,6 @@ impl Abilities for SpringActuator {
     not_offered!(
         empty_interface_model,
         interface_model,
-        use_friction_law,
         joint_steps,
         oil_lines,
         interface_work,

@@ -227,7 +227,7 @@ impl Subsystem for MassSide {
 }
 
 impl Abilities for MassSide {
-    not_offered!(use_second_order, use_friction_law, joint_steps, oil_lines, energy_identity_residual, energy_account);
+    not_offered!(use_second_order, joint_steps, oil_lines, energy_identity_residual, energy_account);
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         (self.role == MassRole::ForceDriven).then(|| ReducedInterfaceModel::zeros(0, 1))

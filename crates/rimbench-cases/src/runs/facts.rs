@@ -1,7 +1,6 @@
 //! What determines a run, as one list: run id, tables, JSON and plans all read it.
 
 use super::spec::RunSpec;
-use rimbench_core::friction::FrictionLaw;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
@@ -59,9 +58,6 @@ impl Fact {
     }
 }
 
-/// Name of the fact that says which law of friction contacts have.
-pub const FRICTION_LAW: &str = "friction_law";
-
 impl RunSpec {
     /// Lists everything that determines the run.
     pub fn facts(&self) -> Vec<Fact> {
@@ -77,7 +73,6 @@ impl RunSpec {
             mechanics_steps,
             mechanics_integrator,
             actuator_integrator,
-            friction_law,
             macro_step,
             step_control,
             phase,
@@ -104,7 +99,6 @@ impl RunSpec {
                 model.as_ref().and_then(|model| model.detection).map(|detection| detection.to_string()),
             ),
             of_model("energy_return", model.as_ref().map(|model| model.energy_return.to_string())),
-            of_model(FRICTION_LAW, case.records_friction().then(|| friction_law.to_string())),
             Fact::text("solver", solver.name.clone()),
             Fact::number("gain", *gain),
             Fact::number("macro_step_s", *macro_step),
@@ -125,10 +119,7 @@ impl RunSpec {
             // Writing to memory cannot fail.
             let _ = writeln!(text, "{name} = {value}");
         };
-        let mut facts = self.facts();
-        // Runs under Coulomb's law are what they were before there was another.
-        facts.retain(|fact| fact.name != FRICTION_LAW || self.friction_law != FrictionLaw::Coulomb);
-        for fact in facts {
+        for fact in self.facts() {
             match &fact.value {
                 _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),
                 Some(value) => line(fact.name, value),
@@ -149,7 +140,7 @@ mod tests {
     use std::collections::HashMap;
 
     /// A value of each option that differs from the usual one, and the scheme that takes it.
-    const CHANGES: [(&str, &str, &str); 21] = [
+    const CHANGES: [(&str, &str, &str); 20] = [
         ("case", "wedge-box-two-ledges", "rim-smooth"),
         ("scheme", "rim-nonsmooth", "rim-smooth"),
         ("sequence", "jacobi", "rim-smooth"),
@@ -161,7 +152,6 @@ mod tests {
         ("model_motion", "extrapolated", "rim-smooth"),
         ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
         ("energy_return", "pool", "rim-smooth"),
-        ("friction_law", "box", "rim-nonsmooth"),
         ("solver", "lemke", "rim-smooth"),
         ("gain", "0.25", "nepce"),
         ("macro_step_s", "1e-3", "rim-smooth"),
@@ -181,8 +171,7 @@ mod tests {
             resolved(request).facts().into_iter().map(|fact| (fact.name, fact.cell())).collect()
         };
         for (key, text, scheme) in CHANGES {
-            let mut usual =
-                RunRequest::of(if key == FRICTION_LAW { "wedge-box-friction" } else { "wedge-box" }, scheme);
+            let mut usual = RunRequest::of("wedge-box", scheme);
             if ["step_tolerance", "min_macro_step_s"].contains(&key) {
                 usual.put("step_control", "energy-residual").unwrap();
                 usual.put("step_tolerance", "0.1").unwrap();

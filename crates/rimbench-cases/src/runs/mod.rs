@@ -17,7 +17,7 @@ mod spec;
 mod step_control;
 
 pub use evaluation::{EvaluatedRun, evaluate};
-pub use facts::{FRICTION_LAW, Fact, FactValue};
+pub use facts::{Fact, FactValue};
 pub use latency::Latency;
 pub use reference::{DIVERGENCE_FACTOR, Reference};
 pub use request::{RunOption, RunRequest};

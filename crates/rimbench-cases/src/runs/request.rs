@@ -5,7 +5,6 @@ use rimbench_core::cosim::{
     ActuatorIntegrator, EnergyReturn, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::friction::FrictionLaw;
 use rimbench_core::interface_model::Redundancy;
 use rimbench_core::schemes::{ContactDetection, ModelMotion};
 
@@ -81,8 +80,6 @@ run_options! {
     contact_detection: ContactDetection, "DETECTION";
     /// What becomes of energy that the coupling creates, for schemes with an interface model: none, pool (an impulse takes it out), balance (so, after losses)
     energy_return: EnergyReturn, "RETURN";
-    /// Law of friction, for schemes that solve contacts with friction in their micro steps: coulomb, and to be compared with it relaxed (convex), box (normal force of the step before), held (friction force of the mechanics' last step, in the model only)
-    friction_law: FrictionLaw, "LAW";
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME";
     /// The scheme's gain, where it has one (see `rimbench list schemes`)
@@ -163,7 +160,6 @@ read_by_name!(
     Redundancy,
     ModelMotion,
     EnergyReturn,
-    FrictionLaw,
     ContactDetection,
     StepControlKind
 );

@@ -10,7 +10,6 @@ use rimbench_core::cosim::{
     Sequence, Setup, Sides,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::friction::FrictionLaw;
 use rimbench_core::schemes::{ModelMotion, ModelOptions, Need, SchemeEntry};
 use std::sync::Arc;
 use std::time::Duration;
@@ -40,8 +39,6 @@ pub struct RunSpec {
     pub mechanics_integrator: MechanicsIntegrator,
     /// How the actuator steps.
     pub actuator_integrator: ActuatorIntegrator,
-    /// Law of friction of the contacts; the reference has Coulomb's.
-    pub friction_law: FrictionLaw,
     /// Macro step H, s.
     pub macro_step: f64,
     /// How the macro step is controlled; H is then the first and the longest.
@@ -101,7 +98,6 @@ impl RunRequest {
             model_motion,
             contact_detection,
             energy_return,
-            friction_law,
             solver,
             gain,
             macro_step_s,
@@ -137,7 +133,6 @@ impl RunRequest {
             ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
             ("model_motion", model_motion.map(|motion| motion.to_string())),
             ("energy_return", energy_return.map(|kind| kind.to_string())),
-            ("friction_law", friction_law.map(|law| law.to_string())),
         ];
         let in_vain = asked.into_iter().find_map(|(key, value)| Some((key, value?)));
         if let Some((key, value)) = in_vain.filter(|_| !scheme.has_model()) {
@@ -180,7 +175,6 @@ impl RunRequest {
             mechanics_steps,
             mechanics_integrator: mechanics_integrator.unwrap_or_default(),
             actuator_integrator: actuator_integrator.unwrap_or_default(),
-            friction_law: friction_law.unwrap_or_default(),
             macro_step,
             step_control: StepControl::new(control, *step_tolerance, *min_macro_step_s, macro_step)?,
             phase: phase.unwrap_or(1.0),
@@ -240,19 +234,8 @@ impl RunSpec {
                 self.mechanics_integrator
             )));
         }
-        self.scheme.check_friction_law(self.friction_law)?;
         // A machine that cannot be built says so when it is built.
         let built = || (self.case.build)(&self.parameters, &self.solver).ok();
-        if self.friction_law != FrictionLaw::Coulomb
-            && let Some(mut system) = built()
-        {
-            if let Some(reason) = self.use_friction_law(system.sides.lend()) {
-                let case = &self.case.name;
-                return Err(Error::Incompatible(format!(
-                    "{reason}; use `coulomb`, or a case with friction, not {case}"
-                )));
-            }
-        }
         if let Some(model) = &self.model {
             self.scheme.check_options(model)?;
             self.scheme.detection(model.detection)?;
@@ -301,21 +284,9 @@ impl RunSpec {
             && self.model.as_ref().is_some_and(|model| model.motion == ModelMotion::Frozen)
             && self.force_return == ForceReturn::Profile
             && self.mechanics_steps == MechanicsSteps::AsActuator
-            // Under another law it may be the mechanics, but neither is the reference.
-            && self.friction_law == FrictionLaw::Coulomb
     }
 
-    /// Gives the contacts the law of friction of the run; says why they cannot have it, if they cannot.
-    fn use_friction_law(&self, sides: Sides<'_>) -> Option<String> {
-        let law = self.friction_law;
-        if law == FrictionLaw::Coulomb {
-            return None;
-        }
-        let refused = sides.mechanics.abilities().use_friction_law(law);
-        refused.err().map(|reason| format!("friction_law = {law}: mechanics: {reason}"))
-    }
-
-    /// Lets both sides step as the run asks, by its integrators and under its law of friction; says why they cannot, if they cannot.
+    /// Lets both sides step as the run asks, by its integrators; says why they cannot, if they cannot.
     pub(super) fn use_integrators(&self, mut sides: Sides<'_>) -> Option<String> {
         let midpoint = self.actuator_integrator == ActuatorIntegrator::Midpoint;
         if midpoint && self.scheme.needs.contains(&Need::OilLines) {
@@ -323,9 +294,6 @@ impl RunSpec {
                 "actuator_integrator = {}: the lines of scheme {} step as their travel time says",
                 self.actuator_integrator, self.scheme.name
             ));
-        }
-        if let Some(reason) = self.use_friction_law(sides.lend()) {
-            return Some(reason);
         }
         let refused = use_integrators((self.mechanics_integrator, self.actuator_integrator), sides.lend());
         let follows = self.model.is_some() && midpoint;
@@ -455,7 +423,6 @@ mod tests {
             ("model_motion", "frozen"),
             ("contact_detection", "active"),
             ("energy_return", "pool"),
-            ("friction_law", "box"),
         ] {
             let message = refused(|request| request.put(key, text).unwrap());
             assert_eq!(message, format!("{key} = {text}: scheme `zero-order-hold` has no reduced interface model"));

@@ -34,7 +34,7 @@ pub use checked::{Checked, SolverCounters};
 pub use entry::{BuildSolver, SolverEntry, standard_solvers};
 pub use lcp::{ImpulseSet, Lcp};
 pub use lemke::Lemke;
-pub(crate) use lemke_tableau::{LemkeTableau, PIVOT as TABLEAU_PIVOT};
+pub(crate) use lemke_tableau::LemkeTableau;
 pub use natural_residual::natural_residual;
 pub use solver::Solver;
 pub use sparse_active_set::SparseActiveSet;

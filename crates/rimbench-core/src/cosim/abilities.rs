@@ -7,7 +7,6 @@ use super::joint_steps::JointSteps;
 use super::oil_lines::OilLines;
 use super::output_rates::OutputRates;
 use crate::error::Failure;
-use crate::friction::FrictionLaw;
 use crate::interface_model::ReducedInterfaceModel;
 use crate::name::Name;
 use crate::not_offered;
@@ -42,13 +41,6 @@ pub trait Abilities {
     /// Why it cannot.
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str>;
 
-    /// Puts another law of friction in the place of Coulomb's, in the subsystem's own steps and in the models that it gives away (see
-    /// [`FrictionLaw`]). Asked before the first step only.
-    ///
-    /// # Errors
-    /// Why it cannot.
-    fn use_friction_law(&mut self, law: FrictionLaw) -> Result<(), &'static str>;
-
     /// Takes steps together with the actuator, where it steps by a rule of the second order; none: it takes them alone.
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps>;
 
@@ -81,9 +73,6 @@ pub const FIRST_ORDER_ONLY: &str = "it has one integrator, its own";
 /// Why a subsystem without contacts cannot step from event to event.
 pub const NO_CONTACTS: &str = "it has no contacts, and so no events to split at";
 
-/// Why a subsystem without contacts knows no law of friction.
-pub const NO_FRICTION: &str = "it has no contacts with friction";
-
 /// Returns the abilities of a subsystem that has none.
 pub fn no_abilities() -> &'static mut dyn Abilities {
     // A box of nothing takes no memory, and leaks none.
@@ -99,7 +88,6 @@ impl Abilities for NoAbilities {
         output_rates,
         input_polynomials,
         use_second_order,
-        use_friction_law,
         joint_steps,
         oil_lines,
         observables,

@@ -53,7 +53,7 @@ mod work;
 mod work_meter;
 
 pub use crate::not_offered;
-pub use abilities::{Abilities, FIRST_ORDER_ONLY, NO_CONTACTS, NO_FRICTION, no_abilities};
+pub use abilities::{Abilities, FIRST_ORDER_ONLY, NO_CONTACTS, no_abilities};
 pub use attachments::Attachments;
 pub use communication_grid::{CommunicationGrid, MacroStep, division};
 pub use communication_point::CommunicationPoint;

@@ -9,8 +9,8 @@
 /// }
 /// ```
 /// A method of the trait that is neither named nor written is an error of the compiler, as it is meant to be. What is written is an
-/// empty list, `None`, `false`, or for `use_second_order` and `use_friction_law` the refusals
-/// [`FIRST_ORDER_ONLY`](crate::cosim::FIRST_ORDER_ONLY) and [`NO_FRICTION`](crate::cosim::NO_FRICTION).
+/// empty list, `None`, `false`, or for `use_second_order` the refusal
+/// [`FIRST_ORDER_ONLY`](crate::cosim::FIRST_ORDER_ONLY).
 #[macro_export]
 macro_rules! not_offered {
     (@ empty_interface_model) => {
@@ -45,11 +45,6 @@ macro_rules! not_offered {
     (@ use_second_order) => {
         fn use_second_order(&mut self, _rule: $crate::cosim::SecondOrder) -> Result<(), &'static str> {
             Err($crate::cosim::FIRST_ORDER_ONLY)
-        }
-    };
-    (@ use_friction_law) => {
-        fn use_friction_law(&mut self, _law: $crate::friction::FrictionLaw) -> Result<(), &'static str> {
-            Err($crate::cosim::NO_FRICTION)
         }
     };
     (@ joint_steps) => {

@@ -18,8 +18,6 @@
 //!
 //! A coefficient at rest above that in motion is [`Stiction`]: each problem has the one of the two that its history says.
 //!
-//! Laws that others put in its place, to be compared with it, are [`FrictionLaw`]'s.
-//!
 //! Methods propose, [`natural_residual`] decides: [`FrictionSolver`] asks the warm active set first, then the others.
 //!
 //! | method | starts from | for |
@@ -34,9 +32,7 @@ mod contact_state;
 mod contact_sweeps;
 mod copositive_lemke;
 mod enumeration;
-mod friction_law;
 mod natural_residual;
-mod other_laws;
 mod problem;
 mod solver;
 mod state_system;
@@ -47,7 +43,6 @@ pub use contact_state::ContactState;
 pub use contact_sweeps::ContactSweeps;
 pub use copositive_lemke::CopositiveLemke;
 pub use enumeration::{ENUMERATION_LIMIT, Enumeration, FrictionSolution};
-pub use friction_law::FrictionLaw;
 pub use natural_residual::natural_residual;
 pub use problem::FrictionProblem;
 pub use solver::FrictionSolver;

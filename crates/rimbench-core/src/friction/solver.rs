@@ -1,9 +1,7 @@
 //! The solver a simulation holds: checked after every problem, with fallbacks, and counted.
 
-use super::other_laws::OtherLaw;
 use super::{
-    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionLaw, FrictionProblem,
-    natural_residual,
+    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem, natural_residual,
 };
 use crate::complementarity::{SolveStats, SolverCounters, Unsolved, Witness, Witnessed};
 
@@ -22,8 +20,6 @@ pub struct FrictionSolver {
     active: ActiveStates,
     enumeration: Enumeration,
     lemke: CopositiveLemke,
-    /// In the place of all of them, where the law is another.
-    other: Option<Box<OtherLaw>>,
     counters: SolverCounters,
     /// Its number, and who is told.
     witness: Option<(usize, Witness)>,
@@ -40,7 +36,6 @@ impl FrictionSolver {
             active: ActiveStates::new(contacts),
             enumeration: Enumeration::new(contacts),
             lemke: CopositiveLemke::new(contacts),
-            other: None,
             counters: SolverCounters::default(),
             witness: None,
         }
@@ -49,30 +44,6 @@ impl FrictionSolver {
     /// Tells `witness` of every problem and its answer.
     pub fn witnessed_by(self, witness: Option<&Witness>) -> Self {
         FrictionSolver { witness: witness.map(|witness| (witness.number(), witness.clone())), ..self }
-    }
-
-    /// Makes room likewise for contacts with another law.
-    pub fn with_law(law: FrictionLaw, contacts: usize, tolerance: f64) -> Self {
-        match OtherLaw::new(law, contacts, tolerance) {
-            None => FrictionSolver::new(contacts, tolerance),
-            // The methods for Coulomb's law are not asked.
-            other => FrictionSolver { other, states: vec![ContactState::Open; contacts], ..Self::new(0, tolerance) },
-        }
-    }
-
-    /// Says how long the step to come is, s: a law that goes by the forces of the step before makes impulses of them.
-    #[inline]
-    pub fn set_step(&mut self, step: f64) {
-        if let Some(other) = &mut self.other {
-            other.set_step(step);
-        }
-    }
-
-    /// Takes the forces `[F_n; F_t]` of the step before, N, where the law goes by them; else those of the last problem are it.
-    pub fn take_forces(&mut self, forces: impl Iterator<Item = f64>) {
-        if let Some(other) = &mut self.other {
-            other.take_forces(forces);
-        }
     }
 
     /// Returns the natural residual up to which an answer is accepted.
@@ -118,10 +89,7 @@ impl FrictionSolver {
     /// As [`solve`](Self::solve).
     pub fn solve_again(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let solved = self.find(problem, impulses);
-        // A problem under another law is another problem.
-        if self.other.is_none()
-            && let Some((solver, witness)) = &self.witness
-        {
+        if let Some((solver, witness)) = &self.witness {
             let FrictionProblem { h, b, friction } = problem;
             witness.tell(Witnessed { solver: *solver, h, b, friction, impulses });
         }
@@ -135,9 +103,6 @@ impl FrictionSolver {
             self.start_from((0..n).map(|_| ContactState::Open));
         }
         self.counters.solves += 1;
-        if self.other.is_some() {
-            return self.solve_other(problem, impulses);
-        }
         let states = &mut self.states[..n];
         if problem.is_solved_by_zero()? {
             impulses.fill(0.0);
@@ -157,23 +122,6 @@ impl FrictionSolver {
             return Ok(self.accept(SolveStats { residual, ..stats }));
         }
         self.fall_back(problem, impulses, residual)
-    }
-
-    /// The same with another law.
-    #[cold]
-    fn solve_other(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        let Some(other) = &mut self.other else { return Err(Unsolved::NonFinite) };
-        let solved = other.solve(problem, &mut self.states[..self.len], impulses);
-        match solved {
-            Ok(stats) => {
-                self.counters.fallbacks += u64::from(stats.fallback);
-                Ok(self.accept(stats))
-            }
-            Err(unsolved) => {
-                self.counters.failures += 1;
-                Err(unsolved)
-            }
-        }
     }
 
     fn accept(&mut self, stats: SolveStats) -> SolveStats {

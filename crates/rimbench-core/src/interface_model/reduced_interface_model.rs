@@ -3,7 +3,7 @@
 use super::contact_law::gap_velocity;
 use super::contact_spring::ContactSpring;
 use super::kinks::Kinks;
-use crate::friction::{ContactState, FrictionLaw, Stiction};
+use crate::friction::{ContactState, Stiction};
 use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
 
@@ -69,10 +69,6 @@ pub struct ReducedInterfaceModel {
     pub solved_states: Vec<ContactState>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
-    /// What the model is to put in the place of Coulomb's law.
-    pub friction_law: FrictionLaw,
-    /// `[F_n; F_t]` of the mechanics' last step, N, zero before the first; empty under Coulomb's law, which does not ask.
-    pub contact_forces: Vec<f64>,
     /// Kinks of the geometry that lie ahead, where they are asked for.
     pub kinks: Kinks,
     /// Whether it has contacts without listing them: those that push are in `h` and `a`, which hold as long as none opens or closes. Only
@@ -120,8 +116,6 @@ impl ReducedInterfaceModel {
             states: Vec::new(),
             solved_states: Vec::new(),
             tangential_restitution: 0.0,
-            friction_law: FrictionLaw::Coulomb,
-            contact_forces: Vec::new(),
             kinks: Kinks::default(),
             smooth: false,
         }
@@ -290,8 +284,6 @@ impl ReducedInterfaceModel {
         self.states.copy_from_slice(&other.states);
         self.solved_states.copy_from_slice(&other.solved_states);
         self.tangential_restitution = other.tangential_restitution;
-        self.friction_law = other.friction_law;
-        self.contact_forces.copy_from_slice(&other.contact_forces);
         self.kinks.copy_from(&other.kinks);
     }
 

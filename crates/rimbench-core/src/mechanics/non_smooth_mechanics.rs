@@ -13,7 +13,6 @@ use crate::cosim::{
     Abilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, not_offered,
 };
 use crate::error::{Error, Failure, Result};
-use crate::friction::FrictionLaw;
 use crate::interface_model::{Kinks, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
 
@@ -275,10 +274,6 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
         self.stepper.implicit = stiff.map(|forces| Box::new(ImplicitPart::new(&self.stepper.eq3, forces)));
         self.second_order = Some(Box::new(SecondOrderSteps::new(rule, &self.model)));
         Ok(())
-    }
-
-    fn use_friction_law(&mut self, law: FrictionLaw) -> Result<(), &'static str> {
-        self.stepper.use_friction_law(law)
     }
 
     fn joint_steps(&mut self) -> Option<&mut dyn JointSteps> {

@@ -260,7 +260,6 @@ mod tests {
             output_rates,
             input_polynomials,
             use_second_order,
-            use_friction_law,
             joint_steps,
             oil_lines,
             observables,

@@ -11,7 +11,6 @@ use crate::cosim::{
     Attachments, CouplingScheme, EnergyPool, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling,
 };
 use crate::error::{Error, Result};
-use crate::friction::FrictionLaw;
 use crate::name::Name;
 use std::fmt;
 use std::sync::Arc;
@@ -65,8 +64,6 @@ pub struct SchemeEntry {
     pub has_mechanics_law: bool,
     /// The scheme moves a reduced interface model within the macro step, which may be frozen or not.
     pub moves_model: bool,
-    /// The scheme solves a contact problem with friction in each micro step, and so could do that under another law of friction.
-    pub solves_friction: bool,
     /// The scheme makes dependent contacts bilateral, and so has a choice of their treatment.
     pub condenses: bool,
     /// By what it is run. Only what the loop itself runs can run in real time.
@@ -105,7 +102,6 @@ impl SchemeEntry {
             gain: None,
             has_mechanics_law: false,
             moves_model: false,
-            solves_friction: false,
             condenses: true,
             driver: Driver::Explicit,
             build: Arc::new(build),
@@ -132,7 +128,6 @@ impl SchemeEntry {
         let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
         if let Some(ModelConstruction { empty, options, .. }) = model {
             self.check_options(options)?;
-            self.check_friction_law(empty.friction_law)?;
             options.check_model(empty)?;
         }
         let gain = self.gain_value(gain)?.unwrap_or(1.0);
@@ -159,22 +154,6 @@ impl SchemeEntry {
             )));
         }
         Ok(())
-    }
-
-    /// Checks that the scheme can do with a law of friction.
-    ///
-    /// # Errors
-    /// [`Error::Incompatible`] for another law than Coulomb's in a scheme that solves no contacts with friction in its micro steps.
-    pub fn check_friction_law(&self, law: FrictionLaw) -> Result<()> {
-        if law == FrictionLaw::Coulomb || self.solves_friction {
-            return Ok(());
-        }
-        let why = if self.has_model() {
-            "solves no contacts with friction in its micro steps: use one that does, such as `rim-nonsmooth` or `rim-nonsmooth-gap`"
-        } else {
-            "has no reduced interface model"
-        };
-        Err(Error::Incompatible(format!("friction_law = {law}: scheme `{}` {why}", self.name)))
     }
 
     /// Names, of options of the exchange that are asked for, one that the scheme does not have: solved as one system, or together at

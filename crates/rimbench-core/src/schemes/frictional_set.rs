@@ -6,8 +6,7 @@ use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 use crate::interface_model::ReducedInterfaceModel;
 
 /// A set of contacts with their coefficients and a solver, which starts from the states that the mechanics' own solver would start from.
-/// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before has left. The law is the
-/// model's.
+/// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before has left.
 #[derive(Clone)]
 pub(super) struct FrictionalSet {
     /// Rows of the model: the contacts, then their tangential rows.
@@ -26,8 +25,7 @@ impl FrictionalSet {
                 rows: Vec::with_capacity(2 * n),
                 friction: Vec::with_capacity(n),
                 stiction: model.stiction,
-                solver: FrictionSolver::with_law(model.friction_law, n, solver.tolerance)
-                    .witnessed_by(solver.witness.as_ref()),
+                solver: FrictionSolver::new(n, solver.tolerance).witnessed_by(solver.witness.as_ref()),
             })
         })
     }
@@ -40,9 +38,6 @@ impl FrictionalSet {
         self.friction.clear();
         self.friction.extend(set.iter().map(|&contact| model.friction[contact]));
         self.solver.start_from(set.iter().map(|&contact| model.solved_states[contact]));
-        if !model.contact_forces.is_empty() {
-            self.solver.take_forces(self.rows.iter().map(|&row| model.contact_forces[row]));
-        }
     }
 
     /// Returns the rows of the model that take part: contacts, then tangential rows.
@@ -76,7 +71,6 @@ impl FrictionalSet {
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        self.solver.set_step(packed.length());
         let problem = FrictionProblem { h: packed.h_uu(), b, friction: &self.friction };
         // Coefficients that change make another problem of the same matrix.
         let same = !anew && self.stiction.is_none();

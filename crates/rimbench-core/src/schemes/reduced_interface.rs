@@ -22,7 +22,6 @@ use super::parametric_step::{GapMotion, MicroState, ParametricStep};
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSet};
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Error, Failure, Result};
-use crate::friction::FrictionLaw;
 use crate::interface_model::{
     Condensation, GapRates, MEMORY_LIMIT, ReducedInterfaceModel, Redundancy, TOUCHING, condense, impact_velocity,
     resting_approach,
@@ -157,7 +156,6 @@ impl ReducedInterface {
                 _ => vec![Need::ForceDisplacement, Need::InterfaceModel, Need::ListedContacts, Need::NotMechanicsFirst],
             },
             moves_model: true,
-            solves_friction: matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps),
             ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))
         }
     }
@@ -173,8 +171,6 @@ impl ReducedInterface {
         // A coefficient that a contact has at rest only changes from micro step to micro step.
         let affine = affine
             && empty.stiction.is_none()
-            // Other laws than Coulomb's are solved in each micro step.
-            && empty.friction_law == FrictionLaw::Coulomb
             && matches!(contacts, Contacts::Unilateral | Contacts::UnilateralWithGaps);
         // The set is all contacts, and the model has no more of them than it says.
         let all = matches!(detection, None | Some(ContactDetection::MechanicsLaw));
@@ -816,37 +812,5 @@ mod tests {
         for (index, found) in velocities(ModelMotion::Frozen).into_iter().enumerate() {
             assert_relative_eq!(found, -0.25e-3 * (index + 1) as f64, max_relative = 1e-12);
         }
-    }
-
-    /// A contact slides at 1 m/s, pressed with 2 N, with another law of friction in each model.
-    #[test]
-    fn the_law_of_friction_must_be_that_of_the_model_and_go_by_the_forces_that_come_with_it() {
-        let mut model = ReducedInterfaceModel::zeros_with_friction(&[0.5], 1);
-        model.h.copy_from_slice(&[1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0]);
-        model.a.copy_from_slice(&[-2.0, 0.0, 0.0]);
-        model.w.copy_from_slice(&[0.0, 1.0, 1.0]);
-        let velocities = |law: FrictionLaw| {
-            let mut model = model.clone();
-            model.friction_law = law;
-            if law != FrictionLaw::Coulomb {
-                model.contact_forces = vec![3.0, -0.25];
-            }
-            let mut scheme = tracking(&model, ModelMotion::Frozen);
-            [0, 1].map(|index| micro_step(&mut scheme, index)[1])
-        };
-        let delta = 1e-3;
-        for (law, [first, second]) in [
-            (FrictionLaw::Coulomb, [1.0, 1.0]),
-            // First the bound of the mechanics' last force, then that of the micro step before.
-            (FrictionLaw::Box, [1.5, 1.0]),
-            (FrictionLaw::Held, [0.25, 0.25]),
-        ] {
-            let found = velocities(law);
-            assert_relative_eq!(found[0], 1.0 - delta * first, max_relative = 1e-14);
-            assert_relative_eq!(found[1], 1.0 - delta * (first + second), max_relative = 1e-14);
-        }
-        // Lifted by μ w_t, which takes an impulse: w_t (1 + μ²) = 1 − μ δ 2.
-        let lifted = velocities(FrictionLaw::Relaxed)[0];
-        assert_relative_eq!(lifted, (1.0 - 0.5 * delta * 2.0) / 1.25, max_relative = 1e-14);
     }
 }

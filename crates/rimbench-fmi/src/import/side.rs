@@ -4,7 +4,7 @@ use super::host::{Ask, Host};
 use super::probing::ProbeErrors;
 use rimbench_core::cosim::{Abilities, OutputRates, Ports, Subsystem, SubsystemCounters, not_offered};
 use rimbench_core::error::{Cause, Failure};
-use rimbench_core::friction::{ContactState, FrictionLaw, Stiction};
+use rimbench_core::friction::{ContactState, Stiction};
 use rimbench_core::interface_model::{ContactSpring, Kinks, ReducedInterfaceModel};
 use rimbench_core::name::Name;
 use std::path::Path;
@@ -344,10 +344,6 @@ impl Abilities for ImportedSide {
         energy_identity_residual,
         energy_account,
     );
-
-    fn use_friction_law(&mut self, _: FrictionLaw) -> Result<(), &'static str> {
-        Err("what friction an FMU has is its own, and no other law can be put in its place")
-    }
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.model.clone()

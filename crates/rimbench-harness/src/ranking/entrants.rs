@@ -13,14 +13,13 @@ const ERROR: &str = "force_error_rms_of_peak";
 pub(super) const CHARGE: f64 = 1.0;
 
 /// Columns that make a problem; of the law of friction only where it is a column.
-pub(super) const PROBLEM: [&str; 9] = [
+pub(super) const PROBLEM: [&str; 8] = [
     "case",
     "set",
     "duration_s",
     "micro_step_s",
     "mechanics_integrator",
     "actuator_integrator",
-    "friction_law",
     "macro_step_s",
     "phase",
 ];

@@ -2,9 +2,8 @@
 
 use super::ContactStepper;
 use crate::complementarity::SolverCounters;
-use crate::cosim::NO_FRICTION;
 use crate::error::{Error, Failure, Result};
-use crate::friction::{ContactState, FrictionLaw, FrictionProblem, FrictionSolver, Stiction};
+use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 use crate::interface_model::{Condensation, Elimination, ReducedInterfaceModel, Rows, TOUCHING};
 use crate::linear_algebra::body_dot;
 use crate::mechanics::energy_ledger::EnergyLedger;
@@ -40,8 +39,6 @@ impl Friction {
 #[derive(Debug, Clone)]
 pub(super) struct FrictionalContacts {
     law: Friction,
-    /// What models are to put in the place of Coulomb's law.
-    law_of_models: FrictionLaw,
     coefficients: Vec<f64>,
     solver: FrictionSolver,
     /// `[H_nn H_nt; H_tn H_tt]` and `[b_n; b_t]` of the last step, and `H P + b`.
@@ -56,10 +53,6 @@ impl FrictionalContacts {
         let mut empty = ReducedInterfaceModel::zeros_with_friction(&self.coefficients, interface);
         empty.tangential_restitution = self.law.restitution;
         empty.stiction = self.law.stiction();
-        empty.friction_law = self.law_of_models;
-        if self.law_of_models != FrictionLaw::Coulomb {
-            empty.contact_forces = vec![0.0; self.b.len()];
-        }
         empty
     }
 
@@ -134,7 +127,6 @@ impl ContactStepper {
         }
         let contacts = FrictionalContacts {
             law: friction,
-            law_of_models: FrictionLaw::Coulomb,
             coefficients: vec![coefficient; n],
             solver: FrictionSolver::new(n, self.solver.tolerance()).witnessed_by(self.solver.witness()),
             h: vec![0.0; 4 * n * n],
@@ -143,29 +135,11 @@ impl ContactStepper {
         };
         self.eq3.tangential = Rows::zeros(n, self.v.len());
         self.friction = Some(Box::new(contacts));
-        self.make_room();
-        self.elimination = Elimination::new(&self.eq3);
-        self.impulses = vec![0.0; self.eq4.a.len()];
-        Ok(())
-    }
-
-    /// Makes the model of the stepper's own steps one of its contacts as they now are.
-    fn make_room(&mut self) {
         self.eq4 = self.empty_model();
         self.condensation = Condensation::of(&self.eq4);
         self.forget_reduction();
-    }
-
-    /// Puts another law in the place of Coulomb's, before the first step.
-    ///
-    /// # Errors
-    /// Why it cannot.
-    pub(in crate::mechanics) fn use_friction_law(&mut self, law: FrictionLaw) -> std::result::Result<(), &'static str> {
-        let n = self.eq4.contacts();
-        let Some(contacts) = &mut self.friction else { return Err(NO_FRICTION) };
-        contacts.law_of_models = law;
-        contacts.solver = FrictionSolver::with_law(law.of_mechanics(), n, contacts.solver.tolerance());
-        self.make_room();
+        self.elimination = Elimination::new(&self.eq3);
+        self.impulses = vec![0.0; self.eq4.a.len()];
         Ok(())
     }
 
@@ -200,7 +174,6 @@ impl ContactStepper {
         }
         let problem = FrictionProblem { h: &contacts.h, b: &contacts.b, friction: &self.eq4.friction };
         let impulses = &mut self.impulses[..first];
-        contacts.solver.set_step(h);
         let solved = contacts.solver.solve(problem, impulses);
         problem.velocities(impulses, &mut contacts.w);
         if let Some(stiction) = self.eq4.stiction {
@@ -226,9 +199,6 @@ impl ContactStepper {
     pub(super) fn find_states(&mut self) {
         let (n, started) = (self.eq4.contacts(), self.last_step.is_finite());
         let Some(contacts) = &self.friction else { return };
-        for (force, impulse) in self.eq4.contact_forces.iter_mut().zip(&self.impulses) {
-            *force = impulse / self.last_step;
-        }
         let bound = contacts.standstill();
         if started {
             self.eq4.solved_states.copy_from_slice(contacts.solver.states());
@@ -237,9 +207,7 @@ impl ContactStepper {
             let (closed, w_t, found) = if started {
                 let bounces = self.law.restitution > 0.0 && self.rebounded[contact];
                 let state = contacts.solver.states()[contact];
-                // What the relaxed law lifts while it slides is at the bound of that law.
-                let hovers = contacts.law_of_models == FrictionLaw::Relaxed && state != ContactState::Open;
-                ((contacts.w[contact] <= bound || hovers) && !bounces, contacts.w[n + contact], state)
+                (contacts.w[contact] <= bound && !bounces, contacts.w[n + contact], state)
             } else {
                 (self.eq3.unilateral.position[contact] <= TOUCHING, self.eq4.w[n + contact], ContactState::Open)
             };
