@@ -106,6 +106,13 @@ fn compare(
     Some((largest(found.iter().zip(&solved).map(|(a, b)| (a - b).abs())), [with_sets, every]))
 }
 
+/// One problem in each micro step; where contacts are hit two more say which rebound, and another one where they are then.
+fn assert_answers_each(counters: &SolverCounters, restitution: f64) {
+    let more = counters.solves - MICRO_STEPS as u64;
+    assert!(if restitution == 0.0 { more == 0 } else { more <= 3 * MICRO_STEPS as u64 }, "{more} more");
+    assert_eq!(counters.parametric, 0);
+}
+
 #[test]
 fn a_micro_step_that_goes_on_with_its_set_answers_as_one_that_solves() {
     let mut rng = Pcg64::seed_from_u64(20);
@@ -128,8 +135,8 @@ fn a_micro_step_that_goes_on_with_its_set_answers_as_one_that_solves() {
                     |j: usize| (0..n_i).map(|i| 8.0 * (phase + i as f64 + pitch * j as f64).sin()).collect::<Vec<_>>();
                 let (off, [with_sets, every]) =
                     compare(name, detection, &model, force).expect("problems have solutions");
-                assert_eq!(with_sets.solves + with_sets.parametric, MICRO_STEPS as u64, "each micro step is answered");
-                assert_eq!((every.solves, every.parametric), (MICRO_STEPS as u64, 0));
+                assert_eq!(with_sets.solves + with_sets.parametric, every.solves, "each micro step is answered");
+                assert_answers_each(&every, restitution);
                 parametric += with_sets.parametric;
                 solved += with_sets.solves;
                 given += every.solves;
@@ -165,8 +172,8 @@ fn with_friction_a_micro_step_that_goes_on_with_its_states_answers_as_one_that_s
                     lost += 1;
                     continue;
                 };
-                assert_eq!(with_states.solves + with_states.parametric, MICRO_STEPS as u64, "each is answered");
-                assert_eq!((every.solves, every.parametric), (MICRO_STEPS as u64, 0));
+                assert_eq!(with_states.solves + with_states.parametric, every.solves, "each is answered");
+                assert_answers_each(&every, restitution);
                 parametric += with_states.parametric;
                 solved += with_states.solves;
                 worst = worst.max(off);
