@@ -43,11 +43,15 @@ pub enum Solved {
 /// The contacts that rebound in a step.
 ///
 /// ```text
-/// 0 ≤ w⁺ + e w ⟂ P ≥ 0                     contacts that are hit; the gap law for all others
-/// 0 ≤ w⁺⁺ + 0 ⟂ P⁺ ≥ 0                     the same contacts after another step like this one, w⁺⁺ = w⁺ + (w_free − w) + H P⁺
+/// 0 ≤ w⁺ + e w ⟂ P ≥ 0                      contacts that are hit; all others the gap law, 0 ≤ w⁺ + t ⟂ P ≥ 0
+/// 0 ≤ u + (w_free − w) + H P⁺ ⟂ P⁺ ≥ 0      what follows
+///     u = −e w of contacts that are hit, w⁺ + t of all others: forces alone
+///     u = w⁺ of contacts that are hit, w⁺ plus the gap law of g + h w⁺ of all others: the next step
 /// ```
-/// Of the contacts that are hit, those rebound whose `w⁺⁺` is not 0. The others have the gap law, as if they did not bounce. Of a single
-/// contact this says `e |w| > h b`, b its acceleration towards the surface; of several the forces of those that stay closed are in it.
+/// Of the contacts that are hit, those rebound that neither of what follows closes. The others have the gap law, as if they did not bounce; the
+/// rest is asked again until all last. Of a single contact both say `e |w| > h b`, b its acceleration towards the surface; of several the
+/// forces of those that stay closed are in it. The first one counts no rebound that is one of others which throw the contact up, the second
+/// none that is stopped by others which are still closing.
 /// # Shapes and units
 /// Velocities m/s, in rows `[n; t]`, without friction `[n]`.
 /// # Source
@@ -56,8 +60,12 @@ pub enum Solved {
 pub struct Rebounds {
     rebounding: Vec<bool>,
     any: bool,
+    /// Those that are closed after the trial that follows.
+    over: Vec<bool>,
     b: Vec<f64>,
     impulses: Vec<f64>,
+    /// `H P + b` of the step, and of what follows.
+    after: Vec<f64>,
     velocities: Vec<f64>,
 }
 
@@ -67,8 +75,10 @@ impl Rebounds {
         Rebounds {
             rebounding: vec![false; contacts],
             any: false,
+            over: vec![false; contacts],
             b: vec![0.0; rows],
             impulses: vec![0.0; rows],
+            after: vec![0.0; rows],
             velocities: vec![0.0; rows],
         }
     }
@@ -108,33 +118,58 @@ impl Rebounds {
         rows: ImpactRows<'_>,
         mut solve: impl FnMut(&[f64], &mut [f64], &mut [f64]) -> Result<(), Failure>,
     ) -> Result<bool, Failure> {
-        let (contacts, n) = (rows.gap.len(), rows.w.len());
-        for row in 0..n {
-            self.b[row] = rows.free[row] + self.term_of_row(step, rows, row, Solved::Velocity);
-        }
-        solve(&self.b[..n], &mut self.impulses[..n], &mut self.velocities[..n])?;
-        let mut largest = 0.0_f64;
-        for row in 0..n {
-            let after = self.velocities[row] - self.term_of_row(step, rows, row, Solved::Velocity);
-            let open = row < contacts && !self.rebounding[row];
-            let term = if open { step.rates.velocity(rows.gap[row] + step.advance * after) } else { 0.0 };
-            self.b[row] = after + (rows.free[row] - rows.w[row]) + term;
-            largest = largest.max(self.b[row].abs());
-        }
-        solve(&self.b[..n], &mut self.impulses[..n], &mut self.velocities[..n])?;
-        self.any = false;
-        for (rebounding, w) in self.rebounding[..contacts].iter_mut().zip(&self.velocities) {
-            *rebounding &= *w > step.tolerance * largest;
-            self.any |= *rebounding;
-        }
+        // Each round has one rebound less, or is the last.
+        while self.any && self.drop_those_that_are_over(step, rows, &mut solve)? {}
         Ok(self.any)
     }
 
-    /// What stands in a row, m/s, in the order of `w`.
-    fn term_of_row(&self, step: &ImpactStep, rows: ImpactRows<'_>, row: usize, solved: Solved) -> f64 {
+    /// Tries the step and what follows, and drops the rebounds that are over by then; says whether one was.
+    fn drop_those_that_are_over(
+        &mut self,
+        step: &ImpactStep,
+        rows: ImpactRows<'_>,
+        solve: &mut impl FnMut(&[f64], &mut [f64], &mut [f64]) -> Result<(), Failure>,
+    ) -> Result<bool, Failure> {
+        let (contacts, n) = (rows.gap.len(), rows.w.len());
+        for row in 0..n {
+            self.b[row] = rows.free[row] + self.term_of_row(step, rows, row);
+        }
+        solve(&self.b[..n], &mut self.impulses[..n], &mut self.after[..n])?;
+        let mut dropped = false;
+        for moving in [false, true] {
+            let mut largest = 0.0_f64;
+            for row in 0..n {
+                // Contacts that touch have w⁺ + t = 0.
+                let (touching, reached) = (self.after[row], self.after[row] - self.term_of_row(step, rows, row));
+                let starts_with = match row.checked_sub(contacts) {
+                    Some(_) => reached,
+                    None if self.rebounding[row] && moving => reached,
+                    None if self.rebounding[row] => -step.restitution * rows.w[row],
+                    None if moving => reached + still_open(step, rows.gap[row] + step.advance * reached),
+                    None => touching.max(0.0),
+                };
+                self.b[row] = starts_with + (rows.free[row] - rows.w[row]);
+                largest = largest.max(self.b[row].abs());
+            }
+            solve(&self.b[..n], &mut self.impulses[..n], &mut self.velocities[..n])?;
+            for (over, w) in self.over[..contacts].iter_mut().zip(&self.velocities) {
+                *over = (*over && moving) || *w <= step.tolerance * largest;
+            }
+        }
+        self.any = false;
+        for (rebounding, over) in self.rebounding[..contacts].iter_mut().zip(&self.over) {
+            dropped |= *rebounding && *over;
+            *rebounding &= !over;
+            self.any |= *rebounding;
+        }
+        Ok(dropped)
+    }
+
+    /// What stands in a row of the trial, m/s, in the order of `w`.
+    fn term_of_row(&self, step: &ImpactStep, rows: ImpactRows<'_>, row: usize) -> f64 {
         let contacts = rows.gap.len();
         match row.checked_sub(contacts) {
-            None => self.term(step, row, step.rates.velocity(rows.gap[row]), rows.w[row], solved),
+            None => self.term(step, row, still_open(step, rows.gap[row]), rows.w[row], Solved::Velocity),
             Some(contact) => self.term_along(step, contact, rows.w[row]),
         }
     }
@@ -154,6 +189,11 @@ impl Rebounds {
     pub fn term_along(&self, step: &ImpactStep, contact: usize, w: f64) -> f64 {
         if self.rebounds(contact) { step.along * w } else { 0.0 }
     }
+}
+
+/// The gap law of a trial, m/s: that a penetration is taken back makes nothing rebound that goes with it.
+fn still_open(step: &ImpactStep, gap: f64) -> f64 {
+    step.rates.velocity(gap.max(0.0))
 }
 
 #[cfg(test)]
