@@ -82,7 +82,8 @@ fn a_woodpecker_whose_contacts_rebound_must_descend_in_hops_and_one_whose_do_not
                 assert_eq!(cycles.len(), 20);
                 assert!(spread(0) <= 30.0 * h && spread(1) <= 30.0 * h * 0.6, "{} s, {} m", spread(0), spread(1));
             }
-            assert!((mean(&coarse, 0) - mean(&fine, 0)).abs() <= 1e-5);
+            // What steps make of a hop is of the order of a step: of the dozen impacts each is met within one.
+            assert!((mean(&coarse, 0) - mean(&fine, 0)).abs() <= 2.0 * 2e-5);
             // Under the published law of impact: 0.1460 s and 19.45 mm. Nothing says how near ours must be; this is what was found.
             assert!((mean(&fine, 0) / 0.1460 - 1.0).abs() < 2e-3 && (mean(&fine, 1) / 19.45e-3 - 1.0).abs() < 1e-2);
         } else {

@@ -377,14 +377,14 @@ fn a_contact_that_rests_on_a_row_that_turns_must_not_rebound_from_what_the_steps
     }
 }
 
-/// A point flies into its rope, across it with 2 m/s. What counts as rest is of order h and only of a contact that touched: from outside any
-/// speed is an impact, and where the rope is taut already any speed is one if the step is short enough.
+/// A point flies into its rope, across it with 2 m/s. What counts as rest is of order h: it turns with 4 m/s², so that a rebound of less than
+/// h · 4 m/s² is over in a step. Any speed is an impact if the step is short enough.
 #[test]
 fn an_impact_on_a_row_that_turns_must_be_one_once_the_step_is_short_enough() {
-    // Steps of h make up to h · (2 m/s)²/1 m by themselves.
     for (along, h, taut, rebounds) in [
         (1.0, 1e-3, false, true),
-        (0.01, 1e-2, false, true),
+        (0.01, 1e-2, false, false),
+        (0.01, 2e-3, false, false),
         (0.01, 1e-3, false, true),
         (0.01, 1e-5, false, true),
         (0.01, 1e-2, true, false),

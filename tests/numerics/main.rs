@@ -39,6 +39,7 @@ mod polynomial_inputs;
 mod published_crane;
 mod published_data;
 mod reference;
+mod restitution;
 mod scheme_identities;
 mod schemes;
 mod second_order;

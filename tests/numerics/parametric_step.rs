@@ -124,8 +124,10 @@ fn answers_alike(
             lost += 1;
             continue;
         };
-        assert_eq!(with_sets.solves + with_sets.parametric, MICRO_STEPS as u64, "each micro step is answered");
-        assert_eq!((every.solves, every.parametric), (MICRO_STEPS as u64, 0));
+        assert_eq!(with_sets.solves + with_sets.parametric, every.solves, "each micro step is answered");
+        // One problem in each micro step; where contacts are hit others say which rebound, and where they are then.
+        let more = every.solves - MICRO_STEPS as u64;
+        assert!((e > 0.0 || more == 0) && every.parametric == 0, "{more} more");
         parametric += with_sets.parametric;
         solved += with_sets.solves;
         worst = worst.max(off);

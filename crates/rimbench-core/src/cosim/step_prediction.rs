@@ -2,7 +2,8 @@
 
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters};
 use crate::error::Failure;
-use crate::interface_model::{ReducedInterfaceModel, impact_velocity};
+use crate::interface_model::{GapRates, ImpactRows, ImpactStep, Rebounds, ReducedInterfaceModel};
+use crate::linear_algebra::body_dot;
 
 /// Solves the contact problem that the mechanics will solve in its own next step, under interface impulses `h λ + p`.
 ///
@@ -16,8 +17,10 @@ use crate::interface_model::{ReducedInterfaceModel, impact_velocity};
 pub(super) struct StepPrediction {
     solver: Checked,
     h_uu: Vec<f64>,
-    /// `b_u` without interface impulses, and with them.
+    /// `b_u` without interface impulses, of contacts that do not rebound; which do; velocities without contact forces; `b_u`.
     term: Vec<f64>,
+    rebounds: Rebounds,
+    free: Vec<f64>,
     b_u: Vec<f64>,
     /// Contact impulses of the step solved last, N·s.
     pub(super) impulses: Vec<f64>,
@@ -33,6 +36,8 @@ impl StepPrediction {
             solver,
             h_uu: vec![0.0; n_u * n_u],
             term: vec![0.0; n_u],
+            rebounds: Rebounds::new(n_u, n_u),
+            free: vec![0.0; n_u],
             b_u: vec![0.0; n_u],
             impulses: vec![0.0; n_u],
             interface: vec![0.0; n_i],
@@ -46,11 +51,7 @@ impl StepPrediction {
             for (other, h) in self.h_uu[contact * n_u..(contact + 1) * n_u].iter_mut().enumerate() {
                 *h = model.entry(contact, other);
             }
-            let (gap, w) = (model.gap[contact], model.w[contact]);
-            let rebound = impact_velocity(model.restitution, gap, w, model.own_approach_of(contact), h)
-                .filter(|_| model.spring.is_none());
-            let law = rebound.unwrap_or_else(|| model.step_gap_velocity(contact));
-            self.term[contact] = w + h * model.a[contact] + law;
+            self.term[contact] = model.w[contact] + h * model.a[contact] + model.step_gap_velocity(contact);
             if let Some(spring) = model.spring {
                 self.h_uu[contact * n_u + contact] += spring.diagonal(h, h);
             }
@@ -77,12 +78,48 @@ impl StepPrediction {
         }
         for (contact, (b, term)) in self.b_u.iter_mut().zip(&self.term).enumerate() {
             *b = term + along(contact, n_u, &self.interface);
+            self.free[contact] = *b - model.step_gap_velocity(contact);
+        }
+        self.find_rebounds(model)?;
+        for (contact, b) in self.b_u.iter_mut().enumerate().filter(|_| self.rebounds.any()) {
+            if self.rebounds.rebounds(contact) {
+                *b = self.free[contact] + model.restitution * model.w[contact];
+            }
         }
         self.solver.solve(Lcp::new(&self.h_uu, &self.b_u), &mut self.impulses)?;
         for (i, w) in w.iter_mut().enumerate() {
             let row = n_u + i;
             let contacts = along(row, 0, &self.impulses);
             *w = model.w[row] + h * model.a[row] + along(row, n_u, &self.interface) + contacts;
+        }
+        Ok(())
+    }
+
+    /// Finds the contacts that rebound.
+    fn find_rebounds(&mut self, model: &ReducedInterfaceModel) -> Result<(), Failure> {
+        if model.restitution == 0.0 || model.spring.is_some() {
+            return Ok(());
+        }
+        let (n_u, h) = (model.contacts(), model.mechanics_step);
+        let step = ImpactStep {
+            restitution: model.restitution,
+            along: 0.0,
+            rates: GapRates::new(h, h, model.stabilisation),
+            advance: h,
+            closing_time: h,
+            tolerance: self.solver.tolerance(),
+        };
+        let StepPrediction { solver, h_uu, rebounds, free, .. } = self;
+        let rows = ImpactRows { gap: &model.gap, w: &model.w[..n_u], free };
+        if rebounds.note_hits(&step, rows, |contact| model.own_approach_of(contact)) {
+            rebounds.look_ahead(&step, rows, |b, impulses, velocities| {
+                solver.solve(Lcp::new(h_uu, b), impulses)?;
+                for (contact, velocity) in velocities.iter_mut().enumerate() {
+                    let row = &h_uu[contact * n_u..(contact + 1) * n_u];
+                    *velocity = b[contact] + body_dot(row, impulses);
+                }
+                Ok(())
+            })?;
         }
         Ok(())
     }

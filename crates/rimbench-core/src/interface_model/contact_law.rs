@@ -39,21 +39,38 @@ impl GapRates {
     }
 }
 
-/// Returns the velocity term of a bouncing contact that closes within the step, instead of the gap law's; none where
-/// that holds.
+/// Tells whether a contact is hit in a step: whether it closes within it, faster than what rests does.
 ///
 /// ```text
-/// 0 ≤ w⁺ + e w⁻ ⟂ P ≥ 0        where w⁻ < −w₀ and g + h w⁻ ≤ 0
+/// w < −w₀ and g + h w ≤ 0
 /// ```
+/// A contact that is hit rebounds if the rebound lasts, see [`Rebounds`](super::Rebounds), and has the gap law if not.
 /// # Shapes and units
-/// `gap` m; `w` the velocity before, m/s; `own` the approach w₀ ≥ 0 that steps make by themselves, m/s, see [`own_approach`]; `h` s; returns
-/// m/s.
+/// `gap` m; `w` the velocity before, m/s; `own` the approach w₀ ≥ 0 of contacts that rest, m/s, see [`own_approach`] and
+/// [`resting_approach`]; `h` s.
 /// # Source
-/// Newton's law of impact, in the form of Moreau.
+/// Ours.
 #[inline]
-pub fn impact_velocity(restitution: f64, gap: f64, w: f64, own: f64, h: f64) -> Option<f64> {
-    let closes = w < -own && gap + h * w <= 0.0;
-    (restitution > 0.0 && closes).then_some(restitution * w)
+pub fn is_hit(gap: f64, w: f64, own: f64, h: f64) -> bool {
+    w < -own && gap + h * w <= 0.0
+}
+
+/// Returns the velocity term by which a contact that rebounds moves in the step in which it is hit, m/s.
+///
+/// ```text
+/// (1 − e²) t + ½e (1 + e) w          t the gap law: g⁺ = e² g + ½e (1 + e) h |w|
+/// ```
+/// Its velocity at the end is that of Newton's law, `w⁺ = −e w`, which says nothing of where it is by then. To leave it where the velocity
+/// takes it, `g⁺ = g + e h |w|`, is to turn it round before it has touched: with e = 0 it would hang above its surface by up to h |w|. The
+/// semi-implicit step keeps `½w² + b g − ½h b w` under any constant acceleration b towards the surface; a law of impact is to leave e² of that,
+/// and that makes the position above, whatever b is. With e = 0 it is the gap law, with e = 1 Newton's.
+/// # Shapes and units
+/// `gap_term` t, `w` the velocity before, m/s.
+/// # Source
+/// Ours.
+#[inline]
+pub fn landing_velocity(restitution: f64, gap_term: f64, w: f64) -> f64 {
+    (1.0 - restitution * restitution) * gap_term + 0.5 * restitution * (1.0 + restitution) * w
 }
 
 /// Returns the approach that a semi-implicit step makes by itself of a contact at rest, m/s: up to this, it is taken for one that still rests.
@@ -110,16 +127,24 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_bounces_only_if_it_closes_within_the_step() {
-        assert_eq!(impact_velocity(0.5, 0.01, -1.0, 0.0, 0.02), Some(-0.5));
-        assert_eq!(impact_velocity(0.5, 0.0, -1.0, 0.0, 0.02), Some(-0.5));
-        // Too far away, moving off, or plastic: the gap law.
-        assert_eq!(impact_velocity(0.5, 0.03, -1.0, 0.0, 0.02), None);
-        assert_eq!(impact_velocity(0.5, -0.01, 1.0, 0.0, 0.02), None);
-        assert_eq!(impact_velocity(0.0, 0.0, -1.0, 0.0, 0.02), None);
+    fn a_contact_is_hit_only_if_it_closes_within_the_step() {
+        assert!(is_hit(0.01, -1.0, 0.0, 0.02) && is_hit(0.0, -1.0, 0.0, 0.02));
+        // Too far away, or moving off.
+        assert!(!is_hit(0.03, -1.0, 0.0, 0.02) && !is_hit(-0.01, 1.0, 0.0, 0.02));
         // What steps make by themselves is no impact.
-        assert_eq!(impact_velocity(0.5, 0.0, -1.0, 1.0, 0.02), None);
-        assert_eq!(impact_velocity(0.5, 0.0, -1.0, 0.99, 0.02), Some(-0.5));
+        assert!(!is_hit(0.0, -1.0, 1.0, 0.02) && is_hit(0.0, -1.0, 0.99, 0.02));
+    }
+
+    #[test]
+    fn a_rebound_must_leave_the_part_of_the_energy_that_restitution_says_under_any_acceleration() {
+        let (h, gap, w) = (0.01, 0.004, -1.0);
+        for (e, b) in [(0.0, 3.0), (0.3, 9.81), (0.8, -20.0), (1.0, 5.0)] {
+            let energy = |gap: f64, w: f64| 0.5 * w * w + b * gap - 0.5 * h * b * w;
+            let after = energy(gap - h * landing_velocity(e, gap / h, w), -e * w);
+            approx::assert_relative_eq!(after, e * e * energy(gap, w), epsilon = 1e-15, max_relative = 1e-13);
+        }
+        // The gap law at one end, Newton's at the other.
+        assert_eq!((landing_velocity(0.0, 0.4, w), landing_velocity(1.0, 0.4, w)), (0.4, w));
     }
 
     #[test]

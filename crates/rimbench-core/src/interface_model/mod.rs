@@ -33,14 +33,16 @@ mod kinks;
 mod linearisation;
 mod local_elimination;
 mod meetings;
+mod rebounds;
 mod reduced_interface_model;
 mod redundancy;
 
 pub use condensation::{Condensation, condense};
-pub use contact_law::{GapRates, gap_velocity, impact_velocity, own_approach, resting_approach};
+pub use contact_law::{GapRates, gap_velocity, is_hit, landing_velocity, own_approach, resting_approach};
 pub use contact_spring::ContactSpring;
 pub use elimination::Elimination;
 pub use kinks::Kinks;
 pub use linearisation::{Linearisation, MassMatrix, Rows};
+pub use rebounds::{ImpactRows, ImpactStep, Rebounds, Solved};
 pub use reduced_interface_model::{ReducedInterfaceModel, TOUCHING};
 pub use redundancy::Redundancy;

@@ -302,6 +302,23 @@ impl ReducedInterfaceModel {
         list.extend((0..self.contacts).filter(|&contact| self.at_bound[contact]));
     }
 
+    /// Lists those and, where contacts bounce, those that may have rebounded in it, for models whose contacts may open.
+    ///
+    /// ```text
+    /// w > 0,  g ≤ 2 h w
+    /// ```
+    /// A rebound leaves a gap of at most `(e² + ½e (1 + e)) h |w⁻| ≤ 2 h w`, see [`landing_velocity`](super::landing_velocity). Most are back
+    /// within a macro step; to what is not a condition on closing does nothing.
+    pub fn closed_and_leaving_contacts(&self, list: &mut Vec<usize>) {
+        let bounces = self.restitution > 0.0 && self.spring.is_none() && !self.has_friction();
+        let leaves = |contact: usize| {
+            let (gap, w) = (self.gap[contact], self.w[contact]);
+            bounces && w > 0.0 && gap <= 2.0 * self.mechanics_step * w
+        };
+        list.clear();
+        list.extend((0..self.contacts).filter(|&contact| self.at_bound[contact] || leaves(contact)));
+    }
+
     /// Returns the approach of a contact that is no impact, m/s.
     #[inline]
     pub fn own_approach_of(&self, contact: usize) -> f64 {

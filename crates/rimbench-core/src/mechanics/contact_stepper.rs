@@ -15,9 +15,10 @@ use super::mechanical_model::ModelSize;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSet};
 use crate::cosim::{EnergyAccount, SubsystemCounters};
 use crate::error::Failure;
+use crate::friction::FrictionProblem;
 use crate::interface_model::{
-    Condensation, ContactSpring, Elimination, Linearisation, ReducedInterfaceModel, Redundancy, Rows, TOUCHING,
-    condense, gap_velocity, impact_velocity, own_approach, resting_approach,
+    Condensation, ContactSpring, Elimination, GapRates, ImpactRows, ImpactStep, Linearisation, Rebounds,
+    ReducedInterfaceModel, Redundancy, Rows, Solved, TOUCHING, condense, gap_velocity, own_approach, resting_approach,
 };
 use crate::linear_algebra::body_dot;
 
@@ -26,7 +27,7 @@ use crate::linear_algebra::body_dot;
 pub struct ContactLaw {
     /// Fraction γ ∈ [0, 1] of a penetration (or joint error) removed per step.
     pub stabilisation: f64,
-    /// Restitution e ∈ [0, 1] of a contact that closes within the step: `w⁺ + e w⁻ ≥ 0`.
+    /// Restitution e ∈ [0, 1] of a contact that is hit and whose rebound lasts: `w⁺ + e w⁻ ≥ 0`, see [`Rebounds`].
     pub restitution: f64,
     /// Spring and damper of contacts that give way; none for rigid ones. With a spring, γ acts on joints only, and nothing rebounds but
     /// what the spring throws back.
@@ -59,7 +60,7 @@ pub(super) struct ContactStepper {
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     v_next: Vec<f64>,
-    /// The velocity at the end of a step as its position has it, where the course of the force is known.
+    /// The velocity at the end of a step as its position has it, where the course of the force is known or a contact rebounds.
     pub(super) v_reached: Vec<f64>,
     /// `½ (v⁺ + v⁻)` and `v⁺ − v⁻` of the last step.
     v_mean: Vec<f64>,
@@ -81,8 +82,11 @@ pub(super) struct ContactStepper {
     /// `w⁺` plus gap terms of the last step; whether `eq4.at_bound` has been found from it.
     slack: Vec<f64>,
     closed_known: bool,
-    /// Contacts that rebounded in the last step, by more than what the solver leaves. Written only where contacts bounce.
-    rebounded: Vec<bool>,
+    /// Contacts that rebounded in the last step. Empty where nothing bounces.
+    rebounds: Rebounds,
+    /// Velocities of the contacts' rows without contact forces, where they bounce, and for what their problem is solved.
+    free: Vec<f64>,
+    solved: Solved,
     /// Approach that the step to come and the last two make of each contact by themselves, m/s. Empty where nothing bounces.
     own_approach: [Vec<f64>; 3],
     /// Contacts that touched in the last step and in the one before: at their bound, or rebounding. Empty where nothing bounces.
@@ -120,7 +124,7 @@ impl ContactStepper {
         };
         law.give_to(&mut eq4);
         let dense = if sparse.is_some() { 0 } else { size.unilateral };
-        ContactStepper {
+        let mut stepper = ContactStepper {
             law,
             v_next: v.clone(),
             v_reached: v.clone(),
@@ -139,7 +143,9 @@ impl ContactStepper {
             b_u: vec![0.0; size.unilateral],
             slack: vec![0.0; size.unilateral],
             closed_known: false,
-            rebounded: vec![false; size.unilateral],
+            rebounds: Rebounds::default(),
+            free: Vec::new(),
+            solved: Solved::Velocity,
             own_approach: [(); 3].map(|()| if law.bounces() { vec![0.0; size.unilateral] } else { Vec::new() }),
             touched: [(); 2].map(|()| if law.bounces() { vec![false; size.unilateral] } else { Vec::new() }),
             impulses: vec![0.0; size.unilateral + size.interface],
@@ -153,6 +159,17 @@ impl ContactStepper {
             q,
             v,
             eq3,
+        };
+        stepper.make_room_for_rebounds();
+        stepper
+    }
+
+    /// Makes room for the rows that contacts have by now.
+    fn make_room_for_rebounds(&mut self) {
+        if self.law.bounces() {
+            let (contacts, rows) = (self.eq4.contacts(), self.eq4.interface_start());
+            self.rebounds = Rebounds::new(contacts, rows);
+            self.free = vec![0.0; rows];
         }
     }
 
@@ -337,9 +354,9 @@ impl ContactStepper {
         for (closed, slack) in self.eq4.at_bound.iter_mut().zip(&self.slack) {
             *closed = *slack <= bound;
         }
-        if self.law.restitution > 0.0 {
-            for (closed, rebounded) in self.eq4.at_bound.iter_mut().zip(&self.rebounded) {
-                *closed &= !rebounded;
+        if self.rebounds.any() {
+            for (contact, closed) in self.eq4.at_bound.iter_mut().enumerate() {
+                *closed &= !self.rebounds.rebounds(contact);
             }
         }
     }
@@ -352,7 +369,8 @@ impl ContactStepper {
         self.elimination.bilateral_impulses(h, &self.impulses, &mut self.p_b);
         self.book_energy(h);
         std::mem::swap(&mut self.v, &mut self.v_next);
-        for (q, v) in self.q.iter_mut().zip(&self.v) {
+        let reached = if self.rebounds.any() { &self.v_reached } else { &self.v };
+        for (q, v) in self.q.iter_mut().zip(reached) {
             *q += h * v;
         }
         self.last_step = h;
@@ -371,13 +389,24 @@ impl ContactStepper {
 
     /// Solves the contacts of one step; `impulses` then holds `[P_u; h λ_i]`.
     fn solve_contacts(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
-        let (n_u, n) = (self.eq4.contacts(), self.impulses.len());
-        if self.law.bounces() {
-            self.note_rebounds(h);
-        }
         for (impulse, force) in self.impulses[self.eq4.interface_start()..].iter_mut().zip(lambda) {
             *impulse = h * force;
         }
+        if self.law.bounces() {
+            self.find_rebounds(h)?;
+        }
+        if self.rebounds.any() {
+            self.solved = Solved::Way;
+            self.solve_problem(h)?;
+            self.elimination.velocity_after(h, &self.impulses, &mut self.v_reached);
+            self.solved = Solved::Velocity;
+        }
+        self.solve_problem(h)
+    }
+
+    /// Solves the contacts for what is asked.
+    fn solve_problem(&mut self, h: f64) -> Result<(), Failure> {
+        let (n_u, n) = (self.eq4.contacts(), self.impulses.len());
         if self.sparse.is_some() {
             return self.solve_sparse(h);
         }
@@ -472,12 +501,73 @@ impl ContactStepper {
         }
     }
 
-    fn note_rebounds(&mut self, h: f64) {
-        let rests = self.resting_approach(h);
-        for contact in 0..self.rebounded.len() {
-            let own = rests.max(self.eq4.own_approach_of(contact));
-            self.rebounded[contact] = self.impact(contact, own, h).is_some();
+    /// Of a step of this length, how contacts rebound in it.
+    fn impact_step(&self, h: f64) -> ImpactStep {
+        ImpactStep {
+            restitution: self.law.restitution,
+            // One restitution for both directions, where there is friction.
+            along: self.law.restitution,
+            rates: GapRates::new(h, h, self.law.stabilisation),
+            advance: h,
+            closing_time: h,
+            tolerance: self.solver.tolerance(),
         }
+    }
+
+    /// Finds the contacts that rebound in a step, whose interface impulses must be there.
+    fn find_rebounds(&mut self, h: f64) -> Result<(), Failure> {
+        let (rows, step) = (self.eq4.interface_start(), self.impact_step(h));
+        for (row, free) in self.free.iter_mut().enumerate() {
+            *free = self.eq4.w[row] + h * self.eq4.a[row];
+            for (i, impulse) in self.impulses[rows..].iter().enumerate() {
+                *free += self.eq4.entry(row, rows + i) * impulse;
+            }
+        }
+        let ContactStepper { rebounds, eq4, free, .. } = self;
+        let state = ImpactRows { gap: &eq4.gap, w: &eq4.w[..rows], free };
+        if rebounds.note_hits(&step, state, |contact| eq4.own_approach_of(contact)) {
+            self.look_ahead(&step)?;
+        }
+        Ok(())
+    }
+
+    /// The same once there are contacts that are hit.
+    #[cold]
+    fn look_ahead(&mut self, step: &ImpactStep) -> Result<(), Failure> {
+        let (n, rows) = (self.impulses.len(), self.eq4.interface_start());
+        let ContactStepper { rebounds, eq4, free, solver, sparse, friction, h_uu, .. } = self;
+        let state = ImpactRows { gap: &eq4.gap, w: &eq4.w[..rows], free };
+        if let (Some(solver), Some(matrix)) = (sparse, eq4.contact_rows()) {
+            solver.forget_matrix();
+            rebounds.look_ahead(step, state, |b, impulses, velocities| {
+                solver.solve(matrix, b, impulses)?;
+                velocities.copy_from_slice(solver.velocities());
+                Ok(())
+            })?;
+            return Ok(());
+        }
+        let matrix = friction.as_mut().map_or(&mut *h_uu, |contacts| &mut contacts.h);
+        for (row, out) in matrix.chunks_exact_mut(rows).enumerate() {
+            out.copy_from_slice(&eq4.h[row * n..row * n + rows]);
+        }
+        if let Some(contacts) = friction {
+            let FrictionalContacts { solver, h: matrix, .. } = &mut **contacts;
+            rebounds.look_ahead(step, state, |b, impulses, velocities| {
+                let problem = FrictionProblem { h: matrix, b, friction: &eq4.friction };
+                solver.solve(problem, impulses)?;
+                problem.velocities(impulses, velocities);
+                Ok(())
+            })?;
+            return Ok(());
+        }
+        rebounds.look_ahead(step, state, |b, impulses, velocities| {
+            solver.solve(Lcp::new(h_uu, b), impulses)?;
+            for ((velocity, b), row) in velocities.iter_mut().zip(b).zip(h_uu.chunks_exact(rows)) {
+                *velocity = b + body_dot(row, impulses);
+            }
+            Ok(())
+        })?;
+        Ok(())
     }
 
     /// Approach that rounding makes of contacts at rest in a step `h`, of which Eq. 4 must be, m/s.
@@ -516,25 +606,18 @@ impl ContactStepper {
             return;
         }
         self.find_closed();
-        for (touched, (closed, rebounded)) in
-            self.touched[0].iter_mut().zip(self.eq4.at_bound.iter().zip(&self.rebounded))
-        {
-            *touched = *closed || *rebounded;
+        for (contact, (touched, closed)) in self.touched[0].iter_mut().zip(&self.eq4.at_bound).enumerate() {
+            *touched = *closed || self.rebounds.rebounds(contact);
         }
     }
 
-    /// What stands for the gap law of a contact that is hit, if it is.
-    fn impact(&self, contact: usize, own: f64, h: f64) -> Option<f64> {
-        impact_velocity(self.law.restitution, self.eq4.gap[contact], self.eq4.w[contact], own, h)
-    }
-
-    /// Gap law, or impact law for a bouncing contact that closes within the step.
+    /// Gap law, or what stands for it in the row of a contact that rebounds.
     fn contact_term(&self, contact: usize, h: f64) -> f64 {
-        let gap_law = || gap_velocity(self.eq4.gap[contact], h, h, self.law.stabilisation);
-        if self.law.restitution == 0.0 {
-            return gap_law();
+        let gap_term = gap_velocity(self.eq4.gap[contact], h, h, self.law.stabilisation);
+        if !self.rebounds.any() {
+            return gap_term;
         }
-        self.impact(contact, self.eq4.own_approach_of(contact), h).unwrap_or_else(gap_law)
+        self.rebounds.term(&self.impact_step(h), contact, gap_term, self.eq4.w[contact], self.solved)
     }
 
     /// Books the work of one step. Impulses are paired with `v̄ = ½ (v⁺ + v⁻)`, and `T⁺ − T⁻ = v̄ᵀ M (v⁺ − v⁻)`.

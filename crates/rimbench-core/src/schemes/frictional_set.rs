@@ -71,11 +71,7 @@ impl FrictionalSet {
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        let problem = FrictionProblem { h: packed.h_uu(), b, friction: &self.friction };
-        // Coefficients that change make another problem of the same matrix.
-        let same = !anew && self.stiction.is_none();
-        let solved =
-            if same { self.solver.solve_again(problem, impulses) } else { self.solver.solve(problem, impulses) }?;
+        let solved = self.try_solve(packed, anew, b, impulses)?;
         if let Some(stiction) = self.stiction {
             let (m, h) = (self.friction.len(), packed.h_uu());
             let standstill = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
@@ -87,6 +83,20 @@ impl FrictionalSet {
             }
         }
         Ok(solved)
+    }
+
+    /// The same in a trial, of which coefficients know nothing.
+    pub(super) fn try_solve(
+        &mut self,
+        packed: &PackedModel,
+        anew: bool,
+        b: &[f64],
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        let problem = FrictionProblem { h: packed.h_uu(), b, friction: &self.friction };
+        // Coefficients that change make another problem of the same matrix.
+        let same = !anew && self.stiction.is_none();
+        if same { self.solver.solve_again(problem, impulses) } else { self.solver.solve(problem, impulses) }
     }
 
     /// Returns the solver's tolerance.

@@ -23,8 +23,8 @@ use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SparseActiveSe
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{
-    Condensation, GapRates, MEMORY_LIMIT, ReducedInterfaceModel, Redundancy, TOUCHING, condense, impact_velocity,
-    resting_approach,
+    Condensation, GapRates, ImpactRows, ImpactStep, MEMORY_LIMIT, Rebounds, ReducedInterfaceModel, Redundancy, Solved,
+    TOUCHING, condense, resting_approach,
 };
 
 /// Where no other is asked for, the smooth model counts a contact as closed up to this gap, m. Ours: the source paper does not say
@@ -52,6 +52,30 @@ fn must_hold_every_entry(contacts: usize, limit: u64) -> Result<()> {
         bytes as f64 / GIB,
         limit as f64 / GIB
     )))
+}
+
+/// Solves the packed contacts without friction for `b`; `anew` says that they have been packed since the last time.
+#[inline]
+fn solve_packed(
+    packed: &PackedModel,
+    anew: bool,
+    solver: &mut Checked,
+    sparse: &mut Option<SparseActiveSet>,
+    b: &[f64],
+    impulses: &mut [f64],
+) -> Result<(), Failure> {
+    if let (Some(solver), Some(rows)) = (sparse, packed.contact_rows()) {
+        if anew {
+            solver.change_pattern(rows.pattern);
+            // Macro steps begin alike: with penetrations, and with the force of the point itself.
+            solver.start_series();
+        }
+        solver.solve(rows, b, impulses)?;
+        return Ok(());
+    }
+    let lcp = Lcp::new(packed.h_uu(), b);
+    if anew { solver.solve(lcp, impulses) } else { solver.attempt_again(lcp, impulses) }?;
+    Ok(())
 }
 
 /// How contacts enter the model within the macro step.
@@ -106,6 +130,9 @@ pub(super) struct ReducedInterface {
     /// The micro step while the active set stays the same; none where it is not affine.
     parametric: Option<ParametricStep>,
     gap_motion: GapMotion,
+    /// Contacts that rebound in a micro step, and the velocities by which it changes positions then.
+    rebounds: Rebounds,
+    way: Vec<f64>,
     /// By how much contacts went too far in the micro step last solved, m/s.
     left: f64,
     /// Right-hand side and impulses of the complementarity problem.
@@ -179,6 +206,7 @@ impl ReducedInterface {
         if sparse.is_none() && empty.meeting().is_some() {
             must_hold_every_entry(n_u, MEMORY_LIMIT)?;
         }
+        let bounces = empty.restitution > 0.0;
         // A solver that is not asked keeps no room.
         let solver = options.solver.checked(if sparse.is_some() || friction.is_some() { 0 } else { n_u });
         Ok(ReducedInterface {
@@ -213,6 +241,8 @@ impl ReducedInterface {
             sparse,
             friction,
             gap_motion: GapMotion::default(),
+            rebounds: if bounces { Rebounds::new(n_u, first) } else { Rebounds::default() },
+            way: vec![0.0; if bounces { first + n_i } else { 0 }],
             left: 0.0,
             b_u: vec![0.0; first],
             p_u: vec![0.0; first],
@@ -239,6 +269,9 @@ impl ReducedInterface {
             None | Some(ContactDetection::MechanicsLaw) => {
                 self.set.clear();
                 self.set.extend(0..model.contacts());
+            }
+            Some(ContactDetection::Active) if self.contacts == Contacts::Unilateral => {
+                model.closed_and_leaving_contacts(&mut self.set);
             }
             Some(ContactDetection::Active) => model.closed_contacts(&mut self.set),
             Some(ContactDetection::Margin { width }) => model.contacts_within(width, &mut self.set),
@@ -350,58 +383,115 @@ impl ReducedInterface {
         let n = self.packed.contacts();
         let rows = n + lambda.len();
         self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
-        match self.gap_term {
-            GapTerm::None => self.b_u[..n].copy_from_slice(&self.w_free[..n]),
-            GapTerm::Frozen | GapTerm::Tracked => {
-                for (b, (w, gap)) in self.b_u[..n].iter_mut().zip(self.w_free.iter().zip(&self.gap)) {
-                    *b = w + self.gap_motion.rates.velocity(*gap);
-                }
-            }
-        }
         if self.gap_motion.restitution > 0.0 {
-            self.bounce(n);
+            self.find_rebounds(rows)?;
         }
-        let anew = std::mem::replace(&mut self.packed_anew, false);
-        let p_u = &mut self.p_u[..n];
-        if let (Some(solver), Some(rows)) = (&mut self.sparse, self.packed.contact_rows()) {
-            if anew {
-                solver.change_pattern(rows.pattern);
-                // Macro steps begin alike: with penetrations, and with the force of the point itself.
-                solver.start_series();
-            }
-            solver.solve(rows, &self.b_u[..n], p_u)?;
-            return Ok(());
-        }
-        let lcp = Lcp::new(self.packed.h_uu(), &self.b_u[..n]);
-        if anew { self.solver.solve(lcp, p_u) } else { self.solver.attempt_again(lcp, p_u) }?;
-        Ok(())
+        self.write_problem(n, Solved::Velocity);
+        let ReducedInterface { solver, sparse, packed, packed_anew, b_u, p_u, .. } = self;
+        solve_packed(packed, std::mem::replace(packed_anew, false), solver, sparse, &b_u[..n], &mut p_u[..n])
     }
 
     /// The same with friction.
     #[cold]
     fn solve_frictional(&mut self, lambda: &[f64]) -> Result<(), Failure> {
-        let (n, m) = (self.packed.contacts(), self.set.len());
+        let n = self.packed.contacts();
         let rows = n + lambda.len();
         self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
-        self.b_u[..n].copy_from_slice(&self.w_free[..n]);
-        for (b, gap) in self.b_u[..m].iter_mut().zip(&self.gap) {
-            *b += self.gap_motion.rates.velocity(*gap);
-        }
         if self.gap_motion.restitution > 0.0 {
-            self.bounce(m);
-            let along = self.model.received.tangential_restitution;
-            let tolerance = self.friction.as_ref().map_or(0.0, |friction| friction.tolerance());
-            let rows = self.w.iter().zip(self.packed.drift(n)).map(|(w, drift)| (*w, *drift));
-            let rests = resting_approach(tolerance, rows);
-            for slot in 0..m {
-                if self.w[slot] < -rests.max(self.own_approach(slot)) && self.impact(slot).is_some() {
-                    self.b_u[m + slot] += along * self.w[m + slot];
-                }
-            }
+            self.find_rebounds(rows)?;
         }
+        self.write_problem(n, Solved::Velocity);
         let anew = std::mem::replace(&mut self.packed_anew, false);
         if let Some(friction) = &mut self.friction {
             friction.solve(&self.packed, anew, &self.b_u[..n], &mut self.p_u[..n])?;
+        }
+        Ok(())
+    }
+
+    /// Writes the right-hand side of the first `n` rows: contacts, then tangential rows.
+    #[inline]
+    fn write_problem(&mut self, n: usize, solved: Solved) {
+        let contacts = n.min(self.set.len());
+        self.b_u[..n].copy_from_slice(&self.w_free[..n]);
+        if self.gap_term != GapTerm::None {
+            for (b, gap) in self.b_u[..contacts].iter_mut().zip(&self.gap) {
+                *b += self.gap_motion.rates.velocity(*gap);
+            }
+        }
+        if self.rebounds.any() {
+            let step = self.impact_step();
+            for row in 0..n {
+                let along = row.checked_sub(contacts);
+                let term = match along {
+                    Some(contact) => self.rebounds.term_along(&step, contact, self.w[row]),
+                    None => self.rebounds.term(&step, row, step.rates.velocity(self.gap[row]), self.w[row], solved),
+                };
+                self.b_u[row] = self.w_free[row] + term;
+            }
+        }
+    }
+
+    /// How contacts rebound in a micro step.
+    fn impact_step(&self) -> ImpactStep {
+        let GapMotion { rates, advance, restitution, closing_time } = self.gap_motion;
+        let tolerance = self.friction.as_ref().map_or(self.solver.tolerance(), |friction| friction.tolerance());
+        ImpactStep {
+            restitution,
+            along: self.model.received.tangential_restitution,
+            rates,
+            advance,
+            closing_time,
+            tolerance,
+        }
+    }
+
+    /// Finds the contacts that rebound in a micro step without whose impulses the velocities are in `w_free`, and where one does by which
+    /// velocities positions change. `rows` are those of contacts and interface.
+    fn find_rebounds(&mut self, rows: usize) -> Result<(), Failure> {
+        let (n, step) = (self.packed.contacts(), self.impact_step());
+        let contacts = n.min(self.set.len());
+        let ReducedInterface { rebounds, set, model, gap, w, w_free, .. } = self;
+        let state = ImpactRows { gap: &gap[..contacts], w: &w[..n], free: &w_free[..n] };
+        // The model's own rows do not turn: what the mechanics' steps have made by themselves it finds as they have left it.
+        if rebounds.note_hits(&step, state, |slot| model.received.own_approach_of(set[slot])) {
+            self.look_ahead(&step, rows)?;
+        }
+        Ok(())
+    }
+
+    /// The same once there are contacts that are hit.
+    #[cold]
+    fn look_ahead(&mut self, step: &ImpactStep, rows: usize) -> Result<(), Failure> {
+        let n = self.packed.contacts();
+        let ReducedInterface {
+            rebounds, set, packed, packed_anew, solver, sparse, friction, gap, w, w_free, way, ..
+        } = self;
+        let state = ImpactRows { gap: &gap[..n.min(set.len())], w: &w[..n], free: &w_free[..n] };
+        let mut solve = |b: &[f64], impulses: &mut [f64]| -> Result<(), Failure> {
+            let anew = std::mem::replace(packed_anew, false);
+            match friction {
+                Some(friction) => friction.try_solve(packed, anew, b, impulses).map(drop)?,
+                None => solve_packed(packed, anew, solver, sparse, b, impulses)?,
+            }
+            Ok(())
+        };
+        let lasts = rebounds.look_ahead(step, state, |b, impulses, velocities| {
+            solve(b, impulses)?;
+            way[..n].copy_from_slice(b);
+            packed.add_impulses(impulses, &mut way[..rows]);
+            velocities.copy_from_slice(&way[..n]);
+            Ok(())
+        })?;
+        if lasts {
+            self.write_problem(n, Solved::Way);
+            let ReducedInterface { packed, solver, sparse, friction, b_u, p_u, w_free, way, .. } = self;
+            let (b, impulses) = (&b_u[..n], &mut p_u[..n]);
+            match friction {
+                Some(friction) => friction.try_solve(packed, false, b, impulses).map(drop)?,
+                None => solve_packed(packed, false, solver, sparse, b, impulses)?,
+            }
+            way[..rows].copy_from_slice(&w_free[..rows]);
+            packed.add_impulses(impulses, &mut way[..rows]);
         }
         Ok(())
     }
@@ -509,21 +599,20 @@ impl ReducedInterface {
             // Tangential rows, behind those of the contacts, have no gaps.
             self.left = -w[..n.min(self.set.len())].iter().zip(&self.gap).map(slack).fold(0.0, f64::min);
         }
+        let mut ways = &*w;
+        if self.rebounds.any() {
+            // Whoever asked for the step moves the interface on by its velocity.
+            for (position, (way, w)) in self.position.iter_mut().zip(self.way[n..].iter().zip(&w[n..])) {
+                *position += self.packed.length() * (way - w);
+            }
+            ways = &self.way;
+        }
         if self.gap_term == GapTerm::Tracked {
-            for (gap, w) in self.gap.iter_mut().zip(&w[..self.set.len()]) {
+            for (gap, w) in self.gap.iter_mut().zip(&ways[..self.set.len()]) {
                 *gap += self.packed.length() * w;
             }
         }
         Ok(())
-    }
-
-    /// Replaces the gap law by the impact law where a contact closes within the micro step.
-    fn bounce(&mut self, n: usize) {
-        for slot in 0..n {
-            if let Some(velocity) = self.impact(slot) {
-                self.b_u[slot] = self.w_free[slot] + velocity;
-            }
-        }
     }
 
     /// Time until the first of the contacts that are open closes, its acceleration being that of the last micro step, s. Where a contact
@@ -544,17 +633,6 @@ impl ReducedInterface {
             (speed > 0.0).then(|| 2.0 * gap / speed)
         });
         closing.reduce(f64::min)
-    }
-
-    /// Approach of a contact of the set that the mechanics' steps have made by themselves, m/s. The model's own rows do not turn.
-    fn own_approach(&self, slot: usize) -> f64 {
-        self.model.received.own_approach_of(self.set[slot])
-    }
-
-    /// What stands for the gap law of a contact that closes within the micro step and bounces, m/s.
-    fn impact(&self, slot: usize) -> Option<f64> {
-        let GapMotion { restitution, closing_time, .. } = self.gap_motion;
-        impact_velocity(restitution, self.gap[slot], self.w[slot], self.own_approach(slot), closing_time)
     }
 
     /// Leaves in `set` the contacts that carry impulse with the actuator's force.

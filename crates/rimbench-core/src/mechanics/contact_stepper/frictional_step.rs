@@ -4,7 +4,7 @@ use super::ContactStepper;
 use crate::complementarity::SolverCounters;
 use crate::error::{Error, Failure, Result};
 use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
-use crate::interface_model::{Condensation, Elimination, ReducedInterfaceModel, Rows, TOUCHING};
+use crate::interface_model::{Condensation, Elimination, ReducedInterfaceModel, Rows, Solved, TOUCHING};
 use crate::linear_algebra::body_dot;
 use crate::mechanics::energy_ledger::EnergyLedger;
 use crate::name::Name;
@@ -40,9 +40,9 @@ impl Friction {
 pub(super) struct FrictionalContacts {
     law: Friction,
     coefficients: Vec<f64>,
-    solver: FrictionSolver,
+    pub(super) solver: FrictionSolver,
     /// `[H_nn H_nt; H_tn H_tt]` and `[b_n; b_t]` of the last step, and `H P + b`.
-    h: Vec<f64>,
+    pub(super) h: Vec<f64>,
     b: Vec<f64>,
     w: Vec<f64>,
 }
@@ -137,6 +137,7 @@ impl ContactStepper {
         self.friction = Some(Box::new(contacts));
         self.eq4 = self.empty_model();
         self.condensation = Condensation::of(&self.eq4);
+        self.make_room_for_rebounds();
         self.forget_reduction();
         self.elimination = Elimination::new(&self.eq3);
         self.impulses = vec![0.0; self.eq4.a.len()];
@@ -168,7 +169,7 @@ impl ContactStepper {
         for row in 0..first {
             let (h_cc, h_ci) = self.eq4.h[row * rows..(row + 1) * rows].split_at(first);
             let free = self.eq4.w[row] + h * self.eq4.a[row] + body_dot(h_ci, &self.impulses[first..]);
-            let term = if row < n { self.contact_term(row, h) } else { self.rebound_along(row, contacts.law) };
+            let term = if row < n { self.contact_term(row, h) } else { self.rebound_along(row, h) };
             contacts.b[row] = free + term;
             contacts.h[row * first..(row + 1) * first].copy_from_slice(h_cc);
         }
@@ -176,7 +177,7 @@ impl ContactStepper {
         let impulses = &mut self.impulses[..first];
         let solved = contacts.solver.solve(problem, impulses);
         problem.velocities(impulses, &mut contacts.w);
-        if let Some(stiction) = self.eq4.stiction {
+        if let (Some(stiction), Solved::Velocity) = (self.eq4.stiction, self.solved) {
             let (states, standstill) = (contacts.solver.states(), contacts.standstill());
             for ((coefficient, state), w_t) in self.eq4.friction.iter_mut().zip(states).zip(&contacts.w[first / 2..]) {
                 *coefficient = stiction.after(state.moving(*w_t, standstill));
@@ -188,9 +189,11 @@ impl ContactStepper {
     }
 
     /// What stands in the tangential row (stacked) of a contact that rebounds.
-    fn rebound_along(&self, row: usize, law: Friction) -> f64 {
-        let rebounds = self.law.restitution > 0.0 && self.rebounded[row - self.eq4.contacts()];
-        if rebounds { law.restitution * self.eq4.w[row] } else { 0.0 }
+    fn rebound_along(&self, row: usize, h: f64) -> f64 {
+        if !self.rebounds.any() {
+            return 0.0;
+        }
+        self.rebounds.term_along(&self.impact_step(h), row - self.eq4.contacts(), self.eq4.w[row])
     }
 
     /// Finds the contacts whose row was at its bound in the last step, and what they did along the surface.
@@ -205,7 +208,7 @@ impl ContactStepper {
         }
         for contact in 0..n {
             let (closed, w_t, found) = if started {
-                let bounces = self.law.restitution > 0.0 && self.rebounded[contact];
+                let bounces = self.rebounds.rebounds(contact);
                 let state = contacts.solver.states()[contact];
                 (contacts.w[contact] <= bound && !bounces, contacts.w[n + contact], state)
             } else {

@@ -3,7 +3,6 @@
 use super::ContactStepper;
 use crate::complementarity::{ComplementaritySolver, Lcp};
 use crate::error::Failure;
-use crate::interface_model::impact_velocity;
 use crate::linear_algebra::body_dot;
 
 /// The contacts that take part in a step, and what comes of them.
@@ -133,8 +132,7 @@ impl ContactStepper {
         self.impulses[n_u..].fill(0.0);
         set.terms.clear();
         for &contact in &set.contacts {
-            let rebound = impact_velocity(self.law.restitution, 0.0, self.eq4.w[contact], 0.0, 1.0);
-            set.terms.push(rebound.unwrap_or(0.0));
+            set.terms.push(self.law.restitution * self.eq4.w[contact].min(0.0));
         }
         self.solve_set(0.0, set)?;
         self.elimination.velocity_after(0.0, &self.impulses, &mut self.v_next);
