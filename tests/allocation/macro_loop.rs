@@ -105,10 +105,7 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                 for &macro_step in macro_steps {
                     for &detection in detections(scheme) {
                         let solver = solver.clone();
-                        // With the pool in every second one.
-                        let energy_return =
-                            if variants.len() % 2 == 0 { EnergyReturn::Pool } else { EnergyReturn::None };
-                        let options = ModelOptions { redundancy, motion, detection, solver, energy_return };
+                        let options = ModelOptions { redundancy, motion, detection, solver };
                         variants.push(Variant {
                             scheme,
                             options,
@@ -223,7 +220,6 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
             let options = &variant.options;
             !variant.scheme.needs.contains(&Need::NoFriction) && options.redundancy == Redundancy::Drop
         });
-        variants.iter_mut().for_each(|variant| variant.options.energy_return = EnergyReturn::None);
         variants
     };
     nothing_is_allocated_in(case_by_name("wedge-box-friction"), |solver| solver.name == DEFAULT, that_know_it);

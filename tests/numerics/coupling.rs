@@ -237,7 +237,7 @@ impl Subsystem for Withdraws {
 impl Abilities for Withdraws {
     not_offered! {
         use_second_order, joint_steps, oil_lines, output_rates, input_polynomials, observables,
-        observe, interface_work, interface_displacement, energy_identity_residual, energy_account
+        observe, interface_work, energy_identity_residual, energy_account
     }
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {

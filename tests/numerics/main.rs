@@ -17,7 +17,6 @@ mod contact_machines;
 mod coupling;
 mod elimination;
 mod energy_audit;
-mod energy_return;
 mod friction;
 mod friction_cases;
 mod friction_mechanics;

@@ -16,7 +16,7 @@ const CASES: [(&str, &str); 5] = [
 ];
 
 /// A value or more of each option beside the usual one.
-const OPTIONS: [(&str, &[&str]); 11] = [
+const OPTIONS: [(&str, &[&str]); 10] = [
     ("sequence", &["jacobi", "gauss-seidel", "gauss-seidel-mechanics-first"]),
     ("force_return", &["held", "end", "mean", "profile"]),
     ("mechanics_steps", &["2", "all"]),
@@ -25,7 +25,6 @@ const OPTIONS: [(&str, &[&str]); 11] = [
     ("redundancy", &["pseudo-inverse", "regularised:1e-3"]),
     ("model_motion", &["extrapolated", "piecewise"]),
     ("contact_detection", &["active", "mechanics-law", "margin:1e-2"]),
-    ("energy_return", &["pool", "balance"]),
     ("gain", &["0.25"]),
     ("step_control", &["energy-residual", "model-defect", "step-doubling"]),
 ];

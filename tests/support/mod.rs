@@ -610,7 +610,7 @@ impl Abilities for Springs {
     not_offered! {
         empty_interface_model, interface_model, input_polynomials, use_second_order, joint_steps,
         oil_lines, observables, observe, interface_work,
-        interface_displacement, energy_identity_residual, energy_account
+        energy_identity_residual, energy_account
     }
 
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {

@@ -207,7 +207,6 @@ impl Abilities for PySubsystem {
         use_second_order,
         joint_steps,
         oil_lines,
-        interface_displacement,
         energy_identity_residual,
         energy_account,
     );

@@ -98,7 +98,6 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
         input_polynomials,
         joint_steps,
         interface_work,
-        interface_displacement,
         energy_identity_residual,
     );
 

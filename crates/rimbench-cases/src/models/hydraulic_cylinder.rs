@@ -341,7 +341,6 @@ impl Abilities for HydraulicCylinder {
         input_polynomials,
         joint_steps,
         interface_work,
-        interface_displacement,
         energy_identity_residual,
     );
 

@@ -148,7 +148,6 @@ impl Abilities for HydropneumaticStrut {
         joint_steps,
         oil_lines,
         interface_work,
-        interface_displacement,
         energy_identity_residual,
     );
 

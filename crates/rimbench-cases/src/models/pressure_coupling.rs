@@ -65,7 +65,6 @@ impl Abilities for PressureOutput {
         joint_steps,
         oil_lines,
         interface_work,
-        interface_displacement,
         energy_identity_residual,
         energy_account,
     );
@@ -144,7 +143,6 @@ impl<M: Subsystem> Abilities for PressureDrivenMechanics<M> {
         use_second_order,
         joint_steps,
         oil_lines,
-        interface_displacement,
         energy_account,
     );
 

@@ -183,7 +183,6 @@ impl Abilities for SpringActuator {
         joint_steps,
         oil_lines,
         interface_work,
-        interface_displacement,
         energy_identity_residual,
         energy_account,
     );

@@ -120,9 +120,6 @@ pub struct MassSide {
     inputs: InputPolynomials,
     ports: Ports,
     work: f64,
-    /// Where it stood at the start, and how far it is from there, m.
-    start: f64,
-    displacement: [f64; 1],
     counters: SubsystemCounters,
 }
 
@@ -148,8 +145,7 @@ impl MassSide {
         );
         let ports = Ports { inputs, outputs, direct_feedthrough };
         let inputs = InputPolynomials::new(ports.inputs.len());
-        let (start, counters) = (motion.position(), SubsystemCounters::default());
-        MassSide { body, role, index, motion, inputs, ports, work: 0.0, start, displacement: [0.0], counters }
+        MassSide { body, role, index, motion, inputs, ports, work: 0.0, counters: SubsystemCounters::default() }
     }
 
     /// Force of the coupling element on the other mass.
@@ -278,10 +274,5 @@ impl Abilities for MassSide {
 
     fn interface_work(&mut self) -> Option<f64> {
         (self.role == MassRole::ForceDriven).then_some(self.work)
-    }
-
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        self.displacement[0] = self.motion.position() - self.start;
-        (self.role == MassRole::ForceDriven).then_some(&self.displacement[..])
     }
 }

@@ -1,9 +1,7 @@
 //! What a file or the command line asks of one run, in their own words.
 
 use super::step_control::StepControlKind;
-use rimbench_core::cosim::{
-    ActuatorIntegrator, EnergyReturn, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence,
-};
+use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Redundancy;
 use rimbench_core::schemes::{ContactDetection, ModelMotion};
@@ -78,8 +76,6 @@ run_options! {
     model_motion: ModelMotion, "MOTION";
     /// Contacts closed for an interface model: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
     contact_detection: ContactDetection, "DETECTION";
-    /// What becomes of energy that the coupling creates, for schemes with an interface model: none, pool (an impulse takes it out), balance (so, after losses)
-    energy_return: EnergyReturn, "RETURN";
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME";
     /// The scheme's gain, where it has one (see `rimbench list schemes`)
@@ -159,7 +155,6 @@ read_by_name!(
     ActuatorIntegrator,
     Redundancy,
     ModelMotion,
-    EnergyReturn,
     ContactDetection,
     StepControlKind
 );

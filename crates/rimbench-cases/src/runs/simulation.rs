@@ -4,8 +4,8 @@ use super::spec::RunSpec;
 use super::step_control::StepControl;
 use crate::cases::Recorder;
 use rimbench_core::cosim::{
-    Bounds, EnergyReturn, MechanicsSteps, Outcome, Report, Side, Sides, StopFlag, Supervision, Trajectory, Watch,
-    check_coupling, counts_interface_way, counts_interface_work, division,
+    Bounds, MechanicsSteps, Outcome, Report, Side, Sides, StopFlag, Supervision, Trajectory, Watch, check_coupling,
+    counts_interface_work, division,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Need};
@@ -58,7 +58,6 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
         .incompatibility(sides.lend())
         .or_else(|| unequal_steps(spec))
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
-        .or_else(|| unreturnable(spec, sides.lend()))
         .or_else(|| without_sight(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
     let coupled = match skip {
@@ -153,16 +152,6 @@ fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     let why =
         "the mechanics' interface model is a smooth one, which has its contacts within and lists none to choose from";
     chosen.filter(|_| model.smooth).map(|chosen| format!("{chosen}: {why}"))
-}
-
-/// Why energy cannot be returned to these subsystems, if it cannot.
-fn unreturnable(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
-    let kind = spec.model.as_ref().map_or(EnergyReturn::None, |model| model.energy_return);
-    (kind != EnergyReturn::None && !counts_interface_way(sides)).then(|| {
-        format!(
-            "energy_return = {kind} needs an interface whose work both sides count, and a mechanics that counts its way"
-        )
-    })
 }
 
 #[cfg(test)]

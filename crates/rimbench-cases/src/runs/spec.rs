@@ -97,7 +97,6 @@ impl RunRequest {
             redundancy,
             model_motion,
             contact_detection,
-            energy_return,
             solver,
             gain,
             macro_step_s,
@@ -132,7 +131,6 @@ impl RunRequest {
         let asked = [
             ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
             ("model_motion", model_motion.map(|motion| motion.to_string())),
-            ("energy_return", energy_return.map(|kind| kind.to_string())),
         ];
         let in_vain = asked.into_iter().find_map(|(key, value)| Some((key, value?)));
         if let Some((key, value)) = in_vain.filter(|_| !scheme.has_model()) {
@@ -152,7 +150,6 @@ impl RunRequest {
             motion: model_motion.unwrap_or_default(),
             detection: scheme.detection(*contact_detection)?,
             solver: solver.clone(),
-            energy_return: energy_return.unwrap_or_default(),
         };
         if let (None, Some(value)) = (&scheme.gain, gain) {
             return Err(Error::Incompatible(format!(
@@ -418,12 +415,7 @@ mod tests {
     fn what_a_scheme_does_not_have_cannot_be_asked_of_it() {
         let message = refused(|request| request.gain = Some(0.5));
         assert!(message.contains("has no gain; schemes that have one: nepce, "), "{message}");
-        for (key, text) in [
-            ("redundancy", "drop"),
-            ("model_motion", "frozen"),
-            ("contact_detection", "active"),
-            ("energy_return", "pool"),
-        ] {
+        for (key, text) in [("redundancy", "drop"), ("model_motion", "frozen"), ("contact_detection", "active")] {
             let message = refused(|request| request.put(key, text).unwrap());
             assert_eq!(message, format!("{key} = {text}: scheme `zero-order-hold` has no reduced interface model"));
         }

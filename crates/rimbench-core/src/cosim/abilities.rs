@@ -56,10 +56,6 @@ pub trait Abilities {
     /// Work received through the interface since the start, J, as the subsystem's own discretisation counts it.
     fn interface_work(&mut self) -> Option<f64>;
 
-    /// How far each interface row has gone since the start, m, as [`interface_work`](Self::interface_work) counts the way:
-    /// `Σ h ½ (w⁺ + w⁻)`.
-    fn interface_displacement(&mut self) -> Option<&[f64]>;
-
     /// Largest violation of the subsystem's own discrete energy identity in one step, J.
     fn energy_identity_residual(&mut self) -> Option<f64>;
 
@@ -93,7 +89,6 @@ impl Abilities for NoAbilities {
         observables,
         observe,
         interface_work,
-        interface_displacement,
         energy_identity_residual,
         energy_account,
     );

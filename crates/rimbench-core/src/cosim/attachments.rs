@@ -1,10 +1,9 @@
 //! What goes with the samples of a communication point besides outputs, for schemes that need it.
 
-use super::energy_return::EnergyPool;
 use super::oil_lines::LineForces;
 use super::output_rates::OutputRates;
 use super::ports::Ports;
-use super::subsystem::{Sides, Subsystem};
+use super::subsystem::Sides;
 use crate::error::{Cause, Failure};
 use crate::interface_model::ReducedInterfaceModel;
 
@@ -15,8 +14,6 @@ pub struct Attachments {
     pub interface_model: Option<ReducedInterfaceModel>,
     /// How the actuator's outputs move.
     pub output_rates: Option<OutputRates>,
-    /// What the coupling has created, where it is to be taken out again.
-    pub energy_pool: Option<EnergyPool>,
     /// What lines in the place of the actuator's oil do to the mechanics.
     pub line_forces: Option<LineForces>,
 }
@@ -33,9 +30,6 @@ pub(crate) const NO_PIECES: &str = "the mechanics does not split its steps at ev
 /// Likewise.
 pub(crate) const NO_FORECAST: &str = "the scheme moves no model of the mechanics together with the actuator";
 
-/// Likewise.
-pub(crate) const NO_INTERFACE_DISPLACEMENT: &str = "the mechanics does not count the way and the work of its interface";
-
 impl Attachments {
     /// Makes room for what a scheme needs of two subsystems.
     ///
@@ -49,31 +43,6 @@ impl Attachments {
             Some(model) => model,
             None => None,
         };
-        Ok(Attachments {
-            interface_model: model,
-            output_rates: output_rates.then_some(rates),
-            energy_pool: None,
-            line_forces: None,
-        })
-    }
-
-    /// Adds the impulse that takes out what the coupling has created to the forces `u` (N) of the mechanics' next step.
-    #[cold]
-    pub(crate) fn give_impulse(&mut self, mechanics: &mut dyn Subsystem, u: &mut [f64]) -> Result<(), Failure> {
-        let displacement = mechanics.abilities().interface_displacement();
-        match (&mut self.energy_pool, &self.interface_model, displacement) {
-            (Some(pool), Some(model), Some(displacement)) => pool.give(model, u, displacement),
-            _ => Err(Cause::NotOffered { what: NO_INTERFACE_DISPLACEMENT }.into()),
-        }
-    }
-
-    /// Books what it did in a step of `h` (s).
-    #[cold]
-    pub(crate) fn take_impulse_back(&mut self, mechanics: &mut dyn Subsystem, h: f64, u: &mut [f64]) {
-        if let (Some(pool), Some(displacement)) =
-            (&mut self.energy_pool, mechanics.abilities().interface_displacement())
-        {
-            pool.take_back(h, u, displacement);
-        }
+        Ok(Attachments { interface_model: model, output_rates: output_rates.then_some(rates), line_forces: None })
     }
 }

@@ -5,7 +5,7 @@ mod advance;
 use super::attachments::{NO_FORECAST, NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
-use super::coupling_scheme::{CouplingScheme, Sample, SchemeReport};
+use super::coupling_scheme::{CouplingScheme, Sample};
 use super::interface_work::InterfaceWork;
 use super::model_defect::ModelDefect;
 use super::outcome::Outcome;
@@ -77,9 +77,6 @@ impl CoupledPair<'_> {
     /// Asks the sides for what the scheme needs besides outputs; who has offered it must have it at every communication point.
     fn fill_attachments(&mut self, step: MacroStep) -> Result<(), Failure> {
         let mechanics_step = self.mechanics_step(step);
-        if self.state.attachments.energy_pool.is_some() {
-            self.note_created();
-        }
         let PairState { attachments, u, .. } = &mut *self.state;
         if let Some(model) = &mut attachments.interface_model
             && !self.sides.mechanics.abilities().interface_model(mechanics_step, model)?
@@ -97,15 +94,6 @@ impl CoupledPair<'_> {
             lines.exchange(step, self.setup.actuator_steps(step), &u.actuator, forces);
         }
         Ok(())
-    }
-
-    /// Lets the pool know what has crossed the interface.
-    #[cold]
-    fn note_created(&mut self) {
-        let work = self.interface_work();
-        if let Some(pool) = &mut self.state.attachments.energy_pool {
-            pool.note_work(work);
-        }
     }
 
     /// Notes the first coupling variable beyond its bound; ends the run at one that is not finite.
@@ -152,23 +140,9 @@ impl CoupledPair<'_> {
         });
     }
 
-    /// What the scheme says of itself; what the pool took out is in it.
-    pub(crate) fn scheme_report(&mut self) -> SchemeReport {
-        let report = self.scheme.report();
-        let removed = self.state.attachments.energy_pool.as_ref().map(|pool| pool.books().removed_j);
-        let dissipated_j = match (report.dissipated_j, removed) {
-            (Some(dissipated), Some(removed)) => Some(dissipated + removed),
-            (dissipated, removed) => dissipated.or(removed),
-        };
-        SchemeReport { dissipated_j, ..report }
-    }
-
     /// All work of this pair.
     pub(crate) fn work(&mut self) -> Work {
-        let mut scheme = self.scheme.report().counters;
-        if let Some(pool) = &self.state.attachments.energy_pool {
-            scheme.add(&pool.counters());
-        }
+        let scheme = self.scheme.report().counters;
         Work { cosim: self.state.counters, sides: PerSide::from_fn(|side| self.sides[side].counters()), scheme }
     }
 

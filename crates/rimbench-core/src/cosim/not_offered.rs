@@ -70,11 +70,6 @@ macro_rules! not_offered {
             None
         }
     };
-    (@ interface_displacement) => {
-        fn interface_displacement(&mut self) -> Option<&[f64]> {
-            None
-        }
-    };
     (@ energy_identity_residual) => {
         fn energy_identity_residual(&mut self) -> Option<f64> {
             None

@@ -2,7 +2,6 @@
 
 use super::coupling_scheme::SchemeReport;
 use super::energy_account::EnergyAudit;
-use super::energy_return::EnergyBooks;
 use super::outcome::Outcome;
 use super::trajectory::Trajectory;
 use super::work::Work;
@@ -22,8 +21,6 @@ pub struct Report {
     pub audit: EnergyAudit,
     /// The scheme's own picture at the end.
     pub scheme: SchemeReport,
-    /// What the coupling created and what was taken out again, where energy is returned.
-    pub energy_return: Option<EnergyBooks>,
     /// Cumulative interface residual, one pair (t_k in s, J) per communication point; empty where it is not counted.
     pub interface_residual: Vec<[f64; 2]>,
     /// By how much the scheme's model was wrong at the end of each macro step, one pair (t_k in s, N) per macro step: see
@@ -46,7 +43,6 @@ impl Report {
             energy_identity_residual_j: None,
             audit: EnergyAudit::default(),
             scheme: SchemeReport::default(),
-            energy_return: None,
             interface_residual: Vec::new(),
             model_defect: Vec::new(),
             latencies_s: Vec::new(),

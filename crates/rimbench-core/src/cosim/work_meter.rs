@@ -8,11 +8,6 @@ pub fn counts_interface_work(sides: Sides<'_>) -> bool {
     WorkMeter::new(sides.actuator.ports()).sent().is_some() && sides.mechanics.abilities().interface_work().is_some()
 }
 
-/// Tells whether, besides, the mechanics says how far its interface rows have gone.
-pub fn counts_interface_way(mut sides: Sides<'_>) -> bool {
-    sides.mechanics.abilities().interface_displacement().is_some() && counts_interface_work(sides.lend())
-}
-
 /// Counts what the actuator sends.
 #[derive(Debug, Clone)]
 pub(crate) struct WorkMeter {

@@ -99,8 +99,6 @@ pub(super) struct ContactStepper {
     closed: Vec<usize>,
     condensation: Condensation,
     pub(super) ledger: EnergyLedger,
-    /// `Σ h ½ (w⁺ + w⁻)` of each interface row, m.
-    displacement: Vec<f64>,
     /// What the dampers of compliant contacts have taken, J.
     damper_loss: f64,
     counters: SubsystemCounters,
@@ -153,7 +151,6 @@ impl ContactStepper {
             last_step: f64::INFINITY,
             closed: Vec::with_capacity(size.unilateral),
             ledger: EnergyLedger::default(),
-            displacement: vec![0.0; size.interface],
             damper_loss: 0.0,
             counters: SubsystemCounters::default(),
             q,
@@ -218,16 +215,6 @@ impl ContactStepper {
     /// Contact impulses of the last step, N·s. Not unique where contacts are redundant.
     pub(super) fn contact_impulses(&self) -> &[f64] {
         &self.impulses[..self.eq3.unilateral.len()]
-    }
-
-    /// How far each interface row has gone, as its work is booked, m.
-    pub(super) fn interface_displacement(&self) -> &[f64] {
-        &self.displacement
-    }
-
-    /// Takes it back to what it was.
-    pub(super) fn set_interface_displacement(&mut self, displacement: &[f64]) {
-        self.displacement.copy_from_slice(displacement);
     }
 
     pub(super) fn counters(&self) -> SubsystemCounters {
@@ -635,10 +622,8 @@ impl ContactStepper {
         };
         let (contact, impulses) = self.impulses.split_at(self.eq4.interface_start());
         let mut interface = 0.0;
-        for (row, (way, impulse)) in self.displacement.iter_mut().zip(impulses).enumerate() {
-            let w = self.eq3.interface.velocity(row, &self.v_mean);
-            *way += h * w;
-            interface += w * impulse;
+        for (row, impulse) in impulses.iter().enumerate() {
+            interface += self.eq3.interface.velocity(row, &self.v_mean) * impulse;
         }
         self.ledger.book(EnergyLedger {
             applied: h * body_dot(&self.eq3.force, &self.v_mean),

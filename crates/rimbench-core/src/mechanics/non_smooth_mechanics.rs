@@ -301,10 +301,6 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
         Some(self.stepper.ledger.interface)
     }
 
-    fn interface_displacement(&mut self) -> Option<&[f64]> {
-        Some(self.stepper.interface_displacement())
-    }
-
     fn energy_identity_residual(&mut self) -> Option<f64> {
         Some(self.stepper.ledger.identity_residual)
     }

@@ -264,7 +264,6 @@ mod tests {
             oil_lines,
             observables,
             observe,
-            interface_displacement,
             energy_identity_residual,
             energy_account,
         );

@@ -7,9 +7,7 @@ use super::line_style::LineStyle;
 use super::model_options::{ModelMotion, ModelOptions};
 use super::need::Need;
 use crate::ceilings::Driver;
-use crate::cosim::{
-    Attachments, CouplingScheme, EnergyPool, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling,
-};
+use crate::cosim::{Attachments, CouplingScheme, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling};
 use crate::error::{Error, Result};
 use crate::name::Name;
 use std::fmt;
@@ -135,9 +133,6 @@ impl SchemeEntry {
         attachments.line_forces = self.needs.contains(&Need::OilLines).then(|| LineForces::new(rows, 0, gain));
         let construction = Construction { ports, model, gain };
         let scheme = (self.build)(&construction)?;
-        attachments.energy_pool = model.and_then(|ModelConstruction { empty, options, .. }| {
-            EnergyPool::new(options.energy_return, empty, &options.solver)
-        });
         Ok(Coupling { scheme, attachments, driver: self.driver })
     }
 

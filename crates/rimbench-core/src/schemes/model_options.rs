@@ -2,7 +2,6 @@
 
 use super::contact_detection::ContactDetection;
 use crate::complementarity::SolverEntry;
-use crate::cosim::EnergyReturn;
 use crate::error::{Error, Result};
 use crate::interface_model::{ReducedInterfaceModel, Redundancy};
 use crate::name::by_name;
@@ -42,8 +41,6 @@ pub struct ModelOptions {
     pub detection: Option<ContactDetection>,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: Arc<SolverEntry>,
-    /// What becomes of energy that the coupling creates.
-    pub energy_return: EnergyReturn,
 }
 
 impl Default for ModelOptions {
@@ -53,7 +50,6 @@ impl Default for ModelOptions {
             motion: ModelMotion::default(),
             detection: None,
             solver: Arc::new(SolverEntry::active_set()),
-            energy_return: EnergyReturn::default(),
         }
     }
 }
@@ -61,7 +57,7 @@ impl Default for ModelOptions {
 impl ModelOptions {
     /// Tells whether there is one among them that not all mechanics go together with.
     pub fn depends_on_mechanics(&self) -> bool {
-        self.redundancy != Redundancy::Drop || self.energy_return != EnergyReturn::None
+        self.redundancy != Redundancy::Drop
     }
 
     /// Checks that they go together with what a mechanics offers.
@@ -80,10 +76,6 @@ impl ModelOptions {
         if self.redundancy != Redundancy::Drop {
             let reason = "of dependent rows that stick or slide the equations drop out; use redundancy `drop`";
             return refused(format!("redundancy = {}", self.redundancy), reason);
-        }
-        if self.energy_return != EnergyReturn::None {
-            let reason = "the impulse is found by a prediction of the step that knows none; use energy_return `none`";
-            return refused(format!("energy_return = {}", self.energy_return), reason);
         }
         if !self.solver.goes_by_active_sets() {
             let reason = "contacts with friction are solved over their states; use solver `active-set`";

@@ -26,7 +26,7 @@ pub(super) const PROBLEM: [&str; 8] = [
 
 /// Columns of what can be chosen for a scheme row. Within a row they are the same on every problem: otherwise it would be several rows,
 /// each where it is best.
-const OPTIONS: [&str; 12] = [
+const OPTIONS: [&str; 11] = [
     "scheme",
     "sequence",
     "force_return",
@@ -34,7 +34,6 @@ const OPTIONS: [&str; 12] = [
     "redundancy",
     "model_motion",
     "contact_detection",
-    "energy_return",
     "solver",
     "gain",
     "step_control",

@@ -129,10 +129,8 @@ impl CoupledPair<'_> {
     pub(crate) fn advance_mechanics(&mut self, step: MacroStep) -> Result<(), Failure> {
         let count = self.setup.own_mechanics_steps(step);
         let (mechanics, scheme) = (&mut *self.sides.mechanics, &mut *self.scheme);
-        // An impulse that is added to the inputs would be lost on who has their course.
-        let returns = self.state.attachments.energy_pool.is_some();
-        let mut takes_course = self.state.takes_course.mechanics && !returns;
-        let PairState { own, u, transmission, end, received, attachments, .. } = &mut *self.state;
+        let mut takes_course = self.state.takes_course.mechanics;
+        let PairState { own, u, transmission, end, received, .. } = &mut *self.state;
         let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
         received.fill(0.0);
         let in_pieces = self.setup.force_return == ForceReturn::Pieces;
@@ -151,9 +149,6 @@ impl CoupledPair<'_> {
                 ForceReturn::Mean => transmission.mean_over(0, 1, u),
                 ForceReturn::Profile | ForceReturn::Pieces => transmission.mean_over(i, count, u),
             }
-            if returns && i == 0 {
-                attachments.give_impulse(mechanics, u)?;
-            }
             if in_pieces {
                 step_in_pieces(mechanics, transmission.course(i, count, u), at.length)?;
             } else {
@@ -161,9 +156,6 @@ impl CoupledPair<'_> {
             }
             for (received, u) in received.iter_mut().zip(&*u) {
                 *received += u / count as f64;
-            }
-            if returns && i == 0 {
-                attachments.take_impulse_back(mechanics, at.length, u);
             }
         }
         Ok(())

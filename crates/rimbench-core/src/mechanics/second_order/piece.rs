@@ -39,7 +39,6 @@ pub(super) struct PieceStart {
     /// Rounding of positions (m) and velocities (m/s).
     pub(super) rounding: [f64; 2],
     pub(super) ledger: EnergyLedger,
-    pub(super) displacement: Vec<f64>,
 }
 
 impl PieceStart {
@@ -55,7 +54,6 @@ impl PieceStart {
             switches: vec![[0.0; 2]; switches],
             rounding: [0.0; 2],
             ledger: EnergyLedger::default(),
-            displacement: zeros(size.interface),
         }
     }
 }
@@ -63,7 +61,7 @@ impl PieceStart {
 impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// Notes state, rows and ledger as they stand.
     pub(super) fn note_start(&mut self, steps: &mut SecondOrderSteps) {
-        let PieceStart { q, v, gap, w, joint_error, switches, rounding, ledger, displacement } = &mut steps.start;
+        let PieceStart { q, v, gap, w, joint_error, switches, rounding, ledger } = &mut steps.start;
         let eq3 = &self.stepper.eq3;
         q.copy_from_slice(&self.stepper.q);
         v.copy_from_slice(&self.stepper.v);
@@ -76,7 +74,6 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         let largest = |values: &[f64]| values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
         *rounding = [ROUNDING * largest(q), ROUNDING * largest(v)];
         *ledger = self.stepper.ledger;
-        displacement.copy_from_slice(self.stepper.interface_displacement());
     }
 
     /// Takes back the piece since [`note_start`](Self::note_start).
@@ -84,7 +81,6 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         self.stepper.q.copy_from_slice(&steps.start.q);
         self.stepper.v.copy_from_slice(&steps.start.v);
         self.stepper.ledger = steps.start.ledger;
-        self.stepper.set_interface_displacement(&steps.start.displacement);
         self.linearise();
     }
 
