@@ -1,6 +1,6 @@
 //! `rimbench advise`: which step, which scheme? And how right that is.
 
-use super::advise_text::{Asked, json, markdown, prices_json, prices_table};
+use super::advise_text::{Asked, json, markdown};
 use super::check_advice::check;
 use super::interruption::Interruption;
 use super::progress::Progress;
@@ -12,7 +12,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
 use rimbench::harness::{
-    Budget, Cache, Information, Prices, Question, Step, advise, logarithmic_grid, longest_macro_step, measured_prices,
+    Budget, Cache, Information, Prices, Question, Step, advise, logarithmic_grid, longest_macro_step,
     shortest_macro_step,
 };
 use rimbench::runs::RunRequest;
@@ -26,7 +26,7 @@ pub struct Advise {
     #[command(flatten)]
     run: RunOptions<true, false>,
     /// Rms force error allowed at every phase, of the peak force of the reference: 1% or 0.01
-    #[arg(long, value_name = "E", required_unless_present_any = ["measure_costs", "check"], allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", required_unless_present = "check", allow_hyphen_values = true)]
     error: Option<String>,
     /// Cost of one exchange, in micro steps [default: as measured, 9]
     #[arg(long, value_name = "X", allow_negative_numbers = true, conflicts_with = "real_time")]
@@ -76,12 +76,9 @@ pub struct Advise {
     /// Number of threads [default: one per core]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
-    /// Measure what work costs with this case on this machine, print it, and give no advice
-    #[arg(long)]
-    measure_costs: bool,
     /// Hold the answer against phases it never saw and an exhaustive search: for all cases if no --case is given, for errors of 1% and 5% if
     /// no --error is
-    #[arg(long, conflicts_with_all = ["exhaustive", "measure_costs", "format"])]
+    #[arg(long, conflicts_with_all = ["exhaustive", "format"])]
     check: bool,
     /// With --check: phases that no search sees
     #[arg(long, value_name = "K", default_value_t = 16, requires = "check", value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -113,15 +110,6 @@ impl Advise {
             files += &file_option("--case-file", file.as_ref());
         }
         let catalogue = &*with_files(catalogue, &mut fixed)?;
-        if self.measure_costs {
-            use_threads(self.jobs)?;
-            let measured = measured_prices(catalogue, &fixed)?;
-            print(&match self.format {
-                Format::Markdown => prices_table(measured),
-                Format::Json => serde_json::to_string_pretty(&prices_json(&measured))?,
-            })?;
-            return Ok(ExitCode::SUCCESS);
-        }
         let errors = match &self.error {
             Some(text) => vec![share(text)?],
             None => CHECKED_ERRORS.to_vec(),

@@ -2,7 +2,6 @@
 
 use super::json::Object;
 use super::run_options::typed;
-use super::table;
 use rimbench::harness::{Advice, Choice, Fallen, METRIC, Prices, Probe, Question, milliseconds};
 use rimbench::runs::RunRequest;
 use serde_json::Value;
@@ -74,10 +73,7 @@ impl Asked<'_> {
         let [exchange, mechanics, micro, model] = prices.list();
         grounds.push(format!(
             "Cost = {exchange} × exchanges + {mechanics} × mechanics solves + {micro} × micro steps + {model} × model solves. By \
-             default these are instructions of the wedge box over those of a micro step; `rimbench advise --case {}{} \
-             --measure-costs` measures them here.",
-            question.fixed.case.as_deref().unwrap_or_default(),
-            self.files
+             default these are instructions of the wedge box over those of a micro step."
         ));
         if let [first, .., last] = macro_steps {
             grounds.push(format!(
@@ -306,17 +302,6 @@ pub(super) fn prices_json(prices: &Prices) -> Value {
         object.number(name.replace(' ', "_"), price);
     }
     object.into()
-}
-
-/// The prices measured here beside the usual ones.
-pub(super) fn prices_table(measured: Prices) -> String {
-    let mut table = table(&["work", "measured here", "usual", "option"]);
-    let options = ["--exchanges-cost", "--mechanics-cost", "--micro-cost", "--model-cost"];
-    let rows = Prices::NAMES.iter().zip(measured.list()).zip(Prices::default().list()).zip(options);
-    for (((name, measured), usual), option) in rows {
-        table.add_row([(*name).to_owned(), format!("{measured:.2}"), usual.to_string(), option.to_owned()]);
-    }
-    format!("In units of one micro step of the actuator:\n{table}")
 }
 
 fn worst(runs: &[Probe]) -> f64 {

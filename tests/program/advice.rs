@@ -270,19 +270,6 @@ fn less_information_leaves_fewer_schemes_and_prices_change_the_advice() {
 }
 
 #[test]
-fn what_work_costs_here_is_measured_in_units_of_a_micro_step() {
-    let text = printed(&mut call("advise --case wedge-box --measure-costs"));
-    let price = |work: &str| -> f64 {
-        let line = text.lines().find(|line| line.trim_start().starts_with(work)).unwrap();
-        line.split_whitespace().nth(work.split(' ').count()).unwrap().parse().unwrap()
-    };
-    assert_eq!(price("micro step"), 1.0);
-    for work in ["exchange", "mechanics solve", "model solve"] {
-        assert!(price(work) >= 0.0, "{text}");
-    }
-}
-
-#[test]
 fn nonsense_asked_of_an_advice_is_one_error_with_exit_code_two() {
     assert_refused(
         "advise --case",

@@ -33,7 +33,7 @@ mod store;
 
 pub use advice::{
     Advice, AdviceVerdict, Budget, CheckedAdvice, Choice, Fallen, Further, Information, LimitFound, METRIC, Prices,
-    Probe, Question, Work, advise, check_advice, measured_prices, milliseconds,
+    Probe, Question, Work, advise, check_advice, milliseconds,
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
