@@ -159,10 +159,7 @@ fn watched(
         if experiment.group() != PAPER && !experiment.claims().is_empty() {
             files.extend(["claims.csv", "claims.md"].map(|name| folder.join(name)));
         }
-        // Times are another machine's.
-        let own = figures
-            .iter()
-            .filter(|figure| figure.experiment == experiment.full_name() && !figure.source.contains("cost.csv"));
+        let own = figures.iter().filter(|figure| figure.experiment == experiment.full_name());
         files.extend(own.map(|figure| folder.join(format!("figures/{}.svg", figure.id))));
     }
     if whole {

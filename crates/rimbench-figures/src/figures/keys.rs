@@ -136,7 +136,6 @@ pub const KINDS: [&str; 10] = [
     "work-precision",
     "parameter-sweep",
     "performance-profile",
-    "latency",
 ];
 
 /// Keys of every figure.
@@ -296,8 +295,7 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
         ],
     ),
     (
-        "latency",
-        &[HEIGHT, key("range_us", Takes::PositiveInterval, AUTOMATIC, "vertical axes, µs, logarithmic"), ONLY, LABELS],
+            &[HEIGHT, key("range_us", Takes::PositiveInterval, AUTOMATIC, "vertical axes, µs, logarithmic"), ONLY, LABELS],
     ),
 ];
 

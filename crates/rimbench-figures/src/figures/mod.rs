@@ -9,7 +9,6 @@ mod cost;
 mod default_figures;
 mod dots_figure;
 mod keys;
-mod latency_figure;
 mod manoeuvre_figure;
 mod parameter_figure;
 mod phase_figure;
@@ -91,7 +90,6 @@ pub enum FigureKind {
     /// Share of the problems in which a scheme is within a factor of the best.
     PerformanceProfile(profile_figure::ProfileFigure),
     /// Wall time of single macro steps.
-    Latency(latency_figure::LatencyFigure),
 }
 
 /// What came of drawing all figures.
@@ -323,7 +321,6 @@ impl FigureEntry {
             FigureKind::WorkPrecision(figure) => figure.draw(folder, styles),
             FigureKind::ParameterSweep(figure) => figure.draw(folder, styles),
             FigureKind::PerformanceProfile(figure) => figure.draw(folder, styles),
-            FigureKind::Latency(figure) => figure.draw(folder, styles),
         }
     }
 }
