@@ -126,7 +126,7 @@ const ALL_LABELS: Absent = Then("all there are");
 const PARTS: &[&str] = &["signed", "absolute", "positive", "negative"];
 
 /// Kinds of figures.
-pub const KINDS: [&str; 10] = [
+pub const KINDS: [&str; 9] = [
     "manoeuvre",
     "traces",
     "dots",
@@ -293,9 +293,6 @@ const KEYS: [(&str, &[Key]); KINDS.len()] = [
             ),
             key("panels", Takes::Tables(PROFILE_PANEL), Needed, "panels, from the left"),
         ],
-    ),
-    (
-            &[HEIGHT, key("range_us", Takes::PositiveInterval, AUTOMATIC, "vertical axes, µs, logarithmic"), ONLY, LABELS],
     ),
 ];
 

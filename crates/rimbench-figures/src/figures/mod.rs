@@ -89,7 +89,6 @@ pub enum FigureKind {
     ParameterSweep(parameter_figure::ParameterFigure),
     /// Share of the problems in which a scheme is within a factor of the best.
     PerformanceProfile(profile_figure::ProfileFigure),
-    /// Wall time of single macro steps.
 }
 
 /// What came of drawing all figures.
