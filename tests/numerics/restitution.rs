@@ -37,7 +37,7 @@ fn errors(case: &Case, scheme: &str, restitution: &str) -> Option<Vec<f64>> {
     Some((1..=5).map(error).collect())
 }
 
-/// The law with e → 0 is that with e = 0: errors were up to seven times those without, when each contact that closed was stopped above its
+/// The law with e → 0 is that with e = 0: errors were up to eleven times those without, when each contact that closed was stopped above its
 /// surface and fell on.
 #[test]
 fn a_thousandth_of_restitution_must_leave_force_errors_as_they_are_without() {
