@@ -263,7 +263,9 @@ fn a_case_of_fmus_is_advised_on_with_derivatives_and_without() {
     let through_derivatives = ["interface-jacobian", "transmission-line"];
     for scheme in through_derivatives {
         let of_it = |part: &Value| part["scheme"] == scheme;
-        let ran = |part: &Value| of_it(part) && !part["run"].is_null();
+        // What meets the error at a higher cost shows no run that fails.
+        let meets = |part: &Value| part["reason"].as_str().is_some_and(|reason| reason.starts_with("meets it"));
+        let ran = |part: &Value| of_it(part) && (!part["run"].is_null() || meets(part));
         let chosen = ["advised", "runner_up"].iter().any(|role| of_it(&probed[role]));
         assert!(chosen || probed["fallen"].as_array().unwrap().iter().any(ran), "{scheme}: {probed}");
     }
