@@ -238,10 +238,9 @@ impl RunSpec {
             self.scheme.detection(model.detection)?;
             if model.depends_on_mechanics()
                 && let Some(mut system) = built()
+                && self.scheme.incompatibility(system.sides.lend()).is_none()
             {
-                if self.scheme.incompatibility(system.sides.lend()).is_none() {
-                    self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;
-                }
+                self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;
             }
         }
         Ok(())
