@@ -30,7 +30,7 @@ pub fn check_place_for_trace(path: &Path) -> Result<()> {
 /// Writes a trajectory as CSV, thinned to one row per `every_s` seconds if that is given; first and last rows always stand.
 ///
 /// # Errors
-/// [`Error::File`](rimbench_core::error::Error::File) naming the file.
+/// [`Error::File`] naming the file.
 pub fn write_trace(path: &Path, trajectory: &Trajectory, every_s: Option<f64>) -> Result<()> {
     write_atomically(path, |file| {
         let mut table = csv::Writer::from_writer(file);
