@@ -1,7 +1,9 @@
-//! Commands that are parts of others, or went: a sentence for each that says the way to go.
+//! Commands that are parts of others, or went, and options that went: a sentence for each that says the way to go.
+
+use rimbench::runs::RunRequest;
 
 /// Name and sentence.
-const GONE: [(&str, &str); 12] = [
+const GONE: [(&str, &str); 13] = [
     ("plan", "`rimbench run FILE --dry-run` prints the runs of an experiment"),
     ("submit", "`rimbench run FILE --engine slurm` or `--engine hyperqueue` hands what is missing to a cluster"),
     ("collect", "`rimbench run FILE --collect DIR…` merges shards"),
@@ -16,11 +18,15 @@ const GONE: [(&str, &str); 12] = [
         "import",
         "`sha256sum --check SHA256SUMS` checks a data package, and `rimbench run` its `experiment.toml` computes it again",
     ),
+    ("--measure-costs", "prices are `--exchanges-cost`, `--mechanics-cost`, `--micro-cost` and `--model-cost`"),
     ("check-submission", "a scheme of somebody else joins by a pull request, as CONTRIBUTING.md says"),
 ];
 
-/// Says what to call instead of a command, if it is one that there was.
-pub(super) fn way_to_go(command: &str) -> Option<String> {
-    let (name, way) = GONE.iter().find(|(name, _)| *name == command)?;
-    Some(format!("there is no command `{name}`: {way}"))
+/// Says the way to go without a command or a flag, if it is one that there was.
+pub(super) fn way_to_go(word: &str) -> Option<String> {
+    if let Some((name, way)) = GONE.iter().find(|(name, _)| *name == word) {
+        let kind = if name.starts_with("--") { "option" } else { "command" };
+        return Some(format!("there is no {kind} `{name}`: {way}"));
+    }
+    RunRequest::gone(&word.strip_prefix("--")?.replace('-', "_")).map(|sentence| sentence.to_string())
 }

@@ -137,8 +137,9 @@ impl Cli {
     /// Reads the command line; ends the program if that cannot be, or if help was asked for.
     pub fn read() -> Self {
         let matches = command().try_get_matches().unwrap_or_else(|error| {
-            let asked = error.get(ContextKind::InvalidSubcommand).map(ToString::to_string);
-            if let Some(sentence) = asked.and_then(|name| gone::way_to_go(&name)) {
+            let asked = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg];
+            let mut words = asked.into_iter().filter_map(|kind| error.get(kind)).map(ToString::to_string);
+            if let Some(sentence) = words.find_map(|word| gone::way_to_go(&word)) {
                 eprintln!("error: {sentence}");
                 std::process::exit(2);
             }

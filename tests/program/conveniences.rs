@@ -54,6 +54,19 @@ fn a_command_that_there_was_says_the_way_to_go() {
     }
 }
 
+#[test]
+fn an_option_that_there_was_says_what_to_do_without_it() {
+    for (option, way) in [
+        ("contacts=near", "`contact_detection`"),
+        ("energy-return=pool", "`energy-leak-damper`"),
+        ("friction-law=box", "Coulomb's"),
+        ("measure-costs", "`--mechanics-cost`"),
+    ] {
+        let message = refused(&mut call(&format!("advise --case wedge-box --{option}")));
+        assert!(message.lines().count() == 1 && message.contains(way), "{message}");
+    }
+}
+
 const PLAIN: &str = r#"
 question = "?"
 macro_steps_s = [1e-3]

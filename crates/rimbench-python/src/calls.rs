@@ -99,7 +99,8 @@ impl Asked {
                 asked.request.set.push((key, value));
             } else {
                 let names = parameters.iter().map(|parameter| &*parameter.name).chain(&mut options);
-                return Err(refused(Error::unknown("parameter or option", &key, names)));
+                let unknown = || Error::unknown("parameter or option", &key, names);
+                return Err(refused(RunRequest::gone(&key).unwrap_or_else(unknown)));
             }
         }
         Ok(asked)
