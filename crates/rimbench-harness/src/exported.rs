@@ -25,28 +25,36 @@ pub(super) fn exported_records(folder: &Path, experiment: &Experiment) -> Result
     if cost.len() != runs.len() || provenance.len() != runs.len() {
         return Ok(Vec::new());
     }
-    let [id, limit, trace] = ["run_id", "wall_limit_s", "trace"].map(|name| runs.column(name));
-    let (id, limit, trace) = (id?, limit?, trace?);
+    let id_of = |table: &ResultsTable| table.column("run_id");
+    let (id, cost_id, provenance_id) = (id_of(&runs)?, id_of(&cost)?, id_of(&provenance)?);
+    let (limit, trace) = (runs.column("wall_limit_s")?, runs.column("trace")?);
+    let found = places(&runs, &findings_header());
+    let (spent, from) = (places(&cost, &cost_findings()), places(&provenance, &provenance::HEADER));
     let record = |at: usize| {
         let run_id = runs.text(at, id).to_owned();
         let mark = |every_s: f64| {
             let sha256 = sums.get(&format!("traces/{}", trace_name(&run_id)))?.clone();
             Some(TraceMark { every_s, sha256 })
         };
-        Record {
-            findings: cells(&runs, at, &findings_header()),
-            costs: cells(&cost, at, &cost_findings()),
-            provenance: cells(&provenance, at, &provenance::HEADER),
+        let of_one_run = cost.text(at, cost_id) == run_id && provenance.text(at, provenance_id) == run_id;
+        of_one_run.then(|| Record {
+            findings: cells(&runs, at, &found),
+            costs: cells(&cost, at, &spent),
+            provenance: cells(&provenance, at, &from),
             trace: copy.trace_every_s.filter(|_| !runs.text(at, trace).is_empty()).and_then(mark),
             wall_limit_s: runs.text(at, limit).parse().ok(),
-            run_id,
-        }
+            run_id: run_id.clone(),
+        })
     };
-    Ok((0..runs.len()).map(record).collect())
+    Ok((0..runs.len()).filter_map(record).collect())
 }
 
-/// The cells of a row by the names of their columns.
-fn cells(table: &ResultsTable, row_at: usize, names: &[&str]) -> String {
-    let cell = |name: &&str| table.column(name).map_or("", |column| table.text(row_at, column));
-    row(&names.iter().map(cell).collect::<Vec<_>>())
+/// Where columns stand in a table; none of one that it was written without.
+fn places(table: &ResultsTable, names: &[&str]) -> Vec<Option<usize>> {
+    names.iter().map(|name| table.column(name).ok()).collect()
+}
+
+/// The cells of a row in these columns, empty where there is none.
+fn cells(table: &ResultsTable, at: usize, places: &[Option<usize>]) -> String {
+    row(&places.iter().map(|place| place.map_or("", |column| table.text(at, column))).collect::<Vec<_>>())
 }

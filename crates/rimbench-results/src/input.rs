@@ -8,16 +8,24 @@ use std::path::Path;
 /// Most that a file of text may hold, bytes.
 const MOST_TEXT: u64 = 1 << 26;
 
+/// Checks that what stands under a name, if anything does, is a regular file: a pipe would wait for a writer as soon as it is opened.
+///
+/// # Errors
+/// [`Error::File`] if not.
+pub fn check_regular(path: &Path) -> Result<()> {
+    match path.metadata() {
+        Ok(found) if !found.is_file() => Err(Error::file(path, "is no regular file")),
+        _ => Ok(()),
+    }
+}
+
 /// Reads a regular file of at most `most` bytes.
 ///
 /// # Errors
 /// [`Error::File`] if it cannot be read, is no regular file, or is larger.
 pub fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
     let wrong = |error: std::io::Error| Error::file(path, format!("cannot be read: {error}"));
-    // A pipe is looked at before it is opened, which would wait for a writer.
-    if !path.metadata().map_err(wrong)?.is_file() {
-        return Err(Error::file(path, "is no regular file"));
-    }
+    check_regular(path)?;
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take(most + 1).read_to_end(&mut bytes)).map_err(wrong)?;
     if bytes.len() as u64 > most {

@@ -9,6 +9,7 @@
 use super::atomic_file::write_atomically;
 use super::checksums::sha256_of_file;
 use super::results_table::ResultsTable;
+use crate::input::read_text;
 use rimbench_core::error::{Error, Result, said_at};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_statistics::quantile;
@@ -170,8 +171,7 @@ impl Digest {
     /// [`Error::File`] if there is none, or if it is damaged.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(DIGEST);
-        let text =
-            std::fs::read_to_string(&path).map_err(|error| Error::file(&path, format!("cannot be read: {error}")))?;
+        let text = read_text(&path)?;
         let wrong = |message: String| Error::file(&path, format!("is no digest: {message}: run the experiment again"));
         let digest: Digest =
             toml::from_str(&text).map_err(|error| wrong(said_at(&text, error.span(), error.message())))?;

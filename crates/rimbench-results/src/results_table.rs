@@ -1,5 +1,6 @@
 //! A CSV file of results, read back by column name.
 
+use crate::input::check_regular;
 use rimbench_core::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -31,10 +32,7 @@ impl ResultsTable {
     /// # Errors
     /// [`Error::File`] if it is missing or not rectangular.
     pub fn read(path: &Path) -> Result<Self> {
-        // A pipe would never answer.
-        if path.metadata().is_ok_and(|found| !found.is_file()) {
-            return Err(Error::file(path, "is no regular file"));
-        }
+        check_regular(path)?;
         let wrong = |error: csv::Error| Error::file(path, error);
         let mut reader = csv::Reader::from_path(path).map_err(wrong)?;
         let header = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
