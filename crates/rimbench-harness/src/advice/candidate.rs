@@ -35,8 +35,6 @@ pub(super) struct Candidate {
     pub(super) seen: Option<(f64, Work)>,
     /// It cannot be run at all.
     pub(super) out: bool,
-    /// The run that it missed with took longer than it may.
-    pub(super) timed_out: bool,
 }
 
 /// Everything that competes, and everything that cannot.
@@ -107,7 +105,6 @@ impl Candidate {
             fall: None,
             seen: None,
             out: false,
-            timed_out: false,
         }
     }
 

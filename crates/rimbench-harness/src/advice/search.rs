@@ -75,7 +75,11 @@ impl<'a> Search<'a> {
 
     /// Forms whose search ended with a run that took longer than it may.
     pub(super) fn timed_out(&self) -> usize {
-        self.candidates.iter().filter(|candidate| candidate.timed_out && candidate.met.is_none()).count()
+        let timed_out = |candidate: &&Candidate| {
+            let run = candidate.fall.as_ref().and_then(|(_, run)| run.as_ref());
+            candidate.met.is_none() && run.is_some_and(|run| run.timed_out())
+        };
+        self.candidates.iter().filter(timed_out).count()
     }
 
     /// Runs that may still be asked for.
@@ -229,7 +233,6 @@ impl<'a> Search<'a> {
                 }
                 Err(fall) => {
                     candidate.out = fall.1.as_ref().is_some_and(|run| run.skipped());
-                    candidate.timed_out = fall.1.as_ref().is_some_and(|run| run.timed_out());
                     candidate.missed = step;
                     candidate.fall = Some(fall);
                 }
@@ -338,7 +341,6 @@ impl<'a> Search<'a> {
             candidate.work = Some(work);
             if fall.is_some() {
                 stood = false;
-                candidate.timed_out = matches!(&fall, Some((_, Some(run))) if run.timed_out());
                 (candidate.met, candidate.missed, candidate.fall) = (None, step, fall);
             }
         }
