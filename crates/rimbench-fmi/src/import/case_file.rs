@@ -1,14 +1,14 @@
 //! A case file that names two FMUs.
 
 use super::archive::Unpacked;
-use super::description::{FmuVariable, Type};
+use super::description::{ENERGY, Exponents, FORCE, FmuVariable, LENGTH, Type, VELOCITY};
 use super::host::{Host, ModelVariables, Plan, Probe, Scaled, Start};
 use super::library::Loaded;
 use super::process::Remote;
 use super::side::{ImportedSide, ModelSize, Offers};
 use crate::export::side_name;
 use rimbench_cases::cases::{
-    Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range, StepRule,
+    Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, PossibleSteps, Range,
 };
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem, check_coupling};
@@ -125,15 +125,9 @@ struct ParameterTable {
     actuator: Option<String>,
 }
 
-/// Units of positions, velocities and forces: exponents of kg, m, s, rad and the rest of the base units, and a name.
-const UNITS: [(Quantity, [i32; 8], &str); 3] = [
-    (Quantity::Position, [0, 1, 0, 0, 0, 0, 0, 0], "m"),
-    (Quantity::Velocity, [0, 1, -1, 0, 0, 0, 0, 0], "m/s"),
-    (Quantity::Force, [1, 1, -2, 0, 0, 0, 0, 0], "N"),
-];
-
-/// That of energies.
-const ENERGY: [i32; 8] = [1, 2, -2, 0, 0, 0, 0, 0];
+/// Units of positions, velocities and forces.
+const UNITS: [(Quantity, Exponents, &str); 3] =
+    [(Quantity::Position, LENGTH, "m"), (Quantity::Velocity, VELOCITY, "m/s"), (Quantity::Force, FORCE, "N")];
 
 /// The parameter that says what a case is made from.
 const DIGEST: &str = "fmu_digest";
@@ -292,7 +286,7 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     };
     let steps = members.as_ref().map(|member| {
         let description = &member.unpacked.description;
-        StepRule { equal: !description.any_step, multiple_of: description.internal_step }
+        PossibleSteps { equal: !description.any_step, multiple_of: description.internal_step }
     });
     let macro_step_s = file.macro_step_s;
     let reference_step_s = file.reference_step_s.unwrap_or(0.5 * micro_step_s);
@@ -587,7 +581,7 @@ impl Finder<'_> {
         name: &str,
         causality: &str,
         side: Side,
-        exponents: [i32; 8],
+        exponents: Exponents,
         unit: &str,
     ) -> Result<&FmuVariable> {
         let variable = self.variable(name, causality)?;

@@ -6,15 +6,23 @@ use std::collections::BTreeMap;
 /// Base units of the SI and the radian, by the names of their exponents.
 const BASE: [&str; 8] = ["kg", "m", "s", "rad", "A", "K", "mol", "cd"];
 
-/// Units of the SI that need no definition, with their exponents of [`BASE`].
-const COHERENT: [(&str, [i32; 8]); 7] = [
-    ("m", [0, 1, 0, 0, 0, 0, 0, 0]),
-    ("m/s", [0, 1, -1, 0, 0, 0, 0, 0]),
+/// Exponents of [`BASE`].
+pub(super) type Exponents = [i32; BASE.len()];
+
+pub(super) const LENGTH: Exponents = [0, 1, 0, 0, 0, 0, 0, 0];
+pub(super) const VELOCITY: Exponents = [0, 1, -1, 0, 0, 0, 0, 0];
+pub(super) const FORCE: Exponents = [1, 1, -2, 0, 0, 0, 0, 0];
+pub(super) const ENERGY: Exponents = [1, 2, -2, 0, 0, 0, 0, 0];
+
+/// Units of the SI that need no definition.
+const COHERENT: [(&str, Exponents); 7] = [
+    ("m", LENGTH),
+    ("m/s", VELOCITY),
     ("m/s2", [0, 1, -2, 0, 0, 0, 0, 0]),
-    ("N", [1, 1, -2, 0, 0, 0, 0, 0]),
+    ("N", FORCE),
     ("N/s", [1, 1, -3, 0, 0, 0, 0, 0]),
-    ("J", [1, 2, -2, 0, 0, 0, 0, 0]),
-    ("N.m", [1, 2, -2, 0, 0, 0, 0, 0]),
+    ("J", ENERGY),
+    ("N.m", ENERGY),
 ];
 
 /// Type of a variable.
@@ -39,7 +47,7 @@ pub(super) struct FmuVariable {
     pub(super) factor: f64,
     pub(super) offset: f64,
     /// Exponents of [`BASE`], where its unit says them.
-    pub(super) exponents: Option<[i32; 8]>,
+    pub(super) exponents: Option<Exponents>,
     /// Its own unit or that of its declared type; empty where there is none.
     pub(super) unit: String,
     /// The value reference of the variable that this one is the derivative of.
@@ -70,7 +78,7 @@ pub(super) struct Description {
 struct Unit {
     factor: f64,
     offset: f64,
-    exponents: Option<[i32; 8]>,
+    exponents: Option<Exponents>,
 }
 
 impl FmuVariable {

@@ -335,7 +335,7 @@ impl Subsystem for ImportedSide {
 }
 
 impl Abilities for ImportedSide {
-    not_offered!(use_second_order, joint_steps, oil_lines, input_polynomials, energy_identity_residual, energy_account,);
+    not_offered!(use_second_order, joint_steps, oil_lines, input_polynomials, energy_identity_residual, energy_account);
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.model.clone()
