@@ -125,7 +125,7 @@ impl InterfaceColumns {
 
 /// Which steps a side can take.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct StepRule {
+pub struct PossibleSteps {
     /// Steps of one length only, all through a run.
     pub equal: bool,
     /// Multiples of this only, s.
@@ -135,11 +135,11 @@ pub struct StepRule {
 /// Share of a step by which it may miss a multiple.
 const SAME_STEP: f64 = 1e-6;
 
-impl StepRule {
+impl PossibleSteps {
     /// Tells whether a step (s) is a multiple of what it must be one of.
     pub fn allows(&self, step: f64) -> bool {
-        self.multiple_of
-            .is_none_or(|unit| (step / unit).round() >= 1.0 && (step / unit - (step / unit).round()).abs() < SAME_STEP)
+        let is_multiple = |count: f64| count.round() >= 1.0 && (count - count.round()).abs() < SAME_STEP;
+        self.multiple_of.is_none_or(|unit| is_multiple(step / unit))
     }
 }
 
@@ -181,7 +181,7 @@ pub struct Case {
     /// Whether code from outside has a part in it: no reference of it is kept then, because nothing tells when that code changes.
     pub from_outside: bool,
     /// Which steps each side can take.
-    pub steps: PerSide<StepRule>,
+    pub steps: PerSide<PossibleSteps>,
     /// Builds both sides.
     pub build: BuildCase,
 }

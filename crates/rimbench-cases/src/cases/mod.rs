@@ -32,8 +32,8 @@ mod wedge_boxes;
 mod woodpecker;
 
 pub use case::{
-    BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, Purpose,
-    RowFunction, StateVariable, StepRule,
+    BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, PossibleSteps,
+    Purpose, RowFunction, StateVariable,
 };
 pub use discs::wall_forces;
 pub use falling_chain::Chain;

@@ -95,7 +95,7 @@ impl Subsystem for FreeMasses {
 }
 
 impl Abilities for FreeMasses {
-    not_offered!(output_rates, use_second_order, joint_steps, oil_lines, energy_identity_residual, energy_account,);
+    not_offered!(output_rates, use_second_order, joint_steps, oil_lines, energy_identity_residual, energy_account);
 
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         Some(ReducedInterfaceModel::zeros(0, 1))

@@ -4,8 +4,8 @@ use super::spec::RunSpec;
 use super::step_control::StepControl;
 use crate::cases::Recorder;
 use rimbench_core::cosim::{
-    Bounds, MechanicsSteps, Outcome, Report, Side, Sides, StopFlag, Supervision, Trajectory, Watch, check_coupling,
-    counts_interface_work, division,
+    Bounds, MacroStep, Outcome, Report, Setup, Sides, StopFlag, Supervision, Trajectory, Watch, check_coupling,
+    counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Need};
@@ -56,7 +56,7 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
     let skip = spec
         .scheme
         .incompatibility(sides.lend())
-        .or_else(|| unequal_steps(spec))
+        .or_else(|| unequal_steps(spec, &setup))
         .or_else(|| uncontrollable(spec.step_control, sides.lend()))
         .or_else(|| without_sight(spec, sides.lend()))
         .or_else(|| spec.use_integrators(sides.lend()));
@@ -85,28 +85,25 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
 }
 
 /// Why a side cannot take the steps of a run, if it cannot.
-fn unequal_steps(spec: &RunSpec) -> Option<String> {
-    let even = spec.step_control == StepControl::None && spec.grid().is_ok_and(|grid| grid.is_even());
-    let micro_steps = division(spec.macro_step, spec.micro_step);
-    let mechanics_steps = match spec.mechanics_steps {
-        MechanicsSteps::AsActuator => micro_steps,
-        MechanicsSteps::Count(count) => count.get() as usize,
-    };
-    Side::BOTH.into_iter().find_map(|side| {
-        let rule = spec.case.steps[side];
-        let (name, count) = match side {
-            Side::Mechanics => ("mechanics", mechanics_steps),
-            Side::Actuator => ("actuator", micro_steps),
-        };
-        let step = spec.macro_step / count as f64;
-        if rule.equal && !even {
+fn unequal_steps(spec: &RunSpec, setup: &Setup) -> Option<String> {
+    let even = spec.step_control == StepControl::None && setup.grid.is_even();
+    let full = MacroStep { index: 0, start: 0.0, length: spec.macro_step };
+    let sides = [
+        ("mechanics", spec.case.steps.mechanics, setup.own_mechanics_steps(full)),
+        ("actuator", spec.case.steps.actuator, setup.actuator_steps(full)),
+    ];
+    sides.into_iter().find_map(|(name, possible, count)| {
+        let step = full.length / count as f64;
+        if possible.equal && !even {
             return Some(format!(
                 "the {name} takes steps of one length only, and step control, a phase below 1 or a duration that is no multiple of the \
                  macro step asks for others"
             ));
         }
-        let unit = rule.multiple_of.filter(|_| !rule.allows(step) || !even)?;
-        Some(format!("the {name} takes multiples of {unit:e} s only, and is asked for steps of {step:e} s, or others beside them"))
+        let unit = possible.multiple_of.filter(|_| !possible.allows(step) || !even)?;
+        Some(format!(
+            "the {name} takes multiples of {unit:e} s only, and is asked for steps of {step:e} s, or others beside them"
+        ))
     })
 }
 
@@ -157,7 +154,7 @@ fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::{Case, StepRule};
+    use crate::cases::{Case, PossibleSteps};
     use crate::catalogue::Catalogue;
     use crate::runs::RunRequest;
     use std::sync::Arc;
@@ -170,9 +167,9 @@ mod tests {
             options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
             let mut spec = request.resolve(&catalogue).unwrap();
             let mut case = Case::clone(&spec.case);
-            case.steps.mechanics = StepRule { equal, multiple_of };
+            case.steps.mechanics = PossibleSteps { equal, multiple_of };
             spec.case = Arc::new(case);
-            unequal_steps(&spec).is_some()
+            unequal_steps(&spec, &spec.setup(Bounds::default()).unwrap()).is_some()
         };
         let even = [("macro_step_s", "1e-2"), ("duration_s", "0.1")];
         let with = |more: (&'static str, &'static str)| [even[0], even[1], more];

@@ -110,16 +110,28 @@ impl RunRequest {
         } = self;
         let scheme = catalogue.scheme(named("scheme", scheme)?)?;
         let solver = catalogue.solver(solver.as_deref().unwrap_or(USUAL_SOLVER))?;
-        let exchange = [
-            ("sequence", sequence.is_some()),
-            ("force_return", force_return.is_some()),
-            ("mechanics_steps", mechanics_steps.is_some()),
+        let texts = [
+            ("sequence", sequence.map(|sequence| sequence.to_string())),
+            ("force_return", force_return.map(|kind| kind.to_string())),
+            ("mechanics_steps", mechanics_steps.map(|steps| steps.to_string())),
+            ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
+            ("model_motion", model_motion.map(|motion| motion.to_string())),
         ];
-        if let Some(option) = scheme.without_exchange(exchange) {
-            return Err(Error::Incompatible(format!(
-                "{option}: scheme `{}` has no such choice, because its sides move as one between communication points",
-                scheme.name
-            )));
+        let (exchange, of_model) = texts.split_at(3);
+        let redundancy_alone = &of_model[..1];
+        for (in_vain, options, why) in [
+            (
+                scheme.moves_as_one(),
+                exchange,
+                "has no such choice, because its sides move as one between communication points",
+            ),
+            (!scheme.has_model(), of_model, "has no reduced interface model"),
+            (!scheme.condenses, redundancy_alone, "makes no contacts bilateral"),
+        ] {
+            let asked = options.iter().find_map(|(key, value)| Some((key, value.as_ref()?)));
+            if let Some((key, value)) = asked.filter(|_| in_vain) {
+                return Err(Error::Incompatible(format!("{key} = {value}: scheme `{}` {why}", scheme.name)));
+            }
         }
         let (sequence, force_return) = scheme.sequence_and_return(*sequence, *force_return)?;
         let mechanics_steps = mechanics_steps.unwrap_or(case.usual_mechanics_steps());
@@ -128,23 +140,6 @@ impl RunRequest {
             ForceReturn::Profile if mechanics_steps == MechanicsSteps::ONE => ForceReturn::Mean,
             other => other,
         };
-        let asked = [
-            ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
-            ("model_motion", model_motion.map(|motion| motion.to_string())),
-        ];
-        let in_vain = asked.into_iter().find_map(|(key, value)| Some((key, value?)));
-        if let Some((key, value)) = in_vain.filter(|_| !scheme.has_model()) {
-            return Err(Error::Incompatible(format!(
-                "{key} = {value}: scheme `{}` has no reduced interface model",
-                scheme.name
-            )));
-        }
-        if let Some(redundancy) = redundancy.filter(|_| !scheme.condenses) {
-            return Err(Error::Incompatible(format!(
-                "redundancy = {redundancy}: scheme `{}` makes no contacts bilateral",
-                scheme.name
-            )));
-        }
         let model = ModelOptions {
             redundancy: redundancy.unwrap_or_default(),
             motion: model_motion.unwrap_or_default(),

@@ -3,12 +3,12 @@
 use super::contact_law::{GapRates, is_hit, landing_velocity, resting_approach};
 use crate::error::Failure;
 
-/// Of a step in which contacts may rebound.
+/// How contacts rebound in a step.
 #[derive(Debug, Clone, Copy)]
 pub struct ImpactStep {
-    /// Restitution e along the normal, and along the surface.
+    /// Restitution e along the normal.
     pub restitution: f64,
-    /// The same along the surface.
+    /// Restitution along the surface.
     pub along: f64,
     /// The gap law.
     pub rates: GapRates,
@@ -25,9 +25,9 @@ pub struct ImpactStep {
 pub struct ImpactRows<'a> {
     /// Gaps, m.
     pub gap: &'a [f64],
-    /// Velocities `[w_n; w_t]`, m/s, and what becomes of them without contact forces.
+    /// Velocities `[w_n; w_t]`, m/s.
     pub w: &'a [f64],
-    /// See `w`.
+    /// What becomes of them in the step without contact forces, m/s.
     pub free: &'a [f64],
 }
 
@@ -83,7 +83,7 @@ impl Rebounds {
         }
     }
 
-    /// Tells whether a contact rebounds.
+    /// Tells whether any contact rebounds.
     #[inline]
     pub fn any(&self) -> bool {
         self.any

@@ -151,11 +151,9 @@ impl SchemeEntry {
         Ok(())
     }
 
-    /// Names, of options of the exchange that are asked for, one that the scheme does not have: solved as one system, or together at
-    /// every micro step, the two sides exchange nothing at communication points.
-    pub fn without_exchange<'a>(&self, asked: impl IntoIterator<Item = (&'a str, bool)>) -> Option<&'a str> {
-        let as_one = matches!(self.driver, Driver::Monolithic | Driver::Waveform(_));
-        asked.into_iter().find_map(|(option, is_asked)| (as_one && is_asked).then_some(option))
+    /// Tells whether both sides move as one between communication points, where nothing is exchanged and nobody goes first.
+    pub fn moves_as_one(&self) -> bool {
+        matches!(self.driver, Driver::Monolithic | Driver::Waveform(_))
     }
 
     /// Tells whether the scheme is made from a reduced interface model, and so has the options of one.
