@@ -17,6 +17,7 @@ use rimbench::figures::{FigureEntry, claims_markdown, fill_page, without_filled}
 use rimbench::harness::{
     Cache, CheckedClaim, Experiment, Job, Ranking, Step, check_claims, run_job_until, write_claims,
 };
+use rimbench::input::read_text;
 use rimbench::kept::{DIGEST, SUMMARY};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -103,7 +104,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
         write_page(catalogue, &out.join(PAPER))?;
     }
     for page in &pages {
-        let text = read(page)?;
+        let text = read_text(page)?;
         let filled = fill_page(page, &text, out)?;
         if filled != text {
             write_atomically(page, |file| file.write_all(filled.as_bytes()))?;
@@ -193,16 +194,12 @@ pub(super) fn pages() -> Result<Vec<PathBuf>> {
     pages.sort();
     let mut with_markers = Vec::new();
     for page in pages {
-        let text = read(&page)?;
+        let text = read_text(&page)?;
         if without_filled(&text) != text {
             with_markers.push(page);
         }
     }
     Ok(with_markers)
-}
-
-fn read(page: &Path) -> Result<String> {
-    std::fs::read_to_string(page).map_err(|error| Error::file(page, format!("cannot be read: {error}")))
 }
 
 /// Writes claims as CSV and as Markdown.

@@ -46,4 +46,8 @@ fn options_are_read_as_they_are_written_and_nonsense_is_refused() {
     );
     assert_read(ActuatorIntegrator::ALL.map(|(_, value)| value), &[]);
     assert_read(ForceReturn::ALL.map(|(_, value)| value), &[("meen", "did you mean `mean`")]);
+    // Only an actuator that went first can return more than the held force.
+    assert!(ForceReturn::Mean.check(Sequence::Jacobi).is_err());
+    assert!(ForceReturn::Mean.check(Sequence::GaussSeidel { first: Side::Mechanics }).is_err());
+    assert!(ForceReturn::Held.check(Sequence::Jacobi).is_ok());
 }

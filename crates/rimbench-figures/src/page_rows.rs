@@ -32,6 +32,11 @@ const UNITS: [(&str, f64); 13] = [
     ("kN", 1e-3),
 ];
 
+/// Whether two numbers are the same up to how they were written.
+pub(crate) fn same(one: f64, other: f64) -> bool {
+    (one - other).abs() <= SAME * other.abs()
+}
+
 /// What becomes of several rows.
 const FOLDS: [&str; 4] = ["sum", "max", "min", "count"];
 
@@ -103,20 +108,17 @@ pub(crate) fn rows_where(table: &ResultsTable, conditions: &str) -> Result<Vec<u
         let sign = sign.ok_or_else(|| Error::invalid("where", condition, "conditions like `column=value`"))?;
         let (name, wanted) = condition.split_once(sign).unwrap_or_default();
         let (column, wanted) = (table.column(name.trim())?, wanted.trim());
-        let same = |row: usize| {
-            let (own, other) = (table.number(row, column), wanted.parse().unwrap_or(f64::NAN));
-            table.text(row, column) == wanted || (own - other).abs() <= SAME * other.abs()
-        };
-        if matches!(sign, "=" | "!=") && !(0..table.len()).any(same) {
+        let bound: f64 = wanted.parse().unwrap_or(f64::NAN);
+        let meets = |row: usize| table.text(row, column) == wanted || same(table.number(row, column), bound);
+        if matches!(sign, "=" | "!=") && !(0..table.len()).any(meets) {
             let mut known: Vec<&str> = (0..table.len()).map(|row| table.text(row, column)).collect();
             known.sort_unstable();
             known.dedup();
             return Err(Error::file(table.path(), Error::unknown("value of a condition", wanted, known)));
         }
-        let bound: f64 = wanted.parse().unwrap_or(f64::NAN);
         rows.retain(|&row| match sign {
-            "=" => same(row),
-            "!=" => !same(row),
+            "=" => meets(row),
+            "!=" => !meets(row),
             "<" => table.number(row, column) < bound,
             _ => table.number(row, column) > bound,
         });

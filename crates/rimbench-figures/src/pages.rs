@@ -13,15 +13,12 @@
 //! The keys are told in `docs/development/regenerate.md`.
 
 use crate::claims_table::significant;
-use crate::page_rows::{self, BETWEEN, rows_where, written};
+use crate::page_rows::{self, BETWEEN, rows_where, same, written};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::kept::{SUMMARY_METRICS, SummaryRow, read_summary};
 use rimbench_results::results_table::ResultsTable;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-
-/// Relative slack when a macro step is looked up.
-const SAME_STEP: f64 = 1e-9;
 
 /// What a marker asks for.
 const KINDS: [&str; 3] = ["value", "table", "claims"];
@@ -422,10 +419,6 @@ fn milliseconds(row: &SummaryRow) -> Option<f64> {
 
 fn is_step(row: &SummaryRow, step: f64) -> bool {
     milliseconds(row).is_some_and(|own| same(own, step))
-}
-
-fn same(one: f64, other: f64) -> bool {
-    (one - other).abs() <= SAME_STEP * other.abs()
 }
 
 #[cfg(test)]
