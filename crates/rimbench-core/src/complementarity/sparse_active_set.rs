@@ -92,6 +92,11 @@ impl SparseActiveSet {
         }
     }
 
+    /// Returns the natural residual up to which an answer is accepted.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// Returns the counts since construction.
     pub fn counters(&self) -> SolverCounters {
         self.counters

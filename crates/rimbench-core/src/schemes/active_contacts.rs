@@ -1,7 +1,7 @@
 //! Which of the closed contacts carry impulse at a communication point.
 
-use super::frictional_set::FrictionalSet;
-use super::packed_model::PackedModel;
+use super::coulomb_contacts::CoulombContacts;
+use super::discretised_model::DiscretisedModel;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SolverEntry};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
@@ -15,11 +15,11 @@ use crate::interface_model::ReducedInterfaceModel;
 #[derive(Clone)]
 pub(super) struct ActiveContacts {
     solver: Checked,
-    packed: PackedModel,
+    discretised: DiscretisedModel,
     w: Vec<f64>,
     w_free: Vec<f64>,
     impulses: Vec<f64>,
-    friction: Option<Box<FrictionalSet>>,
+    friction: Option<Box<CoulombContacts>>,
 }
 
 impl ActiveContacts {
@@ -28,7 +28,7 @@ impl ActiveContacts {
         ActiveContacts {
             friction: None,
             solver: solver.checked(contacts),
-            packed: PackedModel::new(contacts, interface),
+            discretised: DiscretisedModel::new(contacts, interface),
             w: vec![0.0; contacts + interface],
             w_free: vec![0.0; contacts + interface],
             impulses: vec![0.0; contacts],
@@ -37,7 +37,7 @@ impl ActiveContacts {
 
     /// The same for models like this one, with friction if it has that.
     pub(super) fn of(model: &ReducedInterfaceModel, solver: &SolverEntry) -> Self {
-        let friction = FrictionalSet::of(model, solver);
+        let friction = CoulombContacts::of(model, solver);
         ActiveContacts { friction, ..Self::new(model.interface_start(), model.interface(), solver) }
     }
 
@@ -55,22 +55,22 @@ impl ActiveContacts {
     ) -> Result<(), Failure> {
         let (Some(friction), m) = (&mut self.friction, closed.len()) else { return Ok(()) };
         friction.take(closed, model);
-        let n = friction.rows().len();
+        let n = friction.stacked_rows().len();
         let rows = n + lambda.len();
-        self.packed.pack(model, friction.rows(), model.mechanics_step);
-        for (w, &row) in self.w.iter_mut().zip(friction.rows()) {
+        self.discretised.discretise(model, friction.stacked_rows(), model.mechanics_step);
+        for (w, &row) in self.w.iter_mut().zip(friction.stacked_rows()) {
             *w = model.w[row];
         }
         self.w[n..rows].copy_from_slice(&model.w[model.interface_start()..]);
-        self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
+        self.discretised.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
         if law {
             for (w, &contact) in self.w_free[..m].iter_mut().zip(&*closed) {
                 *w += model.step_gap_velocity(contact);
             }
         }
-        friction.solve(&self.packed, true, &self.w_free[..n], &mut self.impulses[..n])?;
+        friction.solve(&self.discretised, true, &self.w_free[..n], &mut self.impulses[..n])?;
         let standstill = friction.tolerance() * self.w_free[..n].iter().fold(0.0, |max: f64, b| max.max(b.abs()));
-        self.packed.add_impulses(&self.impulses[..n], &mut self.w_free[..rows]);
+        self.discretised.add_impulses(&self.impulses[..n], &mut self.w_free[..rows]);
         friction.note_states(closed, model, &self.w_free[m..n], standstill);
         let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
         closed.retain(|_| carries.next().unwrap_or(false));
@@ -90,21 +90,21 @@ impl ActiveContacts {
         law: bool,
     ) -> Result<(), Failure> {
         let (n, rows) = (closed.len(), closed.len() + lambda.len());
-        self.packed.pack(model, closed, model.mechanics_step);
+        self.discretised.discretise(model, closed, model.mechanics_step);
         for (slot, &contact) in closed.iter().enumerate() {
             self.w[slot] = model.w[contact];
         }
         self.w[n..rows].copy_from_slice(&model.w[model.interface_start()..]);
-        self.packed.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
+        self.discretised.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
         if law {
             if let Some(spring) = model.spring {
-                self.packed.add_to_diagonal(spring.diagonal(model.mechanics_step, model.mechanics_step));
+                self.discretised.regularise(spring.diagonal(model.mechanics_step, model.mechanics_step));
             }
             for (w, &contact) in self.w_free[..n].iter_mut().zip(&*closed) {
                 *w += model.step_gap_velocity(contact);
             }
         }
-        let lcp = Lcp::new(self.packed.h_uu(), &self.w_free[..n]);
+        let lcp = Lcp::new(self.discretised.h_uu(), &self.w_free[..n]);
         self.solver.solve(lcp, &mut self.impulses[..n])?;
         let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
         closed.retain(|_| carries.next().unwrap_or(false));

@@ -1,7 +1,7 @@
 //! The acceleration that the interface has at a communication point: what a mechanics that sends accelerations would send.
 
 use super::construction::ModelConstruction;
-use super::packed_model::PackedModel;
+use super::discretised_model::DiscretisedModel;
 use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
 use crate::cosim::SchemeReport;
 use crate::error::Failure;
@@ -25,7 +25,7 @@ pub(super) struct InterfaceAcceleration {
     redundancy: Redundancy,
     model: ReducedInterfaceModel,
     solver: Checked,
-    packed: PackedModel,
+    discretised: DiscretisedModel,
     /// L, and that of the communication point before.
     loaded: Vec<usize>,
     loaded_before: Vec<usize>,
@@ -44,7 +44,7 @@ impl InterfaceAcceleration {
             redundancy: options.redundancy,
             model: empty.clone(),
             solver: options.solver.checked(contacts),
-            packed: PackedModel::new(contacts, interface),
+            discretised: DiscretisedModel::new(contacts, interface),
             loaded: Vec::with_capacity(contacts),
             loaded_before: Vec::with_capacity(contacts),
             rest: vec![0.0; contacts + interface],
@@ -70,10 +70,10 @@ impl InterfaceAcceleration {
         let n = self.loaded.len();
         if n > 0 {
             // A step of one second from rest: velocities are accelerations, impulses forces.
-            self.packed.pack(&self.model, &self.loaded, 1.0);
+            self.discretised.discretise(&self.model, &self.loaded, 1.0);
             let rows = n + lambda.len();
-            self.packed.free_velocity(&self.rest[..rows], lambda, &mut self.free[..rows]);
-            self.solver.solve(Lcp::new(self.packed.h_uu(), &self.free[..n]), &mut self.forces[..n])?;
+            self.discretised.free_velocity(&self.rest[..rows], lambda, &mut self.free[..rows]);
+            self.solver.solve(Lcp::new(self.discretised.h_uu(), &self.free[..n]), &mut self.forces[..n])?;
             let mut carries = self.forces.iter().map(|force| *force > 0.0);
             self.loaded.retain(|_| carries.next().unwrap_or(false));
         }

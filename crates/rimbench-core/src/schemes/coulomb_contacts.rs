@@ -1,6 +1,6 @@
 //! The contacts of a reduced interface model that take part, where they have friction.
 
-use super::packed_model::PackedModel;
+use super::discretised_model::DiscretisedModel;
 use crate::complementarity::{SolveStats, SolverCounters, SolverEntry, Unsolved};
 use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 use crate::interface_model::ReducedInterfaceModel;
@@ -8,7 +8,7 @@ use crate::interface_model::ReducedInterfaceModel;
 /// A set of contacts with their coefficients and a solver, which starts from the states that the mechanics' own solver would start from.
 /// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before has left.
 #[derive(Clone)]
-pub(super) struct FrictionalSet {
+pub(super) struct CoulombContacts {
     /// Rows of the model: the contacts, then their tangential rows.
     rows: Vec<usize>,
     friction: Vec<f64>,
@@ -16,12 +16,12 @@ pub(super) struct FrictionalSet {
     solver: FrictionSolver,
 }
 
-impl FrictionalSet {
+impl CoulombContacts {
     /// Makes room for models like this one; none where there is no friction.
     pub(super) fn of(model: &ReducedInterfaceModel, solver: &SolverEntry) -> Option<Box<Self>> {
         let n = model.contacts();
         model.has_friction().then(|| {
-            Box::new(FrictionalSet {
+            Box::new(CoulombContacts {
                 rows: Vec::with_capacity(2 * n),
                 friction: Vec::with_capacity(n),
                 stiction: model.stiction,
@@ -41,7 +41,7 @@ impl FrictionalSet {
     }
 
     /// Returns the rows of the model that take part: contacts, then tangential rows.
-    pub(super) fn rows(&self) -> &[usize] {
+    pub(super) fn stacked_rows(&self) -> &[usize] {
         &self.rows
     }
 
@@ -66,14 +66,14 @@ impl FrictionalSet {
     /// Solves the packed contacts with the velocities `b`, `[b_n; b_t]` (m/s); `anew` says that they have been packed since the last time.
     pub(super) fn solve(
         &mut self,
-        packed: &PackedModel,
+        model: &DiscretisedModel,
         anew: bool,
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        let solved = self.try_solve(packed, anew, b, impulses)?;
+        let solved = self.try_solve(model, anew, b, impulses)?;
         if let Some(stiction) = self.stiction {
-            let (m, h) = (self.friction.len(), packed.h_uu());
+            let (m, h) = (self.friction.len(), model.h_uu());
             let standstill = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
             for (contact, (coefficient, state)) in self.friction.iter_mut().zip(self.solver.states()).enumerate() {
                 let row = m + contact;
@@ -88,12 +88,12 @@ impl FrictionalSet {
     /// The same in a trial, of which coefficients know nothing.
     pub(super) fn try_solve(
         &mut self,
-        packed: &PackedModel,
+        model: &DiscretisedModel,
         anew: bool,
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        let problem = FrictionProblem { h: packed.h_uu(), b, friction: &self.friction };
+        let problem = FrictionProblem { h: model.h_uu(), b, friction: &self.friction };
         // Coefficients that change make another problem of the same matrix.
         let same = !anew && self.stiction.is_none();
         if same { self.solver.solve_again(problem, impulses) } else { self.solver.solve(problem, impulses) }

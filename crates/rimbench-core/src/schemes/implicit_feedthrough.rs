@@ -13,7 +13,7 @@ use crate::linear_algebra::Lu;
 /// # Shapes and units
 /// `D = [D_s D_w]` n_i×2n_i (N/m, N·s/m); `E` and `K` n_i×n_i (N·s/m).
 #[derive(Debug, Clone)]
-pub(super) struct ForceFollowing {
+pub(super) struct ImplicitFeedthrough {
     interface: usize,
     feedthrough: Vec<f64>,
     length: f64,
@@ -25,13 +25,15 @@ pub(super) struct ForceFollowing {
     lu: Lu,
     /// One vector.
     pub(super) room: Vec<f64>,
+    /// The force with which a micro step starts.
+    pub(super) start_force: Vec<f64>,
 }
 
-impl ForceFollowing {
+impl ImplicitFeedthrough {
     /// Makes room for `interface` rows.
     pub(super) fn new(interface: usize) -> Self {
         let square = vec![0.0; interface * interface];
-        ForceFollowing {
+        ImplicitFeedthrough {
             interface,
             feedthrough: vec![0.0; 2 * interface * interface],
             length: f64::NAN,
@@ -41,10 +43,17 @@ impl ForceFollowing {
             matrix: square,
             lu: Lu::new(interface),
             room: vec![0.0; interface],
+            start_force: vec![0.0; interface],
         }
     }
 
-    /// Rows of the interface.
+    /// Tells whether there is a feedthrough: whether micro steps are of the second order.
+    #[inline]
+    pub(super) fn is_on(&self) -> bool {
+        !self.length.is_nan()
+    }
+
+    /// Returns the rows of the interface.
     pub(super) fn interface(&self) -> usize {
         self.interface
     }

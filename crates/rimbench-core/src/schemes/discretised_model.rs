@@ -1,12 +1,12 @@
-//! The reduced interface model over micro steps of one length, packed for the contacts that take part.
+//! Eq. 4 discretised over the micro step δ, for the contacts of the set.
 
-use super::force_following::ForceFollowing;
+use super::implicit_feedthrough::ImplicitFeedthrough;
 use crate::error::Failure;
 use crate::interface_model::{Condensation, ReducedInterfaceModel};
 use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
 
-/// What a micro step of length δ needs of the model, one column after the other, contacts of the set first:
+/// Eq. 4 over a micro step of length δ, column by column, contacts of the set first.
 ///
 /// ```text
 /// w⁺ = w + δ a + δ H_·i λ + H_·u P            w = [w_u; w_i]
@@ -15,29 +15,29 @@ use std::sync::Arc;
 /// an interface of one row a micro step then is two multiples of a vector, and one more for each contact that carries
 /// impulse.
 #[derive(Debug, Clone, Default)]
-pub(super) struct PackedModel {
+pub(super) struct DiscretisedModel {
     contacts: usize,
     /// δ, s.
     length: f64,
     /// `δ a`.
-    drift: Vec<f64>,
+    free_increment: Vec<f64>,
     /// Columns of `δ H_·i`.
     force_columns: Vec<f64>,
     /// Columns of `H_·u`.
     impulse_columns: Vec<f64>,
-    /// `H_uu`, row-major, for the complementarity problem; where few of many contacts meet, what `meeting` says.
+    /// `H_uu`, row-major; where it has a pattern, its non-zeros.
     h_uu: Vec<f64>,
     meeting: Option<Arc<SymmetricPattern>>,
 }
 
-impl PackedModel {
-    /// Makes room for `contacts` contacts and `interface` interface rows.
+impl DiscretisedModel {
+    /// Reserves `contacts` contacts and `interface` interface rows.
     pub(super) fn new(contacts: usize, interface: usize) -> Self {
         let rows = contacts + interface;
-        PackedModel {
+        DiscretisedModel {
             contacts: 0,
             length: f64::NAN,
-            drift: vec![0.0; rows],
+            free_increment: vec![0.0; rows],
             force_columns: vec![0.0; rows * interface],
             impulse_columns: vec![0.0; rows * contacts],
             h_uu: vec![0.0; contacts * contacts],
@@ -45,12 +45,12 @@ impl PackedModel {
         }
     }
 
-    /// Makes room for models like this one with all their contacts, of which few meet if the model says so.
+    /// Reserves room for models like this one with all their contacts, by the pattern of their Delassus matrix if they have one.
     pub(super) fn of_all(model: &ReducedInterfaceModel) -> Self {
         let Some(meeting) = model.meeting() else { return Self::new(model.contacts(), model.interface()) };
         let (rows, n_i) = (model.contacts() + model.interface(), model.interface());
-        PackedModel {
-            drift: vec![0.0; rows],
+        DiscretisedModel {
+            free_increment: vec![0.0; rows],
             force_columns: vec![0.0; rows * n_i],
             impulse_columns: vec![0.0; rows * n_i],
             h_uu: vec![0.0; meeting.entries()],
@@ -59,53 +59,53 @@ impl PackedModel {
         }
     }
 
-    /// `H_uu`, where few of many contacts meet.
+    /// Returns `H_uu` by its pattern, if it has one.
     #[inline]
     pub(super) fn contact_rows(&self) -> Option<SymmetricRows<'_>> {
         self.meeting.as_deref().map(|pattern| SymmetricRows { pattern, entries: &self.h_uu })
     }
 
-    /// Number of contacts in the set; none where they are closed for good.
+    /// Returns the rows of contacts in the set; none where they are condensed away.
     #[inline]
     pub(super) fn contacts(&self) -> usize {
         self.contacts
     }
 
-    /// δ, s.
+    /// Returns δ, s.
     #[inline]
     pub(super) fn length(&self) -> f64 {
         self.length
     }
 
-    /// `H_uu` of the set.
+    /// Returns `H_uu` of the set.
     #[inline]
     pub(super) fn h_uu(&self) -> &[f64] {
         &self.h_uu[..self.contacts * self.contacts]
     }
 
-    /// `δ a` of `rows` rows.
+    /// Returns `δ a` of `rows` rows.
     #[inline]
-    pub(super) fn drift(&self, rows: usize) -> &[f64] {
-        &self.drift[..rows]
+    pub(super) fn free_increment(&self, rows: usize) -> &[f64] {
+        &self.free_increment[..rows]
     }
 
-    /// Column `j` of `δ H_·i`, of `rows` rows.
+    /// Returns column `j` of `δ H_·i`, of `rows` rows.
     #[inline]
     pub(super) fn force_column(&self, j: usize, rows: usize) -> &[f64] {
         &self.force_columns[j * rows..(j + 1) * rows]
     }
 
-    /// Packs `model` with the rows `set`: contacts, with friction then the tangential rows of the same.
-    pub(super) fn pack(&mut self, model: &ReducedInterfaceModel, set: &[usize], length: f64) {
+    /// Discretises `model` over `length` (s) for the rows `set`: contacts, then their tangential rows where they have friction.
+    pub(super) fn discretise(&mut self, model: &ReducedInterfaceModel, set: &[usize], length: f64) {
         let (n, n_u, n_i) = (set.len(), model.interface_start(), model.interface());
         let rows = n + n_i;
         (self.contacts, self.length) = (n, length);
         if self.meeting.is_some() {
-            return self.pack_meeting(model);
+            return self.discretise_by_pattern(model);
         }
         let sources = || set.iter().copied().chain(n_u..n_u + n_i).enumerate();
         for (row, source) in sources() {
-            self.drift[row] = length * model.a[source];
+            self.free_increment[row] = length * model.a[source];
             for j in 0..n_i {
                 self.force_columns[j * rows + row] = length * model.entry(source, n_u + j);
             }
@@ -119,8 +119,8 @@ impl PackedModel {
         }
     }
 
-    /// The same with all contacts, where few meet; `impulse_columns` then are those of the interface.
-    fn pack_meeting(&mut self, model: &ReducedInterfaceModel) {
+    /// Discretises all contacts by their pattern; `impulse_columns` then are those of the interface.
+    fn discretise_by_pattern(&mut self, model: &ReducedInterfaceModel) {
         if let (Some(meeting), Some(packed)) = (model.meeting(), &mut self.meeting)
             && !Arc::ptr_eq(meeting, packed)
         {
@@ -130,45 +130,45 @@ impl PackedModel {
         let (h_uu, of_interface) = model.h.split_at(self.h_uu.len());
         self.h_uu.copy_from_slice(h_uu);
         self.impulse_columns.copy_from_slice(of_interface);
-        for (drift, a) in self.drift.iter_mut().zip(&model.a) {
-            *drift = self.length * a;
+        for (free_increment, a) in self.free_increment.iter_mut().zip(&model.a) {
+            *free_increment = self.length * a;
         }
         for (force, h) in self.force_columns.iter_mut().zip(&self.impulse_columns) {
             *force = self.length * h;
         }
     }
 
-    /// Adds to the diagonal of `H_uu` in the complementarity problem what contacts that give way have there (1/kg).
-    pub(super) fn add_to_diagonal(&mut self, addition: f64) {
+    /// Adds the compliance of contacts to the diagonal of `H_uu` (1/kg).
+    pub(super) fn regularise(&mut self, addition: f64) {
         let n = self.contacts;
         for contact in 0..n {
             self.h_uu[contact * n + contact] += addition;
         }
     }
 
-    /// Lets the force follow the velocity within the micro step.
+    /// Eliminates a force that depends on the velocity within the micro step.
     ///
     /// ```text
     /// λ = λ₀ + E (w_i⁺ − w_i)        K = E (1 − δ H_ii E)⁻¹
     /// δ a += δ H_·i K δ a_i          δ H_·i += δ H_·i K δ H_ii          H_·u += δ H_·i K H_iu
     /// ```
-    /// Afterwards the model takes `λ₀` as its force.
+    /// The discretised model then takes `λ₀` as its force.
     /// # Errors
     /// [`Cause::Singular`](crate::error::Cause::Singular) if force and velocity do not determine each other.
-    pub(super) fn follow(&mut self, following: &mut ForceFollowing) -> Result<(), Failure> {
+    pub(super) fn eliminate_feedthrough(&mut self, following: &mut ImplicitFeedthrough) -> Result<(), Failure> {
         let (n, n_i) = (self.contacts, following.interface());
         let rows = n + n_i;
-        let PackedModel { drift, force_columns, impulse_columns, h_uu, .. } = self;
+        let DiscretisedModel { free_increment, force_columns, impulse_columns, h_uu, .. } = self;
         let force_columns = &mut force_columns[..rows * n_i];
         following.eliminate(|row, column| force_columns[column * rows + n + row])?;
-        let respond = |target: &mut [f64], room: &mut [f64], following: &ForceFollowing| {
+        let respond = |target: &mut [f64], room: &mut [f64], following: &ImplicitFeedthrough| {
             room.copy_from_slice(&target[n..]);
             for (force, column) in force_columns.chunks_exact(rows).enumerate() {
                 add_multiple(target, following.response(force, room), column);
             }
         };
         let mut room = std::mem::take(&mut following.room);
-        respond(&mut drift[..rows], &mut room, following);
+        respond(&mut free_increment[..rows], &mut room, following);
         for (slot, column) in impulse_columns.chunks_exact_mut(rows.max(1)).take(n).enumerate() {
             respond(column, &mut room, following);
             for row in 0..n {
@@ -181,11 +181,11 @@ impl PackedModel {
         Ok(())
     }
 
-    /// Packs a model whose contacts are closed for good.
-    pub(super) fn pack_condensed(&mut self, model: &Condensation, length: f64) {
+    /// Discretises a model whose closed contacts are condensed away.
+    pub(super) fn discretise_condensed(&mut self, model: &Condensation, length: f64) {
         (self.contacts, self.length) = (0, length);
-        for (drift, a) in self.drift.iter_mut().zip(&model.a) {
-            *drift = length * a;
+        for (free_increment, a) in self.free_increment.iter_mut().zip(&model.a) {
+            *free_increment = length * a;
         }
         // Ĥ_ii is symmetric without friction: its rows are its columns.
         for (column, h) in self.force_columns.iter_mut().zip(&model.h) {
@@ -203,12 +203,20 @@ impl PackedModel {
     #[inline]
     pub(super) fn free_velocity(&self, w: &[f64], lambda: &[f64], free: &mut [f64]) {
         let rows = w.len();
-        for (free, (w, drift)) in free.iter_mut().zip(w.iter().zip(&self.drift)) {
-            *free = w + drift;
+        for (free, (w, free_increment)) in free.iter_mut().zip(w.iter().zip(&self.free_increment)) {
+            *free = w + free_increment;
         }
         for (j, &force) in lambda.iter().enumerate() {
             add_multiple(free, force, &self.force_columns[j * rows..(j + 1) * rows]);
         }
+    }
+
+    /// Writes the velocities after a step without contact impulses to `next`; returns true, as no contact problem is left.
+    #[inline(never)]
+    pub(super) fn step_without_contacts(&self, w: &[f64], lambda: &[f64], next: &mut [f64]) -> bool {
+        let rows = lambda.len();
+        self.free_velocity(&w[..rows], lambda, &mut next[..rows]);
+        true
     }
 
     /// Adds `H_·u P` to `w`.

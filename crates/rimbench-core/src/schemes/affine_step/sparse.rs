@@ -1,0 +1,153 @@
+//! The active set of many contacts, of whose Delassus matrix only the non-zeros are kept.
+
+use super::skip_bound::SkipBound;
+use super::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw, add_multiple};
+use crate::linear_algebra::SparseFactor;
+use crate::schemes::discretised_model::DiscretisedModel;
+
+/// `H_AA = L D Lᵀ` by its pattern; conditions are checked over all contacts in order, which is several times as fast as by active ones.
+#[derive(Clone)]
+pub struct SparseSetFactor(pub(super) Box<ManyContacts>);
+
+#[derive(Clone)]
+pub(super) struct ManyContacts {
+    factor: SparseFactor,
+    column: Vec<f64>,
+    /// 1 for active contacts, 0 for others.
+    pub(super) active: Vec<f64>,
+    /// Tangents of the impulses of all contacts, zero for inactive ones.
+    pub(super) impulses: Vec<f64>,
+    pub(super) bound: SkipBound,
+}
+
+impl SparseSetFactor {
+    /// Reserves `contacts` contacts with the order and pattern of `factor`, and `interface` interface rows.
+    pub fn new(factor: &SparseFactor, contacts: usize, interface: usize) -> Self {
+        SparseSetFactor(Box::new(ManyContacts {
+            factor: factor.clone(),
+            column: vec![0.0; contacts],
+            active: vec![0.0; contacts],
+            impulses: vec![0.0; contacts * (interface + 2)],
+            bound: SkipBound::new(contacts),
+        }))
+    }
+}
+
+impl ActiveSetFactor for SparseSetFactor {
+    /// The factor with which the last problem was solved, and its impulses.
+    type Active<'a> = (&'a SparseFactor, &'a [f64]);
+    /// Gaps of a heap give a part of 1e-12 of rounding, divided by the micro step, back and forth; a look at `r` for that takes a solve
+    /// each time. This is a tenth of the residual accepted of a solver, and is seen once gaps have added it up.
+    const NEGLIGIBLE: f64 = 1e-10;
+    const FEW: bool = false;
+
+    fn factorise(
+        &mut self,
+        model: &DiscretisedModel,
+        (solved, impulses): Self::Active<'_>,
+        rows: &mut Vec<usize>,
+    ) -> bool {
+        let ManyContacts { factor, column, active, .. } = &mut *self.0;
+        column.fill(0.0);
+        active.fill(0.0);
+        // Without any impulse the solver has not formed an active set.
+        if impulses.iter().any(|impulse| *impulse > 0.0) {
+            // Active contacts that carry nothing at the moment stay.
+            factor.copy_from(solved);
+            rows.extend((0..model.contacts()).filter(|&contact| solved.contains(contact)));
+            rows.iter().for_each(|&contact| active[contact] = 1.0);
+        }
+        true
+    }
+
+    fn solve(&mut self, active: &[usize], x: &mut [f64]) {
+        let ManyContacts { factor, column, .. } = &mut *self.0;
+        active.iter().zip(&*x).for_each(|(&contact, x)| column[contact] = *x);
+        factor.solve(column);
+        active.iter().zip(x).for_each(|(&contact, x)| *x = column[contact]);
+    }
+
+    fn record_tangent(&mut self, at: usize, active: &[usize], impulses: &[f64]) {
+        let n = self.0.active.len();
+        let column = &mut self.0.impulses[at * n..(at + 1) * n];
+        column.fill(0.0);
+        active.iter().zip(impulses).for_each(|(&contact, impulse)| column[contact] = *impulse);
+    }
+
+    /// Counts violations instead of leaving the pass at the first.
+    fn is_in_region(step: &AffineStep<Self>, law: &StepContactLaw, next: &[f64], gap: &[f64], tolerance: f64) -> bool {
+        let accepted = -step.accepted(tolerance);
+        let mut wrong = 0;
+        for ((w, gap), active) in next.iter().zip(gap).zip(&step.factor.0.active) {
+            let slack = w + law.rates.velocity(*gap);
+            wrong += u64::from(slack < accepted) + u64::from((active * slack).abs() > tolerance);
+        }
+        wrong == 0
+    }
+
+    fn write_impulses(
+        step: &AffineStep<Self>,
+        _: &DiscretisedModel,
+        lambda: &[f64],
+        _next: &[f64],
+        impulses: &mut [f64],
+        _tolerance: f64,
+    ) -> bool {
+        let n = impulses.len();
+        let (free, columns) = step.factor.0.impulses[..n * (lambda.len() + 2)].split_at(n);
+        let (of_r, forces) = columns.split_at(n);
+        for (impulse, (free, of_r)) in impulses.iter_mut().zip(free.iter().zip(of_r)) {
+            *impulse = free + step.sigma * of_r;
+        }
+        for (&force, column) in lambda.iter().zip(forces.chunks_exact(n)) {
+            add_multiple(impulses, force, column);
+        }
+        impulses.iter().map(|impulse| u64::from(*impulse < 0.0)).sum::<u64>() == 0
+    }
+
+    /// As part of the direction of `r`, rounding would return with the opposite sign a few micro steps later, and again, each time with a
+    /// solve.
+    fn filter(r: &mut [f64], active: &[usize], law: &StepContactLaw, decay: f64, gap: &[f64], tolerance: f64) {
+        for (r, &contact) in r.iter_mut().zip(active) {
+            let decaying = law.decaying_part(decay, gap[contact]);
+            if (*r - decaying).abs() <= tolerance {
+                *r = decaying;
+            }
+        }
+    }
+
+    fn settle(active: &[usize], law: &StepContactLaw, gap: &[f64], next: &mut [f64]) {
+        active.iter().for_each(|&contact| next[contact] = -law.gap_term(gap, contact));
+    }
+
+    #[inline(always)]
+    fn skip(step: &mut AffineStep<Self>, law: &StepContactLaw, lambda: &[f64], state: &mut MicroState<'_>) -> bool {
+        if step.factor.0.bound.is_open() {
+            if let &[force] = lambda
+                && step.skip_one(law, force, state.w, state.next)
+            {
+                return true;
+            }
+            step.catch_up(law, state.w, state.gap);
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn bound_skips(
+        step: &mut AffineStep<Self>,
+        law: &StepContactLaw,
+        lambda: &[f64],
+        remaining: usize,
+        state: &MicroState<'_>,
+    ) {
+        // The last micro step looks at all contacts, so that they are up to date at the communication point.
+        step.find_bound(law, lambda, remaining.saturating_sub(1), state.next, state.gap);
+    }
+
+    #[inline]
+    fn end_skips(step: &mut AffineStep<Self>, law: &StepContactLaw, w: &mut [f64], gap: &mut [f64]) {
+        step.catch_up(law, w, gap);
+        step.factor.0.bound.reset();
+    }
+}

@@ -1,0 +1,180 @@
+use super::*;
+use crate::complementarity::SparseActiveSet;
+use crate::interface_model::ReducedInterfaceModel;
+use crate::linear_algebra::SymmetricPattern;
+use rand::{RngExt, SeedableRng};
+use std::sync::Arc;
+
+const CONTACTS: usize = 60;
+const DELTA: f64 = 5e-5;
+const PULL: f64 = 10.0;
+
+/// Contacts side by side, each with its two neighbours: pressed and at rest up to `active`, and open from there on. Model, its law,
+/// and the response of those at rest.
+fn row_of(active: usize) -> (DiscretisedModel, StepContactLaw, AffineStep<SparseSetFactor>) {
+    let neighbours: Vec<Vec<usize>> =
+        (0..CONTACTS).map(|i| vec![i.saturating_sub(1), (i + 1).min(CONTACTS - 1)]).collect();
+    let mut model = ReducedInterfaceModel::zeros_of(Arc::new(SymmetricPattern::new(&neighbours)), 1);
+    let pattern = model.meeting().unwrap().clone();
+    let mut at = 0;
+    for i in 0..CONTACTS {
+        for &j in pattern.columns(i) {
+            model.h[at] = if i == j as usize { 2.0 } else { 0.5 };
+            at += 1;
+        }
+    }
+    // The interface pushes the first contact, and pulls the last two.
+    model.h[at] = -0.5;
+    model.h[at + CONTACTS - 2] = 0.3;
+    model.h[at + CONTACTS - 1] = -0.4;
+    model.h[at + CONTACTS] = 1.0;
+    for (i, a) in model.a[..CONTACTS].iter_mut().enumerate() {
+        // Of those that are open every second one falls.
+        *a = if i < active { -PULL } else { [0.4 * PULL, -0.4 * PULL][i % 2] };
+    }
+    let mut discretised = DiscretisedModel::of_all(&model);
+    discretised.discretise(&model, &(0..CONTACTS).collect::<Vec<_>>(), DELTA);
+    let law = StepContactLaw {
+        rates: GapRates { open: 1.0 / DELTA, closed: 40.0 },
+        gap_step: DELTA,
+        ..StepContactLaw::default()
+    };
+    let mut solver = SparseActiveSet::new(&pattern, 1e-9);
+    let mut impulses = vec![0.0; CONTACTS];
+    let mut q = discretised.free_increment(CONTACTS).to_vec();
+    q[active..].fill(1.0);
+    solver.solve(discretised.contact_rows().unwrap(), &q, &mut impulses).unwrap();
+    let mut step = AffineStep::new(CONTACTS, 1, SparseSetFactor::new(solver.factor(), CONTACTS, 1));
+    step.linearise(&discretised, &law, (solver.factor(), &impulses), 0.0);
+    assert!(step.is_known());
+    assert_eq!(impulses.iter().filter(|impulse| **impulse > 0.0).count(), active);
+    (discretised, law, step)
+}
+
+/// Takes a micro step as a scheme does, with a bound over `ahead` more; tells whether it was one without a look at the contacts.
+fn go(
+    step: &mut AffineStep<SparseSetFactor>,
+    (discretised, law): (&DiscretisedModel, &StepContactLaw),
+    force: f64,
+    ahead: usize,
+    [w, next, gap, impulses]: [&mut Vec<f64>; 4],
+) -> Option<bool> {
+    let lambda = [force];
+    let skipped = step.skip(law, &lambda, MicroState { w, next, gap, impulses });
+    let went = skipped || step.step(discretised, law, &lambda, ahead + 1, MicroState { w, next, gap, impulses });
+    if went {
+        std::mem::swap(w, next);
+    }
+    went.then_some(skipped)
+}
+
+/// What a micro step takes for rounding adds up in the gap, and the gap is what the next one looks at.
+#[test]
+fn a_drift_that_each_micro_step_takes_for_rounding_is_seen_once_gaps_have_added_it_up() {
+    let (discretised, law, step) = row_of(CONTACTS);
+    let rounding = SparseSetFactor::NEGLIGIBLE * DELTA * PULL;
+    for (drift, ahead) in [0.4, 0.01, -0.4].into_iter().flat_map(|part| [(part * rounding, 0), (part * rounding, 98)]) {
+        let mut step = step.clone();
+        let (mut w, mut next) = (vec![0.0; CONTACTS + 1], vec![0.0; CONTACTS + 1]);
+        let (mut gap, mut impulses) = (vec![0.0; CONTACTS], vec![0.0; CONTACTS]);
+        w[7] = drift;
+        let mut farthest = 0.0_f64;
+        for k in 0..20_000 {
+            let state = [&mut w, &mut next, &mut gap, &mut impulses];
+            go(&mut step, (&discretised, &law), 0.0, ahead, state).expect("contacts stay");
+            if k % 100 == 99 {
+                step.catch_up(&law, &mut w, &mut gap);
+                farthest = farthest.max(gap[7].abs());
+                assert!(w[7].abs() <= 2.0 * rounding, "{drift:e}: {:e} m/s", w[7]);
+            }
+        }
+        // Where the gap term of a penetration is rounding, which is the smaller one.
+        let seen = rounding / law.rates.closed;
+        assert!(farthest <= 1.01 * seen, "{drift:e}: {farthest:e} m of {seen:e}");
+        let unseen = 20_000.0 * DELTA * drift.abs();
+        assert!(drift.abs() < 0.1 * rounding || unseen > 10.0 * seen, "{drift:e}: it would be seen anyway");
+    }
+}
+
+/// A contact that opens by a little more than what is rounding, among others whose penetrations go on as foreseen.
+#[test]
+fn rounding_of_one_contact_is_not_corrected_back_and_forth() {
+    let (discretised, law, step) = row_of(CONTACTS);
+    let rounding = SparseSetFactor::NEGLIGIBLE * DELTA * PULL;
+    let decay = 1.0 - DELTA * law.rates.closed;
+    // The interface at the end, without the one contact first.
+    let mut interface = None;
+    for part in [0.0, 0.3, 0.55, 0.8, 0.95, 1.2, 3.0] {
+        let mut step = step.clone();
+        let mut gap: Vec<f64> = (0..CONTACTS).map(|i| -1e-6 * (1.0 + libm::sin(i as f64))).collect();
+        let mut w: Vec<f64> = gap.iter().map(|gap| -law.rates.velocity(*gap)).chain([0.0]).collect();
+        (w[7], gap[7]) = (part * rounding, part * rounding * DELTA);
+        let (mut next, mut impulses) = (w.clone(), vec![0.0; CONTACTS]);
+        for _ in 0..50 {
+            let state = [&mut w, &mut next, &mut gap, &mut impulses];
+            go(&mut step, (&discretised, &law), 0.0, 0, state).expect("contacts stay");
+        }
+        let off = (w[CONTACTS] - *interface.get_or_insert(w[CONTACTS])).abs();
+        assert!(off <= 10.0 * rounding, "{part}: the interface is off by {off:e} m/s");
+        assert!(w[7].abs() <= 2.0 * rounding && gap[7].abs() <= 1e3 * rounding * DELTA, "{part}: {:e} m/s", w[7]);
+        // σ starts at one each time that r is solved for.
+        let since = libm::log(step.sigma) / libm::log(decay);
+        assert!(since > 44.0, "{part}: solved for {since} micro steps ago");
+    }
+}
+
+/// The same micro steps with and without a bound on skips, under forces that end the set sooner or later.
+#[test]
+fn micro_steps_without_a_look_at_the_contacts_go_as_far_as_those_with_one_and_end_as_they_do() {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(8);
+    let active = CONTACTS - 12;
+    let (discretised, law, start) = row_of(active);
+    let (mut ahead_of_all, mut ended) = (0, 0);
+    for turn in 0..400 {
+        let (pitch, size) = (rng.random_range(0.0..0.2), rng.random_range(0.0..25.0));
+        let phase = rng.random_range(0.0..6.0);
+        let force = |k: usize| size * libm::sin(phase + pitch * k as f64);
+        let [mut of_all, mut of_few] = [(); 2].map(|()| {
+            (
+                start.clone(),
+                [vec![0.0; CONTACTS + 1], vec![0.0; CONTACTS + 1], vec![0.0; CONTACTS], vec![0.0; CONTACTS]],
+            )
+        });
+        for [w, _, gap, _] in [&mut of_all.1, &mut of_few.1] {
+            let mut rng = rand_pcg::Pcg64::seed_from_u64(turn);
+            // Penetrations that are pushed out, and open contacts of which some are on their way in.
+            for (i, (w, gap)) in w.iter_mut().zip(gap).enumerate() {
+                if i < active {
+                    *gap = if turn % 3 == 0 { 0.0 } else { -rng.random_range(0.0..1e-4) };
+                    *w = -law.rates.velocity(*gap);
+                } else {
+                    *gap = rng.random_range(0.0..1e-3);
+                    *w = rng.random_range(-0.02..0.3);
+                }
+            }
+        }
+        for k in 0..100 {
+            let [all, few] =
+                [(&mut of_all, 0), (&mut of_few, 98_usize.saturating_sub(k))].map(|((step, state), ahead)| {
+                    let [w, next, gap, impulses] = state;
+                    go(step, (&discretised, &law), force(k), ahead, [w, next, gap, impulses])
+                });
+            assert_eq!(all.is_some(), few.is_some(), "{turn}: micro step {k}");
+            ahead_of_all += usize::from(few == Some(true));
+            assert_eq!(of_all.1[0][CONTACTS].to_bits(), of_few.1[0][CONTACTS].to_bits(), "the interface");
+            if all.is_none() {
+                ended += 1;
+                break;
+            }
+        }
+        let (step, [w, _, gap, _]) = &mut of_few;
+        step.catch_up(&law, w, gap);
+        for i in 0..CONTACTS {
+            let [all, few] = [&of_all.1, &of_few.1].map(|state| (state[0][i], state[2][i]));
+            let off = (all.0 - few.0).abs().max((all.1 - few.1).abs() / DELTA);
+            assert!(off < 1e-12, "{turn}: contact {i}: {few:?} instead of {all:?}");
+        }
+    }
+    println!("{ahead_of_all} of 40000 micro steps without a look, {ended} sets ended");
+    assert!(ahead_of_all > 10_000 && ended > 100 && ended < 350, "{ahead_of_all} {ended}");
+}

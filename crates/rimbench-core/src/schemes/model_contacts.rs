@@ -1,0 +1,339 @@
+//! The contacts of a reduced interface model within its micro steps: the second line of Eq. 4.
+//!
+//! ```text
+//! w⁺ = w + δ a + δ H_·i λ + H_·u P_u        0 ≤ w_u⁺ + t(g) ⟂ P_u ≥ 0
+//! ```
+//! [`ModelContacts`] has one variant for each way to answer it. Closed contacts of the smooth model are condensed away beforehand. All
+//! others pose a complementarity problem in each micro step ([`Complementarity`]), and differ in the cone of `P_u` and in the form of the
+//! Delassus matrix `H_uu` ([`ContactSolver`]). The match is made once per micro step; below it everything is static.
+
+mod solvers;
+
+pub(super) use solvers::{ContactSolver, Signorini};
+
+use super::affine_step::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw};
+use super::coulomb_contacts::CoulombContacts;
+use super::discretised_model::DiscretisedModel;
+use crate::complementarity::{SolverCounters, SparseActiveSet};
+use crate::cosim::MicroStep;
+use crate::error::Failure;
+use crate::interface_model::{ImpactRows, ImpactStep, Rebounds, ReducedInterfaceModel, Solved, resting_approach};
+
+/// State of the model between communication points, contacts in the order of the set, with friction their tangential rows after them.
+#[derive(Clone)]
+pub(super) struct ModelState {
+    /// `[w_u; w_i]`.
+    pub(super) w: Vec<f64>,
+    /// Velocities at the end of the micro step; after it those at its start.
+    pub(super) next: Vec<f64>,
+    pub(super) gap: Vec<f64>,
+    /// `P_u` of the last micro step.
+    pub(super) impulses: Vec<f64>,
+    /// The interface position `s`.
+    pub(super) position: Vec<f64>,
+}
+
+impl ModelState {
+    /// Reserves `contacts` contacts with `rows` rows, and `interface` interface rows.
+    pub(super) fn new(contacts: usize, rows: usize, interface: usize) -> Self {
+        let w = vec![0.0; rows + interface];
+        let (gap, impulses, position) = (vec![0.0; contacts], vec![0.0; rows], vec![0.0; interface]);
+        ModelState { next: w.clone(), w, gap, impulses, position }
+    }
+
+    #[inline(always)]
+    fn micro(&mut self) -> MicroState<'_> {
+        MicroState { w: &mut self.w, next: &mut self.next, gap: &mut self.gap, impulses: &mut self.impulses }
+    }
+}
+
+/// Eq. 4 and the contact law, which stay the same over micro steps.
+#[derive(Clone, Copy)]
+pub(super) struct FrozenModel<'a> {
+    pub(super) discretised: &'a DiscretisedModel,
+    pub(super) law: &'a StepContactLaw,
+    pub(super) set: &'a [usize],
+    /// The model as it was received.
+    pub(super) received: &'a ReducedInterfaceModel,
+}
+
+/// Contacts that open and close within the macro step.
+#[derive(Clone)]
+pub(super) struct Complementarity<S: ContactSolver> {
+    pub(super) solver: S,
+    /// The micro step on a critical region; none where the solution is not affine.
+    affine: Option<AffineStep<S::Factor>>,
+    /// True until the solver has seen the matrix.
+    matrix_changed: bool,
+    /// Constraint violation left in the micro step last solved, m/s.
+    violation_left: f64,
+    b: Vec<f64>,
+    /// Contacts that rebound, and the velocities by which positions change in a micro step in which one does.
+    rebounds: Rebounds,
+    moving: Vec<f64>,
+}
+
+impl<S: ContactSolver> Complementarity<S> {
+    /// Wraps a solver for models like `empty`; without an affine step, every micro step is solved.
+    pub(super) fn new(solver: S, affine: Option<AffineStep<S::Factor>>, empty: &ReducedInterfaceModel) -> Self {
+        let (contacts, rows) = (empty.contacts(), empty.interface_start());
+        let rebounds = empty.restitution > 0.0;
+        Complementarity {
+            solver,
+            affine,
+            matrix_changed: true,
+            violation_left: 0.0,
+            b: vec![0.0; rows],
+            rebounds: if rebounds { Rebounds::new(contacts, rows) } else { Rebounds::default() },
+            moving: vec![0.0; if rebounds { rows + empty.interface() } else { 0 }],
+        }
+    }
+
+    /// Prepares for another model, or another motion of it, after micro steps under `law`.
+    fn change_matrix(&mut self, law: &StepContactLaw, state: &mut ModelState) {
+        self.matrix_changed = true;
+        if let Some(affine) = &mut self.affine {
+            affine.leave_region(law, &mut state.w, &mut state.gap);
+        }
+    }
+
+    /// Takes a micro step inside the critical region; false outside, where the contact problem is to be solved.
+    #[inline(always)]
+    fn step_in_region(
+        &mut self,
+        discretised: &DiscretisedModel,
+        law: &StepContactLaw,
+        state: &mut ModelState,
+        lambda: &[f64],
+        at: MicroStep,
+    ) -> bool {
+        let Some(affine) = &mut self.affine else { return false };
+        if affine.skip(law, lambda, state.micro()) {
+            return true;
+        }
+        if !affine.is_known() {
+            // Impulses of another model tell nothing.
+            if self.matrix_changed {
+                return false;
+            }
+            let active = self.solver.active(&state.impulses[..discretised.contacts()]);
+            affine.linearise(discretised, law, active, self.violation_left);
+        }
+        let remaining = at.count.saturating_sub(at.index + 1);
+        if affine.is_known() && affine.step(discretised, law, lambda, remaining, state.micro()) {
+            return true;
+        }
+        affine.leave_region(law, &mut state.w, &mut state.gap);
+        false
+    }
+
+    /// Poses the contact problem of the micro step, solves it, and applies its impulses.
+    fn solve(&mut self, model: FrozenModel<'_>, state: &mut ModelState, lambda: &[f64]) -> Result<(), Failure> {
+        let FrozenModel { discretised, law, .. } = model;
+        let (n, m) = (discretised.contacts(), discretised.contacts() / S::Factor::ROWS);
+        let rows = n + lambda.len();
+        discretised.free_velocity(&state.w[..rows], lambda, &mut state.next[..rows]);
+        if law.restitution > 0.0 {
+            self.find_rebounds(model, state, rows)?;
+        }
+        self.pose(model, state, Solved::Velocity);
+        let changed = std::mem::replace(&mut self.matrix_changed, false);
+        self.solver.solve(discretised, changed, &self.b[..n], &mut state.impulses[..n])?;
+        let w = &mut state.next[..rows];
+        discretised.add_impulses(&state.impulses[..n], w);
+        self.violation_left = 0.0;
+        // A contact that rebounds does not follow its gap term.
+        if self.affine.is_some() && law.restitution == 0.0 {
+            let slack = |(w, gap): (&f64, &f64)| w + law.rates.velocity(*gap);
+            self.violation_left = -w[..m].iter().zip(&state.gap).map(slack).fold(0.0, f64::min);
+        }
+        let mut moving = &*w;
+        if self.rebounds.any() {
+            // The interface moves on by its velocity after the step.
+            for (position, (moving, w)) in state.position.iter_mut().zip(self.moving[n..].iter().zip(&w[n..])) {
+                *position += discretised.length() * (moving - w);
+            }
+            moving = &self.moving;
+        }
+        for (gap, w) in state.gap.iter_mut().zip(&moving[..m]) {
+            *gap += law.gap_step * w;
+        }
+        Ok(())
+    }
+
+    /// Writes `b`, free velocity and contact law, of all contact rows; the free velocities are in `state.next`.
+    #[inline]
+    fn pose(&mut self, model: FrozenModel<'_>, state: &ModelState, solved: Solved) {
+        let (law, n) = (model.law, model.discretised.contacts());
+        let m = n / S::Factor::ROWS;
+        let b = &mut self.b[..n];
+        b.copy_from_slice(&state.next[..n]);
+        for (b, gap) in b[..m].iter_mut().zip(&state.gap) {
+            *b += law.rates.velocity(*gap);
+        }
+        if self.rebounds.any() {
+            let step = impact_step(model, self.solver.tolerance());
+            for (row, b) in b.iter_mut().enumerate() {
+                let term = match row.checked_sub(m) {
+                    Some(contact) => self.rebounds.term_along(&step, contact, state.w[row]),
+                    None => self.rebounds.term(&step, row, law.rates.velocity(state.gap[row]), state.w[row], solved),
+                };
+                *b = state.next[row] + term;
+            }
+        }
+    }
+
+    /// Finds the contacts that rebound in a micro step whose free velocities are in `state.next`.
+    ///
+    /// The rows of a frozen model do not turn, so that contacts at rest approach by what the mechanics' step made and no more.
+    fn find_rebounds(&mut self, model: FrozenModel<'_>, state: &mut ModelState, rows: usize) -> Result<(), Failure> {
+        let n = model.discretised.contacts();
+        let step = impact_step(model, self.solver.tolerance());
+        let own = |slot: usize| model.received.own_approach_of(model.set[slot]);
+        let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.next[..n] };
+        if self.rebounds.note_hits(&step, impact, own) {
+            self.look_ahead(model, &step, state, rows)?;
+        }
+        Ok(())
+    }
+
+    /// Finds out which contacts that are hit rebound, and the velocities by which positions then change.
+    #[cold]
+    fn look_ahead(
+        &mut self,
+        model: FrozenModel<'_>,
+        step: &ImpactStep,
+        state: &mut ModelState,
+        rows: usize,
+    ) -> Result<(), Failure> {
+        let (discretised, n) = (model.discretised, model.discretised.contacts());
+        let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.next[..n] };
+        let Complementarity { rebounds, solver, matrix_changed, moving, .. } = self;
+        let lasts = rebounds.look_ahead(step, impact, |b, impulses, velocities| {
+            solver.try_solve(discretised, std::mem::replace(matrix_changed, false), b, impulses)?;
+            moving[..n].copy_from_slice(b);
+            discretised.add_impulses(impulses, &mut moving[..rows]);
+            velocities.copy_from_slice(&moving[..n]);
+            Ok(())
+        })?;
+        if lasts {
+            self.pose(model, state, Solved::Way);
+            self.solver.try_solve(discretised, false, &self.b[..n], &mut state.impulses[..n])?;
+            self.moving[..rows].copy_from_slice(&state.next[..rows]);
+            discretised.add_impulses(&state.impulses[..n], &mut self.moving[..rows]);
+        }
+        Ok(())
+    }
+
+    fn counters(&self) -> SolverCounters {
+        let mut counters = self.solver.counters();
+        counters.parametric += self.affine.as_ref().map_or(0, AffineStep::steps);
+        counters
+    }
+}
+
+/// How contacts rebound in a micro step.
+fn impact_step(FrozenModel { law, received, .. }: FrozenModel<'_>, tolerance: f64) -> ImpactStep {
+    let StepContactLaw { rates, gap_step, restitution, closing_time } = *law;
+    ImpactStep {
+        restitution,
+        along: received.tangential_restitution,
+        rates,
+        advance: gap_step,
+        closing_time,
+        tolerance,
+    }
+}
+
+/// How the contacts of the model are answered.
+#[derive(Clone)]
+pub(super) enum ModelContacts {
+    /// Condensed away beforehand: closed, or left out.
+    Bilateral,
+    /// Without friction, every entry of `H_uu` kept.
+    Signorini(Box<Complementarity<Signorini>>),
+    /// Without friction, `H_uu` by its pattern.
+    Sparse(Box<Complementarity<SparseActiveSet>>),
+    /// With friction.
+    Coulomb(Box<Complementarity<CoulombContacts>>),
+}
+
+macro_rules! each {
+    ($self:expr, $contacts:ident => $call:expr, $bilateral:expr) => {
+        match $self {
+            ModelContacts::Bilateral => $bilateral,
+            ModelContacts::Signorini($contacts) => $call,
+            ModelContacts::Sparse($contacts) => $call,
+            ModelContacts::Coulomb($contacts) => $call,
+        }
+    };
+}
+
+impl ModelContacts {
+    /// Sets the contacts of a model that has arrived.
+    pub(super) fn set_contacts(&mut self, set: &[usize], model: &ReducedInterfaceModel) {
+        each!(self, contacts => contacts.solver.set_contacts(set, model), ());
+    }
+
+    /// Returns the rows of the model that pose the problem.
+    pub(super) fn rows<'a>(&'a self, set: &'a [usize]) -> &'a [usize] {
+        each!(self, contacts => contacts.solver.rows(set), &[])
+    }
+
+    /// Prepares for another `H` or `a`, after micro steps under `law`.
+    pub(super) fn change_matrix(&mut self, law: &StepContactLaw, state: &mut ModelState) {
+        each!(self, contacts => contacts.change_matrix(law, state), ());
+    }
+
+    /// Takes a micro step under the force `lambda` (N) without a contact problem: there is none, or its active set stays. Velocities at its
+    /// end are then in `state.next`. Returns false if the problem is to be solved.
+    #[inline(always)]
+    pub(super) fn step_in_region(
+        &mut self,
+        discretised: &DiscretisedModel,
+        law: &StepContactLaw,
+        state: &mut ModelState,
+        lambda: &[f64],
+        at: MicroStep,
+    ) -> bool {
+        each!(
+            self,
+            contacts => contacts.step_in_region(discretised, law, state, lambda, at),
+            discretised.step_without_contacts(&state.w, lambda, &mut state.next)
+        )
+    }
+
+    /// Takes the micro step by solving its contact problem.
+    ///
+    /// # Errors
+    /// Those of the solver.
+    #[inline(never)]
+    pub(super) fn solve(
+        &mut self,
+        model: FrozenModel<'_>,
+        state: &mut ModelState,
+        lambda: &[f64],
+    ) -> Result<(), Failure> {
+        each!(self, contacts => contacts.solve(model, state, lambda), Ok(()))
+    }
+
+    /// Records in the model what contacts with friction did in the micro step that ends with velocities `next`.
+    pub(super) fn record_modes(
+        &self,
+        discretised: &DiscretisedModel,
+        set: &[usize],
+        next: &[f64],
+        model: &mut ReducedInterfaceModel,
+    ) {
+        let ModelContacts::Coulomb(contacts) = self else { return };
+        let (m, n) = (set.len(), discretised.contacts());
+        let rows = next[..n].iter().zip(discretised.free_increment(n)).map(|(w, change)| (*w, *change));
+        let standstill = resting_approach(contacts.solver.tolerance(), rows);
+        contacts.solver.note_states(set, model, &next[m..n], standstill);
+    }
+
+    /// Returns what solvers and affine steps have done.
+    pub(super) fn counters(&self) -> SolverCounters {
+        each!(self, contacts => contacts.counters(), SolverCounters::default())
+    }
+}

@@ -1,0 +1,171 @@
+//! How a scheme is made from a kind of contacts, options, and the size of the model.
+
+use super::super::active_contacts::ActiveContacts;
+use super::super::affine_step::{AffineStep, DenseFactor, ModeFactor, SparseSetFactor, StepContactLaw};
+use super::super::construction::{Construction, ModelConstruction};
+use super::super::contact_detection::{ContactDetection, DetectionRule};
+use super::super::coulomb_contacts::CoulombContacts;
+use super::super::discretised_model::DiscretisedModel;
+use super::super::entry::{Family, SchemeEntry};
+use super::super::implicit_feedthrough::ImplicitFeedthrough;
+use super::super::model_contacts::{Complementarity, ModelContacts, ModelState, Signorini};
+use super::super::model_options::{ModelMotion, ModelOptions};
+use super::super::moving_model::MovingModel;
+use super::super::need::Need;
+use super::ReducedInterface;
+use super::contact_set::ContactSet;
+use super::effective_mass::EffectiveMass;
+use super::gap_law::GapTerm;
+use crate::complementarity::SparseActiveSet;
+use crate::cosim::{Sequence, Side};
+use crate::error::{Error, Result};
+use crate::interface_model::{Condensation, MEMORY_LIMIT, ReducedInterfaceModel};
+
+/// Gap up to which the smooth model counts a contact as closed by default, m. Ours: the source paper does not say how its simulator detects
+/// contacts, and without a margin the model does not show what the paper shows.
+pub(super) const SMOOTH_MARGIN: f64 = 1e-3;
+
+/// Square matrices over all contacts of a scheme that keeps every entry, at most: discretised and condensed forms, contact problems,
+/// workspaces of two solvers.
+const SQUARES: u64 = 12;
+
+/// How contacts enter the model within the macro step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in super::super) enum Contacts {
+    /// Contacts closed at `t_k` are bilateral: `w_c⁺ = 0`, eliminated beforehand.
+    Bilateral,
+    /// Those of them that carry impulse at `t_k` are bilateral, the others are left out.
+    BilateralActive,
+    /// Contacts closed at `t_k` may open: `0 ≤ w_u⁺ ⟂ P_u ≥ 0`, or the law that comes with their detection.
+    Unilateral,
+    /// All contacts are there with their gaps: `0 ≤ w_u⁺ + g/δ ⟂ P_u ≥ 0`, `g⁺ = g + δ w_u⁺`.
+    UnilateralWithGaps,
+}
+
+impl Contacts {
+    fn are_bilateral(self) -> bool {
+        matches!(self, Contacts::Bilateral | Contacts::BilateralActive)
+    }
+}
+
+impl GapTerm {
+    /// Returns what gaps do with these contacts; compliant ones press by their gap.
+    pub(super) fn of(contacts: Contacts, detection: Option<ContactDetection>, compliant: bool) -> Self {
+        match (contacts, detection) {
+            (Contacts::UnilateralWithGaps, _) => GapTerm::Tracked,
+            (_, Some(ContactDetection::MechanicsLaw)) => GapTerm::Frozen,
+            (Contacts::Unilateral, _) if compliant => GapTerm::Tracked,
+            _ => GapTerm::None,
+        }
+    }
+}
+
+/// Refuses to keep every entry of the matrices of so many contacts, of which the mechanics keeps the non-zeros only.
+///
+/// # Errors
+/// [`Error::Incompatible`] beyond `limit` bytes, with what is needed, at most.
+pub(super) fn must_hold_every_entry(contacts: usize, limit: u64) -> Result<()> {
+    const GIB: f64 = (1_u64 << 30) as f64;
+    let bytes = 8 * SQUARES * (contacts as u64).pow(2);
+    if bytes <= limit {
+        return Ok(());
+    }
+    Err(Error::Incompatible(format!(
+        "with these options the scheme keeps every entry of the matrices of {contacts} contacts, up to {:.1} GiB, and the limit is {:.1} \
+         GiB: fewer contacts, or a scheme that keeps what is not zero (`rim-nonsmooth-gap` with all contacts, a frozen model and the default \
+         solver)",
+        bytes as f64 / GIB,
+        limit as f64 / GIB
+    )))
+}
+
+/// Tells whether micro steps of one active set are affine in state and force.
+fn is_affine(contacts: Contacts, empty: &ReducedInterfaceModel, options: &ModelOptions) -> bool {
+    // A solver that was asked for by name is given every problem; a coefficient at rest changes from micro step to micro step.
+    !contacts.are_bilateral()
+        && options.motion != ModelMotion::Extrapolated
+        && options.solver.goes_by_active_sets()
+        && empty.spring.is_none()
+        && empty.stiction.is_none()
+}
+
+/// Makes the solver of the contacts, and the model over a micro step that goes with it.
+fn model_contacts(
+    contacts: Contacts,
+    detection: Option<ContactDetection>,
+    empty: &ReducedInterfaceModel,
+    options: &ModelOptions,
+) -> Result<(ModelContacts, DiscretisedModel)> {
+    let (n_u, n_i, first) = (empty.contacts(), empty.interface(), empty.interface_start());
+    let affine = is_affine(contacts, empty, options);
+    // The set is all contacts, and the model has no more of them than its pattern.
+    let all = matches!(detection, None | Some(ContactDetection::MechanicsLaw));
+    if let Some(pattern) = empty.meeting().filter(|_| affine && all) {
+        let solver = SparseActiveSet::new(pattern, options.solver.tolerance);
+        let step = AffineStep::new(n_u, n_i, SparseSetFactor::new(solver.factor(), n_u, n_i));
+        let contacts = Complementarity::new(solver, Some(step), empty);
+        return Ok((ModelContacts::Sparse(Box::new(contacts)), DiscretisedModel::of_all(empty)));
+    }
+    if empty.meeting().is_some() {
+        must_hold_every_entry(n_u, MEMORY_LIMIT)?;
+    }
+    let solved = if contacts.are_bilateral() {
+        ModelContacts::Bilateral
+    } else if let Some(solver) = CoulombContacts::of(empty, &options.solver) {
+        let step = affine.then(|| AffineStep::new(first, n_i, ModeFactor::new(n_u)));
+        ModelContacts::Coulomb(Box::new(Complementarity::new(*solver, step, empty)))
+    } else {
+        let step = affine.then(|| AffineStep::new(n_u, n_i, DenseFactor::new(n_u)));
+        let solver = Signorini(options.solver.checked(n_u));
+        ModelContacts::Signorini(Box::new(Complementarity::new(solver, step, empty)))
+    };
+    Ok((solved, DiscretisedModel::new(first, n_i)))
+}
+
+impl ReducedInterface {
+    /// Describes the scheme with contacts of this kind.
+    pub(in super::super) fn entry(name: &'static str, about: &'static str, contacts: Contacts) -> SchemeEntry {
+        let usual = |default| Some(DetectionRule { default, has_law: contacts != Contacts::Bilateral });
+        SchemeEntry {
+            family: Family::Model,
+            contact_detection: match contacts {
+                Contacts::Bilateral => usual(ContactDetection::Margin { width: SMOOTH_MARGIN }),
+                Contacts::BilateralActive | Contacts::Unilateral => usual(ContactDetection::Active),
+                Contacts::UnilateralWithGaps => None,
+            },
+            order: 2,
+            sequence: Sequence::GaussSeidel { first: Side::Actuator },
+            needs: match contacts {
+                Contacts::Bilateral => vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
+                _ => vec![Need::ForceDisplacement, Need::InterfaceModel, Need::ListedContacts, Need::NotMechanicsFirst],
+            },
+            moves_model: true,
+            ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))
+        }
+    }
+
+    pub(super) fn new(contacts: Contacts, construction: &Construction<'_>) -> Result<Self> {
+        let ModelConstruction { empty, options, detection } = construction.model()?;
+        let (n_u, n_i, first) = (empty.contacts(), empty.interface(), empty.interface_start());
+        let (solved, discretised) = model_contacts(contacts, detection, empty, options)?;
+        let active = match contacts {
+            Contacts::BilateralActive => ActiveContacts::of(empty, &options.solver),
+            _ => ActiveContacts::new(0, n_i, &options.solver),
+        };
+        Ok(ReducedInterface {
+            set: ContactSet::new(contacts, detection, n_u, active),
+            model: MovingModel::new(empty, options.motion),
+            discretised,
+            condensation: Condensation::of(empty),
+            redundancy: options.redundancy,
+            contacts: solved,
+            gap_term: GapTerm::of(contacts, detection, empty.spring.is_some()),
+            law: StepContactLaw::default(),
+            state: ModelState::new(n_u, first, n_i),
+            force: vec![0.0; n_i],
+            feedthrough: ImplicitFeedthrough::new(n_i),
+            micro_step: f64::NAN,
+            mass: EffectiveMass::new(empty),
+        })
+    }
+}

@@ -1,0 +1,93 @@
+//! The contacts that a model has within a macro step.
+
+use super::super::active_contacts::ActiveContacts;
+use super::super::contact_detection::ContactDetection;
+use super::super::moving_model::MovingModel;
+use super::construction::Contacts;
+use crate::complementarity::SolverCounters;
+use crate::error::Failure;
+use crate::interface_model::ReducedInterfaceModel;
+
+/// Detects contacts at a communication point, and keeps those of the one before.
+#[derive(Clone)]
+pub(super) struct ContactSet {
+    kind: Contacts,
+    /// None where all contacts are in the model.
+    detection: Option<ContactDetection>,
+    contacts: Vec<usize>,
+    previous: Vec<usize>,
+    active: ActiveContacts,
+}
+
+impl ContactSet {
+    /// Reserves the contacts of models of the size that `active` has.
+    pub(super) fn new(
+        kind: Contacts,
+        detection: Option<ContactDetection>,
+        contacts: usize,
+        active: ActiveContacts,
+    ) -> Self {
+        let empty = || Vec::with_capacity(contacts);
+        ContactSet { kind, detection, contacts: empty(), previous: empty(), active }
+    }
+
+    /// Returns the contacts of the set.
+    #[inline]
+    pub(super) fn contacts(&self) -> &[usize] {
+        &self.contacts
+    }
+
+    /// Tells whether the set differs from that of the communication point before.
+    pub(super) fn has_changed(&self) -> bool {
+        self.contacts != self.previous
+    }
+
+    /// Tells whether the set depends on the actuator's force.
+    pub(super) fn waits_for_force(&self) -> bool {
+        self.kind == Contacts::BilateralActive
+    }
+
+    /// Detects the contacts of a model that arrives.
+    pub(super) fn detect(&mut self, model: &ReducedInterfaceModel) {
+        std::mem::swap(&mut self.contacts, &mut self.previous);
+        match self.detection {
+            None | Some(ContactDetection::MechanicsLaw) => {
+                self.contacts.clear();
+                self.contacts.extend(0..model.contacts());
+            }
+            Some(ContactDetection::Active) if self.kind == Contacts::Unilateral => {
+                model.closed_and_leaving_contacts(&mut self.contacts);
+            }
+            Some(ContactDetection::Active) => model.closed_contacts(&mut self.contacts),
+            Some(ContactDetection::Margin { width }) => model.contacts_within(width, &mut self.contacts),
+        }
+    }
+
+    /// Keeps the contacts that carry impulse with the actuator's force `lambda` (N).
+    ///
+    /// # Errors
+    /// Those of the solver.
+    pub(super) fn keep_active(&mut self, model: &mut MovingModel, lambda: &[f64]) -> Result<(), Failure> {
+        let by_law = self.detection == Some(ContactDetection::MechanicsLaw);
+        let MovingModel { received, current, .. } = model;
+        if received.has_friction() {
+            self.active.keep_with_friction(&mut self.contacts, received, lambda, by_law)?;
+            current.states.copy_from_slice(&received.states);
+            current.friction.copy_from_slice(&received.friction);
+        } else {
+            self.active.keep(&mut self.contacts, received, lambda, by_law)?;
+        }
+        if by_law {
+            // Bilateral contacts then move by the law: w_c⁺ = −gap term.
+            for &contact in &self.contacts {
+                current.w[contact] += received.step_gap_velocity(contact);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the counts of the problems solved at communication points.
+    pub(super) fn counters(&self) -> SolverCounters {
+        self.active.counters()
+    }
+}

@@ -1,0 +1,38 @@
+//! The mass that the actuator pushes.
+
+use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
+
+/// The effective mass with the contacts that carried impulse.
+#[derive(Clone)]
+pub(super) struct EffectiveMass {
+    /// Where contacts are bilateral: that of the communication point, kg.
+    pub(super) bilateral: f64,
+    /// Contacts that carried impulse in the first micro step since the communication point; until it is solved, in the last one before.
+    strongly_active: Vec<usize>,
+    /// The model with those contacts closed.
+    condensation: Condensation,
+}
+
+impl EffectiveMass {
+    /// Reserves models like `empty`.
+    pub(super) fn new(empty: &ReducedInterfaceModel) -> Self {
+        EffectiveMass {
+            bilateral: f64::NAN,
+            strongly_active: Vec::with_capacity(empty.contacts()),
+            condensation: Condensation::of(empty),
+        }
+    }
+
+    /// Records which contacts of `set` carry impulse.
+    pub(super) fn record(&mut self, set: &[usize], impulses: &[f64]) {
+        let active = set.iter().zip(impulses).filter(|(_, impulse)| **impulse > 0.0);
+        self.strongly_active.clear();
+        self.strongly_active.extend(active.map(|(&contact, _)| contact));
+    }
+
+    /// Returns the effective mass (kg) of `model` with those contacts closed.
+    pub(super) fn of_strongly_active(&mut self, model: &ReducedInterfaceModel, redundancy: Redundancy) -> f64 {
+        condense(model, &self.strongly_active, redundancy, &mut self.condensation);
+        self.condensation.effective_mass
+    }
+}

@@ -1,0 +1,28 @@
+//! When the next contact closes, as the model foresees it.
+
+use super::ReducedInterface;
+use super::gap_law::GapTerm;
+use crate::interface_model::TOUCHING;
+
+impl ReducedInterface {
+    /// Returns the time until the first of the open contacts closes, its acceleration being that of the last micro step, s.
+    ///
+    /// Where a contact was hit in that step the difference of its velocities is no acceleration, and velocities are taken as they are. A
+    /// contact that touches and carries nothing is not open. Tangential rows, behind those of the contacts, close nothing.
+    pub(super) fn next_closing(&self) -> Option<f64> {
+        // With friction there are twice as many rows.
+        let tracked = (self.gap_term == GapTerm::Tracked).then_some(self.set.contacts().len())?;
+        let (delta, state) = (self.discretised.length(), &self.state);
+        // A contact that closes comes to rest in two steps: in the first it uses up its gap, in the second it stops.
+        let approached = |slot: usize| (state.gap[slot] - delta * state.w[slot]).max(-delta * state.next[slot]);
+        let hit = (0..tracked).any(|slot| state.impulses[slot] > 0.0 && approached(slot) > TOUCHING);
+        let open = (0..tracked).filter(|&slot| state.gap[slot] > TOUCHING && state.impulses[slot] <= 0.0);
+        let closing = open.filter_map(|slot| {
+            let (gap, w) = (state.gap[slot], state.w[slot]);
+            let a = if hit { 0.0 } else { (w - state.next[slot]) / delta };
+            let speed = (w * w - 2.0 * a * gap).sqrt() - w;
+            (speed > 0.0).then(|| 2.0 * gap / speed)
+        });
+        closing.reduce(f64::min)
+    }
+}

@@ -1,0 +1,37 @@
+//! The contact law of the model's micro steps, from that of the mechanics.
+
+use super::super::affine_step::StepContactLaw;
+use crate::interface_model::{GapRates, ReducedInterfaceModel};
+
+/// What the gaps do in the complementarity condition of a micro step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum GapTerm {
+    /// Nothing: `w_u⁺ ≥ 0`.
+    None,
+    /// They stay as at `t_k`, with the mechanics' own step.
+    Frozen,
+    /// They move with the model.
+    Tracked,
+}
+
+impl GapTerm {
+    /// Returns the contact law over micro steps of length `micro_step` (s).
+    pub(super) fn law(self, model: &ReducedInterfaceModel, micro_step: f64) -> StepContactLaw {
+        let time = self.opening_time(model, micro_step);
+        StepContactLaw {
+            rates: match (self, model.spring) {
+                (GapTerm::None, _) => GapRates::default(),
+                (_, None) => GapRates::new(time, model.mechanics_step, model.stabilisation),
+                (_, Some(spring)) => spring.gap_rates(time),
+            },
+            gap_step: if self == GapTerm::Tracked { micro_step } else { 0.0 },
+            restitution: if model.spring.is_none() { model.restitution } else { 0.0 },
+            closing_time: time,
+        }
+    }
+
+    /// Returns the time within which an open contact may use up its gap, s.
+    pub(super) fn opening_time(self, model: &ReducedInterfaceModel, micro_step: f64) -> f64 {
+        if self == GapTerm::Frozen { model.mechanics_step } else { micro_step }
+    }
+}

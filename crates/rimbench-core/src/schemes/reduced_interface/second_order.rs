@@ -1,0 +1,30 @@
+//! Micro steps of the second order: the mean motion, from a force that depends on it.
+
+use super::ReducedInterface;
+use crate::cosim::MicroStep;
+use crate::error::Failure;
+
+impl ReducedInterface {
+    /// Writes the mean position and velocity of a micro step under the force `own`, taken in its middle with the inputs `u` of its start.
+    ///
+    /// # Errors
+    /// Those of the contact solver.
+    #[inline(never)]
+    pub(super) fn input_of_second_order(&mut self, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
+        let (n, n_i) = (self.discretised.contacts(), own.len());
+        let mut force = std::mem::take(&mut self.feedthrough.start_force);
+        force.copy_from_slice(own);
+        self.feedthrough.force_at_start(u, &self.state.position, &self.state.w[n..n + n_i], &mut force);
+        let stepped = self.step(&force, at);
+        self.feedthrough.start_force = force;
+        stepped?;
+        let (u_position, u_velocity) = u.split_at_mut(n_i);
+        for (i, (w, before)) in self.state.w[n..n + n_i].iter().zip(&self.state.next[n..]).enumerate() {
+            let mean = 0.5 * (w + before);
+            u_position[i] = self.state.position[i] + 0.5 * at.length * mean;
+            u_velocity[i] = mean;
+            self.state.position[i] += at.length * mean;
+        }
+        Ok(())
+    }
+}
