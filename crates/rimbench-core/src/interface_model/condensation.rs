@@ -1,5 +1,6 @@
 //! Contacts turned into bilateral constraints inside the model: the effective mass, and the smooth variant of the RIM.
 
+use super::contact_modes::ContactModes;
 use super::frictional_condensation::StateWork;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use super::redundancy::Redundancy;
@@ -107,9 +108,20 @@ impl Condensation {
 /// Dependent contacts are handled as `redundancy` says; for [`Redundancy::PseudoInverse`] with more than
 /// 16 closed contacts dependent rows are dropped.
 pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Redundancy, out: &mut Condensation) {
+    condense_in_modes(model, model.modes(), closed, redundancy, out);
+}
+
+/// Closes the contacts `closed` of `model` for good, with friction in these modes instead of those that the model says; see [`condense`].
+pub fn condense_in_modes(
+    model: &ReducedInterfaceModel,
+    modes: ContactModes<'_>,
+    closed: &[usize],
+    redundancy: Redundancy,
+    out: &mut Condensation,
+) {
     let (n_u, n_i, n_c) = (model.interface_start(), model.interface(), closed.len());
     match redundancy {
-        _ if model.has_friction() => condense_frictional(model, closed, out),
+        _ if model.has_friction() => condense_frictional(model, modes, closed, out),
         Redundancy::Drop if out.work.factor.is_some() && n_c > 2 => condense_meeting(model, closed, 0.0, out),
         Redundancy::Regularised { epsilon } if out.work.factor.is_some() => {
             condense_meeting(model, closed, 0.0, out);
@@ -154,10 +166,15 @@ pub fn condense(model: &ReducedInterfaceModel, closed: &[usize], redundancy: Red
 
 /// The same with friction, whatever the redundancy: dependent rows drop out.
 #[cold]
-fn condense_frictional(model: &ReducedInterfaceModel, closed: &[usize], out: &mut Condensation) {
+fn condense_frictional(
+    model: &ReducedInterfaceModel,
+    modes: ContactModes<'_>,
+    closed: &[usize],
+    out: &mut Condensation,
+) {
     let Condensation { h, a, w, rank, work, .. } = out;
     let work = work.states.get_or_insert_with(|| Box::new(StateWork::new(model)));
-    *rank = work.condense(model, closed, [h, a, w]);
+    *rank = work.condense(model, modes, closed, [h, a, w]);
 }
 
 /// The same where few of many contacts meet. Contacts are left out that depend on those before them in the factor's order.

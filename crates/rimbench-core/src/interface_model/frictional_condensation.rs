@@ -1,5 +1,6 @@
 //! Contacts with friction closed for good inside the model: those that stick stand still, those that slide push as they press.
 
+use super::contact_modes::ContactModes;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::friction::{ContactState, StateSystem};
 
@@ -36,12 +37,13 @@ impl StateWork {
         &self.symmetric
     }
 
-    /// Writes `Ĥ_ii`, `â_i`, `ŵ_i` with the contacts `closed` in the states that the model says; returns the rank of `K`.
+    /// Writes `Ĥ_ii`, `â_i`, `ŵ_i` with the contacts `closed` in these modes; returns the rank of `K`.
     ///
     /// A contact that the mechanics' last step found open, and is to be closed all the same, slides as it moves.
     pub(super) fn condense(
         &mut self,
         model: &ReducedInterfaceModel,
+        modes: ContactModes<'_>,
         closed: &[usize],
         [h, a, w]: [&mut [f64]; 3],
     ) -> usize {
@@ -49,12 +51,12 @@ impl StateWork {
         let StateWork { system, states, x, .. } = self;
         states.fill(ContactState::Open);
         for &contact in closed {
-            states[contact] = match model.states[contact] {
+            states[contact] = match modes.states[contact] {
                 ContactState::Open => ContactState::of_closed(model.w[n_u + contact], 0.0),
                 known => known,
             };
         }
-        system.factorise(&model.friction, states, |row| model.row(row));
+        system.factorise(modes.friction, states, |row| model.row(row));
         // Right-hand sides: the interface columns, then a, then w.
         for column in 0..n_i + 2 {
             let of = |row: usize| match column.checked_sub(n_i) {

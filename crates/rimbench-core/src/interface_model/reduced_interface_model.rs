@@ -1,6 +1,7 @@
 //! The reduced interface model of paper Eq. 4, as plain data.
 
 use super::contact_law::gap_velocity;
+use super::contact_modes::ContactModes;
 use super::contact_spring::ContactSpring;
 use super::kinks::Kinks;
 use crate::friction::{ContactState, Stiction};
@@ -287,13 +288,10 @@ impl ReducedInterfaceModel {
         self.kinks.copy_from(&other.kinks);
     }
 
-    /// Notes what a contact with friction did in a step, and with it the coefficient of the next one.
+    /// Returns what contacts with friction did in the mechanics' last step.
     #[inline]
-    pub fn note_state(&mut self, contact: usize, state: ContactState) {
-        self.states[contact] = state;
-        if let Some(stiction) = self.stiction {
-            self.friction[contact] = stiction.after(state);
-        }
+    pub fn modes(&self) -> ContactModes<'_> {
+        ContactModes { states: &self.states, friction: &self.friction }
     }
 
     /// Lists the contacts that the mechanics' own last step found closed: the definition that no option changes.

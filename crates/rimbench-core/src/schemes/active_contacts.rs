@@ -2,7 +2,9 @@
 
 use super::coulomb_contacts::CoulombContacts;
 use super::discretised_model::DiscretisedModel;
-use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SolverEntry};
+use super::model_contacts::{ContactSolver, Signorini};
+use super::recorded_modes::RecordedModes;
+use crate::complementarity::{SolverCounters, SolverEntry};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 
@@ -11,112 +13,117 @@ use crate::interface_model::ReducedInterfaceModel;
 /// ```text
 /// w_c⁺ = w_c + h a_c + h H_ci λ + H_cc P_c      0 ≤ w_c⁺ ⟂ P_c ≥ 0      active = {α : P_α > 0}
 /// ```
-/// With the law of the mechanics' step, `w_c⁺ + max(g, 0)/h + γ min(g, 0)/h` stands for `w_c⁺`.
+/// By the law of the mechanics' step, `w_c⁺ + max(g, 0)/h + γ min(g, 0)/h` stands for `w_c⁺`.
 #[derive(Clone)]
 pub(super) struct ActiveContacts {
-    solver: Checked,
-    discretised: DiscretisedModel,
-    w: Vec<f64>,
-    w_free: Vec<f64>,
-    impulses: Vec<f64>,
-    friction: Option<Box<CoulombContacts>>,
+    solver: ActiveSolver,
+    problem: Problem,
 }
 
-impl ActiveContacts {
-    /// Makes room for models with up to `contacts` contacts and `interface` interface rows.
-    pub(super) fn new(contacts: usize, interface: usize, solver: &SolverEntry) -> Self {
-        ActiveContacts {
-            friction: None,
-            solver: solver.checked(contacts),
-            discretised: DiscretisedModel::new(contacts, interface),
-            w: vec![0.0; contacts + interface],
-            w_free: vec![0.0; contacts + interface],
-            impulses: vec![0.0; contacts],
-        }
-    }
+#[derive(Clone)]
+enum ActiveSolver {
+    Signorini(Signorini),
+    Coulomb(Box<CoulombContacts>),
+}
 
-    /// The same for models like this one, with friction if it has that.
-    pub(super) fn of(model: &ReducedInterfaceModel, solver: &SolverEntry) -> Self {
-        let friction = CoulombContacts::of(model, solver);
-        ActiveContacts { friction, ..Self::new(model.interface_start(), model.interface(), solver) }
-    }
+/// Eq. 4 over one step of the mechanics.
+#[derive(Clone)]
+struct Problem {
+    discretised: DiscretisedModel,
+    w: Vec<f64>,
+    /// `b`, then `w⁺`.
+    free: Vec<f64>,
+    impulses: Vec<f64>,
+}
 
-    /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N), as [`keep`](Self::keep) does, and writes to the model what
-    /// they do.
-    ///
-    /// # Errors
-    /// Those of the solver.
-    pub(super) fn keep_with_friction(
+impl Problem {
+    /// Poses the problem of the contacts `closed` and solves it.
+    fn solve<S: ContactSolver>(
         &mut self,
-        closed: &mut Vec<usize>,
-        model: &mut ReducedInterfaceModel,
+        solver: &mut S,
+        closed: &[usize],
+        model: &ReducedInterfaceModel,
         lambda: &[f64],
-        law: bool,
+        by_law: bool,
     ) -> Result<(), Failure> {
-        let (Some(friction), m) = (&mut self.friction, closed.len()) else { return Ok(()) };
-        friction.take(closed, model);
-        let n = friction.stacked_rows().len();
-        let rows = n + lambda.len();
-        self.discretised.discretise(model, friction.stacked_rows(), model.mechanics_step);
-        for (w, &row) in self.w.iter_mut().zip(friction.stacked_rows()) {
+        solver.set_contacts(closed, model);
+        let set = solver.rows(closed);
+        let (n, rows) = (set.len(), set.len() + lambda.len());
+        self.discretised.discretise(model, set, model.mechanics_step);
+        for (w, &row) in self.w.iter_mut().zip(set) {
             *w = model.w[row];
         }
         self.w[n..rows].copy_from_slice(&model.w[model.interface_start()..]);
-        self.discretised.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
-        if law {
-            for (w, &contact) in self.w_free[..m].iter_mut().zip(&*closed) {
-                *w += model.step_gap_velocity(contact);
+        self.discretised.free_velocity(&self.w[..rows], lambda, &mut self.free[..rows]);
+        if by_law {
+            if let Some(spring) = model.spring {
+                self.discretised.regularise(spring.diagonal(model.mechanics_step, model.mechanics_step));
+            }
+            for (b, &contact) in self.free.iter_mut().zip(closed) {
+                *b += model.step_gap_velocity(contact);
             }
         }
-        friction.solve(&self.discretised, true, &self.w_free[..n], &mut self.impulses[..n])?;
-        let standstill = friction.tolerance() * self.w_free[..n].iter().fold(0.0, |max: f64, b| max.max(b.abs()));
-        self.discretised.add_impulses(&self.impulses[..n], &mut self.w_free[..rows]);
-        friction.note_states(closed, model, &self.w_free[m..n], standstill);
-        let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
-        closed.retain(|_| carries.next().unwrap_or(false));
-        Ok(())
+        solver.solve(&self.discretised, true, &self.free[..n], &mut self.impulses[..n])
+    }
+}
+
+impl ActiveContacts {
+    /// Reserves models like this one.
+    pub(super) fn of(model: &ReducedInterfaceModel, solver: &SolverEntry) -> Self {
+        let (rows, interface) = (model.interface_start(), model.interface());
+        match CoulombContacts::of(model, solver) {
+            Some(contacts) => Self::with(ActiveSolver::Coulomb(contacts), rows, interface),
+            None => Self::with(ActiveSolver::Signorini(Signorini(solver.checked(rows))), rows, interface),
+        }
     }
 
-    /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N), with the law of the mechanics' step or
-    /// without.
+    /// Reserves nothing, for a scheme that never asks.
+    pub(super) fn none(solver: &SolverEntry) -> Self {
+        Self::with(ActiveSolver::Signorini(Signorini(solver.checked(0))), 0, 0)
+    }
+
+    fn with(solver: ActiveSolver, rows: usize, interface: usize) -> Self {
+        let w = vec![0.0; rows + interface];
+        let discretised = DiscretisedModel::new(rows, interface);
+        ActiveContacts { solver, problem: Problem { discretised, free: w.clone(), w, impulses: vec![0.0; rows] } }
+    }
+
+    /// Reduces `closed` to the contacts that carry impulse under the force `lambda` (N), by the law of the mechanics' step or without, and
+    /// records their modes where they have friction.
     ///
     /// # Errors
-    /// Those of the complementarity solver.
+    /// Those of the contact solver.
     pub(super) fn keep(
         &mut self,
         closed: &mut Vec<usize>,
         model: &ReducedInterfaceModel,
         lambda: &[f64],
-        law: bool,
+        by_law: bool,
+        modes: &mut RecordedModes,
     ) -> Result<(), Failure> {
-        let (n, rows) = (closed.len(), closed.len() + lambda.len());
-        self.discretised.discretise(model, closed, model.mechanics_step);
-        for (slot, &contact) in closed.iter().enumerate() {
-            self.w[slot] = model.w[contact];
-        }
-        self.w[n..rows].copy_from_slice(&model.w[model.interface_start()..]);
-        self.discretised.free_velocity(&self.w[..rows], lambda, &mut self.w_free[..rows]);
-        if law {
-            if let Some(spring) = model.spring {
-                self.discretised.regularise(spring.diagonal(model.mechanics_step, model.mechanics_step));
-            }
-            for (w, &contact) in self.w_free[..n].iter_mut().zip(&*closed) {
-                *w += model.step_gap_velocity(contact);
+        let ActiveContacts { solver, problem } = self;
+        match solver {
+            ActiveSolver::Signorini(solver) => problem.solve(solver, closed, model, lambda, by_law)?,
+            ActiveSolver::Coulomb(contacts) => {
+                problem.solve(&mut **contacts, closed, model, lambda, by_law)?;
+                let Problem { discretised, free, impulses, .. } = problem;
+                let (m, n) = (closed.len(), 2 * closed.len());
+                let rounding = contacts.tolerance() * free[..n].iter().fold(0.0, |max: f64, b| max.max(b.abs()));
+                discretised.add_impulses(&impulses[..n], &mut free[..n + lambda.len()]);
+                contacts.record_modes(closed, &free[m..n], rounding, modes);
             }
         }
-        let lcp = Lcp::new(self.discretised.h_uu(), &self.w_free[..n]);
-        self.solver.solve(lcp, &mut self.impulses[..n])?;
-        let mut carries = self.impulses.iter().map(|impulse| *impulse > 0.0);
+        let mut carries = self.problem.impulses.iter().map(|impulse| *impulse > 0.0);
         closed.retain(|_| carries.next().unwrap_or(false));
         Ok(())
     }
 
+    /// Returns the counts of the problems solved.
     pub(super) fn counters(&self) -> SolverCounters {
-        let mut counters = self.solver.counters();
-        if let Some(friction) = &self.friction {
-            counters.add(&friction.counters());
+        match &self.solver {
+            ActiveSolver::Signorini(solver) => solver.counters(),
+            ActiveSolver::Coulomb(contacts) => ContactSolver::counters(&**contacts),
         }
-        counters
     }
 }
 
@@ -133,15 +140,15 @@ mod tests {
         model.h.copy_from_slice(&[row, [0.0, 1.0, 0.0], row].concat());
         model.a.copy_from_slice(&[-1.0, 5.0, -1.0]);
         model.mechanics_step = 0.1;
-        let mut active = ActiveContacts::new(2, 1, &SolverEntry::active_set());
+        let mut active = ActiveContacts::of(&model, &SolverEntry::active_set());
         for (force, left) in [(1.0, &[0][..]), (4.0, &[]), (-4.0, &[0])] {
             let mut closed = vec![0, 1];
-            active.keep(&mut closed, &model, &[force], false).unwrap();
+            active.keep(&mut closed, &model, &[force], false, &mut RecordedModes::of(&model)).unwrap();
             assert_eq!(closed, left, "{force} N");
         }
         // What is not closed is not asked.
         let mut closed = vec![1];
-        active.keep(&mut closed, &model, &[0.0], false).unwrap();
+        active.keep(&mut closed, &model, &[0.0], false, &mut RecordedModes::of(&model)).unwrap();
         assert!(closed.is_empty());
         assert_eq!(active.counters().solves, 4);
     }
@@ -153,11 +160,11 @@ mod tests {
         model.h.fill(0.5);
         model.a.fill(-1.0);
         model.mechanics_step = 0.01;
-        let mut active = ActiveContacts::new(1, 1, &SolverEntry::active_set());
+        let mut active = ActiveContacts::of(&model, &SolverEntry::active_set());
         for (gap, left) in [(9e-5, &[0][..]), (1.1e-4, &[])] {
             model.gap[0] = gap;
             let mut closed = vec![0];
-            active.keep(&mut closed, &model, &[0.0], true).unwrap();
+            active.keep(&mut closed, &model, &[0.0], true, &mut RecordedModes::of(&model)).unwrap();
             assert_eq!(closed, left, "{gap} m");
         }
     }
@@ -178,9 +185,11 @@ mod tests {
         model.mechanics_step = 0.1;
         let mut active = ActiveContacts::of(&model, &SolverEntry::active_set());
         let mut closed = vec![0, 1];
-        active.keep_with_friction(&mut closed, &mut model, &[0.3], false).unwrap();
-        let solved = active.friction.as_ref().map(|friction| friction.states().to_vec()).unwrap();
+        let mut modes = RecordedModes::of(&model);
+        active.keep(&mut closed, &model, &[0.3], false, &mut modes).unwrap();
+        let ActiveSolver::Coulomb(contacts) = &active.solver else { unreachable!("the model has friction") };
+        let solved = contacts.states();
         assert!(solved.iter().any(|state| state.friction() != 0.0), "one is at its border: {solved:?}");
-        assert_eq!(model.states, [ContactState::Stick; 2]);
+        assert_eq!(modes.get().states, [ContactState::Stick; 2]);
     }
 }

@@ -26,6 +26,8 @@
 
 mod coulomb;
 mod dense;
+mod factor;
+mod law;
 mod skip_bound;
 mod sparse;
 #[cfg(test)]
@@ -33,10 +35,11 @@ mod tests;
 
 pub use coulomb::ModeFactor;
 pub use dense::DenseFactor;
+pub use factor::ActiveSetFactor;
+pub use law::StepContactLaw;
 pub use sparse::SparseSetFactor;
 
 use super::discretised_model::{DiscretisedModel, add_multiple};
-use crate::interface_model::GapRates;
 use crate::linear_algebra::largest_entry;
 
 /// A row whose pivot is below this part of its diagonal depends on the other active ones; as in the active-set solver.
@@ -54,48 +57,6 @@ const CANCELLED: f64 = 1e-12;
 /// A tangent that misses its equations by more than this part is rejected, like the answer of a solver.
 const INEXACT: f64 = 1e-9;
 
-/// The contact law over the micro steps of a macro step.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct StepContactLaw {
-    /// The gap law.
-    pub rates: GapRates,
-    /// ∂g/∂w of a micro step, s: δ, or 0 where gaps are frozen.
-    pub gap_step: f64,
-    /// Restitution of contacts that close within `closing_time` (s).
-    pub restitution: f64,
-    /// Time within which a contact that is hit closes, s.
-    pub closing_time: f64,
-}
-
-impl StepContactLaw {
-    /// Returns the gap term of a row, m/s: tangential rows, which come after those with gaps, have none.
-    #[inline(always)]
-    fn gap_term(&self, gap: &[f64], row: usize) -> f64 {
-        gap.get(row).map_or(0.0, |gap| self.rates.velocity(*gap))
-    }
-
-    /// Tells whether a contact moves further in than its gap term and `tolerance` allow.
-    #[inline]
-    fn is_violated(&self, w: &[f64], gap: &[f64], tolerance: f64) -> bool {
-        let mut violated = false;
-        for (w, gap) in w.iter().zip(gap) {
-            violated |= w + self.rates.velocity(*gap) < -tolerance;
-        }
-        violated
-    }
-
-    /// Tells whether a contact that rebounds closes within the micro step.
-    fn closes(&self, w: &[f64], gap: &[f64], rounding: f64) -> bool {
-        w.iter().zip(gap).any(|(&w, &gap)| w < -rounding && gap + self.closing_time * w <= 0.0)
-    }
-
-    /// Returns the part of `r` of a contact that decays by `decay` in each micro step: `−δ (γ/h)² g / ρ` of one that is penetrated, m/s.
-    fn decaying_part(&self, decay: f64, gap: f64) -> f64 {
-        let decays = gap < 0.0 && decay > 0.0;
-        if decays { -self.gap_step * self.rates.closed.powi(2) * gap / decay } else { 0.0 }
-    }
-}
-
 /// The state that a micro step changes.
 pub struct MicroState<'a> {
     /// `[w_u; w_i]` at its start.
@@ -106,85 +67,6 @@ pub struct MicroState<'a> {
     pub gap: &'a mut [f64],
     /// Contact impulses; those of inactive contacts are zero already.
     pub impulses: &'a mut [f64],
-}
-
-/// `H_AA` of the active set, factorised, and the conditions of its region that depend on the kind of contact problem.
-pub trait ActiveSetFactor: Clone + Sized {
-    /// The active set as the solver of the contact problem reports it.
-    type Active<'a>;
-    /// Rows of each contact: the normal one, with friction the tangential one as well.
-    const ROWS: usize = 1;
-    /// Below this part of the velocities that a micro step gives, `r` is rounding.
-    const NEGLIGIBLE: f64 = NEGLIGIBLE;
-    /// Whether sizes known to the compiler are worth their code.
-    const FEW: bool = true;
-
-    /// Factorises `H_AA` of an active set and lists its rows; false if they depend on each other.
-    fn factorise(&mut self, model: &DiscretisedModel, active: Self::Active<'_>, rows: &mut Vec<usize>) -> bool;
-
-    /// Replaces `x`, by active rows, by `H_AA⁻¹ x`.
-    fn solve(&mut self, active: &[usize], x: &mut [f64]);
-
-    /// Adds to `w` the velocities that the impulse of one active row gives.
-    fn add_impulse(&self, model: &DiscretisedModel, row: usize, impulse: f64, w: &mut [f64]) {
-        model.add_impulse(row, impulse, w);
-    }
-
-    /// Records the active rows' impulses of one tangent.
-    #[inline(always)]
-    fn record_tangent(&mut self, _column: usize, _active: &[usize], _impulses: &[f64]) {}
-
-    /// Tells whether zero impulses solve the problem as well; a solver would prefer them.
-    #[inline(always)]
-    fn admits_zero(
-        _: &AffineStep<Self>,
-        _: &DiscretisedModel,
-        _: &StepContactLaw,
-        _w: &[f64],
-        _lambda: &[f64],
-        _gap: &[f64],
-    ) -> bool {
-        false
-    }
-
-    /// Tells whether active rows rest at their gap terms, and no other contact moves further in than its own allows.
-    #[inline(always)]
-    fn is_in_region(step: &AffineStep<Self>, law: &StepContactLaw, next: &[f64], gap: &[f64], tolerance: f64) -> bool {
-        let rests = |row: &usize| (next[*row] + law.gap_term(gap, *row)).abs() <= tolerance;
-        !law.is_violated(next, gap, step.accepted(tolerance)) && step.active.iter().all(rests)
-    }
-
-    /// Writes the impulses as long as all are admissible; tells whether they are.
-    fn write_impulses(
-        step: &AffineStep<Self>,
-        model: &DiscretisedModel,
-        lambda: &[f64],
-        next: &[f64],
-        impulses: &mut [f64],
-        tolerance: f64,
-    ) -> bool;
-
-    /// Removes from `r` the rounding that would return with the opposite sign.
-    #[inline(always)]
-    fn filter(_r: &mut [f64], _active: &[usize], _law: &StepContactLaw, _decay: f64, _gap: &[f64], _tolerance: f64) {}
-
-    /// Sets the velocities of active rows to their gap terms where `r` was too small to be solved for.
-    #[inline(always)]
-    fn settle(_active: &[usize], _law: &StepContactLaw, _gap: &[f64], _next: &mut [f64]) {}
-
-    /// Takes a micro step without a look at the contacts where bounds allow it; `w` and `gap` are brought up to date where they no longer do.
-    #[inline(always)]
-    fn skip(_: &mut AffineStep<Self>, _: &StepContactLaw, _lambda: &[f64], _: &mut MicroState<'_>) -> bool {
-        false
-    }
-
-    /// Bounds how many of the `remaining` micro steps can be skipped, after one that ended with `state.next`.
-    #[inline(always)]
-    fn bound_skips(_: &mut AffineStep<Self>, _: &StepContactLaw, _l: &[f64], _remaining: usize, _: &MicroState<'_>) {}
-
-    /// Brings velocities and gaps of contacts that were skipped up to date.
-    #[inline(always)]
-    fn end_skips(_: &mut AffineStep<Self>, _: &StepContactLaw, _w: &mut [f64], _gap: &mut [f64]) {}
 }
 
 /// The affine solution on one critical region: tangents of velocities and impulses with respect to `[1; σ; λ]`.
@@ -434,21 +316,19 @@ impl<F: ActiveSetFactor> AffineStep<F> {
         }
     }
 
-    /// Calls `take` with each active row and its impulse, as long as it returns true; returns whether it always did.
+    /// Returns the active rows with their impulses.
     #[inline(always)]
-    fn all_impulses(&self, lambda: &[f64], n: usize, mut take: impl FnMut(usize, f64) -> bool) -> bool {
+    fn active_impulses(&self, lambda: &[f64], n: usize) -> impl Iterator<Item = (usize, f64)> {
         let (free, columns) = self.impulses[..n * (lambda.len() + 2)].split_at(n);
         let (of_r, forces) = columns.split_at(n);
-        for (slot, ((&row, free), of_r)) in self.active.iter().zip(free).zip(of_r).enumerate() {
-            let mut impulse = free + self.sigma * of_r;
+        let sigma = self.sigma;
+        self.active.iter().zip(free).zip(of_r).enumerate().map(move |(slot, ((&row, free), of_r))| {
+            let mut impulse = free + sigma * of_r;
             for (force, column) in lambda.iter().zip(forces.chunks_exact(n)) {
                 impulse += force * column[slot];
             }
-            if !take(row, impulse) {
-                return false;
-            }
-        }
-        true
+            (row, impulse)
+        })
     }
 
     /// Finds a new direction of `r` from the state, and its tangent unless it is zero; false if σ times the old one was right.

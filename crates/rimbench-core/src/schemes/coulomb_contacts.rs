@@ -1,6 +1,7 @@
 //! The contacts of a reduced interface model that take part, where they have friction.
 
 use super::discretised_model::DiscretisedModel;
+use super::recorded_modes::RecordedModes;
 use crate::complementarity::{SolveStats, SolverCounters, SolverEntry, Unsolved};
 use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 use crate::interface_model::ReducedInterfaceModel;
@@ -50,11 +51,11 @@ impl CoulombContacts {
         self.solver.states()
     }
 
-    /// Notes in the model what the contacts of `set` have done, moving by `w_t` (m/s) and standing still up to `standstill` (m/s): of redundant
-    /// contacts one may be loaded up to its border and not move.
-    pub(super) fn note_states(&self, set: &[usize], model: &mut ReducedInterfaceModel, w_t: &[f64], standstill: f64) {
+    /// Records what the contacts of `set` have done, moving by `w_t` (m/s), which is rounding up to `rounding` (m/s): of redundant contacts
+    /// one may be loaded up to its bound and not move.
+    pub(super) fn record_modes(&self, set: &[usize], w_t: &[f64], rounding: f64, modes: &mut RecordedModes) {
         for ((&contact, state), w_t) in set.iter().zip(self.states()).zip(w_t) {
-            model.note_state(contact, state.moving(*w_t, standstill));
+            modes.record(contact, state.moving(*w_t, rounding));
         }
     }
 

@@ -214,8 +214,12 @@ impl DiscretisedModel {
     /// Writes the velocities after a step without contact impulses to `next`; returns true, as no contact problem is left.
     #[inline(never)]
     pub(super) fn step_without_contacts(&self, w: &[f64], lambda: &[f64], next: &mut [f64]) -> bool {
-        let rows = lambda.len();
-        self.free_velocity(&w[..rows], lambda, &mut next[..rows]);
+        if let &[force] = lambda {
+            next[0] = w[0] + self.free_increment[0] + force * self.force_columns[0];
+        } else {
+            let rows = lambda.len();
+            self.free_velocity(&w[..rows], lambda, &mut next[..rows]);
+        }
         true
     }
 

@@ -24,6 +24,7 @@ use super::course::Course;
 use super::entry::{Family, SchemeEntry};
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
+use super::recorded_modes::RecordedModes;
 use crate::cosim::{CouplingScheme, Cubic, MacroStep, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::{Cause, Failure, Result};
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
@@ -62,6 +63,7 @@ struct InterfaceJacobian {
     redundancy: Redundancy,
     active: ActiveContacts,
     received: ReducedInterfaceModel,
+    modes: RecordedModes,
     closed: Vec<usize>,
     condensation: Condensation,
     step: MacroStep,
@@ -80,8 +82,9 @@ impl InterfaceJacobian {
         Ok(InterfaceJacobian {
             rows,
             redundancy: options.redundancy,
-            active: ActiveContacts::new(contacts, rows, &options.solver),
+            active: ActiveContacts::of(empty, &options.solver),
             received: empty.clone(),
+            modes: RecordedModes::of(empty),
             closed: Vec::with_capacity(contacts),
             condensation: Condensation::new(contacts, rows),
             step: MacroStep { index: 0, start: 0.0, length: 0.0 },
@@ -97,7 +100,7 @@ impl InterfaceJacobian {
     /// Solves the linearised coupling equations for the increments over the macro step.
     fn predict(&mut self, lambda: &[f64], rates: &OutputRates) -> Result<(), Failure> {
         self.received.closed_contacts(&mut self.closed);
-        self.active.keep(&mut self.closed, &self.received, lambda, false)?;
+        self.active.keep(&mut self.closed, &self.received, lambda, false, &mut self.modes)?;
         condense(&self.received, &self.closed, self.redundancy, &mut self.condensation);
         let (rows, h) = (self.rows, self.step.length);
         let square = |entry: &dyn Fn(usize, usize) -> f64| {

@@ -37,6 +37,7 @@ mod need;
 mod nepce;
 mod output_integral;
 mod rated_force;
+mod recorded_modes;
 mod reduced_interface;
 mod rim_fixed_mass;
 mod rim_nonsmooth;

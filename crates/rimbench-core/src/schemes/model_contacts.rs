@@ -14,6 +14,7 @@ pub(super) use solvers::{ContactSolver, Signorini};
 use super::affine_step::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw};
 use super::coulomb_contacts::CoulombContacts;
 use super::discretised_model::DiscretisedModel;
+use super::recorded_modes::RecordedModes;
 use crate::complementarity::{SolverCounters, SparseActiveSet};
 use crate::cosim::MicroStep;
 use crate::error::Failure;
@@ -317,19 +318,19 @@ impl ModelContacts {
         each!(self, contacts => contacts.solve(model, state, lambda), Ok(()))
     }
 
-    /// Records in the model what contacts with friction did in the micro step that ends with velocities `next`.
+    /// Records what contacts with friction did in the micro step that ends with velocities `next`.
     pub(super) fn record_modes(
         &self,
         discretised: &DiscretisedModel,
         set: &[usize],
         next: &[f64],
-        model: &mut ReducedInterfaceModel,
+        modes: &mut RecordedModes,
     ) {
         let ModelContacts::Coulomb(contacts) = self else { return };
         let (m, n) = (set.len(), discretised.contacts());
         let rows = next[..n].iter().zip(discretised.free_increment(n)).map(|(w, change)| (*w, *change));
-        let standstill = resting_approach(contacts.solver.tolerance(), rows);
-        contacts.solver.note_states(set, model, &next[m..n], standstill);
+        let rounding = resting_approach(contacts.solver.tolerance(), rows);
+        contacts.solver.record_modes(set, &next[m..n], rounding, modes);
     }
 
     /// Returns what solvers and affine steps have done.

@@ -29,9 +29,10 @@ use super::discretised_model::DiscretisedModel;
 use super::implicit_feedthrough::ImplicitFeedthrough;
 use super::model_contacts::{FrozenModel, ModelContacts, ModelState};
 use super::moving_model::MovingModel;
+use super::recorded_modes::RecordedModes;
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Side};
 use crate::error::Failure;
-use crate::interface_model::{Condensation, Redundancy, condense};
+use crate::interface_model::{Condensation, Redundancy, condense_in_modes};
 
 /// A coupling scheme made from a reduced interface model.
 #[derive(Clone)]
@@ -45,6 +46,8 @@ pub(super) struct ReducedInterface {
     /// Where contacts are bilateral: Eq. 4 without them.
     condensation: Condensation,
     redundancy: Redundancy,
+    /// With friction: what the contacts do, as the scheme found it last.
+    modes: RecordedModes,
     /// Finds `P_u`.
     contacts: ModelContacts,
     gap_term: GapTerm,
@@ -89,7 +92,8 @@ impl ReducedInterface {
         self.contacts.change_matrix(&self.law, &mut self.state);
         let bilateral = matches!(self.contacts, ModelContacts::Bilateral);
         if bilateral {
-            condense(&self.model.current, self.set.contacts(), self.redundancy, &mut self.condensation);
+            let (model, modes) = (&self.model.current, self.modes.get());
+            condense_in_modes(model, modes, self.set.contacts(), self.redundancy, &mut self.condensation);
             self.discretised.discretise_condensed(&self.condensation, self.micro_step);
         } else {
             let rows = self.contacts.rows(self.set.contacts());
@@ -123,9 +127,9 @@ impl ReducedInterface {
     /// Records what the contacts did in the first micro step, before its velocities change places.
     #[inline(never)]
     fn record_first_step(&mut self) {
-        let ReducedInterface { discretised, set, model, contacts, state, mass, .. } = self;
+        let ReducedInterface { discretised, set, modes, contacts, state, mass, .. } = self;
         mass.record(set.contacts(), &state.impulses[..discretised.contacts()]);
-        contacts.record_modes(discretised, set.contacts(), &state.next, &mut model.received);
+        contacts.record_modes(discretised, set.contacts(), &state.next, modes);
     }
 }
 
@@ -136,6 +140,7 @@ impl CouplingScheme for ReducedInterface {
             // The last micro step of the macro step that ends here.
             self.mass.record(self.set.contacts(), &self.state.impulses[..self.discretised.contacts()]);
             self.set.detect(model);
+            self.modes.start_from(model);
             self.model.receive(sample.time, model);
             self.micro_step = sample.actuator_micro_step;
             // Which contacts carry impulse depends on the force, which arrives next.
@@ -143,7 +148,7 @@ impl CouplingScheme for ReducedInterface {
         }
         self.force.copy_from_slice(sample.y);
         if self.set.waits_for_force() {
-            self.set.keep_active(&mut self.model, &self.force)?;
+            self.set.keep_active(&mut self.model, &self.force, &mut self.modes)?;
             self.begin()?;
         }
         Ok(())
@@ -196,7 +201,7 @@ impl CouplingScheme for ReducedInterface {
     fn report(&mut self) -> SchemeReport {
         let effective_mass = match self.contacts {
             ModelContacts::Bilateral => self.mass.bilateral,
-            _ => self.mass.of_strongly_active(&self.model.received, self.redundancy),
+            _ => self.mass.of_strongly_active(&self.model.received, self.modes.get(), self.redundancy),
         };
         let mut counters = self.contacts.counters();
         counters.add(&self.set.counters());

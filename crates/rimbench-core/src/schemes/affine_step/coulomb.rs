@@ -101,7 +101,7 @@ impl ActiveSetFactor for ModeFactor {
         let Modes { states, friction, .. } = &*step.factor.0;
         let n = impulses.len();
         let contacts = n / 2;
-        step.all_impulses(lambda, n, |row, impulse| {
+        for (row, impulse) in step.active_impulses(lambda, n) {
             if row >= contacts {
                 // The normal impulse of the contact is the one before.
                 let beyond = impulse.abs() - friction[row - contacts] * impulses[row - contacts];
@@ -118,7 +118,7 @@ impl ActiveSetFactor for ModeFactor {
                 impulses[contacts + row] = direction * mu * impulse;
             }
             impulses[row] = impulse;
-            true
-        })
+        }
+        true
     }
 }

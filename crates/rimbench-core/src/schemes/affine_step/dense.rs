@@ -48,12 +48,12 @@ impl ActiveSetFactor for DenseFactor {
         impulses: &mut [f64],
         _tolerance: f64,
     ) -> bool {
-        step.all_impulses(lambda, impulses.len(), |contact, impulse| {
+        for (contact, impulse) in step.active_impulses(lambda, impulses.len()) {
             if impulse < 0.0 {
                 return false;
             }
             impulses[contact] = impulse;
-            true
-        })
+        }
+        true
     }
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::complementarity::SparseActiveSet;
-use crate::interface_model::ReducedInterfaceModel;
+use crate::interface_model::{GapRates, ReducedInterfaceModel};
 use crate::linear_algebra::SymmetricPattern;
 use rand::{RngExt, SeedableRng};
 use std::sync::Arc;

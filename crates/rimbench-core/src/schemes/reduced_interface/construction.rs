@@ -12,6 +12,7 @@ use super::super::model_contacts::{Complementarity, ModelContacts, ModelState, S
 use super::super::model_options::{ModelMotion, ModelOptions};
 use super::super::moving_model::MovingModel;
 use super::super::need::Need;
+use super::super::recorded_modes::RecordedModes;
 use super::ReducedInterface;
 use super::contact_set::ContactSet;
 use super::effective_mass::EffectiveMass;
@@ -150,7 +151,7 @@ impl ReducedInterface {
         let (solved, discretised) = model_contacts(contacts, detection, empty, options)?;
         let active = match contacts {
             Contacts::BilateralActive => ActiveContacts::of(empty, &options.solver),
-            _ => ActiveContacts::new(0, n_i, &options.solver),
+            _ => ActiveContacts::none(&options.solver),
         };
         Ok(ReducedInterface {
             set: ContactSet::new(contacts, detection, n_u, active),
@@ -158,6 +159,7 @@ impl ReducedInterface {
             discretised,
             condensation: Condensation::of(empty),
             redundancy: options.redundancy,
+            modes: RecordedModes::of(empty),
             contacts: solved,
             gap_term: GapTerm::of(contacts, detection, empty.spring.is_some()),
             law: StepContactLaw::default(),

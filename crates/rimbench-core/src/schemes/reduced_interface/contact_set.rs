@@ -3,6 +3,7 @@
 use super::super::active_contacts::ActiveContacts;
 use super::super::contact_detection::ContactDetection;
 use super::super::moving_model::MovingModel;
+use super::super::recorded_modes::RecordedModes;
 use super::construction::Contacts;
 use crate::complementarity::SolverCounters;
 use crate::error::Failure;
@@ -63,20 +64,19 @@ impl ContactSet {
         }
     }
 
-    /// Keeps the contacts that carry impulse with the actuator's force `lambda` (N).
+    /// Keeps the contacts that carry impulse with the actuator's force `lambda` (N), and records their modes.
     ///
     /// # Errors
     /// Those of the solver.
-    pub(super) fn keep_active(&mut self, model: &mut MovingModel, lambda: &[f64]) -> Result<(), Failure> {
+    pub(super) fn keep_active(
+        &mut self,
+        model: &mut MovingModel,
+        lambda: &[f64],
+        modes: &mut RecordedModes,
+    ) -> Result<(), Failure> {
         let by_law = self.detection == Some(ContactDetection::MechanicsLaw);
         let MovingModel { received, current, .. } = model;
-        if received.has_friction() {
-            self.active.keep_with_friction(&mut self.contacts, received, lambda, by_law)?;
-            current.states.copy_from_slice(&received.states);
-            current.friction.copy_from_slice(&received.friction);
-        } else {
-            self.active.keep(&mut self.contacts, received, lambda, by_law)?;
-        }
+        self.active.keep(&mut self.contacts, received, lambda, by_law, modes)?;
         if by_law {
             // Bilateral contacts then move by the law: w_c⁺ = −gap term.
             for &contact in &self.contacts {

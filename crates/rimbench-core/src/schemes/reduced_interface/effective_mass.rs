@@ -1,6 +1,6 @@
 //! The mass that the actuator pushes.
 
-use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
+use crate::interface_model::{Condensation, ContactModes, ReducedInterfaceModel, Redundancy, condense_in_modes};
 
 /// The effective mass with the contacts that carried impulse.
 #[derive(Clone)]
@@ -30,9 +30,14 @@ impl EffectiveMass {
         self.strongly_active.extend(active.map(|(&contact, _)| contact));
     }
 
-    /// Returns the effective mass (kg) of `model` with those contacts closed.
-    pub(super) fn of_strongly_active(&mut self, model: &ReducedInterfaceModel, redundancy: Redundancy) -> f64 {
-        condense(model, &self.strongly_active, redundancy, &mut self.condensation);
+    /// Returns the effective mass (kg) of `model` with those contacts closed in these modes.
+    pub(super) fn of_strongly_active(
+        &mut self,
+        model: &ReducedInterfaceModel,
+        modes: ContactModes<'_>,
+        redundancy: Redundancy,
+    ) -> f64 {
+        condense_in_modes(model, modes, &self.strongly_active, redundancy, &mut self.condensation);
         self.condensation.effective_mass
     }
 }

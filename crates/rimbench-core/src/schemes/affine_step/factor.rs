@@ -1,0 +1,83 @@
+//! What differs between dense, sparse and frictional contact problems on a critical region.
+
+use super::{AffineStep, MicroState, NEGLIGIBLE, StepContactLaw};
+use crate::schemes::discretised_model::DiscretisedModel;
+
+/// `H_AA` of the active set, factorised, and the conditions of its region that depend on the kind of contact problem.
+pub trait ActiveSetFactor: Clone + Sized {
+    /// The active set as the solver of the contact problem reports it.
+    type Active<'a>;
+    /// Rows of each contact: the normal one, with friction the tangential one as well.
+    const ROWS: usize = 1;
+    /// Below this part of the velocities that a micro step gives, `r` is rounding.
+    const NEGLIGIBLE: f64 = NEGLIGIBLE;
+    /// Whether sizes known to the compiler are worth their code.
+    const FEW: bool = true;
+
+    /// Factorises `H_AA` of an active set and lists its rows; false if they depend on each other.
+    fn factorise(&mut self, model: &DiscretisedModel, active: Self::Active<'_>, rows: &mut Vec<usize>) -> bool;
+
+    /// Replaces `x`, by active rows, by `H_AA⁻¹ x`.
+    fn solve(&mut self, active: &[usize], x: &mut [f64]);
+
+    /// Adds to `w` the velocities that the impulse of one active row gives.
+    fn add_impulse(&self, model: &DiscretisedModel, row: usize, impulse: f64, w: &mut [f64]) {
+        model.add_impulse(row, impulse, w);
+    }
+
+    /// Records the active rows' impulses of one tangent.
+    #[inline(always)]
+    fn record_tangent(&mut self, _column: usize, _active: &[usize], _impulses: &[f64]) {}
+
+    /// Tells whether zero impulses solve the problem as well; a solver would prefer them.
+    #[inline(always)]
+    fn admits_zero(
+        _: &AffineStep<Self>,
+        _: &DiscretisedModel,
+        _: &StepContactLaw,
+        _w: &[f64],
+        _lambda: &[f64],
+        _gap: &[f64],
+    ) -> bool {
+        false
+    }
+
+    /// Tells whether active rows rest at their gap terms, and no other contact moves further in than its own allows.
+    #[inline(always)]
+    fn is_in_region(step: &AffineStep<Self>, law: &StepContactLaw, next: &[f64], gap: &[f64], tolerance: f64) -> bool {
+        let rests = |row: &usize| (next[*row] + law.gap_term(gap, *row)).abs() <= tolerance;
+        !law.is_violated(next, gap, step.accepted(tolerance)) && step.active.iter().all(rests)
+    }
+
+    /// Writes the impulses as long as all are admissible; tells whether they are.
+    fn write_impulses(
+        step: &AffineStep<Self>,
+        model: &DiscretisedModel,
+        lambda: &[f64],
+        next: &[f64],
+        impulses: &mut [f64],
+        tolerance: f64,
+    ) -> bool;
+
+    /// Removes from `r` the rounding that would return with the opposite sign.
+    #[inline(always)]
+    fn filter(_r: &mut [f64], _active: &[usize], _law: &StepContactLaw, _decay: f64, _gap: &[f64], _tolerance: f64) {}
+
+    /// Sets the velocities of active rows to their gap terms where `r` was too small to be solved for.
+    #[inline(always)]
+    fn settle(_active: &[usize], _law: &StepContactLaw, _gap: &[f64], _next: &mut [f64]) {}
+
+    /// Takes a micro step without a look at the contacts where bounds allow it; `w` and `gap` are brought up to date where they no longer do.
+    #[inline(always)]
+    fn skip(_: &mut AffineStep<Self>, _: &StepContactLaw, _lambda: &[f64], _: &mut MicroState<'_>) -> bool {
+        false
+    }
+
+    /// Bounds how many of the `remaining` micro steps can be skipped, after one that ended with `state.next`.
+    #[inline(always)]
+    fn bound_skips(_: &mut AffineStep<Self>, _: &StepContactLaw, _l: &[f64], _remaining: usize, _: &MicroState<'_>) {}
+
+    /// Brings velocities and gaps of contacts that were skipped up to date.
+    #[inline(always)]
+    fn end_skips(_: &mut AffineStep<Self>, _: &StepContactLaw, _w: &mut [f64], _gap: &mut [f64]) {}
+}
