@@ -18,7 +18,7 @@ pub(super) struct CoulombContacts {
 }
 
 impl CoulombContacts {
-    /// Makes room for models like this one; none where there is no friction.
+    /// Reserves models like this one; none without friction.
     pub(super) fn of(model: &ReducedInterfaceModel, solver: &SolverEntry) -> Option<Box<Self>> {
         let n = model.contacts();
         model.has_friction().then(|| {
@@ -31,8 +31,8 @@ impl CoulombContacts {
         })
     }
 
-    /// Takes the contacts of `set` as the model has them.
-    pub(super) fn take(&mut self, set: &[usize], model: &ReducedInterfaceModel) {
+    /// Sets the contacts of `set`, with coefficients and modes as the model has them.
+    pub(super) fn set_contacts(&mut self, set: &[usize], model: &ReducedInterfaceModel) {
         let n = model.contacts();
         self.rows.clear();
         self.rows.extend(set.iter().copied().chain(set.iter().map(|contact| n + contact)));
@@ -46,7 +46,7 @@ impl CoulombContacts {
         &self.rows
     }
 
-    /// Returns what the contacts do, in the order of the set.
+    /// Returns the modes of the contacts, in the order of the set.
     pub(super) fn states(&self) -> &[ContactState] {
         self.solver.states()
     }
@@ -64,15 +64,15 @@ impl CoulombContacts {
         &self.friction
     }
 
-    /// Solves the packed contacts with the velocities `b`, `[b_n; b_t]` (m/s); `anew` says that they have been packed since the last time.
+    /// Solves the packed contacts with the velocities `b`, `[b_n; b_t]` (m/s); `changed` tells that `H` differs from that of the problem before.
     pub(super) fn solve(
         &mut self,
         model: &DiscretisedModel,
-        anew: bool,
+        changed: bool,
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        let solved = self.try_solve(model, anew, b, impulses)?;
+        let solved = self.try_solve(model, changed, b, impulses)?;
         if let Some(stiction) = self.stiction {
             let (m, h) = (self.friction.len(), model.h_uu());
             let standstill = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
@@ -86,17 +86,17 @@ impl CoulombContacts {
         Ok(solved)
     }
 
-    /// The same in a trial, of which coefficients know nothing.
+    /// Solves a trial, which leaves the coefficients as they are.
     pub(super) fn try_solve(
         &mut self,
         model: &DiscretisedModel,
-        anew: bool,
+        changed: bool,
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
         let problem = FrictionProblem { h: model.h_uu(), b, friction: &self.friction };
         // Coefficients that change make another problem of the same matrix.
-        let same = !anew && self.stiction.is_none();
+        let same = !changed && self.stiction.is_none();
         if same { self.solver.solve_again(problem, impulses) } else { self.solver.solve(problem, impulses) }
     }
 

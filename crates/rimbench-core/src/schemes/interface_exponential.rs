@@ -17,9 +17,9 @@
 use super::construction::{Construction, sent, sent_rates};
 use super::course::{Course, hermite};
 use super::entry::{Family, SchemeEntry};
+use super::exponential_step::ExponentialStep;
 use super::interface_acceleration::InterfaceAcceleration;
 use super::line_style::{Dash, LineStyle, Marker};
-use super::linear_flow::LinearFlow;
 use super::need::Need;
 use super::true_acceleration::interpolate;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, OutputRates, PerSide, Sample, SchemeReport, Side};
@@ -42,7 +42,7 @@ pub(super) fn entry() -> SchemeEntry {
 /// The prediction as one side follows it: its own micro step, and where it stands.
 #[derive(Clone)]
 struct Follower {
-    flow: LinearFlow,
+    flow: ExponentialStep,
     /// Start of the micro step that `state` belongs to.
     index: usize,
     state: Vec<f64>,
@@ -71,7 +71,7 @@ impl InterfaceExponential {
         let m = construction.interface();
         let n = 3 * m;
         let follower = || Follower {
-            flow: LinearFlow::new(n),
+            flow: ExponentialStep::new(n),
             index: usize::MAX,
             state: vec![0.0; n],
             rate: vec![0.0; n],

@@ -19,7 +19,7 @@ use super::entry::{Family, Gain, SchemeEntry};
 use super::interface_acceleration::InterfaceAcceleration;
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use super::rated_force::rated_force;
+use super::taylor_force::taylor_force;
 use crate::cosim::{CouplingScheme, Cubic, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Failure, Result};
 
@@ -97,7 +97,7 @@ impl CouplingScheme for InterfaceMass {
                 self.lambda.copy_from_slice(sample.y);
                 self.mechanics.find(sample.y)?;
                 let moves = [&self.start[..], &self.mechanics.acceleration];
-                rated_force(sample.y, rates, moves, &mut self.force.rows);
+                taylor_force(sample.y, rates, moves, &mut self.force.rows);
             }
         }
         Ok(())

@@ -22,7 +22,7 @@ use super::interface_acceleration::InterfaceAcceleration;
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use super::output_integral::OutputIntegral;
-use super::rated_force::rated_force;
+use super::taylor_force::taylor_force;
 use super::true_acceleration::interpolate;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::{Failure, Result};
@@ -121,7 +121,7 @@ impl ModelCorrectedOutputs {
             self.rates.rate[i] = rates.rate[i] + answer(&rates.rate_gain);
         }
         let a = &self.mechanics.acceleration;
-        rated_force(&self.lambda, &self.rates, [&self.corrected, a], &mut self.force.rows);
+        taylor_force(&self.lambda, &self.rates, [&self.corrected, a], &mut self.force.rows);
         for (i, &a) in a.iter().enumerate() {
             self.motion.rows[i] = [self.position[i], self.corrected[i], 0.5 * a, 0.0];
             self.motion.rows[m + i] = [self.corrected[i], a, 0.0, 0.0];

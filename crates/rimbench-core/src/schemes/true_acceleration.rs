@@ -24,7 +24,7 @@ use super::entry::SchemeEntry;
 use super::interface_acceleration::InterfaceAcceleration;
 use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
-use super::rated_force::rated_force;
+use super::taylor_force::taylor_force;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::{Failure, Result};
 
@@ -78,7 +78,7 @@ impl TrueAcceleration {
             self.motion.rows[i] = [self.position[i], self.velocity[i], 0.5 * a, 0.0];
             self.motion.rows[m + i] = [self.velocity[i], a, 0.0, 0.0];
         }
-        rated_force(lambda, rates, [&self.velocity, &self.mechanics.acceleration], &mut self.force.rows);
+        taylor_force(lambda, rates, [&self.velocity, &self.mechanics.acceleration], &mut self.force.rows);
         Ok(())
     }
 }

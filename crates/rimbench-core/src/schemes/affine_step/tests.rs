@@ -123,7 +123,7 @@ fn rounding_of_one_contact_is_not_corrected_back_and_forth() {
     }
 }
 
-/// The same micro steps with and without a bound on skips, under forces that end the set sooner or later.
+/// Micro steps with and without a bound on skips, under forces that end the set sooner or later.
 #[test]
 fn micro_steps_without_a_look_at_the_contacts_go_as_far_as_those_with_one_and_end_as_they_do() {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(8);

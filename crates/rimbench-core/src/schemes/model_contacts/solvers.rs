@@ -159,7 +159,7 @@ impl ContactSolver for CoulombContacts {
     }
 
     fn set_contacts(&mut self, set: &[usize], model: &ReducedInterfaceModel) {
-        self.take(set, model);
+        CoulombContacts::set_contacts(self, set, model);
     }
 
     fn rows<'a>(&'a self, _: &'a [usize]) -> &'a [usize] {

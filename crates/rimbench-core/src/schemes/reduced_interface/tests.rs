@@ -129,7 +129,7 @@ fn accelerations_must_jump_at_a_kink_and_by_the_share_of_the_step_behind_it() {
     }
 }
 
-/// The same along the surface: a contact that sticks is pushed with 0.5 m/s², and from 1.25 ms on with 0.1 m/s².
+/// Along the surface: a contact that sticks is pushed with 0.5 m/s², and from 1.25 ms on with 0.1 m/s².
 #[test]
 fn accelerations_along_the_surface_must_jump_at_a_kink_like_those_off_it() {
     let mut model = ReducedInterfaceModel::zeros_with_friction(&[1.0], 1);

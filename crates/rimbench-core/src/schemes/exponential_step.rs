@@ -11,7 +11,7 @@ const TERMS: u32 = 15;
 /// [y; 1]⁺ = exp(h [S c; 0 0]) [y; 1]
 /// ```
 #[derive(Debug, Clone)]
-pub(super) struct LinearFlow {
+pub(super) struct ExponentialStep {
     n: usize,
     /// The exponential of the extended system, row-major, (n+1)×(n+1); and room to make it.
     exponential: Vec<f64>,
@@ -21,11 +21,18 @@ pub(super) struct LinearFlow {
     next: Vec<f64>,
 }
 
-impl LinearFlow {
+impl ExponentialStep {
     /// Makes room for systems of size `n`.
     pub(super) fn new(n: usize) -> Self {
         let square = || vec![0.0; (n + 1) * (n + 1)];
-        LinearFlow { n, exponential: square(), scaled: square(), term: square(), product: square(), next: vec![0.0; n] }
+        ExponentialStep {
+            n,
+            exponential: square(),
+            scaled: square(),
+            term: square(),
+            product: square(),
+            next: vec![0.0; n],
+        }
     }
 
     /// Makes the exponential for steps of `h` (s). `generator` is S, row-major; `constant` c.
@@ -96,7 +103,7 @@ mod tests {
         // ẍ = −9 x + 18: x = 2 − 2 cos 3t from rest.
         let (generator, constant) = ([0.0, 1.0, -9.0, 0.0], [0.0, 18.0]);
         for steps in [1, 10, 1000] {
-            let mut flow = LinearFlow::new(2);
+            let mut flow = ExponentialStep::new(2);
             flow.prepare(&generator, &constant, 2.0 / f64::from(steps));
             let mut y = [0.0; 2];
             (0..steps).for_each(|_| flow.advance(&mut y));

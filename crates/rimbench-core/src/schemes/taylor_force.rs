@@ -8,7 +8,7 @@ use crate::cosim::{Cubic, OutputRates};
 /// λ̃(τ) = λ_k + τ (r + D u̇) + ½ τ² (R u̇ + D ü)        u̇ = (w, a),  ü = (a, 0)
 /// ```
 /// What is missing is the part of r̈ that comes from inner states: order 2, with a small constant.
-pub(super) fn rated_force(lambda: &[f64], rates: &OutputRates, [w, a]: [&[f64]; 2], rows: &mut [Cubic]) {
+pub(super) fn taylor_force(lambda: &[f64], rates: &OutputRates, [w, a]: [&[f64]; 2], rows: &mut [Cubic]) {
     let m = w.len();
     for (i, row) in rows.iter_mut().enumerate() {
         let (d, r) = (&rates.feedthrough[2 * m * i..2 * m * (i + 1)], &rates.rate_gain[2 * m * i..2 * m * (i + 1)]);
@@ -31,7 +31,7 @@ mod tests {
     fn a_spring_and_a_damper_are_met_to_second_order() {
         let rates = OutputRates { rate: vec![0.0], feedthrough: vec![-3.0, -2.0], rate_gain: vec![0.0, 0.0] };
         let mut rows = [[0.0; 4]];
-        rated_force(&[-2.0], &rates, [&[1.0], &[4.0]], &mut rows);
+        taylor_force(&[-2.0], &rates, [&[1.0], &[4.0]], &mut rows);
         assert_eq!(rows[0], [-2.0, -11.0, -6.0, 0.0]);
     }
 }
