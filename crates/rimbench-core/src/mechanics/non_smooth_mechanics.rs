@@ -117,7 +117,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 
     /// Returns the energy account.
     pub fn ledger(&self) -> &EnergyLedger {
-        &self.stepper.ledger
+        &self.stepper.energy.ledger
     }
 
     /// Returns kinetic plus potential energy, J.
@@ -214,7 +214,7 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
             self.stepper.relist(self.model.unilateral_columns().as_deref())?;
         }
         self.linearise();
-        self.stepper.ledger.inertia += self.stepper.kinetic_energy() - kinetic;
+        self.stepper.energy.ledger.inertia += self.stepper.kinetic_energy() - kinetic;
         Ok(())
     }
 
@@ -298,11 +298,11 @@ impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
     }
 
     fn interface_work(&mut self) -> Option<f64> {
-        Some(self.stepper.ledger.interface)
+        Some(self.stepper.energy.ledger.interface)
     }
 
     fn energy_identity_residual(&mut self) -> Option<f64> {
-        Some(self.stepper.ledger.identity_residual)
+        Some(self.stepper.energy.ledger.identity_residual)
     }
 
     fn energy_account(&mut self) -> Option<EnergyAccount> {

@@ -6,7 +6,7 @@ mod rest_and_impact;
 
 pub(super) use drive::Drive;
 
-use super::contact_stepper::{ContactSet, ContactStepper};
+use super::contact_stepper::{ActiveProblem, ContactStepper};
 use super::mechanical_model::{MechanicalModel, ModelSize};
 use super::non_smooth_mechanics::NonSmoothMechanics;
 use crate::cosim::{ForceCourse, JointActuator, JointSteps, SecondOrder, Sent};
@@ -24,7 +24,7 @@ const MOST_SPLITS: u32 = 64;
 #[derive(Debug, Clone)]
 pub(super) struct SecondOrderSteps {
     rule: SecondOrder,
-    set: ContactSet,
+    set: ActiveProblem,
     /// Contacts that rest: their rows are kept at velocity level.
     resting: Vec<bool>,
     /// Acceleration of the last smooth piece, and whether there has been one.
@@ -53,7 +53,7 @@ impl SecondOrderSteps {
         let zeros = |count: usize| vec![0.0; count];
         SecondOrderSteps {
             rule,
-            set: ContactSet::new(n_u),
+            set: ActiveProblem::new(n_u),
             resting: vec![false; n_u],
             acceleration: zeros(n),
             acceleration_known: false,
@@ -127,7 +127,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             self.note_start(steps);
             steps.note_rest();
             if splits >= MOST_SPLITS {
-                self.stepper.note_split_fallback();
+                self.stepper.count_split_fallback();
                 self.try_piece(steps, drive, left, Law::Gap)?;
                 self.accept_piece(steps, drive, left)?;
                 break;
@@ -139,7 +139,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             }
             let Some((time, event)) = self.go_to_event(steps, drive, left)? else { break };
             splits += 1;
-            self.stepper.note_split();
+            self.stepper.count_split();
             done = if time < left { done + time } else { length };
             steps.passed = None;
             match event {

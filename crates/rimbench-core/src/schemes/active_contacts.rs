@@ -22,7 +22,7 @@ pub(super) struct ActiveContacts {
 
 #[derive(Clone)]
 enum ActiveSolver {
-    Signorini(Signorini),
+    Signorini(Box<Signorini>),
     Coulomb(Box<CoulombContacts>),
 }
 
@@ -73,13 +73,13 @@ impl ActiveContacts {
         let (rows, interface) = (model.interface_start(), model.interface());
         match CoulombContacts::of(model, solver) {
             Some(contacts) => Self::with(ActiveSolver::Coulomb(contacts), rows, interface),
-            None => Self::with(ActiveSolver::Signorini(Signorini(solver.checked(rows))), rows, interface),
+            None => Self::with(ActiveSolver::Signorini(Box::new(Signorini(solver.checked(rows)))), rows, interface),
         }
     }
 
     /// Reserves nothing, for a scheme that never asks.
     pub(super) fn none(solver: &SolverEntry) -> Self {
-        Self::with(ActiveSolver::Signorini(Signorini(solver.checked(0))), 0, 0)
+        Self::with(ActiveSolver::Signorini(Box::new(Signorini(solver.checked(0)))), 0, 0)
     }
 
     fn with(solver: ActiveSolver, rows: usize, interface: usize) -> Self {
@@ -103,7 +103,7 @@ impl ActiveContacts {
     ) -> Result<(), Failure> {
         let ActiveContacts { solver, problem } = self;
         match solver {
-            ActiveSolver::Signorini(solver) => problem.solve(solver, closed, model, lambda, by_law)?,
+            ActiveSolver::Signorini(solver) => problem.solve(&mut **solver, closed, model, lambda, by_law)?,
             ActiveSolver::Coulomb(contacts) => {
                 problem.solve(&mut **contacts, closed, model, lambda, by_law)?;
                 let Problem { discretised, free, impulses, .. } = problem;

@@ -5,7 +5,7 @@ use super::drive::{Drive, Joint};
 use crate::cosim::JointActuator;
 use crate::error::{Cause, Failure};
 use crate::interface_model::gap_velocity;
-use crate::mechanics::contact_stepper::MiddleStep;
+use crate::mechanics::contact_stepper::MidpointStep;
 use crate::mechanics::energy_ledger::EnergyLedger;
 use crate::mechanics::mechanical_model::{MechanicalModel, ModelSize};
 use crate::mechanics::non_smooth_mechanics::NonSmoothMechanics;
@@ -73,14 +73,14 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         self.model.switch_values(q, v, switches);
         let largest = |values: &[f64]| values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
         *rounding = [ROUNDING * largest(q), ROUNDING * largest(v)];
-        *ledger = self.stepper.ledger;
+        *ledger = self.stepper.energy.ledger;
     }
 
     /// Takes back the piece since [`note_start`](Self::note_start).
     pub(super) fn restore(&mut self, steps: &SecondOrderSteps) {
         self.stepper.q.copy_from_slice(&steps.start.q);
         self.stepper.v.copy_from_slice(&steps.start.v);
-        self.stepper.ledger = steps.start.ledger;
+        self.stepper.energy.ledger = steps.start.ledger;
         self.linearise();
     }
 
@@ -207,14 +207,14 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         eq3.bilateral.position.copy_from_slice(&start.joint_error);
         let turned = self.stepper.kinetic_energy() - before;
         let moment = joint.moment_known.then_some(&joint.moment[..]);
-        self.stepper.advance_from_middle(MiddleStep { h, drift, v_m, force: &joint.force, moment }, set)?;
+        self.stepper.advance_from_middle(MidpointStep { h, drift, v_m, force: &joint.force, moment }, set)?;
         let rows = &self.stepper.eq3.unilateral;
         for (contact, w) in row_velocity.iter_mut().enumerate() {
             *w = rows.velocity(contact, &self.stepper.v) + h * rows.convective[contact];
         }
         let before = self.stepper.kinetic_energy();
         self.linearise();
-        self.stepper.ledger.inertia += turned + self.stepper.kinetic_energy() - before;
+        self.stepper.energy.ledger.inertia += turned + self.stepper.kinetic_energy() - before;
         Ok(())
     }
 

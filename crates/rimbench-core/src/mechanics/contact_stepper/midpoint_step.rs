@@ -5,10 +5,10 @@ use crate::complementarity::{ComplementaritySolver, Lcp};
 use crate::error::Failure;
 use crate::linear_algebra::body_dot;
 
-/// The contacts that take part in a step, and what comes of them.
+/// The contact problem of a step over some of the contacts.
 #[derive(Debug, Clone)]
-pub(in crate::mechanics) struct ContactSet {
-    /// Which they are.
+pub(in crate::mechanics) struct ActiveProblem {
+    /// The contacts.
     pub(in crate::mechanics) contacts: Vec<usize>,
     /// Velocity that each may not fall below, minus that without its own impulse, m/s: the last part of the right-hand side.
     pub(in crate::mechanics) terms: Vec<f64>,
@@ -19,10 +19,10 @@ pub(in crate::mechanics) struct ContactSet {
     impulses: Vec<f64>,
 }
 
-impl ContactSet {
-    /// Makes room for up to `contacts` of them.
+impl ActiveProblem {
+    /// Reserves up to `contacts` of them.
     pub(in crate::mechanics) fn new(contacts: usize) -> Self {
-        ContactSet {
+        ActiveProblem {
             contacts: Vec::with_capacity(contacts),
             terms: Vec::with_capacity(contacts),
             at_bound: Vec::with_capacity(contacts),
@@ -32,13 +32,13 @@ impl ContactSet {
         }
     }
 
-    /// Takes nobody.
+    /// Removes all contacts.
     pub(in crate::mechanics) fn clear(&mut self) {
         self.contacts.clear();
         self.terms.clear();
     }
 
-    /// Takes one contact with its term.
+    /// Adds one contact with its term.
     pub(in crate::mechanics) fn push(&mut self, contact: usize, term: f64) {
         self.contacts.push(contact);
         self.terms.push(term);
@@ -47,7 +47,7 @@ impl ContactSet {
 
 /// A step by the midpoint rule.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::mechanics) struct MiddleStep<'a> {
+pub(in crate::mechanics) struct MidpointStep<'a> {
     /// Its length, s.
     pub(in crate::mechanics) h: f64,
     /// The rate at which joint errors decay, 1/s.
@@ -73,8 +73,8 @@ impl ContactStepper {
     /// `h λ + 2κ/h` would leave: of a free body this adds `G A_iᵀ κ`, what the course of the force displaces it by.
     pub(in crate::mechanics) fn advance_from_middle(
         &mut self,
-        step: MiddleStep<'_>,
-        set: &mut ContactSet,
+        step: MidpointStep<'_>,
+        set: &mut ActiveProblem,
     ) -> Result<(), Failure> {
         let h = step.h;
         self.begin_implicit(h, step.v_m);
@@ -97,8 +97,8 @@ impl ContactStepper {
     }
 
     /// Finds velocity and impulses at the end of the step.
-    fn solve_middle(&mut self, step: MiddleStep<'_>, set: &mut ContactSet) -> Result<(), Failure> {
-        let MiddleStep { h, drift, force, moment, .. } = step;
+    fn solve_middle(&mut self, step: MidpointStep<'_>, set: &mut ActiveProblem) -> Result<(), Failure> {
+        let MidpointStep { h, drift, force, moment, .. } = step;
         self.elimination.reduce(&self.eq3, &self.v, h, drift * h, &mut self.eq4)?;
         self.counters.eliminations += 1;
         let n_u = self.eq4.contacts();
@@ -124,7 +124,7 @@ impl ContactStepper {
     /// v⁺ = v̂ + G A_uᵀ P_u        0 ≤ w⁺ + e w⁻ ⟂ P ≥ 0
     /// ```
     /// Free accelerations `a` of Eq. 4 are those of this state afterwards. Eq. 3 must be that of this state.
-    pub(in crate::mechanics) fn collide(&mut self, set: &mut ContactSet) -> Result<(), Failure> {
+    pub(in crate::mechanics) fn collide(&mut self, set: &mut ActiveProblem) -> Result<(), Failure> {
         // No time passes: a step of any length does, and joints are not pulled together.
         self.elimination.reduce(&self.eq3, &self.v, 1.0, 0.0, &mut self.eq4)?;
         self.counters.eliminations += 1;
@@ -145,14 +145,14 @@ impl ContactStepper {
     }
 
     /// Solves the contacts of `set` over a step of `h` (s; 0 for an impact), and puts their impulses among all.
-    fn solve_set(&mut self, h: f64, set: &mut ContactSet) -> Result<(), Failure> {
+    fn solve_set(&mut self, h: f64, set: &mut ActiveProblem) -> Result<(), Failure> {
         let (n_u, n, m) = (self.eq4.contacts(), self.impulses.len(), set.contacts.len());
         self.impulses[..n_u].fill(0.0);
         set.at_bound.clear();
         if m == 0 {
             return Ok(());
         }
-        let ContactSet { contacts, terms, at_bound, h: h_set, b, impulses } = set;
+        let ActiveProblem { contacts, terms, at_bound, h: h_set, b, impulses } = set;
         let mut scale = 0.0_f64;
         for (slot, (&contact, term)) in contacts.iter().zip(&*terms).enumerate() {
             let row = &self.eq4.h[contact * n..(contact + 1) * n];
@@ -163,13 +163,30 @@ impl ContactStepper {
                 *out = row[other];
             }
         }
-        self.solver.solve(Lcp::new(&h_set[..m * m], &b[..m]), &mut impulses[..m])?;
-        let bound = self.solver.tolerance() * scale;
+        let solver = self.contacts.signorini().expect("steps of the second order have rigid contacts without friction");
+        solver.solve(Lcp::new(&h_set[..m * m], &b[..m]), &mut impulses[..m])?;
+        let bound = solver.tolerance() * scale;
         for (slot, &contact) in contacts.iter().enumerate() {
             let slack = b[slot] + body_dot(&h_set[slot * m..(slot + 1) * m], &impulses[..m]);
             at_bound.push(slack <= bound);
             self.impulses[contact] = impulses[slot];
         }
         Ok(())
+    }
+
+    /// Returns the acceleration of a contact without contact forces, as of the last reduction, m/s².
+    pub(in crate::mechanics) fn free_acceleration(&self, contact: usize, lambda: &[f64]) -> f64 {
+        let (n_u, n) = (self.eq4.contacts(), self.impulses.len());
+        self.eq4.a[contact] + body_dot(&self.eq4.h[contact * n + n_u..(contact + 1) * n], lambda)
+    }
+
+    /// Counts a step that was split at an event.
+    pub(in crate::mechanics) fn count_split(&mut self) {
+        self.counters.splits += 1;
+    }
+
+    /// Counts a step with so many events that its rest is taken with the gap law.
+    pub(in crate::mechanics) fn count_split_fallback(&mut self) {
+        self.counters.split_fallbacks += 1;
     }
 }

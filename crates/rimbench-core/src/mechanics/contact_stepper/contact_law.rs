@@ -1,0 +1,32 @@
+//! How contacts behave.
+
+use crate::interface_model::{ContactSpring, ReducedInterfaceModel};
+
+/// How contacts behave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactLaw {
+    /// Fraction γ ∈ [0, 1] of a penetration (or joint error) removed per step.
+    pub stabilisation: f64,
+    /// Restitution e ∈ [0, 1] of a contact that is hit and whose rebound lasts: `w⁺ + e w⁻ ≥ 0`, see
+    /// [`Rebounds`](crate::interface_model::Rebounds).
+    pub restitution: f64,
+    /// Spring and damper of compliant contacts; none for rigid ones. With a spring, γ acts on joints only, and nothing rebounds but what the
+    /// spring throws back.
+    pub spring: Option<ContactSpring>,
+}
+
+impl ContactLaw {
+    /// Tells whether contacts rebound.
+    pub(super) fn rebounds(&self) -> bool {
+        self.restitution > 0.0 && self.spring.is_none()
+    }
+
+    /// Writes the law to a model.
+    pub(super) fn apply_to(&self, model: &mut ReducedInterfaceModel) {
+        model.restitution = self.restitution;
+        model.spring = self.spring;
+        if self.rebounds() {
+            model.own_approach = vec![0.0; model.contacts()];
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The energy books of a stepper.
+
+use super::ContactStepper;
+use crate::cosim::EnergyAccount;
+use crate::interface_model::{ContactSpring, Linearisation, Rows};
+use crate::linear_algebra::body_dot;
+use crate::mechanics::energy_ledger::EnergyLedger;
+
+/// Work and losses since the start.
+#[derive(Debug, Clone)]
+pub(in crate::mechanics) struct EnergyBooks {
+    pub(in crate::mechanics) ledger: EnergyLedger,
+    /// Energy that the dampers of compliant contacts took, J.
+    pub(super) damper_loss: f64,
+    /// `½ (v⁺ + v⁻)` and `v⁺ − v⁻` of the last step.
+    v_mean: Vec<f64>,
+    v_change: Vec<f64>,
+}
+
+impl EnergyBooks {
+    /// Reserves `velocities` velocities.
+    pub(super) fn new(velocities: usize) -> Self {
+        let zeros = vec![0.0; velocities];
+        EnergyBooks { ledger: EnergyLedger::default(), damper_loss: 0.0, v_mean: zeros.clone(), v_change: zeros }
+    }
+
+    /// Books the work of one step of `h` (s) with the impulses `[P_u; P_t; h λ_i]` and those of joints; `slip` is `Σ w_t⁺ P_t`, J.
+    ///
+    /// Impulses are paired with `v̄ = ½ (v⁺ + v⁻)`, and `T⁺ − T⁻ = v̄ᵀ M (v⁺ − v⁻)`.
+    pub(super) fn book(
+        &mut self,
+        eq3: &Linearisation,
+        (v, v_next): (&[f64], &[f64]),
+        (impulses, p_b): (&[f64], &[f64]),
+        slip: f64,
+        h: f64,
+    ) {
+        let EnergyBooks { ledger, v_mean, v_change, .. } = self;
+        for ((mean, change), (v, v_next)) in v_mean.iter_mut().zip(&mut *v_change).zip(v.iter().zip(v_next)) {
+            *mean = 0.5 * (v + v_next);
+            *change = v_next - v;
+        }
+        // Most contacts are open: no impulse, no work.
+        let work = |rows: &Rows, impulses: &[f64]| -> f64 {
+            let acting = impulses.iter().enumerate().filter(|(_, impulse)| **impulse != 0.0);
+            acting.map(|(index, impulse)| rows.velocity(index, v_mean) * impulse).sum()
+        };
+        let (normal, rest) = impulses.split_at(eq3.unilateral.len());
+        let (tangential, forces) = rest.split_at(eq3.tangential.len());
+        let mut interface = 0.0;
+        for (row, impulse) in forces.iter().enumerate() {
+            interface += eq3.interface.velocity(row, v_mean) * impulse;
+        }
+        ledger.book(EnergyLedger {
+            applied: h * body_dot(&eq3.force, v_mean),
+            bilateral: work(&eq3.bilateral, p_b),
+            contact: work(&eq3.unilateral, normal),
+            friction: work(&eq3.tangential, tangential),
+            slip,
+            interface,
+            kinetic: eq3.mass.product(v_mean, v_change),
+            ..EnergyLedger::default()
+        });
+    }
+
+    /// Returns the energy account, from changes of kinetic, potential and spring energy since the start (J).
+    ///
+    /// Of compliant contacts the loss is that of the dampers, and the springs are part of the stored energy. The error that the step makes
+    /// in both belongs to the integration.
+    fn account(&self, spring: Option<ContactSpring>, kinetic: f64, potential: f64, springs: f64) -> EnergyAccount {
+        let account = self.ledger.account(kinetic + potential, potential);
+        if spring.is_none() {
+            return account;
+        }
+        EnergyAccount {
+            stored: account.stored + springs,
+            contact: self.damper_loss,
+            integration: account.integration + springs + self.damper_loss - account.contact,
+            ..account
+        }
+    }
+}
+
+impl ContactStepper {
+    /// Returns the kinetic energy, J.
+    pub(in crate::mechanics) fn kinetic_energy(&self) -> f64 {
+        0.5 * self.eq3.mass.product(&self.v, &self.v)
+    }
+
+    /// Returns the energy in the springs of compliant contacts, J.
+    pub(in crate::mechanics) fn spring_energy(&self) -> f64 {
+        let energy = |spring: ContactSpring| self.eq3.unilateral.position.iter().map(|gap| spring.energy(*gap)).sum();
+        self.law.spring.map_or(0.0, energy)
+    }
+
+    /// Returns the energy account, from changes of kinetic, potential and spring energy since the start (J).
+    pub(in crate::mechanics) fn energy_account(&self, kinetic: f64, potential: f64, springs: f64) -> EnergyAccount {
+        self.energy.account(self.law.spring, kinetic, potential, springs)
+    }
+}

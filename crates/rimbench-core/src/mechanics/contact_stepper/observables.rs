@@ -1,0 +1,51 @@
+//! Observables that every model with contacts has.
+
+use super::ContactStepper;
+use crate::interface_model::{Redundancy, condense_in_modes};
+
+/// Observables that every model with contacts has.
+///
+/// Closed are contacts whose row was at its bound in the last step, whatever a scheme counts as closed. `effective_mass_kg` is that of
+/// the closed contacts; `active_effective_mass_kg` that of the contacts that carried impulse
+/// in the last step. The sum of contact forces is also there for contacts that have no name of their own.
+pub(in crate::mechanics) const CONTACT_OBSERVABLES: [&str; 5] =
+    ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg", "contact_force_sum_n"];
+
+impl ContactStepper {
+    /// Writes gaps, contact forces of the last step, and what the contacts do to the interface, in the order of
+    /// [`CONTACT_OBSERVABLES`]; `h` is the step that follows.
+    pub(in crate::mechanics) fn observe(&mut self, h: f64, gaps: &mut [f64], forces: &mut [f64], contact: &mut [f64]) {
+        let n_u = self.eq3.unilateral.len();
+        gaps.copy_from_slice(&self.eq3.unilateral.position[..gaps.len()]);
+        for (force, impulse) in forces.iter_mut().zip(&self.impulses[..n_u]) {
+            *force = impulse / self.last_step;
+        }
+        contact.fill(f64::NAN);
+        contact[4] = self.impulses[..n_u].iter().sum::<f64>() / self.last_step;
+        if self.reduce_for_model(h).is_err() {
+            return;
+        }
+        self.find_closed();
+        self.eq4.closed_contacts(&mut self.closed);
+        self.condense_closed();
+        contact[0] = self.closed.len() as f64;
+        contact[1] = self.condensation.rank as f64;
+        contact[2] = self.condensation.effective_mass;
+        contact[3] = contact[2];
+        if self.last_step.is_finite() {
+            let active = (0..n_u).filter(|&contact| self.impulses[contact] > 0.0);
+            // Mostly the contacts that are closed, or none.
+            if !active.clone().eq(self.closed.iter().copied()) {
+                self.closed.clear();
+                self.closed.extend(active);
+                self.condense_closed();
+                contact[3] = self.condensation.effective_mass;
+            }
+        }
+    }
+
+    fn condense_closed(&mut self) {
+        let modes = self.contacts.coulomb().map_or_else(|| self.eq4.modes(), |contacts| contacts.modes());
+        condense_in_modes(&self.eq4, modes, &self.closed, Redundancy::Drop, &mut self.condensation);
+    }
+}

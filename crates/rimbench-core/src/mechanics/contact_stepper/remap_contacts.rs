@@ -1,0 +1,35 @@
+//! Rows that come to stand for other contacts, as bodies travel.
+
+use super::ContactStepper;
+use super::step_contacts::StepContacts;
+use crate::error::Failure;
+use crate::interface_model::{Elimination, Rows};
+
+impl ContactStepper {
+    /// Goes over to rows that stand for other contacts, after a step; `columns` are those of the velocities that they can know. A contact that
+    /// was closed or hit in the step must have kept its row.
+    ///
+    /// # Errors
+    /// If they now meet so often that entries which are zero for good are few.
+    pub(in crate::mechanics) fn relist(&mut self, columns: Option<&[Vec<usize>]>) -> Result<(), Failure> {
+        // It follows from the problem of the rows as they were.
+        self.find_closed();
+        let (rows, velocities) = (self.eq3.unilateral.len(), self.eq3.velocities());
+        match columns.filter(|_| self.contacts.is_sparse()) {
+            Some(columns) => self.eq3.unilateral = Rows::in_columns(velocities, columns),
+            // What a row no longer knows must be zero.
+            None => self.eq3.unilateral = Rows::zeros(rows, velocities),
+        }
+        let pattern = Elimination::meeting(&self.eq3);
+        self.elimination = Elimination::with_meeting(&self.eq3, pattern.as_deref());
+        if let StepContacts::Sparse { solver, .. } = &mut self.contacts {
+            let few = "contacts that are listed anew meet so often that there is no room for them";
+            let pattern = pattern.ok_or_else(|| Failure::reported(few))?;
+            solver.change_pattern(&pattern);
+            self.eq4.set_meeting(pattern);
+        }
+        self.eq4.note_listing();
+        self.forget_reduction();
+        Ok(())
+    }
+}

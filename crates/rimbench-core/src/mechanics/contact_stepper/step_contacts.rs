@@ -1,0 +1,242 @@
+//! The contact problem of one step: posed from Eq. 4 and the contact law, and solved.
+//!
+//! ```text
+//! b = w + h a + H_·i hλ + contact law        w⁺ = H P + b        K ∋ P ⟂ w⁺ ∈ K*
+//! ```
+
+use super::coulomb::CoulombStep;
+use super::{ContactLaw, Rebounding};
+use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet};
+use crate::error::Failure;
+use crate::interface_model::{ReducedInterfaceModel, Solved, gap_velocity};
+use crate::linear_algebra::{SymmetricPattern, body_dot};
+
+/// Contact law and Eq. 4 of a step, from which the right-hand side of its contact problem follows.
+#[derive(Clone, Copy)]
+pub(super) struct ContactTerms<'a> {
+    pub(super) law: &'a ContactLaw,
+    pub(super) eq4: &'a ReducedInterfaceModel,
+    pub(super) rebounding: &'a Rebounding,
+    /// Length of the step, s.
+    pub(super) h: f64,
+    pub(super) solved: Solved,
+}
+
+impl ContactTerms<'_> {
+    /// Returns the gap term of a contact, or the impact term of one that rebounds, m/s.
+    pub(super) fn normal(&self, contact: usize) -> f64 {
+        let ContactTerms { law, eq4, rebounding, h, solved } = *self;
+        let gap_term = gap_velocity(eq4.gap[contact], h, h, law.stabilisation);
+        rebounding.normal_term(law, contact, gap_term, (eq4.w[contact], h), solved)
+    }
+
+    /// Returns the impact term of a stacked tangential row, m/s.
+    pub(super) fn tangential(&self, row: usize) -> f64 {
+        self.rebounding.tangential_term(self.law, row - self.eq4.contacts(), (self.eq4.w[row], self.h))
+    }
+
+    /// Returns `b` of one stacked row, `forces` being `h λ_i`.
+    pub(super) fn row(&self, row: usize, h_i: &[f64], forces: &[f64], term: f64) -> f64 {
+        let free = self.eq4.w[row] + self.h * self.eq4.a[row];
+        free + body_dot(h_i, forces) + term
+    }
+}
+
+/// A contact problem with a dense Delassus matrix: `H`, `b`, and `w⁺ = H P + b`.
+#[derive(Debug, Clone)]
+pub(super) struct DenseProblem {
+    pub(super) h: Vec<f64>,
+    pub(super) b: Vec<f64>,
+    pub(super) w: Vec<f64>,
+}
+
+impl DenseProblem {
+    pub(super) fn new(rows: usize) -> Self {
+        DenseProblem { h: vec![0.0; rows * rows], b: vec![0.0; rows], w: vec![0.0; rows] }
+    }
+
+    /// Poses the problem; tangential rows come after the normal ones.
+    pub(super) fn pose(&mut self, terms: ContactTerms<'_>, forces: &[f64]) {
+        let (rows, stacked, n) = (self.b.len(), terms.eq4.a.len(), terms.eq4.contacts());
+        for row in 0..rows {
+            let (h_cc, h_ci) = terms.eq4.h[row * stacked..(row + 1) * stacked].split_at(rows);
+            let term = if row < n { terms.normal(row) } else { terms.tangential(row) };
+            self.b[row] = terms.row(row, h_ci, forces, term);
+            let out = &mut self.h[row * rows..(row + 1) * rows];
+            // A few entries are copied faster one by one than by a call.
+            if rows < 6 { out.iter_mut().zip(h_cc).for_each(|(out, h)| *out = *h) } else { out.copy_from_slice(h_cc) }
+        }
+    }
+
+    /// Copies `H`, for trials with other right-hand sides.
+    fn copy_matrix(&mut self, eq4: &ReducedInterfaceModel) {
+        let (rows, stacked) = (self.b.len(), eq4.a.len());
+        for (row, out) in self.h.chunks_exact_mut(rows).enumerate() {
+            out.copy_from_slice(&eq4.h[row * stacked..row * stacked + rows]);
+        }
+    }
+
+    /// Replaces the rigid law by spring and damper.
+    fn add_compliance(&mut self, terms: ContactTerms<'_>) {
+        let Some(spring) = terms.law.spring else { return };
+        let (n, rates) = (self.b.len(), spring.gap_rates(terms.h));
+        for contact in 0..n {
+            self.b[contact] += rates.velocity(terms.eq4.gap[contact]) - terms.normal(contact);
+            self.h[contact * n + contact] += spring.diagonal(terms.h, terms.h);
+        }
+    }
+}
+
+/// The contact problem of a step with its solver.
+#[derive(Clone)]
+pub(super) enum StepContacts {
+    /// Without friction, every entry of `H` kept.
+    Signorini {
+        problem: DenseProblem,
+        solver: Box<Checked>,
+    },
+    /// Without friction, `H` by its pattern: its entries stay in Eq. 4.
+    Sparse {
+        b: Vec<f64>,
+        solver: Box<SparseActiveSet>,
+    },
+    Coulomb(Box<CoulombStep>),
+}
+
+impl StepContacts {
+    /// Reserves `contacts` contacts without friction, with `pattern` or every entry.
+    pub(super) fn new(contacts: usize, pattern: Option<&SymmetricPattern>, solver: Checked) -> Self {
+        match pattern {
+            Some(pattern) => StepContacts::Sparse {
+                b: vec![0.0; contacts],
+                solver: Box::new(SparseActiveSet::new(pattern, solver.tolerance())),
+            },
+            None => StepContacts::Signorini { problem: DenseProblem::new(contacts), solver: Box::new(solver) },
+        }
+    }
+
+    /// Solves for the contact impulses of one step; `impulses` holds `h λ_i` behind them already.
+    ///
+    /// # Errors
+    /// Those of the solver.
+    #[inline]
+    pub(super) fn solve(&mut self, terms: ContactTerms<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
+        let (impulses, forces) = impulses.split_at_mut(terms.eq4.interface_start());
+        match self {
+            StepContacts::Signorini { problem, solver } => {
+                problem.pose(terms, forces);
+                problem.add_compliance(terms);
+                solver.solve(Lcp::new(&problem.h, &problem.b), impulses)?;
+            }
+            StepContacts::Sparse { b, solver } => {
+                for (contact, b) in b.iter_mut().enumerate() {
+                    *b = terms.eq4.w[contact] + terms.h * terms.eq4.a[contact] + terms.normal(contact);
+                }
+                for (i, &force) in forces.iter().enumerate() {
+                    let column = terms.eq4.interface_column(i).expect("Eq. 4 is sparse");
+                    b.iter_mut().zip(column).for_each(|(b, h)| *b += h * force);
+                }
+                solver.forget_matrix();
+                solver.solve(terms.eq4.contact_rows().expect("Eq. 4 is sparse"), b, impulses)?;
+            }
+            StepContacts::Coulomb(contacts) => contacts.solve(terms, impulses, forces)?,
+        }
+        Ok(())
+    }
+
+    /// Prepares for trials with the matrix of Eq. 4.
+    pub(super) fn begin_trials(&mut self, eq4: &ReducedInterfaceModel) {
+        match self {
+            StepContacts::Signorini { problem, .. } => problem.copy_matrix(eq4),
+            StepContacts::Sparse { solver, .. } => solver.forget_matrix(),
+            StepContacts::Coulomb(contacts) => contacts.problem.copy_matrix(eq4),
+        }
+    }
+
+    /// Solves a trial with the right-hand side `b`, and writes its impulses and velocities `H P + b`.
+    ///
+    /// # Errors
+    /// Those of the solver.
+    pub(super) fn try_solve(
+        &mut self,
+        eq4: &ReducedInterfaceModel,
+        b: &[f64],
+        impulses: &mut [f64],
+        velocities: &mut [f64],
+    ) -> Result<(), Failure> {
+        match self {
+            StepContacts::Signorini { problem: DenseProblem { h, .. }, solver } => {
+                solver.solve(Lcp::new(h, b), impulses)?;
+                for ((velocity, b), row) in velocities.iter_mut().zip(b).zip(h.chunks_exact(b.len())) {
+                    *velocity = b + body_dot(row, impulses);
+                }
+            }
+            StepContacts::Sparse { solver, .. } => {
+                solver.solve(eq4.contact_rows().expect("Eq. 4 is sparse"), b, impulses)?;
+                velocities.copy_from_slice(solver.velocities());
+            }
+            StepContacts::Coulomb(contacts) => contacts.try_solve(b, impulses, velocities)?,
+        }
+        Ok(())
+    }
+
+    /// Returns `w⁺` of the last step, m/s, normal rows first, and the part of it that is rounding: the solver's tolerance times `‖b‖_∞`.
+    pub(super) fn velocities_after(&mut self, impulses: &[f64]) -> (&[f64], f64) {
+        let scale = |b: &[f64]| b.iter().fold(0.0, |max, b| if b.abs() > max { b.abs() } else { max });
+        match self {
+            StepContacts::Signorini { problem: DenseProblem { h, b, w }, solver } => {
+                let n = b.len();
+                w.copy_from_slice(b);
+                // Few contacts carry impulse, and the matrix is symmetric: its rows are its columns.
+                for (contact, &impulse) in impulses[..n].iter().enumerate() {
+                    if impulse != 0.0 {
+                        w.iter_mut().zip(&h[contact * n..(contact + 1) * n]).for_each(|(w, h)| *w += h * impulse);
+                    }
+                }
+                (w, solver.tolerance() * scale(b))
+            }
+            StepContacts::Sparse { b, solver } => (solver.velocities(), solver.tolerance() * scale(b)),
+            StepContacts::Coulomb(contacts) => (&contacts.problem.w, contacts.rounding_velocity()),
+        }
+    }
+
+    /// Returns the energy that the dampers of compliant contacts took in the step just solved, J.
+    pub(super) fn damper_loss(&self, terms: ContactTerms<'_>, impulses: &[f64], mut total: f64) -> f64 {
+        let (Some(spring), StepContacts::Signorini { problem: DenseProblem { h, b, .. }, .. }) =
+            (terms.law.spring, self)
+        else {
+            return total;
+        };
+        let (n, rates) = (b.len(), spring.gap_rates(terms.h));
+        for contact in 0..n {
+            let (gap, impulse) = (terms.eq4.gap[contact], impulses[contact]);
+            let row = body_dot(&h[contact * n..(contact + 1) * n], &impulses[..n]);
+            let w = b[contact] + row - rates.velocity(gap) - spring.diagonal(terms.h, terms.h) * impulse;
+            total += spring.loss(impulse, gap, w, terms.h);
+        }
+        total
+    }
+
+    pub(super) fn counters(&self) -> SolverCounters {
+        match self {
+            StepContacts::Signorini { solver, .. } => solver.counters(),
+            StepContacts::Sparse { solver, .. } => solver.counters(),
+            StepContacts::Coulomb(contacts) => contacts.counters(),
+        }
+    }
+
+    /// Returns the solver of contacts without friction whose `H` keeps every entry.
+    pub(super) fn signorini(&mut self) -> Option<&mut Checked> {
+        if let StepContacts::Signorini { solver, .. } = self { Some(solver) } else { None }
+    }
+
+    /// Returns the contacts with friction, if they have it.
+    pub(super) fn coulomb(&self) -> Option<&CoulombStep> {
+        if let StepContacts::Coulomb(contacts) = self { Some(contacts) } else { None }
+    }
+
+    /// Tells whether only the non-zeros of `H` are kept.
+    pub(super) fn is_sparse(&self) -> bool {
+        matches!(self, StepContacts::Sparse { .. })
+    }
+}
