@@ -1,6 +1,7 @@
 //! The documents: links lead somewhere, tests that they name exist, everything that runs by name has its page, and numbers that
 //! they repeat are those of the committed files.
 
+pub use crate::prose::{documents, files, prose, read, root};
 use crate::support::{cases, schemes};
 use rimbench::figures::{fill_page, without_filled};
 use rimbench::numerics_version::NUMERICS_VERSION;
@@ -12,46 +13,6 @@ use std::path::{Path, PathBuf};
 const LONGEST_LINE: usize = 120;
 /// Longest METHODOLOGY.md, in lines: a contract is read in one go.
 const LONGEST_CONTRACT: usize = 150;
-
-pub fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-pub fn read(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-/// All files with an extension below a folder.
-pub fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            found.extend(files(&path, extension));
-        } else if path.extension().is_some_and(|own| own == extension) {
-            found.push(path);
-        }
-    }
-    found.sort();
-    found
-}
-
-/// Pages of the book, and the documents beside it.
-pub fn documents() -> Vec<PathBuf> {
-    let mut documents = files(&root().join("docs"), "md");
-    documents.extend(["README.md", "METHODOLOGY.md", "CONTRIBUTING.md"].map(|name| root().join(name)));
-    documents
-}
-
-/// The lines of a text with their numbers, without those of code.
-pub fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let mut code = false;
-    text.lines().enumerate().map(|(index, line)| (index + 1, line)).filter(move |(_, line)| {
-        let fence = line.trim_start().starts_with("```");
-        code ^= fence;
-        !code && !fence
-    })
-}
 
 /// Targets of the links of a line, in either form.
 fn links(line: &str) -> impl Iterator<Item = &str> {

@@ -25,6 +25,7 @@ mod parsers;
 mod perf;
 mod perf_command_line;
 mod program;
+mod prose;
 mod ranking;
 mod report;
 mod reproduction;
