@@ -249,34 +249,6 @@ pub fn with_short_numbers(text: &str) -> String {
     short + rest
 }
 
-/// Line of a place in a text, from 1.
-pub fn line_of(text: &str, place: usize) -> usize {
-    1 + text.bytes().take(place).filter(|byte| *byte == b'\n').count()
-}
-
-/// What a reader of a text has to say about a place in it: line, column, the beginning of what stands there, and the message.
-pub fn said_at(text: &str, place: Option<std::ops::Range<usize>>, message: &str) -> String {
-    let message = message.trim_end().replace('\n', "; ");
-    let Some(place) = place.filter(|place| text.is_char_boundary(place.start)) else { return shortened_line(&message) };
-    let before = &text[..place.start];
-    let column = 1 + before.rsplit('\n').next().unwrap_or_default().chars().count();
-    // The whole line where it is short, else what stands at the place.
-    let start = before.rfind('\n').map_or(0, |end| end + 1);
-    let line = text[start..].lines().next().unwrap_or_default();
-    let here =
-        if line.chars().count() <= REPEATED { line } else { text[place.start..].lines().next().unwrap_or_default() };
-    let message = shortened_line(&message);
-    format!("line {}, column {column}: `{}`: {message}", line_of(text, place.start), shortened(here.trim()))
-}
-
-/// A message of others, which may repeat what it was given.
-fn shortened_line(message: &str) -> String {
-    match message.char_indices().nth(6 * REPEATED) {
-        Some((end, _)) => format!("{}…", &message[..end]),
-        None => message.to_owned(),
-    }
-}
-
 fn did_you_mean(found: &str, valid: &[String]) -> String {
     let nearest = valid.iter().map(|name| (strsim::damerau_levenshtein(found, name), name)).min();
     match nearest {
@@ -311,16 +283,6 @@ mod tests {
             let message = error.to_string();
             assert!(message.contains(wanted) && message.len() < 400 && message.lines().count() == 1, "{message}");
         }
-    }
-
-    #[test]
-    fn a_place_in_a_text_is_told_by_line_and_column_and_what_stands_there() {
-        let text = "a = 1\nsteps = 5e-3\n";
-        assert_eq!(said_at(text, Some(14..18), "no list"), "line 2, column 9: `steps = 5e-3`: no list");
-        assert_eq!(said_at(text, None, "no list\n"), "no list");
-        let long = format!("a = 1\nb = \"{}\"\n", "x".repeat(400_000));
-        let said = said_at(&long, Some(10..14), &"y".repeat(400_000));
-        assert!(said.starts_with("line 2, column 5: `\"xxxx") && said.len() < 1000, "{said}");
     }
 
     #[test]

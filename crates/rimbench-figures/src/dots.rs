@@ -8,8 +8,8 @@ use super::figure::fits;
 use super::panel::{BELOW, LABEL_SIZE, TICK, TICK_SIZE, TITLE_SIZE, crisp, fitting_ticks};
 use super::scale::{AxisMap, interval};
 use super::{font, marker};
+use crate::line_style::Marker;
 use rimbench_core::error::Result;
-use rimbench_core::schemes::Marker;
 
 const MARGIN: f64 = 8.0;
 /// Height of a row, px.

@@ -36,6 +36,7 @@ pub mod days;
 pub mod dots;
 pub mod drawing;
 pub mod heatmap;
+pub mod line_style;
 pub mod manoeuvre;
 pub mod render;
 pub mod report;

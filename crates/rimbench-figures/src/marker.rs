@@ -1,7 +1,7 @@
 //! Draws the signs at data points.
 
 use super::drawing::{Color, Drawing, Point, Stroke};
-use rimbench_core::schemes::Marker;
+use crate::line_style::Marker;
 
 /// Draws a marker of the given half size (px). A thin white rim keeps neighbours apart.
 pub fn draw(drawing: &mut Drawing, marker: Marker, at: Point, size: f64, color: Color) {

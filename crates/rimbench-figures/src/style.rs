@@ -1,11 +1,12 @@
-//! How schemes are drawn: as their entries say, the same in every figure.
+//! How schemes are drawn, the same in every figure.
 //!
-//! A variant of a scheme (another force return, say) keeps the colour and changes dash and marker. A name that no entry has gets
-//! a style computed from its letters, so a user's scheme looks the same today and tomorrow.
+//! A variant of a scheme (another force return, say) keeps the colour and changes dash and marker. A user's scheme gets a free style, chosen
+//! by the letters of its name.
 
 use super::drawing::{Color, DashPattern};
+use super::line_style::{Dash, LineStyle, Marker};
 use rimbench_core::name::Name;
-use rimbench_core::schemes::{Dash, LineStyle, Marker, SchemeEntry, standard_schemes};
+use rimbench_core::schemes::{SchemeEntry, standard_schemes};
 
 /// Width of a line, px.
 const WIDTH: f64 = 1.35;
@@ -83,13 +84,17 @@ struct SchemeStyle {
 impl Styles {
     /// Those of these schemes.
     pub fn of<'a>(schemes: impl IntoIterator<Item = &'a SchemeEntry>) -> Self {
-        let style = |scheme: &SchemeEntry| SchemeStyle {
-            name: scheme.name.clone(),
-            line: scheme.line,
-            real_time: scheme.real_time(),
-            force_return: scheme.sequence_and_return(None, None).map(|(_, back)| back.to_string()).unwrap_or_default(),
-        };
-        Styles { schemes: schemes.into_iter().map(style).collect() }
+        let mut styles: Vec<SchemeStyle> = Vec::new();
+        for scheme in schemes {
+            let back = scheme.sequence_and_return(None, None).map(|(_, back)| back.to_string());
+            styles.push(SchemeStyle {
+                name: scheme.name.clone(),
+                line: LineStyle::free(&scheme.name, |style| styles.iter().any(|other| other.line == *style)),
+                real_time: scheme.real_time(),
+                force_return: back.unwrap_or_default(),
+            });
+        }
+        Styles { schemes: styles }
     }
 
     /// Those of the built-in schemes.
@@ -305,6 +310,7 @@ pub fn style_in_list(index: usize) -> SeriesStyle {
 
 #[cfg(test)]
 mod tests {
+    use super::super::line_style::SCHEMES;
     use super::*;
 
     #[test]
@@ -323,11 +329,10 @@ mod tests {
 
     #[test]
     fn every_colour_stands_out_from_the_paper_and_dark_ones_are_left_as_they_are() {
-        for scheme in standard_schemes() {
-            let [red, green, blue] = scheme.line.color;
+        for (scheme, LineStyle { color: [red, green, blue], .. }) in SCHEMES {
             let own = Color(red, green, blue);
-            assert!(contrast(legible(own)) >= CONTRAST, "{}", scheme.name);
-            assert_eq!(legible(own), own, "{} is darkened", scheme.name);
+            assert!(contrast(legible(own)) >= CONTRAST, "{scheme}");
+            assert_eq!(legible(own), own, "{scheme} is darkened");
         }
         let pale = Color(0xE6, 0x9F, 0x00);
         assert!(
@@ -377,12 +382,10 @@ mod tests {
         assert!((least_distance(Color(0, 0, 0), Color::WHITE) - 100.0).abs() < 0.1);
         // What a red-green deficiency merges: the colours that these two schemes once had.
         assert!(least_distance(Color(0xD5, 0x5E, 0x00), Color(0xB0, 0x8A, 0x00)) < 3.0);
-        let schemes = standard_schemes();
-        for (index, scheme) in schemes.iter().enumerate() {
-            for other in &schemes[..index] {
-                let [one, two] = [scheme, other].map(|scheme| SeriesStyle::from(scheme.line).color);
-                let apart = least_distance(one, two);
-                assert!(apart > 6.5, "{} and {} are {apart:.1} apart", scheme.name, other.name);
+        for (index, (scheme, one)) in SCHEMES.into_iter().enumerate() {
+            for (other, two) in SCHEMES.into_iter().take(index) {
+                let apart = least_distance(SeriesStyle::from(one).color, SeriesStyle::from(two).color);
+                assert!(apart > 6.5, "{scheme} and {other} are {apart:.1} apart");
             }
         }
         // Those that stand in most figures are farther apart.
@@ -465,14 +468,12 @@ mod tests {
     }
 
     #[test]
-    fn a_scheme_is_drawn_as_its_entry_says() {
+    fn a_scheme_of_a_user_has_a_style_of_its_own() {
         let mut mine = standard_schemes().swap_remove(0);
         mine.name = "my-scheme".into();
-        mine.line = LineStyle::new([1, 2, 3], Dash::Short, Marker::Star);
         let styles = Styles::of([&mine]);
-        assert_eq!(styles.of_label("my-scheme"), mine.line.into());
-        assert_eq!(styles.of_label("my-scheme").color, Color(1, 2, 3));
-        // What is in no entry looks as its letters say, and not like the others.
+        assert_eq!(styles.of_label("my-scheme"), LineStyle::of_name("my-scheme").into());
+        // So has a name without an entry.
         assert_eq!(styles.of_label("another-scheme"), LineStyle::of_name("another-scheme").into());
         assert_ne!(styles.of_label("another-scheme"), styles.of_label("my-scheme"));
         assert_eq!(styles.of_label("reference").color, Color(0, 0, 0));

@@ -5,4 +5,5 @@ pub mod checksums;
 pub mod input;
 pub mod kept;
 pub mod results_table;
+pub mod text_place;
 pub mod trace;

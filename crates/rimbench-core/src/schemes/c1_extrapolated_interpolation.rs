@@ -16,7 +16,6 @@
 
 use super::course::shifted;
 use super::entry::SchemeEntry;
-use super::line_style::{Dash, LineStyle, Marker};
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
@@ -24,7 +23,6 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
         samples: 2,
-        line: LineStyle::new([0x60, 0x30, 0x8A], Dash::DashDot, Marker::Pentagon),
         ..SchemeEntry::new(
             "c1-extrapolated-interpolation",
             "Extrapolate linearly to the end of the macro step, join by a cubic without jump or kink",

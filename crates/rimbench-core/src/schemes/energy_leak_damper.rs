@@ -20,7 +20,6 @@
 //! bound relative to the coupling force and its default are ours.
 
 use super::entry::{Gain, SchemeEntry};
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Side};
 use crate::error::Failure;
@@ -34,7 +33,6 @@ pub(super) fn entry() -> SchemeEntry {
         gain: Some(Gain {
             about: "γ, most damper force per coupling force".into(), default: BOUND, range: [0.0, 1.0]
         }),
-        line: LineStyle::new([0x79, 0x5B, 0x3C], Dash::Short, Marker::Plus),
         ..SchemeEntry::new(
             "energy-leak-damper",
             "Hold; energy created at the interface is counted and dissipated in a bounded virtual damper",

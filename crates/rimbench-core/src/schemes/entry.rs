@@ -3,7 +3,6 @@
 use super::construction::{Construction, ModelConstruction};
 use super::contact_detection::{ContactDetection, DetectionRule};
 use super::coupling::Coupling;
-use super::line_style::LineStyle;
 use super::model_options::{ModelMotion, ModelOptions};
 use super::need::Need;
 use crate::ceilings::Driver;
@@ -66,8 +65,6 @@ pub struct SchemeEntry {
     pub condenses: bool,
     /// By what it is run. Only what the loop itself runs can run in real time.
     pub driver: Driver,
-    /// How it is drawn.
-    pub line: LineStyle,
     /// Builds the scheme.
     pub build: BuildScheme,
 }
@@ -86,10 +83,8 @@ impl SchemeEntry {
         about: impl Into<Name>,
         build: impl Fn(&Construction<'_>) -> Result<Box<dyn CouplingScheme>> + Send + Sync + 'static,
     ) -> Self {
-        let name = name.into();
         SchemeEntry {
-            line: LineStyle::of_name(&name),
-            name,
+            name: name.into(),
             about: about.into(),
             family: Family::Signal,
             order: 1,

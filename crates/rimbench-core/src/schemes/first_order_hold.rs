@@ -9,13 +9,11 @@
 
 use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use super::line_style::{Dash, LineStyle, Marker};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
         samples: 2,
-        line: LineStyle::new([0x0D, 0x9B, 0xE8], Dash::DashDotDot, Marker::Triangle),
         ..SchemeEntry::new("first-order-hold", "Extrapolate linearly from the last two samples", |construction| {
             Ok(Extrapolation::boxed(1, construction.ports))
         })

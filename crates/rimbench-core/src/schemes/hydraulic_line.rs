@@ -24,7 +24,6 @@
 
 use super::construction::sent_lines;
 use super::entry::{Gain, SchemeEntry};
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use crate::cosim::{CouplingScheme, LineForces, MicroStep, Sample, SchemeReport, Side};
 use crate::error::Failure;
@@ -38,7 +37,6 @@ pub(super) fn entry() -> SchemeEntry {
             default: 0.0,
             range: [0.0, 0.9],
         }),
-        line: LineStyle::new([0x68, 0x57, 0x21], Dash::Dotted, Marker::Diamond),
         ..SchemeEntry::new(
             "hydraulic-line",
             "The actuator's oil as lines whose travel time is the macro step; waves instead of extrapolation",

@@ -19,7 +19,6 @@ use super::course::{Course, hermite};
 use super::entry::{Family, SchemeEntry};
 use super::exponential_step::ExponentialStep;
 use super::interface_acceleration::InterfaceAcceleration;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use super::true_acceleration::interpolate;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, OutputRates, PerSide, Sample, SchemeReport, Side};
@@ -30,7 +29,6 @@ pub(super) fn entry() -> SchemeEntry {
         family: Family::Model,
         order: 2,
         needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NoFriction, Need::OutputRates],
-        line: LineStyle::new([0x51, 0x8B, 0x09], Dash::DashDot, Marker::Star),
         ..SchemeEntry::new(
             "interface-exponential",
             "Both outputs predicted as one coupled linear system, exactly, and sent as profiles",

@@ -22,7 +22,6 @@ use super::active_contacts::ActiveContacts;
 use super::construction::{Construction, ModelConstruction, sent, sent_rates};
 use super::course::Course;
 use super::entry::{Family, SchemeEntry};
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use super::recorded_modes::RecordedModes;
 use crate::cosim::{CouplingScheme, Cubic, MacroStep, MicroStep, OutputRates, Sample, SchemeReport, Side};
@@ -42,7 +41,6 @@ pub(super) fn entry() -> SchemeEntry {
             Need::Rows(MOST_ROWS),
             Need::NotMechanicsFirst,
         ],
-        line: LineStyle::new([0x6E, 0xA1, 0x51], Dash::Long, Marker::Star),
         ..SchemeEntry::new(
             "interface-jacobian",
             "One Newton step on the linearised coupling equations per macro step, nothing taken back",

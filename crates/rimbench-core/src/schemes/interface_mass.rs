@@ -17,7 +17,6 @@ use super::construction::{Construction, sent, sent_rates};
 use super::course::Course;
 use super::entry::{Family, Gain, SchemeEntry};
 use super::interface_acceleration::InterfaceAcceleration;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use super::taylor_force::taylor_force;
 use crate::cosim::{CouplingScheme, Cubic, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
@@ -40,7 +39,6 @@ pub(super) fn entry() -> SchemeEntry {
             default: 1.0,
             range: [0.0, 2.0],
         }),
-        line: LineStyle::new([0x5B, 0x6E, 0x1F], Dash::Dashed, Marker::Diamond),
         ..SchemeEntry::new(
             "interface-mass",
             "The actuator moves a copy of the interface mass, with all other loads on it held",

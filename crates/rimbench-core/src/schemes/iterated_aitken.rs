@@ -13,7 +13,6 @@
 
 use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use crate::ceilings::{Driver, Iteration};
 use crate::cosim::{Sequence, Side};
@@ -31,7 +30,6 @@ pub(super) fn entry() -> SchemeEntry {
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
         needs: vec![Need::Copies],
         driver: Driver::Iterated(Iteration { tolerance: TOLERANCE, most_iterations: MOST_ITERATIONS }),
-        line: LineStyle::new([0x5B, 0x5B, 0x5B], Dash::Dashed, Marker::OpenCircle),
         ..SchemeEntry::new(
             "iterated-aitken",
             "Ceiling: repeat each macro step to agreement, Aitken relaxation",

@@ -27,7 +27,6 @@ mod interface_exponential;
 mod interface_jacobian;
 mod interface_mass;
 mod iterated_aitken;
-mod line_style;
 mod model_contacts;
 mod model_corrected_outputs;
 mod model_options;
@@ -57,7 +56,6 @@ pub use course::Course;
 pub use entry::{BuildScheme, Family, Gain, SchemeEntry};
 pub use information::InformationClass;
 pub use instead::instead_of;
-pub use line_style::{Dash, LineStyle, Marker};
 pub use model_options::{ModelMotion, ModelOptions};
 pub use need::Need;
 

@@ -19,7 +19,6 @@ use super::construction::{Construction, sent, sent_rates};
 use super::course::Course;
 use super::entry::{Family, Gain, SchemeEntry};
 use super::interface_acceleration::InterfaceAcceleration;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use super::output_integral::OutputIntegral;
 use super::taylor_force::taylor_force;
@@ -44,7 +43,6 @@ pub(super) fn entry() -> SchemeEntry {
             default: 1.0,
             range: [0.0, 2.0],
         }),
-        line: LineStyle::new([0x4B, 0x66, 0x9E], Dash::Long, Marker::Pentagon),
         ..SchemeEntry::new(
             "model-corrected-outputs",
             "What the mechanics' outputs lack for want of impulse is added from its model; the impulse follows",

@@ -12,13 +12,11 @@
 
 use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use super::line_style::{Dash, LineStyle, Marker};
 use crate::ceilings::Driver;
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         driver: Driver::Monolithic,
-        line: LineStyle::new([0x2E, 0x2E, 0x2E], Dash::Long, Marker::OpenCircle),
         // Holds what it receives, for whoever asks; the driver does not.
         ..SchemeEntry::new("monolithic", "Ceiling: both sides together at the micro step", |construction| {
             Ok(Extrapolation::boxed(0, construction.ports))

@@ -26,7 +26,6 @@
 
 use super::construction::Construction;
 use super::entry::{Gain, SchemeEntry};
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use super::output_integral::OutputIntegral;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, SchemeReport, Side};
@@ -40,7 +39,6 @@ pub(super) fn entry() -> SchemeEntry {
         order: 2,
         samples: 2,
         gain: Some(gain()),
-        line: LineStyle::new([0x00, 0x62, 0x77], Dash::Short, Marker::Triangle),
         ..SchemeEntry::new("nepce", "Hold, plus the mean error of the last macro step's hold", |construction| {
             Ok(Nepce::boxed(construction, 0))
         })
@@ -53,7 +51,6 @@ pub(super) fn first_order() -> SchemeEntry {
         samples: 3,
         needs: vec![Need::OutputRatesIfFeedthrough],
         gain: Some(gain()),
-        line: LineStyle::new([0x13, 0x4E, 0x9E], Dash::DashDot, Marker::Triangle),
         ..SchemeEntry::new(
             "integral-correction-first-order",
             "nepce on a first-order base: linear extrapolation, plus the mean error of the last macro step's",

@@ -12,7 +12,6 @@
 
 use super::construction::{ModelConstruction, sent};
 use super::entry::{Family, SchemeEntry};
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::Failure;
@@ -23,7 +22,6 @@ pub(super) fn entry() -> SchemeEntry {
         family: Family::Model,
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
         needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
-        line: LineStyle::new([0x7B, 0x7D, 0x7F], Dash::Dotted, Marker::Cross),
         ..SchemeEntry::new(
             "rim-fixed-mass",
             "Constant effective mass of the start, no free acceleration, no contacts (ablation)",

@@ -10,12 +10,10 @@
 //! **Source**: Raoofian, Kövecses, Teichmann, Eq. 4.
 
 use super::entry::SchemeEntry;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::reduced_interface::{Contacts, ReducedInterface};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        line: LineStyle::new([0x00, 0x72, 0xB2], Dash::Dashed, Marker::Circle),
         ..ReducedInterface::entry(
             "rim-nonsmooth",
             "Reduced interface model; contacts closed at the communication point may open (the paper's proposal)",

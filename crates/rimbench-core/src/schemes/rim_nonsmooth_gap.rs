@@ -11,13 +11,11 @@
 //! **Source**: ours, after Raoofian, Kövecses, Teichmann.
 
 use super::entry::SchemeEntry;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::reduced_interface::{Contacts, ReducedInterface};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         has_mechanics_law: true,
-        line: LineStyle::new([0x00, 0x9E, 0x73], Dash::DashDot, Marker::Square),
         ..ReducedInterface::entry(
             "rim-nonsmooth-gap",
             "Reduced interface model; all contacts with their gaps, closing and opening at any micro step",

@@ -11,12 +11,10 @@
 //! **Source**: Peiret, González, Kövecses, Teichmann 2018; the smooth RIM of Raoofian, Kövecses, Teichmann.
 
 use super::entry::SchemeEntry;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::reduced_interface::{Contacts, ReducedInterface};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        line: LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond),
         ..ReducedInterface::entry(
             "rim-smooth",
             "Reduced interface model; contacts closed at the communication point are bilateral",

@@ -13,12 +13,10 @@
 //! are ours.
 
 use super::entry::SchemeEntry;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::reduced_interface::{Contacts, ReducedInterface};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        line: LineStyle::new([0x8C, 0x3B, 0x0C], Dash::DashDot, Marker::OpenDiamond),
         ..ReducedInterface::entry(
             "rim-smooth-active",
             "Reduced interface model; contacts that carry impulse at the communication point are bilateral",

@@ -9,13 +9,11 @@
 
 use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use super::line_style::{Dash, LineStyle, Marker};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 3,
         samples: 3,
-        line: LineStyle::new([0xB7, 0x66, 0x97], Dash::Dotted, Marker::Pentagon),
         ..SchemeEntry::new(
             "second-order-hold",
             "Extrapolate quadratically from the last three samples",

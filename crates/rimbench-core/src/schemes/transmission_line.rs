@@ -31,7 +31,6 @@
 
 use super::construction::sent;
 use super::entry::{Gain, SchemeEntry};
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use crate::cosim::{CouplingScheme, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::Failure;
@@ -48,7 +47,6 @@ pub(super) fn entry() -> SchemeEntry {
             default: IMPEDANCE,
             range: [1e-3, 1e3],
         }),
-        line: LineStyle::new([0x99, 0x97, 0x2A], Dash::DashDotDot, Marker::Pentagon),
         ..SchemeEntry::new(
             "transmission-line",
             "A line between the sides whose travel time is the macro step; waves instead of extrapolation",

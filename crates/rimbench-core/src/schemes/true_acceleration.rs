@@ -22,7 +22,6 @@ use super::construction::{Construction, sent, sent_rates};
 use super::course::{Course, hermite};
 use super::entry::SchemeEntry;
 use super::interface_acceleration::InterfaceAcceleration;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use super::taylor_force::taylor_force;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, OutputRates, Sample, SchemeReport, Side};
@@ -32,7 +31,6 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
         needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NoFriction, Need::OutputRates],
-        line: LineStyle::new([0xB4, 0x29, 0x59], Dash::Long, Marker::Circle),
         ..SchemeEntry::new(
             "true-acceleration",
             "Hold the acceleration that the mechanics has, integrate it to velocity and position",

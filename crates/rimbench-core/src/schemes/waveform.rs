@@ -13,7 +13,6 @@
 
 use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use super::line_style::{Dash, LineStyle, Marker};
 use super::need::Need;
 use crate::ceilings::{Driver, Waveform};
 
@@ -27,7 +26,6 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         needs: vec![Need::Copies],
         driver: Driver::Waveform(Waveform { tolerance: TOLERANCE, most_iterations: MOST_ITERATIONS }),
-        line: LineStyle::new([0x4A, 0x4A, 0x4A], Dash::Dotted, Marker::OpenSquare),
         // Holds what it receives, for whoever asks; the driver does not.
         ..SchemeEntry::new(
             "waveform",

@@ -9,13 +9,9 @@
 
 use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use super::line_style::{Dash, LineStyle, Marker};
 
 pub(super) fn entry() -> SchemeEntry {
-    SchemeEntry {
-        line: LineStyle::new([0xA7, 0x73, 0x33], Dash::Short, Marker::Square),
-        ..SchemeEntry::new("zero-order-hold", "Hold the last sample", |construction| {
-            Ok(Extrapolation::boxed(0, construction.ports))
-        })
-    }
+    SchemeEntry::new("zero-order-hold", "Hold the last sample", |construction| {
+        Ok(Extrapolation::boxed(0, construction.ports))
+    })
 }

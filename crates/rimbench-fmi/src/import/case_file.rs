@@ -12,9 +12,10 @@ use rimbench_cases::cases::{
 };
 use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem, check_coupling};
-use rimbench_core::error::{Error, Result, said_at};
+use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name};
 use rimbench_results::input::read_text;
+use rimbench_results::text_place::said_at;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};

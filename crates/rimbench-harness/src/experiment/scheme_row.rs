@@ -2,7 +2,8 @@
 
 use crate::grid::{MacroSteps, scalar_text};
 use rimbench_cases::runs::RunRequest;
-use rimbench_core::error::{Error, Result, line_of, said_at, shortened};
+use rimbench_core::error::{Error, Result, shortened};
+use rimbench_results::text_place::{line_of, said_at};
 use std::collections::BTreeMap;
 use toml::Spanned;
 

@@ -1,0 +1,185 @@
+//! Colour, dash and marker of each scheme, the same in every figure.
+
+/// Colour, dash and marker of one series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LineStyle {
+    /// Red, green, blue.
+    pub color: [u8; 3],
+    /// Dash pattern of the line.
+    pub dash: Dash,
+    /// Sign at the data points.
+    pub marker: Marker,
+}
+
+/// Dash pattern of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dash {
+    /// No gaps.
+    Solid,
+    /// Long dashes.
+    Long,
+    /// Dashes.
+    Dashed,
+    /// Short dashes.
+    Short,
+    /// Dots.
+    Dotted,
+    /// Dash and dot.
+    DashDot,
+    /// Dash and two dots.
+    DashDotDot,
+}
+
+/// The sign at a data point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Marker {
+    /// Filled circle.
+    Circle,
+    /// Filled square.
+    Square,
+    /// Filled diamond.
+    Diamond,
+    /// Filled triangle, point down. (Point up is reserved for values beyond the axis.)
+    Triangle,
+    /// Filled pentagon.
+    Pentagon,
+    /// Filled star.
+    Star,
+    /// Upright cross.
+    Plus,
+    /// Diagonal cross.
+    Cross,
+    /// Open circle.
+    OpenCircle,
+    /// Open square.
+    OpenSquare,
+    /// Open diamond.
+    OpenDiamond,
+}
+
+/// Styles of the built-in schemes. The colours begin with those of Okabe and Ito; all stand out from white paper, and no two merge for readers
+/// with a common deficiency of colour vision (tests compute both). Dash and marker tell the series apart in grey.
+pub(super) const SCHEMES: [(&str, LineStyle); 22] = [
+    ("rim-smooth", LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond)),
+    ("rim-smooth-active", LineStyle::new([0x8C, 0x3B, 0x0C], Dash::DashDot, Marker::OpenDiamond)),
+    ("rim-nonsmooth", LineStyle::new([0x00, 0x72, 0xB2], Dash::Dashed, Marker::Circle)),
+    ("rim-nonsmooth-gap", LineStyle::new([0x00, 0x9E, 0x73], Dash::DashDot, Marker::Square)),
+    ("rim-fixed-mass", LineStyle::new([0x7B, 0x7D, 0x7F], Dash::Dotted, Marker::Cross)),
+    ("zero-order-hold", LineStyle::new([0xA7, 0x73, 0x33], Dash::Short, Marker::Square)),
+    ("first-order-hold", LineStyle::new([0x0D, 0x9B, 0xE8], Dash::DashDotDot, Marker::Triangle)),
+    ("second-order-hold", LineStyle::new([0xB7, 0x66, 0x97], Dash::Dotted, Marker::Pentagon)),
+    ("c1-extrapolated-interpolation", LineStyle::new([0x60, 0x30, 0x8A], Dash::DashDot, Marker::Pentagon)),
+    ("true-acceleration", LineStyle::new([0xB4, 0x29, 0x59], Dash::Long, Marker::Circle)),
+    ("nepce", LineStyle::new([0x00, 0x62, 0x77], Dash::Short, Marker::Triangle)),
+    ("integral-correction-first-order", LineStyle::new([0x13, 0x4E, 0x9E], Dash::DashDot, Marker::Triangle)),
+    ("energy-leak-damper", LineStyle::new([0x79, 0x5B, 0x3C], Dash::Short, Marker::Plus)),
+    ("transmission-line", LineStyle::new([0x99, 0x97, 0x2A], Dash::DashDotDot, Marker::Pentagon)),
+    ("hydraulic-line", LineStyle::new([0x68, 0x57, 0x21], Dash::Dotted, Marker::Diamond)),
+    ("interface-jacobian", LineStyle::new([0x6E, 0xA1, 0x51], Dash::Long, Marker::Star)),
+    ("interface-exponential", LineStyle::new([0x51, 0x8B, 0x09], Dash::DashDot, Marker::Star)),
+    ("model-corrected-outputs", LineStyle::new([0x4B, 0x66, 0x9E], Dash::Long, Marker::Pentagon)),
+    ("interface-mass", LineStyle::new([0x5B, 0x6E, 0x1F], Dash::Dashed, Marker::Diamond)),
+    ("iterated-aitken", LineStyle::new([0x5B, 0x5B, 0x5B], Dash::Dashed, Marker::OpenCircle)),
+    ("waveform", LineStyle::new([0x4A, 0x4A, 0x4A], Dash::Dotted, Marker::OpenSquare)),
+    ("monolithic", LineStyle::new([0x2E, 0x2E, 0x2E], Dash::Long, Marker::OpenCircle)),
+];
+
+/// Dark enough for white paper and none of the colours of the built-in schemes.
+const SPARE_COLORS: [[u8; 3]; 7] = [
+    [0x88, 0x22, 0x55],
+    [0x33, 0x22, 0x88],
+    [0x99, 0x8A, 0x22],
+    [0x11, 0x77, 0x33],
+    [0xAA, 0x44, 0x99],
+    [0x66, 0x11, 0x00],
+    [0x4B, 0x6A, 0x88],
+];
+const SPARE_DASHES: [Dash; 5] = [Dash::Dashed, Dash::Short, Dash::DashDot, Dash::Dotted, Dash::Long];
+const SPARE_MARKERS: [Marker; 6] =
+    [Marker::Star, Marker::Plus, Marker::Triangle, Marker::OpenCircle, Marker::OpenSquare, Marker::Pentagon];
+
+impl LineStyle {
+    /// Puts a style together.
+    pub const fn new(color: [u8; 3], dash: Dash, marker: Marker) -> Self {
+        LineStyle { color, dash, marker }
+    }
+
+    /// Returns the style of a built-in scheme; for another name a spare one, chosen by its letters, so that it is the same on every machine.
+    pub fn of_name(name: &str) -> Self {
+        Self::free(name, |_| false)
+    }
+
+    /// Returns the style of a built-in scheme, or from the spare one of this name on the next that is not `taken`.
+    pub(super) fn free(name: &str, taken: impl Fn(&LineStyle) -> bool) -> Self {
+        if let Some((_, style)) = SCHEMES.iter().find(|(scheme, _)| *scheme == name) {
+            return *style;
+        }
+        let code = code_of(name);
+        let spare = |next: u64| {
+            let color = pick(&SPARE_COLORS, code.wrapping_add(next));
+            LineStyle::new(color, pick(&SPARE_DASHES, code / 64), pick(&SPARE_MARKERS, code / 4096 + next / 7))
+        };
+        // Seven colours, six markers.
+        (0..42).map(spare).find(|style| !taken(style)).unwrap_or_else(|| spare(0))
+    }
+
+    /// Makes the same colour with dash and marker computed from the letters of a variant's name.
+    pub fn of_variant(self, name: &str) -> Self {
+        let code = code_of(name);
+        LineStyle { dash: pick(&SPARE_DASHES, code), marker: pick(&SPARE_MARKERS, code / 64), ..self }
+    }
+}
+
+fn pick<T: Copy>(list: &[T], code: u64) -> T {
+    list[(code % list.len() as u64) as usize]
+}
+
+/// FNV-1a: the same on every machine and in every version.
+fn code_of(name: &str) -> u64 {
+    name.bytes().fold(0xcbf2_9ce4_8422_2325, |code, byte| (code ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rimbench_core::schemes::standard_schemes;
+
+    #[test]
+    fn the_styles_of_the_schemes_differ_without_colour() {
+        for (index, (scheme, one)) in SCHEMES.iter().enumerate() {
+            for (other, two) in &SCHEMES[..index] {
+                assert!((one.dash, one.marker) != (two.dash, two.marker), "{scheme} and {other} in grey");
+                assert_ne!(one.color, two.color, "{scheme} and {other}");
+            }
+            assert!(!SPARE_COLORS.contains(&one.color), "{scheme}");
+        }
+    }
+
+    #[test]
+    fn every_built_in_scheme_has_a_style() {
+        let mut schemes: Vec<_> = standard_schemes().into_iter().map(|scheme| scheme.name).collect();
+        let mut drawn = SCHEMES.map(|(name, _)| name);
+        schemes.sort();
+        drawn.sort_unstable();
+        assert_eq!(schemes, drawn);
+    }
+
+    #[test]
+    fn the_style_of_a_name_is_that_of_its_letters() {
+        // What was drawn with the first version of this program: figures of a user's own scheme must not change their looks.
+        let mine = LineStyle::new([0x4B, 0x6A, 0x88], Dash::Short, Marker::Triangle);
+        assert_eq!(LineStyle::of_name("my-scheme"), mine);
+        assert_ne!(LineStyle::of_name("my-other-scheme"), mine);
+        assert_eq!(mine.of_variant("fast").color, mine.color);
+    }
+
+    #[test]
+    fn two_schemes_of_a_user_must_look_different_even_if_their_letters_choose_one_style() {
+        let mut taken = Vec::new();
+        for _ in 0..42 {
+            let style = LineStyle::free("my-scheme", |style| taken.contains(style));
+            assert!(!taken.contains(&style));
+            taken.push(style);
+        }
+    }
+}
