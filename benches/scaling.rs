@@ -180,8 +180,8 @@ impl Stopped {
         });
         assert_eq!(report.outcome, Outcome::Completed, "{} {:?}", family.case, size.set);
         let mut mechanics = system.sides.mechanics;
-        let mut model = mechanics.abilities().empty_interface_model().unwrap();
-        assert!(mechanics.abilities().interface_model(H, &mut model).unwrap());
+        let mut model = mechanics.capabilities().empty_interface_model().unwrap();
+        assert!(mechanics.capabilities().interface_model(H, &mut model).unwrap());
         let step = setup.grid.step(0);
         let [motion, force] = points.last().unwrap().clone();
         Stopped { start, mechanics, scheme, points, model, motion, force, step }
@@ -221,9 +221,9 @@ impl Stopped {
 
     /// Contacts closed, and the sum of contact forces in the last step.
     fn observed(mechanics: &mut dyn Subsystem) -> [f64; 3] {
-        let names = mechanics.abilities().observables().to_vec();
+        let names = mechanics.capabilities().observables().to_vec();
         let mut row = vec![0.0; names.len()];
-        mechanics.abilities().observe(H, &mut row);
+        mechanics.capabilities().observe(H, &mut row);
         ["closed_contacts", "rank_h_uu", "contact_force_sum_n"]
             .map(|name| row[names.iter().position(|known| *known == name).unwrap()])
     }
@@ -270,7 +270,7 @@ impl Stopped {
         let mut length = H;
         let build = repeated(usual, || {
             length = if length == H { 0.5 * H } else { H };
-            timed(|| self.mechanics.abilities().interface_model(black_box(length), &mut model).unwrap())
+            timed(|| self.mechanics.capabilities().interface_model(black_box(length), &mut model).unwrap())
         });
         let take = repeated(usual, || timed(|| self.receive(MICRO_STEPS)));
         let using = repeated(usual, || {
@@ -284,7 +284,7 @@ impl Stopped {
                 copy = self.mechanics.try_clone().unwrap();
             }
             steps += 1;
-            copy.abilities().interface_model(H, &mut model).unwrap();
+            copy.capabilities().interface_model(H, &mut model).unwrap();
             timed(|| copy.step(0.0, black_box(&self.force), H).unwrap())
         });
         [build, take, using, step]
@@ -303,7 +303,7 @@ fn measure_motion(stopped: &Stopped) -> Vec<Times> {
         for (index, [motion, force]) in stopped.points[..stopped.points.len() - 1].iter().enumerate() {
             at.motion.clone_from(motion);
             at.force.clone_from(force);
-            let build = timed(|| mechanics.abilities().interface_model(H, &mut at.model).unwrap());
+            let build = timed(|| mechanics.capabilities().interface_model(H, &mut at.model).unwrap());
             let take = timed(|| at.receive(MICRO_STEPS));
             let using = timed(|| at.inputs(MICRO_STEPS));
             let step = timed(|| mechanics.step(0.0, force, H).unwrap());

@@ -29,10 +29,10 @@ fn allocations(case: &Case, variant: &Variant) -> (Vec<u64>, Outcome) {
     let mut recorder = Recorder::new(case, &mut system).unwrap();
     let (mechanics_rule, actuator_integrator) = variant.integrators;
     if let Some(rule) = mechanics_rule.second_order() {
-        system.sides.mechanics.abilities().use_second_order(rule).unwrap();
+        system.sides.mechanics.capabilities().use_second_order(rule).unwrap();
     }
     if actuator_integrator == ActuatorIntegrator::Midpoint {
-        system.sides.actuator.abilities().use_second_order(SecondOrder::Midpoint).unwrap();
+        system.sides.actuator.capabilities().use_second_order(SecondOrder::Midpoint).unwrap();
     }
     let mut sides = system.sides.lend();
     let coupling = variant.scheme.couple(sides.lend(), Some(&variant.options), None).unwrap();

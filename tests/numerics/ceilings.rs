@@ -38,7 +38,7 @@ fn a_copy_made_in_mid_run_must_go_on_bit_for_bit() {
                 continue;
             }
             let mut system = (case.build)(parameters, entry).unwrap();
-            let model = system.sides.mechanics.abilities().empty_interface_model();
+            let model = system.sides.mechanics.capabilities().empty_interface_model();
             let contacts = model.map_or(0, |model| model.contacts());
             if entry.name == "enumeration" && contacts > ENUMERATION_LIMIT
                 || entry.name != "active-set" && contacts == 0
@@ -85,8 +85,8 @@ fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64],
             let ended = side.step(step as f64 * h, &u, h);
             let mut y = vec![0.0; outputs];
             side.outputs(&u, &mut y).unwrap();
-            let mut row = vec![0.0; side.abilities().observables().len()];
-            side.abilities().observe(h, &mut row);
+            let mut row = vec![0.0; side.capabilities().observables().len()];
+            side.capabilities().observe(h, &mut row);
             bits.extend(y.iter().chain(&row).map(|value| value.to_bits()));
             bits.push(u64::from(ended.is_ok()));
         }
@@ -99,7 +99,7 @@ fn continues_as_a_copy(case: &Case, original: &mut dyn Subsystem, start: &[f64],
     assert!(went_on == copied, "{name}: the copy went another way");
     assert!(went_on.contains(&1), "{name}: no step succeeded");
     assert_eq!(copy.counters(), original.counters(), "{name}");
-    assert_eq!(copy.abilities().energy_account(), original.abilities().energy_account(), "{name}");
+    assert_eq!(copy.capabilities().energy_account(), original.capabilities().energy_account(), "{name}");
 }
 
 /// The trapezoidal rule for the two masses as one system: `(I − hA/2) z⁺ = (I + hA/2) z`, linear and by hand.
@@ -190,7 +190,7 @@ fn a_scheme_that_takes_steps_again_must_be_skipped_where_nothing_can_be_copied()
     }
     impl Subsystem for Sealed {
         hands_on!(steps);
-        hands_on!(abilities);
+        hands_on!(capabilities);
         hands_on!(the_rest);
     }
     let mut system = usual_system(wedge_box_case());

@@ -53,7 +53,7 @@ impl Audited {
 }
 
 impl Subsystem for Audited {
-    hands_on!(abilities);
+    hands_on!(capabilities);
     hands_on!(the_rest);
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let eq3 = self.inner.linearisation().clone();
@@ -230,7 +230,7 @@ struct Metered {
 }
 
 impl Subsystem for Metered {
-    hands_on!(abilities);
+    hands_on!(capabilities);
     hands_on!(the_rest);
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let m = u.len() / 2;

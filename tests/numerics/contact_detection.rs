@@ -110,14 +110,14 @@ fn on_six_wedges(detection: ContactDetection, solver: &str) -> [Vec<f64>; 3] {
         request.set.push(("supports".into(), "6".into()));
     });
     let mut system = (spec.case.build)(&spec.parameters, &spec.solver).unwrap();
-    let names = system.sides.mechanics.abilities().observables().to_vec();
+    let names = system.sides.mechanics.capabilities().observables().to_vec();
     let wanted = ["contact_force_right_support_n", "closed_contacts"];
     let [load, closed] = wanted.map(|name| names.iter().position(|known| known == name).unwrap());
     let (mut seen, mut row) = ([const { Vec::new() }; 3], vec![0.0; names.len()]);
     let mut sides = system.sides.lend();
     let coupling = spec.scheme.couple(sides.lend(), spec.model.as_ref(), None).unwrap();
     let report = observed(&spec.setup(Bounds::default()).unwrap(), sides, coupling, &mut |point| {
-        point.sides.mechanics.abilities().observe(point.mechanics_step, &mut row);
+        point.sides.mechanics.capabilities().observe(point.mechanics_step, &mut row);
         for (seen, value) in seen.iter_mut().zip([point.y.actuator[0], row[load], row[closed]]) {
             seen.push(value);
         }

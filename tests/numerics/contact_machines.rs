@@ -208,10 +208,10 @@ fn a_blade_without_force_takes_the_discs_along_and_keeps_the_momentum() {
 fn a_closed_row_is_one_mass_and_against_the_wall_it_is_locked() {
     // Three discs in touch: effective mass M + 3 m if all contacts press, as seen by the interface.
     let mut mechanics = stepper(Discs::new(row(3, 0.0, 0.0), ContactList::Neighbours).unwrap(), PLASTIC);
-    let mut observed = vec![0.0; mechanics.abilities().observables().len()];
+    let mut observed = vec![0.0; mechanics.capabilities().observables().len()];
     mechanics.step(0.0, &[100.0], 1e-4).unwrap();
-    mechanics.abilities().observe(1e-4, &mut observed);
-    let names = mechanics.abilities().observables();
+    mechanics.capabilities().observe(1e-4, &mut observed);
+    let names = mechanics.capabilities().observables();
     let of = |name: &str| observed[names.iter().position(|known| *known == name).unwrap()];
     approx::assert_relative_eq!(of("active_effective_mass_kg"), 160.0, max_relative = 1e-9);
     let row = run(&spec("disc-row", "rim-nonsmooth-gap", 5e-3, &[]));

@@ -229,24 +229,19 @@ struct Withdraws {
 impl Subsystem for Withdraws {
     hands_on!(steps);
     hands_on!(the_rest);
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 }
 
-impl Abilities for Withdraws {
-    not_offered! {
-        use_second_order, joint_steps, oil_lines, output_rates, input_polynomials, observables,
-        observe, interface_work, energy_identity_residual, energy_account
-    }
-
+impl Capabilities for Withdraws {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
-        self.inner.abilities().empty_interface_model()
+        self.inner.capabilities().empty_interface_model()
     }
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
         let Some(left) = self.offers_left.checked_sub(1) else { return Ok(false) };
         self.offers_left = left;
-        self.inner.abilities().interface_model(h, model)
+        self.inner.capabilities().interface_model(h, model)
     }
 }
 

@@ -14,8 +14,8 @@ fn prescribed(n: usize) -> (EnergyAccount, [f64; 2]) {
         cylinder.step(t, &u, h).unwrap();
     }
     let mut observed = [0.0; 3];
-    cylinder.abilities().observe(h, &mut observed);
-    (cylinder.abilities().energy_account().unwrap(), [observed[0], observed[1]])
+    cylinder.capabilities().observe(h, &mut observed);
+    (cylinder.capabilities().energy_account().unwrap(), [observed[0], observed[1]])
 }
 
 #[test]

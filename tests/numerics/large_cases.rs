@@ -5,9 +5,9 @@ use rimbench::cases::{Chain, wall_forces};
 use rimbench::models::LineMasses;
 
 fn observed(mechanics: &mut dyn Subsystem, name: &str, h: f64) -> f64 {
-    let names = mechanics.abilities().observables().to_vec();
+    let names = mechanics.capabilities().observables().to_vec();
     let mut row = vec![0.0; names.len()];
-    mechanics.abilities().observe(h, &mut row);
+    mechanics.capabilities().observe(h, &mut row);
     row[names.iter().position(|known| *known == name).unwrap()]
 }
 

@@ -16,12 +16,12 @@ const H: f64 = 1e-3;
 
 fn mechanics(spec: &RunSpec) -> (Box<dyn Subsystem>, ReducedInterfaceModel) {
     let mut mechanics = (spec.case.build)(&spec.parameters, &spec.solver).unwrap().sides.mechanics;
-    let mut model = mechanics.abilities().empty_interface_model().unwrap();
+    let mut model = mechanics.capabilities().empty_interface_model().unwrap();
     // A few steps under a push, so that discs move and meet.
     for _ in 0..30 {
         mechanics.step(0.0, &[2e4], H).unwrap();
     }
-    assert!(mechanics.abilities().interface_model(H, &mut model).unwrap());
+    assert!(mechanics.capabilities().interface_model(H, &mut model).unwrap());
     (mechanics, model)
 }
 
@@ -99,6 +99,6 @@ fn whole_runs_of_rows_and_heaps_are_those_with_every_entry_kept() {
 fn few_contacts_keep_every_entry() {
     let spec = usual_spec("disc-row", "rim-nonsmooth-gap", 5e-3);
     let mut system = (spec.case.build)(&spec.parameters, &spec.solver).unwrap();
-    let model = system.sides.mechanics.abilities().empty_interface_model().unwrap();
+    let model = system.sides.mechanics.capabilities().empty_interface_model().unwrap();
     assert!(model.meeting().is_none() && model.contacts() < 48);
 }

@@ -84,7 +84,7 @@ fn reference_every(spec: &RunSpec) -> usize {
 fn alone(case: &str, rule: SecondOrder, force: f64, duration: f64, steps: u32) -> Vec<f64> {
     let mut system = usual_system(case_by_name(case));
     let mechanics = &mut system.sides.mechanics;
-    mechanics.abilities().use_second_order(rule).unwrap();
+    mechanics.capabilities().use_second_order(rule).unwrap();
     let outputs = mechanics.ports().outputs.len();
     let h = duration / f64::from(steps);
     let forces = vec![force; outputs / 2];

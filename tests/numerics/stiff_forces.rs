@@ -50,7 +50,7 @@ impl Chain {
         };
         let law = ContactLaw { stabilisation: 0.2, restitution: 0.0, spring: None };
         let mut mechanics = NonSmoothMechanics::new(self, law, ports, SolverEntry::active_set().checked(1));
-        mechanics.abilities().use_second_order(rule).unwrap();
+        mechanics.capabilities().use_second_order(rule).unwrap();
         mechanics
     }
 
@@ -214,7 +214,7 @@ fn the_energy_identity_closes_and_linear_forces_without_damping_keep_their_energ
             let bound = 1e3 * 16.0 * f64::EPSILON * energies;
             let ledger = *mechanics.ledger();
             assert!(ledger.identity_residual < bound, "{name}: {:e}", ledger.identity_residual);
-            let account = mechanics.abilities().energy_account().unwrap();
+            let account = mechanics.capabilities().energy_account().unwrap();
             if damping == 0.0 {
                 let integration = account.integration;
                 assert!(integration.abs() < 100.0 * bound, "{name}: {integration:e} J out of nothing");
@@ -231,8 +231,8 @@ fn the_interface_model_over_the_whole_step_ends_where_the_step_does() {
     let force = 2.0;
     for h in [1e-3, 1e-2, 1e-1] {
         let mut mechanics = Chain::of_three(4e6, 1e-4, 1e9).after(SecondOrder::EventSplit, force, 10.0 * h, 10);
-        let mut model = mechanics.abilities().empty_interface_model().unwrap();
-        assert!(mechanics.abilities().interface_model(h, &mut model).unwrap());
+        let mut model = mechanics.capabilities().empty_interface_model().unwrap();
+        assert!(mechanics.capabilities().interface_model(h, &mut model).unwrap());
         let foretold = model.w[1] + h * (model.a[1] + model.entry(1, 1) * force);
         mechanics.step(0.0, &[force], h).unwrap();
         let reached = mechanics.velocity()[2];

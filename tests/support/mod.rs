@@ -441,9 +441,9 @@ macro_rules! hands_on {
             self.inner.step(t, u, h)
         }
     };
-    (abilities) => {
-        fn abilities(&mut self) -> &mut dyn Abilities {
-            self.inner.abilities()
+    (capabilities) => {
+        fn capabilities(&mut self) -> &mut dyn Capabilities {
+            self.inner.capabilities()
         }
     };
     (the_rest) => {
@@ -595,7 +595,7 @@ impl Subsystem for Springs {
         self.steps += 1;
         Ok(())
     }
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
@@ -606,13 +606,7 @@ impl Subsystem for Springs {
     }
 }
 
-impl Abilities for Springs {
-    not_offered! {
-        empty_interface_model, interface_model, input_polynomials, use_second_order, joint_steps,
-        oil_lines, observables, observe, interface_work,
-        energy_identity_residual, energy_account
-    }
-
+impl Capabilities for Springs {
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let m = self.stiffness.len();
         rates.feedthrough.fill(0.0);

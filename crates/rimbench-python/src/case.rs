@@ -115,7 +115,7 @@ fn of_both(name: &str, description: Description, [mechanics, actuator]: [BuildSi
     case.trace_columns.extend(ports.inputs.iter().chain(&ports.outputs).map(|port| port.name.clone()));
     case.trace_columns.push(Name::from("force_to_mechanics_n"));
     for side in Side::BOTH {
-        case.trace_columns.extend_from_slice(system.sides[side].abilities().observables());
+        case.trace_columns.extend_from_slice(system.sides[side].capabilities().observables());
     }
     Ok(case)
 }

@@ -6,7 +6,7 @@ use crate::numbers::{attribute, copied, fill, method};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use rimbench::cosim::{Abilities, Ports, Subsystem, SubsystemCounters, not_offered};
+use rimbench::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters};
 use rimbench::error::Failure;
 use rimbench::interface_model::ReducedInterfaceModel;
 use rimbench::name::Name;
@@ -138,7 +138,7 @@ impl Subsystem for PySubsystem {
         })
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -159,7 +159,7 @@ impl Subsystem for PySubsystem {
     }
 }
 
-impl Abilities for PySubsystem {
+impl Capabilities for PySubsystem {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.model.as_ref().map(|(empty, _)| empty.clone())
     }
@@ -200,14 +200,4 @@ impl Abilities for PySubsystem {
             f64::NAN
         }))
     }
-
-    not_offered!(
-        output_rates,
-        input_polynomials,
-        use_second_order,
-        joint_steps,
-        oil_lines,
-        energy_identity_residual,
-        energy_account,
-    );
 }

@@ -52,7 +52,7 @@ impl Case {
                 break;
             }
         }
-        let new = system.sides[side].abilities().observables().to_vec();
+        let new = system.sides[side].capabilities().observables().to_vec();
         for name in new {
             if !case.trace_columns.contains(&name) && !case.drawing_columns.contains(&name) {
                 case.trace_columns.push(name);
@@ -81,11 +81,13 @@ mod tests {
     use crate::catalogue::Catalogue;
     use crate::models::{MassRole, MassSide, OscillatorIntegrator, WalledMass};
     use crate::runs::{Reference, RunRequest, RunResult, evaluate, simulate};
-    use rimbench_core::cosim::{Abilities, Bounds, Outcome, StopFlag, SubsystemCounters, no_abilities};
+    use rimbench_core::cosim::{Bounds, Capabilities, Outcome, StopFlag, SubsystemCounters};
     use rimbench_core::error::Failure;
 
     /// A side that can do nothing besides stepping, made from one that can do more.
     struct Bare(Box<dyn Subsystem>);
+
+    impl Capabilities for Bare {}
 
     impl Subsystem for Bare {
         fn ports(&self) -> &Ports {
@@ -97,8 +99,8 @@ mod tests {
         fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
             self.0.step(t, u, h)
         }
-        fn abilities(&mut self) -> &mut dyn Abilities {
-            no_abilities()
+        fn capabilities(&mut self) -> &mut dyn Capabilities {
+            self
         }
         fn counters(&self) -> SubsystemCounters {
             self.0.counters()

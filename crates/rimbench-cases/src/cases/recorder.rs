@@ -34,7 +34,7 @@ pub struct Recorder {
 /// end of each part.
 fn seen(system: &mut CoupledSystem) -> (Vec<Name>, [usize; 5]) {
     let names_of = |ports: &[Port]| -> Vec<Name> { ports.iter().map(|port| port.name.clone()).collect() };
-    let observables = |side: &mut Box<dyn Subsystem>| side.abilities().observables().to_vec();
+    let observables = |side: &mut Box<dyn Subsystem>| side.capabilities().observables().to_vec();
     let y = system.sides.as_ref().map(|side| names_of(&side.ports().outputs));
     // Of the forces received only the first two have a column.
     let mut received = vec![Name::default(); y.actuator.len()];
@@ -111,7 +111,7 @@ impl Recorder {
         let active = system
             .sides
             .mechanics
-            .abilities()
+            .capabilities()
             .observables()
             .iter()
             .position(|name| *name == "active_effective_mass_kg");
@@ -130,8 +130,8 @@ impl Recorder {
         self.seen[1..y_mechanics].copy_from_slice(point.y.mechanics);
         self.seen[y_mechanics..y_actuator].copy_from_slice(point.y.actuator);
         self.seen[y_actuator..received].copy_from_slice(point.received);
-        point.sides.mechanics.abilities().observe(point.mechanics_step, &mut self.seen[received..mechanics]);
-        point.sides.actuator.abilities().observe(point.mechanics_step, &mut self.seen[mechanics..actuator]);
+        point.sides.mechanics.capabilities().observe(point.mechanics_step, &mut self.seen[received..mechanics]);
+        point.sides.actuator.capabilities().observe(point.mechanics_step, &mut self.seen[mechanics..actuator]);
         self.note_effective_mass(point.effective_mass, trajectory);
         let row = trajectory.push_row();
         for (value, &column) in row.iter_mut().zip(&self.columns) {

@@ -1,8 +1,8 @@
 //! Two actuators as one side of a co-simulation with an interface of two rows.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, LineForces, MacroStep, OilLines, OutputRates, Port, Ports, Quantity, SecondOrder,
-    Subsystem, SubsystemCounters, not_offered,
+    Capabilities, EnergyAccount, LineForces, MacroStep, OilLines, OutputRates, Port, Ports, Quantity, SecondOrder,
+    Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
@@ -77,7 +77,7 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorPair<A> {
         Ok(())
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -91,21 +91,12 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorPair<A> {
     }
 }
 
-impl<A: Subsystem> Abilities for ActuatorPair<A> {
-    not_offered!(
-        empty_interface_model,
-        interface_model,
-        input_polynomials,
-        joint_steps,
-        interface_work,
-        energy_identity_residual,
-    );
-
+impl<A: Subsystem> Capabilities for ActuatorPair<A> {
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         rates.feedthrough.fill(0.0);
         rates.rate_gain.fill(0.0);
         for (i, unit) in self.units.iter_mut().enumerate() {
-            if !unit.abilities().output_rates(t, &[u[i], u[2 + i]], &mut self.own_rates)? {
+            if !unit.capabilities().output_rates(t, &[u[i], u[2 + i]], &mut self.own_rates)? {
                 return Ok(false);
             }
             let own = &self.own_rates;
@@ -119,11 +110,11 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
     }
 
     fn use_second_order(&mut self, rule: SecondOrder) -> Result<(), &'static str> {
-        self.units.iter_mut().try_for_each(|unit| unit.abilities().use_second_order(rule))
+        self.units.iter_mut().try_for_each(|unit| unit.capabilities().use_second_order(rule))
     }
 
     fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
-        let both = self.units.iter_mut().all(|unit| unit.abilities().oil_lines().is_some());
+        let both = self.units.iter_mut().all(|unit| unit.capabilities().oil_lines().is_some());
         if both { Some(self) } else { None }
     }
 
@@ -134,7 +125,7 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
     fn observe(&mut self, h: f64, row: &mut [f64]) {
         let mut rest = row;
         for unit in &mut self.units {
-            let unit = unit.abilities();
+            let unit = unit.capabilities();
             let (own, others) = rest.split_at_mut(unit.observables().len());
             unit.observe(h, own);
             rest = others;
@@ -142,7 +133,7 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
     }
 
     fn energy_account(&mut self) -> Option<EnergyAccount> {
-        let [first, second] = self.units.each_mut().map(|unit| unit.abilities().energy_account());
+        let [first, second] = self.units.each_mut().map(|unit| unit.capabilities().energy_account());
         let (a, b) = (first?, second?);
         Some(EnergyAccount {
             stored: a.stored + b.stored,
@@ -162,13 +153,13 @@ impl<A: Subsystem> Abilities for ActuatorPair<A> {
 impl<A: Subsystem> OilLines for ActuatorPair<A> {
     fn lay(&mut self, micro_steps: usize, smoothing: f64) {
         self.own_lines = [(); 2].map(|()| LineForces::new(1, micro_steps, smoothing));
-        let lines = self.units.iter_mut().filter_map(|unit| unit.abilities().oil_lines());
+        let lines = self.units.iter_mut().filter_map(|unit| unit.capabilities().oil_lines());
         lines.for_each(|lines| lines.lay(micro_steps, smoothing));
     }
 
     fn exchange(&mut self, step: MacroStep, micro_steps: usize, u: &[f64], forces: &mut LineForces) {
         for (i, (unit, own)) in self.units.iter_mut().zip(&mut self.own_lines).enumerate() {
-            if let Some(lines) = unit.abilities().oil_lines() {
+            if let Some(lines) = unit.capabilities().oil_lines() {
                 lines.exchange(step, micro_steps, &[u[i], u[2 + i]], own);
             }
         }

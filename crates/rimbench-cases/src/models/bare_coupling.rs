@@ -6,7 +6,7 @@
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use super::two_masses::{CouplingElement, FORCE, WalledMass, polynomial_work, ports};
 use rimbench_core::cosim::{
-    Abilities, InputPolynomials, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters, not_offered,
+    Capabilities, InputPolynomials, OutputRates, Ports, Quantity, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -81,7 +81,7 @@ impl Subsystem for FreeMasses {
         if finite { Ok(()) } else { Err(Failure::non_finite(ELONGATION[0].0)) }
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -94,9 +94,7 @@ impl Subsystem for FreeMasses {
     }
 }
 
-impl Abilities for FreeMasses {
-    not_offered!(output_rates, use_second_order, joint_steps, oil_lines, energy_identity_residual, energy_account);
-
+impl Capabilities for FreeMasses {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         Some(ReducedInterfaceModel::zeros(0, 1))
     }
@@ -165,7 +163,7 @@ impl Subsystem for CouplingForce {
         Ok(())
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -178,21 +176,7 @@ impl Subsystem for CouplingForce {
     }
 }
 
-impl Abilities for CouplingForce {
-    not_offered!(
-        empty_interface_model,
-        interface_model,
-        input_polynomials,
-        use_second_order,
-        joint_steps,
-        oil_lines,
-        observables,
-        observe,
-        interface_work,
-        energy_identity_residual,
-        energy_account,
-    );
-
+impl Capabilities for CouplingForce {
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         rates.rate.fill(0.0);
         rates.feedthrough.copy_from_slice(&[-self.element.stiffness, -self.element.damper_slope(u[1])]);

@@ -6,8 +6,8 @@ use self::lines::Lines;
 use super::fluid::Fluid;
 use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters, not_offered,
+    Capabilities, EnergyAccount, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
+    SubsystemCounters,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
@@ -321,7 +321,7 @@ impl Subsystem for HydraulicCylinder {
         self.step_by_euler(t, u, h)
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -334,16 +334,7 @@ impl Subsystem for HydraulicCylinder {
     }
 }
 
-impl Abilities for HydraulicCylinder {
-    not_offered!(
-        empty_interface_model,
-        interface_model,
-        input_polynomials,
-        joint_steps,
-        interface_work,
-        energy_identity_residual,
-    );
-
+impl Capabilities for HydraulicCylinder {
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let (area, [l1, l2]) = (self.piston_area, self.chambers(u[0]));
         let [p1_rate, p2_rate] = self.pressure_rates(self.p, u[0], u[1], self.spool.at(t));

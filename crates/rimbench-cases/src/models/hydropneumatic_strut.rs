@@ -1,8 +1,8 @@
 //! A hydropneumatic strut: a piston that pumps oil through an orifice into an accumulator with a gas cushion.
 
 use rimbench_core::cosim::{
-    Abilities, EnergyAccount, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters, not_offered,
+    Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
+    SubsystemCounters,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
@@ -127,7 +127,7 @@ impl Subsystem for HydropneumaticStrut {
         Ok(())
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -140,17 +140,7 @@ impl Subsystem for HydropneumaticStrut {
     }
 }
 
-impl Abilities for HydropneumaticStrut {
-    not_offered!(
-        empty_interface_model,
-        interface_model,
-        input_polynomials,
-        joint_steps,
-        oil_lines,
-        interface_work,
-        energy_identity_residual,
-    );
-
+impl Capabilities for HydropneumaticStrut {
     fn output_rates(&mut self, _t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let stiffness = self.gas_stiffness();
         rates.rate[0] = -stiffness * u[1];

@@ -3,7 +3,7 @@
 //! The force then follows the mechanics' own velocity, so the coupling has no direct feedthrough.
 
 use super::hydraulic_cylinder::HydraulicCylinder;
-use rimbench_core::cosim::{Abilities, Port, Ports, Quantity, Subsystem, SubsystemCounters, not_offered};
+use rimbench_core::cosim::{Capabilities, Port, Ports, Quantity, Subsystem, SubsystemCounters};
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
 
@@ -40,7 +40,7 @@ impl Subsystem for PressureOutput {
         self.cylinder.step(t, u, h)
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -55,20 +55,7 @@ impl Subsystem for PressureOutput {
 
 /// Only what the cylinder shows: it is the force that it knows rates of. Its account books the work of a force that the mechanics
 /// makes here, and friction at a velocity that it has not.
-impl Abilities for PressureOutput {
-    not_offered!(
-        empty_interface_model,
-        interface_model,
-        output_rates,
-        input_polynomials,
-        use_second_order,
-        joint_steps,
-        oil_lines,
-        interface_work,
-        energy_identity_residual,
-        energy_account,
-    );
-
+impl Capabilities for PressureOutput {
     fn observables(&mut self) -> &[Name] {
         self.cylinder.observables()
     }
@@ -121,7 +108,7 @@ impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
         self.mechanics.step(t, &[force], h)
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -134,31 +121,20 @@ impl<M: Subsystem + Clone + 'static> Subsystem for PressureDrivenMechanics<M> {
     }
 }
 
-impl<M: Subsystem> Abilities for PressureDrivenMechanics<M> {
-    not_offered!(
-        empty_interface_model,
-        interface_model,
-        output_rates,
-        input_polynomials,
-        use_second_order,
-        joint_steps,
-        oil_lines,
-        energy_account,
-    );
-
+impl<M: Subsystem> Capabilities for PressureDrivenMechanics<M> {
     fn observables(&mut self) -> &[Name] {
-        self.mechanics.abilities().observables()
+        self.mechanics.capabilities().observables()
     }
 
     fn observe(&mut self, h: f64, row: &mut [f64]) {
-        self.mechanics.abilities().observe(h, row);
+        self.mechanics.capabilities().observe(h, row);
     }
 
     fn interface_work(&mut self) -> Option<f64> {
-        self.mechanics.abilities().interface_work()
+        self.mechanics.capabilities().interface_work()
     }
 
     fn energy_identity_residual(&mut self) -> Option<f64> {
-        self.mechanics.abilities().energy_identity_residual()
+        self.mechanics.capabilities().energy_identity_residual()
     }
 }

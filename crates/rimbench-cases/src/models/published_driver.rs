@@ -1,6 +1,6 @@
 //! Quirks of published co-simulation drivers and units, to reproduce their digits.
 
-use rimbench_core::cosim::{Abilities, Ports, Subsystem, SubsystemCounters};
+use rimbench_core::cosim::{Capabilities, Ports, Subsystem, SubsystemCounters};
 use rimbench_core::error::Failure;
 
 /// Runs a subsystem one of its own micro steps ahead of the rest.
@@ -37,8 +37,8 @@ impl<S: Subsystem + Clone + 'static> Subsystem for PublishedClock<S> {
         self.inner.step(t + h, u, h)
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
-        self.inner.abilities()
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
+        self.inner.capabilities()
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
@@ -86,8 +86,8 @@ impl<S: Subsystem + Clone + 'static> Subsystem for StaleFeedthrough<S> {
         self.inner.step(t, u, h)
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
-        self.inner.abilities()
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
+        self.inner.capabilities()
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
@@ -127,7 +127,7 @@ impl<S: Subsystem + Clone + 'static> Subsystem for OwnPosition<S> {
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         let (position, velocity) = (self.position.unwrap_or(u[0]), u[1]);
-        if let Some(inputs) = self.inner.abilities().input_polynomials() {
+        if let Some(inputs) = self.inner.capabilities().input_polynomials() {
             inputs.give(|course| {
                 course[0] = [position, velocity, 0.0, 0.0];
                 course[1] = [velocity, 0.0, 0.0, 0.0];
@@ -138,8 +138,8 @@ impl<S: Subsystem + Clone + 'static> Subsystem for OwnPosition<S> {
         self.inner.step(t, &[position + 0.5 * h * velocity, velocity], h)
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
-        self.inner.abilities()
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
+        self.inner.capabilities()
     }
 
     fn try_clone(&self) -> Option<Box<dyn Subsystem>> {
@@ -148,5 +148,27 @@ impl<S: Subsystem + Clone + 'static> Subsystem for OwnPosition<S> {
 
     fn counters(&self) -> SubsystemCounters {
         self.inner.counters()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::{SpringActuator, SpringActuatorParameters};
+    use std::ptr;
+
+    #[test]
+    fn a_wrapper_must_return_the_capabilities_of_the_subsystem_inside_it() {
+        let parameters = SpringActuatorParameters { stiffness: 1.0, ..SpringActuatorParameters::default() };
+        let inner = SpringActuator::new(parameters).unwrap();
+        let mut clock = PublishedClock::new(inner.clone());
+        let mut stale = StaleFeedthrough::new(inner.clone());
+        let mut own = OwnPosition::new(inner);
+        let addresses = [
+            (ptr::from_mut(clock.capabilities()).cast::<()>(), ptr::from_mut(&mut clock.inner).cast::<()>()),
+            (ptr::from_mut(stale.capabilities()).cast(), ptr::from_mut(&mut stale.inner).cast()),
+            (ptr::from_mut(own.capabilities()).cast(), ptr::from_mut(&mut own.inner).cast()),
+        ];
+        assert!(addresses.iter().all(|(returned, inner)| returned == inner));
     }
 }

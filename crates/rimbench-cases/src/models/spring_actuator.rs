@@ -2,8 +2,8 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, InputPolynomials, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters, not_offered,
+    Capabilities, InputPolynomials, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
+    SubsystemCounters,
 };
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::name::Name;
@@ -163,7 +163,7 @@ impl Subsystem for SpringActuator {
         if finite { Ok(()) } else { Err(Failure::non_finite(Self::OBSERVABLES[0].clone())) }
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -176,17 +176,7 @@ impl Subsystem for SpringActuator {
     }
 }
 
-impl Abilities for SpringActuator {
-    not_offered!(
-        empty_interface_model,
-        interface_model,
-        joint_steps,
-        oil_lines,
-        interface_work,
-        energy_identity_residual,
-        energy_account,
-    );
-
+impl Capabilities for SpringActuator {
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         let p = &self.parameters;
         let [_, velocity] = self.carriage();

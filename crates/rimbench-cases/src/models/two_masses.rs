@@ -8,7 +8,7 @@
 
 use super::held_oscillator::{HeldOscillator, OscillatorIntegrator};
 use rimbench_core::cosim::{
-    Abilities, Cubic, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters, not_offered,
+    Capabilities, Cubic, InputPolynomials, OutputRates, Port, Ports, Quantity, Subsystem, SubsystemCounters,
 };
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::interface_model::ReducedInterfaceModel;
@@ -209,7 +209,7 @@ impl Subsystem for MassSide {
         }
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -222,9 +222,7 @@ impl Subsystem for MassSide {
     }
 }
 
-impl Abilities for MassSide {
-    not_offered!(use_second_order, joint_steps, oil_lines, energy_identity_residual, energy_account);
-
+impl Capabilities for MassSide {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         (self.role == MassRole::ForceDriven).then(|| ReducedInterfaceModel::zeros(0, 1))
     }

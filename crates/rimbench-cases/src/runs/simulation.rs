@@ -141,7 +141,7 @@ fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
     if !piecewise && chosen.is_none() {
         return None;
     }
-    let model = sides.mechanics.abilities().empty_interface_model()?;
+    let model = sides.mechanics.capabilities().empty_interface_model()?;
     if piecewise && model.kinks.blind {
         let why = "the mechanics' interface model does not say where its geometry has kinks";
         return Some(format!("model_motion = {}: {why}", options.motion));

@@ -289,7 +289,7 @@ impl RunSpec {
         let refused = use_integrators((self.mechanics_integrator, self.actuator_integrator), sides.lend());
         let follows = self.model.is_some() && midpoint;
         refused.or_else(|| {
-            let model = sides.mechanics.abilities().empty_interface_model().filter(|_| follows)?;
+            let model = sides.mechanics.capabilities().empty_interface_model().filter(|_| follows)?;
             model.contact_rows().map(|_| {
                 let why =
                     "a model with contacts by the dozen, of which few meet, has micro steps of the first order only";
@@ -366,12 +366,12 @@ pub(super) fn use_integrators(
     sides: Sides<'_>,
 ) -> Option<String> {
     if let Some(rule) = mechanics.second_order()
-        && let Err(reason) = sides.mechanics.abilities().use_second_order(rule)
+        && let Err(reason) = sides.mechanics.capabilities().use_second_order(rule)
     {
         return Some(format!("mechanics_integrator = {mechanics}: {reason}"));
     }
     if actuator == ActuatorIntegrator::Midpoint
-        && let Err(reason) = sides.actuator.abilities().use_second_order(SecondOrder::Midpoint)
+        && let Err(reason) = sides.actuator.capabilities().use_second_order(SecondOrder::Midpoint)
     {
         return Some(format!("actuator_integrator = {actuator}: {reason}"));
     }

@@ -5,7 +5,7 @@ use super::iteration::Iteration;
 use super::waveform::Waveform;
 use crate::cosim::{
     Attachments, CommunicationPoint, CoupledPair, CouplingScheme, Interval, Log, MechanicsSteps, PairState, Report,
-    Setup, Sides, StepRule, Supervision, cosimulate, cover, macro_steps,
+    Setup, Sides, StepRule, Supervision, cover, macro_steps,
 };
 use crate::error::Failure;
 
@@ -33,8 +33,8 @@ pub struct StepDoubling {
 }
 
 impl Driver {
-    /// Runs two subsystems coupled by a scheme, as [`cosimulate`] does, by whatever this is; with `doubling` the length of the
-    /// macro steps is found by trying.
+    /// Runs two subsystems coupled by a scheme, beside the explicit loop ([`cosimulate`](crate::cosim::cosimulate)); with `doubling` the
+    /// length of the macro steps is found by trying.
     ///
     /// What goes on with copies (iterated or doubled steps) leaves the subsystems given where they were: what is to be known of
     /// them then is what `observe` sees and what the report holds.
@@ -57,7 +57,6 @@ impl Driver {
             Driver::Explicit | Driver::Iterated(_) => setup.clone(),
         };
         match (self, doubling) {
-            (Driver::Explicit, None) => cosimulate(setup, sides, scheme, attachments, supervision, observe),
             (Driver::Monolithic, None) => {
                 let advance = |pair: &mut CoupledPair<'_>, interval| pair.advance_together(interval);
                 let state = &mut PairState::new(setup, sides.lend(), attachments);

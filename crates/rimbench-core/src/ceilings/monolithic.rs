@@ -14,7 +14,7 @@ impl CoupledPair<'_> {
         for j in 0..count {
             self.stop.check()?;
             let at = MicroStep::new(step, j, count);
-            if let Some(joint) = self.sides.mechanics.abilities().joint_steps() {
+            if let Some(joint) = self.sides.mechanics.capabilities().joint_steps() {
                 joint.step_together(
                     &mut LentActuator(self.sides.actuator),
                     at.start,

@@ -38,7 +38,7 @@ impl Attachments {
     pub fn new(sides: Sides<'_>, interface_model: bool, output_rates: bool) -> Result<Attachments, Failure> {
         let Ports { inputs, outputs, .. } = sides.actuator.ports();
         let rates = OutputRates::zeros(outputs.len(), inputs.len());
-        let model = match interface_model.then(|| sides.mechanics.abilities().empty_interface_model()) {
+        let model = match interface_model.then(|| sides.mechanics.capabilities().empty_interface_model()) {
             Some(None) => return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL }.into()),
             Some(model) => model,
             None => None,

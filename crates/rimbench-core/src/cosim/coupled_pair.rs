@@ -79,17 +79,17 @@ impl CoupledPair<'_> {
         let mechanics_step = self.mechanics_step(step);
         let PairState { attachments, u, .. } = &mut *self.state;
         if let Some(model) = &mut attachments.interface_model
-            && !self.sides.mechanics.abilities().interface_model(mechanics_step, model)?
+            && !self.sides.mechanics.capabilities().interface_model(mechanics_step, model)?
         {
             return Err(Cause::NotOffered { what: NO_INTERFACE_MODEL }.into());
         }
         if let Some(rates) = &mut attachments.output_rates
-            && !self.sides.actuator.abilities().output_rates(step.start, &u.actuator, rates)?
+            && !self.sides.actuator.capabilities().output_rates(step.start, &u.actuator, rates)?
         {
             return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
         }
         if let Some(forces) = &mut attachments.line_forces {
-            let lines = self.sides.actuator.abilities().oil_lines();
+            let lines = self.sides.actuator.capabilities().oil_lines();
             let lines = lines.ok_or(Cause::NotOffered { what: NO_OIL_LINES })?;
             lines.exchange(step, self.setup.actuator_steps(step), &u.actuator, forces);
         }
@@ -147,7 +147,7 @@ impl CoupledPair<'_> {
     }
 
     pub(crate) fn interface_work(&mut self) -> InterfaceWork {
-        let received_j = self.sides.mechanics.abilities().interface_work();
+        let received_j = self.sides.mechanics.capabilities().interface_work();
         InterfaceWork { sent_j: self.state.work_sent.sent(), received_j }
     }
 
@@ -182,7 +182,7 @@ impl CoupledPair<'_> {
         };
         self.sides.mechanics.outputs(&u.mechanics, &mut own.mechanics)?;
         self.sides.actuator.outputs(&u.actuator, &mut own.actuator)?;
-        if !self.sides.actuator.abilities().output_rates(end, &u.actuator, meter.rates())? {
+        if !self.sides.actuator.capabilities().output_rates(end, &u.actuator, meter.rates())? {
             return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
         }
         meter.note_forces(&y.actuator);

@@ -37,7 +37,7 @@ pub enum ActuatorIntegrator {
     Midpoint,
 }
 
-/// A rule of the second order, asked of a subsystem (see [`Abilities::use_second_order`](super::Abilities::use_second_order)).
+/// A rule of the second order, asked of a subsystem (see [`Capabilities::use_second_order`](super::Capabilities::use_second_order)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SecondOrder {
     /// A midpoint rule.

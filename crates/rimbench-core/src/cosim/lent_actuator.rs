@@ -12,7 +12,7 @@ pub(crate) struct LentActuator<'a>(pub(crate) &'a mut dyn Subsystem);
 impl JointActuator for LentActuator<'_> {
     fn outputs_and_rates(&mut self, t: f64, u: &[f64], y: &mut [f64], rates: &mut OutputRates) -> Result<(), Failure> {
         self.0.outputs(u, y)?;
-        if self.0.abilities().output_rates(t, u, rates)? {
+        if self.0.capabilities().output_rates(t, u, rates)? {
             return Ok(());
         }
         Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into())

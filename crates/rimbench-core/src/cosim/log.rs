@@ -75,9 +75,9 @@ impl Log {
             outcome,
             ended_at_s: at_s,
             work,
-            energy_identity_residual_j: pair.sides.mechanics.abilities().energy_identity_residual(),
+            energy_identity_residual_j: pair.sides.mechanics.capabilities().energy_identity_residual(),
             audit: EnergyAudit {
-                accounts: PerSide::from_fn(|side: Side| pair.sides[side].abilities().energy_account()),
+                accounts: PerSide::from_fn(|side: Side| pair.sides[side].capabilities().energy_account()),
                 work: pair.interface_work(),
             },
             scheme: pair.scheme.report(),

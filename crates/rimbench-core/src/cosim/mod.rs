@@ -14,8 +14,8 @@
 //! between communication points is a [`CouplingScheme`]. [`ForceReturn`] says what the mechanics receives from an
 //! actuator that went first.
 
-mod abilities;
 mod attachments;
+mod capabilities;
 mod communication_grid;
 mod communication_point;
 mod coupled_pair;
@@ -32,7 +32,6 @@ mod macro_loop;
 mod mechanics_steps;
 mod micro_log;
 mod model_defect;
-mod not_offered;
 mod oil_lines;
 mod outcome;
 mod output_rates;
@@ -50,9 +49,8 @@ mod transmission;
 mod work;
 mod work_meter;
 
-pub use crate::not_offered;
-pub use abilities::{Abilities, FIRST_ORDER_ONLY, NO_CONTACTS, no_abilities};
 pub use attachments::Attachments;
+pub use capabilities::{Capabilities, FIRST_ORDER_ONLY, NO_CONTACTS};
 pub use communication_grid::{CommunicationGrid, MacroStep, division};
 pub use communication_point::CommunicationPoint;
 pub use coupling_scheme::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport};

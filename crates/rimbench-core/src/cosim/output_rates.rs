@@ -27,4 +27,12 @@ impl OutputRates {
             rate_gain: vec![0.0; outputs * inputs],
         }
     }
+
+    /// Advances outputs by `length` (s) with the input held: `y += length · r`.
+    #[inline]
+    pub(crate) fn advance(&self, length: f64, outputs: &mut [f64]) {
+        for (output, rate) in outputs.iter_mut().zip(&self.rate) {
+            *output += length * rate;
+        }
+    }
 }

@@ -45,13 +45,13 @@ pub(crate) struct PairState {
 impl PairState {
     pub(crate) fn new(setup: &Setup, sides: Sides<'_>, mut attachments: Attachments) -> Self {
         let micro_steps = division(setup.grid.macro_step(), setup.micro_step);
-        if let (Some(forces), Some(lines)) = (&mut attachments.line_forces, sides.actuator.abilities().oil_lines()) {
+        if let (Some(forces), Some(lines)) = (&mut attachments.line_forces, sides.actuator.capabilities().oil_lines()) {
             forces.make_room(micro_steps);
             lines.lay(micro_steps, forces.smoothing());
         }
         let takes_course = PerSide {
-            mechanics: sides.mechanics.abilities().input_polynomials().is_some(),
-            actuator: sides.actuator.abilities().input_polynomials().is_some(),
+            mechanics: sides.mechanics.capabilities().input_polynomials().is_some(),
+            actuator: sides.actuator.capabilities().input_polynomials().is_some(),
         };
         let ports = sides.ports();
         let zeros = |side: Side| vec![0.0; ports[side].outputs.len()];

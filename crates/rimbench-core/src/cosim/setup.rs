@@ -20,7 +20,7 @@ pub struct Setup {
     /// The mechanics' own steps per macro step.
     pub mechanics_steps: MechanicsSteps,
     /// How the actuator steps; the subsystem must have been told as well (see
-    /// [`Abilities::use_second_order`](super::Abilities::use_second_order)).
+    /// [`Capabilities::use_second_order`](super::Capabilities::use_second_order)).
     pub actuator_integrator: ActuatorIntegrator,
     /// Who goes first.
     pub sequence: Sequence,

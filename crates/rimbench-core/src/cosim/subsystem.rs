@@ -1,6 +1,6 @@
 //! One side of a co-simulation.
 
-use super::abilities::Abilities;
+use super::capabilities::Capabilities;
 use super::ports::Ports;
 use super::side::PerSide;
 use crate::complementarity::SolverCounters;
@@ -46,7 +46,7 @@ impl SubsystemCounters {
 /// One side of a co-simulation, with its own solver.
 ///
 /// The macro loop calls, at each communication point, [`outputs`](Self::outputs), then, if the scheme needs one, the
-/// [`interface_model`](Abilities::interface_model); then for each micro step `outputs` and [`step`](Self::step). There is no
+/// [`interface_model`](Capabilities::interface_model); then for each micro step `outputs` and [`step`](Self::step). There is no
 /// way back: non-iterative coupling is a property of this trait. What iterates, or tries a step, works on copies.
 ///
 /// No method has a default: a wrapper that forgets to hand one on does not compile.
@@ -66,8 +66,8 @@ pub trait Subsystem: Send {
     /// A [`Failure`] that ends the run and becomes its outcome.
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure>;
 
-    /// Shows what the subsystem can do besides; [`no_abilities`](super::no_abilities) for one that can do nothing.
-    fn abilities(&mut self) -> &mut dyn Abilities;
+    /// Returns what the subsystem can do besides stepping: itself, or the capabilities of the subsystem that it wraps.
+    fn capabilities(&mut self) -> &mut dyn Capabilities;
 
     /// Exact work counters.
     fn counters(&self) -> SubsystemCounters;

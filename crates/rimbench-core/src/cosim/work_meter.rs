@@ -5,7 +5,7 @@ use super::subsystem::Sides;
 
 /// Tells whether both sides count the work across their interface, so that there is a residual.
 pub fn counts_interface_work(sides: Sides<'_>) -> bool {
-    WorkMeter::new(sides.actuator.ports()).sent().is_some() && sides.mechanics.abilities().interface_work().is_some()
+    WorkMeter::new(sides.actuator.ports()).sent().is_some() && sides.mechanics.capabilities().interface_work().is_some()
 }
 
 /// Counts what the actuator sends.

@@ -42,7 +42,7 @@ pub fn monolithic(
     let h = steps.h;
     let mut motion = vec![0.0; sides.mechanics.ports().outputs.len()];
     let mut force = vec![0.0; sides.actuator.ports().outputs.len()];
-    let together = sides.mechanics.abilities().joint_steps().is_some();
+    let together = sides.mechanics.capabilities().joint_steps().is_some();
     let mut mean = vec![0.0; force.len()];
     for step in 0..=steps.steps {
         stop.check()?;
@@ -62,7 +62,7 @@ pub fn monolithic(
             });
         }
         if step < steps.steps && together {
-            if let Some(joint) = sides.mechanics.abilities().joint_steps() {
+            if let Some(joint) = sides.mechanics.capabilities().joint_steps() {
                 mean.fill(0.0);
                 joint.step_together(
                     &mut LentActuator(sides.actuator),

@@ -9,9 +9,7 @@ use super::mechanical_model::MechanicalModel;
 use super::room::empty_equations;
 use super::second_order::{Drive, SecondOrderSteps};
 use crate::complementarity::Checked;
-use crate::cosim::{
-    Abilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters, not_offered,
-};
+use crate::cosim::{Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{Kinks, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
@@ -218,7 +216,7 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
         Ok(())
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -231,9 +229,7 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
     }
 }
 
-impl<M: MechanicalModel> Abilities for NonSmoothMechanics<M> {
-    not_offered!(output_rates, input_polynomials, oil_lines);
-
+impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         let mut model = self.stepper.empty_model();
         model.kinks = Kinks::with_room(self.model.switches(), model.interface_start() + model.interface());

@@ -162,8 +162,8 @@ impl CouplingScheme for EnergyLeakDamper {
 mod tests {
     use super::*;
     use crate::cosim::{
-        Abilities, Attachments, Bounds, CommunicationGrid, ForceReturn, MacroStep, MechanicsSteps, PerSide, Port,
-        Ports, Quantity, Sequence, Setup, Subsystem, SubsystemCounters, Supervision, cosimulate, not_offered,
+        Attachments, Bounds, Capabilities, CommunicationGrid, ForceReturn, MacroStep, MechanicsSteps, PerSide, Port,
+        Ports, Quantity, Sequence, Setup, Subsystem, SubsystemCounters, Supervision, cosimulate,
     };
 
     /// One exchange and one step of each side, H = 1; returns the force on the mechanics.
@@ -238,7 +238,7 @@ mod tests {
             Ok(())
         }
 
-        fn abilities(&mut self) -> &mut dyn Abilities {
+        fn capabilities(&mut self) -> &mut dyn Capabilities {
             self
         }
 
@@ -251,21 +251,7 @@ mod tests {
         }
     }
 
-    impl Abilities for Half {
-        not_offered!(
-            empty_interface_model,
-            interface_model,
-            output_rates,
-            input_polynomials,
-            use_second_order,
-            joint_steps,
-            oil_lines,
-            observables,
-            observe,
-            energy_identity_residual,
-            energy_account,
-        );
-
+    impl Capabilities for Half {
         fn interface_work(&mut self) -> Option<f64> {
             Some(self.work)
         }

@@ -42,23 +42,23 @@ impl Need {
                 "a force-displacement coupling is needed: forces to the mechanics, their positions and velocities back",
             ),
             Need::InterfaceModel => {
-                let abilities = mechanics.abilities();
-                if abilities.empty_interface_model().is_none() {
-                    let asked = abilities.interface_model(0.0, &mut ReducedInterfaceModel::zeros(0, 0));
+                let capabilities = mechanics.capabilities();
+                if capabilities.empty_interface_model().is_none() {
+                    let asked = capabilities.interface_model(0.0, &mut ReducedInterfaceModel::zeros(0, 0));
                     return Some(not_offered(NO_INTERFACE_MODEL, &asked));
                 }
                 return None;
             }
             Need::ListedContacts => (
-                mechanics.abilities().empty_interface_model().is_none_or(|model| !model.smooth),
+                mechanics.capabilities().empty_interface_model().is_none_or(|model| !model.smooth),
                 "the mechanics' interface model is a smooth one, whose contacts neither open nor close: use a scheme whose contacts are \
                  bilateral, such as rim-smooth",
             ),
             Need::NoFriction => (
-                mechanics.abilities().empty_interface_model().is_none_or(|model| !model.has_friction()),
+                mechanics.capabilities().empty_interface_model().is_none_or(|model| !model.has_friction()),
                 "its picture of the contacts knows no friction: use a scheme with a reduced interface model, or one without a model",
             ),
-            Need::OilLines => (actuator.abilities().oil_lines().is_some(), NO_OIL_LINES),
+            Need::OilLines => (actuator.capabilities().oil_lines().is_some(), NO_OIL_LINES),
             Need::Rows(most) if outputs > most => {
                 return Some(format!("the interface has more than {most} rows"));
             }
@@ -66,7 +66,7 @@ impl Need {
             Need::OutputRatesIfFeedthrough if !ports.direct_feedthrough => return None,
             Need::OutputRates | Need::OutputRatesIfFeedthrough => {
                 let mut rates = OutputRates::zeros(outputs, inputs);
-                let offered = actuator.abilities().output_rates(0.0, &vec![0.0; inputs], &mut rates);
+                let offered = actuator.capabilities().output_rates(0.0, &vec![0.0; inputs], &mut rates);
                 if matches!(&offered, Err(failure) if matches!(failure.cause(), Cause::NotOffered { .. })) {
                     return Some(not_offered(NO_OUTPUT_RATES, &offered));
                 }

@@ -94,7 +94,7 @@ impl LargeCorpus {
         let column = column.ok_or_else(|| refused("the run does not complete"))?;
         let forces: Vec<f64> = run.trajectory.column(column).collect();
         let mut mechanics = (spec.case.build)(&spec.parameters, &spec.solver)?.sides.mechanics;
-        let mut model = mechanics.abilities().empty_interface_model().ok_or_else(|| refused("has no model"))?;
+        let mut model = mechanics.capabilities().empty_interface_model().ok_or_else(|| refused("has no model"))?;
         let pattern = model.meeting().cloned().ok_or_else(|| refused("keeps every entry of its matrices"))?;
         let steps = (spec.macro_step / spec.micro_step).round().max(1.0);
         let (h, steps) = (spec.macro_step / steps, steps as usize);
@@ -105,7 +105,7 @@ impl LargeCorpus {
             for step in 0..steps {
                 if point % every == every / 2 && step < PROBLEMS {
                     mechanics
-                        .abilities()
+                        .capabilities()
                         .interface_model(h, &mut model)
                         .map_err(|failure| refused(&failure.to_string()))?;
                     stretch.extend(LargeProblem::of(&model, force));

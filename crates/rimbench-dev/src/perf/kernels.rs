@@ -110,7 +110,7 @@ fn broken(failure: impl Into<Failure>) -> Error {
 
 /// The interface model at the start, for a macro step of 5 ms.
 fn start_model(system: &mut CoupledSystem) -> Result<ReducedInterfaceModel> {
-    let mechanics = system.sides.mechanics.abilities();
+    let mechanics = system.sides.mechanics.capabilities();
     let mut model = mechanics.empty_interface_model().unwrap_or_else(|| ReducedInterfaceModel::zeros(0, 0));
     mechanics.interface_model(5e-3, &mut model).map_err(broken)?;
     Ok(model)

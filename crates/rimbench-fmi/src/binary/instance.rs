@@ -31,8 +31,8 @@ struct Built {
 impl Built {
     fn new(mut subsystem: Box<dyn Subsystem>) -> Self {
         let (outputs, inputs) = (subsystem.ports().outputs.len(), subsystem.ports().inputs.len());
-        let observed = subsystem.abilities().observables().len();
-        let model = subsystem.abilities().empty_interface_model();
+        let observed = subsystem.capabilities().observables().len();
+        let model = subsystem.capabilities().empty_interface_model();
         Built {
             y: vec![0.0; outputs],
             y_known: false,
@@ -208,7 +208,7 @@ impl Instance {
         self.built()?;
         let State { built: Some(built), u, time, .. } = &mut self.state else { unreachable!("built above") };
         if !built.rates_known {
-            let offered = built.subsystem.abilities().output_rates(*time, u, &mut built.rates);
+            let offered = built.subsystem.capabilities().output_rates(*time, u, &mut built.rates);
             if !offered.map_err(|failure| failure.to_string())? {
                 return Err("the outputs have no known rates".to_owned());
             }
@@ -221,7 +221,7 @@ impl Instance {
         let h = self.state.model_step;
         let built = self.built()?;
         if !built.observed_known {
-            built.subsystem.abilities().observe(h, &mut built.observed);
+            built.subsystem.capabilities().observe(h, &mut built.observed);
             built.observed_known = true;
         }
         Ok(&built.observed)
@@ -235,7 +235,7 @@ impl Instance {
         if !built.model_known || (kinks && !built.kinks_known) {
             model.kinks.clear();
             model.kinks.wanted = kinks;
-            let offered = built.subsystem.abilities().interface_model(h, model);
+            let offered = built.subsystem.capabilities().interface_model(h, model);
             if !offered.map_err(|failure| failure.to_string())? {
                 return Err("no interface model is offered in this state".to_owned());
             }
@@ -265,7 +265,7 @@ impl Instance {
                 Kind::ModelStep => put(self.state.model_step)?,
                 Kind::Observable(k) => put(self.observed()?[k])?,
                 Kind::InterfaceWork => {
-                    let work = self.built()?.subsystem.abilities().interface_work();
+                    let work = self.built()?.subsystem.capabilities().interface_work();
                     put(work.ok_or("no account of work is kept")?)?;
                 }
                 Kind::Parameter(k) => match self.state.parameters.iter().nth(k) {

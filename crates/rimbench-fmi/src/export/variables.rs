@@ -131,7 +131,7 @@ impl Variables {
         let ports = subsystem.ports().clone();
         let (inputs, outputs) = (ports.inputs.len(), ports.outputs.len());
         let mut rates = OutputRates::zeros(outputs, inputs);
-        let rates = matches!(subsystem.abilities().output_rates(0.0, &vec![0.0; inputs], &mut rates), Ok(true));
+        let rates = matches!(subsystem.capabilities().output_rates(0.0, &vec![0.0; inputs], &mut rates), Ok(true));
         let mut list = Vec::new();
         let mut put = |name: &str, kind: Kind, unit: &str, about: &str, dimensions: &[usize]| {
             let (name, unit, about) = (name.to_owned(), unit.to_owned(), about.to_owned());
@@ -165,7 +165,7 @@ impl Variables {
             "Step of the mechanics for which local quantities and rim.* are given",
             &[],
         );
-        if let Some(model) = subsystem.abilities().empty_interface_model() {
+        if let Some(model) = subsystem.capabilities().empty_interface_model() {
             let (contacts, interface) = (model.contacts(), model.interface());
             let n = model.interface_start() + interface;
             put(
@@ -234,11 +234,11 @@ impl Variables {
                 put("rim.kink_jump", Kind::Model(Model::KinkJump), "m/s²", about, &[places, n]);
             }
         }
-        if subsystem.abilities().interface_work().is_some() {
+        if subsystem.capabilities().interface_work().is_some() {
             let about = "Work received through the interface since the start, as the model's own steps count it";
             put("interface_work_j", Kind::InterfaceWork, "J", about, &[]);
         }
-        for (k, name) in subsystem.abilities().observables().iter().enumerate() {
+        for (k, name) in subsystem.capabilities().observables().iter().enumerate() {
             put(name, Kind::Observable(k), unit_of(name), "A further quantity of the model", &[]);
         }
         let copies = subsystem.try_clone().is_some();

@@ -2,7 +2,7 @@
 
 use super::host::{Ask, Host};
 use super::probing::ProbeErrors;
-use rimbench_core::cosim::{Abilities, OutputRates, Ports, Subsystem, SubsystemCounters, not_offered};
+use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::friction::{ContactState, Stiction};
 use rimbench_core::interface_model::{ContactSpring, Kinks, ReducedInterfaceModel};
@@ -300,7 +300,7 @@ impl Subsystem for ImportedSide {
         Ok(())
     }
 
-    fn abilities(&mut self) -> &mut dyn Abilities {
+    fn capabilities(&mut self) -> &mut dyn Capabilities {
         self
     }
 
@@ -334,9 +334,7 @@ impl Subsystem for ImportedSide {
     }
 }
 
-impl Abilities for ImportedSide {
-    not_offered!(use_second_order, joint_steps, oil_lines, input_polynomials, energy_identity_residual, energy_account);
-
+impl Capabilities for ImportedSide {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.model.clone()
     }

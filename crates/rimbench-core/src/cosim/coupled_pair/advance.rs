@@ -41,84 +41,66 @@ impl CoupledPair<'_> {
         }
     }
 
+    /// Lets the actuator cover a macro step, micro step by micro step.
+    ///
+    /// ```text
+    /// first order     y   = y(x, u)             with the input of the micro step before
+    /// second order    y_m = y(x, u) + ½δ r      outputs in the middle with the inputs of the start; r their rate with inputs held
+    ///                 ū   = the scheme's, given y_m and D = ∂y/∂u
+    ///                 ȳ   = y_m + D (ū − u)     what acts during the micro step, and is handed to the mechanics
+    /// both            x⁺  = the subsystem's own step with the scheme's input
+    /// ```
     pub(crate) fn advance_actuator(&mut self, step: MacroStep) -> Result<(), Failure> {
-        if self.state.rates.is_some() {
-            return self.advance_actuator_by_midpoints(step);
-        }
+        if self.state.rates.is_some() { self.actuate::<2>(step) } else { self.actuate::<1>(step) }
+    }
+
+    /// [`advance_actuator`](Self::advance_actuator) by a rule of this order, known to the compiler: both are as fast as if written apart.
+    fn actuate<const ORDER: u32>(&mut self, step: MacroStep) -> Result<(), Failure> {
         let count = self.setup.actuator_steps(step);
         let averaged =
             matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile | ForceReturn::Pieces);
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
         let mut takes_course = self.state.takes_course.actuator;
-        let PairState { own, u, transmission, work_sent, end, inside, .. } = &mut *self.state;
-        let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
-        transmission.clear();
-        for j in 0..count {
-            self.stop.check()?;
-            let at = MicroStep::new(step, j, count);
-            actuator.outputs(u, own)?;
-            work_sent.add_half_step(at.length, own, u);
-            scheme.input(Side::Actuator, at, own, u)?;
-            work_sent.add_half_step(at.length, own, u);
-            if let Some(log) = inside {
-                note_micro_step(log, at, own, u);
-            }
-            if takes_course {
-                takes_course = tell_course(scheme, Side::Actuator, at, actuator);
-            }
-            actuator.step(at.start, u, at.length)?;
-            if averaged {
-                transmission.push(own);
-            }
-        }
-        if self.setup.force_return == ForceReturn::End {
-            actuator.outputs(u, end)?;
-        }
-        Ok(())
-    }
-
-    /// The same with micro steps of the second order.
-    ///
-    /// ```text
-    /// y_m = y(x, u) + ½δ r        outputs in the middle with the inputs of the start; r their rate with inputs held
-    /// ū   = the scheme's, given y_m and D = ∂y/∂u
-    /// ȳ   = y_m + D (ū − u)       what acts during the micro step, and is handed to the mechanics
-    /// x⁺  = the subsystem's own midpoint rule with ū
-    /// ```
-    fn advance_actuator_by_midpoints(&mut self, step: MacroStep) -> Result<(), Failure> {
-        let count = self.setup.actuator_steps(step);
-        let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
-        let mut takes_course = self.state.takes_course.actuator;
         let PairState { own, u, transmission, work_sent, end, rates, inside, .. } = &mut *self.state;
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
-        let rates = rates.as_mut().ok_or(Cause::NotOffered { what: NO_OUTPUT_RATES })?;
+        let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
         transmission.clear();
         for j in 0..count {
             self.stop.check()?;
             let at = MicroStep::new(step, j, count);
             actuator.outputs(u, own)?;
-            if !actuator.abilities().output_rates(at.start, u, rates)? {
-                return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
+            match &mut rates {
+                None => work_sent.add_half_step(at.length, own, u),
+                Some(rates) => {
+                    if !actuator.capabilities().output_rates(at.start, u, rates)? {
+                        return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
+                    }
+                    rates.advance(0.5 * at.length, own);
+                    scheme.follow(&rates.feedthrough)?;
+                }
             }
-            for (own, rate) in own.iter_mut().zip(&rates.rate) {
-                *own += 0.5 * at.length * rate;
-            }
-            scheme.follow(&rates.feedthrough)?;
             scheme.input(Side::Actuator, at, own, u)?;
+            match &mut rates {
+                None => work_sent.add_half_step(at.length, own, u),
+                Some(rates) => {
+                    actuator.outputs(u, own)?;
+                    rates.advance(0.5 * at.length, own);
+                    work_sent.add_step(at.length, own, u);
+                }
+            }
+            if let Some(log) = inside {
+                if ORDER == 2 { note_midpoint(log, at, own, u) } else { note_micro_step(log, at, own, u) }
+            }
             if takes_course {
                 takes_course = tell_course(scheme, Side::Actuator, at, actuator);
             }
-            actuator.outputs(u, own)?;
-            for (own, rate) in own.iter_mut().zip(&rates.rate) {
-                *own += 0.5 * at.length * rate;
-            }
-            work_sent.add_step(at.length, own, u);
-            transmission.push(own);
-            if let Some(log) = inside {
-                note_midpoint(log, at, own, u);
+            if averaged || ORDER == 2 {
+                transmission.push(own);
             }
             actuator.step(at.start, u, at.length)?;
-            scheme.input_at_end(Side::Actuator, u);
+            if ORDER == 2 {
+                scheme.input_at_end(Side::Actuator, u);
+            }
         }
         if self.setup.force_return == ForceReturn::End {
             actuator.outputs(u, end)?;
@@ -175,7 +157,7 @@ impl CoupledPair<'_> {
 /// Lets the mechanics take a step of `h` (s) in pieces, each under its own mean of the forces.
 #[cold]
 fn step_in_pieces(mechanics: &mut dyn Subsystem, course: ForceCourse<'_>, h: f64) -> Result<(), Failure> {
-    match mechanics.abilities().joint_steps() {
+    match mechanics.capabilities().joint_steps() {
         Some(steps) => steps.step_under(course, h),
         None => Err(Cause::NotOffered { what: NO_PIECES }.into()),
     }
@@ -184,5 +166,8 @@ fn step_in_pieces(mechanics: &mut dyn Subsystem, course: ForceCourse<'_>, h: f64
 /// Hands the course of the inputs within a micro step to a subsystem that integrates it; says whether there is one. Inputs that are
 /// held in the first micro step of a macro step are held in all of it.
 fn tell_course(scheme: &dyn CouplingScheme, to: Side, at: MicroStep, subsystem: &mut dyn Subsystem) -> bool {
-    subsystem.abilities().input_polynomials().is_some_and(|inputs| inputs.give(|course| scheme.course(to, at, course)))
+    subsystem
+        .capabilities()
+        .input_polynomials()
+        .is_some_and(|inputs| inputs.give(|course| scheme.course(to, at, course)))
 }
