@@ -72,8 +72,6 @@ pub fn everything() -> error::Result<catalogue::Catalogue> {
 /// Compiles and runs the programs that the documents show.
 #[cfg(doctest)]
 mod documents {
-    #[doc = include_str!("../README.md")]
-    struct Readme;
     #[doc = include_str!("../docs/guide/library.md")]
     struct Library;
     #[doc = include_str!("../docs/guide/own-case.md")]

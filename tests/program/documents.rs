@@ -243,7 +243,7 @@ fn the_readme_counts_the_committed_claims() {
     };
     let [all, paper, ours] = ["", "paper", "ours"].map(count);
     let sentence = format!(
-        "**{} of {} claims reproduce**: {} of {} of the paper's, {} of {} of ours.",
+        "**{} of {} claims reproduce**: {} of {} from the paper, {} of {} from this project.",
         all.0, all.1, paper.0, paper.1, ours.0, ours.1
     );
     let readme = read(&root().join("README.md"));

@@ -31,6 +31,8 @@ use scene::{ABOVE_M, AHEAD_M, BEHIND_M, BELOW_M, LENS, Stage};
 pub struct Moving {
     /// What stands above it.
     pub label: String,
+    /// What came of it in two or three words; nothing if empty.
+    pub verdict: String,
     /// Its colour.
     pub color: Color,
     /// Its poses over time, ascending; each with the same contacts in the same order, those that are open with no force.
@@ -113,7 +115,12 @@ mod tests {
 
     fn animation() -> Animation {
         let poses: Vec<Pose> = (0..=400).map(|k| pose(f64::from(k) * 5e-3)).collect();
-        let scheme = |label: &str| Moving { label: label.to_owned(), color: Color(200, 80, 0), poses: poses.clone() };
+        let scheme = |label: &str| Moving {
+            label: label.to_owned(),
+            verdict: "lifts off 4 mm".to_owned(),
+            color: Color(200, 80, 0),
+            poses: poses.clone(),
+        };
         Animation {
             title: "a < b".to_owned(),
             geometry: WedgeBoxGeometry::default(),
@@ -129,6 +136,7 @@ mod tests {
         for page in [Page::Light, Page::Dark] {
             let svg = animation().svg(page);
             assert!(svg.contains("<title>a &lt; b</title>") && !svg.contains("<script") && !svg.contains("href"));
+            assert_eq!(svg.matches(">lifts off 4 mm</text>").count(), 2);
             assert!(!svg.contains("NaN") && !svg.contains("inf,"), "{svg}");
             // Nothing moves but where motion is welcome, and the still is the state that everything else starts from.
             let rules = svg.matches("@keyframes").count();

@@ -158,6 +158,13 @@ impl Animation {
             "</g><rect x=\"{left}\" y=\"{top}\" width=\"{cell:.1}\" height=\"{drawing:.1}\" fill=\"none\" stroke=\"{}\"/>",
             hex(palette.ledge)
         );
+        let _ = writeln!(
+            body,
+            "<text x=\"{left}\" y=\"{:.1}\" font-size=\"15\" font-weight=\"600\" fill=\"{}\">{}</text>",
+            stage.lenses + LENS + 6.0,
+            hex(color),
+            escaped(&scheme.verdict),
+        );
         self.lenses(stage, &poses, dark, palette, style, body);
     }
 

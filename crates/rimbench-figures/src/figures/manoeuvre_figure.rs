@@ -64,7 +64,7 @@ impl ManoeuvreFigure {
             let poses: Vec<Pose> = shown.map(|t| pose(&trace, &geometry, t)).collect::<Result<_>>()?;
             let color = styles.of_label(label).color;
             curves.push(Curve { color: Some(color), points: trace.pairs("time_s", FORCE)? });
-            schemes.push(Moving { label: styles.shown_name(label), color, poses });
+            schemes.push(Moving { label: styles.shown_name(label), verdict: verdict(folder, label)?, color, poses });
         }
         let still_s = self.instants_s.last().copied().unwrap_or(shown_s[0]);
         let names: Vec<&str> = schemes.iter().map(|scheme| scheme.label.as_str()).collect();
@@ -78,6 +78,19 @@ impl ManoeuvreFigure {
         };
         Ok([Page::Light, Page::Dark].map(|page| (page.name().to_owned(), animation.svg(page))).into())
     }
+}
+
+/// Says by how many whole millimetres a contact opens that is closed in the reference; nothing where the run has no such height.
+fn verdict(folder: &Path, label: &str) -> Result<String> {
+    let runs = ResultsTable::read(&folder.join("runs.csv"))?;
+    let rows = runs.rows_where(runs.column("label")?, label);
+    let height = runs.column("lift_off_height_m")?;
+    let millimetres = rows.first().map_or(f64::NAN, |&row| 1e3 * runs.number(row, height)).round();
+    Ok(match millimetres {
+        _ if !millimetres.is_finite() => String::new(),
+        0.0 => "stays down".to_owned(),
+        _ => format!("lifts off {millimetres:.0} mm"),
+    })
 }
 
 /// Column of the actuator's force.
