@@ -19,7 +19,8 @@
 //! | `rimbench-results` | [`atomic_file`], [`results_table`], [`checksums`], [`kept`], [`trace`] | files written whole or not at all, read back by column name, checked |
 //! | `rimbench-cases` | [`runs`], [`catalogue`], [`cases`], [`metrics`], [`models`] | one run, what is simulated, what is measured |
 //! | `rimbench-statistics` | [`statistics`] | quantiles, straight lines, intervals, performance profiles |
-//! | `rimbench-core` | [`schemes`], [`ceilings`], [`mechanics`], [`cosim`], [`interface_model`], [`friction`], [`complementarity`], [`linear_algebra`], [`name`], [`error`] | the simulation itself |
+//! | `rimbench-core` | [`schemes`], [`ceilings`], [`mechanics`], [`cosim`], [`interface_model`], [`name`], [`error`] | the simulation itself |
+//! | `rimbench-contact` | [`affine_step`], [`contact_law`], [`friction`], [`complementarity`], [`linear_algebra`] | contact problems and their solvers |
 //!
 //! # Symbols
 //! | symbol | unit | meaning |
@@ -38,8 +39,8 @@ pub mod shipped;
 
 pub use rimbench_cases::{cases, catalogue, metrics, models, runs};
 pub use rimbench_core::{
-    ceilings, complementarity, cosim, error, friction, interface_model, linear_algebra, mechanics, name,
-    numerics_version, schemes,
+    affine_step, ceilings, complementarity, contact_law, cosim, error, friction, interface_model, linear_algebra,
+    mechanics, name, numerics_version, schemes,
 };
 pub use rimbench_dev::{corpus, panel, perf};
 pub use rimbench_figures as figures;

@@ -1,6 +1,7 @@
 //! Contacts that give way: an implicit spring and damper per contact, in the mechanics and in the models made from it.
 
 use crate::support::*;
+use rimbench::contact_law::ContactSpring;
 
 const fn compliant(stiffness: f64, damping: f64) -> ContactLaw {
     ContactLaw { spring: Some(ContactSpring { stiffness, damping }), ..PLASTIC }

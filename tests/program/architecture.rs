@@ -6,17 +6,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rooms of the core, each with those that it may open.
-const ROOMS: [(&str, &[&str]); 8] = [
+/// The rooms of the contact crate and of the core, each with those that it may open.
+const ROOMS: [(&str, &[&str]); 10] = [
     ("linear_algebra", &[]),
+    ("contact_law", &[]),
     ("complementarity", &["linear_algebra"]),
     ("friction", &["linear_algebra", "complementarity"]),
-    ("interface_model", &["linear_algebra", "friction"]),
-    ("cosim", &["complementarity", "friction", "interface_model", "linear_algebra"]),
+    ("affine_step", &["linear_algebra", "contact_law", "complementarity", "friction"]),
+    ("interface_model", &[]),
+    ("cosim", &["interface_model"]),
     ("ceilings", &["cosim"]),
-    ("mechanics", &["linear_algebra", "complementarity", "friction", "interface_model", "cosim"]),
-    ("schemes", &["linear_algebra", "complementarity", "friction", "interface_model", "cosim", "ceilings"]),
+    ("mechanics", &["interface_model", "cosim"]),
+    ("schemes", &["interface_model", "cosim", "ceilings"]),
 ];
+
+/// The two crates of the numerics.
+const CRATES: [&str; 2] = ["rimbench-contact", "rimbench-core"];
 
 /// What every room may open.
 const HALLS: [&str; 2] = ["error", "name"];
@@ -41,24 +46,26 @@ fn fault(room: &str, line: &str) -> Option<String> {
     })
 }
 
-fn core() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/rimbench-core/src")
+fn code_of(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("crates").join(name).join("src")
+}
+
+/// Folders of the rooms of both crates.
+fn rooms() -> Vec<PathBuf> {
+    let entries = CRATES.iter().flat_map(|name| fs::read_dir(code_of(name)).unwrap());
+    entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()).collect()
 }
 
 #[test]
 fn no_room_of_the_core_may_open_a_door_above_it() {
     let (mut faults, mut seen) = (Vec::new(), 0);
-    let rooms: BTreeSet<String> = fs::read_dir(core())
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.is_dir())
-        .map(|path| path.file_name().unwrap().to_string_lossy().into_owned())
-        .collect();
-    for room in &rooms {
-        for (file, text) in sources(&core().join(room)) {
+    let rooms = rooms();
+    for folder in &rooms {
+        let room = folder.file_name().unwrap().to_string_lossy();
+        for (file, text) in sources(folder) {
             for (number, line) in text.lines().enumerate() {
                 seen += doors(line).len();
-                faults.extend(fault(room, line).map(|fault| format!("{}:{}: {fault}", file.display(), number + 1)));
+                faults.extend(fault(&room, line).map(|fault| format!("{}:{}: {fault}", file.display(), number + 1)));
             }
         }
     }
@@ -83,7 +90,7 @@ type Uses = BTreeMap<String, BTreeSet<String>>;
 
 /// Which file uses which, from the `use` lines. A folder with the name of a file is part of that file.
 fn uses(room: &str) -> Uses {
-    let folder = core().join(room);
+    let folder = code_of("rimbench-core").join(room);
     let mut uses = Uses::new();
     for (path, text) in sources(&folder) {
         let inside = path.strip_prefix(&folder).unwrap().with_extension("");

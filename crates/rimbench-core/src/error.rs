@@ -5,6 +5,8 @@
 //! a result, kept with its reason. A panic is neither; it is a defect of rimbench.
 
 use crate::name::Name;
+use rimbench_contact::complementarity::Unsolved;
+use rimbench_contact::linear_algebra::Singular;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -149,6 +151,24 @@ impl From<Cause> for Failure {
     #[cold]
     fn from(cause: Cause) -> Self {
         Failure(Box::new(cause))
+    }
+}
+
+impl From<Unsolved> for Failure {
+    #[cold]
+    fn from(unsolved: Unsolved) -> Self {
+        match unsolved {
+            Unsolved::NotFound { residual } => Cause::SolverFailed { residual }.into(),
+            Unsolved::NonFinite => Failure::non_finite("complementarity problem"),
+            Unsolved::TooLarge { size } => Failure::out_of_range("contacts of a complementarity problem", size as f64),
+        }
+    }
+}
+
+impl From<Singular> for Failure {
+    #[cold]
+    fn from(Singular { matrix }: Singular) -> Self {
+        Cause::Singular { matrix }.into()
     }
 }
 

@@ -19,5 +19,5 @@ pub const LIBRARY: &str = "rimbench_fmi";
 
 /// What a library must have been built from to belong to this program: sources of core and cases, and the version.
 pub fn sources() -> String {
-    format!("{} {} {}", rimbench_core::SOURCES, rimbench_cases::SOURCES, env!("CARGO_PKG_VERSION"))
+    format!("{} {} {}", rimbench_core::SOURCES.join(" "), rimbench_cases::SOURCES, env!("CARGO_PKG_VERSION"))
 }

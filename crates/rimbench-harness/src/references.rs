@@ -79,7 +79,7 @@ fn content_key(spec: &RunSpec) -> String {
     let mut key = format!(
         "reference of {}\nsources {} {}\nduration_s = {duration:?}\n",
         case.name,
-        rimbench_core::SOURCES,
+        rimbench_core::SOURCES.join(" "),
         rimbench_cases::SOURCES
     );
     key += &format!("columns = {:?}\nsteps = {:?}\n", case.recorded_columns(), case.defaults);

@@ -5,9 +5,9 @@ use super::memory;
 use super::parameters::Parameters;
 use super::reference_method::ReferenceMethod;
 use rimbench_core::complementarity::SolverEntry;
+use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};
-use rimbench_core::interface_model::ContactSpring;
 use rimbench_core::mechanics::{
     ContactLaw, Friction, MANY_CONTACTS, MechanicalModel, NonSmoothMechanics, bytes_needed, solver_room,
 };

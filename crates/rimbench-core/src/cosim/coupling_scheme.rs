@@ -5,9 +5,9 @@ use super::input_polynomials::Cubic;
 use super::oil_lines::LineForces;
 use super::output_rates::OutputRates;
 use super::side::Side;
-use crate::complementarity::SolverCounters;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
+use rimbench_contact::complementarity::SolverCounters;
 
 /// What one side sends at a communication point.
 #[derive(Debug, Clone, Copy)]

@@ -3,8 +3,8 @@
 use super::capabilities::Capabilities;
 use super::ports::Ports;
 use super::side::PerSide;
-use crate::complementarity::SolverCounters;
 use crate::error::Failure;
+use rimbench_contact::complementarity::SolverCounters;
 
 /// Exact work counters of a subsystem.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

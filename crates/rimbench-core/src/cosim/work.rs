@@ -2,7 +2,7 @@
 
 use super::side::PerSide;
 use super::subsystem::SubsystemCounters;
-use crate::complementarity::SolverCounters;
+use rimbench_contact::complementarity::SolverCounters;
 
 /// Exact counters of the loop itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

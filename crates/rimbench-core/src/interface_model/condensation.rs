@@ -4,8 +4,8 @@ use super::contact_modes::ContactModes;
 use super::frictional_condensation::StateWork;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use super::redundancy::Redundancy;
-use crate::linear_algebra::SparseFactor;
 use nalgebra::{SMatrix, SymmetricEigen};
+use rimbench_contact::linear_algebra::SparseFactor;
 
 /// Below this fraction of the largest diagonal entry a pivot or eigenvalue of `H_cc` counts as zero.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -26,7 +26,7 @@ const EIGENVALUE_LIMIT: usize = 8;
 /// m_eff = 1 / λ_min(Ĥ_ii)            for one interface row simply 1 / Ĥ_ii
 /// ```
 /// With friction the closed contacts stick or slide as the model says: `Ĥ_ii = H_ii − H_i· F_σ K⁻¹ E_σ H_·i`, see
-/// [`StateSystem`](crate::friction::StateSystem); then it is unsymmetric, and an effective mass below 0, an interface that locks by its own
+/// [`StateSystem`](rimbench_contact::friction::StateSystem); then it is unsymmetric, and an effective mass below 0, an interface that locks by its own
 /// friction, counts as infinite.
 ///
 /// # Shapes and units

@@ -1,6 +1,6 @@
 //! What contacts with friction do: the modes that a model is condensed in.
 
-use crate::friction::ContactState;
+use rimbench_contact::friction::ContactState;
 
 /// Modes and coefficients of contacts with friction, in the order of the model; empty without friction.
 #[derive(Debug, Clone, Copy)]

@@ -5,7 +5,7 @@ use super::linearisation::{Linearisation, MassMatrix};
 use super::local_elimination::LocalElimination;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::error::{Cause, Failure};
-use crate::linear_algebra::{Cholesky, SymmetricPattern};
+use rimbench_contact::linear_algebra::{Cholesky, SymmetricPattern};
 use std::ops::Range;
 use std::sync::Arc;
 

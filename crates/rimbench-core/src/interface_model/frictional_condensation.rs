@@ -2,7 +2,7 @@
 
 use super::contact_modes::ContactModes;
 use super::reduced_interface_model::ReducedInterfaceModel;
-use crate::friction::{ContactState, StateSystem};
+use rimbench_contact::friction::{ContactState, StateSystem};
 
 /// Room to condense a model with friction.
 ///

@@ -5,7 +5,7 @@ use super::linearisation::{Linearisation, MassMatrix, Rows};
 use super::meetings::Meetings;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::error::Failure;
-use crate::linear_algebra::SymmetricPattern;
+use rimbench_contact::linear_algebra::SymmetricPattern;
 use std::ops::Range;
 
 /// Contacts keep what meets if that is at most one entry of so many.

@@ -2,7 +2,7 @@
 
 use super::linearisation::Rows;
 use super::meetings::Meetings;
-use crate::linear_algebra::{DEPENDENT, Singular, SparseFactor, SymmetricPattern, SymmetricRows};
+use rimbench_contact::linear_algebra::{DEPENDENT, Singular, SparseFactor, SymmetricPattern, SymmetricRows};
 use std::ops::Range;
 
 /// Groups of joints: two that know a velocity in common are in one.

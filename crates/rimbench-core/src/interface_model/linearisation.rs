@@ -1,7 +1,7 @@
 //! Everything Eq. 3 needs at one state `(t, q, v)`, in buffers that are filled again and again.
 
-use crate::linear_algebra::body_dot;
 use nalgebra::Vector2;
+use rimbench_contact::linear_algebra::body_dot;
 
 /// A block of constraint rows `w = A v`, with the convective term and the position it belongs to.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -3,7 +3,7 @@
 use super::linearisation::{Linearisation, MassMatrix, Rows};
 use super::meetings::Meetings;
 use super::reduced_interface_model::ReducedInterfaceModel;
-use crate::linear_algebra::SymmetricPattern;
+use rimbench_contact::linear_algebra::SymmetricPattern;
 
 /// Eliminates velocities contact by contact and meeting by meeting.
 ///

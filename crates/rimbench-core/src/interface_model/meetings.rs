@@ -1,6 +1,6 @@
 //! Which rows meet in velocities that both know, and the products that this makes.
 
-use crate::linear_algebra::SymmetricPattern;
+use rimbench_contact::linear_algebra::SymmetricPattern;
 
 /// `A M⁻¹ Aᵀ` of rows that know few velocities each, meeting by meeting.
 #[derive(Debug, Clone)]

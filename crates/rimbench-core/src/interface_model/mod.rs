@@ -23,9 +23,7 @@
 pub const MEMORY_LIMIT: u64 = 4 << 30;
 
 mod condensation;
-mod contact_law;
 mod contact_modes;
-mod contact_spring;
 mod elimination;
 mod frictional_condensation;
 mod jointed_elimination;
@@ -34,17 +32,13 @@ mod kinks;
 mod linearisation;
 mod local_elimination;
 mod meetings;
-mod rebounds;
 mod reduced_interface_model;
 mod redundancy;
 
 pub use condensation::{Condensation, condense, condense_in_modes};
-pub use contact_law::{GapRates, gap_velocity, is_hit, landing_velocity, own_approach, resting_approach};
 pub use contact_modes::ContactModes;
-pub use contact_spring::ContactSpring;
 pub use elimination::Elimination;
 pub use kinks::Kinks;
 pub use linearisation::{Linearisation, MassMatrix, Rows};
-pub use rebounds::{ImpactRows, ImpactStep, Rebounds, Solved};
 pub use reduced_interface_model::{ReducedInterfaceModel, TOUCHING};
 pub use redundancy::Redundancy;

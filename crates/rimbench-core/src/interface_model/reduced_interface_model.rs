@@ -1,11 +1,11 @@
 //! The reduced interface model of paper Eq. 4, as plain data.
 
-use super::contact_law::gap_velocity;
 use super::contact_modes::ContactModes;
-use super::contact_spring::ContactSpring;
 use super::kinks::Kinks;
-use crate::friction::{ContactState, Stiction};
-use crate::linear_algebra::{SymmetricPattern, SymmetricRows};
+use rimbench_contact::affine_step::LinearModel;
+use rimbench_contact::contact_law::{ContactSpring, gap_velocity};
+use rimbench_contact::friction::{ContactState, Stiction};
+use rimbench_contact::linear_algebra::{SymmetricPattern, SymmetricRows};
 use std::sync::Arc;
 
 /// A contact that starts with a gap up to this counts as closed before the first step: positions of a metre are rounded to
@@ -52,7 +52,7 @@ pub struct ReducedInterfaceModel {
     pub stabilisation: f64,
     /// Restitution e of contacts that close.
     pub restitution: f64,
-    /// Approach of each contact that the mechanics' steps make by themselves, m/s, see [`own_approach`](super::own_approach); empty where
+    /// Approach of each contact that the mechanics' steps make by themselves, m/s, see [`own_approach`](rimbench_contact::contact_law::own_approach); empty where
     /// nothing bounces, or where whoever fills the model knows nothing of it.
     pub own_approach: Vec<f64>,
     /// The mechanics' own step, s.
@@ -135,6 +135,13 @@ impl ReducedInterfaceModel {
             ..ReducedInterfaceModel::zeros(0, interface)
         };
         ReducedInterfaceModel { h: vec![0.0; entries], meeting: Some(meeting), ..zeros }
+    }
+
+    /// Returns `H` and `a` as a linear model of contact rows and interface rows.
+    #[inline]
+    pub fn linear(&self) -> LinearModel<'_> {
+        let (contact_rows, interface) = (self.interface_start(), self.interface);
+        LinearModel { h: &self.h, a: &self.a, contact_rows, interface, pattern: self.meeting.as_ref() }
     }
 
     /// Returns which contacts meet, where the model keeps nothing else.
@@ -229,12 +236,7 @@ impl ReducedInterfaceModel {
     /// Returns one entry of the stacked `H`; contacts come first, then tangential rows, interface row `j` is `interface_start() + j`.
     #[inline]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
-        let Some(meeting) = &self.meeting else { return self.h[row * self.rows + column] };
-        let (n, row, column) = (self.contacts, row.min(column), row.max(column));
-        if column < n {
-            return meeting.position(row, column).map_or(0.0, |at| self.h[at]);
-        }
-        self.h[meeting.entries() + (column - n) * (n + self.interface) + row]
+        self.linear().entry(row, column)
     }
 
     /// Returns one row of the stacked `H`, which must be dense.

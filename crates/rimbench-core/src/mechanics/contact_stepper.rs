@@ -28,10 +28,11 @@ use self::energy::EnergyBooks;
 use self::rebounding::Rebounding;
 use self::step_contacts::{ContactTerms, StepContacts};
 use super::mechanical_model::ModelSize;
-use crate::complementarity::Checked;
 use crate::cosim::SubsystemCounters;
 use crate::error::Failure;
-use crate::interface_model::{Condensation, Elimination, Linearisation, ReducedInterfaceModel, Solved};
+use crate::interface_model::{Condensation, Elimination, Linearisation, ReducedInterfaceModel};
+use rimbench_contact::complementarity::Checked;
+use rimbench_contact::contact_law::Solved;
 
 /// Contacts from which on only the non-zeros of the Delassus matrix are kept, where there are few (`benches/scaling.rs`).
 pub const MANY_CONTACTS: usize = 48;

@@ -8,11 +8,11 @@ use super::kink_finder::KinkFinder;
 use super::mechanical_model::MechanicalModel;
 use super::room::empty_equations;
 use super::second_order::{Drive, SecondOrderSteps};
-use crate::complementarity::Checked;
 use crate::cosim::{Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{Kinks, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
+use rimbench_contact::complementarity::Checked;
 
 /// Steps a mechanical model with contacts.
 ///

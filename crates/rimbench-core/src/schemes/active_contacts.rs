@@ -1,12 +1,12 @@
 //! Which of the closed contacts carry impulse at a communication point.
 
 use super::coulomb_contacts::CoulombContacts;
-use super::discretised_model::DiscretisedModel;
 use super::model_contacts::{ContactSolver, Signorini};
 use super::recorded_modes::RecordedModes;
-use crate::complementarity::{SolverCounters, SolverEntry};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
+use rimbench_contact::affine_step::DiscretisedModel;
+use rimbench_contact::complementarity::{SolverCounters, SolverEntry};
 
 /// Solves the contacts that are closed at `t_k` once, over one step `h` of the mechanics with the actuator's force held.
 ///
@@ -49,7 +49,7 @@ impl Problem {
         solver.set_contacts(closed, model);
         let set = solver.rows(closed);
         let (n, rows) = (set.len(), set.len() + lambda.len());
-        self.discretised.discretise(model, set, model.mechanics_step);
+        self.discretised.discretise(model.linear(), set, model.mechanics_step);
         for (w, &row) in self.w.iter_mut().zip(set) {
             *w = model.w[row];
         }
@@ -130,7 +130,7 @@ impl ActiveContacts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::ContactState;
+    use rimbench_contact::friction::ContactState;
 
     #[test]
     fn a_contact_is_active_when_it_is_pressed_and_not_when_it_is_pulled() {

@@ -1,7 +1,8 @@
 //! A force that follows the velocity directly within a micro step, such as that of viscous friction.
 
 use crate::error::{Cause, Failure};
-use crate::linear_algebra::Lu;
+use rimbench_contact::affine_step::{DiscretisedColumns, DiscretisedModel};
+use rimbench_contact::linear_algebra::Lu;
 
 /// How the force of the actuator follows the motion of the model within a micro step of length δ, by the trapezoidal rule.
 ///
@@ -24,7 +25,7 @@ pub(super) struct ImplicitFeedthrough {
     matrix: Vec<f64>,
     lu: Lu,
     /// One vector.
-    pub(super) room: Vec<f64>,
+    room: Vec<f64>,
     /// The force with which a micro step starts.
     pub(super) start_force: Vec<f64>,
 }
@@ -51,11 +52,6 @@ impl ImplicitFeedthrough {
     #[inline]
     pub(super) fn is_on(&self) -> bool {
         !self.length.is_nan()
-    }
-
-    /// Returns the rows of the interface.
-    pub(super) fn interface(&self) -> usize {
-        self.interface
     }
 
     /// Takes note of `D` for micro steps of `length` (s); says whether that is anything new.
@@ -87,8 +83,43 @@ impl ImplicitFeedthrough {
         }
     }
 
+    /// Eliminates the part of the force that depends on the velocity within the micro step from the model, whose force then is λ₀.
+    ///
+    /// ```text
+    /// λ = λ₀ + E (w_i⁺ − w_i)        K = E (1 − δ H_ii E)⁻¹
+    /// δ a += δ H_·i K δ a_i          δ H_·i += δ H_·i K δ H_ii          H_·u += δ H_·i K H_iu
+    /// ```
+    /// # Errors
+    /// [`Cause::Singular`] if force and velocity do not determine each other.
+    pub(super) fn eliminate_from(&mut self, model: &mut DiscretisedModel) -> Result<(), Failure> {
+        let (n, n_i) = (model.contacts(), self.interface);
+        let rows = n + n_i;
+        let DiscretisedColumns { free_increment, force_columns, impulse_columns, h_uu } = model.columns_mut();
+        let force_columns = &mut force_columns[..rows * n_i];
+        self.eliminate(|row, column| force_columns[column * rows + n + row])?;
+        let mut room = std::mem::take(&mut self.room);
+        let mut respond = |target: &mut [f64]| {
+            room.copy_from_slice(&target[n..]);
+            for (force, column) in force_columns.chunks_exact(rows).enumerate() {
+                let response = self.response(force, &room);
+                target.iter_mut().zip(column).for_each(|(target, x)| *target += response * x);
+            }
+        };
+        respond(&mut free_increment[..rows]);
+        for (slot, column) in impulse_columns.chunks_exact_mut(rows.max(1)).take(n).enumerate() {
+            respond(column);
+            for row in 0..n {
+                h_uu[row * n + slot] = column[row];
+            }
+        }
+        self.room = room;
+        // Rows of δ H_·i, all columns at once: each column is needed as it was.
+        self.mix(rows, force_columns);
+        Ok(())
+    }
+
     /// Finds `K = E (1 − δ H_ii E)⁻¹`, given the entries of `δ H_ii`.
-    pub(super) fn eliminate(&mut self, h_ii: impl Fn(usize, usize) -> f64) -> Result<(), Failure> {
+    fn eliminate(&mut self, h_ii: impl Fn(usize, usize) -> f64) -> Result<(), Failure> {
         let n = self.interface;
         self.k.copy_from_slice(&self.e);
         // Row r of K: K_r (1 − δ H_ii E) = E_r, transposed.
@@ -113,12 +144,12 @@ impl ImplicitFeedthrough {
     }
 
     /// One row of `K` times the interface part of a change of velocity, N.
-    pub(super) fn response(&self, force: usize, change: &[f64]) -> f64 {
+    fn response(&self, force: usize, change: &[f64]) -> f64 {
         self.k[force * self.interface..].iter().zip(change).map(|(k, change)| k * change).sum()
     }
 
     /// Multiplies `δ H_·i`, columns of `rows` entries, by `1 + K δ H_ii` from the right.
-    pub(super) fn mix(&mut self, rows: usize, columns: &mut [f64]) {
+    fn mix(&mut self, rows: usize, columns: &mut [f64]) {
         let n = self.interface;
         for row in 0..rows {
             for (j, room) in self.matrix[..n].iter_mut().enumerate() {

@@ -1,11 +1,11 @@
 //! The acceleration that the interface has at a communication point: what a mechanics that sends accelerations would send.
 
 use super::construction::ModelConstruction;
-use super::discretised_model::DiscretisedModel;
-use crate::complementarity::{Checked, ComplementaritySolver, Lcp};
 use crate::cosim::SchemeReport;
 use crate::error::Failure;
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
+use rimbench_contact::affine_step::DiscretisedModel;
+use rimbench_contact::complementarity::{Checked, ComplementaritySolver, Lcp};
 
 /// What counts as nothing beside a resting contact's own free acceleration: a gap, m, or a velocity, m/s (ours).
 const ROUND_OFF: f64 = 1e-9;
@@ -70,7 +70,7 @@ impl InterfaceAcceleration {
         let n = self.loaded.len();
         if n > 0 {
             // A step of one second from rest: velocities are accelerations, impulses forces.
-            self.discretised.discretise(&self.model, &self.loaded, 1.0);
+            self.discretised.discretise(self.model.linear(), &self.loaded, 1.0);
             let rows = n + lambda.len();
             self.discretised.free_velocity(&self.rest[..rows], lambda, &mut self.free[..rows]);
             self.solver.solve(Lcp::new(self.discretised.h_uu(), &self.free[..n]), &mut self.forces[..n])?;

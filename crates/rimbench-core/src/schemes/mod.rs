@@ -5,14 +5,12 @@
 //! by name.
 
 mod active_contacts;
-mod affine_step;
 mod c1_extrapolated_interpolation;
 mod construction;
 mod contact_detection;
 mod coulomb_contacts;
 mod coupling;
 mod course;
-mod discretised_model;
 mod energy_leak_damper;
 mod entry;
 mod exponential_step;

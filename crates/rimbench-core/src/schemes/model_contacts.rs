@@ -11,14 +11,15 @@ mod solvers;
 
 pub(super) use solvers::{ContactSolver, Signorini};
 
-use super::affine_step::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw};
 use super::coulomb_contacts::CoulombContacts;
-use super::discretised_model::DiscretisedModel;
 use super::recorded_modes::RecordedModes;
-use crate::complementarity::{SolverCounters, SparseActiveSet};
 use crate::cosim::MicroStep;
 use crate::error::Failure;
-use crate::interface_model::{ImpactRows, ImpactStep, Rebounds, ReducedInterfaceModel, Solved, resting_approach};
+use crate::interface_model::ReducedInterfaceModel;
+use rimbench_contact::affine_step::DiscretisedModel;
+use rimbench_contact::affine_step::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw};
+use rimbench_contact::complementarity::{SolverCounters, SparseActiveSet};
+use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, resting_approach};
 
 /// State of the model between communication points, contacts in the order of the set, with friction their tangential rows after them.
 #[derive(Clone)]
@@ -215,7 +216,7 @@ impl<S: ContactSolver> Complementarity<S> {
             moving[..n].copy_from_slice(b);
             discretised.add_impulses(impulses, &mut moving[..rows]);
             velocities.copy_from_slice(&moving[..n]);
-            Ok(())
+            Ok::<(), Failure>(())
         })?;
         if lasts {
             self.pose(model, state, Solved::Way);

@@ -1,10 +1,10 @@
 //! Options that only schemes with a reduced interface model have.
 
 use super::contact_detection::ContactDetection;
-use crate::complementarity::SolverEntry;
 use crate::error::{Error, Result};
 use crate::interface_model::{ReducedInterfaceModel, Redundancy};
 use crate::name::by_name;
+use rimbench_contact::complementarity::SolverEntry;
 use std::sync::Arc;
 
 /// What happens to the matrices of a reduced interface model within a macro step.

@@ -121,7 +121,7 @@ impl MovingModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::ContactState;
+    use rimbench_contact::friction::ContactState;
 
     /// A micro step whose middle is 50 ms after the communication point.
     const MIDDLE: MicroStep = MicroStep { index: 2, count: 5, length: 0.02, start: 0.14, since_exchange: 0.04 };

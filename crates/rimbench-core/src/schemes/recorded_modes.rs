@@ -1,7 +1,7 @@
 //! Modes of contacts with friction as a scheme's own contact problems find them.
 
-use crate::friction::{ContactState, Stiction};
 use crate::interface_model::{ContactModes, ReducedInterfaceModel};
+use rimbench_contact::friction::{ContactState, Stiction};
 
 /// Modes and coefficients since the last communication point: the mechanics' own, until a problem of the scheme is solved.
 #[derive(Debug, Clone)]

@@ -23,9 +23,7 @@ pub(super) use construction::Contacts;
 use self::contact_set::ContactSet;
 use self::effective_mass::EffectiveMass;
 use self::gap_law::GapTerm;
-use super::affine_step::StepContactLaw;
 use super::construction::sent;
-use super::discretised_model::DiscretisedModel;
 use super::implicit_feedthrough::ImplicitFeedthrough;
 use super::model_contacts::{FrozenModel, ModelContacts, ModelState};
 use super::moving_model::MovingModel;
@@ -33,6 +31,8 @@ use super::recorded_modes::RecordedModes;
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Side};
 use crate::error::Failure;
 use crate::interface_model::{Condensation, Redundancy, condense_in_modes};
+use rimbench_contact::affine_step::DiscretisedModel;
+use rimbench_contact::affine_step::StepContactLaw;
 
 /// A coupling scheme made from a reduced interface model.
 #[derive(Clone)]
@@ -94,13 +94,14 @@ impl ReducedInterface {
         if bilateral {
             let (model, modes) = (&self.model.current, self.modes.get());
             condense_in_modes(model, modes, self.set.contacts(), self.redundancy, &mut self.condensation);
-            self.discretised.discretise_condensed(&self.condensation, self.micro_step);
+            let Condensation { a, h, .. } = &self.condensation;
+            self.discretised.discretise_interface(a, h, !self.condensation.is_unsymmetric(), self.micro_step);
         } else {
             let rows = self.contacts.rows(self.set.contacts());
-            self.discretised.discretise(&self.model.current, rows, self.micro_step);
+            self.discretised.discretise(self.model.current.linear(), rows, self.micro_step);
         }
         if self.feedthrough.is_on() {
-            self.discretised.eliminate_feedthrough(&mut self.feedthrough)?;
+            self.feedthrough.eliminate_from(&mut self.discretised)?;
         }
         if let (false, Some(spring)) = (bilateral, self.model.received.spring) {
             let opening_time = self.gap_term.opening_time(&self.model.received, self.micro_step);

@@ -56,7 +56,8 @@ pub fn find_library(given: Option<&Path>, program: &Path) -> Result<(PathBuf, Ve
 
 /// Whether a library was built from the same sources: it has their hashes in it.
 fn is_ours(bytes: &[u8]) -> bool {
-    [rimbench_core::SOURCES, rimbench_cases::SOURCES, "fmi3InstantiateCoSimulation"]
+    let [core, contact] = rimbench_core::SOURCES;
+    [core, contact, rimbench_cases::SOURCES, "fmi3InstantiateCoSimulation"]
         .iter()
         .all(|wanted| bytes.windows(wanted.len()).any(|window| window == wanted.as_bytes()))
 }

@@ -2,10 +2,11 @@
 
 use super::host::{Ask, Host};
 use super::probing::ProbeErrors;
+use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::friction::{ContactState, Stiction};
-use rimbench_core::interface_model::{ContactSpring, Kinks, ReducedInterfaceModel};
+use rimbench_core::interface_model::{Kinks, ReducedInterfaceModel};
 use rimbench_core::name::Name;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -139,7 +139,8 @@ impl<'a> Prober<'a> {
 
 /// Name of the folder of the records of a case, and what they rest on: other sources, metrics or times are other records.
 fn store_of(case: &Case) -> (String, String) {
-    let sources = [rimbench_core::SOURCES, rimbench_cases::SOURCES];
+    let [core, contact] = rimbench_core::SOURCES;
+    let sources = [core, contact, rimbench_cases::SOURCES];
     let key =
         format!("{sources:?} {} {:?} {:?} {:?}", case.name, case.defaults, case.recorded_columns(), findings_header());
     (hex(&Sha256::digest(&key))[..16].to_owned(), key)

@@ -1,6 +1,7 @@
 //! How contacts behave.
 
-use crate::interface_model::{ContactSpring, ReducedInterfaceModel};
+use crate::interface_model::ReducedInterfaceModel;
+use rimbench_contact::contact_law::ContactSpring;
 
 /// How contacts behave.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -8,7 +9,7 @@ pub struct ContactLaw {
     /// Fraction γ ∈ [0, 1] of a penetration (or joint error) removed per step.
     pub stabilisation: f64,
     /// Restitution e ∈ [0, 1] of a contact that is hit and whose rebound lasts: `w⁺ + e w⁻ ≥ 0`, see
-    /// [`Rebounds`](crate::interface_model::Rebounds).
+    /// [`Rebounds`](rimbench_contact::contact_law::Rebounds).
     pub restitution: f64,
     /// Spring and damper of compliant contacts; none for rigid ones. With a spring, γ acts on joints only, and nothing rebounds but what the
     /// spring throws back.

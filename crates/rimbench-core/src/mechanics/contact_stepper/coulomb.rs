@@ -2,11 +2,12 @@
 
 use super::ContactStepper;
 use super::step_contacts::{ContactTerms, DenseProblem, StepContacts};
-use crate::complementarity::SolverCounters;
 use crate::error::{Error, Failure, Result};
-use crate::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
-use crate::interface_model::{Condensation, ContactModes, Elimination, ReducedInterfaceModel, Rows, Solved};
+use crate::interface_model::{Condensation, ContactModes, Elimination, ReducedInterfaceModel, Rows};
 use crate::name::Name;
+use rimbench_contact::complementarity::SolverCounters;
+use rimbench_contact::contact_law::Solved;
+use rimbench_contact::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 
 /// Friction of the contacts: Coulomb's law in the plane.
 ///

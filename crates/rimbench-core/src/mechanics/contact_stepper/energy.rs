@@ -2,9 +2,10 @@
 
 use super::ContactStepper;
 use crate::cosim::EnergyAccount;
-use crate::interface_model::{ContactSpring, Linearisation, Rows};
-use crate::linear_algebra::body_dot;
+use crate::interface_model::{Linearisation, Rows};
 use crate::mechanics::energy_ledger::EnergyLedger;
+use rimbench_contact::contact_law::ContactSpring;
+use rimbench_contact::linear_algebra::body_dot;
 
 /// Work and losses since the start.
 #[derive(Debug, Clone)]

@@ -3,8 +3,8 @@
 use super::ContactStepper;
 use crate::error::Failure;
 use crate::interface_model::{Elimination, Linearisation, MassMatrix};
-use crate::linear_algebra::Cholesky;
 use crate::mechanics::stiff_forces::StiffForces;
+use rimbench_contact::linear_algebra::Cholesky;
 
 /// How far the limit of the explicit rule must be from a step that it takes: at `hω = 2/1.25` both rules are equally wrong.
 const MARGIN: f64 = 1.25;

@@ -1,9 +1,9 @@
 //! One step by the midpoint rule, and one impact, once Eq. 3 is at hand.
 
 use super::ContactStepper;
-use crate::complementarity::{ComplementaritySolver, Lcp};
 use crate::error::Failure;
-use crate::linear_algebra::body_dot;
+use rimbench_contact::complementarity::{ComplementaritySolver, Lcp};
+use rimbench_contact::linear_algebra::body_dot;
 
 /// The contact problem of a step over some of the contacts.
 #[derive(Debug, Clone)]

@@ -3,9 +3,9 @@
 use super::ContactLaw;
 use super::step_contacts::StepContacts;
 use crate::error::Failure;
-use crate::interface_model::{
-    GapRates, ImpactRows, ImpactStep, Linearisation, Rebounds, ReducedInterfaceModel, Solved, TOUCHING, own_approach,
-    resting_approach,
+use crate::interface_model::{Linearisation, ReducedInterfaceModel, TOUCHING};
+use rimbench_contact::contact_law::{
+    GapRates, ImpactRows, ImpactStep, Rebounds, Solved, own_approach, resting_approach,
 };
 
 /// The rebounds of a step, with what must be known of the steps before it. Empty where nothing rebounds.

@@ -6,10 +6,11 @@
 
 use super::coulomb::CoulombStep;
 use super::{ContactLaw, Rebounding};
-use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet};
 use crate::error::Failure;
-use crate::interface_model::{ReducedInterfaceModel, Solved, gap_velocity};
-use crate::linear_algebra::{SymmetricPattern, body_dot};
+use crate::interface_model::ReducedInterfaceModel;
+use rimbench_contact::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet};
+use rimbench_contact::contact_law::{Solved, gap_velocity};
+use rimbench_contact::linear_algebra::{SymmetricPattern, body_dot};
 
 /// Contact law and Eq. 4 of a step, from which the right-hand side of its contact problem follows.
 #[derive(Clone, Copy)]

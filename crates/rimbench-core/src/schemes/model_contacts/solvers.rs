@@ -1,11 +1,11 @@
 //! The three solvers of a model's contact problem: by cone, and by the form of the Delassus matrix.
 
-use super::super::affine_step::{ActiveSetFactor, DenseFactor, ModeFactor, SparseSetFactor};
 use super::super::coulomb_contacts::CoulombContacts;
-use super::super::discretised_model::DiscretisedModel;
-use crate::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
+use rimbench_contact::affine_step::DiscretisedModel;
+use rimbench_contact::affine_step::{ActiveSetFactor, DenseFactor, ModeFactor, SparseSetFactor};
+use rimbench_contact::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet};
 
 /// A solver of `w⁺ = H P + b`, `K ∋ P ⟂ w⁺ ∈ K*`; it determines the cone K and the form of H.
 pub(crate) trait ContactSolver: Clone {

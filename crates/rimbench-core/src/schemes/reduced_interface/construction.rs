@@ -1,11 +1,9 @@
 //! How a scheme is made from a kind of contacts, options, and the size of the model.
 
 use super::super::active_contacts::ActiveContacts;
-use super::super::affine_step::{AffineStep, DenseFactor, ModeFactor, SparseSetFactor, StepContactLaw};
 use super::super::construction::{Construction, ModelConstruction};
 use super::super::contact_detection::{ContactDetection, DetectionRule};
 use super::super::coulomb_contacts::CoulombContacts;
-use super::super::discretised_model::DiscretisedModel;
 use super::super::entry::{Family, SchemeEntry};
 use super::super::implicit_feedthrough::ImplicitFeedthrough;
 use super::super::model_contacts::{Complementarity, ModelContacts, ModelState, Signorini};
@@ -17,10 +15,12 @@ use super::ReducedInterface;
 use super::contact_set::ContactSet;
 use super::effective_mass::EffectiveMass;
 use super::gap_law::GapTerm;
-use crate::complementarity::SparseActiveSet;
 use crate::cosim::{Sequence, Side};
 use crate::error::{Error, Result};
 use crate::interface_model::{Condensation, MEMORY_LIMIT, ReducedInterfaceModel};
+use rimbench_contact::affine_step::DiscretisedModel;
+use rimbench_contact::affine_step::{AffineStep, DenseFactor, ModeFactor, SparseSetFactor, StepContactLaw};
+use rimbench_contact::complementarity::SparseActiveSet;
 
 /// Gap up to which the smooth model counts a contact as closed by default, m. Ours: the source paper does not say how its simulator detects
 /// contacts, and without a margin the model does not show what the paper shows.
@@ -105,7 +105,7 @@ fn model_contacts(
         let solver = SparseActiveSet::new(pattern, options.solver.tolerance);
         let step = AffineStep::new(n_u, n_i, SparseSetFactor::new(solver.factor(), n_u, n_i));
         let contacts = Complementarity::new(solver, Some(step), empty);
-        return Ok((ModelContacts::Sparse(Box::new(contacts)), DiscretisedModel::of_all(empty)));
+        return Ok((ModelContacts::Sparse(Box::new(contacts)), DiscretisedModel::by_pattern(pattern.clone(), n_i)));
     }
     if empty.meeting().is_some() {
         must_hold_every_entry(n_u, MEMORY_LIMIT)?;

@@ -5,9 +5,9 @@ use super::super::contact_detection::ContactDetection;
 use super::super::moving_model::MovingModel;
 use super::super::recorded_modes::RecordedModes;
 use super::construction::Contacts;
-use crate::complementarity::SolverCounters;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
+use rimbench_contact::complementarity::SolverCounters;
 
 /// Detects contacts at a communication point, and keeps those of the one before.
 #[derive(Clone)]

@@ -1,7 +1,8 @@
 //! The contact law of the model's micro steps, from that of the mechanics.
 
-use super::super::affine_step::StepContactLaw;
-use crate::interface_model::{GapRates, ReducedInterfaceModel};
+use crate::interface_model::ReducedInterfaceModel;
+use rimbench_contact::affine_step::StepContactLaw;
+use rimbench_contact::contact_law::GapRates;
 
 /// What the gaps do in the complementarity condition of a micro step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,10 +2,10 @@ use super::construction::{SMOOTH_MARGIN, must_hold_every_entry};
 use super::*;
 use crate::cosim::{MacroStep, PerSide, Port, Ports, Quantity};
 use crate::interface_model::ReducedInterfaceModel;
-use crate::linear_algebra::SymmetricPattern;
 use crate::schemes::model_options::{ModelMotion, ModelOptions};
 use crate::schemes::{Construction, ContactDetection, ModelConstruction};
 use approx::assert_relative_eq;
+use rimbench_contact::linear_algebra::SymmetricPattern;
 use std::sync::Arc;
 
 const STEP: MacroStep = MacroStep { index: 0, start: 0.0, length: 4e-3 };

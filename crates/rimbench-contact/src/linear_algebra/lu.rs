@@ -78,7 +78,7 @@ impl fmt::Debug for Lu {
 
 /// Returns the largest `|a_k|`; what is not a number does not count.
 #[inline]
-pub(crate) fn largest_entry(a: &[f64]) -> f64 {
+pub fn largest_entry(a: &[f64]) -> f64 {
     a.iter().fold(0.0_f64, |max, entry| if entry.abs() > max { entry.abs() } else { max })
 }
 

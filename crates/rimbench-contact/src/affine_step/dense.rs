@@ -1,8 +1,8 @@
 //! The active set of contacts without friction, every entry of `H` kept.
 
+use super::discretised_model::DiscretisedModel;
 use super::{ActiveSetFactor, AffineStep, DEPENDENT};
 use crate::linear_algebra::Factor;
-use crate::schemes::discretised_model::DiscretisedModel;
 
 /// `H_AA = L D Lᵀ` of the contacts that push.
 #[derive(Clone)]

@@ -1,6 +1,6 @@
 //! Compliant contacts: an implicit spring and damper per contact, as interactive simulators have them.
 
-use super::contact_law::GapRates;
+use super::gap::GapRates;
 
 /// A contact that gives way.
 ///

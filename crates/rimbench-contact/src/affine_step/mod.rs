@@ -26,6 +26,7 @@
 
 mod coulomb;
 mod dense;
+mod discretised_model;
 mod factor;
 mod law;
 mod skip_bound;
@@ -35,12 +36,13 @@ mod tests;
 
 pub use coulomb::ModeFactor;
 pub use dense::DenseFactor;
+pub use discretised_model::{DiscretisedColumns, DiscretisedModel, LinearModel};
 pub use factor::ActiveSetFactor;
 pub use law::StepContactLaw;
 pub use sparse::SparseSetFactor;
 
-use super::discretised_model::{DiscretisedModel, add_multiple};
 use crate::linear_algebra::largest_entry;
+use discretised_model::add_multiple;
 
 /// A row whose pivot is below this part of its diagonal depends on the other active ones; as in the active-set solver.
 const DEPENDENT: f64 = 1e-11;

@@ -1,6 +1,5 @@
 //! Cholesky factors in place, without allocation: plain loops where matrices are tiny, faer above.
 
-use crate::error::{Cause, Failure};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltParams, LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
 use faer::{MatMut, Par, Spec};
@@ -11,7 +10,7 @@ use std::fmt;
 /// to 64; `benches/solvers.rs`.)
 const FAER_FROM: usize = 16;
 /// A pivot below this part of its own diagonal is round-off: a dependent row.
-pub(crate) const DEPENDENT: f64 = 1e-13;
+pub const DEPENDENT: f64 = 1e-13;
 
 /// A matrix that must be positive definite is not (dependent bilateral rows, vanishing mass).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,12 +19,13 @@ pub struct Singular {
     pub matrix: &'static str,
 }
 
-impl From<Singular> for Failure {
-    #[cold]
-    fn from(Singular { matrix }: Singular) -> Self {
-        Cause::Singular { matrix }.into()
+impl fmt::Display for Singular {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is singular", self.matrix)
     }
 }
+
+impl std::error::Error for Singular {}
 
 /// `A = L Lᵀ` of a symmetric positive definite matrix, with its buffers.
 pub struct Cholesky {

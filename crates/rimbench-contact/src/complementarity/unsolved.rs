@@ -1,6 +1,5 @@
 //! Why a solver has no answer.
 
-use crate::error::{Cause, Failure};
 use std::fmt;
 
 /// Why a solver has no answer. Small and copied freely: a proposal that fails is replaced by the fallback's, in the hot path.
@@ -20,21 +19,19 @@ pub enum Unsolved {
     },
 }
 
-impl From<Unsolved> for Failure {
-    #[cold]
-    fn from(unsolved: Unsolved) -> Self {
-        match unsolved {
-            Unsolved::NotFound { residual } => Cause::SolverFailed { residual }.into(),
-            Unsolved::NonFinite => Failure::non_finite("complementarity problem"),
-            Unsolved::TooLarge { size } => Failure::out_of_range("contacts of a complementarity problem", size as f64),
-        }
-    }
-}
-
 impl fmt::Display for Unsolved {
-    /// Writes what the failure of a step would say.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        Failure::from(*self).fmt(f)
+        match self {
+            Unsolved::NotFound { residual } => write!(f, "complementarity residual {residual:.3e} above tolerance"),
+            Unsolved::NonFinite => f.write_str("complementarity problem is not finite"),
+            Unsolved::TooLarge { size } => {
+                write!(
+                    f,
+                    "contacts of a complementarity problem = {size:.6e} is outside the model's range",
+                    size = *size as f64
+                )
+            }
+        }
     }
 }
 

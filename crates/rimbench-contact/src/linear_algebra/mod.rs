@@ -22,12 +22,12 @@ mod sparse_rows;
 mod symmetric_rows;
 
 pub use buffer::Buffer;
-pub(crate) use cholesky::DEPENDENT;
+pub use cholesky::DEPENDENT;
 pub use cholesky::{Cholesky, Singular};
 pub use dot::{body_dot, dot};
 pub use factor::Factor;
 pub use lu::Lu;
-pub(crate) use lu::largest_entry;
+pub use lu::largest_entry;
 pub use sparse_factor::{EliminationOrder, SparseFactor};
 pub use sparse_rows::SparseRows;
 pub use symmetric_rows::{SymmetricPattern, SymmetricRows};

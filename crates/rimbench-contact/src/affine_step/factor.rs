@@ -1,7 +1,7 @@
 //! What differs between dense, sparse and frictional contact problems on a critical region.
 
+use super::discretised_model::DiscretisedModel;
 use super::{AffineStep, MicroState, NEGLIGIBLE, StepContactLaw};
-use crate::schemes::discretised_model::DiscretisedModel;
 
 /// `H_AA` of the active set, factorised, and the conditions of its region that depend on the kind of contact problem.
 pub trait ActiveSetFactor: Clone + Sized {

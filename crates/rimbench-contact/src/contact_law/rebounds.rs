@@ -1,7 +1,6 @@
 //! Which contacts rebound in a step: those that would still be open after another one.
 
-use super::contact_law::{GapRates, is_hit, landing_velocity, resting_approach};
-use crate::error::Failure;
+use super::gap::{GapRates, is_hit, landing_velocity, resting_approach};
 
 /// How contacts rebound in a step.
 #[derive(Debug, Clone, Copy)]
@@ -112,24 +111,24 @@ impl Rebounds {
     ///
     /// # Errors
     /// Those of `solve`.
-    pub fn look_ahead(
+    pub fn look_ahead<E>(
         &mut self,
         step: &ImpactStep,
         rows: ImpactRows<'_>,
-        mut solve: impl FnMut(&[f64], &mut [f64], &mut [f64]) -> Result<(), Failure>,
-    ) -> Result<bool, Failure> {
+        mut solve: impl FnMut(&[f64], &mut [f64], &mut [f64]) -> Result<(), E>,
+    ) -> Result<bool, E> {
         // Each round has one rebound less, or is the last.
         while self.any && self.drop_those_that_are_over(step, rows, &mut solve)? {}
         Ok(self.any)
     }
 
     /// Tries the step and what follows, and drops the rebounds that are over by then; says whether one was.
-    fn drop_those_that_are_over(
+    fn drop_those_that_are_over<E>(
         &mut self,
         step: &ImpactStep,
         rows: ImpactRows<'_>,
-        solve: &mut impl FnMut(&[f64], &mut [f64], &mut [f64]) -> Result<(), Failure>,
-    ) -> Result<bool, Failure> {
+        solve: &mut impl FnMut(&[f64], &mut [f64], &mut [f64]) -> Result<(), E>,
+    ) -> Result<bool, E> {
         let (contacts, n) = (rows.gap.len(), rows.w.len());
         for row in 0..n {
             self.b[row] = rows.free[row] + self.term_of_row(step, rows, row);
@@ -224,7 +223,7 @@ mod tests {
                     }
                 }
                 (0..2).for_each(|i| y[i] = b[i] + h[i][0] * p[0] + h[i][1] * p[1]);
-                Ok(())
+                Ok::<(), ()>(())
             };
             rebounds.look_ahead(&STEP, rows, solve).unwrap();
         }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::complementarity::SparseActiveSet;
-use crate::interface_model::{GapRates, ReducedInterfaceModel};
+use crate::contact_law::GapRates;
 use crate::linear_algebra::SymmetricPattern;
 use rand::{RngExt, SeedableRng};
 use std::sync::Arc;
@@ -14,26 +14,27 @@ const PULL: f64 = 10.0;
 fn row_of(active: usize) -> (DiscretisedModel, StepContactLaw, AffineStep<SparseSetFactor>) {
     let neighbours: Vec<Vec<usize>> =
         (0..CONTACTS).map(|i| vec![i.saturating_sub(1), (i + 1).min(CONTACTS - 1)]).collect();
-    let mut model = ReducedInterfaceModel::zeros_of(Arc::new(SymmetricPattern::new(&neighbours)), 1);
-    let pattern = model.meeting().unwrap().clone();
+    let pattern = Arc::new(SymmetricPattern::new(&neighbours));
+    let (mut h, mut a) = (vec![0.0; pattern.entries() + CONTACTS + 1], vec![0.0; CONTACTS + 1]);
     let mut at = 0;
     for i in 0..CONTACTS {
         for &j in pattern.columns(i) {
-            model.h[at] = if i == j as usize { 2.0 } else { 0.5 };
+            h[at] = if i == j as usize { 2.0 } else { 0.5 };
             at += 1;
         }
     }
     // The interface pushes the first contact, and pulls the last two.
-    model.h[at] = -0.5;
-    model.h[at + CONTACTS - 2] = 0.3;
-    model.h[at + CONTACTS - 1] = -0.4;
-    model.h[at + CONTACTS] = 1.0;
-    for (i, a) in model.a[..CONTACTS].iter_mut().enumerate() {
+    h[at] = -0.5;
+    h[at + CONTACTS - 2] = 0.3;
+    h[at + CONTACTS - 1] = -0.4;
+    h[at + CONTACTS] = 1.0;
+    for (i, a) in a[..CONTACTS].iter_mut().enumerate() {
         // Of those that are open every second one falls.
         *a = if i < active { -PULL } else { [0.4 * PULL, -0.4 * PULL][i % 2] };
     }
-    let mut discretised = DiscretisedModel::of_all(&model);
-    discretised.discretise(&model, &(0..CONTACTS).collect::<Vec<_>>(), DELTA);
+    let mut discretised = DiscretisedModel::by_pattern(pattern.clone(), 1);
+    let model = LinearModel { h: &h, a: &a, contact_rows: CONTACTS, interface: 1, pattern: Some(&pattern) };
+    discretised.discretise(model, &(0..CONTACTS).collect::<Vec<_>>(), DELTA);
     let law = StepContactLaw {
         rates: GapRates { open: 1.0 / DELTA, closed: 40.0 },
         gap_step: DELTA,

@@ -1,6 +1,6 @@
 //! The contact law over the micro steps of a macro step.
 
-use crate::interface_model::GapRates;
+use crate::contact_law::GapRates;
 
 /// The contact law over the micro steps of a macro step.
 #[derive(Debug, Clone, Copy, Default)]

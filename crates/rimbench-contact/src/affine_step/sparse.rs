@@ -1,9 +1,9 @@
 //! The active set of many contacts, of whose Delassus matrix only the non-zeros are kept.
 
+use super::discretised_model::DiscretisedModel;
 use super::skip_bound::SkipBound;
 use super::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw, add_multiple};
 use crate::linear_algebra::SparseFactor;
-use crate::schemes::discretised_model::DiscretisedModel;
 
 /// `H_AA = L D Lᵀ` by its pattern; conditions are checked over all contacts in order, which is several times as fast as by active ones.
 #[derive(Clone)]

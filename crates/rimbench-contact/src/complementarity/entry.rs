@@ -1,7 +1,7 @@
 //! What a list of solvers holds about each one.
 
 use super::{ActiveSet, Checked, Lemke, Solver, Witness};
-use crate::name::Name;
+use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
 
@@ -12,11 +12,11 @@ pub type BuildSolver = Arc<dyn Fn(usize) -> Solver + Send + Sync>;
 #[derive(Clone)]
 pub struct SolverEntry {
     /// The name in data, for example `active-set`.
-    pub name: Name,
+    pub name: Cow<'static, str>,
     /// The idea in a sentence.
-    pub about: Name,
+    pub about: Cow<'static, str>,
     /// The class of problems it is guaranteed to solve in exact arithmetic.
-    pub guaranteed: Name,
+    pub guaranteed: Cow<'static, str>,
     /// Natural residual up to which an answer is accepted.
     pub tolerance: f64,
     /// True if a rejected problem is given to `lemke`.

@@ -1,8 +1,8 @@
 //! The modes of contacts with friction in the place of an active set.
 
+use super::discretised_model::DiscretisedModel;
 use super::{ActiveSetFactor, AffineStep, StepContactLaw};
 use crate::friction::{ContactState, StateSystem};
-use crate::schemes::discretised_model::DiscretisedModel;
 
 /// The equations of contacts in their modes, factorised: `K = E_σ H F_σ`.
 ///
