@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folders and files that are held to the bounds: the start of a path.
-const HELD: [&str; 1] = ["README.md"];
+const HELD: [&str; 3] = ["README.md", "docs/glossary.md", "docs/results/"];
 
 /// Most words that README.md shows, code and tables included.
 const README_WORDS: usize = 800;
