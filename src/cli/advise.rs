@@ -223,7 +223,7 @@ fn share(text: &str) -> Result<f64> {
 /// Reads a budget.
 fn seconds(seconds: f64) -> Result<Duration> {
     let wall = Duration::try_from_secs_f64(seconds).ok().filter(|wall| !wall.is_zero());
-    wall.ok_or_else(|| Error::invalid("budget", seconds, "a finite time of at least 1e-9 s"))
+    wall.ok_or_else(|| Error::invalid("budget", seconds, "a time from 1e-9 s to 1e18 s"))
 }
 
 #[cfg(test)]

@@ -14,11 +14,10 @@ use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
 use rimbench::figures::style::Styles;
 use rimbench::figures::{FigureEntry, claims_markdown, fill_page, without_filled};
-use rimbench::harness::{
-    Cache, CheckedClaim, Experiment, Job, Ranking, Step, check_claims, run_job_until, write_claims,
-};
+use rimbench::harness::{Cache, CheckedClaim, Experiment, Job, Step, check_claims, run_job_until, write_claims};
 use rimbench::input::read_text;
 use rimbench::kept::{DIGEST, SUMMARY};
+use rimbench::shipped;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -100,7 +99,8 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
     figures.par_iter().try_for_each(|figure| figure.make(out, &styles).map(drop))?;
     if whole {
-        Ranking::read("experiments/ranking.toml".as_ref())?.rank(catalogue, out)?.write(&out.join("ranking"))?;
+        let ranking = Project::ranking(shipped::RANKING.0.as_ref())?;
+        ranking.rank(catalogue, out, Project::experiment)?.write(&out.join("ranking"))?;
         write_page(catalogue, &out.join(PAPER))?;
     }
     for page in &pages {
@@ -146,7 +146,7 @@ fn chosen(experiments: Vec<Experiment>, only: &[String]) -> Result<Vec<Experimen
 }
 
 /// The files that are kept: of each experiment digest, medians, claims and figures; the ranking; pages with numbers in them.
-fn watched(
+pub(super) fn watched(
     out: &Path,
     experiments: &[Experiment],
     figures: &[&FigureEntry],
@@ -173,7 +173,7 @@ fn watched(
     files
 }
 
-fn sums(files: &[PathBuf]) -> BTreeMap<PathBuf, String> {
+pub(super) fn sums(files: &[PathBuf]) -> BTreeMap<PathBuf, String> {
     files.par_iter().filter_map(|file| Some((file.clone(), sha256_of_file(file)?))).collect()
 }
 

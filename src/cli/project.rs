@@ -4,7 +4,7 @@
 use rimbench::corpus::{Corpus, FrictionalProblem};
 use rimbench::error::{Error, Result};
 use rimbench::figures::FigureList;
-use rimbench::harness::Experiment;
+use rimbench::harness::{Experiment, Ranking};
 use rimbench::shipped;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -40,6 +40,26 @@ impl Project {
             return Err(Error::file(Path::new("experiments").join(group), "holds no experiment (*.toml)"));
         }
         Ok(experiments)
+    }
+
+    /// The experiment of a file; if there is none of that name, the one that the program carries as `experiments/<group>/<name>.toml`.
+    ///
+    /// # Errors
+    /// Those of [`Experiment::read`].
+    pub(super) fn experiment(path: &Path) -> Result<Experiment> {
+        match shipped::EXPERIMENTS.iter().find(|(known, _)| !path.exists() && Path::new(known) == path) {
+            Some((_, text)) => Experiment::parse(path, (*text).to_owned()),
+            None => Experiment::read(path),
+        }
+    }
+
+    /// The ranking of a file, or the one that the program carries, in the same way.
+    ///
+    /// # Errors
+    /// Those of [`Ranking::read`].
+    pub(super) fn ranking(path: &Path) -> Result<Ranking> {
+        let (known, text) = shipped::RANKING;
+        if !path.exists() && Path::new(known) == path { Ranking::parse(path, text) } else { Ranking::read(path) }
     }
 
     /// The text of the experiment `<group>/<name>`, if there is one of that name.

@@ -1,15 +1,16 @@
 //! `rimbench report --ranking`: which scheme row has least error, of those that know as much.
 
+use super::project::Project;
 use super::{print, table};
 use rimbench::catalogue::Catalogue;
-use rimbench::harness::{CheckedRankClaim, RankedRow, Ranking, Verdict};
+use rimbench::harness::{CheckedRankClaim, RankedRow, Verdict};
 use std::path::Path;
 use std::process::ExitCode;
 
 /// Ranks what a file names, and writes ranking.csv and claims.csv to `out`, or to `ranking` below the results. Exit code 1 if a claim comes
 /// out otherwise than was recorded.
 pub(super) fn rank(catalogue: &Catalogue, file: &Path, results: &Path, out: Option<&Path>) -> anyhow::Result<ExitCode> {
-    let ranked = Ranking::read(file)?.rank(catalogue, results)?;
+    let ranked = Project::ranking(file)?.rank(catalogue, results, Project::experiment)?;
     let out = out.map_or_else(|| results.join("ranking"), Path::to_owned);
     ranked.write(&out)?;
     let of_group =

@@ -1,6 +1,6 @@
 //! `rimbench reproduce`: the main job. Experiments, results, figures, claims, report, from nothing.
 
-use super::everything::{everything, write_both};
+use super::everything::{everything, sums, watched, write_both};
 use super::progress::Progress;
 use super::project::Project;
 use super::report::write_page;
@@ -53,6 +53,9 @@ impl Reproduce {
         let total: usize = runs.sum::<Result<usize>>()?;
         check_writable_folder(&out)?;
 
+        let drawn = figures.of_group(Some(GROUP));
+        let watched = watched(&out, &experiments, &drawn, &[], false);
+        let before = sums(&watched);
         let progress = Progress::begin("reproduce", total);
         let group = out.join(GROUP);
         let cache = Cache::of_user();
@@ -79,12 +82,24 @@ impl Reproduce {
         progress.about("drawing figures");
         write_both(&group, &claims)?;
         let styles = Styles::of(catalogue.schemes().iter().map(|scheme| &**scheme));
-        figures.of_group(Some(GROUP)).par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
+        drawn.par_iter().try_for_each(|figure| figure.make(&out, &styles).map(drop))?;
         let (page, ..) = write_page(catalogue, &group)?;
         progress.end();
         complain(&cache);
 
         print(&claims_table(&claims))?;
+        let after = sums(&watched);
+        let differing: Vec<&PathBuf> = before.keys().filter(|file| before.get(*file) != after.get(*file)).collect();
+        for file in &differing {
+            print(&format!("{}: comes out otherwise than was kept", file.display()))?;
+        }
+        if !before.is_empty() {
+            print(&format!(
+                "{} of {} files that were there came out to the byte; the page's date line, with day, commit and machine, is new",
+                before.len() - differing.len(),
+                before.len()
+            ))?;
+        }
         let reproduced = claims.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
         print(&format!(
             "{reproduced} of {} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",

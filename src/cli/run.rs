@@ -4,6 +4,7 @@ use super::collect::collect;
 use super::interruption::Interruption;
 use super::plan;
 use super::progress::Progress;
+use super::project::Project;
 use super::submit::Submit;
 use super::summary::remarks;
 use super::{Format, INTERRUPTED, claims_table, complain, print, probe_lines};
@@ -15,7 +16,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
 use rimbench::fmi::import::take_probe_errors;
-use rimbench::harness::{Cache, Experiment, Job, Shard, Step, check_claims, run_job_until};
+use rimbench::harness::{Cache, Job, Shard, Step, check_claims, run_job_until};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -63,7 +64,7 @@ impl Run {
     /// `case_files` are those of the cases that the catalogue has besides. Exit code 1 if shards were merged and runs are
     /// missing.
     pub(super) fn run(self, catalogue: &Catalogue, case_files: &[PathBuf]) -> anyhow::Result<ExitCode> {
-        let experiment = Experiment::read(&self.file)?;
+        let experiment = Project::experiment(&self.file)?;
         let folder = self.out.clone().unwrap_or_else(|| experiment.results_folder("results".as_ref()));
         if let Some(engine) = self.submit.engine {
             self.submit.submit(engine, (&experiment, catalogue, &folder), case_files, self.dry_run)?;

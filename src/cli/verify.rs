@@ -1,10 +1,11 @@
 //! `rimbench verify`: claims against stored results.
 
+use super::project::Project;
 use super::{claims_table, print};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums::CHECKSUMS;
-use rimbench::harness::{Experiment, check_claims, check_kept_claims};
+use rimbench::harness::{check_claims, check_kept_claims};
 use rimbench::kept::DIGEST;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -26,7 +27,7 @@ impl Verify {
         // Without rows what is kept of them can be held against itself.
         let (mut kept, mut by_summary) = (0, 0);
         for file in &self.files {
-            let checked = Experiment::read(file).and_then(|experiment| {
+            let checked = Project::experiment(file).and_then(|experiment| {
                 let folder = experiment.results_folder(&self.results);
                 let sealed = [CHECKSUMS, "runs.csv"].map(|name| folder.join(name).exists());
                 if sealed == [false; 2] && !folder.join(DIGEST).exists() || sealed[0] {

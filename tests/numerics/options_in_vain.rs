@@ -1,9 +1,11 @@
 //! Sweeps: an option that changes nothing must not make another run of it, and every parameter must reach run and reference.
 
 use crate::support::{catalogue, schemes};
+use rimbench::cases::Range;
 use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
 use rimbench::runs::{RunRequest, RunSpec, evaluate, simulate};
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 /// Cases on which every option has something to do: contacts that open and close, redundant ones, friction, none but feedthrough.
@@ -75,7 +77,7 @@ fn an_option_that_changes_nothing_is_refused_or_leaves_the_run_id() {
             }
         }
     }
-    assert!(of_use.len() > 300, "{} options tried", of_use.len());
+    assert!(of_use.len() > 250, "{} options tried", of_use.len());
     let in_vain: Vec<String> = of_use
         .iter()
         .filter(|(_, of_use)| !**of_use)
@@ -84,16 +86,19 @@ fn an_option_that_changes_nothing_is_refused_or_leaves_the_run_id() {
     assert!(in_vain.is_empty(), "{} of {} change nothing:\n{}", in_vain.len(), of_use.len(), in_vain.join("\n"));
 }
 
+/// A run as bits.
+type Rows = Vec<Vec<u64>>;
+
 #[test]
 #[ignore = "a minute; part of .ci/sweeps"]
 fn every_parameter_reaches_the_run_and_the_reference() {
     let mut without_effect = Vec::new();
     let mut tried = 0;
     for case in catalogue().cases() {
-        let duration = (case.defaults.duration_s * 0.5).min(1.0);
-        let run = |set: &[(String, String)]| {
-            let mut request = RunRequest::of(&*case.name, "rim-nonsmooth-gap");
-            request.duration_s = Some(duration.max(4.0 * case.defaults.macro_step_s));
+        let short = (case.defaults.duration_s * 0.5).min(1.0).max(4.0 * case.defaults.macro_step_s);
+        let run = |scheme: &str, duration: f64, set: &[(String, String)]| {
+            let mut request = RunRequest::of(&*case.name, scheme);
+            request.duration_s = Some(duration);
             request.set = set.to_vec();
             let spec = request.resolve_built(catalogue()).ok()?;
             let result = simulate(&spec, Default::default(), Some(monotonic_clock), StopFlag::never()).ok()?;
@@ -103,25 +108,85 @@ fn every_parameter_reaches_the_run_and_the_reference() {
                 Some(reference) => reference.trajectory,
                 None => rimbench::runs::Reference::solution(&spec.of_the_reference(), 1, StopFlag::never()).ok()?,
             };
-            let [run, reference] = [&result.trajectory, &reference].map(|of| of.rows().map(bits).collect::<Vec<_>>());
+            let [run, reference] = [&result.trajectory, &reference].map(|of| of.rows().map(bits).collect::<Rows>());
             Some((run, reference))
         };
-        let Some(usual) = run(&[]) else { continue };
+        let model = |set: &[(String, String)]| run("rim-nonsmooth-gap", short, set);
+        let hold = |set: &[(String, String)]| run("zero-order-hold", case.defaults.duration_s, set);
+        let (Some(usual), long) = (model(&[]), OnceCell::new()) else { continue };
         // How fast a penetration decays is a matter of steps, of which an exact solution has none.
         for (parameter, value) in case.default_parameters().iter().filter(|(own, _)| own.name != "stabilisation") {
             let rimbench::cases::Value::Number(number) = *value else { continue };
             let more = if number == 0.0 { 0.03 } else { 1.03 * number };
-            let Some(changed) = run(&[(parameter.name.to_string(), format!("{more:?}"))]) else { continue };
+            let set = [(parameter.name.to_string(), format!("{more:?}"))];
+            let Some(changed) = model(&set) else { continue };
             tried += 1;
-            let name = format!("{}: {}", case.name, parameter.name);
-            // What comes later than the run, or belongs to another variant, changes neither.
-            match (changed.0 == usual.0, changed.1 == usual.1) {
-                (true, false) => without_effect.push(format!("{name}: the reference alone")),
-                (false, true) => without_effect.push(format!("{name}: the run alone")),
-                _ => {}
+            // What comes later than the run, or belongs to another choice, changes neither.
+            let alike = |one: &(Rows, Rows), other: &(Rows, Rows)| (one.0 == other.0) == (one.1 == other.1);
+            if alike(&usual, &changed) {
+                continue;
+            }
+            // A model that the case has not runs nowhere, and half a manoeuvre may have no impact in its reference.
+            let usual = long.get_or_init(|| hold(&[]));
+            if let Some((usual, changed)) = usual.as_ref().zip(hold(&set))
+                && !alike(usual, &changed)
+            {
+                without_effect.push(format!("{}: {}", case.name, parameter.name));
             }
         }
     }
     assert!(tried > 300, "{tried} parameters tried");
     assert!(without_effect.is_empty(), "{} of {tried}:\n{}", without_effect.len(), without_effect.join("\n"));
+}
+
+/// Every choice of a case once beside its defaults, and every number beside that: a parameter that changes neither run nor reference
+/// belongs to another choice, and is refused.
+#[test]
+#[ignore = "a minute; part of .ci/sweeps"]
+fn a_parameter_of_another_choice_is_refused() {
+    let (mut in_vain, mut tried, mut refused) = (Vec::new(), 0, 0);
+    for case in catalogue().cases() {
+        let defaults = case.default_parameters();
+        let choices = case.parameters.iter().flat_map(|parameter| match &parameter.range {
+            Range::OneOf(values) => {
+                values.iter().map(|value| (parameter.name.to_string(), value.to_string())).collect()
+            }
+            _ => Vec::new(),
+        });
+        let choices: Vec<(String, String)> = choices.collect();
+        if choices.is_empty() {
+            continue;
+        }
+        let resolved = |set: &[(String, String)]| {
+            let mut request = RunRequest::of(&*case.name, "zero-order-hold");
+            request.set = set.to_vec();
+            request.resolve(catalogue())
+        };
+        let found = |set: &[(String, String)], longer: f64| {
+            let mut spec = resolved(set).ok()?;
+            spec.duration *= longer;
+            let run = simulate(&spec, Default::default(), Some(monotonic_clock), StopFlag::never()).ok()?;
+            Some(run.trajectory.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>())
+        };
+        for choice in choices {
+            let beside = std::slice::from_ref(&choice);
+            let Some(usual) = found(beside, 1.0) else { continue };
+            for (parameter, value) in defaults.iter() {
+                let rimbench::cases::Value::Number(number) = *value else { continue };
+                let more = if number == 0.0 { 0.03 } else { 1.03 * number };
+                let set = [choice.clone(), (parameter.name.to_string(), format!("{more:?}"))];
+                tried += 1;
+                match resolved(&set) {
+                    Err(error) => refused += usize::from(error.to_string().contains("has no effect with")),
+                    // What comes later than the run belongs to no other choice.
+                    Ok(_) if found(&set, 1.0).as_ref() == Some(&usual) && found(&set, 3.0) == found(beside, 3.0) => {
+                        in_vain.push(format!("{}: {} with {}={}", case.name, parameter.name, choice.0, choice.1));
+                    }
+                    Ok(_) => {}
+                }
+            }
+        }
+    }
+    assert!(tried > 100 && refused >= 2, "{tried} parameters tried, {refused} refused");
+    assert!(in_vain.is_empty(), "{} of {tried}:\n{}", in_vain.len(), in_vain.join("\n"));
 }

@@ -1,7 +1,7 @@
 //! The program works from any folder: it reads nothing from the folder it was built in, and writes only below the current one or
 //! where it is told to.
 
-use crate::program::{assert_has, below, rimbench, said};
+use crate::program::{assert_has, below, rimbench, root, said};
 use assert_cmd::Command;
 use rimbench::perf::History;
 use std::path::Path;
@@ -47,6 +47,22 @@ fn the_corpus_and_the_figures_are_those_that_the_program_carries() {
     std::fs::create_dir(folder.path().join("results")).unwrap();
     assert_has(&said(&mut report, 0), &["not drawn: fig1: no results in results/paper/fig1"]);
     assert_eq!(files(folder.path()), written, "nothing is made for figures without results");
+}
+
+#[test]
+fn experiments_and_the_ranking_are_those_that_the_program_carries_where_there_are_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = root().join("results").display().to_string();
+    let claims = |text: &str| text.lines().last().unwrap().to_owned();
+    let verified = ["verify", "experiments/paper/fig1.toml", "experiments/paper/phases.toml", "--results", &results];
+    let elsewhere = said(&mut called(folder.path(), &verified), 0);
+    assert_eq!(claims(&elsewhere), claims(&said(&mut called(root(), &verified), 0)));
+    // The ranking is known; results are not there.
+    let ranked = said(&mut called(folder.path(), &["report", "--ranking"]), 2);
+    assert!(ranked.contains("results/") && !ranked.contains("ranking.toml"), "{ranked}");
+    let planned = said(&mut called(folder.path(), &["run", "experiments/paper/fig1.toml", "--dry-run"]), 0);
+    assert_has(&planned, &["wedge-box"]);
+    assert_eq!(files(folder.path()), [""; 0]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Results as others can cite and load them: what is in a package, and that what cannot be exported is said.
 
-use crate::program::{assert_has, copy, read, rimbench, said, two_sets_with};
+use crate::program::{assert_has, copy, executable, files, read, rimbench, said, two_sets_with};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -125,6 +125,24 @@ fn a_citation_can_be_read() {
     assert_has(&text, &[author, "name: \"A group\"", "license: CC-BY-4.0", r#"title: "What \"is\""#]);
     let readme = read(package().join("README.md"));
     assert_has(&readme, &["pd.read_csv", "time series"]);
+}
+
+/// A limit on the size of files stands in for a full disk.
+#[cfg(unix)]
+#[test]
+fn an_export_onto_a_full_disk_leaves_nothing_that_looks_like_a_package() {
+    let folder = tempfile::tempdir().unwrap();
+    let [new, empty] = ["new", "empty"].map(|name| folder.path().join(name));
+    std::fs::create_dir(&empty).unwrap();
+    for out in [&new, &empty] {
+        let [program, from, to] = [&executable(), &results(&MADE), out].map(|path| path.display().to_string());
+        let script = format!("trap '' XFSZ; ulimit -f 8; exec {program} export {from} --out {to} --author Doe");
+        let output = std::process::Command::new("bash").args(["-c", &script]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        assert_has(&String::from_utf8_lossy(&output.stderr), &["cannot be written"]);
+        assert_eq!(out.exists(), out == &empty);
+        assert_eq!(files(out), [""; 0].map(PathBuf::from));
+    }
 }
 
 #[test]

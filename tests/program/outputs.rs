@@ -79,6 +79,7 @@ fn an_output_of_the_wrong_kind_is_refused_at_once_and_left_as_it_is() {
     for arguments in [
         &["simulate", "--case", "wedge-box", "--scheme", "rim-smooth", "--trace", folder_name] as &[&str],
         &["solvers", "--harvest", "--out", folder_name],
+        &["solvers", "--harvest", "--out", "nowhere/problems"],
         &["perf", "record", "--history", folder_name],
         &["perf", "record", "--history", file_name],
         &["run", experiment, "--out", file_name],

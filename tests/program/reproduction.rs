@@ -51,7 +51,8 @@ fn the_quick_reproduction_is_complete_and_repeatable() {
         assert_eq!(row["verdict"] == "not-measured", row["measured"].is_empty(), "{}", row["id"]);
         assert!(row["measured"].is_empty() || row["runs"] != "0", "claim {} rests on no run", row["id"]);
     }
-    assert!(printed.contains("reproduced") && printed.contains("report.html"));
+    let last = printed.lines().last().unwrap();
+    assert!(last.contains(" claims reproduce") && last.contains("report.html"), "{last}");
 }
 
 #[test]

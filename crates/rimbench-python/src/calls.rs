@@ -172,7 +172,7 @@ pub fn simulate<'py>(
         trace.set_item(name, PyArray1::from_iter(py, run.trajectory.column(index)))?;
     }
     let metrics = PyDict::new(py);
-    for (metric, value) in METRICS.iter().zip(&run.metrics) {
+    for (metric, value) in run.metrics_of(&spec.case) {
         metrics.set_item(metric.name, value)?;
     }
     let result = PyDict::new(py);

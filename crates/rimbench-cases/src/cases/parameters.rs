@@ -221,6 +221,10 @@ impl PartialEq for Parameters {
     }
 }
 
+/// Parameters that have a use with one choice only: case, parameter, the choice and its value.
+const ONLY_WITH: [(&str, &str, &str, &str); 2] =
+    [("linear-oscillator", "damping_n_s_m", "variant", "1"), ("quarter-car", "damper_shape", "damper", "nonlinear")];
+
 impl Parameters {
     /// Sets all to their defaults.
     pub fn defaults(case: Name, declared: &[Parameter]) -> Self {
@@ -253,6 +257,27 @@ impl Parameters {
         Arc::make_mut(&mut self.values)[index] = value;
         Arc::make_mut(&mut self.given)[index] = true;
         self.text = Arc::default();
+        Ok(())
+    }
+
+    /// Checks that every parameter that is not at its default has a use with the choices made.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`], naming the parameter and the choice that it belongs to.
+    pub fn check_used(&self) -> Result<()> {
+        let changed = |name: &str| {
+            let mut all = self.iter();
+            all.find(|(parameter, value)| parameter.name == name && parameter.default != **value)
+                .map(|(_, value)| value)
+        };
+        for (_, name, choice, needed) in ONLY_WITH.iter().filter(|(case, ..)| *case == self.case) {
+            let (Some(value), chosen) = (changed(name), self.choice(choice)) else { continue };
+            if chosen != *needed {
+                let message =
+                    format!("{name} = {value} has no effect with {choice} = {chosen}: set {choice} = {needed}");
+                return Err(Error::Incompatible(message));
+            }
+        }
         Ok(())
     }
 

@@ -5,8 +5,8 @@ use super::latency::Latency;
 use super::reference::{Reference, friction_of, gap_columns};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
-use crate::cases::ReferenceMethod;
-use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals};
+use crate::cases::{Case, ReferenceMethod};
+use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals, is_of_friction};
 use rimbench_core::cosim::{Outcome, Trajectory, Work};
 use rimbench_core::error::{Error, Failure, Result};
 use std::time::Duration;
@@ -48,6 +48,13 @@ impl EvaluatedRun {
             latency: None,
             trajectory: Trajectory::with_capacity(Vec::new(), 0),
         }
+    }
+
+    /// Lists the metrics that the case of the run has, each with its value; nothing where it does not apply to this run.
+    pub fn metrics_of(&self, case: &Case) -> impl Iterator<Item = (&'static Metric, Option<f64>)> + '_ {
+        let friction = case.records_friction();
+        let all = METRICS.iter().zip(self.metrics.iter().copied());
+        all.filter(move |(metric, _)| friction || !is_of_friction(metric.name))
     }
 
     /// Computes simulated time over wall time.

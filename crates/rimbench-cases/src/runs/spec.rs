@@ -187,6 +187,7 @@ impl RunSpec {
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
     pub fn check(&self) -> Result<()> {
+        self.parameters.check_used()?;
         let macro_steps = self.grid()?.macro_steps();
         if macro_steps < self.scheme.samples {
             return Err(Error::invalid(
@@ -386,7 +387,7 @@ fn named<'a>(kind: &'static str, name: &'a Option<String>) -> Result<&'a str> {
 /// A wall-time limit from seconds.
 fn wall_limit(seconds: f64) -> Result<Duration> {
     let limit = Duration::try_from_secs_f64(seconds).ok().filter(|limit| !limit.is_zero());
-    limit.ok_or_else(|| Error::invalid("wall_limit_s", seconds, "a finite time of at least 1e-9 s"))
+    limit.ok_or_else(|| Error::invalid("wall_limit_s", seconds, "a time from 1e-9 s to 1e18 s"))
 }
 
 /// Plausibility bound, far beyond any use, so that a slip of the exponent is an error and not an endless run.

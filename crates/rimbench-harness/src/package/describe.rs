@@ -42,12 +42,10 @@ const LOADERS: [(&str, &str, &str); 4] = [
 impl About<'_> {
     /// Files with their texts.
     pub(super) fn files(&self) -> Vec<(&'static str, String)> {
-        let mut files = vec![
-            (DESCRIPTION, format!("{:#}\n", self.description())),
-            ("README.md", self.readme()),
-            ("CITATION.cff", self.citation_file()),
-        ];
+        let mut files = vec![("README.md", self.readme()), ("CITATION.cff", self.citation_file())];
         files.extend(LOADERS.map(|(name, _, text)| (name, text.to_owned())));
+        // Last: a folder without it is no package.
+        files.push((DESCRIPTION, format!("{:#}\n", self.description())));
         files
     }
 

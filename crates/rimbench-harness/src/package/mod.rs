@@ -16,7 +16,7 @@ mod columns;
 mod describe;
 
 use crate::checked_results::checked_runs;
-use crate::claims::{check_claims, write_claims};
+use crate::claims::{CheckedClaim, check_claims, write_claims};
 use crate::experiment::Experiment;
 use crate::files::make_folder;
 use columns::{Column, Kind};
@@ -90,7 +90,8 @@ struct Resource {
 /// many files it has.
 ///
 /// # Errors
-/// Those of the results (see [`check_claims`]) and of the citation; [`Error::File`] for a folder that holds something.
+/// Those of the results (see [`check_claims`]) and of the citation; [`Error::File`] for a folder that holds something, or that cannot
+/// be written, in which case nothing is left there.
 pub fn export(
     experiment: &Experiment,
     catalogue: &Catalogue,
@@ -105,6 +106,36 @@ pub fn export(
         return Err(Error::file(out, "lies in the results folder itself: choose a place outside of it"));
     }
     let claims = check_claims(experiment, catalogue, folder)?;
+    let was_there = out.is_dir();
+    let written = write(experiment, folder, out, citation, (quick, runs.len()), &claims);
+    if written.is_err() {
+        remove(out, was_there);
+    }
+    written
+}
+
+/// Removes what an export that failed has left; a folder that was there, and empty, stays. What cannot be removed has no description,
+/// which is written last.
+fn remove(out: &Path, was_there: bool) {
+    if !was_there {
+        let _ = std::fs::remove_dir_all(out);
+        return;
+    }
+    for entry in std::fs::read_dir(out).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
+    }
+}
+
+/// Writes all files of a package; returns how many there are.
+fn write(
+    experiment: &Experiment,
+    folder: &Path,
+    out: &Path,
+    citation: &Citation,
+    (quick, runs): (bool, usize),
+    claims: &[CheckedClaim],
+) -> Result<usize> {
     let stored = checksums::read(folder)?.unwrap_or_default();
     make_folder(out)?;
     let mut resources = Vec::new();
@@ -113,13 +144,12 @@ pub fn export(
         resources.push(resource(out, name, columns)?);
     }
     if !claims.is_empty() {
-        write_claims(&out.join("claims.csv"), &claims)?;
+        write_claims(&out.join("claims.csv"), claims)?;
         let columns = columns_of(&out.join("claims.csv"), "claims.csv")?;
         resources.push(resource(out, "claims.csv", Some(columns))?);
     }
     let write = |name: &str, text: String| write_atomically(&out.join(name), |file| file.write_all(text.as_bytes()));
-    let about =
-        describe::About { experiment, citation, quick, runs: runs.len(), claims: claims.len(), resources: &resources };
+    let about = describe::About { experiment, citation, quick, runs, claims: claims.len(), resources: &resources };
     let mut files: Vec<String> = resources.iter().map(|resource| resource.path.clone()).collect();
     for (name, text) in about.files() {
         write(name, text)?;

@@ -94,15 +94,20 @@ impl Ranking {
         self.experiments.iter().map(|file| folder.join(file)).collect()
     }
 
-    /// Ranks the rows of its experiments, whose results lie below `results`.
+    /// Ranks the rows of its experiments, which `read` reads and whose results lie below `results`.
     ///
     /// # Errors
-    /// [`Error::File`] for results that are not there, not whole, not as they were written, or held against references of their own; for
+    /// Those of `read`; [`Error::File`] for results that are not there, not whole, not as they were written, or held against references of their own; for
     /// claims about rows that are not ranked, or not in one group.
-    pub fn rank(&self, catalogue: &Catalogue, results: &Path) -> Result<Ranked> {
+    pub fn rank(
+        &self,
+        catalogue: &Catalogue,
+        results: &Path,
+        read: impl Fn(&Path) -> Result<Experiment>,
+    ) -> Result<Ranked> {
         let mut entrants: BTreeMap<String, Entrant> = BTreeMap::new();
         for file in self.experiments() {
-            let experiment = Experiment::read(&file)?;
+            let experiment = read(&file)?;
             let (runs, _) = checked_runs(&experiment, catalogue, &experiment.results_folder(results))?;
             if !experiment.reference_identity().is_empty() {
                 let message = "has a reference_step_s of its own: only what is held against the cases' own references can be ranked";

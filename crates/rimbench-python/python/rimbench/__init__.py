@@ -73,7 +73,8 @@ class Result:
     reason: str
     #: Time of the last communication point reached, s.
     ended_at_s: float
-    #: Every metric by name (see `metrics()` for units and meaning); `None` where it does not apply.
+    #: Metrics of the case by name (see `metrics()` for units and meaning), the keys of `rimbench simulate --format json`;
+    #: `None` where one does not apply.
     metrics: dict[str, float | None] = field(repr=False)
     #: One array per column, one number per communication point; names end in their units.
     trace: dict[str, NDArray[np.float64]] = field(repr=False)
