@@ -8,7 +8,8 @@ use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::StopFlag;
 use rimbench::harness::{
-    Cache, LimitSearch, Scan, StabilityLimit, StabilityPoint, spectral_stability_limit, stability_limit,
+    Cache, LimitSearch, Scan, StabilityLimit, StabilityPoint, predicted_stability_limit, spectral_stability_limit,
+    stability_limit,
 };
 use serde_json::Value;
 use std::sync::Arc;
@@ -82,7 +83,10 @@ impl Limit {
         complain(&cache);
         match self.format {
             Format::Json => print(&serde_json::to_string_pretty(&facts(&found))?),
-            Format::Table => print_table(&found),
+            Format::Table => {
+                print_table(&found)?;
+                print_prediction(search)
+            }
         }
     }
 }
@@ -118,4 +122,17 @@ fn print_table(found: &StabilityLimit) -> anyhow::Result<()> {
         (Some(stable), None) => format!("Stable over the whole scan, up to {:.4} ms", stable * 1e3),
         (None, _) => "Unstable from the smallest macro step of the scan on".to_owned(),
     })
+}
+
+/// Says how far the linearised coupling is stable, where that is known.
+fn print_prediction(search: LimitSearch<'_>) -> anyhow::Result<()> {
+    let Some(predicted) = predicted_stability_limit(LimitSearch { progress: &|_| (), ..search })? else {
+        return Ok(());
+    };
+    let limit = match (predicted.last_stable, predicted.first_unstable) {
+        (Some(stable), Some(_)) => format!("stable up to {:.4} ms", stable * 1e3),
+        (Some(_), None) => "stable over the whole scan".to_owned(),
+        (None, _) => "unstable from the smallest macro step of the scan on".to_owned(),
+    };
+    print(&format!("Predicted without a run: {limit} (linearised at the start, contacts and oil as they are there)"))
 }

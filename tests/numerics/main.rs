@@ -6,6 +6,7 @@ mod support;
 #[path = "../support/plain_wedge_box.rs"]
 mod plain_wedge_box;
 
+mod adversaries;
 mod ceilings;
 mod complementarity;
 mod conservation;
@@ -37,6 +38,7 @@ mod oscillator_theory;
 mod parametric_step;
 mod plain_implementation;
 mod polynomial_inputs;
+mod predicted_growth;
 mod published_crane;
 mod published_data;
 mod random_bodies;

@@ -54,12 +54,12 @@ impl Subsystem for Played {
 }
 
 /// A mechanics whose interface model is changed before it is sent.
-pub struct Misreported<F> {
-    pub inner: NonSmoothMechanics<LinearModel>,
+pub struct Misreported<F, M = LinearModel> {
+    pub inner: NonSmoothMechanics<M>,
     pub change: F,
 }
 
-impl<F: Fn(&mut ReducedInterfaceModel) + Send> Subsystem for Misreported<F> {
+impl<F: Fn(&mut ReducedInterfaceModel) + Send, M: MechanicalModel + Clone + 'static> Subsystem for Misreported<F, M> {
     hands_on!(steps);
     hands_on!(the_rest);
     fn capabilities(&mut self) -> &mut dyn Capabilities {
@@ -67,7 +67,7 @@ impl<F: Fn(&mut ReducedInterfaceModel) + Send> Subsystem for Misreported<F> {
     }
 }
 
-impl<F: Fn(&mut ReducedInterfaceModel)> Capabilities for Misreported<F> {
+impl<F: Fn(&mut ReducedInterfaceModel), M: MechanicalModel + Clone + 'static> Capabilities for Misreported<F, M> {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         self.inner.empty_interface_model()
     }

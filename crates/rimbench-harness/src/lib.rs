@@ -55,7 +55,7 @@ pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
 pub use references::obtain_reference;
 pub use spectral::spectral_radius;
 pub use stability::{
-    LimitSearch, Scan, StabilityLimit, StabilityPoint, logarithmic_grid, longest_macro_step, shortest_macro_step,
-    spectral_stability_limit, stability_limit,
+    LimitSearch, Scan, StabilityLimit, StabilityPoint, logarithmic_grid, longest_macro_step, predicted_stability_limit,
+    shortest_macro_step, spectral_stability_limit, stability_limit,
 };
 pub use store::{Columns, Record, Store, TraceMark};

@@ -7,7 +7,7 @@ use super::references::obtain_reference;
 use super::spectral::spectral_radius;
 use rayon::prelude::*;
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
+use rimbench_cases::runs::{RunRequest, RunSpec, predicted_growth, simulate};
 use rimbench_core::cosim::{Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 
@@ -169,20 +169,37 @@ pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -
 /// # Errors
 /// Bad input; a case that is not linear; [`Error::Stopped`].
 pub fn spectral_stability_limit(search: LimitSearch<'_>) -> Result<StabilityLimit> {
-    search.run(|macro_step| {
-        let radius = spectral_radius(&search.at(macro_step)?)?;
-        let stable = radius <= 1.0 + NEUTRAL;
-        let growth = radius.ln() / macro_step;
-        Ok(StabilityPoint {
-            macro_step,
-            fraction_stable: f64::from(stable),
-            failure: (!stable).then(|| format!("spectral radius {radius:.9}, growth rate {growth:.4e} 1/s")),
-            spectral_radius: Some(radius),
-        })
-    })
+    search.run_by_radius(spectral_radius)
+}
+
+/// Predicts the limit without a run, by the growth of the linearised coupling; none where it is not known (see [`predicted_growth`]).
+///
+/// # Errors
+/// Bad input.
+pub fn predicted_stability_limit(search: LimitSearch<'_>) -> Result<Option<StabilityLimit>> {
+    let Some(&finest) = search.macro_steps.first() else { return Ok(None) };
+    if predicted_growth(&search.at(finest)?)?.is_none() {
+        return Ok(None);
+    }
+    search.run_by_radius(|spec| Ok(predicted_growth(spec)?.unwrap_or(f64::NAN))).map(Some)
 }
 
 impl LimitSearch<'_> {
+    /// Searches by the spectral radius of a map of one macro step.
+    fn run_by_radius(&self, radius: impl Fn(&RunSpec) -> Result<f64> + Sync) -> Result<StabilityLimit> {
+        self.run(|macro_step| {
+            let radius = radius(&self.at(macro_step)?)?;
+            let stable = radius <= 1.0 + NEUTRAL;
+            let growth = radius.ln() / macro_step;
+            Ok(StabilityPoint {
+                macro_step,
+                fraction_stable: f64::from(stable),
+                failure: (!stable).then(|| format!("spectral radius {radius:.9}, growth rate {growth:.4e} 1/s")),
+                spectral_radius: Some(radius),
+            })
+        })
+    }
+
     /// The run at a macro step, s.
     fn at(&self, macro_step: f64) -> Result<RunSpec> {
         RunRequest { macro_step_s: Some(macro_step), ..self.request.clone() }.resolve(self.catalogue)

@@ -10,6 +10,7 @@
 mod evaluation;
 mod facts;
 mod latency;
+mod predicted_growth;
 mod reference;
 mod request;
 mod simulation;
@@ -19,6 +20,7 @@ mod step_control;
 pub use evaluation::{EvaluatedRun, evaluate};
 pub use facts::{Fact, FactValue};
 pub use latency::Latency;
+pub use predicted_growth::{LinearCoupling, Recurrence, predicted_growth};
 pub use reference::{DIVERGENCE_FACTOR, Reference};
 pub use request::{RunOption, RunRequest};
 pub use simulation::{Clock, RunResult, simulate, simulate_inside};
