@@ -31,7 +31,7 @@ use rimbench::interface_model::{Elimination, Linearisation, ReducedInterfaceMode
 use rimbench::mechanics::MechanicalModel;
 use rimbench::models::LineMasses;
 use rimbench::runs::RunRequest;
-use rimbench::statistics::{self, order_of_convergence};
+use rimbench::statistics::{Pool, order_of_convergence};
 use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -325,8 +325,8 @@ fn timed<T>(task: impl FnOnce() -> T) -> f64 {
     started.elapsed().as_secs_f64()
 }
 
-fn median(times: Vec<f64>) -> f64 {
-    statistics::median(times).expect("times")
+fn middle(times: Vec<f64>) -> f64 {
+    Pool::of(times).median().expect("times")
 }
 
 fn shortest(times: Vec<f64>) -> f64 {
@@ -365,7 +365,7 @@ fn print_csv() {
             let parameters: Vec<String> = size.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
             let (case, parameters, push) = (family.case, parameters.join(";"), stopped.force[0]);
             let motion = measure_motion(&stopped);
-            let moving = [0, 1, 2, 3].map(|part| median(motion.iter().map(|times| times[part]).collect()));
+            let moving = [0, 1, 2, 3].map(|part| middle(motion.iter().map(|times| times[part]).collect()));
             for (state, times) in [("settled", stopped.measure(shortest)), ("moving", moving)] {
                 let [build, take, using, step] = times.map(|time| 1e6 * time);
                 println!(
@@ -499,12 +499,12 @@ fn main() {
                 println!(" verified");
                 continue;
             }
-            let times = stopped.measure(median);
+            let times = stopped.measure(middle);
             times.iter().for_each(|time| print!(" {:10.0}", 1e9 * time));
             let [pivots, factorisations, fallbacks] = stopped.work();
             print!(" {:9.3} %", 100.0 * times.iter().sum::<f64>() / H);
             println!(" {pivots:7.2} {factorisations:14.2} {fallbacks:9.2}");
-            let medians = [0, 1, 2, 3].map(|part| median(motion.iter().map(|times| times[part]).collect()));
+            let medians = [0, 1, 2, 3].map(|part| middle(motion.iter().map(|times| times[part]).collect()));
             let mut shares: Vec<f64> = motion.iter().map(|times| 100.0 * times.iter().sum::<f64>() / H).collect();
             shares.sort_by(f64::total_cmp);
             print!("  {:>27}", "in motion");

@@ -4,7 +4,7 @@ use rimbench::error::{Error, Result};
 use rimbench::figures::chart::{Axis, Figure, LegendPlace, Mode, Panel, Series};
 use rimbench::figures::render;
 use rimbench::figures::style::style_in_list;
-use rimbench::results_table::ResultsTable;
+use rimbench::results_table::read_table;
 use rimbench::statistics::order_of_convergence;
 use std::path::Path;
 
@@ -28,13 +28,14 @@ const LINES: [(&str, &str); 6] = [
 /// # Errors
 /// [`Error::File`] for a table that lacks a column or has no systems, or a folder that cannot be written to.
 pub fn draw(path: &Path) -> Result<()> {
-    let table = ResultsTable::read(path)?;
+    let table = read_table(path)?;
     let (case, state) = (table.column("case")?, table.column("state")?);
     let points = |in_case: &str, in_state: &str, column: &str| -> Result<Vec<(f64, f64)>> {
         let both = |row: &usize| table.text(*row, case) == in_case && table.text(*row, state) == in_state;
         let rows: Vec<usize> = (0..table.len()).filter(both).collect();
         let known = |(_, y): &(f64, f64)| y.is_finite();
-        Ok(table.with_rows(&rows).pairs("contacts", column)?.into_iter().filter(known).collect())
+        let all = table.pairs("contacts", column)?;
+        Ok(rows.iter().map(|&row| all[row]).filter(known).collect())
     };
     let mut labels = Vec::new();
     for (column, name) in LINES {

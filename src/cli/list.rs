@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::figures::{FigureKey, figure_keys};
+use rimbench::fmi::import::case_file_schema;
 use rimbench::metrics::{METRICS, is_of_friction};
 use serde_json::Value;
 
@@ -55,7 +56,7 @@ impl List {
                 })
                 .collect(),
             What::ExperimentSchema => return print_schema(&schema::experiment(catalogue)),
-            What::CaseSchema => return print_schema(&schema::case_file()),
+            What::CaseSchema => return print_schema(&case_file_schema()),
             What::Schemes | What::Solvers | What::Metrics if case.is_some() => {
                 let message = "--case goes with `list cases` and `list parameters` only";
                 return Err(Error::Incompatible(message.to_owned()).into());

@@ -3,8 +3,8 @@
 use super::table;
 use rimbench::error::Result;
 use rimbench::harness::Experiment;
-use rimbench::results_table::ResultsTable;
-use rimbench::statistics::median;
+use rimbench::results_table::read_table;
+use rimbench::statistics::Runs;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -18,62 +18,35 @@ const MEDIANS: [(&str, &str); 3] = [
 /// Rows shown; all of them are in the file.
 const MOST_ROWS: usize = 60;
 
-/// Runs that have all in common but the phase.
-#[derive(Debug, Default)]
-struct Group {
-    runs: usize,
-    /// How often each outcome but `completed`.
-    failures: BTreeMap<String, usize>,
-    /// Values of the completed runs, by metric.
-    values: [Vec<f64>; MEDIANS.len()],
-}
-
 /// Makes the table from the result files of a folder.
 ///
 /// # Errors
 /// [`Error::File`](rimbench::error::Error::File) for a file or column that is not there.
 pub(super) fn summary(folder: &Path) -> Result<String> {
-    let runs = ResultsTable::read(&folder.join("runs.csv"))?;
-    let keys = ["case", "set", "label", "macro_step_s"].map(|name| runs.column(name));
-    let [case, set, label, macro_step] = keys;
-    let (case, set, label, macro_step) = (case?, set?, label?, macro_step?);
-    let outcome = runs.column("outcome")?;
-    let metrics = MEDIANS.iter().map(|(name, _)| runs.column(name)).collect::<Result<Vec<usize>>>()?;
-    let mut groups: Vec<([String; 4], Group)> = Vec::new();
-    for row in 0..runs.len() {
-        let key = [case, set, label, macro_step].map(|column| runs.text(row, column).to_owned());
-        // Phases are the inner loop of a plan: a group is a run of neighbours.
-        if groups.last().is_none_or(|(last, _)| *last != key) {
-            groups.push((key, Group::default()));
-        }
-        let Some((_, group)) = groups.last_mut() else { continue };
-        group.runs += 1;
-        match runs.text(row, outcome) {
-            "completed" => {
-                for (values, &metric) in group.values.iter_mut().zip(&metrics) {
-                    values.extend(Some(runs.number(row, metric)).filter(|value| !value.is_nan()));
-                }
-            }
-            other => *group.failures.entry(other.to_owned()).or_default() += 1,
-        }
-    }
+    let file = read_table(&folder.join("runs.csv"))?;
+    let metrics = MEDIANS.iter().map(|(name, _)| file.column(name)).collect::<Result<Vec<usize>>>()?;
+    let groups = Runs::of(&file)?.by_columns(["case", "set", "label", "macro_step_s"])?;
     let mut header = vec!["case", "scheme row", "H (ms)", "completed", "did not"];
     header.extend(MEDIANS.map(|(_, heading)| heading));
     let mut table = table(&header);
-    for ([case, set, label, macro_step], group) in groups.iter().take(MOST_ROWS) {
-        let failed: usize = group.failures.values().sum();
-        let failures: Vec<String> = group.failures.iter().map(|(name, count)| format!("{count} {name}")).collect();
-        let milliseconds = macro_step.parse::<f64>().map_or_else(|_| macro_step.clone(), |step| plain(step * 1e3));
-        let case = if set.is_empty() { case.clone() } else { format!("{case} {set}") };
-        let done = format!("{}/{}", group.runs - failed, group.runs);
-        let mut row = vec![case, label.clone(), milliseconds, done, failures.join(", ")];
-        let medians = group.values.iter().map(|values| median(values.clone()));
+    for ([case, set, label, macro_step], runs) in groups.iter().take(MOST_ROWS) {
+        let completed = runs.completed();
+        let mut failures: BTreeMap<&str, usize> = BTreeMap::new();
+        let failed = runs.rows().iter().filter(|&&row| !runs.is_completed(row));
+        failed.for_each(|&row| *failures.entry(runs.outcome(row)).or_default() += 1);
+        let failures: Vec<String> = failures.iter().map(|(name, count)| format!("{count} {name}")).collect();
+        let milliseconds =
+            macro_step.parse::<f64>().map_or_else(|_| (*macro_step).to_owned(), |step| plain(step * 1e3));
+        let case = if set.is_empty() { (*case).to_owned() } else { format!("{case} {set}") };
+        let done = format!("{}/{}", completed.rows().len(), runs.rows().len());
+        let mut row = vec![case, (*label).to_owned(), milliseconds, done, failures.join(", ")];
+        let medians = metrics.iter().map(|&metric| completed.pool(|row| file.number(row, metric)).median());
         row.extend(medians.map(|value| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3e}"))));
         table.add_row(row);
     }
     let mut text = format!("Medians over the phases of the runs that completed:\n{table}");
     if groups.len() > MOST_ROWS {
-        text += &format!("\n… and {} more in {}", groups.len() - MOST_ROWS, runs.path().display());
+        text += &format!("\n… and {} more in {}", groups.len() - MOST_ROWS, file.path().display());
     }
     Ok(text)
 }
@@ -84,12 +57,12 @@ pub(super) fn summary(folder: &Path) -> Result<String> {
 /// Those of [`summary`].
 pub(super) fn remarks(experiment: &Experiment, folder: &Path) -> Result<Vec<String>> {
     let mut remarks = Vec::new();
-    let runs = ResultsTable::read(&folder.join("runs.csv"))?;
+    let runs = read_table(&folder.join("runs.csv"))?;
     let incomplete = runs.len() - runs.rows_where(runs.column("outcome")?, "completed").len();
     if incomplete > 0 {
         remarks.push(format!("Of all {} runs of {}, {incomplete} did not complete.", runs.len(), experiment.name()));
     }
-    let provenance = ResultsTable::read(&folder.join("provenance.csv"))?;
+    let provenance = read_table(&folder.join("provenance.csv"))?;
     let loaded = provenance.rows_where(provenance.column("machine_load")?, "loaded").len();
     if loaded > 0 {
         remarks.push(format!(

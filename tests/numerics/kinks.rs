@@ -55,7 +55,7 @@ fn a_model_that_knows_the_next_kink_has_less_error_on_the_wedge_box() {
             let spec = spec(motion, phase);
             metric(&spec, run(&spec), wedge_box_reference(), "force_error_rms_n")
         });
-        median(errors.collect()).unwrap()
+        Pool::of(errors).median().unwrap()
     };
     let [frozen, piecewise] = [ModelMotion::Frozen, ModelMotion::Piecewise].map(error);
     assert!(piecewise < 0.7 * frozen, "{piecewise} N instead of {frozen} N");

@@ -4,7 +4,7 @@ use crate::support::*;
 use rimbench::cases::Case;
 use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::runs::{Reference, RunSpec, evaluate};
-use rimbench_statistics::median;
+use rimbench_statistics::Pool;
 
 /// Machines that are not at rest with 5 ms, of which one lasts 1.2 ms: their own macro step.
 const OWN_STEP: [&str; 2] = ["slider-crank", "elastic-bar"];
@@ -48,7 +48,7 @@ fn a_thousandth_of_restitution_must_leave_force_errors_as_they_are_without() {
             let with = errors(case, scheme, "0.001").unwrap();
             machines += 1;
             let each = largest(with.iter().zip(&without).map(|(with, without)| with / without));
-            let [with, without] = [with, without].map(|errors| median(errors).unwrap());
+            let [with, without] = [with, without].map(|errors| Pool::of(errors).median().unwrap());
             println!(
                 "{} {scheme}: {:.3} instead of {:.3} %, at most {each:.2}-fold",
                 case.name,

@@ -204,7 +204,7 @@ fn the_hold_with_the_mechanics_first_has_the_errors_of_the_independent_implement
             let spec = RunSpec { phase, ..spec };
             metric(&spec, completed(&spec), wedge_box_reference(), "force_error_rms_n")
         });
-        median(errors.to_vec()).unwrap()
+        Pool::of(errors).median().unwrap()
     };
     let mechanics_first = "gauss-seidel-mechanics-first";
     for (h, first, end) in [(1e-3, 3.0, 7.0), (2e-3, 5.9, 13.5), (3e-3, 10.8, 20.6), (5e-3, 31.8, 39.1)] {

@@ -42,7 +42,7 @@ fn the_position_converges_at_second_order_through_the_impacts_of_the_wedge_box()
                 let spec = RunSpec { macro_step, micro_step: 2.5e-5, phase: f64::from(phase) / 4.0, ..spec.clone() };
                 metric(&spec, run(&spec), reference, "position_error_rms_m")
             });
-            (macro_step, median(errors.collect()).unwrap())
+            (macro_step, Pool::of(errors).median().unwrap())
         })
         .filter(|(_, error)| *error > 10.0 * uncertainty)
         .collect();
@@ -195,7 +195,7 @@ fn a_force_that_jumps_at_a_rebound_leaves_order_two_where_every_piece_has_its_ow
                 assert!(macro_step > 5e-3 || solves < 1.5, "{force_return}, H = {macro_step}: {solves} solves");
                 metric(&spec, run, &reference, "position_error_rms_m")
             });
-            (macro_step, median(errors.collect()).unwrap())
+            (macro_step, Pool::of(errors).median().unwrap())
         };
         [3e-3, 5e-3, 7e-3, 10e-3, 14e-3, 20e-3].map(of).to_vec()
     };

@@ -1,5 +1,5 @@
-//! Each room of the core opens only doors below it, and no files of the loop's room go in a circle; between packages the
-//! compiler sees to that.
+//! Each room of the core opens only doors below it, and no files use each other in a circle; between packages the compiler sees to
+//! that.
 
 use crate::support::sources;
 use std::collections::{BTreeMap, BTreeSet};
@@ -85,29 +85,66 @@ fn the_check_must_see_a_door_that_leads_upwards() {
     assert_eq!(fault("cosim", "/// See [`Error`](crate::schemes::SchemeEntry)."), None);
 }
 
-/// Files with the files of the same room that each uses.
+/// Modules with the modules that each uses.
 type Uses = BTreeMap<String, BTreeSet<String>>;
 
-/// Which file uses which, from the `use` lines. A folder with the name of a file is part of that file.
-fn uses(room: &str) -> Uses {
-    let folder = code_of("rimbench-core").join(room);
+/// Which file uses which, below the `src` of a crate. What a file shares with those it is part of, or that are part of it, is left out.
+fn uses(src: &Path) -> Uses {
+    let module = |path: &Path| {
+        let inside = path.strip_prefix(src).unwrap().with_extension("");
+        let parts: Vec<_> = inside.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        parts.into_iter().filter(|part| !matches!(part.as_str(), "mod" | "lib")).collect::<Vec<_>>()
+    };
+    let files: Vec<(Vec<String>, String)> =
+        sources(src).into_iter().map(|(path, text)| (module(&path), text)).collect();
+    let is_file = |path: &[String]| files.iter().any(|(other, _)| other == path);
     let mut uses = Uses::new();
-    for (path, text) in sources(&folder) {
-        let inside = path.strip_prefix(&folder).unwrap().with_extension("");
-        let own = inside.iter().next().unwrap().to_string_lossy().into_owned();
-        let direct = inside.iter().count() == 1;
-        for line in text.lines() {
-            let prefix = format!("use crate::{room}::");
-            let used = line.strip_prefix(&prefix).or_else(|| line.strip_prefix("use super::").filter(|_| direct));
-            let Some(used) = used else { continue };
-            let file: String = used.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-            // The list of what the room shows uses everything.
-            if file != own && own != "mod" && file.starts_with(|c: char| c.is_lowercase()) {
-                uses.entry(own.clone()).or_default().insert(file);
+    for (own, text) in &files {
+        let code: String = text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
+        for (up, path) in paths(&code) {
+            let base = if up == 0 { &[][..] } else { &own[..own.len().saturating_sub(up)] };
+            let mut used = base.to_vec();
+            for part in path {
+                used.push(part);
+                if !is_file(&used) {
+                    used.pop();
+                    break;
+                }
+            }
+            if !used.starts_with(own) && !own.starts_with(&used) {
+                uses.entry(own.join("/")).or_default().insert(used.join("/"));
             }
         }
     }
     uses
+}
+
+/// The paths in a text that begin with `crate::`, and with `super::` so many times.
+fn paths(code: &str) -> Vec<(usize, Vec<String>)> {
+    let mut found = Vec::new();
+    let mut rest = code;
+    while let Some(at) = ["crate::", "super::"].iter().filter_map(|word| rest.find(word)).min() {
+        rest = &rest[at..];
+        let mut up = 0;
+        while let Some(after) = rest.strip_prefix("super::") {
+            (up, rest) = (up + 1, after);
+        }
+        rest = rest.strip_prefix("crate::").filter(|_| up == 0).unwrap_or(rest);
+        let group = rest.strip_prefix('{').map(|group| group.split(['}', ';']).next().unwrap_or_default());
+        for item in group.map_or(vec![rest], |group| group.split(',').collect()) {
+            let mut path = Vec::new();
+            for part in item.trim().split("::") {
+                let name: String = part.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+                let ends = name.len() < part.len();
+                path.extend(Some(name).filter(|name| !name.is_empty()));
+                if ends {
+                    break;
+                }
+            }
+            found.push((up, path));
+        }
+    }
+    found
 }
 
 /// A circle, if there is one.
@@ -129,10 +166,38 @@ fn circle(uses: &Uses) -> Option<Vec<String>> {
 }
 
 #[test]
-fn the_files_of_the_loop_must_not_use_each_other_in_a_circle() {
-    let uses = uses("cosim");
-    assert!(uses.len() > 10, "only {} files use others: the check reads nothing", uses.len());
-    assert_eq!(circle(&uses), None);
+fn no_files_but_parent_and_child_use_each_other_in_a_circle() {
+    let mut seen = 0;
+    for name in ["rimbench-statistics", "rimbench-results", "rimbench-harness", "rimbench-figures"] {
+        let uses = uses(&code_of(name));
+        seen += uses.len();
+        assert_eq!(circle(&uses), None, "{name}");
+    }
+    let mut of_loop = uses(&code_of("rimbench-core"));
+    of_loop.retain(|file, _| file.starts_with("cosim/"));
+    assert!(seen > 60 && of_loop.len() > 10, "{seen} and {} files use others: the check reads nothing", of_loop.len());
+    assert_eq!(circle(&of_loop), None);
+}
+
+#[test]
+fn medians_are_computed_in_the_table_of_runs_and_nowhere_else() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    // A reader asks a pool for its median; who computes one has a function of that name.
+    let computes = |line: &str| {
+        let code = line.split("//").next().unwrap_or_default();
+        code.match_indices("median(").any(|(at, _)| !code[..at].ends_with(['.', '_', '"']))
+    };
+    let mut seen = 0;
+    for place in ["crates", "src", "tests", "benches"] {
+        for (file, text) in sources(&root.join(place)) {
+            let pool = file.ends_with("rimbench-statistics/src/pool.rs");
+            for (number, line) in text.lines().enumerate().filter(|(_, line)| computes(line)) {
+                assert!(pool, "{}:{}: {line}: ask a pool", file.display(), number + 1);
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 0, "the table of runs computes none: the check reads nothing");
 }
 
 #[test]
@@ -146,4 +211,7 @@ fn the_check_must_see_a_circle() {
     };
     assert_eq!(circle(&uses(&[("a", "b"), ("a", "c"), ("b", "c")])), None);
     assert_eq!(circle(&uses(&[("a", "b"), ("b", "c"), ("c", "b")])), Some(vec!["b".to_owned(), "c".to_owned()]));
+    let found = paths("use super::{font, clip::Rect};\nuse super::super::a::b; crate::c::d()");
+    let path = |up, parts: &[&str]| (up, parts.iter().map(|part| (*part).to_owned()).collect::<Vec<_>>());
+    assert_eq!(found, [path(1, &["font"]), path(1, &["clip", "Rect"]), path(2, &["a", "b"]), path(0, &["c", "d"])]);
 }

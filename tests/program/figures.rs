@@ -656,7 +656,7 @@ fn an_experiment_that_no_list_names_has_a_map_of_its_stability_and_its_errors() 
     let none = FigureList { figures: Vec::new() };
     let (list, failed) = none.completed(place.path(), None);
     let [(name, reason)] = &failed[..] else { panic!("{failed:?}") };
-    assert!(name == "mine/broken" && reason.contains("label"), "{reason}");
+    assert!(name == "mine/broken" && reason.contains("unknown column"), "{reason}");
     let made = list.make_all(place.path(), None, &Styles::standard()).unwrap();
     assert!(made.failed.is_empty() && made.files.len() == 4, "{made:?}");
     let texts = |name: &str, id: &str| texts_in(&place.path().join(format!("{name}/figures/{id}.svg")));

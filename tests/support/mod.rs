@@ -20,7 +20,7 @@ pub use rimbench::mechanics::*;
 pub use rimbench::name::{Name, names};
 pub use rimbench::runs::*;
 pub use rimbench::schemes::*;
-pub use rimbench::statistics::{median, order_of_convergence};
+pub use rimbench::statistics::{Pool, order_of_convergence};
 
 /// Plastic contacts without position stabilisation.
 pub const PLASTIC: ContactLaw = ContactLaw { stabilisation: 0.0, restitution: 0.0, spring: None };

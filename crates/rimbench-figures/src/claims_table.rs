@@ -1,7 +1,7 @@
 //! The table of claims as Markdown, from `claims.csv`.
 
 use rimbench_core::error::Result;
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use std::path::Path;
 /// # Errors
 /// [`Error::File`](rimbench_core::error::Error::File) for a file or column that is not there.
 pub fn claims_markdown(path: &Path) -> Result<String> {
-    let claims = ResultsTable::read(path)?;
+    let claims = read_table(path)?;
     let names = ["text", "by", "quantity", "measured", "expected", "verdict", "experiment"];
     let columns: Vec<usize> = names.iter().map(|name| claims.column(name)).collect::<Result<_>>()?;
     // Results of earlier versions do not have it.

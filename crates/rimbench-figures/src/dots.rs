@@ -1,11 +1,11 @@
 //! A ranked dot plot: a row per scheme, a sign per value, so that neither lines cross nor colours have to be told apart.
 
+use super::axes::{AXIS, BELOW, GRID, TICK, TICK_SIZE, TITLE_SIZE, crisp, fitting_ticks, labels, ticks_below};
 use super::chart::Axis;
 use super::clip::Rect;
 use super::data::MARKER;
 use super::drawing::{Anchor, Color, Datum, Drawing, PanelData, SeriesData, Stroke, Text, Weight};
 use super::figure::fits;
-use super::panel::{BELOW, LABEL_SIZE, TICK, TICK_SIZE, TITLE_SIZE, crisp, fitting_ticks};
 use super::scale::{AxisMap, interval};
 use super::{font, marker};
 use crate::line_style::Marker;
@@ -205,27 +205,13 @@ impl DotPlot {
         });
         let (low, high) = interval(&panel.axis, values, 0.06);
         let map = AxisMap { scale: panel.axis.scale, low, high, start: area.left, end: area.right };
-        let ticks = fitting_ticks(&map);
-        let axis = Stroke::solid(Color::SOFT_INK, 0.8);
-        let grid = Stroke::solid(Color::GRID, 0.8);
         if let Some(at) = panel.floor.and_then(|floor| map.position(floor)).filter(|at| *at > area.left) {
             let shaded = Rect { right: at.min(area.right), ..area };
             drawing.area(shaded.corners(), Some(super::guides::SHADE), None);
         }
-        for tick in &ticks.ticks {
-            let Some(x) = map.position(tick.value).map(crisp) else { continue };
-            let length = if tick.label.is_empty() { 0.6 * TICK } else { TICK };
-            if !tick.label.is_empty() {
-                drawing.line(vec![(x, area.top), (x, area.bottom)], grid);
-                let text = Text::new(&tick.label, (x, area.bottom + TICK + 7.5), TICK_SIZE).anchored(Anchor::Middle);
-                drawing.text(text.colored(Color::SOFT_INK).centred());
-            }
-            drawing.line(vec![(x, area.bottom), (x, area.bottom + length)], axis);
-        }
-        drawing.line(vec![(area.left, area.top), (area.left, area.bottom), (area.right, area.bottom)], axis);
-        drawing.text(Text::new(&panel.title, (area.left, area.top - 6.0), TITLE_SIZE).bold());
-        let label = Text::new(&panel.axis.label, (area.centre().0, area.bottom + BELOW - 6.0), LABEL_SIZE);
-        drawing.text(label.anchored(Anchor::Middle));
+        ticks_below(drawing, &map, &fitting_ticks(&map), area.bottom, area.top);
+        drawing.line(vec![(area.left, area.top), (area.left, area.bottom), (area.right, area.bottom)], AXIS);
+        labels(drawing, &area, &panel.title, &panel.axis.label);
         let lost_left = area.right + 12.0;
         if self.lost_width() > 0.0 {
             self.draw_lost_axis(drawing, &area, lost_left);
@@ -233,7 +219,7 @@ impl DotPlot {
         let mut data = Vec::new();
         for (index, (row, dots)) in self.rows.iter().zip(&panel.dots).enumerate() {
             let y = area.top + 3.0 + (index as f64 + 0.5) * ROW;
-            drawing.line(vec![(area.left, y), (area.right, y)], Stroke { dash: &[1.0, 3.0], ..grid });
+            drawing.line(vec![(area.left, y), (area.right, y)], Stroke { dash: &[1.0, 3.0], ..GRID });
             drawing.group(&row.name, |drawing| {
                 if labelled {
                     let swatch_left = area.left - 7.0 - SWATCH;
@@ -302,7 +288,7 @@ impl DotPlot {
     fn draw_lost_axis(&self, drawing: &mut Drawing, area: &Rect, left: f64) {
         let column = self.lost_column();
         let right = left + column * self.signs.len() as f64;
-        let edge = Stroke { color: Color::SOFT_INK, width: 0.8, dash: &[1.5, 2.5] };
+        let edge = Stroke { dash: &[1.5, 2.5], ..AXIS };
         drawing.line(vec![(left, area.top), (left, area.bottom)], edge);
         for (index, sign) in self.signs.iter().enumerate() {
             let at = (left + (index as f64 + 0.5) * column, area.bottom + TICK + 7.5);

@@ -5,6 +5,7 @@
 //! that grey-scale printing and old viewers agree.
 
 use super::font;
+pub use super::font::Weight;
 
 /// A position on the page, px.
 pub type Point = (f64, f64);
@@ -65,15 +66,6 @@ pub enum Anchor {
     Middle,
     /// The last letter.
     End,
-}
-
-/// Weight of the letters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Weight {
-    /// Ordinary text.
-    Regular,
-    /// Titles.
-    Bold,
 }
 
 /// One line of text.

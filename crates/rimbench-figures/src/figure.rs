@@ -1,10 +1,11 @@
 //! Lays the panels of a figure out in a grid and draws them.
 
+use super::axes::{BELOW, TITLE_SIZE, crisp};
 use super::chart::{Figure, LegendPlace, Panel};
 use super::clip::Rect;
 use super::drawing::Drawing;
 use super::legend::Legend;
-use super::panel::{self, BELOW, Prepared, TITLE_SIZE};
+use super::panel::Prepared;
 use super::style::{SeriesStyle, told_apart};
 use rimbench_core::error::{Error, Result};
 
@@ -97,7 +98,7 @@ impl Figure {
                 + column as f64 * (width + RIGHT_OF_PANEL + BETWEEN_COLUMNS);
             let top = MARGIN - 6.0 + above[..=row].iter().sum::<f64>() + row as f64 * (height + BELOW + BETWEEN_ROWS);
             let place = Rect { left, top, right: left + width, bottom: top + height };
-            let [left, top, right, bottom] = [place.left, place.top, place.right, place.bottom].map(panel::crisp);
+            let [left, top, right, bottom] = [place.left, place.top, place.right, place.bottom].map(crisp);
             panel.draw(&mut drawing, Rect { left, top, right, bottom });
         }
         match self.legend {

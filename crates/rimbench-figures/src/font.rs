@@ -7,9 +7,16 @@ use std::sync::Once;
 
 use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
-use super::drawing::Weight;
-
 const NAME: &str = "Inter";
+
+/// Weight of the letters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weight {
+    /// Ordinary text.
+    Regular,
+    /// Titles.
+    Bold,
+}
 
 /// Height of a capital letter, in em.
 pub const CAP_HEIGHT: f64 = 2048.0 / 2816.0;

@@ -6,12 +6,12 @@
 use plotters::style::RGBColor;
 use plotters::style::colors::colormaps::{ColorMap, DerivedColorMap};
 
+use super::axes::{AXIS, LABEL_SIZE, TICK, TICK_SIZE, TITLE_SIZE, tick_below};
 use super::clip::Rect;
 use super::drawing::{Anchor, Color, Datum, Drawing, PanelData, SeriesData, Stroke, Text, Weight};
 use super::figure::fits;
 use super::font;
 use super::hatch::diagonals;
-use super::panel::{LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
 use super::ticks::signed;
 use rimbench_core::error::Result;
 
@@ -242,15 +242,8 @@ impl Heatmap {
         let step = area.width() / labels.len().max(1) as f64;
         let stride = ((widest + 7.0) / step).ceil().max(1.0) as usize;
         for (column, label) in labels.iter().enumerate() {
-            let x = area.left + (column as f64 + 0.5) * step;
-            let labelled = column % stride == 0;
-            let tick = if labelled { 5.0 } else { 3.0 };
-            let stroke = Stroke::solid(Color::SOFT_INK, 1.0);
-            drawing.line(vec![(x, area.bottom + 1.0), (x, area.bottom + 1.0 + tick)], stroke);
-            if labelled {
-                let text = Text::new(label, (x, area.bottom + 14.0), TICK_SIZE).anchored(Anchor::Middle);
-                drawing.text(text.colored(Color::SOFT_INK).centred());
-            }
+            let at = (area.left + (column as f64 + 0.5) * step, area.bottom + 1.0);
+            tick_below(drawing, at, if column % stride == 0 { label } else { "" });
         }
         let label = Text::new(&self.x_label, (area.centre().0, area.bottom + 32.0), LABEL_SIZE);
         drawing.text(label.anchored(Anchor::Middle));
@@ -266,11 +259,10 @@ impl Heatmap {
             let slice = Rect { left, top: height(1.0 - low), right, bottom: area.bottom };
             drawing.area(slice.corners(), Some(color_of(1.0 - 0.5 * (low + high))), None);
         }
-        let outline = Stroke::solid(Color::SOFT_INK, 0.8);
-        drawing.area(Rect { left, right, ..*area }.corners(), None, Some(outline));
+        drawing.area(Rect { left, right, ..*area }.corners(), None, Some(AXIS));
         for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
             let y = height(share);
-            drawing.line(vec![(right, y), (right + 3.0, y)], outline);
+            drawing.line(vec![(right, y), (right + TICK, y)], AXIS);
             let text = Text::new(format!("{share}"), (right + 6.0, y), TICK_SIZE);
             drawing.text(text.colored(Color::SOFT_INK).centred());
         }

@@ -1,11 +1,11 @@
 //! Draws a magnified part of a panel inside the panel.
 
+use super::axes::{TICK, axes, crisp, fitting_ticks, label_width};
 use super::chart::{Inset, Panel};
 use super::clip::Rect;
 use super::data::{self, Frame};
 use super::drawing::{Color, Drawing, Stroke};
 use super::filled_band;
-use super::panel::{TICK, axes, crisp, fitting_ticks, label_width};
 use super::scale::AxisMap;
 
 /// Draws the inset over the panel, tied to the part it magnifies.

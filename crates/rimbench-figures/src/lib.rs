@@ -8,7 +8,7 @@
 //! |---|---|
 //! | [`style`] | one colour, dash and marker per scheme, everywhere |
 //! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
-//! | `figure`, `panel`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
+//! | `figure`, `panel`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker`, `hatch` | value to position, round numbers, edges, signs, shading |
 //! | [`dots`] | ranked dot plots: a row per scheme |
 //! | [`heatmap`] | stability maps: scheme × step size |
@@ -43,6 +43,7 @@ pub mod report;
 pub mod style;
 pub mod ticks;
 
+mod axes;
 mod claims_table;
 mod clip;
 mod dash;

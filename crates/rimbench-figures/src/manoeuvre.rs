@@ -8,6 +8,7 @@ use super::drawing::{Anchor, Color, Drawing, Stroke, Text};
 use super::figure::fits;
 use super::ticks::signed;
 use super::wedge_box::{self, View};
+pub use super::wedge_box::{ContactForce, Pose, WedgeBoxGeometry};
 use rimbench_core::error::Result;
 
 const MARGIN: f64 = 8.0;
@@ -15,31 +16,6 @@ const HEADER: f64 = 18.0;
 const ROW_LABEL: f64 = 20.0;
 const BETWEEN: f64 = 8.0;
 const LEGEND: f64 = 26.0;
-
-/// Lengths of the wedge box, m. Points of the box are in its frame: origin at the centre of mass, x forward, y up.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WedgeBoxGeometry {
-    /// Length of the box.
-    pub box_width_m: f64,
-    /// Height of the box.
-    pub box_height_m: f64,
-    /// Tips of the two wedges below the box.
-    pub wedge_tips: [(f64, f64); 2],
-    /// Radius of the disc.
-    pub disc_radius_m: f64,
-    /// Where the disc's centre is pinned to the box.
-    pub disc_pin: (f64, f64),
-    /// Height of the ledge above the floor, y = 0.
-    pub ledge_height_m: f64,
-    /// World x at which the ledge ends.
-    pub ledge_corner_x_m: f64,
-    /// Fall per run of the ramp behind the ledge's corner.
-    pub ramp_slope: f64,
-    /// Where the actuator is attached to the box.
-    pub attachment: (f64, f64),
-    /// The actuator's pin on the ground, world.
-    pub ground_pin: (f64, f64),
-}
 
 impl Default for WedgeBoxGeometry {
     /// The canonical wedge box at its start position: box at world x = 0, ground pin level with the attachment.
@@ -57,38 +33,6 @@ impl Default for WedgeBoxGeometry {
             ground_pin: (-3.0, 0.737),
         }
     }
-}
-
-/// A force on the box or the disc at a contact, world.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactForce {
-    /// Position of the contact.
-    pub x_m: f64,
-    /// Height of the contact.
-    pub y_m: f64,
-    /// Forward component.
-    pub fx_n: f64,
-    /// Upward component.
-    pub fy_n: f64,
-}
-
-/// Where everything is at one instant.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pose {
-    /// Time.
-    pub time_s: f64,
-    /// Centre of mass of the box, world.
-    pub box_x_m: f64,
-    /// Its height.
-    pub box_y_m: f64,
-    /// Rotation of the box, counter-clockwise.
-    pub box_angle_rad: f64,
-    /// Rotation of the disc, counter-clockwise; turns its spoke.
-    pub disc_angle_rad: f64,
-    /// Forces at the closed contacts.
-    pub contact_forces: Vec<ContactForce>,
-    /// Force of the actuator, positive if it extends.
-    pub actuator_force_n: f64,
 }
 
 impl Pose {

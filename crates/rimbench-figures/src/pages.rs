@@ -16,7 +16,7 @@ use crate::claims_table::significant;
 use crate::page_rows::{self, BETWEEN, rows_where, same, written};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::kept::{SUMMARY_METRICS, SummaryRow, read_summary};
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -209,20 +209,20 @@ impl Sources {
     }
 
     fn file(&self, keys: &Keys<'_>) -> Result<Option<ResultsTable>> {
-        keys.get("file").map(|file| ResultsTable::read(&self.folder.join(file))).transpose()
+        keys.get("file").map(|file| read_table(&self.folder.join(file))).transpose()
     }
 
     fn claims_of(&self, keys: &Keys<'_>) -> Result<(ResultsTable, Vec<usize>)> {
         let name = keys.need("of")?;
         let own = self.folder.join(name).join("claims.csv");
         if own.is_file() || !name.contains('/') {
-            let claims = ResultsTable::read(&own)?;
+            let claims = read_table(&own)?;
             let all = (0..claims.len()).collect();
             return Ok((claims, all));
         }
         // Those of a group that is run as a whole stand together.
         let (group, experiment) = name.split_once('/').unwrap_or_default();
-        let claims = ResultsTable::read(&self.folder.join(group).join("claims.csv"))?;
+        let claims = read_table(&self.folder.join(group).join("claims.csv"))?;
         let rows = claims.rows_where(claims.column("experiment")?, experiment);
         Ok((claims, rows))
     }

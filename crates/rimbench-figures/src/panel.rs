@@ -1,30 +1,17 @@
-//! Draws one panel: grid, axes with ticks and labels, data, guides, notes, inset.
+//! Draws one panel: axes, data, guides, notes, inset.
 
+use super::axes::{BELOW, LABEL_SIZE, TICK, TICK_SIZE, axes, fitting_ticks, label_width, labels};
 use super::chart::{Guide, Panel, Scale};
 use super::clip::Rect;
 use super::data::{self, BAND, Frame};
-use super::drawing::{Anchor, Color, Drawing, PanelData, Stroke, Text, Weight};
+use super::drawing::{Anchor, Color, Drawing, PanelData, Text};
 use super::guides;
 use super::scale::{AxisMap, interval};
 use super::ticks::{Ticks, power_of_ten};
-use super::{filled_band, font, inset};
-
-/// Size of tick labels, px: 7 pt, at the size that a figure has on paper.
-pub const TICK_SIZE: f64 = 9.4;
-/// Size of axis labels, px.
-pub const LABEL_SIZE: f64 = 10.0;
-/// Size of panel titles, px.
-pub const TITLE_SIZE: f64 = 10.6;
-/// Room below the plotting area for tick labels and the axis label, px.
-pub const BELOW: f64 = 35.0;
+use super::{filled_band, inset};
 
 /// What stands beside the band of runs without a value.
 const DIVERGED: &str = "diverged";
-
-/// Length of a tick, px.
-pub const TICK: f64 = 3.0;
-const AXIS: Stroke = Stroke { color: Color::SOFT_INK, width: 0.8, dash: &[] };
-const GRID: Stroke = Stroke { color: Color::GRID, width: 0.8, dash: &[] };
 
 /// A panel whose intervals and vertical ticks are settled, before its place is.
 pub struct Prepared<'a> {
@@ -123,10 +110,8 @@ impl<'a> Prepared<'a> {
 
     fn labels(&self, drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks) {
         let (panel, whole) = (self.panel, frame.whole());
-        drawing.text(Text::new(&panel.title, (whole.left, whole.top - 6.0), TITLE_SIZE).bold());
-        let (middle, centre) = whole.centre();
-        let x_label = Text::new(&panel.x.label, (middle, whole.bottom + BELOW - 6.0), LABEL_SIZE);
-        drawing.text(x_label.anchored(Anchor::Middle));
+        labels(drawing, &whole, &panel.title, &panel.x.label);
+        let centre = whole.centre().1;
         let y_label = Text::new(&panel.y.label, (whole.left - self.left() + 0.5 * LABEL_SIZE, centre), LABEL_SIZE);
         drawing.text(y_label.anchored(Anchor::Middle).upwards().centred());
         let small = |text: Text| text.anchored(Anchor::End).colored(Color::SOFT_INK);
@@ -160,71 +145,6 @@ fn intervals(panel: &Panel) -> ((f64, f64), (f64, f64)) {
     (x, interval(&panel.y, seen.map(|p| p.1), 0.05))
 }
 
-/// Draws the background, grid, axes and tick labels of a frame.
-pub fn axes(drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks, y_ticks: &Ticks) {
-    let (area, whole) = (&frame.area, frame.whole());
-    drawing.area(whole.corners(), Some(Color::WHITE), None);
-    let label = |content: &str, at, anchor| {
-        Text::new(content, at, TICK_SIZE).colored(Color::SOFT_INK).anchored(anchor).centred()
-    };
-    for tick in &x_ticks.ticks {
-        let Some(x) = frame.x.position(tick.value).map(crisp) else { continue };
-        if tick.label.is_empty() {
-            drawing.line(vec![(x, area.bottom), (x, area.bottom + 0.6 * TICK)], AXIS);
-        } else {
-            drawing.line(vec![(x, area.bottom), (x, whole.top)], GRID);
-            drawing.line(vec![(x, area.bottom), (x, area.bottom + TICK)], AXIS);
-            drawing.text(label(&tick.label, (x, area.bottom + TICK + 7.5), Anchor::Middle));
-        }
-    }
-    for tick in &y_ticks.ticks {
-        let Some(y) = frame.y.position(tick.value).map(crisp) else { continue };
-        if tick.label.is_empty() {
-            drawing.line(vec![(area.left - 0.6 * TICK, y), (area.left, y)], AXIS);
-        } else {
-            drawing.line(vec![(area.left, y), (area.right, y)], GRID);
-            drawing.line(vec![(area.left - TICK, y), (area.left, y)], AXIS);
-            drawing.text(label(&tick.label, (area.left - TICK - 4.0, y), Anchor::End));
-        }
-    }
-    drawing.line(vec![(whole.left, whole.top), (whole.right, whole.top), (whole.right, whole.bottom)], GRID);
-    if frame.band > 0.0 {
-        let edge = Stroke { dash: &[1.5, 2.5], ..AXIS };
-        drawing.line(vec![(area.left, area.top), (area.right, area.top)], edge);
-        drawing.line(vec![(area.left - TICK, frame.beyond()), (area.left, frame.beyond())], AXIS);
-        let size = if frame.band_label == "∞" { 12.0 } else { TICK_SIZE };
-        drawing.text(Text {
-            size,
-            ..label(frame.band_label, (area.left - TICK - 4.0, frame.beyond() + 0.6), Anchor::End)
-        });
-    }
-    drawing.line(vec![(whole.left, whole.top), (whole.left, whole.bottom), (whole.right, whole.bottom)], AXIS);
-}
-
-/// Chooses as many ticks as have labels that do not touch.
-pub fn fitting_ticks(map: &AxisMap) -> Ticks {
-    let length = (map.end - map.start).abs();
-    let fits = |ticks: &Ticks| {
-        let labelled = ticks.ticks.iter().filter(|tick| !tick.label.is_empty());
-        let spans = labelled.filter_map(|tick| Some((map.position(tick.value)?, label_width(&tick.label))));
-        let spans: Vec<(f64, f64)> = spans.collect();
-        spans.windows(2).all(|pair| (pair[1].0 - pair[0].0).abs() >= 0.5 * (pair[0].1 + pair[1].1) + 6.0)
-    };
-    let most = (length / 26.0).max(2.0) as usize;
-    let choices = (2..=most).rev().map(|count| map.ticks(count));
-    choices.into_iter().find(fits).unwrap_or_else(|| map.ticks(2))
-}
-
-/// Width of a tick label, px.
-pub fn label_width(label: &str) -> f64 {
-    font::width(label, TICK_SIZE, Weight::Regular)
-}
-
 fn times(exponent: i32) -> String {
     if exponent == 0 { String::new() } else { format!("×{}", power_of_ten(exponent)) }
-}
-
-/// Moves a hairline onto whole pixels.
-pub fn crisp(position: f64) -> f64 {
-    position.floor() + 0.5
 }

@@ -135,47 +135,7 @@ impl Styles {
             None => LineStyle::of_name(name),
         };
         let usual = known.map_or("held", |scheme| &scheme.force_return);
-        let (dash, marker) = match variant {
-            "" => return line,
-            variant if variant == usual => return line,
-            "mean" => (Dash::Long, Marker::OpenSquare),
-            "held" => (Dash::Dotted, Marker::Triangle),
-            "gauss-seidel" => (Dash::Long, Marker::OpenSquare),
-            "extrapolated" => (Dash::Dotted, Marker::Triangle),
-            "profile-extrapolated" => (Dash::DashDotDot, Marker::OpenDiamond),
-            "mean-5" => (Dash::Short, Marker::Plus),
-            "mean-all" => (Dash::Dashed, Marker::Diamond),
-            "profile-5" => (Dash::DashDot, Marker::Star),
-            "profile-10" => (Dash::Dashed, Marker::OpenDiamond),
-            "profile-20" => (Dash::Dotted, Marker::Pentagon),
-            "profile" => (Dash::Solid, Marker::OpenCircle),
-            "end" => (Dash::Dashed, Marker::Cross),
-            "active" => (Dash::Dotted, Marker::Pentagon),
-            "mechanics-first" => (Dash::DashDot, Marker::Diamond),
-            "mechanics-law" => (Dash::Dotted, Marker::Star),
-            "energy-residual" => (Dash::DashDotDot, Marker::OpenDiamond),
-            "fine" => (Dash::Dashed, Marker::Plus),
-            "1um" => (Dash::DashDot, Marker::OpenSquare),
-            "3um" => (Dash::Short, Marker::Star),
-            "10um" => (Dash::Solid, Marker::Plus),
-            "30um" => (Dash::DashDotDot, Marker::OpenCircle),
-            "100um" => (Dash::Short, Marker::Cross),
-            "300um" => (Dash::Dashed, Marker::Square),
-            "1mm" => (Dash::Long, Marker::Triangle),
-            "3mm" => (Dash::Dotted, Marker::OpenDiamond),
-            "profile-1mm" => (Dash::DashDotDot, Marker::Square),
-            "semi-implicit" => (Dash::Dotted, Marker::Plus),
-            "midpoint" => (Dash::DashDot, Marker::Star),
-            "event-split" => (Dash::Dashed, Marker::Diamond),
-            "equal" => (Dash::Solid, Marker::Circle),
-            "closings" => (Dash::Dotted, Marker::Plus),
-            "defect" => (Dash::Long, Marker::Diamond),
-            "defect-blind" => (Dash::Short, Marker::OpenDiamond),
-            "audited" => (Dash::DashDot, Marker::Cross),
-            "libcosim" => (Dash::DashDotDot, Marker::OpenSquare),
-            other => return line.of_variant(other),
-        };
-        LineStyle { dash, marker, ..line }
+        if variant.is_empty() || variant == usual { line } else { line.of_variant(variant) }
     }
 
     /// What a legend or table says of a label: what follows the scheme's name in words, and schemes that cannot run in real time are
@@ -397,27 +357,6 @@ mod tests {
             for two in &common[..index] {
                 let apart = least_distance(styles.of_label(one).color, styles.of_label(two).color);
                 assert!(apart > 10.0, "{one} and {two} are {apart:.1} apart");
-            }
-        }
-    }
-
-    #[test]
-    fn variants_of_the_shipped_experiments_differ_in_dash_and_in_marker() {
-        let styles = Styles::standard();
-        let variants =
-            ["", "/1um", "/10um", "/100um", "/1mm", "/3mm", "/active", "/mechanics-law", "/profile", "/profile-1mm"];
-        for scheme in ["rim-smooth", "rim-nonsmooth"] {
-            let looks: Vec<SeriesStyle> =
-                variants.iter().map(|variant| styles.of_label(&format!("{scheme}{variant}"))).collect();
-            for (index, look) in looks.iter().enumerate() {
-                for (other, before) in looks[..index].iter().enumerate() {
-                    let (one, two) = (variants[index], variants[other]);
-                    assert!(look.dash != before.dash || look.marker != before.marker, "{scheme}: {one} and {two}");
-                    assert!(
-                        look.marker != before.marker || one.is_empty() || two.is_empty(),
-                        "{scheme}: {one} and {two}"
-                    );
-                }
             }
         }
     }

@@ -5,7 +5,7 @@ use super::results::{plan_cells, plan_header};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -20,7 +20,7 @@ pub(super) fn checked_runs(
     catalogue: &Catalogue,
     folder: &Path,
 ) -> Result<(ResultsTable, bool)> {
-    let runs = ResultsTable::read(&folder.join("runs.csv"))?;
+    let runs = read_table(&folder.join("runs.csv"))?;
     let planned = experiment.plan(catalogue, false)?;
     let mut quick = false;
     if let Err(incomplete) = check_rows(experiment, &planned, &runs) {

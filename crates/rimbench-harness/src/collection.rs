@@ -1,8 +1,8 @@
 //! From records to result files: what of a plan is stored, by whichever process, and the tables where that is all of it.
 
-use super::execution::{Job, Summary};
 use super::experiment::PlannedRun;
 use super::foreign::refuse_foreign;
+use super::job::{Job, Summary};
 use super::references::{has_none, obtain_reference};
 use super::results;
 use super::stock::Stock;

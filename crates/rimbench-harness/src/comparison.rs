@@ -2,13 +2,14 @@
 
 use super::build_info::BuildInfo;
 use super::cache::Cache;
-use super::execution::{Job, run_job};
+use super::execution::run_job;
 use super::experiment::Experiment;
+use super::job::Job;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::Result;
-use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::median;
+use rimbench_results::results_table::read_table;
+use rimbench_statistics::Runs;
 use std::fmt;
 use std::path::Path;
 
@@ -60,27 +61,20 @@ pub fn compare(
 
 impl Comparison {
     fn read(runs: &Path) -> Result<Self> {
-        let table = ResultsTable::read(runs)?;
-        let (case, set, label) = (table.column("case")?, table.column("set")?, table.column("label")?);
-        let (outcome, metric) = (table.column("outcome")?, table.column(METRIC)?);
-        let mut groups: Vec<(ComparisonRow, Vec<f64>)> = Vec::new();
-        for row in 0..table.len() {
-            let names = [case, set, label].map(|column| table.text(row, column));
-            let known = groups.iter().position(|(group, _)| [&group.case, &group.set, &group.label] == names);
-            let index = known.unwrap_or_else(|| {
-                let [case, set, label] = names.map(str::to_owned);
-                groups.push((ComparisonRow { case, set, label, runs: 0, completed: 0, force_error: None }, Vec::new()));
-                groups.len() - 1
-            });
-            let (group, errors) = &mut groups[index];
-            group.runs += 1;
-            if table.text(row, outcome) == "completed" {
-                group.completed += 1;
-                errors.extend(Some(table.number(row, metric)).filter(|error| !error.is_nan()));
+        let table = read_table(runs)?;
+        let metric = table.column(METRIC)?;
+        let row = |(names, runs): ([&str; 3], Runs<'_>)| {
+            let ([case, set, label], completed) = (names.map(str::to_owned), runs.completed());
+            ComparisonRow {
+                case,
+                set,
+                label,
+                runs: runs.rows().len(),
+                completed: completed.rows().len(),
+                force_error: completed.pool(|row| table.number(row, metric)).median(),
             }
-        }
-        let rows = groups.into_iter().map(|(row, errors)| ComparisonRow { force_error: median(errors), ..row });
-        Ok(Comparison { rows: rows.collect() })
+        };
+        Ok(Comparison { rows: Runs::of(&table)?.by_columns(["case", "set", "label"])?.into_iter().map(row).collect() })
     }
 }
 
@@ -105,8 +99,8 @@ mod tests {
     fn failures_count_as_runs_and_never_as_errors() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.csv");
-        let rows = "case,set,label,outcome,force_error_rms_of_peak\na,,x,completed,0.1\na,,x,diverged,1e9\n\
-                    a,,x,completed,0.3\na,,y,skipped,\nb,,x,completed,\na,m=2,x,completed,5.0\n";
+        let rows = "case,set,label,macro_step_s,outcome,force_error_rms_of_peak\na,,x,1,completed,0.1\na,,x,1,diverged,1e9\n\
+                    a,,x,1,completed,0.3\na,,y,1,skipped,\nb,,x,1,completed,\na,m=2,x,1,completed,5.0\n";
         std::fs::write(&path, rows).unwrap();
         let found = Comparison::read(&path).unwrap().rows;
         let facts: Vec<_> =

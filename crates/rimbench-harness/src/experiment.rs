@@ -1,11 +1,16 @@
 //! The experiment file: a question, a grid of runs, and what is claimed of them.
 
+mod claim;
+mod claims_of_plan;
 mod plan;
+mod planned_run;
 mod scheme_row;
 
-pub use plan::{MOST_RUNS, PlannedRun};
+pub(crate) use claim::Statistic;
+pub use claim::{Claim, Claimant, Verdict, claim_metrics};
+pub use plan::MOST_RUNS;
+pub use planned_run::PlannedRun;
 
-use super::claims::Claim;
 use super::files::make_folder;
 use super::grid::{MacroSteps, Phases, one_phase};
 use super::store::Store;
@@ -13,7 +18,9 @@ use rimbench_cases::cases::Case;
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::input::read_text;
+use rimbench_results::schema::schema_of;
 use rimbench_results::text_place::{line_of, said_at};
+use schemars::JsonSchema;
 use scheme_row::{RawRow, SchemeRow};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -26,33 +33,45 @@ use toml::Spanned;
 pub(super) const COPY: &str = "experiment.toml";
 
 /// An experiment file as it is written. The format is explained in `experiments/README.md`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "Experiment of rimbench")]
 pub struct Experiment {
     /// What the experiment answers, in words.
     pub question: String,
+    #[schemars(length(min = 1))]
     cases: Vec<CaseEntry>,
     #[serde(rename = "schemes")]
+    #[schemars(with = "Vec<BTreeMap<String, serde_json::Value>>", length(min = 1))]
     raw_schemes: Vec<RawRow>,
     #[serde(skip)]
     schemes: Vec<SchemeRow>,
     macro_steps_s: MacroSteps,
     #[serde(default = "one_phase")]
     phases: Phases,
+    /// Simulated time, s; the case's own if absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     duration_s: Option<f64>,
+    /// Longest micro step of the actuator side, s; the case's own if absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     micro_step_s: Option<f64>,
     /// Store a trace of each run, one row per this many seconds; none if absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub trace_every_s: Option<f64>,
     /// Labels of the scheme rows whose traces are stored; all of them if absent.
     traces: Option<Vec<String>>,
     /// Coarsest of the three steps of the reference, s; the case's own if absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     reference_step_s: Option<f64>,
     /// Wall time after which a run ends with outcome `timeout`, s; none if absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     wall_limit_s: Option<f64>,
     /// Whether the wall times of its runs are to be compared, so that nothing else may run beside them.
     #[serde(default)]
     pub timed: bool,
+    /// What `--quick` replaces.
     quick: Option<Quick>,
+    /// What should come out.
     #[serde(default)]
     claims: Vec<Claim>,
     #[serde(skip)]
@@ -61,15 +80,21 @@ pub struct Experiment {
     source: String,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct CaseEntry {
     name: String,
+    /// Parameters; a list makes a grid.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     set: BTreeMap<String, toml::Value>,
     /// Instead of those of the experiment: cases have time scales of their own.
     macro_steps_s: Option<MacroSteps>,
+    /// Simulated time, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     duration_s: Option<f64>,
+    /// Longest micro step of the actuator side, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     micro_step_s: Option<f64>,
     /// Line of the file in which it begins, from 1.
     #[serde(skip)]
@@ -90,7 +115,7 @@ struct Places {
 }
 
 /// What `--quick` replaces.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Quick {
     macro_steps_s: Option<MacroSteps>,
@@ -98,6 +123,11 @@ struct Quick {
 }
 
 impl Experiment {
+    /// Returns the JSON Schema of an experiment file, as far as it does not depend on the cases and schemes there are.
+    pub fn schema() -> serde_json::Value {
+        schema_of::<Self>()
+    }
+
     /// Reads an experiment file.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use super::results::{cost_findings, findings_header, row, trace_name};
 use super::store::{Record, TraceMark};
 use rimbench_core::error::Result;
 use rimbench_results::checksums;
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::path::Path;
 
 /// The records of the result files of a folder, a column that came later being empty; none if it has none, if they are not as they were
@@ -20,7 +20,7 @@ pub(super) fn exported_records(folder: &Path, experiment: &Experiment) -> Result
     if checksums::verify(folder).is_err() || copy.reference_identity() != experiment.reference_identity() {
         return Ok(Vec::new());
     }
-    let read = |name: &str| ResultsTable::read(&folder.join(name));
+    let read = |name: &str| read_table(&folder.join(name));
     let (runs, cost, provenance) = (read("runs.csv")?, read("cost.csv")?, read("provenance.csv")?);
     if cost.len() != runs.len() || provenance.len() != runs.len() {
         return Ok(Vec::new());

@@ -1,8 +1,8 @@
 //! Whose a results folder is: what others have put there is not replaced without a word.
 
-use super::execution::Job;
 use super::experiment::{COPY, Experiment};
 use super::files::make_folder;
+use super::job::Job;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use std::collections::HashSet;

@@ -1,8 +1,8 @@
 //! The axes of an experiment's grid as its file gives them: macro steps, phases, values of parameters.
 
-use super::stability::logarithmic_grid;
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_core::error::{Error, Result};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -10,18 +10,33 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 /// Macro steps one by one, or evenly spread in logarithms.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
 pub(super) enum MacroSteps {
-    List(Vec<f64>),
+    /// H, s.
+    List(#[schemars(schema_with = "times")] Vec<f64>),
     Range(MacroStepRange),
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MacroStepRange {
+    /// Shortest, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     from: f64,
+    /// Longest, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     to: f64,
+    #[schemars(range(min = 1, max = 1000))]
     per_decade: usize,
+}
+
+fn times(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": "array", "minItems": 1, "items": { "type": "number", "exclusiveMinimum": 0 } })
+}
+
+fn parts(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": "array", "items": { "type": "number", "exclusiveMinimum": 0, "maximum": 1 } })
 }
 
 /// What is valid, in words.
@@ -103,6 +118,29 @@ impl<'de> Deserialize<'de> for Phases {
     }
 }
 
+/// Returns the macro steps from `from` to `to` (s), `per_decade` to a decade, both ends included.
+///
+/// # Errors
+/// [`Error::InvalidValue`] for an interval or density that makes no grid.
+pub fn logarithmic_grid(from: f64, to: f64, per_decade: usize) -> Result<Vec<f64>> {
+    if !(from.is_finite() && from > 0.0) {
+        return Err(Error::invalid("from", from, "a finite time above 0 s"));
+    }
+    if !(to.is_finite() && to >= from) {
+        return Err(Error::invalid("to", to, format!("a finite time, at least {from} s")));
+    }
+    if !(1..=1000).contains(&per_decade) {
+        return Err(Error::invalid("per-decade", per_decade, "a whole number from 1 to 1000"));
+    }
+    let intervals = ((to / from).log10() * per_decade as f64).ceil().max(0.0) as usize;
+    if intervals == 0 {
+        return Ok(vec![from]);
+    }
+    Ok((0..=intervals)
+        .map(|index| if index == intervals { to } else { from * (to / from).powf(index as f64 / intervals as f64) })
+        .collect())
+}
+
 impl MacroSteps {
     pub(super) fn list(&self) -> Result<Vec<f64>> {
         match self {
@@ -114,10 +152,13 @@ impl MacroSteps {
 }
 
 /// A number of phases, or the phases themselves.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
 pub(super) enum Phases {
-    Count(usize),
-    List(Vec<f64>),
+    /// So many of the phase ensemble.
+    Count(#[schemars(range(min = 1))] usize),
+    /// In (0, 1].
+    List(#[schemars(schema_with = "parts")] Vec<f64>),
 }
 
 impl Phases {
@@ -196,5 +237,16 @@ mod tests {
         sorted.sort_by(f64::total_cmp);
         let largest_hole = sorted.windows(2).map(|pair| pair[1] - pair[0]).fold(sorted[0], f64::max);
         assert!(largest_hole < 2.0 / 16.0 * 1.2, "{largest_hole}");
+    }
+
+    #[test]
+    fn a_logarithmic_grid_has_both_ends_and_equal_ratios() {
+        let grid = logarithmic_grid(1e-3, 1e-1, 4).unwrap();
+        assert_eq!((grid.len(), grid[0], grid[8]), (9, 1e-3, 1e-1));
+        for pair in grid.windows(2) {
+            approx::assert_relative_eq!(pair[1] / pair[0], 10.0_f64.powf(0.25), max_relative = 1e-12);
+        }
+        assert_eq!(logarithmic_grid(1e-3, 1e-3, 4).unwrap(), [1e-3]);
+        assert!(logarithmic_grid(0.0, 1.0, 4).is_err() && logarithmic_grid(1.0, 0.1, 4).is_err());
     }
 }

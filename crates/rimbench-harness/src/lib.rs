@@ -13,13 +13,13 @@ mod clock;
 mod collection;
 mod comparison;
 mod engines;
-mod equal_cost;
 mod execution;
 mod experiment;
 mod exported;
 mod files;
 mod foreign;
 mod grid;
+mod job;
 mod load;
 mod package;
 mod provenance;
@@ -37,17 +37,15 @@ pub use advice::{
 };
 pub use build_info::BuildInfo;
 pub use cache::Cache;
-pub use claims::{
-    CheckedClaim, Claim, Claimant, KeptClaims, STATISTICS, Verdict, check_claims, check_kept_claims, claim_metrics,
-    write_claims,
-};
+pub use claims::{CheckedClaim, KeptClaims, check_claims, check_kept_claims, write_claims};
 pub use clock::monotonic_clock;
 pub use collection::collect_shards;
 pub use comparison::{Comparison, ComparisonRow, compare};
 pub use engines::{Chunk, ChunkLimits, Chunking, Engine, Order, Submission, in_shell, missing_chunks, next_place};
-pub use execution::{Job, Progress, Shard, Step, StopFlags, Summary, prepare_folder, run_job, run_job_until};
-pub use experiment::{Experiment, MOST_RUNS, PlannedRun};
-pub use grid::phase_ensemble;
+pub use execution::{prepare_folder, run_job, run_job_until};
+pub use experiment::{Claim, Claimant, Experiment, MOST_RUNS, PlannedRun, Verdict, claim_metrics};
+pub use grid::{logarithmic_grid, phase_ensemble};
+pub use job::{Job, Progress, Shard, Step, StopFlags, Summary};
 pub use load::Load;
 pub use package::{Citation, export};
 pub use provenance::Provenance;
@@ -55,7 +53,7 @@ pub use ranking::{CheckedRankClaim, Ranked, RankedRow, Ranking, Unranked};
 pub use references::obtain_reference;
 pub use spectral::spectral_radius;
 pub use stability::{
-    LimitSearch, Scan, StabilityLimit, StabilityPoint, logarithmic_grid, longest_macro_step, predicted_stability_limit,
+    LimitSearch, Scan, StabilityLimit, StabilityPoint, longest_macro_step, predicted_stability_limit,
     shortest_macro_step, spectral_stability_limit, stability_limit,
 };
 pub use store::{Columns, Record, Store, TraceMark};

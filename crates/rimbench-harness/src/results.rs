@@ -15,7 +15,6 @@ use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
 use super::provenance;
 use super::store::{Record, Store, TraceMark};
-use rimbench_cases::metrics::is_of_friction;
 use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
@@ -77,15 +76,11 @@ pub(super) fn record(
     provenance: String,
     trace: Option<TraceMark>,
 ) -> Record {
-    let mut findings = run.findings();
-    if !spec.case.records_friction() {
-        findings.iter_mut().filter(|fact| is_of_friction(fact.name)).for_each(|fact| fact.value = None);
-    }
     let cells = |facts: Vec<Fact>| row(&facts.iter().map(Fact::cell).collect::<Vec<_>>());
     let timed_out = matches!(run.outcome, Outcome::Timeout { .. });
     Record {
         run_id: id.to_owned(),
-        findings: cells(findings),
+        findings: cells(run.findings()),
         costs: cells(run.costs()),
         provenance,
         trace,

@@ -2,7 +2,7 @@
 
 use super::cache::Cache;
 use super::clock::monotonic_clock;
-use super::grid::phase_ensemble;
+use super::grid::{logarithmic_grid, phase_ensemble};
 use super::references::obtain_reference;
 use super::spectral::spectral_radius;
 use rayon::prelude::*;
@@ -242,29 +242,6 @@ impl LimitSearch<'_> {
     }
 }
 
-/// Returns the macro steps from `from` to `to` (s), `per_decade` to a decade, both ends included.
-///
-/// # Errors
-/// [`Error::InvalidValue`] for an interval or density that makes no grid.
-pub fn logarithmic_grid(from: f64, to: f64, per_decade: usize) -> Result<Vec<f64>> {
-    if !(from.is_finite() && from > 0.0) {
-        return Err(Error::invalid("from", from, "a finite time above 0 s"));
-    }
-    if !(to.is_finite() && to >= from) {
-        return Err(Error::invalid("to", to, format!("a finite time, at least {from} s")));
-    }
-    if !(1..=1000).contains(&per_decade) {
-        return Err(Error::invalid("per-decade", per_decade, "a whole number from 1 to 1000"));
-    }
-    let intervals = ((to / from).log10() * per_decade as f64).ceil().max(0.0) as usize;
-    if intervals == 0 {
-        return Ok(vec![from]);
-    }
-    Ok((0..=intervals)
-        .map(|index| if index == intervals { to } else { from * (to / from).powf(index as f64 / intervals as f64) })
-        .collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -329,16 +306,5 @@ mod tests {
         approx::assert_relative_eq!(shortest(&[1e-3, 0.2], &request), 1e-5, max_relative = 1e-12);
         request.put("min_macro_step_s", "1e-4").unwrap();
         assert_eq!(shortest(&[1e-3, 0.2], &request), 1e-4);
-    }
-
-    #[test]
-    fn a_logarithmic_grid_has_both_ends_and_equal_ratios() {
-        let grid = logarithmic_grid(1e-3, 1e-1, 4).unwrap();
-        assert_eq!((grid.len(), grid[0], grid[8]), (9, 1e-3, 1e-1));
-        for pair in grid.windows(2) {
-            approx::assert_relative_eq!(pair[1] / pair[0], 10.0_f64.powf(0.25), max_relative = 1e-12);
-        }
-        assert_eq!(logarithmic_grid(1e-3, 1e-3, 4).unwrap(), [1e-3]);
-        assert!(logarithmic_grid(0.0, 1.0, 4).is_err() && logarithmic_grid(1.0, 0.1, 4).is_err());
     }
 }

@@ -8,12 +8,12 @@
 
 use super::atomic_file::write_atomically;
 use super::checksums::sha256_of_file;
-use super::results_table::ResultsTable;
+use super::results_table::{ResultsTable, read_table};
 use crate::input::read_text;
 use crate::text_place::said_at;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
-use rimbench_statistics::quantile;
+use rimbench_statistics::Runs;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -37,7 +37,7 @@ pub const SUMMARY_METRICS: [&str; 7] = [
 ];
 
 /// What the quartiles are called, behind the name of the metric.
-const QUARTILES: [(&str, f64); 3] = [("_q1", 0.25), ("_median", 0.5), ("_q3", 0.75)];
+const QUARTILES: [&str; 3] = ["_q1", "_median", "_q3"];
 
 /// A row of the summary.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,27 +70,21 @@ pub struct Digest {
 ///
 /// # Errors
 /// [`Error::File`] for a column that is not there.
-pub fn summarise(runs: &ResultsTable) -> Result<Vec<SummaryRow>> {
-    let mut keys = [0; SUMMARY_KEYS.len()];
-    for (column, name) in keys.iter_mut().zip(SUMMARY_KEYS) {
-        *column = runs.column(name)?;
-    }
-    let outcome = runs.column("outcome")?;
-    let metrics = SUMMARY_METRICS.map(|name| runs.column(name).ok());
-    let key = |row: usize| keys.map(|column| runs.text(row, column));
-    // Phases are the inner loop of a plan: runs of a row are neighbours.
-    let rows: Vec<usize> = (0..runs.len()).collect();
-    let summarised = rows.chunk_by(|&one, &next| key(one) == key(next)).map(|group| {
-        let completed: Vec<usize> =
-            group.iter().copied().filter(|&row| runs.text(row, outcome) == "completed").collect();
-        let quartiles = metrics.map(|column| {
-            let values = completed.iter().filter_map(|&row| Some(runs.number(row, column?)));
-            let values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
-            QUARTILES.map(|(_, p)| quantile(&values, p))
-        });
-        SummaryRow { keys: key(group[0]).map(str::to_owned), runs: group.len(), completed: completed.len(), quartiles }
-    });
-    Ok(summarised.collect())
+pub fn summarise(table: &ResultsTable) -> Result<Vec<SummaryRow>> {
+    let metrics = SUMMARY_METRICS.map(|name| table.column(name).ok());
+    let row = |(keys, runs): ([&str; SUMMARY_KEYS.len()], Runs<'_>)| {
+        let completed = runs.completed();
+        let quartiles = |column: Option<usize>| {
+            completed.pool(|row| column.map_or(f64::NAN, |column| table.number(row, column))).quartiles()
+        };
+        SummaryRow {
+            keys: keys.map(str::to_owned),
+            runs: runs.rows().len(),
+            completed: completed.rows().len(),
+            quartiles: metrics.map(quartiles),
+        }
+    };
+    Ok(Runs::of(table)?.by_columns(SUMMARY_KEYS)?.into_iter().map(row).collect())
 }
 
 /// Writes `summary.csv` and `digest.toml` beside `runs.csv`.
@@ -99,7 +93,7 @@ pub fn summarise(runs: &ResultsTable) -> Result<Vec<SummaryRow>> {
 /// [`Error::File`] naming the file.
 pub fn keep(folder: &Path) -> Result<()> {
     let path = folder.join("runs.csv");
-    let runs = ResultsTable::read(&path)?;
+    let runs = read_table(&path)?;
     let rows = summarise(&runs)?;
     let summary = folder.join(SUMMARY);
     write_atomically(&summary, |file| {
@@ -122,8 +116,7 @@ pub fn keep(folder: &Path) -> Result<()> {
 }
 
 fn header() -> Vec<String> {
-    let quartiles =
-        SUMMARY_METRICS.iter().flat_map(|metric| QUARTILES.map(|(quartile, _)| format!("{metric}{quartile}")));
+    let quartiles = SUMMARY_METRICS.iter().flat_map(|metric| QUARTILES.map(|quartile| format!("{metric}{quartile}")));
     SUMMARY_KEYS.into_iter().chain(["runs", "completed"]).map(str::to_owned).chain(quartiles).collect()
 }
 
@@ -149,7 +142,7 @@ pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
         );
         return Err(Error::file(folder.join(DIGEST), message));
     }
-    let table = ResultsTable::read(&path)?;
+    let table = read_table(&path)?;
     if table.names() != header() {
         return Err(Error::file(&path, "has other columns than this program writes: run the experiment again"));
     }

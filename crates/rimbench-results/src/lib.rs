@@ -5,5 +5,6 @@ pub mod checksums;
 pub mod input;
 pub mod kept;
 pub mod results_table;
+pub mod schema;
 pub mod text_place;
 pub mod trace;

@@ -46,7 +46,11 @@ impl Draws {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::median;
+    use crate::Pool;
+
+    fn median(values: Vec<f64>) -> Option<f64> {
+        Pool::of(values).median()
+    }
 
     fn mean(values: Vec<f64>) -> Option<f64> {
         (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)

@@ -1,32 +1,27 @@
-//! The little statistics that rimbench needs, each of it once: quantiles, straight lines, intervals, performance and data
+//! The statistics of rimbench: the table of runs with what is pooled of it, quantiles, straight lines, intervals, performance
 //! profiles, the bootstrap, ranks.
 //!
-//! Pure functions of slices; nothing is read, written or timed here.
+//! Nothing is read, written or timed here.
 
 mod bootstrap;
 mod equal_cost;
 mod intervals;
 mod performance_profile;
+mod pool;
 mod rank_correlation;
 mod ranking;
+mod runs;
+mod table;
 
 pub use bootstrap::bootstrap_interval;
-pub use equal_cost::ratio_at_equal_cost;
+pub use equal_cost::{Costed, ratios_at_equal_cost};
 pub use intervals::{Fence, TimeSummary, fence, ratio_interval};
 pub use performance_profile::{data_profile, performance_profile, performance_ratios, share_within};
+pub use pool::{Pool, by_abscissa, order_of_medians};
 pub use rank_correlation::rank_correlation;
 pub use ranking::{Rank, ranks};
-
-/// Returns the middle value, of two middle values their mean; none of an empty list.
-///
-/// ```text
-/// ½ (x_(⌈n/2⌉) + x_(⌊n/2⌋+1)),    x_(1) ≤ … ≤ x_(n)
-/// ```
-pub fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
-}
+pub use runs::{ALL, Floor, Pooled, Runs};
+pub use table::ResultsTable;
 
 /// Returns quantile `p` in [0, 1] of a sample, with linear interpolation between the order statistics (Hyndman and Fan, type
 /// 7); NaN for an empty one.
@@ -77,13 +72,6 @@ pub fn order_of_convergence(points: &[(f64, f64)]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_median_is_the_middle_or_the_mean_of_the_middle_two() {
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(vec![4.0, 1.0, 3.0, 2.0]), Some(2.5));
-        assert_eq!(median(Vec::new()), None);
-    }
 
     #[test]
     fn quantiles_interpolate_between_order_statistics() {

@@ -8,6 +8,7 @@ use super::evidence::{Evidence, InterfaceRow, Metric};
 pub(super) const FORCE_ERROR_RMS: Metric = Metric {
     name: "force_error_rms_n",
     unit: "N",
+    floor: Some(super::FORCE_FLOOR),
     about: "Root mean square over communication points of the actuator's own force minus the reference's",
     compute: |evidence| worst(evidence, |row| rms_error(evidence, row.force)),
 };
@@ -15,6 +16,7 @@ pub(super) const FORCE_ERROR_RMS: Metric = Metric {
 pub(super) const FORCE_ERROR_L1: Metric = Metric {
     name: "force_error_l1_n",
     unit: "N",
+    floor: Some(super::FORCE_FLOOR),
     about: "Mean over communication points of the magnitude of the actuator's own force minus the reference's: of an impact that \
             comes late by Δt it counts Δt, where the rms counts its root",
     compute: |evidence| {
@@ -29,6 +31,7 @@ pub(super) const FORCE_ERROR_L1: Metric = Metric {
 pub(super) const FORCE_ERROR_MAX: Metric = Metric {
     name: "force_error_max_n",
     unit: "N",
+    floor: Some(super::FORCE_FLOOR),
     about: "Largest difference of the actuator's own force from the reference's at a communication point",
     compute: |evidence| {
         worst(evidence, |row| {
@@ -40,6 +43,7 @@ pub(super) const FORCE_ERROR_MAX: Metric = Metric {
 pub(super) const FORCE_ERROR_OF_PEAK: Metric = Metric {
     name: "force_error_rms_of_peak",
     unit: "-",
+    floor: Some(super::SHARE_FLOOR),
     about: "Rms force error as a fraction of the reference's largest force magnitude",
     compute: |evidence| worst(evidence, |row| Some(rms_error(evidence, row.force)? / reference_peak(row)?)),
 };
@@ -47,6 +51,7 @@ pub(super) const FORCE_ERROR_OF_PEAK: Metric = Metric {
 pub(super) const FORCE_PEAK: Metric = Metric {
     name: "force_peak_n",
     unit: "N",
+    floor: None,
     about: "Largest magnitude of the actuator's own force",
     compute: |evidence| worst(evidence, |row| peak(evidence.run.column(row.force))),
 };
@@ -54,6 +59,7 @@ pub(super) const FORCE_PEAK: Metric = Metric {
 pub(super) const TOUCH_DOWN_PEAK_RATIO: Metric = Metric {
     name: "touch_down_peak_ratio",
     unit: "-",
+    floor: None,
     about: "Largest force magnitude within 0.1 s of a contact that closes in the reference, over that of the reference there",
     compute: |evidence| {
         let near = |t: f64| evidence.touch_downs.iter().any(|[from, to]| (*from..=*to).contains(&t));
@@ -68,6 +74,7 @@ pub(super) const TOUCH_DOWN_PEAK_RATIO: Metric = Metric {
 pub(super) const VELOCITY_ERROR_RMS: Metric = Metric {
     name: "velocity_error_rms_m_s",
     unit: "m/s",
+    floor: None,
     about: "Root mean square of the interface velocity minus the reference's",
     compute: |evidence| worst(evidence, |row| rms_error(evidence, row.velocity)),
 };
@@ -75,6 +82,7 @@ pub(super) const VELOCITY_ERROR_RMS: Metric = Metric {
 pub(super) const POSITION_ERROR_RMS: Metric = Metric {
     name: "position_error_rms_m",
     unit: "m",
+    floor: Some(super::POSITION_FLOOR),
     about: "Root mean square of the interface position minus the reference's",
     compute: |evidence| worst(evidence, |row| rms_error(evidence, row.position)),
 };
@@ -82,6 +90,7 @@ pub(super) const POSITION_ERROR_RMS: Metric = Metric {
 pub(super) const POSITION_ERROR_END: Metric = Metric {
     name: "position_error_end_m",
     unit: "m",
+    floor: Some(super::POSITION_FLOOR),
     about: "Interface position minus the reference's at the last communication point reached",
     compute: |evidence| {
         worst(evidence, |row| evidence.pairs(row.position).last().map(|(own, reference)| own - reference))

@@ -8,6 +8,7 @@ const CLOSED_IN_REFERENCE: f64 = 1e-6;
 pub(super) const EFFECTIVE_MASS_MAX: Metric = Metric {
     name: "effective_mass_max_kg",
     unit: "kg",
+    floor: None,
     about: "Largest effective mass at a communication point; inf for a locked interface",
     compute: |evidence| effective_masses(evidence).map(|masses| masses.fold(f64::NEG_INFINITY, f64::max)),
 };
@@ -15,6 +16,7 @@ pub(super) const EFFECTIVE_MASS_MAX: Metric = Metric {
 pub(super) const EFFECTIVE_MASS_RATIO: Metric = Metric {
     name: "effective_mass_ratio",
     unit: "-",
+    floor: None,
     about: "Largest over smallest effective mass at a communication point; inf for an interface that is locked at some of them, 1 for one that is at all",
     compute: |evidence| {
         let (low, high) = effective_masses(evidence)?
@@ -27,6 +29,7 @@ pub(super) const EFFECTIVE_MASS_RATIO: Metric = Metric {
 pub(super) const LIFT_OFF: Metric = Metric {
     name: "lift_off_height_m",
     unit: "m",
+    floor: None,
     about: "Largest gap of a contact while the same contact is closed in the reference",
     compute: |evidence| {
         let lifted = evidence.gaps.iter().flat_map(|&gap| {
@@ -39,6 +42,7 @@ pub(super) const LIFT_OFF: Metric = Metric {
 pub(super) const PENETRATION: Metric = Metric {
     name: "penetration_m",
     unit: "m",
+    floor: None,
     about: "Deepest penetration of any contact at a communication point",
     compute: |evidence| {
         let gaps = evidence.gaps.iter().flat_map(|&gap| evidence.run.column(gap));

@@ -13,6 +13,7 @@ const SAME_EVENT: f64 = 0.1;
 pub(super) const TIME_SHIFT_MAX: Metric = Metric {
     name: "event_time_shift_max_s",
     unit: "s",
+    floor: None,
     about: "Largest shift in time, early or late, of a contact that closes in both run and reference",
     compute: |evidence| {
         let matched = contacts(evidence)?.flat_map(|contact| contact.matched());
@@ -23,6 +24,7 @@ pub(super) const TIME_SHIFT_MAX: Metric = Metric {
 pub(super) const MISSED: Metric = Metric {
     name: "events_missed",
     unit: "-",
+    floor: None,
     about: "Contacts that close in the reference but not within 0.1 s in the run",
     compute: |evidence| {
         Some(
@@ -36,6 +38,7 @@ pub(super) const MISSED: Metric = Metric {
 pub(super) const WRONG_STATE: Metric = Metric {
     name: "wrong_contact_state_s",
     unit: "s",
+    floor: None,
     about: "Total time during which some contact is open in the run and closed in the reference, or the reverse",
     compute: |evidence| {
         let end = evidence.run.end_time()?;

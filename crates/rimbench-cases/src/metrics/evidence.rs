@@ -3,6 +3,7 @@
 use super::contact_phase::ContactInterval;
 use super::friction::FrictionPhase;
 use rimbench_core::cosim::{Report, Trajectory};
+use rimbench_statistics::Floor;
 
 /// A run, its reference, and which columns are which.
 pub struct Evidence<'a> {
@@ -63,6 +64,8 @@ pub struct Metric {
     pub name: &'static str,
     /// Unit; `-` for a pure number.
     pub unit: &'static str,
+    /// What it must exceed to say more than that it is small; none for what is no error of force or position.
+    pub floor: Option<Floor>,
     /// One line.
     pub about: &'static str,
     /// Computes it; `None` where it does not apply.

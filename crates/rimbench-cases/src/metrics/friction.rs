@@ -59,6 +59,7 @@ pub fn friction_phases(trajectory: &Trajectory, column: usize) -> Vec<FrictionPh
 pub(super) const WRONG_STATE: Metric = Metric {
     name: "wrong_friction_state_share",
     unit: "-",
+    floor: None,
     about: "Share of the time in which some contact does not do what it does in the reference: open, stick, slip one way or the other",
     compute: |evidence| {
         let (end, _) = span(evidence)?;
@@ -79,6 +80,7 @@ pub(super) const WRONG_STATE: Metric = Metric {
 pub(super) const RELEASE_SHIFT_MAX: Metric = Metric {
     name: "release_time_shift_max_s",
     unit: "s",
+    floor: None,
     about: "Largest shift in time, early or late, of a contact that sticks and starts to slide in both run and reference",
     compute: |evidence| {
         releases(evidence)?
@@ -92,6 +94,7 @@ pub(super) const RELEASE_SHIFT_MAX: Metric = Metric {
 pub(super) const RELEASES_MISSED: Metric = Metric {
     name: "releases_missed",
     unit: "-",
+    floor: None,
     about: "Contacts that stick and start to slide in the reference but not within 0.1 s in the run",
     compute: |evidence| {
         let missed = |[run, reference]: &[Vec<f64>; 2]| reference.len() - matched(run, reference).count();
@@ -102,6 +105,7 @@ pub(super) const RELEASES_MISSED: Metric = Metric {
 pub(super) const STICK_INTERVALS: Metric = Metric {
     name: "stick_intervals",
     unit: "-",
+    floor: None,
     about: "Times for which a contact sticks in the run, that at the start among them; slips up to max(H, 5 ms) between them do not part them",
     compute: |evidence| {
         let (_, chatter) = span(evidence)?;
@@ -112,6 +116,7 @@ pub(super) const STICK_INTERVALS: Metric = Metric {
 pub(super) const SLIP_REVERSALS: Metric = Metric {
     name: "slip_reversals",
     unit: "-",
+    floor: None,
     about: "Changes of the direction in which a contact slides in the run, with or without a stick between; a lift-off begins anew",
     compute: |evidence| {
         span(evidence)?;

@@ -17,6 +17,7 @@ pub(crate) fn impulse_column(force: &str) -> String {
 pub(super) const IMPULSE_ERROR: Metric = Metric {
     name: "impulse_error_20ms_n_s",
     unit: "N s",
+    floor: None,
     about: "Largest difference, over windows of 20 ms, of the impulse that the mechanics received from the reference's",
     compute: |evidence| {
         let columns = ["force_to_mechanics_n", "force_2_to_mechanics_n"];

@@ -10,6 +10,7 @@ use super::evidence::{Evidence, Inside, Metric};
 pub(super) const FORCE_ERROR_INSIDE: Metric = Metric {
     name: "force_error_inside_rms_n",
     unit: "N",
+    floor: Some(super::FORCE_FLOOR),
     about: "Root mean square over micro steps, inside macro steps as well, of the actuator's own force minus the reference's",
     compute: |evidence| {
         let inside = evidence.inside?;
@@ -20,6 +21,7 @@ pub(super) const FORCE_ERROR_INSIDE: Metric = Metric {
 pub(super) const POSITION_ERROR_INSIDE: Metric = Metric {
     name: "position_error_inside_rms_m",
     unit: "m",
+    floor: Some(super::POSITION_FLOOR),
     about: "Root mean square over micro steps of the interface position that the actuator was given minus the reference's",
     compute: |evidence| {
         let inside = evidence.inside?;

@@ -22,6 +22,14 @@ pub use evidence::{Evidence, Inside, InterfaceRow, Metric};
 pub(crate) use friction::is_state;
 pub use friction::{FrictionPhase, friction_phases};
 pub(crate) use impulse::impulse_column;
+use rimbench_statistics::Floor;
+
+/// The rms uncertainty of the reference's force: no error of force below it is known.
+const FORCE_FLOOR: Floor = Floor { uncertainty: "reference_force_uncertainty_n", in_unit: None };
+/// The uncertainty of the force as a share of the peak.
+const SHARE_FLOOR: Floor = Floor { in_unit: Some(accuracy::FORCE_ERROR_RMS.name), ..FORCE_FLOOR };
+/// The rms uncertainty of the reference's position.
+const POSITION_FLOOR: Floor = Floor { uncertainty: "reference_position_uncertainty_m", in_unit: None };
 
 /// Every metric, in the order of the columns in data.
 pub const METRICS: &[Metric] = &[
@@ -68,6 +76,11 @@ pub const METRICS: &[Metric] = &[
     pace::MEAN_MACRO_STEP,
     pace::DEFECT_RANK,
 ];
+
+/// Finds what a metric, by name, must exceed to say more than that it is small.
+pub fn floor_of(name: &str) -> Option<Floor> {
+    METRICS.iter().find(|metric| metric.name == name)?.floor
+}
 
 /// The metrics of cases whose contacts have friction in every run. Of other cases their cells are empty.
 const OF_FRICTION: [&str; 5] = [

@@ -7,6 +7,7 @@ use rimbench_statistics::rank_correlation;
 pub(super) const DEFECT_RANK: Metric = Metric {
     name: "model_defect_rank",
     unit: "-",
+    floor: None,
     about: "Rank correlation of the model's defect in each macro step with the force error at its end; with step control model-defect",
     compute: |evidence| rank_correlation(&defects_and_errors(evidence)),
 };
@@ -28,6 +29,7 @@ fn defects_and_errors(evidence: &Evidence<'_>) -> Vec<[f64; 2]> {
 pub(super) const MEAN_MACRO_STEP: Metric = Metric {
     name: "mean_macro_step_s",
     unit: "s",
+    floor: None,
     about: "Mean length of the macro steps; with step control what was found necessary, else H but for the phase",
     compute: |evidence| {
         let steps = evidence.report.work.cosim.macro_steps;

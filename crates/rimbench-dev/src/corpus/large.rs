@@ -11,7 +11,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::linear_algebra::{SymmetricPattern, SymmetricRows};
 use rimbench_core::name::Name;
-use rimbench_statistics::median;
+use rimbench_statistics::Pool;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -310,9 +310,9 @@ pub fn replay_large(
             }
             spent += 1;
         }
-        times.extend(of_problems.into_iter().filter_map(median));
+        times.extend(of_problems.into_iter().filter_map(|times| Pool::of(times).median()));
     }
-    replay.median_ns = median(times).unwrap_or(f64::NAN);
+    replay.median_ns = Pool::of(times).median().unwrap_or(f64::NAN);
     replay
 }
 

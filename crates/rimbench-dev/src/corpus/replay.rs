@@ -4,7 +4,7 @@ use super::contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, S
 use super::friction_method::{BareFriction, FrictionMethod};
 use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, Solver, SolverEntry, Unsolved};
 use rimbench_core::name::Name;
-use rimbench_statistics::median;
+use rimbench_statistics::Pool;
 use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -216,5 +216,5 @@ fn clock_ns() -> f64 {
 }
 
 fn median_of(times: Vec<f64>) -> f64 {
-    median(times).unwrap_or(f64::NAN)
+    Pool::of(times).median().unwrap_or(f64::NAN)
 }

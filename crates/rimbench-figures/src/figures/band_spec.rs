@@ -1,19 +1,22 @@
 //! The area that some scheme rows cover, as a figure asks for it.
 
+use super::keys::*;
 use crate::chart::Band;
 use crate::style::Styles;
-use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// From the least to the largest value of some scheme rows.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BandSpec {
-    /// The rows.
-    pub labels: Vec<String>,
-    /// What the legend says.
-    pub label: String,
+keys! {
+    /// From the least to the largest value of some scheme rows.
+    pub struct BandSpec {
+        pub labels: Vec<String> =
+            key(Takes::Labels, Needed, "scheme rows; those lost at a point are left out there"),
+        pub label: String = key(Takes::Text, Needed, "what the legend says"),
+    }
 }
+
+/// Key of figures and panels.
+pub const BAND: Key =
+    key(Takes::Table(BandSpec::KEYS), Then("none"), "an area from the least to the largest of some scheme rows");
 
 impl BandSpec {
     /// Fills the area between the least and the largest of the curves at each abscissa that one of them has; one that has no finite

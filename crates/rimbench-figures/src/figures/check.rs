@@ -10,8 +10,9 @@ pub fn check(figure: &mut Table) -> Vec<String> {
     let kind = figure.get("kind").and_then(Value::as_str).unwrap_or_default().to_owned();
     // Of a figure whose kind nobody knows only the keys that all have can be judged.
     let own = keys_of(&kind);
+    let is_known = own.is_some();
     let keys: Vec<&Key> = COMMON.iter().chain(own.unwrap_or_default()).collect();
-    check_table(figure, &keys, "", own.is_some(), &mut faults);
+    check_table(figure, &keys, "", is_known, &mut faults);
     for panel in figure.get("panels").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table) {
         let logarithmic = match kind.as_str() {
             "traces" => panel.get("log").and_then(Value::as_bool) == Some(true),
@@ -47,7 +48,7 @@ fn check_table(table: &mut Table, keys: &[&Key], place: &str, complete: bool, fa
             (None, Absent::Needed) => {
                 faults.push(format!("{place}key `{}` is missing: {} ({})", key.name, key.about, key.takes.words()));
             }
-            (None, Absent::Default(text)) => {
+            (None, Absent::Usual(text)) => {
                 table.insert(key.name.to_owned(), parsed(text));
             }
             (None, Absent::Like(other)) => {

@@ -1,8 +1,7 @@
 //! The cost of runs: columns of `cost.csv` joined to the rows of `runs.csv` by run id, and exact counters.
 
-use super::statistics::Runs;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -18,16 +17,16 @@ impl Cost {
     ///
     /// # Errors
     /// [`Error::File`] if it is not there or lacks a run.
-    pub fn read(folder: &Path, runs: &Runs) -> Result<Self> {
+    pub fn read(folder: &Path, runs: &ResultsTable) -> Result<Self> {
         let path = folder.join("cost.csv");
-        let table = ResultsTable::read(&path)?;
-        let (id, own) = (runs.table.column("run_id")?, table.column("run_id")?);
+        let table = read_table(&path)?;
+        let (id, own) = (runs.column("run_id")?, table.column("run_id")?);
         let of_id: HashMap<&str, usize> = (0..table.len()).map(|row| (table.text(row, own), row)).collect();
         let row_of = |run: usize| {
-            let id = runs.table.text(run, id);
+            let id = runs.text(run, id);
             of_id.get(id).copied().ok_or_else(|| Error::file(&path, format!("has no row for run {id}")))
         };
-        let rows = (0..runs.table.len()).map(row_of).collect::<Result<_>>()?;
+        let rows = (0..runs.len()).map(row_of).collect::<Result<_>>()?;
         Ok(Cost { table, rows })
     }
 
@@ -44,14 +43,13 @@ impl Cost {
     ///
     /// # Errors
     /// [`Error::File`] naming the file and its columns.
-    pub fn of_runs(&self, cost: &str, runs: &Runs) -> Result<Vec<f64>> {
+    pub fn of_runs(&self, cost: &str, runs: &ResultsTable) -> Result<Vec<f64>> {
         if let Ok(column) = self.column(cost) {
             return Ok(column);
         }
         // The counters stand behind the settings, of which one has the same name as a counter.
-        let counters =
-            cost.split('+').map(|name| runs.table.last_column(name.trim())).collect::<Result<Vec<usize>>>()?;
-        let total = |row: usize| counters.iter().map(|&counter| runs.table.number(row, counter)).sum();
-        Ok((0..runs.table.len()).map(total).collect())
+        let counters = cost.split('+').map(|name| runs.last_column(name.trim())).collect::<Result<Vec<usize>>>()?;
+        let total = |row: usize| counters.iter().map(|&counter| runs.number(row, counter)).sum();
+        Ok((0..runs.len()).map(total).collect())
     }
 }

@@ -2,8 +2,9 @@
 
 use super::FigureEntry;
 use super::keys::LONGEST_NAME;
-use super::statistics::Runs;
+use super::statistics::read_runs;
 use rimbench_core::error::Result;
+use rimbench_statistics::Runs;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
@@ -29,13 +30,14 @@ const METRICS: [(&str, &str); 3] = [
 /// # Errors
 /// [`Error::File`](rimbench_core::error::Error::File) for results without the columns of runs.
 pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
-    let runs = Runs::read(folder)?;
+    let table = read_runs(folder)?;
+    let runs = Runs::of(&table)?;
     let problems: Vec<(String, String)> =
-        runs.problems()?.into_iter().map(|(case, set)| (case.to_owned(), set.to_owned())).collect();
+        runs.problems().into_iter().map(|[case, set]| (case.to_owned(), set.to_owned())).collect();
     let all = runs.labels(&[]);
-    let labels: Vec<String> = all.iter().take(MOST_ROWS).cloned().collect();
+    let labels: Vec<&str> = all.iter().take(MOST_ROWS).copied().collect();
     let steps: BTreeSet<u64> =
-        (0..runs.table.len()).map(|row| runs.macro_step_ms(row)).filter(|step| *step > 0.0).map(f64::to_bits).collect();
+        runs.rows().iter().map(|&row| runs.macro_step_ms(row)).filter(|step| *step > 0.0).map(f64::to_bits).collect();
     if problems.is_empty() || labels.is_empty() || steps.is_empty() {
         return Ok(Vec::new());
     }
@@ -56,8 +58,8 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
     };
     let mut list = String::new();
     let metric = METRICS.iter().find(|(metric, _)| {
-        let column = runs.table.column(metric).ok();
-        column.is_some_and(|column| (0..runs.table.len()).any(|row| runs.table.number(row, column).is_finite()))
+        let column = table.column(metric).ok();
+        column.is_some_and(|column| (0..table.len()).any(|row| table.number(row, column).is_finite()))
     });
     let judge = metric.map_or("macro_step_s", |(metric, _)| metric);
     let wrong = if judge == METRICS[0].0 { 0.1 } else { 1e300 };

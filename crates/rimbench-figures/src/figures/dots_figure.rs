@@ -1,42 +1,37 @@
 //! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
 
-use super::statistics::{Bars, Only, OverPhases, Part, Runs};
+use super::keys::*;
+use super::statistics::{Bars, ONLY, Only, OverPhases, Part, floor, over_phases, read_runs, style};
 use crate::chart::Axis;
 use crate::dots::{Dot, DotPanel, DotPlot, DotRow, Sign};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
-use serde::Deserialize;
+use rimbench_statistics::Runs;
 use std::path::Path;
 
-/// Options of a dot plot.
-#[derive(Debug, Clone, Deserialize)]
-pub struct DotsFigure {
-    width: f64,
-    /// Panels in a line; all in one if absent.
-    columns: Option<usize>,
-    /// Schemes shown; all if none are named.
-    #[serde(default)]
-    labels: Vec<String>,
-    /// Macro steps shown, ms; all if absent.
-    macro_steps_ms: Option<Vec<f64>>,
-    /// What the picture says below its panels.
-    note: Option<String>,
-    panels: Vec<DotsPanel>,
+keys! {
+    /// Options of a dot plot.
+    pub struct DotsFigure {
+        width: f64 = WIDTH,
+        columns: Option<usize> = COLUMNS,
+        labels: Vec<String> = LABELS,
+        macro_steps_ms: Option<Vec<f64>> =
+            key(Takes::Numbers, AUTOMATIC, "macro steps shown, ms; at most nine"),
+        note: Option<String> = NOTE,
+        panels: Vec<DotsPanel> = panels(DotsPanel::KEYS),
+    }
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DotsPanel {
-    title: String,
-    metric: String,
-    label: String,
-    range: Option<[f64; 2]>,
-    /// The case shown, of an experiment with several.
-    #[serde(default)]
-    only: Only,
-    #[serde(default)]
-    without_exact: bool,
+keys! {
+    struct DotsPanel {
+        title: String = TITLE,
+        metric: String = METRIC,
+        label: String = METRIC_LABEL,
+        range: Option<[f64; 2]> = RANGE,
+        only: Only = ONLY,
+        without_exact: bool = WITHOUT_EXACT,
+    }
 }
 
 /// Rows and macro steps of the panels: most of what a picture can hold.
@@ -49,11 +44,12 @@ impl DotsFigure {
     /// # Errors
     /// [`Error::File`] for a column that is not there, and for more macro steps than there are signs.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let all = Runs::read(folder)?;
+        let table = read_runs(folder)?;
+        let all = Runs::of(&table)?;
         let labels = all.labels(&self.labels);
         let mut parts = Vec::new();
         for spec in &self.panels {
-            let runs = all.only(&spec.only)?;
+            let runs = spec.only.one_of(&all)?;
             parts.push(if spec.without_exact { runs.without_exact()? } else { runs });
         }
         let steps = parts.iter().map(|runs| self.steps(runs)).collect::<Result<Vec<Vec<f64>>>>()?;
@@ -62,15 +58,11 @@ impl DotsFigure {
         let alike = steps.iter().all(|own| *own == steps[0]);
         let mut dots: Vec<Vec<Vec<Dot>>> = Vec::new();
         for ((spec, runs), steps) in self.panels.iter().zip(&parts).zip(&steps) {
-            let of_label = |label: &String| -> Result<Vec<Dot>> {
+            let of_label = |label: &&str| -> Result<Vec<Dot>> {
                 let rows = runs.of_label(label);
-                let points =
-                    runs.over_phases(&rows, |row| runs.macro_step_ms(row), &spec.metric, Part::Absolute, Bars::Range)?;
-                let tried = |step: f64| {
-                    let here: Vec<usize> =
-                        rows.iter().copied().filter(|&row| runs.macro_step_ms(row) == step).collect();
-                    runs.fraction_stable(&here).is_some()
-                };
+                let step_of = |row: usize| runs.macro_step_ms(row);
+                let points = over_phases(&rows, step_of, &spec.metric, Part::Absolute, Bars::Range)?;
+                let tried = |step: f64| rows.select(|row| step_of(row) == step).share_completed().is_some();
                 let dot = |index: usize| {
                     let step = steps.get(index).copied();
                     let point = step.and_then(|step| points.iter().find(|point| point.x == step && tried(step)));
@@ -95,11 +87,11 @@ impl DotsFigure {
         };
         let quantity = if alike { format!("macro step H ({unit})") } else { "macro step, by number".to_owned() };
         let row = |&index: &usize| DotRow {
-            label: styles.shown_name(&labels[index]),
-            name: labels[index].clone(),
-            color: all.style(&labels[index], styles).color,
+            label: styles.shown_name(labels[index]),
+            name: labels[index].to_owned(),
+            color: style(&all, labels[index], styles).color,
         };
-        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs), Vec<Vec<Dot>>)| {
+        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>)| {
             let dots: Vec<Vec<Dot>> = order.iter().map(|&index| dots[index].clone()).collect();
             let least =
                 dots.iter().flatten().map(|dot| dot.value).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
@@ -108,7 +100,7 @@ impl DotsFigure {
                 title: spec.title.clone(),
                 axis: Axis::log10(&spec.label).within(spec.range),
                 dots,
-                floor: runs.floor(&spec.metric).filter(|floor| *floor > lowest),
+                floor: floor(runs, &spec.metric).filter(|floor| *floor > lowest),
             }
         };
         let drawing = DotPlot {
@@ -124,8 +116,8 @@ impl DotsFigure {
     }
 
     /// The macro steps of a panel, ms, ascending.
-    fn steps(&self, runs: &Runs) -> Result<Vec<f64>> {
-        let mut steps: Vec<f64> = (0..runs.table.len()).map(|row| runs.macro_step_ms(row)).collect();
+    fn steps(&self, runs: &Runs<'_>) -> Result<Vec<f64>> {
+        let mut steps: Vec<f64> = runs.rows().iter().map(|&row| runs.macro_step_ms(row)).collect();
         steps.sort_by(f64::total_cmp);
         steps.dedup();
         if let Some(wanted) = &self.macro_steps_ms {
@@ -133,12 +125,12 @@ impl DotsFigure {
             steps.retain(is_wanted);
         }
         match steps.len() {
-            0 => Err(Error::file(runs.table.path(), "has no run at a macro step that the figure shows")),
+            0 => Err(Error::file(runs.table().path(), "has no run at a macro step that the figure shows")),
             1..=MOST_SIGNS => Ok(steps),
             count => {
                 let message =
                     format!("has {count} macro steps and there are {MOST_SIGNS} signs: choose some by macro_steps_ms");
-                Err(Error::file(runs.table.path(), message))
+                Err(Error::file(runs.table().path(), message))
             }
         }
     }

@@ -1,29 +1,31 @@
 //! The wedge box at a row of instants, one row per scheme.
 
+use super::keys::*;
 use super::trace_figure::trace_path;
 use crate::animation::{Animation, Curve, Moving, Page, Timing};
 use crate::drawing::Drawing;
 use crate::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
 use crate::style::Styles;
 use rimbench_core::error::Result;
-use rimbench_results::results_table::ResultsTable;
-use serde::Deserialize;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::path::Path;
 
-/// Options of a manoeuvre figure.
-#[derive(Debug, Clone, Deserialize)]
-pub struct ManoeuvreFigure {
-    /// Labels of the scheme rows.
-    schemes: Vec<String>,
-    /// Instants, s; the communication point nearest to each is drawn.
-    instants_s: Vec<f64>,
-    width: f64,
-    /// Contact force of the arrow in the legend, N.
-    arrow_force_n: f64,
-    /// From when to when the same is shown in motion, s; in stills only if absent.
-    animated_s: Option<[f64; 2]>,
-    /// The part of it that plays slowly, s.
-    slow_s: Option<[f64; 2]>,
+keys! {
+    /// Options of a manoeuvre figure.
+    pub struct ManoeuvreFigure {
+        width: f64 = WIDTH,
+        schemes: Vec<String> = key(Takes::Labels, Needed, "scheme rows, one row of drawings each"),
+        instants_s: Vec<f64> =
+            key(Takes::Numbers, Needed, "instants, s; the communication point nearest to each is drawn"),
+        arrow_force_n: f64 =
+            key(Takes::Positive, Usual("2000"), "contact force of the arrow in the legend, N"),
+        animated_s: Option<[f64; 2]> = key(
+            Takes::Interval,
+            Then("stills only"),
+            "part of the run, s, that is shown in motion as well: two images that loop, for light and for dark pages, `<id>-moving-light.svg` and `<id>-moving-dark.svg`"
+        ),
+        slow_s: Option<[f64; 2]> = key(Takes::Interval, Like("animated_s"), "the part of it that plays slowly, s"),
+    }
 }
 
 impl ManoeuvreFigure {
@@ -35,7 +37,7 @@ impl ManoeuvreFigure {
         let mut rows = Vec::new();
         let mut geometry = geometry(folder)?;
         for label in &self.schemes {
-            let trace = ResultsTable::read(&trace_path(folder, label)?)?;
+            let trace = read_table(&trace_path(folder, label)?)?;
             geometry = placed(geometry, folder, &trace)?;
             let poses: Result<Vec<Pose>> = self.instants_s.iter().map(|&t| pose(&trace, &geometry, t)).collect();
             let color = styles.of_label(label).color;
@@ -53,10 +55,10 @@ impl ManoeuvreFigure {
         let Some(shown_s) = self.animated_s else { return Ok(Vec::new()) };
         let mut geometry = geometry(folder)?;
         let (mut schemes, mut curves) = (Vec::new(), Vec::new());
-        let reference = ResultsTable::read(&trace_path(folder, "reference")?)?;
+        let reference = read_table(&trace_path(folder, "reference")?)?;
         curves.push(Curve { color: None, points: reference.pairs("time_s", FORCE)? });
         for label in self.schemes.iter().take(2) {
-            let trace = ResultsTable::read(&trace_path(folder, label)?)?;
+            let trace = read_table(&trace_path(folder, label)?)?;
             geometry = placed(geometry, folder, &trace)?;
             let time = trace.column("time_s")?;
             let instants = (0..trace.len()).map(|row| trace.number(row, time));
@@ -82,7 +84,7 @@ impl ManoeuvreFigure {
 
 /// Says by how many whole millimetres a contact opens that is closed in the reference; nothing where the run has no such height.
 fn verdict(folder: &Path, label: &str) -> Result<String> {
-    let runs = ResultsTable::read(&folder.join("runs.csv"))?;
+    let runs = read_table(&folder.join("runs.csv"))?;
     let rows = runs.rows_where(runs.column("label")?, label);
     let height = runs.column("lift_off_height_m")?;
     let millimetres = rows.first().map_or(f64::NAN, |&row| 1e3 * runs.number(row, height)).round();
@@ -106,7 +108,7 @@ fn placed(geometry: WedgeBoxGeometry, folder: &Path, trace: &ResultsTable) -> Re
 
 /// A parameter of the case as it was run.
 fn parameter(folder: &Path, name: &str) -> Result<f64> {
-    let table = ResultsTable::read(&folder.join("parameters.csv"))?;
+    let table = read_table(&folder.join("parameters.csv"))?;
     let rows = table.rows_where(table.column("parameter")?, name);
     let value = table.column("value")?;
     Ok(rows.first().map_or(f64::NAN, |&row| table.number(row, value)))

@@ -28,8 +28,9 @@ use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums;
 use rimbench_results::input::read_text;
 use rimbench_results::text_place::{line_of, said_at};
+use rimbench_statistics::Runs;
 use serde::Deserialize;
-use statistics::Runs;
+use statistics::read_runs;
 use std::collections::BTreeSet;
 use std::path::Path;
 use toml::{Spanned, Table};
@@ -68,26 +69,57 @@ pub struct FigureEntry {
     labels: Vec<String>,
 }
 
-/// The kinds of figures.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-pub enum FigureKind {
+/// Declares the kinds of figures, each with its name and its options.
+macro_rules! kinds {
+    ($($name:literal $(#[$doc:meta])* $kind:ident($figure:ty),)*) => {
+        /// The kinds of figures.
+        #[derive(Debug, Clone, Deserialize)]
+        #[serde(tag = "kind")]
+        pub enum FigureKind {
+            $($(#[$doc])* #[serde(rename = $name)] $kind($figure),)*
+        }
+
+        /// Names of the kinds.
+        const NAMES: [&str; [$($name),*].len()] = [$($name),*];
+        /// Keys of the kinds, in the same order.
+        const FIGURES: [&[keys::Key]; NAMES.len()] = [$(<$figure>::KEYS),*];
+
+        impl FigureKind {
+            fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
+                match self {
+                    $(FigureKind::$kind(figure) => figure.draw(folder, styles),)*
+                }
+            }
+        }
+    };
+}
+
+kinds! {
+    "manoeuvre"
     /// The wedge box at a row of instants.
     Manoeuvre(manoeuvre_figure::ManoeuvreFigure),
+    "traces"
     /// Columns of traces over time.
     Traces(trace_figure::TraceFigure),
+    "dots"
     /// A metric of many schemes at a few macro steps, in ranked rows.
     Dots(dots_figure::DotsFigure),
+    "sweep"
     /// A metric against the macro step.
     Sweep(sweep_figure::SweepFigure),
+    "phases"
     /// Metrics of each scheme over the phase ensemble.
     Phases(phase_figure::PhaseFigure),
+    "stability-map"
     /// Fraction of phases that are stable: scheme × macro step.
     StabilityMap(stability_figure::StabilityFigure),
+    "work-precision"
     /// An error metric against cost.
     WorkPrecision(work_precision_figure::WorkPrecisionFigure),
+    "parameter-sweep"
     /// A metric against a parameter of the case.
     ParameterSweep(parameter_figure::ParameterFigure),
+    "performance-profile"
     /// Share of the problems in which a scheme is within a factor of the best.
     PerformanceProfile(profile_figure::ProfileFigure),
 }
@@ -288,7 +320,7 @@ impl FigureEntry {
         // Half a file, or one that was edited, is no source of a figure.
         checksums::verify(&folder)?;
         self.check_labels(&folder)?;
-        let mut drawing = self.draw(&folder, styles)?;
+        let mut drawing = self.kind.draw(&folder, styles)?;
         // A picture without a heading has a name all the same, for those who do not see it.
         if drawing.title.trim_matches([';', ' ']).is_empty() {
             let sentence = self.caption.split(". ").next().unwrap_or_default();
@@ -302,25 +334,11 @@ impl FigureEntry {
         if self.labels.is_empty() {
             return Ok(());
         }
-        let runs = Runs::read(folder)?;
-        let known = runs.labels(&[]);
-        let unknown = self.labels.iter().find(|label| !known.contains(label));
+        let table = read_runs(folder)?;
+        let known = Runs::of(&table)?.labels(&[]);
+        let unknown = self.labels.iter().find(|label| !known.contains(&label.as_str()));
         unknown.map_or(Ok(()), |label| {
-            Err(Error::file(runs.table.path(), Error::unknown("label", label, known.iter().map(String::as_str))))
+            Err(Error::file(table.path(), Error::unknown("label", label, known.iter().copied())))
         })
-    }
-
-    fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        match &self.kind {
-            FigureKind::Manoeuvre(figure) => figure.draw(folder, styles),
-            FigureKind::Traces(figure) => figure.draw(folder, styles),
-            FigureKind::Dots(figure) => figure.draw(folder, styles),
-            FigureKind::Sweep(figure) => figure.draw(folder, styles),
-            FigureKind::Phases(figure) => figure.draw(folder, styles),
-            FigureKind::StabilityMap(figure) => figure.draw(folder, styles),
-            FigureKind::WorkPrecision(figure) => figure.draw(folder, styles),
-            FigureKind::ParameterSweep(figure) => figure.draw(folder, styles),
-            FigureKind::PerformanceProfile(figure) => figure.draw(folder, styles),
-        }
     }
 }

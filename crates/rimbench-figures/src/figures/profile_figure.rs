@@ -1,56 +1,60 @@
 //! Performance profiles over several experiments: in which share of the problems a scheme is within a factor of the best.
 
 use super::cost::Cost;
-use super::statistics::Runs;
+use super::keys::*;
+use super::statistics::read_runs;
 use crate::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::dots::{Dot, DotPanel, DotPlot, DotRow, Sign};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::checksums;
-use rimbench_statistics::{data_profile, performance_profile, performance_ratios};
-use serde::Deserialize;
+use rimbench_results::results_table::ResultsTable;
+use rimbench_statistics::{Runs, data_profile, performance_profile, performance_ratios};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Options of a performance profile.
-///
-/// A problem is a case with its parameters, the duration and the phase; its cost for a scheme is found among the runs at all
-/// macro steps.
-#[derive(Debug, Clone, Deserialize)]
-pub struct ProfileFigure {
-    width: f64,
-    height: f64,
-    /// Further experiments, `group/name`, whose problems count as well.
-    #[serde(default)]
-    also: Vec<String>,
-    /// Schemes shown; all labels that are in every experiment, if none are named.
-    #[serde(default)]
-    labels: Vec<String>,
-    /// Ratios, or budgets, at which the share is shown in ranked rows; the whole profiles as lines if absent.
-    at: Option<Vec<f64>>,
-    panels: Vec<ProfilePanel>,
+keys! {
+    /// Options of a performance profile.
+    ///
+    /// A problem is a case with its parameters, the duration and the phase; its cost for a scheme is found among the runs at all
+    /// macro steps.
+    pub struct ProfileFigure {
+        width: f64 = WIDTH,
+        height: f64 = HEIGHT,
+        also: Vec<String> =
+            key(Takes::Experiments, Usual("[]"), "further experiments whose problems count as well"),
+        labels: Vec<String> = key(Takes::Labels, Then("those in every experiment"), "scheme rows shown"),
+        at: Option<Vec<f64>> = key(
+            Takes::Numbers,
+            Then("the whole profiles as lines"),
+            "ratios, or budgets, at which the share is shown: a row per scheme, ranked, in place of lines"
+        ),
+        panels: Vec<ProfilePanel> = panels(ProfilePanel::KEYS),
+    }
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ProfilePanel {
-    title: String,
-    /// Heading of the horizontal axis.
-    label: String,
-    /// Largest ratio shown.
-    most: f64,
-    /// Cost of the cheapest run that is good enough: a column of `cost.csv`, or counters of `runs.csv` joined by `+`. Without
-    /// it the panel is about the stability limit: the largest macro step up to which all runs completed.
-    cost: Option<String>,
-    /// What must be small enough, a column of `runs.csv`.
-    metric: Option<String>,
-    /// How small.
-    tolerance: Option<f64>,
-    /// Least budget shown, per simulated second: makes it a data profile.
-    budget: Option<f64>,
-    #[serde(default)]
-    without_exact: bool,
+keys! {
+    struct ProfilePanel {
+        title: String = TITLE,
+        label: String = key(Takes::Text, Usual("\"ratio to the best\""), "heading of the horizontal axis"),
+        most: f64 =
+            key(Takes::AboveOne, Usual("100"), "largest ratio shown; with `budget` the largest budget"),
+        budget: Option<f64> = key(
+            Takes::Positive,
+            Then("a performance profile"),
+            "least budget shown: makes it a data profile, the share solved within a cost per simulated second"
+        ),
+        without_exact: bool = WITHOUT_EXACT,
+        cost: Option<String> = key(
+            Takes::Text,
+            Then("the largest stable macro step"),
+            "cost of the cheapest run that is good enough: as above"
+        ),
+        metric: Option<String> =
+            key(Takes::Text, Then("none"), "what must be small enough, a column of runs.csv"),
+        tolerance: Option<f64> = key(Takes::Positive, Then("any"), "how small"),
+    }
 }
 
 /// What makes a problem: case, parameters, duration, phase.
@@ -73,9 +77,10 @@ impl ProfileFigure {
         let mut folders = vec![folder.to_owned()];
         folders.extend(self.also.iter().map(|name| results.join(name)));
         folders[1..].iter().try_for_each(|folder| checksums::verify(folder))?;
-        let sources = folders.iter().map(|folder| Runs::read(folder)).collect::<Result<Vec<Runs>>>()?;
-        let in_all = |label: &String| sources.iter().all(|runs| !runs.of_label(label).is_empty());
-        let labels: Vec<String> = sources[0].labels(&self.labels).into_iter().filter(in_all).collect();
+        let tables = folders.iter().map(|folder| read_runs(folder)).collect::<Result<Vec<ResultsTable>>>()?;
+        let sources = tables.iter().map(Runs::of).collect::<Result<Vec<Runs<'_>>>>()?;
+        let in_all = |label: &&str| sources.iter().all(|runs| !runs.of_label(label).rows().is_empty());
+        let labels: Vec<&str> = sources[0].labels(&self.labels).into_iter().filter(in_all).collect();
         if labels.is_empty() {
             return Err(Error::file(folder.join("runs.csv"), "has no label that all experiments of the profile share"));
         }
@@ -100,7 +105,7 @@ impl ProfileFigure {
             for (label, mut corners) in labels.iter().zip(profiles) {
                 corners.extend(corners.last().map(|&(_, share)| (spec.most, share)));
                 let series = Series::new(styles.shown_name(label), corners, styles.of_label(label)).mode(Mode::Steps);
-                panel = panel.series(series.named(label));
+                panel = panel.series(series.named(*label));
             }
             figure = figure.panel(panel);
         }
@@ -114,7 +119,7 @@ impl ProfileFigure {
     fn rows(
         &self,
         at: &[f64],
-        labels: &[String],
+        labels: &[&str],
         panels: Vec<(&ProfilePanel, Vec<Vec<f64>>)>,
         styles: &Styles,
     ) -> DotPlot {
@@ -149,9 +154,9 @@ impl ProfileFigure {
             rows: order
                 .iter()
                 .map(|&row| DotRow {
-                    label: styles.shown_name(&labels[row]),
-                    name: labels[row].clone(),
-                    color: styles.of_label(&labels[row]).color,
+                    label: styles.shown_name(labels[row]),
+                    name: labels[row].to_owned(),
+                    color: styles.of_label(labels[row]).color,
                 })
                 .collect(),
             panels: panels.iter().map(panel).collect(),
@@ -175,27 +180,26 @@ fn from_budget(least: f64, corners: &[(f64, f64)]) -> Vec<(f64, f64)> {
 
 impl ProfilePanel {
     /// Adds the problems of one experiment.
-    fn collect(&self, folder: &Path, all: &Runs, labels: &[String], into: &mut Costs) -> Result<()> {
-        let without = if self.without_exact { Some(all.without_exact()?) } else { None };
-        let runs = without.as_ref().unwrap_or(all);
-        let facts = ["case", "set", "duration_s", "phase"].map(|name| runs.table.column(name));
+    fn collect(&self, folder: &Path, all: &Runs<'_>, labels: &[&str], into: &mut Costs) -> Result<()> {
+        let runs = if self.without_exact { all.without_exact()? } else { all.clone() };
+        let table = all.table();
+        let facts = ["case", "set", "duration_s", "phase"].map(|name| table.column(name));
         let [case, set, duration, phase] = facts;
         let facts = [case?, set?, duration?, phase?];
-        let problem = |row: usize| facts.map(|column| runs.table.text(row, column).to_owned());
+        let problem = |row: usize| facts.map(|column| table.text(row, column).to_owned());
         let cost = match &self.cost {
-            Some(cost) => Some(Cost::read(folder, runs)?.of_runs(cost, runs)?),
+            Some(cost) => Some(Cost::read(folder, table)?.of_runs(cost, table)?),
             None => None,
         };
         // A budget is per simulated second: problems last from milliseconds to ten seconds.
-        let per = |row: usize| self.budget.map_or(1.0, |_| runs.table.number(row, facts[2]));
-        let metric = self.metric.as_deref().map(|name| runs.table.column(name)).transpose()?;
+        let per = |row: usize| self.budget.map_or(1.0, |_| table.number(row, facts[2]));
+        let metric = self.metric.as_deref().map(|name| table.column(name)).transpose()?;
         let tolerance = self.tolerance.unwrap_or(f64::INFINITY);
         let good =
-            |row: usize| runs.completed(row) && metric.is_none_or(|column| runs.table.number(row, column) <= tolerance);
+            |row: usize| runs.is_completed(row) && metric.is_none_or(|column| table.number(row, column) <= tolerance);
         for label in labels {
-            let rows = runs.of_label(label);
             let mut of_problem: BTreeMap<Problem, Vec<usize>> = BTreeMap::new();
-            rows.into_iter().for_each(|row| of_problem.entry(problem(row)).or_default().push(row));
+            runs.of_label(label).rows().iter().for_each(|&row| of_problem.entry(problem(row)).or_default().push(row));
             for (problem, mut rows) in of_problem {
                 rows.sort_by(|a, b| runs.macro_step_ms(*a).total_cmp(&runs.macro_step_ms(*b)));
                 let best = match &cost {
@@ -213,7 +217,7 @@ impl ProfilePanel {
                 if !into.problems.contains(&problem) {
                     into.problems.push(problem.clone());
                 }
-                into.of_label.entry(label.clone()).or_default().insert(problem, best);
+                into.of_label.entry((*label).to_owned()).or_default().insert(problem, best);
             }
         }
         Ok(())

@@ -1,33 +1,38 @@
 //! Which scheme is stable at which macro step: fraction of phases that complete, hatched where stable but wrong.
 
-use super::statistics::{Bars, Only, Part, Runs, groups};
+use super::keys::*;
+use super::statistics::{Bars, ONLY, Only, Part, over_phases, read_runs, style};
 use crate::drawing::Drawing;
 use crate::heatmap::{Cell, Heatmap, Row};
 use crate::style::Styles;
 use rimbench_core::error::Result;
+use rimbench_statistics::Runs;
 use serde::Deserialize;
 use std::path::Path;
 
-/// Options of a stability map.
-#[derive(Debug, Clone, Deserialize)]
-pub struct StabilityFigure {
-    width: f64,
-    height: f64,
-    title: String,
-    /// The metric that says whether a stable run is right.
-    metric: String,
-    /// A cell is wrong if the median of its metric is above this.
-    wrong_above: f64,
-    /// What hatching means, in words.
-    hatch_label: String,
-    /// The case shown, of an experiment with several.
-    #[serde(default)]
-    only: Only,
-    #[serde(default)]
-    labels: Vec<String>,
-    /// What the columns are.
-    #[serde(default)]
-    across: Across,
+keys! {
+    /// Options of a stability map.
+    pub struct StabilityFigure {
+        width: f64 = WIDTH,
+        height: f64 = HEIGHT,
+        title: String = TITLE,
+        metric: String = key(
+            Takes::Text,
+            Usual("\"force_error_rms_of_peak\""),
+            "what says whether a stable run is right"
+        ),
+        wrong_above: f64 =
+            key(Takes::Positive, Usual("0.1"), "a cell whose median metric is above this is hatched"),
+        hatch_label: String =
+            key(Takes::Text, Usual("\"stable, but wrong\""), "what hatching means, in words"),
+        across: Across = key(
+            Takes::Choice(&["macro-step", "case"]),
+            Usual("\"macro-step\""),
+            "columns: macro steps, or cases, each with its own macro steps, of which a cell has the largest up to which all runs completed"
+        ),
+        only: Only = ONLY,
+        labels: Vec<String> = LABELS,
+    }
 }
 
 /// What the columns of a stability map are.
@@ -50,9 +55,9 @@ impl StabilityFigure {
         if self.across == Across::Case {
             return self.by_case(folder, styles);
         }
-        let runs = Runs::read(folder)?.only(&self.only)?;
-        let all: Vec<usize> = (0..runs.table.len()).collect();
-        let columns: Vec<f64> = groups(&all, |row| runs.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();
+        let table = read_runs(folder)?;
+        let runs = self.only.one_of(&Runs::of(&table)?)?;
+        let columns: Vec<f64> = runs.by(|row| runs.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();
         let mut map = Heatmap {
             width: self.width,
             height: self.height,
@@ -67,34 +72,31 @@ impl StabilityFigure {
             names: Vec::new(),
         };
         for label in runs.labels(&self.labels) {
-            let rows = runs.of_label(&label);
+            let rows = runs.of_label(label);
             let cell = |&step: &f64| -> Result<Cell> {
-                let here: Vec<usize> = rows.iter().copied().filter(|&row| runs.macro_step_ms(row) == step).collect();
-                let value = runs.fraction_stable(&here);
-                let errors = runs.over_phases(&here, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
+                let here = rows.select(|row| runs.macro_step_ms(row) == step);
+                let value = here.share_completed();
+                let errors = over_phases(&here, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
                 let wrong = errors.first().is_some_and(|error| error.median > self.wrong_above);
                 Ok(Cell { value, shown: None, hatched: value == Some(1.0) && wrong })
             };
             let cells = map.columns.iter().map(cell).collect::<Result<_>>()?;
-            let color = runs.style(&label, styles).color;
-            map.rows.push(Row { label: styles.shown_name(&label), color, cells });
+            let color = style(&runs, label, styles).color;
+            map.rows.push(Row { label: styles.shown_name(label), color, cells });
         }
         map.draw_if_it_fits()
     }
 
     /// Draws the map with a column for each case: how far up its own grid of macro steps all runs completed, and that step in numbers.
     fn by_case(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let runs = Runs::read(folder)?.chosen(&self.only)?;
-        let problems: Vec<(String, String)> =
-            runs.problems()?.into_iter().map(|(case, set)| (case.to_owned(), set.to_owned())).collect();
-        let several = |case: &str| problems.iter().filter(|(other, _)| other == case).count() > 1;
+        let table = read_runs(folder)?;
+        let runs = self.only.of(&Runs::of(&table)?)?;
+        let problems = runs.problems();
+        let several = |case: &str| problems.iter().filter(|[other, _]| *other == case).count() > 1;
         let (mut parts, mut names) = (Vec::new(), Vec::new());
-        for (case, set) in &problems {
-            let only = Only { case: Some(case.clone()), set: Some(set.clone()) };
-            let part = runs.chosen(&only)?;
-            let all: Vec<usize> = (0..part.table.len()).collect();
-            let steps: Vec<f64> =
-                groups(&all, |row| part.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();
+        for &[case, set] in &problems {
+            let part = runs.select(|row| runs.problem(row) == [case, set]);
+            let steps: Vec<f64> = part.by(|row| part.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();
             let unit = if steps.last().is_some_and(|longest| *longest < 0.1) { " (µs)" } else { "" };
             let set = if several(case) && !set.is_empty() { format!(", {set}") } else { String::new() };
             names.push(format!("{case}{set}{unit}"));
@@ -114,29 +116,27 @@ impl StabilityFigure {
             names,
         };
         for label in runs.labels(&self.labels) {
-            let cell = |(part, steps, factor): &(Runs, Vec<f64>, f64)| -> Result<Cell> {
-                let rows = part.of_label(&label);
-                let at = |step: f64| -> Vec<usize> {
-                    rows.iter().copied().filter(|&row| part.macro_step_ms(row) == step).collect()
-                };
+            let cell = |(part, steps, factor): &(Runs<'_>, Vec<f64>, f64)| -> Result<Cell> {
+                let rows = part.of_label(label);
+                let at = |step: f64| rows.select(|row| part.macro_step_ms(row) == step);
                 let tried: Vec<f64> =
-                    steps.iter().copied().filter(|&step| part.fraction_stable(&at(step)).is_some()).collect();
+                    steps.iter().copied().filter(|&step| at(step).share_completed().is_some()).collect();
                 if tried.is_empty() {
                     return Ok(Cell::default());
                 }
-                let stable = |step: &&f64| part.fraction_stable(&at(**step)) == Some(1.0);
+                let stable = |step: &&f64| at(**step).share_completed() == Some(1.0);
                 let good = tried.iter().take_while(stable).count();
                 let Some(&longest) = tried[..good].last() else {
                     return Ok(Cell { value: Some(0.0), shown: Some(0.0), hatched: false });
                 };
-                let errors = part.over_phases(&at(longest), |_| longest, &self.metric, Part::Absolute, Bars::Range)?;
+                let errors = over_phases(&at(longest), |_| longest, &self.metric, Part::Absolute, Bars::Range)?;
                 let hatched = errors.first().is_some_and(|error| error.median > self.wrong_above);
                 let shown = Some((longest * factor * 1e6).round() / 1e6);
                 Ok(Cell { value: Some(good as f64 / tried.len() as f64), shown, hatched })
             };
             let cells = parts.iter().map(cell).collect::<Result<_>>()?;
-            let color = runs.style(&label, styles).color;
-            map.rows.push(Row { label: styles.shown_name(&label), color, cells });
+            let color = style(&runs, label, styles).color;
+            map.rows.push(Row { label: styles.shown_name(label), color, cells });
         }
         map.draw_if_it_fits()
     }

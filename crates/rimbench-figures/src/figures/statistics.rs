@@ -1,11 +1,13 @@
-//! What figures make of `runs.csv`: labels, and a metric over the phases.
+//! What figures take from the table of runs: a part of it, and a metric over the phases.
 
+use super::keys::*;
 use crate::style::{SeriesStyle, Styles};
+use rimbench_cases::metrics::floor_of;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::{ResultsTable, uncertainty_of};
-use rimbench_statistics::{bootstrap_interval, median};
+use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_statistics::{ALL, Runs};
 use serde::Deserialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Name that stands for the share of phases that completed, where a figure asks for a metric.
@@ -27,7 +29,8 @@ pub enum Part {
 }
 
 impl Part {
-    fn of(self, value: f64) -> Option<f64> {
+    /// The value as it is shown, if it is.
+    pub fn of(self, value: f64) -> Option<f64> {
         match self {
             Part::Signed => Some(value),
             Part::Absolute => Some(value.abs()),
@@ -37,27 +40,20 @@ impl Part {
     }
 }
 
-/// One case of an experiment with several, for a figure or a panel of it.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Only {
-    /// The case, by name; `all` pools over several, which must be said.
-    pub case: Option<String>,
-    /// Its parameters as they stand in the column `set` of `runs.csv`, empty where none is set; `all` pools over several.
-    pub set: Option<String>,
+keys! {
+    /// One case of an experiment with several, for a figure or a panel of it.
+    pub struct Only {
+        case: Option<String> = key(Takes::Text, ONE_PROBLEM, "one case; \"all\" pools several"),
+        set: Option<String> = key(
+            Takes::Text,
+            ONE_PROBLEM,
+            "its parameters as in the column `set` of runs.csv; \"\" where none is set; \"all\" pools several"
+        ),
+    }
 }
 
-/// What is said where several cases, or sets of parameters, are pooled on purpose.
-const ALL: &str = "all";
-
-/// The rows of an experiment with the columns that every figure needs.
-pub struct Runs {
-    /// All of `runs.csv`.
-    pub table: ResultsTable,
-    label: usize,
-    macro_step: usize,
-    outcome: usize,
-}
+/// Key of figures and panels.
+pub const ONLY: Key = key(Takes::Table(Only::KEYS), ONE_PROBLEM, "the part of the results shown");
 
 /// A quantity over the phases at one abscissa.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,221 +70,6 @@ pub struct OverPhases {
     pub lost: f64,
 }
 
-impl Runs {
-    /// Reads `runs.csv` of an experiment's folder.
-    pub fn read(folder: &Path) -> Result<Self> {
-        let table = ResultsTable::read(&folder.join("runs.csv"))?;
-        let (label, macro_step) = (table.column("label")?, table.column("macro_step_s")?);
-        Ok(Runs { label, macro_step, outcome: table.column("outcome")?, table })
-    }
-
-    /// The rows of one case with one set of parameters, or of all where that is said.
-    ///
-    /// # Errors
-    /// [`Error::File`] naming what there is, if there is no such row, or if several would be pooled without a word.
-    pub fn only(&self, only: &Only) -> Result<Self> {
-        let chosen = self.chosen(only)?;
-        chosen.refuse_pool(only)?;
-        Ok(chosen)
-    }
-
-    /// The rows of one case, of one set of parameters, or of all.
-    ///
-    /// # Errors
-    /// [`Error::File`] naming what there is, if there is no such row.
-    pub fn chosen(&self, only: &Only) -> Result<Self> {
-        let mut rows: Vec<usize> = (0..self.table.len()).collect();
-        for (name, wanted) in [("case", &only.case), ("set", &only.set)] {
-            let Some(wanted) = wanted.as_ref().filter(|wanted| *wanted != ALL) else { continue };
-            let column = self.table.column(name)?;
-            let there: BTreeSet<&str> = rows.iter().map(|&row| self.table.text(row, column)).collect();
-            if !there.contains(wanted.as_str()) {
-                return Err(Error::file(self.table.path(), Error::unknown(name, wanted, there)));
-            }
-            rows.retain(|&row| self.table.text(row, column) == wanted);
-        }
-        Ok(Runs { table: self.table.with_rows(&rows), ..*self })
-    }
-
-    /// The rows of all cases, with their parameters, on which no run's model was the mechanics itself.
-    ///
-    /// # Errors
-    /// [`Error::File`] for results that do not say.
-    pub fn without_exact(&self) -> Result<Self> {
-        let [case, set, exact] = ["case", "set", "model_exact"].map(|name| self.table.column(name));
-        let (case, set, exact) = (case?, set?, exact?);
-        let problem = |row: usize| (self.table.text(row, case), self.table.text(row, set));
-        let all = || 0..self.table.len();
-        let known: BTreeSet<_> = all().filter(|&row| self.table.text(row, exact) == "true").map(problem).collect();
-        let rows: Vec<usize> = all().filter(|&row| !known.contains(&problem(row))).collect();
-        Ok(Runs { table: self.table.with_rows(&rows), ..*self })
-    }
-
-    /// Refuses rows of several cases, or of several sets of parameters of one case, unless that is asked for.
-    fn refuse_pool(&self, only: &Only) -> Result<()> {
-        let problems = self.problems()?;
-        let cases: BTreeSet<&str> = problems.iter().map(|(case, _)| *case).collect();
-        let sets: BTreeSet<&str> = problems.iter().map(|(_, set)| *set).collect();
-        let (key, values) = match (&only.case, &only.set) {
-            (None, _) if cases.len() > 1 => ("case", cases),
-            (_, None) if problems.len() > cases.len() => ("set", sets),
-            _ => return Ok(()),
-        };
-        let values: Vec<String> = values.into_iter().map(|value| format!("\"{value}\"")).collect();
-        let message = format!(
-            "has several that would be drawn as one: say only = {{ {key} = … }} with one of {}, or with \"{ALL}\"",
-            values.join(", ")
-        );
-        Err(Error::file(self.table.path(), message))
-    }
-
-    /// Cases with their sets of parameters.
-    pub fn problems(&self) -> Result<BTreeSet<(&str, &str)>> {
-        let (case, set) = (self.table.column("case")?, self.table.column("set")?);
-        Ok((0..self.table.len()).map(|row| (self.table.text(row, case), self.table.text(row, set))).collect())
-    }
-
-    /// Refuses rows of one label with several values of what a figure takes for one.
-    ///
-    /// # Errors
-    /// [`Error::File`] naming the label and what it has several of.
-    pub fn refuse_several(&self, rows: &[usize], what: &str, value: impl Fn(usize) -> String) -> Result<()> {
-        let values: BTreeSet<String> = rows.iter().map(|&row| value(row)).collect();
-        if values.len() <= 1 {
-            return Ok(());
-        }
-        let label = rows.first().map_or("", |&row| self.table.text(row, self.label));
-        let values = values.into_iter().collect::<Vec<_>>().join(", ");
-        let message =
-            format!("has runs of `{label}` with several values of {what} that would be drawn as one: {values}");
-        Err(Error::file(self.table.path(), message))
-    }
-
-    /// Up to where values of a metric say nothing, because the reference itself is no better known: of a force or position error of one
-    /// problem with a reference that states its uncertainty.
-    pub fn floor(&self, metric: &str) -> Option<f64> {
-        if self.problems().ok()?.len() != 1 {
-            return None;
-        }
-        let column = |name: &str| self.table.column(name).ok();
-        let first = |value: &dyn Fn(usize) -> f64| {
-            (0..self.table.len()).map(value).find(|value| value.is_finite() && *value > 0.0)
-        };
-        match metric {
-            // The peak of the reference's force is what one error is of the other.
-            "force_error_rms_of_peak" => {
-                let force = column(uncertainty_of("force_error_rms_n")?)?;
-                let (share, error) = (column(metric)?, column("force_error_rms_n")?);
-                first(&|row| {
-                    self.table.number(row, force) * self.table.number(row, share) / self.table.number(row, error)
-                })
-            }
-            _ => {
-                let own = column(uncertainty_of(metric)?)?;
-                first(&|row| self.table.number(row, own))
-            }
-        }
-    }
-
-    /// Labels of the scheme rows, in the order of the experiment; only the wanted ones, if any are named.
-    pub fn labels(&self, wanted: &[String]) -> Vec<String> {
-        let mut labels: Vec<String> = Vec::new();
-        for row in 0..self.table.len() {
-            let label = self.table.text(row, self.label);
-            let is_wanted = wanted.is_empty() || wanted.iter().any(|name| name == label);
-            if is_wanted && !labels.iter().any(|known| known == label) {
-                labels.push(label.to_owned());
-            }
-        }
-        labels
-    }
-
-    /// How a label is drawn: in the colour of its scheme, whatever it begins with.
-    pub fn style(&self, label: &str, styles: &Styles) -> SeriesStyle {
-        let row = self.of_label(label).first().copied();
-        let scheme = row.zip(self.table.column("scheme").ok()).map(|(row, column)| self.table.text(row, column));
-        scheme.map_or_else(|| styles.of_label(label), |scheme| styles.of_row(label, scheme))
-    }
-
-    /// Rows of one label.
-    pub fn of_label(&self, label: &str) -> Vec<usize> {
-        self.table.rows_where(self.label, label)
-    }
-
-    /// Macro step of a row, ms, without the round-off of the factor.
-    pub fn macro_step_ms(&self, row: usize) -> f64 {
-        (self.table.number(row, self.macro_step) * 1e9).round() / 1e6
-    }
-
-    /// Whether a row's run reached its end.
-    pub fn completed(&self, row: usize) -> bool {
-        self.table.text(row, self.outcome) == "completed"
-    }
-
-    /// Whether a row's run was left out for a reason.
-    pub fn skipped(&self, row: usize) -> bool {
-        self.table.text(row, self.outcome) == "skipped"
-    }
-
-    /// Share of the rows, skipped ones aside, whose run completed; none if all were skipped.
-    pub fn fraction_stable(&self, rows: &[usize]) -> Option<f64> {
-        let tried = rows.iter().filter(|&&row| !self.skipped(row)).count();
-        let completed = rows.iter().filter(|&&row| self.completed(row)).count();
-        (tried > 0).then(|| completed as f64 / tried as f64)
-    }
-
-    /// Values of the rows by what may be drawn independently: case with parameters, or each run where there is only one.
-    fn witnesses(&self, rows: &[usize], value: impl Fn(usize) -> Option<f64>) -> Vec<Vec<f64>> {
-        let columns = [self.table.column("case").ok(), self.table.column("set").ok()];
-        let problem = |row: usize| columns.map(|column| column.map_or("", |column| self.table.text(row, column)));
-        let mut problems: BTreeMap<_, Vec<f64>> = BTreeMap::new();
-        for &row in rows {
-            problems.entry(problem(row)).or_default().extend(value(row));
-        }
-        match problems.len() {
-            1 => rows.iter().filter_map(|&row| value(row)).map(|value| vec![value]).collect(),
-            _ => problems.into_values().collect(),
-        }
-    }
-
-    /// A metric, or [`FRACTION_STABLE`], over the rows with one abscissa, by ascending abscissa, with least and most as `bars` says. Runs that did not
-    /// complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
-    pub fn over_phases(
-        &self,
-        rows: &[usize],
-        x: impl Fn(usize) -> f64,
-        metric: &str,
-        part: Part,
-        bars: Bars,
-    ) -> Result<Vec<OverPhases>> {
-        let groups = groups(rows, x);
-        if metric == FRACTION_STABLE {
-            let point = |(x, rows): (f64, Vec<usize>)| {
-                let share = self.fraction_stable(&rows)?;
-                Some(OverPhases { x, median: share, least: share, most: share, lost: 0.0 })
-            };
-            return Ok(groups.into_iter().filter_map(point).collect());
-        }
-        let column = self.table.column(metric)?;
-        let point = |(x, rows): (f64, Vec<usize>)| {
-            let lost = self.fraction_stable(&rows).map_or(0.0, |share| 1.0 - share);
-            let value = |row: usize| part.of(self.table.number(row, column)).filter(|value| value.is_finite());
-            let completed: Vec<usize> = rows.into_iter().filter(|&row| self.completed(row)).collect();
-            let values = completed.iter().filter_map(|&row| value(row)).collect();
-            let nothing = OverPhases { x, median: f64::NAN, least: f64::NAN, most: f64::NAN, lost };
-            let Some(point) = over(x, values) else { return nothing };
-            let (least, most) = match bars {
-                Bars::Range => (point.least, point.most),
-                // Of one witness nothing can be said: no bar.
-                Bars::Bootstrap => bootstrap_interval(&self.witnesses(&completed, value), median)
-                    .map_or((point.median, point.median), |[low, high]| (low, high)),
-            };
-            OverPhases { least, most, lost, ..point }
-        };
-        Ok(groups.into_iter().map(point).collect())
-    }
-}
-
 /// What the bars at a median show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -300,20 +81,113 @@ pub enum Bars {
     Bootstrap,
 }
 
-/// Median and range of the finite values, if there are any.
-pub fn over(x: f64, mut values: Vec<f64>) -> Option<OverPhases> {
-    values.retain(|value| value.is_finite());
-    let least = values.iter().copied().reduce(f64::min)?;
-    let most = values.iter().copied().reduce(f64::max)?;
-    Some(OverPhases { x, median: median(values)?, least, most, lost: 0.0 })
+/// Reads `runs.csv` of an experiment's folder.
+pub fn read_runs(folder: &Path) -> Result<ResultsTable> {
+    read_table(&folder.join("runs.csv"))
 }
 
-/// Rows with equal abscissas, by ascending abscissa; rows without one are left out.
-pub fn groups(rows: &[usize], x: impl Fn(usize) -> f64) -> Vec<(f64, Vec<usize>)> {
-    let mut keyed: Vec<(f64, usize)> = rows.iter().map(|&row| (x(row), row)).filter(|(x, _)| x.is_finite()).collect();
-    keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let groups = keyed.chunk_by(|a, b| a.0 == b.0);
-    groups.map(|group| (group[0].0, group.iter().map(|(_, row)| *row).collect())).collect()
+impl Only {
+    /// The rows of one case with one set of parameters, or of all where that is said.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming what there is, if there is no such row, or if several would be pooled without a word.
+    pub fn one_of<'t>(&self, runs: &Runs<'t>) -> Result<Runs<'t>> {
+        let chosen = self.of(runs)?;
+        let problems = chosen.problems();
+        let cases: BTreeSet<&str> = problems.iter().map(|[case, _]| *case).collect();
+        let sets: BTreeSet<&str> = problems.iter().map(|[_, set]| *set).collect();
+        let (key, values) = match (&self.case, &self.set) {
+            (None, _) if cases.len() > 1 => ("case", cases),
+            (_, None) if problems.len() > cases.len() => ("set", sets),
+            _ => return Ok(chosen),
+        };
+        let values: Vec<String> = values.into_iter().map(|value| format!("\"{value}\"")).collect();
+        let message = format!(
+            "has several that would be drawn as one: say only = {{ {key} = … }} with one of {}, or with \"{ALL}\"",
+            values.join(", ")
+        );
+        Err(Error::file(runs.table().path(), message))
+    }
+
+    /// The rows of one case, of one set of parameters, or of all.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming what there is, if there is no such row.
+    pub fn of<'t>(&self, runs: &Runs<'t>) -> Result<Runs<'t>> {
+        let of_case = runs.of_problem(self.case.as_deref(), None);
+        let chosen = of_case.of_problem(None, self.set.as_deref());
+        for (name, wanted, all, found) in [("case", &self.case, runs, &of_case), ("set", &self.set, &of_case, &chosen)]
+        {
+            if let Some(wanted) = wanted.as_ref().filter(|_| found.rows().is_empty()) {
+                let there = all.problems().into_iter().map(|[case, set]| if name == "case" { case } else { set });
+                return Err(Error::file(runs.table().path(), Error::unknown(name, wanted, BTreeSet::from_iter(there))));
+            }
+        }
+        Ok(chosen)
+    }
+}
+
+/// Refuses rows of one label with several values of what a figure takes for one.
+///
+/// # Errors
+/// [`Error::File`] naming the label and what it has several of.
+pub fn refuse_several(runs: &Runs<'_>, what: &str, value: impl Fn(usize) -> String) -> Result<()> {
+    let values: BTreeSet<String> = runs.rows().iter().map(|&row| value(row)).collect();
+    if values.len() <= 1 {
+        return Ok(());
+    }
+    let label = runs.rows().first().map_or("", |&row| runs.label(row));
+    let values = values.into_iter().collect::<Vec<_>>().join(", ");
+    let message = format!("has runs of `{label}` with several values of {what} that would be drawn as one: {values}");
+    Err(Error::file(runs.table().path(), message))
+}
+
+/// Up to where values of a metric of one problem say nothing, because the reference itself is no better known.
+pub fn floor(runs: &Runs<'_>, metric: &str) -> Option<f64> {
+    let floor = floor_of(metric).filter(|_| runs.problems().len() == 1)?;
+    let floors = runs.rows().iter().filter_map(|&row| runs.floor(row, metric, floor).ok());
+    floors.into_iter().find(|value| value.is_finite() && *value > 0.0)
+}
+
+/// How a label is drawn: in the colour of its scheme, whatever it begins with.
+pub fn style(runs: &Runs<'_>, label: &str, styles: &Styles) -> SeriesStyle {
+    let row = runs.of_label(label).rows().first().copied();
+    let scheme = row.zip(runs.table().column("scheme").ok()).map(|(row, column)| runs.table().text(row, column));
+    scheme.map_or_else(|| styles.of_label(label), |scheme| styles.of_row(label, scheme))
+}
+
+/// A metric, or [`FRACTION_STABLE`], over the runs with one abscissa, by ascending abscissa, with least and most as `bars` says. Runs that did
+/// not complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
+pub fn over_phases(
+    runs: &Runs<'_>,
+    x: impl Fn(usize) -> f64,
+    metric: &str,
+    part: Part,
+    bars: Bars,
+) -> Result<Vec<OverPhases>> {
+    if metric == FRACTION_STABLE {
+        let point = |(x, runs): (f64, Runs<'_>)| {
+            let share = runs.share_completed()?;
+            Some(OverPhases { x, median: share, least: share, most: share, lost: 0.0 })
+        };
+        return Ok(runs.by(x).into_iter().filter_map(point).collect());
+    }
+    let column = runs.table().column(metric)?;
+    let value = |row: usize| {
+        let value = part.of(runs.table().number(row, column));
+        value.filter(|value| value.is_finite()).unwrap_or(f64::NAN)
+    };
+    let points = runs.over(x, value).into_iter().map(|point| {
+        let median = point.pool.median().unwrap_or(f64::NAN);
+        let [least, most] = match bars {
+            Bars::Range => point.pool.range(),
+            // Of one witness nothing can be said: no bar.
+            Bars::Bootstrap => point.pool.interval(),
+        }
+        .unwrap_or([median; 2]);
+        OverPhases { x: point.x, median, least, most, lost: point.lost }
+    });
+    Ok(points.collect())
 }
 
 #[cfg(test)]
@@ -327,14 +201,5 @@ mod tests {
         assert_eq!(of(Part::Absolute), [Some(2.0), Some(3.0)]);
         assert_eq!(of(Part::Positive), [None, Some(3.0)]);
         assert_eq!(of(Part::Negative), [Some(2.0), None]);
-    }
-
-    #[test]
-    fn rows_are_grouped_by_their_abscissa_and_infinite_values_left_out() {
-        let x = [2.0, 1.0, 2.0, f64::NAN];
-        assert_eq!(groups(&[0, 1, 2, 3], |row| x[row]), [(1.0, vec![1]), (2.0, vec![0, 2])]);
-        let point = over(2.0, vec![5.0, f64::INFINITY, 1.0, 2.0, 4.0]).unwrap();
-        assert_eq!(point, OverPhases { x: 2.0, median: 3.0, least: 1.0, most: 5.0, lost: 0.0 });
-        assert_eq!(over(2.0, vec![f64::NAN]), None);
     }
 }

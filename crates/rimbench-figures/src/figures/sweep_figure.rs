@@ -1,63 +1,64 @@
 //! A metric against the macro step: median over phases, with the range from best to worst phase.
 
-use super::band_spec::BandSpec;
-use super::statistics::{Bars, Only, OverPhases, Part, Runs};
+use super::band_spec::{BAND, BandSpec};
+use super::keys::*;
+use super::statistics::{Bars, ONLY, Only, OverPhases, Part, floor, over_phases, read_runs, style};
 use crate::chart::{Axis, Band, Figure, Guide, Losses, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::{SeriesStyle, Styles};
 use crate::ticks::signed;
+use rimbench_cases::metrics::floor_of;
 use rimbench_core::error::Result;
-use rimbench_statistics::order_of_convergence;
-use serde::Deserialize;
+use rimbench_statistics::{Runs, order_of_medians};
 use std::path::Path;
 
 /// A curve that rises less with H has no order that is worth a number.
 const LEAST_ORDER: f64 = 0.25;
 
-/// Options of a sweep figure.
-#[derive(Debug, Clone, Deserialize)]
-pub struct SweepFigure {
-    width: f64,
-    height: f64,
-    /// Panels per row; all in one if absent.
-    columns: Option<usize>,
-    /// What the picture says below its panels.
-    note: Option<String>,
-    panels: Vec<SweepPanel>,
+keys! {
+    /// Options of a sweep figure.
+    pub struct SweepFigure {
+        width: f64 = WIDTH,
+        height: f64 = HEIGHT,
+        columns: Option<usize> = COLUMNS,
+        note: Option<String> = NOTE,
+        panels: Vec<SweepPanel> = panels(SweepPanel::KEYS),
+    }
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SweepPanel {
-    title: String,
-    metric: String,
-    label: String,
-    range: Option<[f64; 2]>,
-    /// Signed logarithmic axis: linear within ± the first, shown to ± the second.
-    symlog: Option<[f64; 2]>,
-    /// The case shown, of an experiment with several.
-    #[serde(default)]
-    only: Only,
-    /// Which values of a signed metric to show; the label should say so.
-    #[serde(default)]
-    part: Part,
-    /// Labels of the scheme rows to show; all if there are none.
-    #[serde(default)]
-    labels: Vec<String>,
-    /// From the least to the largest median of some rows.
-    band: Option<BandSpec>,
-    #[serde(default)]
-    without_exact: bool,
-    #[serde(default)]
-    bars: Bars,
-    /// Interval of H shown, ms.
-    macro_steps_ms: Option<[f64; 2]>,
-    /// Column with the reference's own uncertainty; that of the metric if absent. The region below it is shaded.
-    floor: Option<String>,
-    /// Slope triangle: order, and its first corner (H in ms, value).
-    slope: Option<(f64, [f64; 2])>,
-    /// Interval of H, ms, over which the orders in the legend are fitted; all if absent.
-    orders_over_ms: Option<[f64; 2]>,
+keys! {
+    struct SweepPanel {
+        title: String = TITLE,
+        metric: String = METRIC,
+        label: String = METRIC_LABEL,
+        range: Option<[f64; 2]> = RANGE,
+        only: Only = ONLY,
+        part: Part = PART,
+        labels: Vec<String> = LABELS,
+        band: Option<BandSpec> = BAND,
+        without_exact: bool = WITHOUT_EXACT,
+        bars: Bars = key(
+            Takes::Choice(&["range", "bootstrap"]),
+            Usual("\"range\""),
+            "from least to largest value, or the 95 % interval of the median by the bootstrap over cases (of one case: over runs)"
+        ),
+        macro_steps_ms: Option<[f64; 2]> =
+            key(Takes::PositiveInterval, AUTOMATIC, "horizontal axis, ms; nothing beyond is drawn"),
+        symlog: Option<[f64; 2]> = key(
+            Takes::PositiveInterval,
+            Then("a logarithmic axis"),
+            "vertical axis for values of both signs: linear within ± the first, logarithmic beyond, up to ± the second"
+        ),
+        floor: Option<String> = key(
+            Takes::Text,
+            Then("that of the metric, where it has one"),
+            "column with the uncertainty of the reference; the region below it is shaded"
+        ),
+        slope: Option<(f64, [f64; 2])> =
+            key(Takes::Slope, Then("none"), "slope triangle: order and first corner (H in ms, value)"),
+        orders_over_ms: Option<[f64; 2]> =
+            key(Takes::Interval, Then("all"), "interval of H, ms, over which orders in the legend are fitted"),
+    }
 }
 
 impl SweepFigure {
@@ -67,13 +68,14 @@ impl SweepFigure {
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let all = Runs::read(folder)?;
+        let table = read_runs(folder)?;
+        let all = Runs::of(&table)?;
         let columns = self.columns.unwrap_or(self.panels.len());
         let mut figure = Figure::new(self.width, self.height).columns(columns);
         for spec in &self.panels {
-            let runs = all.only(&spec.only)?;
+            let runs = spec.only.one_of(&all)?;
             let runs = if spec.without_exact { runs.without_exact()? } else { runs };
-            let longest = (0..runs.table.len()).map(|row| runs.macro_step_ms(row)).fold(0.0, f64::max);
+            let longest = runs.rows().iter().map(|&row| runs.macro_step_ms(row)).fold(0.0, f64::max);
             // Steps of microseconds say so.
             let (unit, factor) = if longest < 0.1 { ("µs", 1e3) } else { ("ms", 1.0) };
             let x_axis = Axis::log10(format!("macro step H ({unit})"));
@@ -92,29 +94,32 @@ impl SweepFigure {
                 panel = panel.band(band);
             }
             for label in runs.labels(&spec.labels) {
-                let points = spec.points(&runs, &label, spec.bars)?;
-                let order = spec.order(&points).filter(|_| self.panels.len() == 1 && spec.symlog.is_none());
+                let points = spec.points(&runs, label, spec.bars)?;
+                let has_order = self.panels.len() == 1 && spec.symlog.is_none();
+                let order = if has_order { spec.order(&runs.of_label(label))? } else { None };
                 let levels_off = spec.levels_off(&points);
                 let lost = spec.fitted(&points).any(|point| point.lost > 0.0);
                 let entry = match order {
-                    _ if all.fraction_stable(&all.of_label(&label)) == Some(0.0) => {
-                        format!("{}: never stable", styles.shown_name(&label))
+                    _ if all.of_label(label).share_completed() == Some(0.0) => {
+                        format!("{}: never stable", styles.shown_name(label))
                     }
-                    Some(_) if levels_off => format!("{}, levels off", styles.shown_name(&label)),
+                    Some(_) if levels_off => format!("{}, levels off", styles.shown_name(label)),
                     Some(order) => {
                         let order = signed(format!("{order:.2}"));
                         let lost = if lost { " where not diverged" } else { "" };
-                        format!("{}, order {order}{lost}", styles.shown_name(&label))
+                        format!("{}, order {order}{lost}", styles.shown_name(label))
                     }
-                    None => styles.shown_name(&label),
+                    None => styles.shown_name(label),
                 };
                 let points: Vec<OverPhases> =
                     points.into_iter().map(|point| OverPhases { x: point.x * factor, ..point }).collect();
-                panel = with_range(panel, &points, &label, &entry, runs.style(&label, styles));
+                panel = with_range(panel, &points, label, &entry, style(&runs, label, styles));
             }
             let floor = match &spec.floor {
-                Some(floor) => Some(runs.table.number(0, runs.table.column(floor)?)),
-                None => runs.floor(&spec.metric),
+                Some(floor) => {
+                    runs.rows().first().map(|&row| Ok(table.number(row, table.column(floor)?))).transpose()?
+                }
+                None => floor(&runs, &spec.metric),
             };
             // Down there a distance from the reference says nothing.
             if let Some(y) = floor.filter(|floor| spec.symlog.is_none() && *floor > spec.lowest(&panel)) {
@@ -132,15 +137,19 @@ impl SweepFigure {
 
 impl SweepPanel {
     /// The medians of one label over the macro steps shown.
-    fn points(&self, runs: &Runs, label: &str, bars: Bars) -> Result<Vec<OverPhases>> {
+    fn points(&self, runs: &Runs<'_>, label: &str, bars: Bars) -> Result<Vec<OverPhases>> {
+        let shown = self.shown(&runs.of_label(label));
+        over_phases(&shown, |row| runs.macro_step_ms(row), &self.metric, self.part, bars)
+    }
+
+    /// The runs at the macro steps shown.
+    fn shown<'t>(&self, runs: &Runs<'t>) -> Runs<'t> {
         let [from, to] = self.macro_steps_ms.unwrap_or([0.0, f64::INFINITY]);
-        let shown = |row: &usize| (from..=to).contains(&runs.macro_step_ms(*row));
-        let rows: Vec<usize> = runs.of_label(label).into_iter().filter(shown).collect();
-        runs.over_phases(&rows, |row| runs.macro_step_ms(row), &self.metric, self.part, bars)
+        runs.select(|row| (from..=to).contains(&runs.macro_step_ms(row)))
     }
 
     /// The area from the least to the largest median of some labels.
-    fn filled(&self, band: &BandSpec, runs: &Runs, styles: &Styles) -> Result<Band> {
+    fn filled(&self, band: &BandSpec, runs: &Runs<'_>, styles: &Styles) -> Result<Band> {
         let mut curves = Vec::new();
         for label in &band.labels {
             let points = self.points(runs, label, Bars::Range)?;
@@ -166,8 +175,20 @@ impl SweepPanel {
         (next.median / small.median).ln() < LEAST_ORDER * (next.x / small.x).ln()
     }
 
-    fn order(&self, points: &[OverPhases]) -> Option<f64> {
-        order_of_convergence(&self.fitted(points).map(|point| (point.x, point.median)).collect::<Vec<_>>())
+    /// The order of the runs of a label, without those whose error the reference cannot tell from zero, as a claim has it.
+    fn order(&self, runs: &Runs<'_>) -> Result<Option<f64>> {
+        let column = runs.table().column(&self.metric)?;
+        let floor = floor_of(&self.metric);
+        let [low, high] = self.orders_over_ms.unwrap_or([0.0, f64::INFINITY]);
+        let mut pairs = Vec::new();
+        for &row in self.shown(runs).completed().rows() {
+            let (step, error) = (runs.macro_step_ms(row), self.part.of(runs.table().number(row, column)));
+            let floor = floor.map(|floor| runs.floor(row, &self.metric, floor)).transpose()?;
+            let known =
+                error.filter(|error| error.is_finite() && floor.is_none_or(|floor| floor.is_nan() || *error > floor));
+            pairs.extend(known.filter(|_| (low..=high).contains(&step)).map(|error| (step, error)));
+        }
+        Ok(order_of_medians(pairs))
     }
 
     /// The points over which the order is fitted.
@@ -220,11 +241,31 @@ mod tests {
         let panel_of_all = panel("");
         let saturated = points(&[2.13, 3.53, 6.69, 16.6, 30.5, 26.5]);
         assert!(!panel_of_all.levels_off(&saturated));
-        let order = panel_of_all.order(&saturated).unwrap();
-        assert!((0.7..0.9).contains(&order), "{order}");
         for floor in [[36.1, 37.9, 41.4, 43.2, 46.2, 33.5], [0.282, 0.261, 0.259, 0.851, 3.31, 9.70]] {
             assert!(panel_of_all.levels_off(&points(&floor)), "{floor:?}");
         }
+    }
+
+    #[test]
+    fn an_order_is_that_of_completed_runs_whose_error_the_reference_can_tell_from_zero() {
+        let cells = |row: &str| row.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let header = "case,set,label,macro_step_s,outcome,force_error_rms_n,reference_force_uncertainty_n";
+        // Second order above an uncertainty of 1 N; a run that diverged is no point.
+        let rows = [
+            "0.001,completed,1.0,1.0",
+            "0.002,completed,4.0,1.0",
+            "0.004,completed,16.0,1.0",
+            "0.008,diverged,9e9,1.0",
+        ];
+        let rows = rows.map(|row| cells(&format!("box,,x,{row}"))).to_vec();
+        let table = rimbench_statistics::ResultsTable::of(Path::new("runs.csv"), cells(header), rows);
+        let panel = |metric: &str, more: &str| -> SweepPanel {
+            toml::from_str(&format!("title = \"\"\nmetric = \"{metric}\"\nlabel = \"\"\n{more}")).unwrap()
+        };
+        let order = |panel: SweepPanel| panel.order(&Runs::of(&table).unwrap()).unwrap();
+        assert!((order(panel("force_error_rms_n", "")).unwrap() - 2.0).abs() < 1e-12);
+        assert_eq!(order(panel("force_error_rms_n", "orders_over_ms = [1.0, 2.0]")), None);
+        assert!(panel("nothing", "").order(&Runs::of(&table).unwrap()).is_err());
     }
 
     #[test]

@@ -1,52 +1,50 @@
 //! Columns of traces over time, one panel per column or zoom.
 
-use super::band_spec::BandSpec;
-use super::statistics::Runs;
+use super::band_spec::{BAND, BandSpec};
+use super::keys::*;
+use super::statistics::read_runs;
 use crate::chart::{Axis, Figure, Inset, Mode, Panel, Scale, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use crate::ticks::signed;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::ResultsTable;
-use serde::Deserialize;
+use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_statistics::Runs;
 use std::path::{Path, PathBuf};
 
-/// Options of a trace figure.
-#[derive(Debug, Clone, Deserialize)]
-pub struct TraceFigure {
-    /// Labels of the scheme rows to show, or `reference`; the first at the back.
-    series: Vec<String>,
-    /// An area that further scheme rows cover.
-    band: Option<BandSpec>,
-    width: f64,
-    height: f64,
-    panels: Vec<TracePanel>,
+keys! {
+    /// Options of a trace figure.
+    pub struct TraceFigure {
+        width: f64 = WIDTH,
+        height: f64 = HEIGHT,
+        series: Vec<String> = key(Takes::Labels, Needed, "scheme rows, or `reference`; the first at the back"),
+        band: Option<BandSpec> = BAND,
+        panels: Vec<TracePanel> = panels(TracePanel::KEYS),
+    }
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TracePanel {
-    title: String,
-    column: String,
-    label: String,
-    #[serde(default)]
-    log: bool,
-    /// Interval of time, s.
-    time_s: Option<[f64; 2]>,
-    /// Interval of the vertical axis.
-    range: Option<[f64; 2]>,
-    /// Held between communication points instead of joined by lines.
-    #[serde(default)]
-    steps: bool,
-    inset: Option<TraceInset>,
+keys! {
+    struct TracePanel {
+        title: String = TITLE,
+        column: String = key(Takes::Text, Needed, "a column of the traces"),
+        label: String = key(Takes::Text, Like("column"), "heading of the vertical axis"),
+        log: bool = key(Takes::Flag, Usual("false"), "logarithmic vertical axis"),
+        time_s: Option<[f64; 2]> = key(Takes::Interval, AUTOMATIC, "horizontal axis, s"),
+        range: Option<[f64; 2]> =
+            key(Takes::Interval, AUTOMATIC, "vertical axis; above 0 where it is logarithmic"),
+        steps: bool =
+            key(Takes::Flag, Usual("false"), "held between communication points instead of joined by lines"),
+        inset: Option<TraceInset> =
+            key(Takes::Table(TraceInset::KEYS), Then("none"), "a part of the panel magnified inside it"),
+    }
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TraceInset {
-    time_s: [f64; 2],
-    range: [f64; 2],
-    place: [f64; 4],
+keys! {
+    struct TraceInset {
+        time_s: [f64; 2] = key(Takes::Interval, Needed, "horizontal axis, s"),
+        range: [f64; 2] = key(Takes::Interval, Needed, "vertical axis"),
+        place: [f64; 4] = key(Takes::Place, Needed, "where it stands"),
+    }
 }
 
 impl TraceFigure {
@@ -55,11 +53,11 @@ impl TraceFigure {
     /// # Errors
     /// [`Error::File`] for a trace or column that is not there.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let traces = self.series.iter().map(|label| Ok((label, ResultsTable::read(&trace_path(folder, label)?)?)));
+        let traces = self.series.iter().map(|label| Ok((label, read_table(&trace_path(folder, label)?)?)));
         let traces: Vec<(&String, ResultsTable)> = traces.collect::<Result<_>>()?;
         let behind = self.band.iter().flat_map(|band| &band.labels);
         let behind: Vec<ResultsTable> =
-            behind.map(|label| ResultsTable::read(&trace_path(folder, label)?)).collect::<Result<_>>()?;
+            behind.map(|label| read_table(&trace_path(folder, label)?)).collect::<Result<_>>()?;
         let mut figure = Figure::new(self.width, self.height).columns(self.panels.len());
         for spec in &self.panels {
             let scale = if spec.log { Scale::Log10 } else { Scale::Linear };
@@ -111,11 +109,12 @@ impl TracePanel {
 
 /// What the legend says of a run that did not come to its end, and when it broke off.
 fn ending(folder: &Path, label: &str) -> Result<String> {
-    let runs = Runs::read(folder)?;
-    let lost = runs.of_label(label).into_iter().find(|&row| !runs.completed(row));
+    let table = read_runs(folder)?;
+    let runs = Runs::of(&table)?;
+    let lost = runs.of_label(label).rows().iter().copied().find(|&row| !runs.is_completed(row));
     let Some(row) = lost.filter(|_| label != "reference") else { return Ok(String::new()) };
     // Where the state left its bounds, which a run may outlive.
-    let at = |name: &str| runs.table.column(name).map(|column| runs.table.number(row, column)).ok();
+    let at = |name: &str| table.column(name).map(|column| table.number(row, column)).ok();
     let when = at("outcome_at_s").filter(|end| end.is_finite()).or(at("ended_at_s"));
     let when = when.filter(|end| end.is_finite()).map_or_else(String::new, |end| format!(" at {end:.2} s"));
     Ok(format!(": diverged{when}"))
@@ -127,19 +126,20 @@ fn ending(folder: &Path, label: &str) -> Result<String> {
 /// [`Error::File`] if there is none, or if there are several: which of them is meant nobody can say.
 pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
     let (traces, path) = (folder.join("traces"), folder.join("runs.csv"));
-    let runs = Runs::read(folder)?;
+    let table = read_runs(folder)?;
+    let runs = Runs::of(&table)?;
     let several = |count: usize, what: &str| {
         Error::file(&path, format!("has {count} {what}; a figure of traces needs an experiment with one"))
     };
     if label == "reference" {
-        return match runs.problems()?.len() {
+        return match runs.problems().len() {
             0 | 1 => Ok(traces.join("reference.csv")),
             count => Err(several(count, "references")),
         };
     }
-    let trace = match *runs.of_label(label) {
+    let trace = match *runs.of_label(label).rows() {
         [] => return Err(Error::file(&path, format!("has no run labelled `{label}`"))),
-        [row] => runs.table.text(row, runs.table.column("trace")?),
+        [row] => table.text(row, table.column("trace")?),
         ref rows => return Err(several(rows.len(), &format!("runs labelled `{label}`"))),
     };
     if trace.is_empty() {

@@ -2,43 +2,38 @@
 //! a step control.
 
 use super::cost::Cost;
-use super::statistics::{Bars, Only, Part, Runs, groups, over};
+use super::keys::*;
+use super::statistics::{Bars, ONLY, Only, Part, over_phases, read_runs, style};
 use crate::chart::{Axis, Figure, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::Result;
-use serde::Deserialize;
+use rimbench_statistics::Runs;
 use std::path::Path;
 
-/// Options of a work-precision figure.
-#[derive(Debug, Clone, Deserialize)]
-pub struct WorkPrecisionFigure {
-    width: f64,
-    height: f64,
-    /// The error metric, a column of `runs.csv`.
-    metric: String,
-    /// Heading of the vertical axis.
-    label: String,
-    range: Option<[f64; 2]>,
-    #[serde(default)]
-    labels: Vec<String>,
-    /// Panels per row; all in one if absent.
-    columns: Option<usize>,
-    panels: Vec<WorkPanel>,
+keys! {
+    /// Options of a work-precision figure.
+    pub struct WorkPrecisionFigure {
+        width: f64 = WIDTH,
+        height: f64 = HEIGHT,
+        metric: String = key(Takes::Text, Needed, "the error, a column of runs.csv"),
+        label: String = METRIC_LABEL,
+        range: Option<[f64; 2]> = RANGE,
+        labels: Vec<String> = LABELS,
+        columns: Option<usize> = COLUMNS,
+        panels: Vec<WorkPanel> = panels(WorkPanel::KEYS),
+    }
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WorkPanel {
-    title: String,
-    /// Cost: a column of `cost.csv`, or counters of `runs.csv` joined by `+`.
-    cost: String,
-    /// Heading of the horizontal axis.
-    label: String,
-    range: Option<[f64; 2]>,
-    /// The case shown, of an experiment with several.
-    #[serde(default)]
-    only: Only,
+keys! {
+    struct WorkPanel {
+        title: String = TITLE,
+        cost: String =
+            key(Takes::Text, Needed, "a column of cost.csv, or counters of runs.csv joined by `+`"),
+        label: String = key(Takes::Text, Like("cost"), "heading of the horizontal axis"),
+        range: Option<[f64; 2]> = key(Takes::PositiveInterval, AUTOMATIC, "horizontal axis, logarithmic"),
+        only: Only = ONLY,
+    }
 }
 
 impl WorkPrecisionFigure {
@@ -48,35 +43,34 @@ impl WorkPrecisionFigure {
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there, or a run without a row of cost.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let all = Runs::read(folder)?;
+        let table = read_runs(folder)?;
+        let all = Runs::of(&table)?;
+        let cost = Cost::read(folder, &table)?;
+        let column = table.column("step_tolerance").ok();
+        let of_row = |row: usize| column.map(|column| table.number(row, column));
+        let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
         let mut figure = Figure::new(self.width, self.height).columns(self.columns.unwrap_or(self.panels.len()));
         for spec in &self.panels {
-            let runs = all.only(&spec.only)?;
-            let work = Cost::read(folder, &runs)?.of_runs(&spec.cost, &runs)?;
+            let runs = spec.only.one_of(&all)?;
+            let work = cost.of_runs(&spec.cost, &table)?;
             let (x, y) = (Axis::log10(&spec.label).within(spec.range), Axis::log10(&self.label).within(self.range));
             let mut panel = Panel::new(&spec.title, x, y);
-            let column = runs.table.column("step_tolerance").ok();
-            let of_row = |row: usize| column.map(|column| runs.table.number(row, column));
-            let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
-            let longest = (0..runs.table.len()).map(|row| runs.macro_step_ms(row)).fold(0.0, f64::max);
+            let longest = runs.rows().iter().map(|&row| runs.macro_step_ms(row)).fold(0.0, f64::max);
             for label in runs.labels(&self.labels) {
                 let (mut points, mut steps, mut tags): (Vec<(f64, f64)>, Vec<String>, Vec<String>) = Default::default();
-                let rows = runs.of_label(&label);
-                let by_step = groups(&rows, |row| runs.macro_step_ms(row)).into_iter();
-                let by_tolerance = by_step
-                    .flat_map(|(step, rows)| groups(&rows, tolerance).into_iter().map(move |(_, rows)| (step, rows)));
-                for (step, rows) in by_tolerance {
-                    let rows_of_point = rows[0];
-                    let completed: Vec<usize> = rows.into_iter().filter(|&row| runs.completed(row)).collect();
-                    let work = over(step, completed.iter().map(|&row| work[row]).collect());
-                    let error = runs.over_phases(&completed, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
-                    if let Some((work, error)) = work.zip(error.first()) {
-                        points.push((work.median, error.median));
+                let by_step = runs.of_label(label).by(|row| runs.macro_step_ms(row)).into_iter();
+                let by_tolerance = by_step.flat_map(|(step, runs)| {
+                    runs.by(tolerance).into_iter().map(move |(tolerance, runs)| (step, tolerance, runs.completed()))
+                });
+                for (step, controlled, completed) in by_tolerance {
+                    let finite = |row: usize| if work[row].is_finite() { work[row] } else { f64::NAN };
+                    let error = over_phases(&completed, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
+                    if let Some((work, error)) = completed.pool(finite).median().zip(error.first()) {
+                        points.push((work, error.median));
                         let (unit, factor) = if longest < 0.1 { ("µs", 1e3) } else { ("ms", 1.0) };
                         let step = (step * factor * 1e6).round() / 1e6;
                         steps.push(format!("H = {step} {unit}"));
                         // Of several points at one macro step the tolerance tells them apart, unless it is so large that it never counts.
-                        let controlled = tolerance(rows_of_point);
                         tags.push(if (1e-12..1e6).contains(&controlled) {
                             format!("{controlled:e}")
                         } else {
@@ -85,15 +79,15 @@ impl WorkPrecisionFigure {
                     }
                 }
                 // What did not complete has no cost at which to mark it.
-                let lost = match all.fraction_stable(&all.of_label(&label)) {
+                let lost = match all.of_label(label).share_completed() {
                     None => ": not run",
                     Some(0.0) => ": all runs diverged",
                     Some(share) if share < 1.0 => ": some runs diverged",
                     Some(_) => "",
                 };
-                let entry = format!("{}{lost}", styles.shown_name(&label));
-                let series = Series::new(entry, points, runs.style(&label, styles)).mode(Mode::LineMarkers);
-                panel = panel.series(series.named(&label).notes(steps).tags(tags));
+                let entry = format!("{}{lost}", styles.shown_name(label));
+                let series = Series::new(entry, points, style(&runs, label, styles)).mode(Mode::LineMarkers);
+                panel = panel.series(series.named(label).notes(steps).tags(tags));
             }
             figure = figure.panel(panel);
         }

@@ -1,49 +1,11 @@
 //! The claims in the page: a mark each in the head, and in prose with what was measured against its bound.
 
 use super::Report;
-use super::store::Study;
+use super::store::{Claim, Study, Verdict};
 use crate::claims_table::significant;
 use crate::vector::escaped;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use std::fmt::Write;
-
-/// A claim with what was measured; numbers that are not there are NaN.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Claim {
-    /// Its short name.
-    pub id: String,
-    /// Whether the paper makes it; else it is ours.
-    pub of_paper: bool,
-    /// The claim in words.
-    pub text: String,
-    /// What is measured.
-    pub quantity: String,
-    /// What was measured.
-    pub measured: f64,
-    /// From where to where the measured value can be trusted.
-    pub interval: [f64; 2],
-    /// The same without cases in which a model is exact.
-    pub without_exact: f64,
-    /// What was expected, `≥ 2` or `≤ 2`.
-    pub expected: String,
-    /// What came of it.
-    pub verdict: Verdict,
-    /// Why it has been replaced; empty if it has not.
-    pub superseded: String,
-    /// The runs that it rests on.
-    pub run_ids: Vec<String>,
-}
-
-/// What came of a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// The expectation does not hold.
-    NotReproduced,
-    /// Its runs are not there.
-    NotMeasured,
-    /// The expectation holds.
-    Reproduced,
-}
 
 impl Verdict {
     pub(super) fn class(self) -> &'static str {

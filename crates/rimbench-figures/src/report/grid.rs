@@ -3,7 +3,7 @@
 use super::store::Study;
 use crate::vector::escaped;
 use rimbench_results::results_table::ResultsTable;
-use rimbench_statistics::median;
+use rimbench_statistics::Pool;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
@@ -119,7 +119,7 @@ fn shade(limit: Option<f64>, best: f64) -> usize {
 fn limit(tried: &Tried) -> Option<f64> {
     let usable = |errors: &BTreeMap<String, Option<f64>>| {
         let completed: Option<Vec<f64>> = errors.values().copied().collect();
-        completed.and_then(median).is_some_and(|error| error <= USABLE)
+        completed.and_then(|errors| Pool::of(errors).median()).is_some_and(|error| error <= USABLE)
     };
     tried.iter().take_while(|(_, errors)| usable(errors)).last().map(|(step, _)| f64::from_bits(*step))
 }

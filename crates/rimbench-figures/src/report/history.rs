@@ -2,13 +2,13 @@
 
 use crate::days::day_of;
 use crate::vector::escaped;
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::fmt::Write;
 use std::path::Path;
 
 /// The sections of what a folder of results records; nothing where it records neither.
 pub(super) fn sections(folder: &Path) -> String {
-    let read = |name: &str| ResultsTable::read(&folder.join(name)).ok();
+    let read = |name: &str| read_table(&folder.join(name)).ok();
     let solvers =
         read("perf/solvers/work.csv").zip(read("perf/solvers/time.csv")).and_then(|(work, time)| solvers(&work, &time));
     let performance = read("perf/history.csv").and_then(|history| performance(&history));

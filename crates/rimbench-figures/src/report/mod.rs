@@ -18,8 +18,7 @@ mod packed;
 mod sections;
 mod store;
 
-pub use claims::{Claim, Verdict};
-pub use store::{Made, Study, find_studies};
+pub use store::{Claim, Made, Study, Verdict, find_studies};
 
 use crate::live_part;
 use packed::Detail;

@@ -11,7 +11,7 @@ use base64::prelude::BASE64_STANDARD;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -276,7 +276,7 @@ fn pack_traces(json: &mut String, study: &Study, runs: &ResultsTable, most: usiz
     let Some(column) = runs.column("trace").ok().filter(|_| most > 0) else { return };
     let mut packed = 0;
     for row in (0..runs.len()).filter(|&row| !runs.text(row, column).is_empty()) {
-        let Ok(trace) = ResultsTable::read(&study.folder.join("traces").join(runs.text(row, column))) else { continue };
+        let Ok(trace) = read_table(&study.folder.join("traces").join(runs.text(row, column))) else { continue };
         let Ok(time) = trace.column("time_s") else { continue };
         let mut columns: Vec<usize> = SHOWN.iter().filter_map(|name| trace.column(name).ok()).collect();
         if columns.is_empty() {

@@ -7,7 +7,7 @@ use crate::live_part;
 use crate::vector::{self, escaped};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
@@ -172,7 +172,7 @@ impl Report<'_> {
         let Some(known) = self.studies.iter().find(|known| known.name == study && known.is_shipped) else {
             return not_shown(&format!("no results of {study}"));
         };
-        let made = ResultsTable::read(&known.folder.join(file)).and_then(|table| make(&table));
+        let made = read_table(&known.folder.join(file)).and_then(|table| make(&table));
         made.unwrap_or_else(|error| not_shown(&known.said(&error)))
     }
 

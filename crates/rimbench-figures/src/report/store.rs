@@ -1,15 +1,52 @@
 //! What a folder of results holds.
 
-use super::claims::Claim;
 use crate::drawing::Drawing;
 use crate::vector::escaped;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::ResultsTable;
+use rimbench_results::results_table::{ResultsTable, read_table};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// A figure of a study: its identifier, what the reader sees under it, and the picture or why there is none.
 pub type Made = (String, String, std::result::Result<Drawing, String>);
+
+/// A claim with what was measured; numbers that are not there are NaN.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Claim {
+    /// Its short name.
+    pub id: String,
+    /// Whether the paper makes it; else it is ours.
+    pub of_paper: bool,
+    /// The claim in words.
+    pub text: String,
+    /// What is measured.
+    pub quantity: String,
+    /// What was measured.
+    pub measured: f64,
+    /// From where to where the measured value can be trusted.
+    pub interval: [f64; 2],
+    /// The same without cases in which a model is exact.
+    pub without_exact: f64,
+    /// What was expected, `≥ 2` or `≤ 2`.
+    pub expected: String,
+    /// What came of it.
+    pub verdict: Verdict,
+    /// Why it has been replaced; empty if it has not.
+    pub superseded: String,
+    /// The runs that it rests on.
+    pub run_ids: Vec<String>,
+}
+
+/// What came of a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The expectation does not hold.
+    NotReproduced,
+    /// Its runs are not there.
+    NotMeasured,
+    /// The expectation holds.
+    Reproduced,
+}
 
 /// One study: an experiment with its results.
 #[derive(Debug, Clone)]
@@ -45,7 +82,7 @@ impl Study {
         let place = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
         let name = format!("{}/{}", part(place.parent()), part(Some(&place)));
         let mut remarks = Vec::new();
-        let runs = match ResultsTable::read(&folder.join("runs.csv")) {
+        let runs = match read_table(&folder.join("runs.csv")) {
             Ok(runs) => Some(runs),
             Err(error) => {
                 remarks.push(format!("its runs cannot be shown: {}", said(folder, &error)));
@@ -118,7 +155,7 @@ impl Study {
             let column = table.column(column).ok()?;
             Some((0..table.len()).map(|row| table.text(row, column).to_owned()).collect())
         };
-        ResultsTable::read(&self.folder.join("provenance.csv")).ok().and_then(values).unwrap_or_default()
+        read_table(&self.folder.join("provenance.csv")).ok().and_then(values).unwrap_or_default()
     }
 }
 

@@ -15,7 +15,9 @@ use rimbench_core::cosim::{PerSide, Port, Ports, Quantity, Side, Subsystem, chec
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name};
 use rimbench_results::input::read_text;
+use rimbench_results::schema::schema_of;
 use rimbench_results::text_place::said_at;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,25 +30,44 @@ pub const GONE: &str = "programs that answer lines of JSON are not run: a side c
                         (docs/guide/python.md), a scheme a class in Python or a type in Rust (docs/guide/own-scheme.md)";
 
 /// A case file as it is written.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "Case of rimbench made of FMUs")]
 struct CaseFile {
+    #[schemars(extend("pattern" = "^[a-z][a-z0-9]*(-[a-z0-9]+)*$"))]
     name: String,
+    /// One line.
     #[serde(default)]
     about: String,
+    /// Simulated time, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     duration_s: f64,
+    /// Usual H, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     macro_step_s: f64,
+    /// Longest step of the actuator, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     micro_step_s: Option<f64>,
+    /// Coarsest of the three steps of the reference, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     reference_step_s: Option<f64>,
     #[serde(default)]
     process: ProcessKind,
+    /// After so long without an answer a process is ended, s.
     #[serde(default = "minute")]
+    #[schemars(range(min = SHORTEST_ANSWER))]
     answer_within_s: f64,
     mechanics: SideTable,
     actuator: SideTable,
+    #[schemars(length(min = 1))]
     interface: Vec<Row>,
     #[serde(default)]
     parameters: BTreeMap<String, ParameterTable>,
+}
+
+/// Returns the JSON Schema of a case file.
+pub fn case_file_schema() -> serde_json::Value {
+    schema_of::<CaseFile>()
 }
 
 impl CaseFile {
@@ -59,7 +80,7 @@ fn minute() -> f64 {
     60.0
 }
 
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum ProcessKind {
     /// Each FMU in a process of its own.
@@ -69,24 +90,31 @@ enum ProcessKind {
     Same,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SideTable {
+    /// The file, relative to this one.
     fmu: PathBuf,
     /// Libraries whose symbols the FMU takes for granted, loaded before it.
     #[serde(default)]
     needs: Vec<PathBuf>,
+    /// Values that are set before a run.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     start: BTreeMap<String, toml::Value>,
+    /// Variables that become columns.
     #[serde(default)]
     observe: Vec<String>,
+    /// The variable that counts the work received, an energy.
     interface_work: Option<String>,
+    /// Whether outputs follow inputs at once.
     direct_feedthrough: Option<bool>,
     /// The longest step by which an FMU without derivatives is probed, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     probe_step_s: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Row {
     columns: Option<[String; 3]>,
@@ -94,7 +122,7 @@ struct Row {
     actuator: Ends,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Ends {
     position: End,
@@ -103,7 +131,7 @@ struct Ends {
 }
 
 /// A variable, and what its value is multiplied by besides its unit.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     deny_unknown_fields,
@@ -111,10 +139,14 @@ struct Ends {
 )]
 enum End {
     Plain(String),
-    Scaled { variable: String, factor: f64 },
+    Scaled {
+        variable: String,
+        #[schemars(extend("not" = { "const": 0 }))]
+        factor: f64,
+    },
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ParameterTable {
     default: f64,
@@ -122,7 +154,9 @@ struct ParameterTable {
     unit: String,
     #[serde(default)]
     about: String,
+    /// The variable of that side that takes it.
     mechanics: Option<String>,
+    /// The variable of that side that takes it.
     actuator: Option<String>,
 }
 

@@ -2,13 +2,16 @@
 
 use super::form::requests;
 use super::price::Work;
-use super::search::Fall;
+use super::probe::Probe;
 use super::{Fallen, Question};
 use rimbench_cases::runs::{RunRequest, RunSpec};
 use rimbench_core::ceilings::Driver;
 use rimbench_core::cosim::MechanicsSteps;
 use rimbench_core::error::{Error, Result};
 use std::collections::HashSet;
+
+/// Where and why a form missed the error, and the run that says so.
+pub(super) type Fall = (String, Option<Box<Probe>>);
 
 /// A form of a scheme, and the macro steps between which its largest lies that meets the error.
 #[derive(Debug, Clone)]

@@ -24,8 +24,8 @@ pub use probe::{METRIC, Probe};
 pub use search::milliseconds;
 
 use super::cache::Cache;
-use super::execution::Progress;
 use super::grid::phase_ensemble;
+use super::job::Progress;
 use super::references::obtain_reference;
 use candidate::Candidate;
 use probe::Prober;

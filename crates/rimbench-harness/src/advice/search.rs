@@ -6,10 +6,10 @@
 //! in the end is held against all phases, and falls back if it does not stand them.
 
 use super::Question;
-use super::candidate::Candidate;
+use super::candidate::{Candidate, Fall};
 use super::price::Work;
 use super::probe::{Probe, Prober};
-use crate::execution::Step;
+use crate::job::Step;
 use crate::spectral::spectral_radius;
 use crate::stability::NEUTRAL;
 use rayon::prelude::*;
@@ -39,9 +39,6 @@ pub(super) struct Search<'a> {
     /// Macro steps of forms beyond one that missed the error that an exhaustive search had no budget for.
     left_beyond: usize,
 }
-
-/// Where and why a form missed the error, and the run that says so.
-pub(super) type Fall = (String, Option<Box<Probe>>);
 
 /// Runs of a form at a macro step; else why there are none.
 pub(super) type Runs = Result<Vec<Probe>, String>;

@@ -1,11 +1,10 @@
 //! What can be said of claims without the rows they rest on: whether what is kept fits together.
 
-use super::ALL;
-use super::declared::{Claim, Statistic};
 use super::table::{CheckedClaim, read_claims};
-use crate::experiment::Experiment;
+use crate::experiment::{Claim, Experiment, Statistic};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::kept::{Digest, SUMMARY_METRICS, SummaryRow, read_summary};
+use rimbench_statistics::ALL;
 use std::path::Path;
 
 /// Relative difference that six written digits explain, of a ratio of two of them as well.
@@ -72,7 +71,7 @@ impl Claim {
         if self.statistic != Statistic::Median || self.at_equal.is_some() {
             return None;
         }
-        let median = |label: &str| {
+        let middle = |label: &str| {
             let is = |text: &str, wanted: &Option<String>| {
                 wanted.as_deref().is_none_or(|wanted| wanted == ALL || wanted == text)
             };
@@ -86,10 +85,10 @@ impl Claim {
             let only = rows.next().filter(|row| row.completed == row.runs)?;
             Some(only.quartiles[metric][1]).filter(|value| rows.next().is_none() && !value.is_nan())
         };
-        let own = median(&self.scheme)?;
+        let own = middle(&self.scheme)?;
         match &self.relative_to {
             None => Some(own),
-            Some(other) => median(other).map(|other| own / other).filter(|ratio| ratio.is_finite()),
+            Some(other) => middle(other).map(|other| own / other).filter(|ratio| ratio.is_finite()),
         }
     }
 }

@@ -1,35 +1,36 @@
 //! What was measured of a claim.
 
-use super::ALL;
-use super::declared::{Claim, Statistic, Verdict};
 use super::table::CheckedClaim;
-use crate::equal_cost::{self, CostedRun};
+use crate::experiment::{Claim, Statistic, Verdict};
+use rimbench_cases::metrics::floor_of;
 use rimbench_core::error::Result;
-use rimbench_results::results_table::{ResultsTable, uncertainty_of};
-use rimbench_statistics::{bootstrap_interval, median, order_of_convergence};
-use std::collections::{BTreeMap, BTreeSet};
+use rimbench_statistics::{
+    ALL, Costed, Pool, ResultsTable, Runs, bootstrap_interval, order_of_medians, ratios_at_equal_cost,
+};
 
 /// Outcomes that say nothing about whether a run diverges.
 const NO_ANSWER: [&str; 3] = ["skipped", "timeout", "panicked"];
 
 /// Holds a claim against the rows of an experiment.
-pub(super) fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Result<CheckedClaim> {
-    let mut basis = Basis::default();
-    let mut samples = samples(claim, Of::Own, &claim.scheme, runs, &mut basis)?;
-    if let Some(other) = &claim.relative_to {
-        samples.extend(self::samples(claim, Of::Other, other, runs, &mut basis)?);
-    }
-    let measured = claim.measured(&samples);
+pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Result<CheckedClaim> {
+    let runs = Runs::of(table)?;
+    let problem = runs.of_problem(claim.case.as_deref(), claim.set.as_deref());
+    let about = problem.select(|row| claim.is_about(runs.macro_step(row)));
+    let labels = [Some(&claim.scheme), claim.relative_to.as_ref()];
+    let rows: Vec<usize> =
+        labels.into_iter().flatten().flat_map(|label| about.of_label(label).rows().to_vec()).collect();
+    let all = about.with_rows(rows);
+    let values = Values::of(claim, &all)?;
+    let known = all.select(|row| !values.value[row].is_nan());
+    let measured = values.measured(known.rows());
     let interval = match claim.statistic {
-        Statistic::Median if claim.at_equal.is_some() => {
-            let ratios: Vec<Vec<f64>> = ratios(&samples).into_iter().map(|ratio| vec![ratio]).collect();
-            bootstrap_interval(&ratios, |drawn| median(drawn.to_vec()))
-        }
-        Statistic::Median | Statistic::Order => claim.interval(&samples),
+        Statistic::Median if claim.at_equal.is_some() => Pool::of(values.ratios(known.rows())).interval(),
+        Statistic::Median | Statistic::Order => bootstrap_interval(&known.witnesses(), |drawn| values.measured(&drawn)),
         _ => None,
     };
-    let without_exact = match samples.iter().any(|sample| sample.exact) {
-        true => claim.measured(&samples.iter().filter(|sample| !sample.exact).cloned().collect::<Vec<_>>()),
+    let exact = runs.exact_problems();
+    let without_exact = match known.problems().iter().any(|problem| exact.contains(problem)) {
+        true => values.measured(known.select(|row| !exact.contains(&runs.problem(row))).rows()),
         false => None,
     };
     let verdict = match measured {
@@ -38,30 +39,17 @@ pub(super) fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Res
         Some(value) if !claim.expect.at_least && value <= claim.expect.bound => Verdict::Reproduced,
         Some(_) => Verdict::NotReproduced,
     };
-    let statistic = format!("{:?}", claim.statistic).to_lowercase();
-    let relative = claim.relative_to.as_ref().map(|other| format!(" relative to {other}")).unwrap_or_default();
-    let equal = claim.at_equal.as_ref().map(|counter| format!(" at equal {counter}")).unwrap_or_default();
-    let step = claim.macro_step_s.map(|step| format!("{equal} at H = {} ms", step * 1e3)).unwrap_or(equal);
-    let problem = [("case", &claim.case), ("set", &claim.set)].map(|(key, value)| match value.as_deref() {
-        None => String::new(),
-        Some(ALL) => format!(", all {key}s"),
-        Some(value) => format!(", {key} {value}"),
-    });
-    let left_out = match basis.left_out {
+    let left_out = match all.rows().len() - known.rows().len() {
         0 => String::new(),
-        count => format!(" ({count} of {} runs left out: {})", basis.run_ids.len() + count, claim.why_left_out()),
+        count => format!(" ({count} of {} runs left out: {})", all.rows().len(), claim.why_left_out()),
     };
+    let id = table.column("run_id")?;
     Ok(CheckedClaim {
         experiment: experiment.to_owned(),
         id: claim.id.clone(),
         by: claim.by,
         text: claim.text.clone(),
-        quantity: format!(
-            "{statistic} of {} of {}{relative}{step}{}{left_out}",
-            claim.metric,
-            claim.scheme,
-            problem.concat()
-        ),
+        quantity: format!("{}{left_out}", claim.quantity()),
         measured,
         low: interval.map(|[low, _]| low),
         high: interval.map(|[_, high]| high),
@@ -70,140 +58,106 @@ pub(super) fn check(claim: &Claim, experiment: &str, runs: &ResultsTable) -> Res
         verdict,
         finding: claim.finding,
         superseded: claim.superseded.clone(),
-        runs: basis.run_ids.len(),
-        run_ids: basis.run_ids,
+        runs: known.rows().len(),
+        run_ids: known.rows().iter().map(|&row| table.text(row, id).to_owned()).collect(),
     })
 }
 
-/// What a measurement rests on.
-#[derive(Default)]
-struct Basis {
-    run_ids: Vec<String>,
-    left_out: usize,
-}
-
-/// Whose run it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Of {
-    Own,
-    Other,
-}
-
-/// What one run has to say.
-#[derive(Debug, Clone)]
-struct Sample {
-    of: Of,
-    /// Case, set, phase.
-    origin: [String; 3],
-    /// Whether the model of some run of its case and set is the mechanics itself.
-    exact: bool,
-    step: f64,
-    /// Where the step is controlled; else 0.
-    tolerance: f64,
+/// What the runs of a table have to say of a claim, by row.
+struct Values<'a> {
+    claim: &'a Claim,
+    runs: &'a Runs<'a>,
+    /// The claim's metric; NaN where a run says nothing of it.
+    value: Vec<f64>,
+    /// Tolerance of a step control, 0 without one.
+    tolerance: Vec<f64>,
     /// The counter that is to be equal, if any; else 0.
-    cost: f64,
-    value: f64,
+    cost: Vec<f64>,
 }
 
-/// The claim's metric over the runs of one scheme row.
-fn samples(claim: &Claim, of: Of, label: &str, runs: &ResultsTable, basis: &mut Basis) -> Result<Vec<Sample>> {
-    let (case, set) = (runs.column("case")?, runs.column("set")?);
-    let is = |row: usize, column: usize, wanted: &Option<String>| {
-        wanted.as_deref().is_none_or(|wanted| wanted == ALL || runs.text(row, column) == wanted)
-    };
-    let (id, step, outcome) = (runs.column("run_id")?, runs.column("macro_step_s")?, runs.column("outcome")?);
-    let value = match claim.metric.as_str() {
-        "diverged" => outcome,
-        "diverged_at_s" => runs.column("outcome_at_s")?,
-        metric => runs.column(metric)?,
-    };
-    let [phase, exact, tolerance] = ["phase", "model_exact", "step_tolerance"].map(|name| runs.column(name).ok());
-    // The counters stand behind the settings, of which one has the same name as a counter.
-    let cost = claim.at_equal.as_ref().map(|counter| runs.last_column(counter)).transpose()?;
-    let or_zero = |row: usize, column: Option<usize>| column.map_or(0.0, |column| runs.number(row, column));
-    let uncertainty = uncertainty_of(&claim.metric).and_then(|name| runs.column(name).ok());
-    // Of an error no larger than what the reference may be wrong by, nothing is known but that it is small.
-    let unknown = |row: usize, error: f64| uncertainty.is_some_and(|column| error <= runs.number(row, column));
-    let problem = |row: usize| (runs.text(row, case), runs.text(row, set));
-    let is_exact = |&row: &usize| exact.is_some_and(|exact| runs.text(row, exact) == "true");
-    let exact: BTreeSet<_> = (0..runs.len()).filter(is_exact).map(problem).collect();
-    let mut samples = Vec::new();
-    for row in runs.rows_where(runs.column("label")?, label) {
-        if !(claim.is_about(runs.number(row, step)) && is(row, case, &claim.case) && is(row, set, &claim.set)) {
-            continue;
-        }
-        let ended = runs.text(row, outcome);
-        let number = match claim.metric.as_str() {
-            "diverged" if NO_ANSWER.contains(&ended) => f64::NAN,
-            "diverged" => f64::from(ended == "diverged"),
-            "diverged_at_s" if ended != "diverged" => f64::NAN,
-            // What a run that did not complete has is no point on the way to H = 0.
-            _ if (claim.statistic == Statistic::Order || cost.is_some()) && ended != "completed" => f64::NAN,
-            _ if claim.statistic == Statistic::Order && unknown(row, runs.number(row, value)) => f64::NAN,
-            _ => runs.number(row, value),
+impl<'a> Values<'a> {
+    fn of(claim: &'a Claim, runs: &'a Runs<'a>) -> Result<Self> {
+        let table = runs.table();
+        let metric = match claim.metric.as_str() {
+            "diverged" => table.column("outcome")?,
+            "diverged_at_s" => table.column("outcome_at_s")?,
+            metric => table.column(metric)?,
         };
-        if number.is_nan() {
-            basis.left_out += 1;
-        } else {
-            basis.run_ids.push(runs.text(row, id).to_owned());
-            let phase = phase.map_or("", |phase| runs.text(row, phase));
-            samples.push(Sample {
-                of,
-                origin: [runs.text(row, case), runs.text(row, set), phase].map(str::to_owned),
-                exact: exact.contains(&problem(row)),
-                step: runs.number(row, step),
-                tolerance: Some(or_zero(row, tolerance)).filter(|value| value.is_finite()).unwrap_or(0.0),
-                cost: or_zero(row, cost),
-                value: number,
-            });
+        let tolerance = table.column("step_tolerance").ok();
+        // The counters stand behind the settings, of which one has the same name as a counter.
+        let cost = claim.at_equal.as_ref().map(|counter| table.last_column(counter)).transpose()?;
+        let floor = floor_of(&claim.metric).filter(|_| claim.statistic == Statistic::Order);
+        let mut values = Values {
+            claim,
+            runs,
+            value: vec![f64::NAN; table.len()],
+            tolerance: vec![0.0; table.len()],
+            cost: vec![0.0; table.len()],
+        };
+        for &row in runs.rows() {
+            let number = table.number(row, metric);
+            let floor = floor.map(|floor| runs.floor(row, &claim.metric, floor)).transpose()?;
+            let ended = runs.outcome(row);
+            values.value[row] = match claim.metric.as_str() {
+                "diverged" if NO_ANSWER.contains(&ended) => f64::NAN,
+                "diverged" => f64::from(ended == "diverged"),
+                "diverged_at_s" if ended != "diverged" => f64::NAN,
+                // What a run that did not complete has is no point on the way to H = 0.
+                _ if (claim.statistic == Statistic::Order || cost.is_some()) && ended != "completed" => f64::NAN,
+                _ if floor.is_some_and(|floor| number <= floor) => f64::NAN,
+                _ => number,
+            };
+            let tolerance = tolerance.map(|column| table.number(row, column));
+            values.tolerance[row] = tolerance.filter(|value| value.is_finite()).unwrap_or(0.0);
+            values.cost[row] = cost.map_or(0.0, |column| table.number(row, column));
         }
+        Ok(values)
     }
-    Ok(samples)
-}
 
-/// What the two rows have to say at equal counts, one ratio per case and set.
-fn ratios<'a>(samples: impl IntoIterator<Item = &'a Sample>) -> Vec<f64> {
-    let run = |sample: &'a Sample| CostedRun {
-        problem: &sample.origin[..2],
-        setting: [sample.step, sample.tolerance],
-        is_other: sample.of == Of::Other,
-        cost: sample.cost,
-        error: sample.value,
-    };
-    equal_cost::ratios(samples.into_iter().map(run))
-}
-
-impl Claim {
-    /// The statistic of the samples, or the ratio of the two schemes' ones.
-    fn measured<'a>(&self, samples: impl IntoIterator<Item = &'a Sample> + Clone) -> Option<f64> {
-        if self.at_equal.is_some() {
-            return self.statistic.of(ratios(samples).into_iter().map(|ratio| (0.0, ratio)).collect());
+    /// The statistic of some rows, or the ratio of the two schemes' ones.
+    fn measured(&self, rows: &[usize]) -> Option<f64> {
+        if self.claim.at_equal.is_some() {
+            return self.claim.statistic.of(self.ratios(rows).into_iter().map(|ratio| (0.0, ratio)));
         }
-        let of = |wanted: Of| {
-            let own = samples.clone().into_iter().filter(|sample| sample.of == wanted);
-            self.statistic.of(own.map(|sample| (sample.step, sample.value)).collect())
+        let of = |label: &str| {
+            let own = rows.iter().filter(|&&row| self.runs.label(row) == label);
+            self.claim.statistic.of(own.map(|&row| (self.runs.macro_step(row), self.value[row])))
         };
-        match self.relative_to {
-            None => of(Of::Own),
+        let own = of(&self.claim.scheme);
+        match &self.claim.relative_to {
+            None => own,
             // Nothing over nothing is no measurement.
-            Some(_) => of(Of::Own).zip(of(Of::Other)).map(|(own, other)| own / other).filter(|ratio| !ratio.is_nan()),
+            Some(other) => own.zip(of(other)).map(|(own, other)| own / other).filter(|ratio| !ratio.is_nan()),
         }
     }
 
-    /// How far it can be trusted: cases are drawn anew, or phases where there is one case only.
-    fn interval(&self, samples: &[Sample]) -> Option<[f64; 2]> {
-        let problems: BTreeSet<_> = samples.iter().map(|sample| &sample.origin[..2]).collect();
-        let parts = if problems.len() > 1 { 2 } else { 3 };
-        let mut witnesses: BTreeMap<_, Vec<&Sample>> = BTreeMap::new();
-        for sample in samples {
-            witnesses.entry(&sample.origin[..parts]).or_default().push(sample);
-        }
-        let witnesses: Vec<Vec<&Sample>> = witnesses.into_values().collect();
-        bootstrap_interval(&witnesses, |drawn| self.measured(drawn.iter().copied()))
+    /// What the two rows have to say at equal counts, one ratio per case and set.
+    fn ratios(&self, rows: &[usize]) -> Vec<f64> {
+        ratios_at_equal_cost(rows.iter().map(|&row| Costed {
+            problem: self.runs.problem(row),
+            setting: [self.runs.macro_step(row), self.tolerance[row]],
+            is_other: self.runs.label(row) != self.claim.scheme,
+            cost: self.cost[row],
+            error: self.value[row],
+        }))
     }
 }
 
 impl Claim {
+    /// What is measured, in words.
+    fn quantity(&self) -> String {
+        let statistic = format!("{:?}", self.statistic).to_lowercase();
+        let relative = self.relative_to.as_ref().map(|other| format!(" relative to {other}")).unwrap_or_default();
+        let equal = self.at_equal.as_ref().map(|counter| format!(" at equal {counter}")).unwrap_or_default();
+        let step = self.macro_step_s.map(|step| format!(" at H = {} ms", step * 1e3)).unwrap_or_default();
+        let problem = [("case", &self.case), ("set", &self.set)].map(|(key, value)| match value.as_deref() {
+            None => String::new(),
+            Some(ALL) => format!(", all {key}s"),
+            Some(value) => format!(", {key} {value}"),
+        });
+        format!("{statistic} of {} of {}{relative}{equal}{step}{}", self.metric, self.scheme, problem.concat())
+    }
+
     /// Why a run can be left out.
     fn why_left_out(&self) -> &'static str {
         match self.metric.as_str() {
@@ -220,24 +174,17 @@ impl Claim {
 
 impl Statistic {
     /// Of pairs (macro step, value).
-    fn of(self, pairs: Vec<(f64, f64)>) -> Option<f64> {
-        let values: Vec<f64> = pairs.iter().map(|(_, value)| *value).collect();
+    fn of(self, pairs: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
+        if self == Statistic::Order {
+            return order_of_medians(pairs);
+        }
+        let pool = Pool::of(pairs.map(|(_, value)| value));
         match self {
-            _ if values.is_empty() => None,
-            Statistic::Median => median(values),
-            Statistic::Min => values.into_iter().reduce(f64::min),
-            Statistic::Max => values.into_iter().reduce(f64::max),
-            Statistic::Mean => Some(values.iter().sum::<f64>() / values.len() as f64),
-            Statistic::Order => {
-                let mut steps: Vec<f64> = pairs.iter().map(|(step, _)| *step).collect();
-                // Rows of several cases or sets do not stand in the order of the steps.
-                steps.sort_by(f64::total_cmp);
-                steps.dedup();
-                let of_step = |step: f64| pairs.iter().filter(|pair| pair.0 == step).map(|pair| pair.1).collect();
-                let points: Vec<(f64, f64)> =
-                    steps.into_iter().filter_map(|step| Some((step, median(of_step(step))?))).collect();
-                order_of_convergence(&points)
-            }
+            Statistic::Median => pool.median(),
+            Statistic::Min => pool.range().map(|[least, _]| least),
+            Statistic::Max => pool.range().map(|[_, most]| most),
+            Statistic::Mean => pool.mean(),
+            Statistic::Order => None,
         }
     }
 }
@@ -245,14 +192,16 @@ impl Statistic {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rimbench_results::results_table::read_table;
 
     #[test]
     fn statistics_over_phases_and_steps() {
-        let pairs = vec![(1.0, 2.0), (1.0, 4.0), (2.0, 6.0), (2.0, 6.0), (2.0, 60.0)];
-        assert_eq!(Statistic::Median.of(pairs.clone()), Some(6.0));
-        assert_eq!(Statistic::Max.of(pairs.clone()), Some(60.0));
-        approx::assert_relative_eq!(Statistic::Order.of(pairs).unwrap(), 1.0, epsilon = 1e-12);
-        assert_eq!(Statistic::Min.of(Vec::new()), None);
+        let of = |statistic: Statistic| {
+            statistic.of([(1.0, 2.0), (1.0, 4.0), (2.0, 6.0), (2.0, 6.0), (2.0, 60.0)].into_iter())
+        };
+        assert_eq!((of(Statistic::Median), of(Statistic::Max)), (Some(6.0), Some(60.0)));
+        approx::assert_relative_eq!(of(Statistic::Order).unwrap(), 1.0, epsilon = 1e-12);
+        assert_eq!(Statistic::Min.of(std::iter::empty()), None);
     }
 
     /// A table of rows, each with its end, below a header.
@@ -260,7 +209,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.csv");
         std::fs::write(&path, format!("{header}\n{rows}")).unwrap();
-        ResultsTable::read(&path).unwrap()
+        read_table(&path).unwrap()
     }
 
     /// A claim with these keys beside those that all have, checked against a table.

@@ -1,17 +1,13 @@
 //! Claims: what an experiment file says should come out, held against what did.
 //!
 //! ```text
-//! what a claim says (declared) → that it is about runs of the plan (against_plan) → what was measured of it (measured) → claims.csv (table)
+//! a claim of an experiment → what was measured of it (measured) → claims.csv (table) → held against the summary (kept)
 //! ```
 
-mod against_plan;
-mod declared;
 mod kept;
 mod measured;
 mod table;
 
-pub(super) use against_plan::check_claims_against_plan;
-pub use declared::{Claim, Claimant, STATISTICS, Verdict, claim_metrics};
 pub use kept::{KeptClaims, check_kept_claims};
 pub(crate) use table::CLAIM_COLUMNS;
 pub use table::{CheckedClaim, write_claims};
@@ -21,9 +17,6 @@ use super::experiment::Experiment;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_core::error::Result;
 use std::path::Path;
-
-/// What a claim says for its case or its set when it is about all of them.
-const ALL: &str = "all";
 
 /// Checks all claims of an experiment against the results in its folder, which must hold the runs of its plan, or of its quick
 /// plan; claims about macro steps that are not in that one come back as not measured.

@@ -1,6 +1,6 @@
 //! A claim with what was measured, and the table of them.
 
-use super::declared::{Claimant, Verdict};
+use crate::experiment::{Claimant, Verdict};
 use rimbench_core::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -1,7 +1,8 @@
 //! What is missing of an experiment, in chunks that last about equally long.
 
-use crate::execution::{Job, stored};
+use crate::execution::stored;
 use crate::experiment::PlannedRun;
+use crate::job::Job;
 use crate::results::{COST_PLAN, cost_header};
 use crate::store::Record;
 use rimbench_core::error::Result;

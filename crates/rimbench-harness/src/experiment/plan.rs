@@ -1,29 +1,19 @@
 //! The runs that an experiment file stands for.
 
+use super::claims_of_plan::check_claims_against_plan;
+use super::planned_run::PlannedRun;
 use super::{CaseEntry, Experiment};
-use crate::claims::check_claims_against_plan;
 use crate::grid::parameter_grid;
 use rayon::prelude::*;
 use rimbench_cases::cases::{Case, Parameters};
 use rimbench_cases::catalogue::Catalogue;
-use rimbench_cases::runs::{RunRequest, RunSpec};
+use rimbench_cases::runs::RunRequest;
 use rimbench_core::error::{Error, Result};
 use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Most runs of one experiment: plan, records and tables are held in memory, some 3 kB for each run.
 pub const MOST_RUNS: usize = 100_000;
-
-/// One run of the plan, with what its row in data says about it.
-#[derive(Debug, Clone)]
-pub struct PlannedRun {
-    /// What is run.
-    pub spec: RunSpec,
-    /// Label of the scheme row: given in the file, or made of the scheme's name and what tells rows of one scheme apart.
-    pub label: String,
-    /// [`RunSpec::id`].
-    pub id: String,
-}
 
 impl Experiment {
     /// Lists the runs, cases outermost, then schemes, macro steps, tolerances, phases; names are those of the catalogue.

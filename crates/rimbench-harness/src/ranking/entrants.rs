@@ -12,7 +12,7 @@ const ERROR: &str = "force_error_rms_of_peak";
 /// Error that a failure is charged, and the most that any error counts.
 pub(super) const CHARGE: f64 = 1.0;
 
-/// Columns that make a problem; of the law of friction only where it is a column.
+/// Columns that make a problem.
 pub(super) const PROBLEM: [&str; 8] = [
     "case",
     "set",
@@ -97,7 +97,7 @@ pub(super) fn enter(
     runs: &ResultsTable,
     who: impl Fn(usize) -> Result<(InformationClass, BTreeSet<String>)>,
 ) -> Result<()> {
-    let problem: Vec<Option<usize>> = PROBLEM.iter().map(|name| runs.column(name).ok()).collect();
+    let problem = PROBLEM.iter().map(|name| runs.column(name)).collect::<Result<Vec<usize>>>()?;
     let [label, outcome, error, step, duration] =
         ["label", "outcome", ERROR, "macro_step_s", "duration_s"].map(|name| runs.column(name));
     let (label, outcome, error, step, duration) = (label?, outcome?, error?, step?, duration?);
@@ -105,9 +105,7 @@ pub(super) fn enter(
     let counters = [runs.column("exchanges")?, runs.column("mechanics_micro_steps")?];
     for row in 0..runs.len() {
         let (class, tuned_on) = who(row)?;
-        // Where no column speaks of it the law is Coulomb's.
-        let cell = |column: &Option<usize>| column.map_or("coulomb", |column| runs.text(row, column)).to_owned();
-        let key: Vec<String> = problem.iter().map(cell).collect();
+        let key: Vec<String> = problem.iter().map(|&column| runs.text(row, column).to_owned()).collect();
         let ended = runs.text(row, outcome);
         let value = runs.number(row, error);
         let error = if ended == "completed" && value.is_finite() { value.min(CHARGE) } else { CHARGE };

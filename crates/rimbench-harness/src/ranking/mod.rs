@@ -19,8 +19,7 @@ mod ranked;
 pub use ranked::{CheckedRankClaim, Ranked, RankedRow, Unranked};
 
 use super::checked_results::checked_runs;
-use super::claims::Verdict;
-use super::experiment::Experiment;
+use super::experiment::{Experiment, Verdict};
 use entrants::{Entrant, enter, of_catalogue};
 use ranked::{mean, rank};
 use rimbench_cases::catalogue::Catalogue;
@@ -165,7 +164,7 @@ impl Ranking {
 mod tests {
     use super::*;
     use rimbench_core::schemes::InformationClass;
-    use rimbench_results::results_table::ResultsTable;
+    use rimbench_results::results_table::read_table;
     use std::collections::BTreeSet;
 
     const HEADER: &str = "label,case,set,scheme,mechanics_integrator,actuator_integrator,gain,macro_step_s,step_control,phase,\
@@ -182,7 +181,7 @@ mod tests {
             })
             .collect();
         std::fs::write(&path, format!("{HEADER}\n{}", lines.concat())).unwrap();
-        let runs = ResultsTable::read(&path).unwrap();
+        let runs = read_table(&path).unwrap();
         let mut entrants = BTreeMap::new();
         enter(&mut entrants, &runs, |_| Ok((InformationClass::Samples, BTreeSet::new()))).unwrap();
         entrants
@@ -238,7 +237,7 @@ mod tests {
             format!("mine,{case},,nepce,a,b,,0.001,{control},1.0,1e-4,1.0,completed,0.1,2000,1000\n")
         };
         std::fs::write(&path, format!("{HEADER}\n{}{}", row("a", "none"), row("b", "energy-residual"))).unwrap();
-        let runs = ResultsTable::read(&path).unwrap();
+        let runs = read_table(&path).unwrap();
         let entered = |tuned_on: &[&str]| {
             let tuned_on: BTreeSet<String> = tuned_on.iter().map(|case| (*case).to_owned()).collect();
             enter(&mut BTreeMap::new(), &runs, |_| Ok((InformationClass::Samples, tuned_on.clone())))

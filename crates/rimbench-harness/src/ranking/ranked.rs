@@ -1,13 +1,13 @@
 //! Ranks, scores and how sure they are, and the tables of them.
 
 use super::entrants::{CHARGE, Entrant, Outcome, PROBLEM};
-use crate::claims::Verdict;
+use crate::experiment::Verdict;
 use crate::files::make_folder;
 use rimbench_core::error::Result;
 use rimbench_core::schemes::InformationClass;
 use rimbench_results::atomic_file::write_atomically;
 use rimbench_results::checksums;
-use rimbench_statistics::{Rank, bootstrap_interval, median, ranks};
+use rimbench_statistics::{Pool, Rank, bootstrap_interval, ranks};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -167,7 +167,7 @@ fn ranked_row(
     let witnesses: Vec<Vec<f64>> = values.iter().map(|value| vec![*value]).collect();
     let interval = bootstrap_interval(&witnesses, score);
     let count = |is: fn(&Outcome) -> bool| problems.iter().filter(|problem| is(&entrant.outcomes[*problem])).count();
-    let [exchanges, steps] = entrant.work.clone().map(median);
+    let [exchanges, steps] = entrant.work.clone().map(|work| Pool::of(work).median());
     RankedRow {
         class: class.to_string(),
         tuned_on: entrant.tuned_on.iter().cloned().collect::<Vec<_>>().join(" "),

@@ -1,9 +1,9 @@
 //! Whether claims are about runs of the plan.
 
-use super::ALL;
-use super::declared::{Claim, Statistic, claim_metrics};
-use crate::experiment::PlannedRun;
+use super::claim::{Claim, Statistic, claim_metrics};
+use super::planned_run::PlannedRun;
 use rimbench_core::error::{Error, Result};
+use rimbench_statistics::ALL;
 use std::collections::BTreeSet;
 
 /// Checks that each claim is about runs of the plan, and about one case and one set of parameters unless it says otherwise.
@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 /// # Errors
 /// A claim about a scheme, case, set, metric or macro step that the plan does not have, one that pools without saying so, one whose
 /// id is taken.
-pub(crate) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]) -> Result<()> {
+pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]) -> Result<()> {
     for (index, claim) in claims.iter().enumerate() {
         if claims[..index].iter().any(|earlier| earlier.id == claim.id) {
             return Err(Error::Incompatible(format!("two claims have the id `{}`", claim.id)));

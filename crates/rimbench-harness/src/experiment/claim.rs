@@ -1,6 +1,7 @@
 //! What a claim says.
 
 use rimbench_cases::metrics::METRICS;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -8,7 +9,7 @@ use std::fmt;
 const SAME_STEP: f64 = 1e-9;
 
 /// One claim of an experiment file.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
     /// Short name.
@@ -18,33 +19,35 @@ pub struct Claim {
     /// The claim in words.
     pub text: String,
     /// The case it is about, by name; `all` of several, which must be said.
-    pub(super) case: Option<String>,
+    pub(crate) case: Option<String>,
     /// The set of parameters it is about, as in the column `set` of `runs.csv`; `all` of several, which must be said.
-    pub(super) set: Option<String>,
+    pub(crate) set: Option<String>,
     /// Label of the scheme row it is about.
-    pub(super) scheme: String,
+    pub(crate) scheme: String,
     /// Label of another scheme row; the measured value is then the ratio of the two.
-    pub(super) relative_to: Option<String>,
+    pub(crate) relative_to: Option<String>,
     /// A counter by name: the ratio to the other scheme row is then that at equal counts, case by case.
-    pub(super) at_equal: Option<String>,
+    pub(crate) at_equal: Option<String>,
     /// The macro step it is about; all of them if absent.
-    pub(super) macro_step_s: Option<f64>,
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(crate) macro_step_s: Option<f64>,
     /// A metric by name, or `diverged` (1 or 0), or `diverged_at_s`.
-    pub(super) metric: String,
+    pub(crate) metric: String,
     /// What to make of several runs.
     #[serde(default)]
-    pub(super) statistic: Statistic,
+    pub(crate) statistic: Statistic,
     /// A comparison with a number, for example `>= 2`.
-    pub(super) expect: Expectation,
+    #[schemars(with = "String", extend("pattern" = r"^\s*(>=|<=)\s*[-+0-9.eE]+\s*$"))]
+    pub(crate) expect: Expectation,
     /// What was found when the experiment was last looked at.
     pub finding: Verdict,
     /// Why the claim has been replaced by another, if it has: it is kept, and measured, all the same.
     #[serde(default)]
-    pub(super) superseded: String,
+    pub(crate) superseded: String,
 }
 
 /// Who makes a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Claimant {
     /// The source paper.
@@ -54,9 +57,9 @@ pub enum Claimant {
 }
 
 /// What to make of several runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Statistic {
+pub(crate) enum Statistic {
     #[default]
     Median,
     Min,
@@ -66,11 +69,8 @@ pub(super) enum Statistic {
     Order,
 }
 
-/// Names of what a claim may make of several runs, for whoever offers them to a user.
-pub const STATISTICS: [&str; 5] = ["median", "min", "max", "mean", "order"];
-
 /// What came of a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The expectation holds.
@@ -94,9 +94,9 @@ impl fmt::Display for Verdict {
 /// A comparison with a number.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(try_from = "String")]
-pub(super) struct Expectation {
-    pub(super) at_least: bool,
-    pub(super) bound: f64,
+pub(crate) struct Expectation {
+    pub(crate) at_least: bool,
+    pub(crate) bound: f64,
 }
 
 impl TryFrom<String> for Expectation {
@@ -129,7 +129,7 @@ pub fn claim_metrics() -> impl Iterator<Item = &'static str> {
 
 impl Claim {
     /// Whether it is about runs at a macro step (s).
-    pub(super) fn is_about(&self, macro_step: f64) -> bool {
+    pub(crate) fn is_about(&self, macro_step: f64) -> bool {
         self.macro_step_s.is_none_or(|wanted| (macro_step / wanted - 1.0).abs() < SAME_STEP)
     }
 }

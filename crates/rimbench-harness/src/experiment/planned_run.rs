@@ -1,0 +1,14 @@
+//! A run of a plan.
+
+use rimbench_cases::runs::RunSpec;
+
+/// One run of the plan, with what its row in data says about it.
+#[derive(Debug, Clone)]
+pub struct PlannedRun {
+    /// What is run.
+    pub spec: RunSpec,
+    /// Label of the scheme row: given in the file, or made of the scheme's name and what tells rows of one scheme apart.
+    pub label: String,
+    /// [`RunSpec::id`].
+    pub id: String,
+}

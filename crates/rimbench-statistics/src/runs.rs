@@ -1,0 +1,308 @@
+//! The table of runs: which of them, pooled how.
+//!
+//! ```text
+//! select (label, case and set, macro step, outcome) → group (abscissa, columns) → pool → median, quartiles, range, order, interval
+//! ```
+
+use crate::pool::{Pool, by_abscissa};
+use crate::table::ResultsTable;
+use rimbench_core::error::Result;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The word that selects all cases, or all sets of parameters.
+pub const ALL: &str = "all";
+
+/// Some runs of a table. Rows keep the numbers that they have in the table.
+#[derive(Debug, Clone)]
+pub struct Runs<'t> {
+    table: &'t ResultsTable,
+    rows: Vec<usize>,
+    columns: Columns,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Columns {
+    case: usize,
+    set: usize,
+    label: usize,
+    macro_step: usize,
+    outcome: usize,
+}
+
+/// What runs at one abscissa come to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pooled {
+    /// What the runs have in common, a macro step, say.
+    pub x: f64,
+    /// Values of those that completed.
+    pub pool: Pool,
+    /// Share of the runs, skipped ones aside, that did not complete.
+    pub lost: f64,
+}
+
+/// What an error must exceed to say more than that it is small: the uncertainty of the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Floor {
+    /// The column with the uncertainty.
+    pub uncertainty: &'static str,
+    /// The column of the same error in the unit of the uncertainty, where it has another.
+    pub in_unit: Option<&'static str>,
+}
+
+impl<'t> Runs<'t> {
+    /// Takes all runs of a table.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
+    pub fn of(table: &'t ResultsTable) -> Result<Self> {
+        let columns = Columns {
+            case: table.column("case")?,
+            set: table.column("set")?,
+            label: table.column("label")?,
+            macro_step: table.column("macro_step_s")?,
+            outcome: table.column("outcome")?,
+        };
+        Ok(Runs { table, rows: (0..table.len()).collect(), columns })
+    }
+
+    /// Returns the table.
+    pub fn table(&self) -> &'t ResultsTable {
+        self.table
+    }
+
+    /// Returns the rows of the table that are selected.
+    pub fn rows(&self) -> &[usize] {
+        &self.rows
+    }
+
+    /// Takes other rows of the same table, in the order asked for.
+    pub fn with_rows(&self, rows: Vec<usize>) -> Self {
+        Runs { rows, ..*self }
+    }
+
+    /// Selects rows.
+    pub fn select(&self, keep: impl Fn(usize) -> bool) -> Self {
+        self.with_rows(self.rows.iter().copied().filter(|&row| keep(row)).collect())
+    }
+
+    /// Selects the runs of a scheme row.
+    pub fn of_label(&self, label: &str) -> Self {
+        self.select(|row| self.label(row) == label)
+    }
+
+    /// Selects the runs of a case with a set of parameters, each by name; [`ALL`], and none, is all of them.
+    pub fn of_problem(&self, case: Option<&str>, set: Option<&str>) -> Self {
+        let is = |text: &str, wanted: Option<&str>| wanted.is_none_or(|wanted| wanted == ALL || wanted == text);
+        self.select(|row| is(self.problem(row)[0], case) && is(self.problem(row)[1], set))
+    }
+
+    /// Selects the runs that reached their end within bounds.
+    pub fn completed(&self) -> Self {
+        self.select(|row| self.is_completed(row))
+    }
+
+    /// Selects the runs of cases with parameters on which no run's model is the mechanics itself.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for results that do not say.
+    pub fn without_exact(&self) -> Result<Self> {
+        self.table.column("model_exact")?;
+        let exact = self.exact_problems();
+        Ok(self.select(|row| !exact.contains(&self.problem(row))))
+    }
+
+    /// Returns the cases with parameters on which the model of some run is the mechanics itself.
+    pub fn exact_problems(&self) -> BTreeSet<[&'t str; 2]> {
+        let Ok(exact) = self.table.column("model_exact") else { return BTreeSet::new() };
+        let rows = self.rows.iter().filter(|&&row| self.table.text(row, exact) == "true");
+        rows.map(|&row| self.problem(row)).collect()
+    }
+
+    /// Returns the cases with their sets of parameters.
+    pub fn problems(&self) -> BTreeSet<[&'t str; 2]> {
+        self.rows.iter().map(|&row| self.problem(row)).collect()
+    }
+
+    /// Returns the labels of the scheme rows, in the order of the table; only the wanted ones, if any are named.
+    pub fn labels(&self, wanted: &[String]) -> Vec<&'t str> {
+        let mut labels: Vec<&str> = Vec::new();
+        for label in self.rows.iter().map(|&row| self.label(row)) {
+            let is_wanted = wanted.is_empty() || wanted.iter().any(|name| name == label);
+            if is_wanted && !labels.contains(&label) {
+                labels.push(label);
+            }
+        }
+        labels
+    }
+
+    /// Returns the label of a run.
+    pub fn label(&self, row: usize) -> &'t str {
+        self.table.text(row, self.columns.label)
+    }
+
+    /// Returns case and set of a run.
+    pub fn problem(&self, row: usize) -> [&'t str; 2] {
+        [self.columns.case, self.columns.set].map(|column| self.table.text(row, column))
+    }
+
+    /// Returns how a run ended.
+    pub fn outcome(&self, row: usize) -> &'t str {
+        self.table.text(row, self.columns.outcome)
+    }
+
+    /// Tells whether a run reached its end within bounds.
+    pub fn is_completed(&self, row: usize) -> bool {
+        self.outcome(row) == "completed"
+    }
+
+    /// Tells whether a run was left out for a reason.
+    pub fn is_skipped(&self, row: usize) -> bool {
+        self.outcome(row) == "skipped"
+    }
+
+    /// Returns the macro step of a run, s.
+    pub fn macro_step(&self, row: usize) -> f64 {
+        self.table.number(row, self.columns.macro_step)
+    }
+
+    /// Returns the macro step of a run, ms, without the round-off of the factor.
+    pub fn macro_step_ms(&self, row: usize) -> f64 {
+        (self.macro_step(row) * 1e9).round() / 1e6
+    }
+
+    /// Returns the share of the runs, skipped ones aside, that completed; none if all were skipped.
+    pub fn share_completed(&self) -> Option<f64> {
+        let tried = self.rows.iter().filter(|&&row| !self.is_skipped(row)).count();
+        (tried > 0).then(|| self.completed().rows.len() as f64 / tried as f64)
+    }
+
+    /// Groups runs with equal abscissas, by ascending abscissa; runs without one are left out.
+    pub fn by(&self, x: impl Fn(usize) -> f64) -> Vec<(f64, Self)> {
+        let groups = by_abscissa(self.rows.iter().map(|&row| (x(row), row)));
+        groups.into_iter().map(|(x, rows)| (x, self.with_rows(rows))).collect()
+    }
+
+    /// Groups runs with equal texts in some columns, in the order of the table.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
+    pub fn by_columns<const N: usize>(&self, names: [&str; N]) -> Result<Vec<([&'t str; N], Self)>> {
+        let mut columns = [0; N];
+        for (column, name) in columns.iter_mut().zip(names) {
+            *column = self.table.column(name)?;
+        }
+        let mut groups: Vec<([&str; N], Vec<usize>)> = Vec::new();
+        let mut known = BTreeMap::new();
+        for &row in &self.rows {
+            let key = columns.map(|column| self.table.text(row, column));
+            let index = *known.entry(key).or_insert(groups.len());
+            if index == groups.len() {
+                groups.push((key, Vec::new()));
+            }
+            groups[index].1.push(row);
+        }
+        Ok(groups.into_iter().map(|(key, rows)| (key, self.with_rows(rows))).collect())
+    }
+
+    /// Groups runs by what may be drawn independently: cases with their parameters, or phases where there is one case.
+    pub fn witnesses(&self) -> Vec<Vec<usize>> {
+        let phase = self.table.column("phase").ok().filter(|_| self.problems().len() == 1);
+        let mut witnesses: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+        for &row in &self.rows {
+            let phase = phase.map_or("", |phase| self.table.text(row, phase));
+            witnesses.entry((self.problem(row), phase)).or_default().push(row);
+        }
+        witnesses.into_values().collect()
+    }
+
+    /// Pools a value of the runs; NaN is none.
+    pub fn pool(&self, value: impl Fn(usize) -> f64) -> Pool {
+        Pool::grouped(self.witnesses().into_iter().map(|rows| rows.into_iter().map(&value).collect()))
+    }
+
+    /// Pools a value of the completed runs at each abscissa.
+    pub fn over(&self, x: impl Fn(usize) -> f64, value: impl Fn(usize) -> f64) -> Vec<Pooled> {
+        let pooled = |(x, runs): (f64, Self)| Pooled {
+            x,
+            pool: runs.completed().pool(&value),
+            lost: runs.share_completed().map_or(0.0, |share| 1.0 - share),
+        };
+        self.by(x).into_iter().map(pooled).collect()
+    }
+
+    /// Returns what an error of a run must exceed to be known; NaN where nothing is known of the reference.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for a metric that is not there.
+    pub fn floor(&self, row: usize, metric: &str, floor: Floor) -> Result<f64> {
+        let error = self.table.number(row, self.table.column(metric)?);
+        let number = |name: &str| self.table.column(name).map_or(f64::NAN, |column| self.table.number(row, column));
+        let uncertainty = number(floor.uncertainty);
+        Ok(floor.in_unit.map_or(uncertainty, |same| uncertainty * error / number(same)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn table(text: &str) -> ResultsTable {
+        let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let mut lines = text.lines();
+        ResultsTable::of(Path::new("runs.csv"), cells(lines.next().unwrap()), lines.map(cells).collect())
+    }
+
+    const RUNS: &str = "label,case,set,macro_step_s,phase,outcome,error,model_exact,u,relative\n\
+                        x,a,,0.001,0.5,completed,1,false,0.1,0.01\nx,a,,0.001,1.0,diverged,1e9,false,0.1,9\n\
+                        x,a,m=2,0.002,0.5,completed,3,false,,\ny,b,,0.001,0.5,skipped,,true,0.1,\n\
+                        y,b,,0.002,0.5,completed,5,false,0.1,0.1";
+
+    #[test]
+    fn runs_are_selected_by_label_case_and_set() {
+        let table = table(RUNS);
+        let runs = Runs::of(&table).unwrap();
+        assert_eq!(runs.labels(&[]), ["x", "y"]);
+        assert_eq!(runs.of_label("x").completed().rows(), [0, 2]);
+        assert_eq!(runs.of_problem(Some("a"), Some("")).rows(), [0, 1]);
+        assert_eq!(runs.of_problem(Some("a"), Some(ALL)).rows(), [0, 1, 2]);
+        assert_eq!(runs.of_problem(None, None).problems().len(), 3);
+        assert_eq!(runs.without_exact().unwrap().rows(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn what_did_not_complete_is_lost_and_in_no_pool() {
+        let table = table(RUNS);
+        let runs = Runs::of(&table).unwrap();
+        let error = |row: usize| table.number(row, 6);
+        let points = runs.over(|row| runs.macro_step_ms(row), error);
+        assert_eq!((points[0].x, points[0].lost, points[0].pool.median()), (1.0, 0.5, Some(1.0)));
+        assert_eq!((points[1].x, points[1].lost, points[1].pool.range()), (2.0, 0.0, Some([3.0, 5.0])));
+        assert_eq!(runs.of_label("y").share_completed(), Some(1.0));
+        assert_eq!(runs.with_rows(vec![3]).share_completed(), None);
+        let groups = runs.by_columns(["case", "macro_step_s"]).unwrap();
+        assert_eq!(groups.iter().map(|(key, runs)| (key[0], runs.rows().len())).collect::<Vec<_>>().len(), 4);
+        assert_eq!((groups[0].0, groups[0].1.rows()), (["a", "0.001"], &[0, 1][..]));
+    }
+
+    #[test]
+    fn cases_are_drawn_or_phases_of_one_case() {
+        let table = table(RUNS);
+        let runs = Runs::of(&table).unwrap();
+        assert_eq!(runs.witnesses(), [vec![0, 1], vec![2], vec![3, 4]]);
+        assert_eq!(runs.of_problem(Some("a"), Some("")).witnesses(), [vec![0], vec![1]]);
+    }
+
+    #[test]
+    fn an_error_has_the_floor_of_its_reference_in_its_own_unit() {
+        let table = table(RUNS);
+        let runs = Runs::of(&table).unwrap();
+        let own = Floor { uncertainty: "u", in_unit: None };
+        assert_eq!(runs.floor(0, "error", own).unwrap(), 0.1);
+        assert!(runs.floor(2, "error", own).unwrap().is_nan());
+        assert!(runs.floor(0, "error", Floor { uncertainty: "v", ..own }).unwrap().is_nan());
+        let relative = Floor { in_unit: Some("error"), ..own };
+        approx::assert_relative_eq!(runs.floor(0, "relative", relative).unwrap(), 1e-3, max_relative = 1e-14);
+        assert!(runs.floor(0, "nothing", own).is_err());
+    }
+}
