@@ -1,27 +1,31 @@
 //! A case of one's own, run by the schemes of shipped experiments in quick form beside the cases that are there:
 //! `cargo run --release --example custom_case RESULTS experiments/published/oscillator.toml`
 
-use rimbench::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, Range};
+use rimbench::cases::{Assembly, Case, CaseDefaults, CoupledSystem, InterfaceColumns, parameters};
 use rimbench::catalogue::Catalogue;
-use rimbench::complementarity::SolverEntry;
 use rimbench::error::Result;
 use rimbench::harness::{Experiment, compare};
 use rimbench::models::{CouplingElement, MassRole, MassSide, OscillatorIntegrator, WalledMass};
 use rimbench::name::names;
 use std::path::PathBuf;
 
+parameters! {
+    /// What can be set.
+    struct LightOnHeavy from "ours" {
+        coupling_stiffness_n_m: f64 = 100.0, NotNegative, "stiffness of the spring between the masses" study 30.0..300.0;
+    }
+}
+
 /// 1 kg between wall and spring (actuator) against 20 kg with nothing else to hold them (mechanics).
-fn build(parameters: &Parameters, _solver: &SolverEntry) -> Result<CoupledSystem> {
+fn build(p: &LightOnHeavy, _assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let light = WalledMass { mass: 1.0, stiffness: 10.0, damping: 1.0, wall: 0.0, start: [0.1, 0.0] };
     let heavy = WalledMass { mass: 20.0, stiffness: 0.0, ..light };
-    let element =
-        CouplingElement { stiffness: parameters.number("coupling_stiffness_n_m"), damping: 1.0, exponent: 1.0 };
+    let element = CouplingElement { stiffness: p.coupling_stiffness_n_m, damping: 1.0, exponent: 1.0 };
     let side = |index, body, role| MassSide::new(index, body, role, OscillatorIntegrator::SemiImplicitEuler);
     Ok(CoupledSystem::new(side(1, heavy, MassRole::ForceDriven), side(0, light, MassRole::ForceGiving(element))))
 }
 
 fn case() -> Case {
-    let about = "stiffness of the spring between the masses";
     let times = CaseDefaults {
         duration_s: 10.0,
         macro_step_s: 1e-3,
@@ -30,7 +34,6 @@ fn case() -> Case {
         reference_sampling_s: 1e-3,
     };
     Case {
-        parameters: vec![Parameter::number("coupling_stiffness_n_m", "N/m", 100.0, Range::NotNegative, about, "ours")],
         trace_columns: names(&["time_s", "x1_m", "x2_m", "v1_m_s", "v2_m_s", "coupling_force_n"]),
         interface_columns: vec![InterfaceColumns::new("x2_m", "v2_m_s", "coupling_force_n")],
         ..Case::new("light-on-heavy", "A light mass on a spring drives a heavy one", times, build)

@@ -1,7 +1,7 @@
 //! Cases with friction against their closed forms, their energy, and what they refuse.
 
 use crate::support::*;
-use rimbench::models::{SupportedBox, SupportedBoxGeometry};
+use rimbench::models::{WedgeBox, WedgeBoxGeometry};
 use std::sync::Arc;
 
 const CASES: [&str; 3] = ["towed-block", "rocking-block-friction", "crane-drag"];
@@ -161,15 +161,15 @@ fn the_convective_terms_along_surfaces_must_be_the_rates_of_their_rows() {
             assert!((rate - now.convective[row]).abs() < 1e-6, "row {row}: {rate} {}", now.convective[row]);
         }
     }
-    let mut block = SupportedBox::new(SupportedBoxGeometry {
+    let mut block = WedgeBox::new(WedgeBoxGeometry {
         box_mass: 200.0,
         box_inertia: 20.0,
-        supports: vec![[0.2, -0.5], [-0.2, -0.5]],
+        wedges: vec![[0.2, -0.5], [-0.2, -0.5]],
         start_angle: -0.05,
         attachment: [-0.2, 0.1],
         ground_pin_x: -2.0,
         gravity: G,
-        ..SupportedBoxGeometry::default()
+        ..WedgeBoxGeometry::default()
     })
     .unwrap();
     check(&mut block, &[0.1, 0.5, 0.07], &[0.3, -0.2, 0.6]);

@@ -12,7 +12,7 @@ fn moving(motion: ModelMotion) -> Option<ModelOptions> {
 #[test]
 fn the_kink_of_a_road_lies_where_the_car_will_be_and_bends_the_gap_by_its_curvature() {
     let spec = usual_spec("half-car", "rim-nonsmooth-gap", 5e-3);
-    let number = |name: &str| spec.parameters.number(name);
+    let number = |name: &str| spec.parameters.setting::<f64>(name).unwrap();
     let mut system = usual_system(&spec.case);
     let mechanics = system.sides.mechanics.capabilities();
     let mut model = mechanics.empty_interface_model().unwrap();

@@ -24,7 +24,7 @@ fn the_defect_must_be_the_spring_constant_times_what_the_actuator_was_told_wrong
         ..placed("impact-oscillator", kind, 1e-4, 1e-2)
     };
     let result = simulate_inside(&spec, Bounds::default(), None, StopFlag::never()).unwrap();
-    let stiffness = spec.parameters.number("spring_stiffness_n_m");
+    let stiffness = spec.parameters.setting::<f64>("spring_stiffness_n_m").unwrap();
     let (told, defects) = (result.report.inside.unwrap(), &result.report.model_defect);
     let (time, position) = (column(&result.trajectory, "time_s"), column(&result.trajectory, "interface_position_m"));
     assert_eq!(defects.len(), time.len() - 1);

@@ -302,7 +302,7 @@ fn with_constant_matrices_and_the_profile_returned_the_co_simulation_is_the_mono
                     request.put("mechanics_steps", "all").unwrap();
                 }
                 if value != 1.0 {
-                    let usual = case_by_name(case).default_parameters().number(parameter);
+                    let usual = case_by_name(case).default_parameters().setting::<f64>(parameter).unwrap();
                     request.set.push((parameter.into(), format!("{:?}", usual * value)));
                 }
                 request.resolve(catalogue()).unwrap()

@@ -5,7 +5,7 @@ use nalgebra::{Rotation2, Vector2};
 use rimbench::cosim::Subsystem;
 use rimbench::interface_model::{Condensation, Redundancy, condense};
 use rimbench::mechanics::{ContactLaw, MechanicalModel};
-use rimbench::models::{Ledge, WedgeBox, WedgeBoxGeometry};
+use rimbench::models::{Ledge, LedgeDisc, WedgeBox, WedgeBoxGeometry};
 
 const RIGHT: usize = 0;
 const LEFT: usize = 1;
@@ -13,13 +13,13 @@ const DISC_LEDGE: usize = 2;
 
 /// A pose `(x, y, θ)` of the box as coordinates of box and disc, the disc on its pin.
 fn pose(g: &WedgeBoxGeometry, x: f64, y: f64, angle: f64) -> [f64; 6] {
-    let pin = Rotation2::new(angle) * Vector2::from(g.disc_pin);
+    let pin = Rotation2::new(angle) * Vector2::from(g.discs[0].pin);
     [x, y, angle, x + pin.x, y + pin.y, 0.0]
 }
 
 /// The pose with the right wedge's tip on the floor at an angle.
 fn on_right_wedge(g: &WedgeBoxGeometry, x: f64, angle: f64) -> [f64; 6] {
-    pose(g, x, -(Rotation2::new(angle) * Vector2::from(g.wedge_tip)).y, angle)
+    pose(g, x, -(Rotation2::new(angle) * Vector2::from(g.wedges[0])).y, angle)
 }
 
 fn effective_mass(model: &mut WedgeBox, q: &[f64; 6], closed: &[usize]) -> Condensation {
@@ -46,13 +46,13 @@ fn start_height(g: &WedgeBoxGeometry, start: &[f64]) -> f64 {
 }
 
 fn corner_x(g: &WedgeBoxGeometry, start: &[f64]) -> f64 {
-    start[3] + g.ledge_lead
+    start[3] + g.discs[0].ledge_lead
 }
 
 #[test]
 fn the_box_must_start_in_the_pose_that_rests_on_wedge_and_ledge() {
     let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g).unwrap();
+    let mut model = WedgeBox::new(g.clone()).unwrap();
     let (q, v) = model.initial_state();
     // −1.2 sin θ + 0.21 cos θ = 0.26, solved here by Newton's method and not by inverse functions.
     let mut angle = 0.0_f64;
@@ -77,7 +77,7 @@ fn the_box_must_start_in_the_pose_that_rests_on_wedge_and_ledge() {
 #[test]
 fn on_the_ledge_the_actuator_must_feel_box_and_disc_as_one_mass() {
     let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g).unwrap();
+    let mut model = WedgeBox::new(g.clone()).unwrap();
     let (start, _) = model.initial_state();
     // Tip and disc both keep their height, at different arms: ẏ = ω = 0, everything translates.
     for forward in [0.0, 0.03, 0.09] {
@@ -92,7 +92,7 @@ fn on_the_ledge_the_actuator_must_feel_box_and_disc_as_one_mass() {
 #[test]
 fn on_two_wedges_the_actuator_must_feel_the_mass_along_its_own_direction() {
     let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g).unwrap();
+    let mut model = WedgeBox::new(g.clone()).unwrap();
     let height = start_height(&g, &model.initial_state().0);
     for x in [0.45, 0.66] {
         let q = pose(&g, x, 0.4, 0.0);
@@ -113,30 +113,30 @@ fn on_two_wedges_the_actuator_must_feel_the_mass_along_its_own_direction() {
 /// ```
 fn mass_on_the_ramp(g: &WedgeBoxGeometry, height: f64, q: &[f64; 6]) -> f64 {
     let turn = Rotation2::new(q[2]);
-    let (tip, pin) = (turn * Vector2::from(g.wedge_tip), turn * Vector2::from(g.disc_pin));
+    let (tip, pin) = (turn * Vector2::from(g.wedges[0]), turn * Vector2::from(g.discs[0].pin));
     let (d, arm) = actuator(g, height, q);
-    let omega = -g.ramp_slope / (pin.x - tip.x - g.ramp_slope * pin.y);
+    let omega = -g.discs[0].ramp_slope / (pin.x - tip.x - g.discs[0].ramp_slope * pin.y);
     let (x, y) = (1.0, -tip.x * omega);
     let disc = Vector2::new(x - pin.y * omega, y + pin.x * omega);
-    let inertia = g.box_mass * (g.box_size[0].powi(2) + g.box_size[1].powi(2)) / 12.0;
-    let twice_t = g.box_mass * (x * x + y * y) + inertia * omega * omega + g.disc_mass * disc.norm_squared();
+    let inertia = g.box_inertia;
+    let twice_t = g.box_mass * (x * x + y * y) + inertia * omega * omega + g.discs[0].mass * disc.norm_squared();
     twice_t / d.dot(&Vector2::new(x - arm.y * omega, y + arm.x * omega)).powi(2)
 }
 
 /// The pose at `angle` with the right wedge on the floor and the disc on the ramp.
 fn on_the_ramp(g: &WedgeBoxGeometry, corner_x: f64, angle: f64) -> [f64; 6] {
-    let down = Vector2::new(1.0, -g.ramp_slope).normalize();
+    let down = Vector2::new(1.0, -g.discs[0].ramp_slope).normalize();
     let normal = Vector2::new(-down.y, down.x);
     let at_zero = on_right_wedge(g, 0.0, angle);
     // (c − corner)·n = R with c.x = at_zero.x + x.
-    let above = Vector2::new(at_zero[3] - corner_x, at_zero[4] - g.ledge_height).dot(&normal) - g.disc_radius;
+    let above = Vector2::new(at_zero[3] - corner_x, at_zero[4] - g.discs[0].ledge_height).dot(&normal) - g.discs[0].radius;
     on_right_wedge(g, -above / normal.x, angle)
 }
 
 #[test]
 fn on_the_ramp_the_effective_mass_must_be_that_of_the_minimal_coordinates() {
     let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g).unwrap();
+    let mut model = WedgeBox::new(g.clone()).unwrap();
     let (start, _) = model.initial_state();
     let height = start_height(&g, &start);
     for angle in [-0.037, -0.02575, -0.01, -0.001] {
@@ -152,7 +152,7 @@ fn on_the_ramp_the_effective_mass_must_be_that_of_the_minimal_coordinates() {
 #[test]
 fn three_contacts_with_the_disc_on_the_ramp_must_lock_the_actuator() {
     let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g).unwrap();
+    let mut model = WedgeBox::new(g.clone()).unwrap();
     let (start, _) = model.initial_state();
     let q = on_the_ramp(&g, corner_x(&g, &start), 0.0);
     let locked = effective_mass(&mut model, &q, &[RIGHT, LEFT, DISC_LEDGE]);
@@ -162,8 +162,8 @@ fn three_contacts_with_the_disc_on_the_ramp_must_lock_the_actuator() {
         assert!(mass > 0.0 && mass < 500.0, "contacts {two:?} alone must not lock: {mass}");
     }
     // On the flat ledge three contacts are redundant and lock nothing: a box that stood level with a disc on a ledge.
-    let level = WedgeBoxGeometry { ledge_height: 0.01, ..g };
-    let mut flat = WedgeBox::new(level).unwrap();
+    let level = WedgeBoxGeometry { discs: vec![LedgeDisc { ledge_height: 0.01, ..g.discs[0] }], ..g.clone() };
+    let mut flat = WedgeBox::new(level.clone()).unwrap();
     let found = effective_mass(&mut flat, &pose(&level, 0.0, 0.4, 0.0), &[RIGHT, LEFT, DISC_LEDGE]);
     assert_eq!(found.rank, 2);
     approx::assert_relative_eq!(found.effective_mass, 250.0, max_relative = 1e-13);
@@ -172,15 +172,15 @@ fn three_contacts_with_the_disc_on_the_ramp_must_lock_the_actuator() {
 #[test]
 fn at_rest_the_contacts_must_carry_the_weight_with_the_right_moment() {
     let g = wedge_box_geometry();
-    let (start, _) = WedgeBox::new(g).unwrap().initial_state();
+    let (start, _) = WedgeBox::new(g.clone()).unwrap().initial_state();
     let mut mechanics = wedge_box_mechanics(PLASTIC);
     let h = 1e-3;
     mechanics.step(0.0, &[0.0], h).unwrap();
     let force: Vec<f64> = mechanics.contact_impulses().iter().map(|impulse| impulse / h).collect();
-    let tip_x = start[0] + (Rotation2::new(start[2]) * Vector2::from(g.wedge_tip)).x;
+    let tip_x = start[0] + (Rotation2::new(start[2]) * Vector2::from(g.wedges[0])).x;
     // Moments about the right tip: N_disc (x_d − x_t) = g (m_box (x − x_t) + m_disc (x_d − x_t)).
-    let disc = g.gravity * (g.disc_mass + g.box_mass * (start[0] - tip_x) / (start[3] - tip_x));
-    let right = g.gravity * (g.box_mass + g.disc_mass) - disc;
+    let disc = g.gravity * (g.discs[0].mass + g.box_mass * (start[0] - tip_x) / (start[3] - tip_x));
+    let right = g.gravity * (g.box_mass + g.discs[0].mass) - disc;
     for (found, wanted) in force.iter().zip([right, 0.0, disc, 0.0]) {
         approx::assert_abs_diff_eq!(found, &wanted, epsilon = 1e-10);
     }
@@ -216,7 +216,7 @@ fn the_ground_under_the_disc_must_be_plane_vertex_plane() {
 #[test]
 fn rows_must_be_the_first_and_second_derivatives_of_gaps_joints_and_length() {
     let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g).unwrap();
+    let mut model = WedgeBox::new(g.clone()).unwrap();
     let (start, _) = model.initial_state();
     let corner = corner_x(&g, &start);
     // Disc before, above and beyond the corner; box and disc apart from each other, so that joint rows count too.
@@ -276,15 +276,18 @@ fn the_manoeuvre_must_show_the_facts_of_the_reference() {
 fn an_impossible_geometry_must_be_refused_with_its_numbers() {
     let g = wedge_box_geometry();
     let refused = |geometry: WedgeBoxGeometry| WedgeBox::new(geometry).unwrap_err().to_string();
+    let on_ledge = |ledge_height| WedgeBoxGeometry { discs: vec![LedgeDisc { ledge_height, ..g.discs[0] }], ..g.clone() };
     // Disc and tip are √(1.2² + 0.21²) = 1.2182 m apart.
-    let high = refused(WedgeBoxGeometry { ledge_height: 1.5, ..g });
-    assert!(high.contains("1.7 m above") && high.contains("1.2182 m away"), "{high}");
-    // Without a ledge the box tilts to the left: sin θ ≈ 0.01/1.2, left tip 0.8 sin θ below the floor.
-    let flat = refused(WedgeBoxGeometry { ledge_height: 0.0, ..g });
-    assert!(flat.contains("gap_left_wedge_m") && flat.contains("-0.0066"), "{flat}");
-    let (start, _) = WedgeBox::new(g).unwrap().initial_state();
+    let high = refused(on_ledge(1.5));
+    assert!(high.contains("1.7000 m above") && high.contains("1.2182 m apart"), "{high}");
+    // Without a ledge the box leans to the left, on its left wedge and the disc: −0.4 sin θ + 0.21 cos θ = 0.2, and the right tip is
+    // 0.8 sin θ up.
+    let (start, _) = WedgeBox::new(on_ledge(0.0)).unwrap().initial_state();
+    assert!((-0.4 * start[2].sin() + 0.21 * start[2].cos() - 0.2).abs() < 1e-15 && start[2] > 0.0, "{start:?}");
+    approx::assert_relative_eq!(start[1], 0.4 * start[2].sin() + 0.4 * start[2].cos(), epsilon = 1e-15);
+    let (start, _) = WedgeBox::new(g.clone()).unwrap().initial_state();
     let attachment_x = start[0] + (Rotation2::new(start[2]) * Vector2::from(g.attachment)).x;
-    let short = refused(WedgeBoxGeometry { ground_pin_x: attachment_x, ..g });
+    let short = refused(WedgeBoxGeometry { ground_pin_x: attachment_x, ..g.clone() });
     assert!(short.contains("no length"), "{short}");
     // The same through the parameters of the case.
     let case = wedge_box_case();

@@ -139,8 +139,7 @@ fn the_committed_corpus_with_friction_holds_problems_of_every_case_that_has_it()
     assert!(corpus.len() >= 2000, "{}", corpus.len());
     assert!(corpus.to_text().len() < 2 << 20);
     for case in cases() {
-        let declared = case.parameters.iter().any(|parameter| parameter.name == "friction");
-        let frictional = declared && case.default_parameters().number("friction") > 0.0;
+        let frictional = case.default_parameters().setting("friction") > Some(0.0);
         let harvested = !corpus.of_source(&format!("{} ", case.name)).is_empty();
         assert_eq!(harvested, frictional, "{}", case.name);
     }

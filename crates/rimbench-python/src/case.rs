@@ -104,11 +104,11 @@ fn of_both(name: &str, description: Description, [mechanics, actuator]: [BuildSi
         Parameter::number(name, "-", default, Range::Finite, "a parameter from Python", "given in Python")
     };
     let row = |(position, velocity, force): (String, String, String)| InterfaceColumns::new(position, velocity, force);
+    let parameters = parameters.into_iter().map(given).collect();
     let mut case = Case {
-        parameters: parameters.into_iter().map(given).collect(),
         interface_columns: interface.into_iter().map(row).collect(),
         from_outside: true,
-        ..Case::new(name.to_owned(), "A case written in Python", times, build)
+        ..Case::with_parameters(name.to_owned(), "A case written in Python", times, parameters, build)
     };
     let solver = everything().solvers()[0].clone();
     let mut system = (case.build)(&case.default_parameters(), &solver)?;

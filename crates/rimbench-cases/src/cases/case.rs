@@ -1,5 +1,6 @@
 //! What a catalogue holds about each case.
 
+use super::declaration::ParameterSet;
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use crate::metrics::is_state;
@@ -143,6 +144,15 @@ impl PossibleSteps {
     }
 }
 
+/// What a case is built with besides its own numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Assembly<'a> {
+    /// All parameters.
+    pub parameters: &'a Parameters,
+    /// Serves the complementarity problems of the mechanics.
+    pub solver: &'a SolverEntry,
+}
+
 /// Says what runs with these parameters are held against.
 pub type ChooseReference = Arc<dyn Fn(&Parameters) -> Result<ReferenceMethod> + Send + Sync>;
 
@@ -193,19 +203,32 @@ impl fmt::Debug for Case {
 }
 
 impl Case {
-    /// Describes a case with nothing to set, that records the time only, and whose reference is refined. What is different is
-    /// changed afterwards.
-    pub fn new(
+    /// Describes a case that records the time only, and whose reference is refined. Its parameters are the fields of what it is built
+    /// from. What is different is changed afterwards.
+    pub fn new<P: ParameterSet>(
         name: impl Into<Name>,
         about: impl Into<Name>,
         defaults: CaseDefaults,
+        build: impl Fn(&P, &Assembly<'_>) -> Result<CoupledSystem> + Send + Sync + 'static,
+    ) -> Self {
+        Case::with_parameters(name, about, defaults, P::declared(), move |parameters, solver| {
+            build(&P::read(parameters), &Assembly { parameters, solver })
+        })
+    }
+
+    /// Does the same for a case whose parameters are known only when the program runs.
+    pub fn with_parameters(
+        name: impl Into<Name>,
+        about: impl Into<Name>,
+        defaults: CaseDefaults,
+        parameters: Vec<Parameter>,
         build: impl Fn(&Parameters, &SolverEntry) -> Result<CoupledSystem> + Send + Sync + 'static,
     ) -> Self {
         Case {
             name: name.into(),
             about: about.into(),
             purpose: Purpose::Schemes,
-            parameters: Vec::new(),
+            parameters,
             defaults,
             trace_columns: names(&["time_s"]),
             drawing_columns: Vec::new(),

@@ -3,22 +3,20 @@
 
 use super::prelude::*;
 
-const BALLS: &str = "source: ours
-    ball_mass_kg | kg | 1.0 | positive | mass of each ball
-    ball_diameter_m | m | 0.1 | positive | diameter D
-    pendulum_frequency_rad_s | rad/s | 5.0 | not negative | √(g/l) of each pendulum; small angles
-    start_position_m | m | -0.1 | finite | position of the first ball at the start; it touches at 0
-";
-const CHANGED: &str = "
-    spring_stiffness_n_m = 2.0
-    carriage_mass_kg = 0.2
-    base_stiffness_n_m = 4.0
-    restitution = 1.0 | Moreau 1988
-";
+parameters! {
+    /// Three balls and what holds the first.
+    struct Cradle from "ours" {
+        ball_mass_kg: f64 = 1.0, Positive, "mass of each ball";
+        ball_diameter_m: f64 = 0.1, Positive, "diameter D";
+        pendulum_frequency_rad_s: f64 = 5.0, NotNegative, "√(g/l) of each pendulum; small angles";
+        start_position_m: f64 = -0.1, Finite, "position of the first ball at the start; it touches at 0";
+        carriage: Carriage { spring_stiffness_n_m = 2.0; carriage_mass_kg = 0.2; base_stiffness_n_m = 4.0 };
+        contacts: Contacts only { restitution = 1.0 from "Moreau 1988"; stabilisation };
+    }
+}
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: table(&[BALLS, CARRIAGE, RESTITUTION, STABILISATION, CHANGED]),
         trace_columns: carriage::trace_columns(
             "carriage_position_m ball_2_x_m ball_3_x_m ball_2_velocity_m_s ball_3_velocity_m_s effective_mass_kg \
              gap_1_2_m gap_2_3_m closed_contacts rank_h_uu",
@@ -35,16 +33,15 @@ pub(super) fn entry() -> Case {
     }
 }
 
-fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
-    let (diameter, start) = (get("ball_diameter_m"), get("start_position_m"));
+fn build(p: &Cradle, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
+    let (diameter, start) = (p.ball_diameter_m, p.start_position_m);
     if start > 0.0 {
         let expected = format!("at most 0 m, where ball 1 touches ball 2; it would start {start} m inside");
         return Err(Error::invalid("start_position_m", start, expected));
     }
     let ball = |index: usize| LineMass {
-        mass: get("ball_mass_kg"),
-        stiffness: get("ball_mass_kg") * get("pendulum_frequency_rad_s").powi(2),
+        mass: p.ball_mass_kg,
+        stiffness: p.ball_mass_kg * p.pendulum_frequency_rad_s.powi(2),
         anchor: index as f64 * diameter,
         start: [if index == 0 { start } else { index as f64 * diameter }, 0.0],
         ..LineMass::default()
@@ -62,5 +59,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         gap_names: words("gap_1_2_m gap_2_3_m"),
         contact_force_names: words("contact_force_1_2_n contact_force_2_3_n"),
     })?;
-    coupled(model, carriage::actuator(parameters)?, parameters, solver)
+    assembly.couple(model, p.carriage.actuator()?, &p.contacts)
 }

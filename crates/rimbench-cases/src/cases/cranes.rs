@@ -6,122 +6,155 @@
 use super::case::Purpose;
 use super::prelude::*;
 
-const LINK: &str = "source: LIM cosim-benchmarks
-    link_1_length_m | m | 1.0 | positive | length L of the link
-    rope_length_m | m | 0.5 | positive | length of the rope
-    rod_mass_kg | kg | 200.0 | positive | mass m of the link, a uniform rod
-    joint_mass_kg | kg | 250.0 | not negative | point mass m_p at the end of the link
-    load_mass_kg | kg | 100.0 | positive | mass m_h of the load
-    pin_x_m | m | 0.8660254037844386 | positive | x of the actuator's fixed end B; its y is 0
-    theta_1_start_rad | rad | 0.5235987755982989 | finite | angle of the link at the start
-    ground_height_m | m | -0.03 | finite | height of the ground; the load starts at 0 | ours
-    piston_area_m2 | m² | 65e-4 | positive | piston area A
-    cylinder_length_m | m | 0.442 | positive | length l of both chambers together
-    viscous_friction_n_s_m | N·s/m | 1e5 | not negative | viscous friction c of the cylinder
-    valve_area_m2 | m² | 5e-4 | positive | valve area a_v
-";
-const MANOEUVRE: &str = "source: ours
-    spool_change | - | 0.01 | fraction | spool away from equilibrium while lowering (+) and lifting (−)
-    lower_start_s | s | 0.2 | not negative | start of lowering
-    lower_end_s | s | 1.6 | not negative | end of lowering
-    lift_start_s | s | 2.0 | not negative | start of lifting
-";
-const RAMP: &str = "spool_ramp_s | s | 0.02 | positive | time in which the spool moves | ours";
-const REST: &str = "source: LIM cosim-benchmarks
-    gravity_m_s2 | m/s² | 9.81 | positive | gravity
-    stabilisation | - | 0.2 | fraction | fraction γ of a penetration removed per mechanics step | ours
-    restitution | - | 0.0 | fraction | restitution e of load and rope | ours
-    attachment_m | m | 0.5 | positive | distance of the actuator's other end from the joint O
-";
-
-/// The crane as the parameters say.
-fn geometry(parameters: &Parameters) -> CraneGeometry {
-    let get = |name: &str| parameters.number(name);
-    CraneGeometry {
-        link_1_length: get("link_1_length_m"),
-        link_2_length: get("rope_length_m"),
-        rod_mass: get("rod_mass_kg"),
-        joint_mass: get("joint_mass_kg"),
-        end_mass: get("load_mass_kg"),
-        pin_x: get("pin_x_m"),
-        attachment: get("attachment_m"),
-        start_angles: [get("theta_1_start_rad"), 0.0],
-        gravity: get("gravity_m_s2"),
+parameters! {
+    /// The link, the rope and the load.
+    struct Link from "LIM cosim-benchmarks" {
+        link_1_length_m: f64 = 1.0, Positive, "length L of the link";
+        rope_length_m: f64 = 0.5, Positive, "length of the rope";
+        rod_mass_kg: f64 = 200.0, Positive, "mass m of the link, a uniform rod" study 100.0..400.0;
+        joint_mass_kg: f64 = 250.0, NotNegative, "point mass m_p at the end of the link" study 100.0..400.0;
+        load_mass_kg: f64 = 100.0, Positive, "mass m_h of the load" study 20.0..200.0;
+        pin_x_m: f64 = 0.8660254037844386, Positive, "x of the actuator's fixed end B; its y is 0";
+        theta_1_start_rad: f64 = 0.5235987755982989, Finite, "angle of the link at the start";
+    }
+}
+parameters! {
+    /// What cranes have besides.
+    struct Rest from "LIM cosim-benchmarks" {
+        gravity_m_s2: f64 = 9.81, Positive, "gravity";
+        contacts: Contacts only { stabilisation; restitution, "restitution e of load and rope" from "ours" };
+        attachment_m: f64 = 0.5, Positive, "distance of the actuator's other end from the joint O";
+    }
+}
+parameters! {
+    /// The crane that sets its load down.
+    struct SetDown from "ours" {
+        link: Link;
+        ground_height_m: f64 = -0.03, Finite, "height of the ground; the load starts at 0";
+        cylinder: Cylinder from "LIM cosim-benchmarks" {
+            piston_area_m2 = 65e-4;
+            cylinder_length_m = 0.442;
+            viscous_friction_n_s_m = 1e5;
+            valve_area_m2 = 5e-4;
+        };
+        spool_change: f64 = 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)" study 0.005..0.05;
+        lower_start_s: f64 = 0.2, NotNegative, "start of lowering";
+        lower_end_s: f64 = 1.6, NotNegative, "end of lowering";
+        lift_start_s: f64 = 2.0, NotNegative, "start of lifting";
+        spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
+        oil: Oil;
+        rest: Rest;
+    }
+}
+parameters! {
+    /// The crane that drags its load.
+    struct Drag from "ours" {
+        link: Link;
+        cylinder: Cylinder from "LIM cosim-benchmarks" {
+            piston_area_m2 = 65e-4;
+            cylinder_length_m = 0.442;
+            viscous_friction_n_s_m = 1e5;
+            valve_area_m2 = 5e-4;
+        };
+        spool_change: f64 = 0.01, Fraction, "spool away from equilibrium while lowering (+) and lifting (−)" study 0.005..0.05;
+        spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
+        oil: Oil;
+        rest: Rest;
+        load_offset_m: f64 = 0.2, Finite, "how far out from the end of the link the load lies at the start";
+        lift_start_s: f64 = 0.2, NotNegative, "start of lifting";
+        rough: Contacts only { friction = 0.3 in Positive; tangential_restitution };
+    }
+}
+parameters! {
+    /// The crane that pulls its load out from under a heap.
+    struct Heap from "ours" {
+        columns: u32 = 3, 1..=61, "discs in the lowest layer, the load among them; an odd number";
+        layers: u32 = 3, 1..=60, "layers";
+        disc_radius_m: f64 = 0.03, Positive, "radius R of the discs and the load";
+        disc_mass_kg: f64 = 4.0, Positive, "mass of each disc" study 1.0..10.0;
+        wall_gap_m: f64 = 3e-3, NotNegative, "distance of either wall from the lowest layer at the start";
+        rope_slack_m: f64 = 5e-3, NotNegative, "length of the rope that hangs loose at the start";
+        list_reach_radii: f64 = 0.8, Positive, "gap up to which contacts are listed, in radii; at most 0.8";
+        lift_end_s: f64 = 0.9, NotNegative, "end of lifting";
+        spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
+        link: Link { load_mass_kg = 20.0 from "ours" };
+        cylinder: Cylinder from "LIM cosim-benchmarks" {
+            piston_area_m2 = 65e-4;
+            cylinder_length_m = 0.442;
+            viscous_friction_n_s_m = 1e5;
+            valve_area_m2 = 5e-4;
+        };
+        spool_change: f64 = 0.04, Fraction, "spool away from equilibrium while lifting" study 0.01..0.1;
+        lift_start_s: f64 = 0.2, NotNegative, "start of lifting";
+        oil: Oil;
+        rest: Rest;
     }
 }
 
-/// Lowers the load onto the ground, where rope and ground lock the link for a moment, and lifts it again with a jerk.
-pub(super) fn set_down() -> Case {
+/// The crane as the parameters say.
+fn geometry(link: &Link, rest: &Rest) -> CraneGeometry {
+    CraneGeometry {
+        link_1_length: link.link_1_length_m,
+        link_2_length: link.rope_length_m,
+        rod_mass: link.rod_mass_kg,
+        joint_mass: link.joint_mass_kg,
+        end_mass: link.load_mass_kg,
+        pin_x: link.pin_x_m,
+        attachment: rest.attachment_m,
+        start_angles: [link.theta_1_start_rad, 0.0],
+        gravity: rest.gravity_m_s2,
+    }
+}
+
+/// A crane with its load on a rope over flat ground.
+fn above_ground<P: ParameterSet>(
+    name: &'static str,
+    about: &'static str,
+    build: fn(&P, &Assembly<'_>) -> Result<CoupledSystem>,
+) -> Case {
     Case {
-        parameters: table(&[LINK, MANOEUVRE, RAMP, FLUID, REST]),
         trace_columns: hydraulics::trace_columns(
             "theta_1_rad load_x_m load_y_m",
             "gap_rope_m gap_ground_m contact_force_rope_n contact_force_ground_n closed_contacts",
         ),
         interface_columns: hydraulics::interface(),
         reference: reference(),
-        ..Case::new(
-            "crane-set-down",
-            "Hydraulic crane that sets a load on a rope on the ground, drags it and lifts it off",
-            times(4.0, 5e-3, 5e-5, [5e-5, 1e-4]),
-            |parameters, solver| {
-                let model = CraneWithRope::new(geometry(parameters), parameters.number("ground_height_m"))?;
-                let (pressures, centre) = hydraulics::equilibrium(parameters, model.taut().equilibrium_force())?;
-                let moves = [("lower_start_s", 1.0), ("lower_end_s", 0.0), ("lift_start_s", -1.0)];
-                let spool = hydraulics::moved_spool(parameters, centre, &moves)?;
-                let cylinder = hydraulics::cylinder(parameters, model.taut().start_length(), pressures, spool)?;
-                coupled(model, cylinder, parameters, solver)
-            },
-        )
+        ..Case::new(name, about, times(4.0, 5e-3, 5e-5, [5e-5, 1e-4]), build)
     }
+}
+
+/// Lowers the load onto the ground, where rope and ground lock the link for a moment, and lifts it again with a jerk.
+pub(super) fn set_down() -> Case {
+    let about = "Hydraulic crane that sets a load on a rope on the ground, drags it and lifts it off";
+    above_ground("crane-set-down", about, |p: &SetDown, assembly| {
+        let model = CraneWithRope::new(geometry(&p.link, &p.rest), p.ground_height_m)?;
+        let (pressures, centre) = p.cylinder.equilibrium(&p.oil, model.taut().equilibrium_force())?;
+        let moves = [(named!(p.lower_start_s), 1.0), (named!(p.lower_end_s), 0.0), (named!(p.lift_start_s), -1.0)];
+        let spool = hydraulics::moved_spool(centre, p.spool_change, p.spool_ramp_s, &moves)?;
+        let cylinder = p.cylinder.starting_at(model.taut().start_length(), &p.oil, pressures, spool)?;
+        assembly.couple(model, cylinder, &p.rest.contacts)
+    })
 }
 
 /// Drags a load that lies aside over rough ground: it sticks until `T sin φ = μ (m_h g − T cos φ)`, slides and lifts off.
 pub(super) fn drag() -> Case {
-    const CHANGED: &str = "source: ours
-        - ground_height_m lower_start_s lower_end_s lift_start_s
-        load_offset_m | m | 0.2 | finite | how far out from the end of the link the load lies at the start
-        lift_start_s | s | 0.2 | not negative | start of lifting
-    ";
-    let mut case = Case {
-        name: "crane-drag".into(),
-        about: "Hydraulic crane that drags a load over rough ground by its rope until it lifts off".into(),
-        parameters: table(&[LINK, MANOEUVRE, RAMP, FLUID, REST, CHANGED, WITH_FRICTION]),
-        build: Arc::new(|parameters, solver| {
-            let offset = parameters.number("load_offset_m");
-            let model = CraneWithRope::with_load_on_ground(geometry(parameters), offset)?;
-            let (pressures, centre) = hydraulics::equilibrium(parameters, model.link_force())?;
-            let spool = hydraulics::moved_spool(parameters, centre, &[("lift_start_s", -1.0)])?;
-            let cylinder = hydraulics::cylinder(parameters, model.taut().start_length(), pressures, spool)?;
-            coupled(model, cylinder, parameters, solver)
-        }),
-        ..set_down()
-    };
+    let about = "Hydraulic crane that drags a load over rough ground by its rope until it lifts off";
+    let mut case = above_ground("crane-drag", about, |p: &Drag, assembly| {
+        let model = CraneWithRope::with_load_on_ground(geometry(&p.link, &p.rest), p.load_offset_m)?;
+        let (pressures, centre) = p.cylinder.equilibrium(&p.oil, model.link_force())?;
+        let moves = [(named!(p.lift_start_s), -1.0)];
+        let spool = hydraulics::moved_spool(centre, p.spool_change, p.spool_ramp_s, &moves)?;
+        let cylinder = p.cylinder.starting_at(model.taut().start_length(), &p.oil, pressures, spool)?;
+        assembly.couple(model, cylinder, &p.rest.contacts)
+    });
     case.trace_columns.extend(words("friction_force_ground_n contact_state_ground"));
     case
 }
 
 /// Pulls its load, a disc, out from under a hexagonal heap of others between two walls.
 pub(super) fn heap() -> Case {
-    const HEAP: &str = "source: ours
-        columns | - | 3.0 | whole 1..61 | discs in the lowest layer, the load among them; an odd number
-        layers | - | 3.0 | whole 1..60 | layers
-        disc_radius_m | m | 0.03 | positive | radius R of the discs and the load
-        disc_mass_kg | kg | 4.0 | positive | mass of each disc
-        wall_gap_m | m | 3e-3 | not negative | distance of either wall from the lowest layer at the start
-        rope_slack_m | m | 5e-3 | not negative | length of the rope that hangs loose at the start
-        list_reach_radii | - | 0.8 | positive | gap up to which contacts are listed, in radii; at most 0.8
-        lift_end_s | s | 0.9 | not negative | end of lifting
-    ";
-    const CHANGED: &str = "
-        - ground_height_m lower_start_s lower_end_s
-        load_mass_kg = 20.0 | ours
-        spool_change = 0.04 | ours | spool away from equilibrium while lifting
-        lift_start_s = 0.2 | ours
-    ";
     Case {
         purpose: Purpose::Speed,
-        parameters: table(&[HEAP, RAMP, LINK, MANOEUVRE, FLUID, REST, CHANGED]),
         trace_columns: hydraulics::trace_columns(
             "theta_1_rad load_x_m load_y_m heap_height_m",
             "gap_rope_m gap_floor_m gap_lowest_m contact_force_rope_n contact_force_floor_n closed_contacts \
@@ -154,24 +187,22 @@ fn centres(columns: u32, layers: u32, radius: f64) -> Vec<[f64; 2]> {
     centres
 }
 
-fn build_heap(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
-    let (columns, layers) = (parameters.whole("columns"), parameters.whole("layers"));
-    if columns.is_multiple_of(2) {
-        return Err(Error::invalid("columns", columns, "an odd number, so that the load lies in the middle"));
+fn build_heap(p: &Heap, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
+    if p.columns.is_multiple_of(2) {
+        return Err(Error::invalid("columns", p.columns, "an odd number, so that the load lies in the middle"));
     }
-    let radius = get("disc_radius_m");
     let heap = HeapGeometry {
-        radius,
-        disc_mass: get("disc_mass_kg"),
-        centres: centres(columns, layers, radius),
-        half_width: radius * f64::from(columns) + get("wall_gap_m"),
-        slack: get("rope_slack_m"),
-        list_reach_radii: get("list_reach_radii"),
+        radius: p.disc_radius_m,
+        disc_mass: p.disc_mass_kg,
+        centres: centres(p.columns, p.layers, p.disc_radius_m),
+        half_width: p.disc_radius_m * f64::from(p.columns) + p.wall_gap_m,
+        slack: p.rope_slack_m,
+        list_reach_radii: p.list_reach_radii,
     };
-    let model = CraneInHeap::new(geometry(parameters), heap)?;
-    let (pressures, centre) = hydraulics::equilibrium(parameters, model.crane().link_force())?;
-    let spool = hydraulics::moved_spool(parameters, centre, &[("lift_start_s", -1.0), ("lift_end_s", 0.0)])?;
-    let cylinder = hydraulics::cylinder(parameters, model.crane().taut().start_length(), pressures, spool)?;
-    coupled(model, cylinder, parameters, solver)
+    let model = CraneInHeap::new(geometry(&p.link, &p.rest), heap)?;
+    let (pressures, centre) = p.cylinder.equilibrium(&p.oil, model.crane().link_force())?;
+    let moves = [(named!(p.lift_start_s), -1.0), (named!(p.lift_end_s), 0.0)];
+    let spool = hydraulics::moved_spool(centre, p.spool_change, p.spool_ramp_s, &moves)?;
+    let cylinder = p.cylinder.starting_at(model.crane().taut().start_length(), &p.oil, pressures, spool)?;
+    assembly.couple(model, cylinder, &p.rest.contacts)
 }

@@ -4,7 +4,7 @@
 //! Numbers *ours*; the fluid is that of Naya et al. 2011.
 
 use super::case::Purpose;
-use super::contact_parameters::reference_of;
+use super::contacts::reference_of;
 use super::prelude::*;
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_6};
 
@@ -22,86 +22,124 @@ fn recorded(case: Case) -> Case {
     }
 }
 
-const DISCS: &str = "source: ours
-    disc_radius_m | m | 0.1 | positive | radius R of the discs
-    disc_mass_kg | kg | 20.0 | positive | mass of each disc
-";
-const LOADER: &str = "
-    blade_mass_kg | kg | 100.0 | positive | mass of the blade with its piston
-    blade_velocity_m_s | m/s | 0.0 | finite | velocity of the blade at the start
-";
-const LOADERS_CYLINDER: &str = "
-    actuator_length_m | m | 1.5 | positive | length of the actuator at the start
-    piston_area_m2 | m² | 2e-3 | positive | piston area A
-    cylinder_length_m | m | 1.0 | positive | length l of both chambers together
-    viscous_friction_n_s_m | N·s/m | 1e4 | not negative | viscous friction c of the cylinder
-    valve_area_m2 | m² | 1e-5 | positive | valve area a_v
-";
-const PUSH: &str = "
-    start_pressure_pa | Pa | 3.85e6 | positive | pressure in both chambers at the start
-    spool_push | - | 0.3 | fraction | spool command while pushing; below 0.5 extends
-    push_start_s | s | 0.1 | not negative | start of pushing
-    spool_ramp_s | s | 0.05 | positive | time in which the spool moves
-";
-const REST: &str = "source: ours
-    gravity_m_s2 | m/s² | 9.81 | not negative | gravity | standard
-    stabilisation | - | 0.2 | fraction | fraction γ of a penetration removed per mechanics step
-    restitution | - | 0.0 | fraction | restitution e of all contacts
-";
-const WALL_GAP: &str = "wall_gap_m | m | 0.02 | finite | distance of the wall from the discs at the start";
+choices! { for ContactList { Neighbours = "neighbours", Start = "start", Travelling = "travelling", } }
+parameters! {
+    /// The discs.
+    struct Disc from "ours" {
+        disc_radius_m: f64 = 0.1, Positive, "radius R of the discs";
+        disc_mass_kg: f64 = 20.0, Positive, "mass of each disc" study 5.0..50.0;
+    }
+}
+parameters! {
+    /// A cylinder of the size of a loader's.
+    struct Actuator from "ours" {
+        actuator_length_m: f64 = 1.5, Positive, "length of the actuator at the start";
+        cylinder: Cylinder from "ours" { piston_area_m2 = 2e-3; cylinder_length_m = 1.0; valve_area_m2 = 1e-5 };
+    }
+}
+parameters! {
+    /// What presses on discs has oil and weight, and they touch.
+    struct Rest from "ours" {
+        oil: Oil;
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        contacts: Contacts only { stabilisation; restitution, "restitution e of all contacts" from "ours" };
+    }
+}
+parameters! {
+    /// Discs before a loader's blade.
+    struct Loader from "ours" {
+        disc: Disc;
+        blade_mass_kg: f64 = 100.0, Positive, "mass of the blade with its piston" study 50.0..200.0;
+        blade_velocity_m_s: f64 = 0.0, Finite, "velocity of the blade at the start";
+        actuator: Actuator;
+        start_pressure_pa: f64 = 3.85e6, Positive, "pressure in both chambers at the start";
+        spool_push: f64 = 0.3, Fraction, "spool command while pushing; below 0.5 extends" study 0.1..0.45;
+        push_start_s: f64 = 0.1, NotNegative, "start of pushing";
+        spool_ramp_s: f64 = 0.05, Positive, "time in which the spool moves";
+        rest: Rest;
+        wall_gap_m: f64 = 0.02, Finite, "distance of the wall from the discs at the start";
+    }
+}
+parameters! {
+    /// A row of discs.
+    struct Row from "ours" {
+        discs: u32 = 10, 2..=2500, "number of discs";
+        disc_gap_m: f64 = 5e-3, Finite, "gap between blade, discs and next discs at the start";
+        loader: Loader;
+    }
+}
+parameters! {
+    /// A heap of discs.
+    struct Pile from "ours" {
+        columns: u32 = 6, 2..=60, "discs in the lowest layer";
+        layers: u32 = 4, 1..=60, "layers";
+        contact_list: ContactList [Start, Travelling],
+            "possible contacts: those near at the start (a run in which discs move farther ends), or near at the time";
+        loader: Loader;
+    }
+}
+parameters! {
+    /// Discs in a box.
+    struct Packed from "ours" {
+        columns: u32 = 4, 2..=60, "discs m in the lowest layer and each second one above";
+        layers: u32 = 5, 1..=80, "layers";
+        packing_angle_rad: f64 = 0.9, Positive, "angle α of contacts above the horizontal, π/6 to π/3" study 0.7..1.0;
+        disc: Disc;
+        wall_mass_kg: f64 = 100.0, Positive, "mass of the wall on the cylinder, with its piston" study 50.0..200.0;
+        actuator: Actuator;
+        spool_change: f64 = 0.1, Fraction, "spool away from equilibrium while letting out (+) and pushing (−)";
+        release_start_s: f64 = 0.1, NotNegative, "start of letting out";
+        release_end_s: f64 = 0.3, NotNegative, "end of letting out";
+        push_start_s: f64 = 0.4, NotNegative, "start of pushing";
+        spool_ramp_s: f64 = 0.02, Positive, "time in which the spool moves";
+        rest: Rest;
+    }
+}
 
 /// x of the disc farthest to the right, m.
 fn last(centres: &[[f64; 2]]) -> f64 {
     centres.iter().map(|centre| centre[0]).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Both sides for discs with these centres before a loader's blade; the wall stands behind the last of them.
-fn loader(
-    parameters: &Parameters,
-    solver: &SolverEntry,
-    centres: Vec<[f64; 2]>,
-    list: ContactList,
-) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
-    let [radius, length] = ["disc_radius_m", "actuator_length_m"].map(get);
-    let geometry = DiscsGeometry {
-        blade_mass: get("blade_mass_kg"),
-        blade_velocity: get("blade_velocity_m_s"),
-        disc_mass: get("disc_mass_kg"),
-        radius,
-        wall_x: last(&centres) + radius + get("wall_gap_m"),
-        actuator_length: length,
-        gravity: get("gravity_m_s2"),
-        centres,
-        bumps: Vec::new(),
-    };
-    let model = Discs::new(geometry, list)?;
-    let [start, ramp] = ["push_start_s", "spool_ramp_s"].map(get);
-    let spool = hydraulics::spool(&[("push_start_s", start, 0.5), ("spool_ramp_s", start + ramp, get("spool_push"))])?;
-    let cylinder = hydraulics::cylinder(parameters, length, [get("start_pressure_pa"); 2], spool)?;
-    coupled(model, cylinder, parameters, solver)
+impl Loader {
+    /// Both sides for discs with these centres before the blade; the wall stands behind the last of them.
+    fn push(&self, assembly: &Assembly<'_>, centres: Vec<[f64; 2]>, list: ContactList) -> Result<CoupledSystem> {
+        let (radius, length) = (self.disc.disc_radius_m, self.actuator.actuator_length_m);
+        let geometry = DiscsGeometry {
+            blade_mass: self.blade_mass_kg,
+            blade_velocity: self.blade_velocity_m_s,
+            disc_mass: self.disc.disc_mass_kg,
+            radius,
+            wall_x: last(&centres) + radius + self.wall_gap_m,
+            actuator_length: length,
+            gravity: self.rest.gravity_m_s2,
+            centres,
+            bumps: Vec::new(),
+        };
+        let model = Discs::new(geometry, list)?;
+        let ((start, from), (ramp, time)) = (named!(self.push_start_s), named!(self.spool_ramp_s));
+        let spool = hydraulics::spool(&[(start, from, 0.5), (ramp, from + time, self.spool_push)])?;
+        let pressures = [self.start_pressure_pa; 2];
+        let cylinder = self.actuator.cylinder.starting_at(length, &self.rest.oil, pressures, spool)?;
+        assembly.couple(model, cylinder, &self.rest.contacts)
+    }
 }
 
 /// A row of discs is pushed together and against a wall: each gap closes with an impact.
 pub(super) fn row() -> Case {
-    const OWN: &str = "source: ours
-        discs | - | 10.0 | whole 2..2500 | number of discs
-        disc_gap_m | m | 5e-3 | finite | gap between blade, discs and next discs at the start
-    ";
     recorded(Case {
-        parameters: table(&[OWN, DISCS, LOADER, LOADERS_CYLINDER, PUSH, FLUID, REST, WALL_GAP]),
         constant_mechanics: true,
         // Each disc on the floor, and between blade, discs and wall.
-        reference: reference_of(|parameters| 2 * parameters.number("discs") as usize + 1),
+        reference: reference_of(|p: &Row| 2 * p.discs as usize + 1),
         ..Case::new(
             "disc-row",
             "A loader's blade pushes a row of discs together and against a wall (a contact chain)",
             times(1.0, 5e-3, 5e-5, [1e-4, 2e-4]),
-            |parameters, solver| {
-                let [radius, gap] = ["disc_radius_m", "disc_gap_m"].map(|name| parameters.number(name));
+            |p: &Row, assembly| {
+                let (radius, gap) = (p.loader.disc.disc_radius_m, p.disc_gap_m);
                 let place = |disc: u32| [f64::from(disc) * (2.0 * radius + gap) + gap + radius, radius];
-                let centres = (0..parameters.whole("discs")).map(place).collect();
-                loader(parameters, solver, centres, ContactList::Neighbours)
+                let centres = (0..p.discs).map(place).collect();
+                p.loader.push(assembly, centres, ContactList::Neighbours)
             },
         )
     })
@@ -109,32 +147,24 @@ pub(super) fn row() -> Case {
 
 /// A hexagonal heap settles between blade and wall and is pushed: some 3n contacts, many more than it can carry (2n) without friction.
 pub(super) fn pile() -> Case {
-    const OWN: &str = "source: ours
-        columns | - | 6.0 | whole 2..60 | discs in the lowest layer
-        layers | - | 4.0 | whole 1..60 | layers
-        contact_list | - | start, travelling | choice | possible contacts: those near at the start (a run in which discs move farther ends), or near at the time
-    ";
     recorded(Case {
         purpose: Purpose::Speed,
-        parameters: table(&[OWN, DISCS, LOADER, LOADERS_CYLINDER, PUSH, FLUID, REST, WALL_GAP]),
         ..Case::new(
             "disc-pile",
             "A loader's blade pushes a heap of discs against a wall (62 contacts; thousands by its parameters)",
             times(0.5, 5e-3, 5e-5, [1e-4, 2e-4]),
-            |parameters, solver| {
-                let radius = parameters.number("disc_radius_m");
+            |p: &Pile, assembly| {
+                let radius = p.loader.disc.disc_radius_m;
                 let mut centres = Vec::new();
-                for layer in 0..parameters.whole("layers") {
+                for layer in 0..p.layers {
                     // Each second layer lies in the hollows of the one below.
                     let shift = layer % 2;
-                    for column in 0..parameters.whole("columns") - shift {
+                    for column in 0..p.columns - shift {
                         let x = radius * f64::from(1 + shift + 2 * column);
                         centres.push([x, radius * (1.0 + 3.0_f64.sqrt() * f64::from(layer))]);
                     }
                 }
-                let travelling = parameters.choice("contact_list") == "travelling";
-                let list = if travelling { ContactList::Travelling } else { ContactList::Start };
-                loader(parameters, solver, centres, list)
+                p.loader.push(assembly, centres, p.contact_list)
             },
         )
     })
@@ -143,24 +173,8 @@ pub(super) fn pile() -> Case {
 /// Layers of m and m − 1 discs in turn between two walls, neighbours of a layer apart, each disc on two below it: as many contacts as
 /// unknowns, so that forces at rest are unique.
 pub(super) fn packed_box() -> Case {
-    const OWN: &str = "source: ours
-        columns | - | 4.0 | whole 2..60 | discs m in the lowest layer and each second one above
-        layers | - | 5.0 | whole 1..80 | layers
-        packing_angle_rad | rad | 0.9 | positive | angle α of contacts above the horizontal, π/6 to π/3
-    ";
-    const WALL: &str = "
-        wall_mass_kg | kg | 100.0 | positive | mass of the wall on the cylinder, with its piston
-    ";
-    const MOVES: &str = "
-        spool_change | - | 0.1 | fraction | spool away from equilibrium while letting out (+) and pushing (−)
-        release_start_s | s | 0.1 | not negative | start of letting out
-        release_end_s | s | 0.3 | not negative | end of letting out
-        push_start_s | s | 0.4 | not negative | start of pushing
-        spool_ramp_s | s | 0.02 | positive | time in which the spool moves
-    ";
     recorded(Case {
         purpose: Purpose::Speed,
-        parameters: table(&[OWN, DISCS, WALL, LOADERS_CYLINDER, MOVES, FLUID, REST]),
         ..Case::new(
             "packed-box",
             "Discs packed in a box, one wall of which a cylinder holds (36 forces at rest in closed form; thousands by its parameters)",
@@ -208,9 +222,8 @@ fn packing(columns: u32, layers: u32, angle: f64, radius: f64) -> [Vec<[f64; 2]>
     [centres, bumps.collect()]
 }
 
-fn build_packed(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
-    let (columns, layers, angle) = (parameters.whole("columns"), parameters.whole("layers"), get("packing_angle_rad"));
+fn build_packed(p: &Packed, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
+    let (columns, layers, angle) = (p.columns, p.layers, p.packing_angle_rad);
     if angle <= FRAC_PI_6 || angle >= FRAC_PI_3 {
         let expected = format!(
             "between π/6 = {FRAC_PI_6:.6} and π/3 = {FRAC_PI_3:.6}, where discs of a layer or of each second one meet"
@@ -226,26 +239,26 @@ fn build_packed(parameters: &Parameters, solver: &SolverEntry) -> Result<Coupled
         );
         return Err(Error::invalid("packing_angle_rad", angle, expected));
     }
-    let radius = get("disc_radius_m");
+    let radius = p.disc.disc_radius_m;
     let [centres, bumps] = packing(columns, layers, angle, radius);
-    let length = get("actuator_length_m");
+    let length = p.actuator.actuator_length_m;
     let geometry = DiscsGeometry {
-        blade_mass: get("wall_mass_kg"),
+        blade_mass: p.wall_mass_kg,
         blade_velocity: 0.0,
-        disc_mass: get("disc_mass_kg"),
+        disc_mass: p.disc.disc_mass_kg,
         radius,
         wall_x: last(&centres) + radius,
         centres,
         bumps,
         actuator_length: length,
-        gravity: get("gravity_m_s2"),
+        gravity: p.rest.gravity_m_s2,
     };
     let model = Discs::new(geometry, ContactList::Start)?;
-    let weight = get("disc_mass_kg") * get("gravity_m_s2");
+    let weight = p.disc.disc_mass_kg * p.rest.gravity_m_s2;
     let held = wall_forces(columns, layers, angle, weight).iter().sum();
-    let (pressures, centre) = hydraulics::equilibrium(parameters, held)?;
-    let moves = [("release_start_s", 1.0), ("release_end_s", 0.0), ("push_start_s", -1.0)];
-    let spool = hydraulics::moved_spool(parameters, centre, &moves)?;
-    let cylinder = hydraulics::cylinder(parameters, length, pressures, spool)?;
-    coupled(model, cylinder, parameters, solver)
+    let (pressures, centre) = p.actuator.cylinder.equilibrium(&p.rest.oil, held)?;
+    let moves = [(named!(p.release_start_s), 1.0), (named!(p.release_end_s), 0.0), (named!(p.push_start_s), -1.0)];
+    let spool = hydraulics::moved_spool(centre, p.spool_change, p.spool_ramp_s, &moves)?;
+    let cylinder = p.actuator.cylinder.starting_at(length, &p.rest.oil, pressures, spool)?;
+    assembly.couple(model, cylinder, &p.rest.contacts)
 }

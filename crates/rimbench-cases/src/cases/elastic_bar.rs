@@ -4,28 +4,30 @@
 
 use super::prelude::*;
 
-const BAR: &str = "source: impacting-bar benchmark
-    elements | - | 20.0 | whole 1..500 | number of elements N | ours
-    length_m | m | 1.0 | positive | length L
-    section_m2 | m² | 3.14e-4 | positive | cross-section S
-    youngs_modulus_pa | Pa | 210e9 | positive | Young's modulus E
-    density_kg_m3 | kg/m³ | 7800.0 | positive | density ρ
-    start_gap_m | m | 5e-5 | not negative | gap between bar and floor at the start
-    start_velocity_m_s | m/s | -0.1 | finite | velocity of the bar at the start, upwards
-";
-const CHANGED: &str = "
-    spring_stiffness_n_m = 1e6
-    carriage_mass_kg = 0.5
-    base_stiffness_n_m = 1e5
-    base_position_m = 1.00005
-    carriage_position_m = 1.00005
-    carriage_velocity_m_s = -0.1
-    restitution = 0.0 | plastic node
-";
+parameters! {
+    /// A bar and what it hangs on.
+    struct Bar from "impacting-bar benchmark" {
+        elements: u32 = 20, 1..=500, "number of elements N" from "ours";
+        length_m: f64 = 1.0, Positive, "length L";
+        section_m2: f64 = 3.14e-4, Positive, "cross-section S";
+        youngs_modulus_pa: f64 = 210e9, Positive, "Young's modulus E";
+        density_kg_m3: f64 = 7800.0, Positive, "density ρ";
+        start_gap_m: f64 = 5e-5, NotNegative, "gap between bar and floor at the start";
+        start_velocity_m_s: f64 = -0.1, Finite, "velocity of the bar at the start, upwards";
+        carriage: Carriage {
+            spring_stiffness_n_m = 1e6;
+            carriage_mass_kg = 0.5;
+            base_stiffness_n_m = 1e5;
+            base_position_m = 1.00005;
+            carriage_position_m = 1.00005;
+            carriage_velocity_m_s = -0.1;
+        };
+        contacts: Contacts only { restitution = 0.0 from "plastic node"; stabilisation };
+    }
+}
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: table(&[BAR, CARRIAGE, RESTITUTION, STABILISATION, CHANGED]),
         trace_columns: carriage::trace_columns(
             "carriage_position_m effective_mass_kg bottom_x_m bottom_velocity_m_s gap_floor_m contact_force_floor_n \
              closed_contacts",
@@ -42,20 +44,18 @@ pub(super) fn entry() -> Case {
     }
 }
 
-fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
-    let count = parameters.whole("elements");
-    let n = count as usize;
-    let element = get("length_m") / f64::from(count);
-    let element_mass = get("density_kg_m3") * get("section_m2") * element;
+fn build(p: &Bar, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
+    let n = p.elements as usize;
+    let element = p.length_m / f64::from(p.elements);
+    let element_mass = p.density_kg_m3 * p.section_m2 * element;
     let node = |index: usize| LineMass {
         mass: if index == 0 || index == n { 0.5 * element_mass } else { element_mass },
-        start: [get("start_gap_m") + index as f64 * element, get("start_velocity_m_s")],
+        start: [p.start_gap_m + index as f64 * element, p.start_velocity_m_s],
         ..LineMass::default()
     };
     let spring = |index: usize| LineSpring {
         between: [index, index + 1],
-        stiffness: get("youngs_modulus_pa") * get("section_m2") / element,
+        stiffness: p.youngs_modulus_pa * p.section_m2 / element,
         length: element,
     };
     let model = LineMasses::new(LineDescription {
@@ -68,5 +68,5 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         gap_names: words("gap_floor_m"),
         contact_force_names: words("contact_force_floor_n"),
     })?;
-    coupled(model, carriage::actuator(parameters)?, parameters, solver)
+    assembly.couple(model, p.carriage.actuator()?, &p.contacts)
 }

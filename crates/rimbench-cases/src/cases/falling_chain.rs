@@ -5,26 +5,29 @@
 use super::case::Purpose;
 use super::prelude::*;
 
-const PARAMETERS: &str = "source: ours
-    links | - | 20.0 | whole 2..2500 | number n of beads
-    chain_length_m | m | 1.0 | positive | length L of the chain; a link is L/n
-    chain_mass_kg | kg | 2.0 | positive | mass M of the chain; a bead has M/n
-    bead_share | - | 0.2 | fraction | diameter of a bead in lengths of a link, d/l
-    bead_pieces | - | 1.0 | whole 1..1000 | number p of pieces of a bead, on rigid joints: the same motion
-    drop_height_m | m | 0.0 | not negative | height h of the lower end above the scale at the start
-    platform_mass_kg | kg | 1.0 | positive | mass m_p of the platform
-    spring_stiffness_n_m | N/m | 4e4 | positive | stiffness k between carriage and platform
-    spring_damping_n_s_m | N·s/m | 150.0 | not negative | damping c between carriage and platform
-    carriage_mass_kg | kg | 0.5 | positive | mass m_a of the carriage
-    base_stiffness_n_m | N/m | 8e4 | positive | stiffness k_b between base and carriage
-    base_damping_n_s_m | N·s/m | 200.0 | not negative | damping c_b between base and carriage
-    gravity_m_s2 | m/s² | 9.81 | not negative | gravity | standard
-";
+parameters! {
+    /// A chain, and the scale under it.
+    struct ChainOnScale from "ours" {
+        links: u32 = 20, 2..=2500, "number n of beads";
+        chain_length_m: f64 = 1.0, Positive, "length L of the chain; a link is L/n";
+        chain_mass_kg: f64 = 2.0, Positive, "mass M of the chain; a bead has M/n";
+        bead_share: f64 = 0.2, Fraction, "diameter of a bead in lengths of a link, d/l";
+        bead_pieces: u32 = 1, 1..=1000, "number p of pieces of a bead, on rigid joints: the same motion";
+        drop_height_m: f64 = 0.0, NotNegative, "height h of the lower end above the scale at the start";
+        platform_mass_kg: f64 = 1.0, Positive, "mass m_p of the platform";
+        spring_stiffness_n_m: f64 = 4e4, Positive, "stiffness k between carriage and platform";
+        spring_damping_n_s_m: f64 = 150.0, NotNegative, "damping c between carriage and platform";
+        carriage_mass_kg: f64 = 0.5, Positive, "mass m_a of the carriage";
+        base_stiffness_n_m: f64 = 8e4, Positive, "stiffness k_b between base and carriage";
+        base_damping_n_s_m: f64 = 200.0, NotNegative, "damping c_b between base and carriage";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        contacts: Contacts only { stabilisation; restitution = 0.0 from "ours" };
+    }
+}
 
 pub(super) fn entry() -> Case {
     Case {
         purpose: Purpose::Speed,
-        parameters: table(&[PARAMETERS, STABILISATION, RESTITUTION, "restitution = 0.0 | ours"]),
         trace_columns: carriage::trace_columns(
             "carriage_position_m carriage_velocity_m_s effective_mass_kg lowest_bead_y_m gap_scale_m gap_lowest_link_m \
              contact_force_scale_n closed_contacts",
@@ -123,16 +126,15 @@ impl Chain {
     }
 }
 
-fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
+fn build(p: &ChainOnScale, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let chain = Chain {
-        links: parameters.whole("links"),
-        length: get("chain_length_m"),
-        mass: get("chain_mass_kg"),
-        bead_share: get("bead_share"),
-        bead_pieces: parameters.whole("bead_pieces"),
-        drop: get("drop_height_m"),
-        gravity: get("gravity_m_s2"),
+        links: p.links,
+        length: p.chain_length_m,
+        mass: p.chain_mass_kg,
+        bead_share: p.bead_share,
+        bead_pieces: p.bead_pieces,
+        drop: p.drop_height_m,
+        gravity: p.gravity_m_s2,
     };
     if chain.bead_share >= 1.0 {
         let expected = "below 1, or the chain is a rod: beads touch and links are taut at once";
@@ -147,20 +149,20 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         );
         return Err(Error::invalid(key, found, expected));
     }
-    let platform = get("platform_mass_kg");
+    let platform = p.platform_mass_kg;
     let model = LineMasses::new(chain.above_platform(platform))?;
     // In equilibrium with the platform at 0.
     let weight = platform * chain.gravity;
-    let carriage = weight / get("spring_stiffness_n_m");
-    let base = carriage + weight / get("base_stiffness_n_m");
+    let carriage = weight / p.spring_stiffness_n_m;
+    let base = carriage + weight / p.base_stiffness_n_m;
     let scale = SpringActuator::new(SpringActuatorParameters {
-        stiffness: get("spring_stiffness_n_m"),
-        damping: get("spring_damping_n_s_m"),
-        carriage_mass: get("carriage_mass_kg"),
-        base_stiffness: get("base_stiffness_n_m"),
-        base_damping: get("base_damping_n_s_m"),
+        stiffness: p.spring_stiffness_n_m,
+        damping: p.spring_damping_n_s_m,
+        carriage_mass: p.carriage_mass_kg,
+        base_stiffness: p.base_stiffness_n_m,
+        base_damping: p.base_damping_n_s_m,
         base: BaseMotion { position: base, ..BaseMotion::default() },
         start: [carriage, 0.0],
     })?;
-    coupled(model, scale, parameters, solver)
+    assembly.couple(model, scale, &p.contacts)
 }

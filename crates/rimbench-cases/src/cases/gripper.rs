@@ -3,36 +3,38 @@
 
 use super::prelude::*;
 
-const PARAMETERS: &str = "source: ours
-    jaw_mass_kg | kg | 30.0 | positive | mass of each jaw with its piston
-    box_mass_kg | kg | 50.0 | positive | mass of the box
-    box_width_m | m | 0.3 | positive | width of the box
-    box_height_m | m | 0.4 | positive | height of the box
-    lower_pad_m | m | 0.1 | finite | height of the lower pads
-    upper_pad_m | m | 0.3 | finite | height of the upper pads
-    left_clearance_m | m | 0.02 | finite | distance of the left jaw from the box at the start
-    right_clearance_m | m | 0.05 | finite | distance of the right jaw from the box at the start
-    actuator_length_m | m | 0.6 | positive | length of both actuators at the start
-    piston_area_m2 | m² | 1e-3 | positive | piston area A
-    cylinder_length_m | m | 0.6 | positive | length l of both chambers together
-    viscous_friction_n_s_m | N·s/m | 5e3 | not negative | viscous friction c of a cylinder
-    valve_area_m2 | m² | 4e-6 | positive | valve area a_v
-    start_pressure_pa | Pa | 3.85e6 | positive | pressure in all chambers at the start
-    spool_close | - | 0.4 | fraction | spool command while closing; below 0.5 extends
-    spool_open | - | 0.6 | fraction | spool command while opening
-    close_start_s | s | 0.1 | not negative | start of closing
-    open_start_s | s | 1.5 | not negative | start of opening
-    spool_ramp_s | s | 0.02 | positive | time in which the spools move
-";
-const REST: &str = "source: ours
-    gravity_m_s2 | m/s² | 9.81 | not negative | gravity | standard
-    stabilisation | - | 0.2 | fraction | fraction γ of a penetration removed per mechanics step
-    restitution | - | 0.0 | fraction | restitution e of pads and corners
-";
+parameters! {
+    /// A box, two jaws and their cylinders.
+    struct Clamp from "ours" {
+        jaw_mass_kg: f64 = 30.0, Positive, "mass of each jaw with its piston";
+        box_mass_kg: f64 = 50.0, Positive, "mass of the box";
+        box_width_m: f64 = 0.3, Positive, "width of the box";
+        box_height_m: f64 = 0.4, Positive, "height of the box";
+        lower_pad_m: f64 = 0.1, Finite, "height of the lower pads";
+        upper_pad_m: f64 = 0.3, Finite, "height of the upper pads";
+        left_clearance_m: f64 = 0.02, Finite, "distance of the left jaw from the box at the start";
+        right_clearance_m: f64 = 0.05, Finite, "distance of the right jaw from the box at the start";
+        actuator_length_m: f64 = 0.6, Positive, "length of both actuators at the start";
+        cylinder: Cylinder {
+            piston_area_m2 = 1e-3 from "ours";
+            cylinder_length_m = 0.6 from "ours";
+            viscous_friction_n_s_m = 5e3, "viscous friction c of a cylinder" from "ours";
+            valve_area_m2 = 4e-6 from "ours";
+        };
+        start_pressure_pa: f64 = 3.85e6, Positive, "pressure in all chambers at the start";
+        spool_close: f64 = 0.4, Fraction, "spool command while closing; below 0.5 extends";
+        spool_open: f64 = 0.6, Fraction, "spool command while opening";
+        close_start_s: f64 = 0.1, NotNegative, "start of closing";
+        open_start_s: f64 = 1.5, NotNegative, "start of opening";
+        spool_ramp_s: f64 = 0.02, Positive, "time in which the spools move";
+        oil: Oil;
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        contacts: Contacts only { stabilisation; restitution = 0.0, "restitution e of pads and corners" from "ours" };
+    }
+}
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: table(&[PARAMETERS, FLUID, REST]),
         trace_columns: words(
             "time_s left_jaw_x_m right_jaw_x_m box_x_m box_y_m box_angle_rad left_length_m right_length_m \
              left_velocity_m_s right_velocity_m_s left_force_n right_force_n force_to_mechanics_n \
@@ -74,26 +76,25 @@ const NAMES: [ActuatorNames; 2] = [
     },
 ];
 
-fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
-    let length = get("actuator_length_m");
+fn build(p: &Clamp, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
+    let length = p.actuator_length_m;
     let model = Gripper::new(GripperGeometry {
-        jaw_mass: get("jaw_mass_kg"),
-        box_mass: get("box_mass_kg"),
-        box_size: ["box_width_m", "box_height_m"].map(get),
-        pad_heights: ["lower_pad_m", "upper_pad_m"].map(get),
-        clearances: ["left_clearance_m", "right_clearance_m"].map(get),
+        jaw_mass: p.jaw_mass_kg,
+        box_mass: p.box_mass_kg,
+        box_size: [p.box_width_m, p.box_height_m],
+        pad_heights: [p.lower_pad_m, p.upper_pad_m],
+        clearances: [p.left_clearance_m, p.right_clearance_m],
         actuator_length: length,
-        gravity: get("gravity_m_s2"),
+        gravity: p.gravity_m_s2,
     })?;
-    let [close, open, ramp] = ["close_start_s", "open_start_s", "spool_ramp_s"].map(get);
+    let ((closing, close), (opening, open)) = (named!(p.close_start_s), named!(p.open_start_s));
     let spool = hydraulics::spool(&[
-        ("close_start_s", close, 0.5),
-        ("close_start_s", close + ramp, get("spool_close")),
-        ("open_start_s", open, get("spool_close")),
-        ("open_start_s", open + ramp, get("spool_open")),
+        (closing, close, 0.5),
+        (closing, close + p.spool_ramp_s, p.spool_close),
+        (opening, open, p.spool_close),
+        (opening, open + p.spool_ramp_s, p.spool_open),
     ])?;
-    let pressures = [get("start_pressure_pa"); 2];
-    let unit = || hydraulics::cylinder(parameters, length, pressures, spool.clone());
-    coupled(model, ActuatorPair::new([unit()?, unit()?], NAMES), parameters, solver)
+    let pressures = [p.start_pressure_pa; 2];
+    let unit = || p.cylinder.starting_at(length, &p.oil, pressures, spool.clone());
+    assembly.couple(model, ActuatorPair::new([unit()?, unit()?], NAMES), &p.contacts)
 }

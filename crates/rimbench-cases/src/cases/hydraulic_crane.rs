@@ -13,30 +13,48 @@ use super::prelude::*;
 use rimbench_core::cosim::{PerSide, Subsystem};
 use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
 
-const PARAMETERS: &str = "source: LIM cosim-benchmarks
-    manoeuvre | - | m1, m2 | choice | steps (m1) or sine (m2) of the spool
-    coupling | - | force-displacement, pressure-displacement | choice | what the cylinder puts out: its force or its pressures
-    stale_feedthrough | - | false, true | choice | make the force with the velocity given for the step before
-    published_driver | - | false, true | choice | all quirks of the published driver: stale feedthrough, hydraulics one micro step ahead, rows late
-    link_1_length_m | m | 1.0 | positive | length L of link 1
-    link_2_length_m | m | 0.5 | positive | length L_h of link 2
-    rod_mass_kg | kg | 200.0 | positive | mass m of link 1, a uniform rod
-    joint_mass_kg | kg | 250.0 | not negative | point mass m_p at the end of link 1
-    end_mass_kg | kg | 100.0 | positive | point mass m_h at the end of link 2
-    pin_x_m | m | 0.8660254037844386 | positive | x of the actuator's fixed end B; its y is 0
-    theta_1_start_rad | rad | 0.5235987755982989 | finite | angle of link 1 at the start
-    theta_2_start_rad | rad | -1.5707963267948966 | finite | angle of link 2 at the start
-    source: Naya et al. 2011
-    piston_area_m2 | m² | 65e-4 | positive | piston area A
-    cylinder_length_m | m | 0.442 | positive | length l of both chambers together
-    viscous_friction_n_s_m | N·s/m | 1e5 | not negative | viscous friction c of the cylinder
-    valve_area_m2 | m² | 5e-4 | positive | valve area a_v
-";
-const GRAVITY: &str = "gravity_m_s2 | m/s² | 9.81 | not negative | gravity | LIM cosim-benchmarks";
+choices! {
+    /// What the spool does.
+    enum Manoeuvre {
+        M1 = "m1",
+        M2 = "m2",
+    }
+}
+choices! {
+    /// What the cylinder puts out.
+    enum Coupling {
+        ForceDisplacement = "force-displacement",
+        PressureDisplacement = "pressure-displacement",
+    }
+}
+parameters! {
+    /// The crane and its cylinder.
+    struct Lift from "LIM cosim-benchmarks" {
+        manoeuvre: Manoeuvre [M1, M2], "steps (m1) or sine (m2) of the spool";
+        coupling: Coupling [ForceDisplacement, PressureDisplacement], "what the cylinder puts out: its force or its pressures";
+        stale_feedthrough: bool = false, [false, true], "make the force with the velocity given for the step before";
+        published_driver: bool = false, [false, true], "all quirks of the published driver: stale feedthrough, hydraulics one micro step ahead, rows late";
+        link_1_length_m: f64 = 1.0, Positive, "length L of link 1";
+        link_2_length_m: f64 = 0.5, Positive, "length L_h of link 2";
+        rod_mass_kg: f64 = 200.0, Positive, "mass m of link 1, a uniform rod";
+        joint_mass_kg: f64 = 250.0, NotNegative, "point mass m_p at the end of link 1";
+        end_mass_kg: f64 = 100.0, Positive, "point mass m_h at the end of link 2";
+        pin_x_m: f64 = 0.8660254037844386, Positive, "x of the actuator's fixed end B; its y is 0";
+        theta_1_start_rad: f64 = 0.5235987755982989, Finite, "angle of link 1 at the start";
+        theta_2_start_rad: f64 = -1.5707963267948966, Finite, "angle of link 2 at the start";
+        cylinder: Cylinder {
+            piston_area_m2 = 65e-4;
+            cylinder_length_m = 0.442 from "Naya et al. 2011";
+            viscous_friction_n_s_m = 1e5 from "Naya et al. 2011";
+            valve_area_m2 = 5e-4 from "Naya et al. 2011";
+        };
+        oil: Oil;
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "LIM cosim-benchmarks";
+    }
+}
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: table(&[PARAMETERS, FLUID, GRAVITY]),
         trace_columns: words(
             "time_s actuator_length_m actuator_velocity_m_s actuator_force_n pressure_1_pa pressure_2_pa \
              spool theta_1_rad theta_2_rad",
@@ -62,45 +80,44 @@ pub(super) struct Parts {
     pub(super) viscous_friction: f64,
 }
 
-fn parts(parameters: &Parameters) -> Result<Parts> {
-    let get = |name: &str| parameters.number(name);
+fn parts(p: &Lift) -> Result<Parts> {
     let crane = Crane::new(CraneGeometry {
-        link_1_length: get("link_1_length_m"),
-        link_2_length: get("link_2_length_m"),
-        rod_mass: get("rod_mass_kg"),
-        joint_mass: get("joint_mass_kg"),
-        end_mass: get("end_mass_kg"),
-        pin_x: get("pin_x_m"),
-        attachment: 0.5 * get("link_1_length_m"),
-        start_angles: [get("theta_1_start_rad"), get("theta_2_start_rad")],
-        gravity: get("gravity_m_s2"),
+        link_1_length: p.link_1_length_m,
+        link_2_length: p.link_2_length_m,
+        rod_mass: p.rod_mass_kg,
+        joint_mass: p.joint_mass_kg,
+        end_mass: p.end_mass_kg,
+        pin_x: p.pin_x_m,
+        attachment: 0.5 * p.link_1_length_m,
+        start_angles: [p.theta_1_start_rad, p.theta_2_start_rad],
+        gravity: p.gravity_m_s2,
     })?;
-    let (pressures, centre) = hydraulics::equilibrium(parameters, crane.equilibrium_force())?;
-    let spool = match parameters.choice("manoeuvre") {
-        "m2" => Spool::sine(centre, 2.0, vec![(0.0, 0.0), (1.0, 0.1), (8.0, 0.1), (9.0, 0.0)]),
-        _ => Spool::new(vec![(2.0, centre), (2.001, centre - 0.01), (6.0, centre - 0.01), (6.002, centre + 0.02)]),
+    let (pressures, centre) = p.cylinder.equilibrium(&p.oil, crane.equilibrium_force())?;
+    let spool = match p.manoeuvre {
+        Manoeuvre::M2 => Spool::sine(centre, 2.0, vec![(0.0, 0.0), (1.0, 0.1), (8.0, 0.1), (9.0, 0.0)]),
+        Manoeuvre::M1 => Spool::new(vec![(2.0, centre), (2.001, centre - 0.01), (6.0, centre - 0.01), (6.002, centre + 0.02)]),
     };
     Ok(Parts {
-        cylinder: hydraulics::of_any_stroke(parameters, crane.start_length(), pressures, spool.clone()),
+        cylinder: p.cylinder.of_any_stroke(crane.start_length(), &p.oil, pressures, spool.clone()),
         crane,
         spool,
-        piston_area: get("piston_area_m2"),
-        viscous_friction: get("viscous_friction_n_s_m"),
+        piston_area: p.cylinder.piston_area_m2,
+        viscous_friction: p.cylinder.viscous_friction_n_s_m,
     })
 }
 
 /// The whole crane by the trapezoidal rule.
 fn own_reference(parameters: &Parameters) -> Result<ReferenceMethod> {
-    let parts = parts(parameters)?;
+    let parts = parts(&Lift::read(parameters))?;
     Ok(ReferenceMethod::Own(Box::new(move |steps, stop, out| solve(&parts, steps, stop, out))))
 }
 
-fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let Parts { crane, cylinder, piston_area, viscous_friction, .. } = parts(parameters)?;
+fn build(p: &Lift, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
+    let Parts { crane, cylinder, piston_area, viscous_friction, .. } = parts(p)?;
     let law = ContactLaw { stabilisation: 0.0, restitution: 0.0, spring: None };
-    let mechanics = NonSmoothMechanics::new(crane, law, cylinder.ports().facing(), solver.checked(0));
-    let published = parameters.choice("published_driver") == "true";
-    let mut system = if parameters.choice("coupling") == "pressure-displacement" {
+    let mechanics = NonSmoothMechanics::new(crane, law, cylinder.ports().facing(), assembly.solver.checked(0));
+    let published = p.published_driver;
+    let mut system = if p.coupling == Coupling::PressureDisplacement {
         // No feedthrough that could be stale.
         let actuator = driven(PressureOutput::new(cylinder), published, false);
         let mechanics = Box::new(PressureDrivenMechanics::new(mechanics, piston_area, viscous_friction));
@@ -112,7 +129,7 @@ fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem>
         ));
         system
     } else {
-        let stale = published || parameters.choice("stale_feedthrough") == "true";
+        let stale = published || p.stale_feedthrough;
         CoupledSystem::of(PerSide { mechanics: Box::new(mechanics), actuator: driven(cylinder, published, stale) })
     };
     system.late_rows = published;

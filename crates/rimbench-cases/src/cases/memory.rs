@@ -1,6 +1,7 @@
 //! Refuses what would not fit into memory, before any of it is taken.
 
-use super::parameters::{Parameters, Range};
+use super::parameters::Parameters;
+use super::values::{Range, Setting};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::MEMORY_LIMIT as LIMIT;
 use rimbench_core::mechanics::ModelSize;
@@ -16,8 +17,9 @@ pub(super) fn must_hold(bytes: u64, size: ModelSize, parameters: &Parameters) ->
         return Ok(());
     }
     let counts = parameters.iter().filter(|(parameter, _)| matches!(parameter.range, Range::Whole(..)));
+    let count = |value| u32::of(value).map_or_else(String::new, |count| count.to_string());
     let (keys, values): (Vec<&str>, Vec<String>) =
-        counts.map(|(parameter, _)| (&*parameter.name, parameters.whole(&parameter.name).to_string())).unzip();
+        counts.map(|(parameter, value)| (&*parameter.name, count(value))).unzip();
     let ModelSize { unilateral: contacts, bilateral: joints, .. } = size;
     let joints = if joints == 0 { String::new() } else { format!(" and {joints} joints") };
     Err(Error::invalid(

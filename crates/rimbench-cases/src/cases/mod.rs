@@ -1,14 +1,16 @@
 //! The cases: what is simulated, with every number a named parameter. Listed in [`standard_cases`].
 //!
-//! A file holds a family: cases that differ in numbers and in what moves them; pages on them are in `docs/cases`. To add one: write a
-//! function that describes it, in the file of its family or one of its own, and add it to the list.
+//! A file holds a family: cases that differ in numbers and in what moves them; pages on them are in `docs/cases`. To add one: declare
+//! its parameters ([`parameters!`](crate::parameters)) and write a function that describes it, in the file of its family or one of its
+//! own, and add it to the list.
 
 mod beam_on_stops;
 mod carriage;
 mod case;
-mod contact_parameters;
+mod contacts;
 mod cradle;
 mod cranes;
+mod declaration;
 mod discs;
 mod elastic_bar;
 mod event_driven;
@@ -28,33 +30,37 @@ mod slider_crank;
 mod stops;
 mod towed_block;
 mod two_masses;
+mod values;
 mod wedge_boxes;
 mod woodpecker;
 
 pub use case::{
-    BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, PossibleSteps,
+    Assembly, BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, PossibleSteps,
     Purpose, RowFunction, StateVariable,
 };
+pub use contacts::Contacts;
+#[doc(hidden)]
+pub use declaration::{changed, with_changes};
+pub use declaration::{ParameterSet, choices, named, parameters};
 pub use discs::wall_forces;
 pub use falling_chain::Chain;
 pub use outside::BuildSide;
-pub use parameters::{Parameter, Parameters, Range, Value};
+pub use parameters::{Parameter, Parameters};
 pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
+pub use values::{Range, Setting, Value, unit_of};
 pub use wedge_boxes::wedge_box_geometry;
 
 /// What most cases are written with.
 mod prelude {
-    pub(super) use super::carriage::{self, CARRIAGE};
-    pub(super) use super::case::{Case, CoupledSystem, DerivedColumn, InterfaceColumns, times};
-    pub(super) use super::contact_parameters::{
-        COMPLIANT, POSSIBLE_FRICTION, RESTITUTION, STABILISATION, WITH_FRICTION, coupled, reference,
-    };
-    pub(super) use super::hydraulics::{self, CYLINDER, FLUID};
-    pub(super) use super::parameters::{Parameters, table};
+    pub(super) use super::carriage::{self, Carriage};
+    pub(super) use super::case::{Assembly, Case, CoupledSystem, DerivedColumn, InterfaceColumns, times};
+    pub(super) use super::contacts::{Contacts, reference};
+    pub(super) use super::declaration::{ParameterSet, choices, named, parameters};
+    pub(super) use super::hydraulics::{self, Cylinder, Oil, Ramp};
+    pub(super) use super::parameters::Parameters;
     pub(super) use super::reference_method::{ExactSolution, ReferenceMethod};
     pub(super) use crate::models::*;
-    pub(super) use rimbench_core::complementarity::SolverEntry;
     pub(super) use rimbench_core::error::{Error, Result};
     pub(super) use rimbench_core::name::{Name, words};
     pub(super) use std::sync::Arc;

@@ -111,7 +111,7 @@ mod tests {
     }
 
     fn mass(parameters: &Parameters) -> Box<dyn Subsystem> {
-        let get = |name: &str| parameters.number(name);
+        let get = |name: &str| parameters.setting(name).unwrap();
         let body = WalledMass {
             mass: get("mass_2_kg"),
             stiffness: get("stiffness_2_n_m"),

@@ -1,85 +1,9 @@
 //! Named parameters of a case: what can be set, to what, and what it was set to.
 
+use super::values::{Range, Setting, Value, unit_of};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
-use std::fmt;
 use std::sync::{Arc, OnceLock};
-
-/// The value of a parameter.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Value {
-    /// A number in the parameter's unit.
-    Number(f64),
-    /// One of a list of names.
-    Choice(Name),
-}
-
-impl fmt::Display for Value {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Value::Number(number) => write!(f, "{number:?}"),
-            Value::Choice(name) => f.write_str(name),
-        }
-    }
-}
-
-/// What a parameter may be.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Range {
-    /// Any finite number.
-    Finite,
-    /// A finite number above zero.
-    Positive,
-    /// A finite number, zero or above.
-    NotNegative,
-    /// A number in [0, 1].
-    Fraction,
-    /// A whole number within these bounds.
-    Whole(u32, u32),
-    /// One of these names.
-    OneOf(Vec<Name>),
-}
-
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Range::Finite => f.write_str("a finite number"),
-            Range::Positive => f.write_str("a finite number above 0"),
-            Range::NotNegative => f.write_str("a finite number, 0 or above"),
-            Range::Fraction => f.write_str("a number in [0, 1]"),
-            Range::Whole(least, most) => write!(f, "a whole number from {least} to {most}"),
-            Range::OneOf(names) => write!(f, "one of {}", names.join(", ")),
-        }
-    }
-}
-
-impl Range {
-    /// Accepts a number or says no.
-    fn admits(&self, number: f64) -> bool {
-        number.is_finite()
-            && match self {
-                Range::Finite => true,
-                Range::Positive => number > 0.0,
-                Range::NotNegative => number >= 0.0,
-                Range::Fraction => (0.0..=1.0).contains(&number),
-                Range::Whole(least, most) => {
-                    number.fract() == 0.0 && (f64::from(*least)..=f64::from(*most)).contains(&number)
-                }
-                Range::OneOf(_) => false,
-            }
-    }
-
-    /// Reads a value from text.
-    fn parse(&self, key: &str, text: &str) -> Result<Value> {
-        let invalid = || Error::invalid(key, text, self.to_string());
-        if let Range::OneOf(names) = self {
-            let found = names.iter().find(|name| *name == text);
-            return found.cloned().map(Value::Choice).ok_or_else(invalid);
-        }
-        let number = text.trim().parse::<f64>().map_err(|_| invalid())?;
-        if self.admits(number) { Ok(Value::Number(number)) } else { Err(invalid()) }
-    }
-}
 
 /// One named parameter of a case.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,76 +20,31 @@ pub struct Parameter {
     pub about: Name,
     /// Where the default comes from.
     pub source: Name,
-}
-
-/// Parameters written as tables, one after the other. A line is one of
-///
-/// ```text
-/// source: where the defaults of the lines below come from, in tables below as well
-/// name | unit | default | range | one line about it           and | source, if it is another
-/// name | - | default, other, other | choice | one line about it
-/// name = default                                              of one above; and | source | one line about it
-/// - name name                                                 takes some above away
-/// ```
-/// # Panics
-/// If it is none of these, or a default is out of its range: a defect of the case.
-pub(super) fn table(texts: &[&'static str]) -> Vec<Parameter> {
-    let mut all: Vec<Parameter> = Vec::new();
-    let mut source = "";
-    for text in texts {
-        for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
-            let cells: Vec<&'static str> = line.split('|').map(str::trim).collect();
-            if let Some(of_lines_below) = line.strip_prefix("source: ") {
-                source = of_lines_below;
-            } else if let Some(gone) = line.strip_prefix("- ") {
-                let before = all.len();
-                all.retain(|known| !gone.split(' ').any(|name| known.name == name));
-                assert_eq!(before - all.len(), gone.split(' ').count(), "not all of these are above: {line}");
-            } else if let Some((name, default)) = cells[0].split_once(" = ") {
-                let known = all.iter_mut().find(|known| known.name == name);
-                let known = known.unwrap_or_else(|| panic!("no {name} above: {line}"));
-                known.default = default_of(&known.range, name, default);
-                cells.get(1).into_iter().for_each(|source| known.source = (*source).into());
-                cells.get(2).into_iter().for_each(|about| known.about = (*about).into());
-            } else {
-                let [name, unit, default, range, about, ref own_source @ ..] = cells[..] else {
-                    panic!("neither a parameter nor a change of one: {line}");
-                };
-                let source = own_source.first().copied().unwrap_or(source);
-                all.push(if range == "choice" {
-                    Parameter::choice(name, default.split(", "), about, source)
-                } else {
-                    let range = range_of(range);
-                    let default = default_of(&range, name, default);
-                    let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
-                    Parameter { name, unit, default, range, about, source }
-                });
-            }
-        }
-    }
-    all
-}
-
-fn default_of(range: &Range, name: &str, text: &str) -> Value {
-    range.parse(name, text).unwrap_or_else(|error| panic!("default of a parameter: {error}"))
-}
-
-fn range_of(text: &str) -> Range {
-    match text {
-        "finite" => Range::Finite,
-        "positive" => Range::Positive,
-        "not negative" => Range::NotNegative,
-        "fraction" => Range::Fraction,
-        _ => {
-            let bounds = text.strip_prefix("whole ").and_then(|bounds| bounds.split_once(".."));
-            let bounds = bounds.and_then(|(least, most)| Some((least.parse().ok()?, most.parse().ok()?)));
-            let (least, most) = bounds.unwrap_or_else(|| panic!("no range of a parameter: {text}"));
-            Range::Whole(least, most)
-        }
-    }
+    /// A sensible range for studies, narrower than what is valid, where one is declared.
+    pub study: Option<[f64; 2]>,
 }
 
 impl Parameter {
+    /// Declares a parameter with the unit that its name ends in.
+    ///
+    /// # Panics
+    /// If the default is not valid: a defect of the case.
+    pub fn of<S: Setting>(
+        name: &'static str,
+        default: S,
+        valid: S::Valid,
+        about: &'static str,
+        source: &'static str,
+    ) -> Self {
+        let (default, range) = (default.value(), S::range(valid));
+        if let Err(error) = range.parse(name, &default.to_string()) {
+            panic!("default of a parameter: {error}");
+        }
+        let unit = if matches!(range, Range::OneOf(_)) { "-" } else { unit_of(name) };
+        let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
+        Parameter { name, unit, default, range, about, source, study: None }
+    }
+
     /// Declares a numeric parameter.
     pub fn number(
         name: impl Into<Name>,
@@ -176,7 +55,7 @@ impl Parameter {
         source: impl Into<Name>,
     ) -> Self {
         let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
-        Parameter { name, unit, default: Value::Number(default), range, about, source }
+        Parameter { name, unit, default: Value::Number(default), range, about, source, study: None }
     }
 
     /// Declares a parameter that is one of `names`; the first is the default.
@@ -198,6 +77,7 @@ impl Parameter {
             range: Range::OneOf(names),
             about: about.into(),
             source: source.into(),
+            study: None,
         }
     }
 }
@@ -271,7 +151,8 @@ impl Parameters {
                 .map(|(_, value)| value)
         };
         for (_, name, choice, needed) in ONLY_WITH.iter().filter(|(case, ..)| *case == self.case) {
-            let (Some(value), chosen) = (changed(name), self.choice(choice)) else { continue };
+            let chosen = self.iter().find(|(parameter, _)| parameter.name == *choice).map(|(_, value)| value.to_string());
+            let (Some(value), Some(chosen)) = (changed(name), chosen) else { continue };
             if chosen != *needed {
                 let message =
                     format!("{name} = {value} has no effect with {choice} = {chosen}: set {choice} = {needed}");
@@ -281,25 +162,9 @@ impl Parameters {
         Ok(())
     }
 
-    /// Returns a number by name. The name must be one the case declares: anything else is a defect of the case.
-    pub fn number(&self, name: &str) -> f64 {
-        match self.value(name) {
-            Value::Number(number) => *number,
-            Value::Choice(_) => panic!("parameter {name} of case {} is not a number", self.case),
-        }
-    }
-
-    /// A whole number by name. The name must be one the case declares with [`Range::Whole`]: anything else is a defect of the case.
-    pub fn whole(&self, name: &str) -> u32 {
-        self.number(name) as u32
-    }
-
-    /// Returns a choice by name. The name must be one the case declares: anything else is a defect of the case.
-    pub fn choice(&self, name: &str) -> &str {
-        match self.value(name) {
-            Value::Choice(choice) => choice,
-            Value::Number(_) => panic!("parameter {name} of case {} is not a choice", self.case),
-        }
+    /// Returns a value by name, if the case declares the name and its kind is this.
+    pub fn setting<S: Setting>(&self, name: &str) -> Option<S> {
+        self.iter().find(|(parameter, _)| parameter.name == name).and_then(|(_, value)| S::of(value))
     }
 
     /// Returns all parameters with their values.
@@ -322,13 +187,6 @@ impl Parameters {
     pub fn changed(&self) -> String {
         written(self.iter().filter(|(parameter, value)| **value != parameter.default))
     }
-
-    fn value(&self, name: &str) -> &Value {
-        match self.iter().find(|(parameter, _)| parameter.name == name) {
-            Some((_, value)) => value,
-            None => panic!("case {} declares no parameter {name}", self.case),
-        }
-    }
 }
 
 fn written<'a>(pairs: impl Iterator<Item = (&'a Parameter, &'a Value)>) -> String {
@@ -349,7 +207,8 @@ mod tests {
         let mut parameters = Parameters::defaults("test".into(), &declared);
         parameters.set("mass_kg", "2.5").unwrap();
         parameters.set("coupling", "pressure").unwrap();
-        assert_eq!((parameters.number("mass_kg"), parameters.choice("coupling")), (2.5, "pressure"));
+        assert_eq!((parameters.setting("mass_kg"), parameters.setting("wheels")), (Some(2.5), Some(4)));
+        assert_eq!((parameters.setting::<f64>("coupling"), parameters.setting::<f64>("mass")), (None, None));
         for (key, text, wanted) in [
             ("mass_kg", "-1", "mass_kg = -1 is not valid; valid: a finite number above 0"),
             ("mass_kg", "NaN", "mass_kg = NaN is not valid; valid: a finite number above 0"),

@@ -4,34 +4,37 @@
 
 use super::prelude::*;
 
-const PARAMETERS: &str = "source: Flores et al. 2010
-    crank_length_m | m | 0.153 | positive | length l₁ of the crank
-    rod_length_m | m | 0.306 | positive | length l₂ of the connecting rod
-    slider_half_length_m | m | 0.05 | positive | half the length a of the slider
-    slider_half_height_m | m | 0.025 | positive | half the height b of the slider
-    clearance_m | m | 1e-3 | positive | play c above and below the slider
-    crank_mass_kg | kg | 0.038 | positive | mass m₁ of the crank
-    rod_mass_kg | kg | 0.038 | positive | mass m₂ of the rod
-    slider_mass_kg | kg | 0.076 | positive | mass m₃ of the slider
-    crank_inertia_kg_m2 | kg·m² | 7.4e-5 | positive | inertia J₁ of the crank about its middle
-    rod_inertia_kg_m2 | kg·m² | 5.9e-4 | positive | inertia J₂ of the rod about its middle
-    slider_inertia_kg_m2 | kg·m² | 2.7e-6 | positive | inertia J₃ of the slider
-    speed_rad_s | rad/s | 150.0 | not negative | speed of crank and motor at the start, and of the motor
-    source: ours
-    rotor_mass_kg | kg | 1.0 | positive | mass m_a of the rotor at the crank's radius
-    shaft_stiffness_n_m | N/m | 1e5 | not negative | stiffness k of the shaft; 0 without damping: no motor
-    shaft_damping_n_s_m | N·s/m | 20.0 | not negative | damping c of the shaft
-    motor_damping_n_s_m | N·s/m | 50.0 | not negative | force c_b of the motor per speed lost
-    gravity_m_s2 | m/s² | 9.81 | not negative | gravity | standard
-";
-const LAW: &str = "
-    restitution = 0.0 | plastic; Flores et al. 2010: 0.4 along the normal alone
-    friction = 0.01 | Flores et al. 2010
-";
+parameters! {
+    /// A slider-crank, its guide and its motor.
+    struct Crank from "Flores et al. 2010" {
+        crank_length_m: f64 = 0.153, Positive, "length l₁ of the crank";
+        rod_length_m: f64 = 0.306, Positive, "length l₂ of the connecting rod";
+        slider_half_length_m: f64 = 0.05, Positive, "half the length a of the slider";
+        slider_half_height_m: f64 = 0.025, Positive, "half the height b of the slider";
+        clearance_m: f64 = 1e-3, Positive, "play c above and below the slider";
+        crank_mass_kg: f64 = 0.038, Positive, "mass m₁ of the crank";
+        rod_mass_kg: f64 = 0.038, Positive, "mass m₂ of the rod";
+        slider_mass_kg: f64 = 0.076, Positive, "mass m₃ of the slider";
+        crank_inertia_kg_m2: f64 = 7.4e-5, Positive, "inertia J₁ of the crank about its middle";
+        rod_inertia_kg_m2: f64 = 5.9e-4, Positive, "inertia J₂ of the rod about its middle";
+        slider_inertia_kg_m2: f64 = 2.7e-6, Positive, "inertia J₃ of the slider";
+        speed_rad_s: f64 = 150.0, NotNegative, "speed of crank and motor at the start, and of the motor";
+        rotor_mass_kg: f64 = 1.0, Positive, "mass m_a of the rotor at the crank's radius" from "ours";
+        shaft_stiffness_n_m: f64 = 1e5, NotNegative, "stiffness k of the shaft; 0 without damping: no motor" from "ours";
+        shaft_damping_n_s_m: f64 = 20.0, NotNegative, "damping c of the shaft" from "ours";
+        motor_damping_n_s_m: f64 = 50.0, NotNegative, "force c_b of the motor per speed lost" from "ours";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        contacts: Contacts only {
+            stabilisation;
+            restitution = 0.0 from "plastic; Flores et al. 2010: 0.4 along the normal alone";
+            friction = 0.01 in Positive from "Flores et al. 2010";
+            tangential_restitution;
+        };
+    }
+}
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: table(&[PARAMETERS, STABILISATION, RESTITUTION, WITH_FRICTION, LAW]),
         trace_columns: words(
             "time_s crank_angle_rad crank_rate_rad_s slider_x_m slider_y_m slider_angle_rad \
              interface_position_m interface_velocity_m_s actuator_force_n force_to_mechanics_n \
@@ -56,32 +59,31 @@ pub(super) fn entry() -> Case {
     }
 }
 
-fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
-    let (lengths, speed) = (["crank_length_m", "rod_length_m"].map(get), get("speed_rad_s"));
+fn build(p: &Crank, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
+    let (lengths, speed) = ([p.crank_length_m, p.rod_length_m], p.speed_rad_s);
     if lengths[1] <= lengths[0] {
         let expected = format!("more than crank_length_m = {}: a shorter rod lets no crank turn", lengths[0]);
         return Err(Error::invalid("rod_length_m", lengths[1], expected));
     }
     let mechanism = SliderCrank::new(SliderCrankGeometry {
-        masses: ["crank_mass_kg", "rod_mass_kg", "slider_mass_kg"].map(get),
-        inertias: ["crank_inertia_kg_m2", "rod_inertia_kg_m2", "slider_inertia_kg_m2"].map(get),
+        masses: [p.crank_mass_kg, p.rod_mass_kg, p.slider_mass_kg],
+        inertias: [p.crank_inertia_kg_m2, p.rod_inertia_kg_m2, p.slider_inertia_kg_m2],
         lengths,
-        slider: ["slider_half_length_m", "slider_half_height_m"].map(get),
-        clearance: get("clearance_m"),
+        slider: [p.slider_half_length_m, p.slider_half_height_m],
+        clearance: p.clearance_m,
         // So that the slider pin stays on the axis.
         rates: [speed, -speed * lengths[0] / lengths[1], 0.0],
-        gravity: get("gravity_m_s2"),
+        gravity: p.gravity_m_s2,
     });
     let pin_speed = lengths[0] * speed;
     let motor = SpringActuator::new(SpringActuatorParameters {
-        stiffness: get("shaft_stiffness_n_m"),
-        damping: get("shaft_damping_n_s_m"),
-        carriage_mass: get("rotor_mass_kg"),
-        base_damping: get("motor_damping_n_s_m"),
+        stiffness: p.shaft_stiffness_n_m,
+        damping: p.shaft_damping_n_s_m,
+        carriage_mass: p.rotor_mass_kg,
+        base_damping: p.motor_damping_n_s_m,
         base: BaseMotion { velocity: pin_speed, ..BaseMotion::default() },
         start: [0.0, pin_speed],
         ..SpringActuatorParameters::default()
     })?;
-    coupled(mechanism, motor, parameters, solver)
+    assembly.couple(mechanism, motor, &p.contacts)
 }

@@ -6,34 +6,81 @@ use super::prelude::*;
 use rimbench_core::interface_model::TOUCHING;
 use std::sync::{Mutex, PoisonError};
 
-/// Ends of the names of the columns of its stops.
-type StopNames = &'static [&'static str];
+parameters! {
+    /// A ball on the floor.
+    struct Ball from "textbook" {
+        ball_mass_kg: f64 = 1.0, Positive, "mass of the ball" from "ours";
+        start_height_m: f64 = 1.0, Finite, "height of the ball at the start";
+        start_velocity_m_s: f64 = 0.0, Finite, "velocity of the ball at the start, upwards";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        carriage: Carriage {
+            spring_stiffness_n_m = 2.0;
+            carriage_mass_kg = 0.1;
+            base_stiffness_n_m = 5.0;
+            base_position_m = 1.0;
+            carriage_position_m = 1.0;
+        };
+        contacts: Contacts only { restitution = 0.9 from "textbook"; stabilisation };
+    }
+}
+parameters! {
+    /// A mass before one stop.
+    struct Shaken from "ours" {
+        mass_kg: f64 = 1.0, Positive, "mass m";
+        stiffness_n_m: f64 = 0.0, NotNegative, "stiffness k₀ of a spring to the ground, relaxed at x = 0";
+        damping_n_s_m: f64 = 0.0, NotNegative, "damping beside it";
+        stop_position_m: f64 = 0.05, Finite, "position d of the stop";
+        start_position_m: f64 = 0.0, Finite, "position of the mass at the start";
+        start_velocity_m_s: f64 = 0.0, Finite, "velocity of the mass at the start";
+        carriage: Carriage { spring_stiffness_n_m = 100.0; base_amplitude_m = 0.1; base_frequency_hz = 2.4 };
+        contacts: Contacts only { restitution = 0.8 from "ours"; stabilisation };
+    }
+}
+parameters! {
+    /// A mass between two stops.
+    struct Slider from "ours" {
+        mass_kg: f64 = 2.0, Positive, "mass m of the slider";
+        damping_n_s_m: f64 = 0.0, NotNegative, "damping between slider and ground";
+        clearance_m: f64 = 0.1, NotNegative, "distance d of either stop from x = 0";
+        start_position_m: f64 = 0.0, Finite, "position of the slider at the start";
+        start_velocity_m_s: f64 = 0.0, Finite, "velocity of the slider at the start";
+        carriage: Carriage {
+            spring_stiffness_n_m = 500.0;
+            spring_damping_n_s_m = 5.0;
+            carriage_mass_kg = 0.5;
+            base_stiffness_n_m = 1000.0;
+            base_damping_n_s_m = 20.0;
+            base_amplitude_m = 0.25;
+            base_frequency_hz = 1.0;
+        };
+        contacts: Contacts only { restitution = 0.5 from "ours"; stabilisation };
+    }
+}
 
-/// A case of one mass between stops. `start` is the parameter that holds where the mass starts.
-fn entry(
+/// A case of one mass between stops: `start` is the parameter that says where it starts, `stops` are the ends of the names of their columns.
+fn entry<P: ParameterSet>(
     name: &'static str,
     about: &'static str,
-    tables: &[&'static str],
     duration: f64,
-    (start, stops): (&'static str, StopNames),
-    mass: fn(&Parameters) -> DrivenMass,
+    (start, stops): (&'static str, &'static [&'static str]),
+    mass: fn(&P) -> DrivenMass,
 ) -> Case {
-    let checked = move |parameters: &Parameters| {
-        let mass = mass(parameters);
+    let checked = move |p: &P| {
+        let mass = mass(p);
         check_start(&mass, start).map(|()| mass)
     };
     let gaps: Vec<Name> = stops.iter().map(|stop| format!("gap_{stop}_m").into()).collect();
     let shared = "carriage_position_m carriage_velocity_m_s effective_mass_kg";
     Case {
-        parameters: table(tables),
         trace_columns: [carriage::trace_columns(shared), gaps.clone(), words("closed_contacts")].concat(),
         interface_columns: carriage::interface(),
-        reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(solution(checked(parameters)?)))),
+        reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(solution(checked(&P::read(parameters))?)))),
         constant_mechanics: true,
-        ..Case::new(name, about, times(duration, 5e-3, 5e-4, [1e-4, 2e-4]), move |parameters, solver| {
+        ..Case::new(name, about, times(duration, 5e-3, 5e-4, [1e-4, 2e-4]), move |p: &P, assembly| {
             let forces = stops.iter().map(|stop| format!("contact_force_{stop}_n").into()).collect();
-            let model = model(&checked(parameters)?, gaps.clone(), forces)?;
-            coupled(model, carriage::actuator(parameters)?, parameters, solver)
+            let mass = checked(p)?;
+            let model = model(&mass, gaps.clone(), forces)?;
+            assembly.couple(model, SpringActuator::new(mass.actuator)?, &Contacts::read(assembly.parameters))
         })
     }
 }
@@ -101,41 +148,25 @@ fn check_start(mass: &DrivenMass, key: &str) -> Result<()> {
 
 /// A ball on the floor under the carriage: impacts that add up (Acary and Brogliato 2008; the actuator is ours).
 pub(super) fn bouncing_ball() -> Case {
-    const OWN: &str = "source: textbook
-        ball_mass_kg | kg | 1.0 | positive | mass of the ball | ours
-        start_height_m | m | 1.0 | finite | height of the ball at the start
-        start_velocity_m_s | m/s | 0.0 | finite | velocity of the ball at the start, upwards
-        gravity_m_s2 | m/s² | 9.81 | not negative | gravity | standard
-    ";
-    const CHANGED: &str = "
-        spring_stiffness_n_m = 2.0
-        carriage_mass_kg = 0.1
-        base_stiffness_n_m = 5.0
-        base_position_m = 1.0
-        carriage_position_m = 1.0
-        restitution = 0.9 | textbook
-    ";
     entry(
         "bouncing-ball",
         "Ball that bounces under a carriage on springs (exact between impacts; published times without the springs)",
-        &[OWN, CARRIAGE, RESTITUTION, STABILISATION, CHANGED],
         3.0,
         ("start_height_m", &["floor"]),
         ball,
     )
 }
 
-fn ball(parameters: &Parameters) -> DrivenMass {
-    let get = |name: &str| parameters.number(name);
+fn ball(p: &Ball) -> DrivenMass {
     DrivenMass {
-        mass: get("ball_mass_kg"),
+        mass: p.ball_mass_kg,
         stiffness: 0.0,
         damping: 0.0,
-        load: -get("ball_mass_kg") * get("gravity_m_s2"),
-        start: ["start_height_m", "start_velocity_m_s"].map(get),
+        load: -p.ball_mass_kg * p.gravity_m_s2,
+        start: [p.start_height_m, p.start_velocity_m_s],
         stops: vec![Stop { side: 1.0, position: 0.0 }],
-        restitution: get("restitution"),
-        actuator: carriage::of(parameters),
+        restitution: p.contacts.restitution,
+        actuator: p.carriage.spring_actuator(),
     }
 }
 
@@ -146,79 +177,44 @@ fn ball(parameters: &Parameters) -> DrivenMass {
 /// X sin φ = d + (1 + e) V cot(ΩT/2)/(2Ω),    X ω cos φ = (1 − e) V/2    φ: phase of the base at the impact
 /// ```
 pub(super) fn impact_oscillator() -> Case {
-    const OWN: &str = "source: ours
-        mass_kg | kg | 1.0 | positive | mass m
-        stiffness_n_m | N/m | 0.0 | not negative | stiffness k₀ of a spring to the ground, relaxed at x = 0
-        damping_n_s_m | N·s/m | 0.0 | not negative | damping beside it
-        stop_position_m | m | 0.05 | finite | position d of the stop
-        start_position_m | m | 0.0 | finite | position of the mass at the start
-        start_velocity_m_s | m/s | 0.0 | finite | velocity of the mass at the start
-    ";
-    const CHANGED: &str = "
-        spring_stiffness_n_m = 100.0
-        base_amplitude_m = 0.1
-        base_frequency_hz = 2.4
-        restitution = 0.8 | ours
-    ";
     entry(
         "impact-oscillator",
         "Mass driven by a shaken spring against a stop (exact between impacts; closed form of period-n orbits)",
-        &[OWN, CARRIAGE, RESTITUTION, STABILISATION, CHANGED],
         4.0,
         ("start_position_m", &["stop"]),
         shaken,
     )
 }
 
-fn shaken(parameters: &Parameters) -> DrivenMass {
-    let stop = Stop { side: -1.0, position: parameters.number("stop_position_m") };
-    between(parameters, parameters.number("stiffness_n_m"), vec![stop])
-}
-
-/// A mass on its springs between these stops.
-fn between(parameters: &Parameters, stiffness: f64, stops: Vec<Stop>) -> DrivenMass {
-    let get = |name: &str| parameters.number(name);
+fn shaken(p: &Shaken) -> DrivenMass {
     DrivenMass {
-        mass: get("mass_kg"),
-        stiffness,
-        damping: get("damping_n_s_m"),
+        mass: p.mass_kg,
+        stiffness: p.stiffness_n_m,
+        damping: p.damping_n_s_m,
         load: 0.0,
-        start: ["start_position_m", "start_velocity_m_s"].map(get),
-        stops,
-        restitution: get("restitution"),
-        actuator: carriage::of(parameters),
+        start: [p.start_position_m, p.start_velocity_m_s],
+        stops: vec![Stop { side: -1.0, position: p.stop_position_m }],
+        restitution: p.contacts.restitution,
+        actuator: p.carriage.spring_actuator(),
     }
 }
 
 /// Pushed to and fro between two stops: caught, bounced, pressed against a stop and let go; numbers ours.
 pub(super) fn slider() -> Case {
-    const OWN: &str = "source: ours
-        mass_kg | kg | 2.0 | positive | mass m of the slider
-        damping_n_s_m | N·s/m | 0.0 | not negative | damping between slider and ground
-        clearance_m | m | 0.1 | not negative | distance d of either stop from x = 0
-        start_position_m | m | 0.0 | finite | position of the slider at the start
-        start_velocity_m_s | m/s | 0.0 | finite | velocity of the slider at the start
-    ";
-    const CHANGED: &str = "
-        spring_stiffness_n_m = 500.0
-        spring_damping_n_s_m = 5.0
-        carriage_mass_kg = 0.5
-        base_stiffness_n_m = 1000.0
-        base_damping_n_s_m = 20.0
-        base_amplitude_m = 0.25
-        base_frequency_hz = 1.0
-        restitution = 0.5 | ours
-    ";
     entry(
         "slider-between-stops",
         "Slider between two stops, driven by a carriage on springs (exact between impacts)",
-        &[OWN, CARRIAGE, RESTITUTION, STABILISATION, CHANGED],
         3.0,
         ("start_position_m", &["lower_stop", "upper_stop"]),
-        |parameters| {
-            let clearance = parameters.number("clearance_m");
-            let stops = vec![Stop { side: 1.0, position: -clearance }, Stop { side: -1.0, position: clearance }];
-            between(parameters, 0.0, stops)
+        |p: &Slider| DrivenMass {
+            mass: p.mass_kg,
+            stiffness: 0.0,
+            damping: p.damping_n_s_m,
+            load: 0.0,
+            start: [p.start_position_m, p.start_velocity_m_s],
+            stops: [1.0, -1.0].map(|side| Stop { side, position: -side * p.clearance_m }).to_vec(),
+            restitution: p.contacts.restitution,
+            actuator: p.carriage.spring_actuator(),
         },
     )
 }
@@ -232,7 +228,7 @@ mod tests {
     fn without_the_actuator_the_exact_solution_gives_the_published_times() {
         let mut parameters = bouncing_ball().default_parameters();
         parameters.set("spring_stiffness_n_m", "0").unwrap();
-        let mut solution = EventDriven::new(ball(&parameters));
+        let mut solution = EventDriven::new(ball(&Ball::read(&parameters)));
         let impacts = solution.impacts(9.0).to_vec();
         approx::assert_relative_eq!(impacts[0].time, 0.451523641, epsilon = 5e-10);
         // Rebounds below 1 µm/s are cut off: what is left of the sum is 2 · 1e-6/g/(1 − e) = 2e-6 s; and those 146 or so
@@ -254,7 +250,7 @@ mod tests {
             let kinetic = 0.5 * z[1] * z[1] + 0.05 * z[3] * z[3];
             kinetic + 9.81 * z[0] + (z[2] - z[0]).powi(2) + 2.5 * (z[2] - 1.0).powi(2)
         };
-        let mut solution = EventDriven::new(ball(&parameters));
+        let mut solution = EventDriven::new(ball(&Ball::read(&parameters)));
         let start = energy(&mut solution, 0.0);
         for t in [0.2, 1.0, 2.0, 3.0, 5.0] {
             let lost: f64 = solution.impacts(t).iter().map(|impact| 0.5 * 0.19 * impact.velocity.powi(2)).sum();
@@ -263,11 +259,11 @@ mod tests {
     }
 
     /// The closed form of [`impact_oscillator`]: `V` and φ of the orbit with one impact every `n` periods.
-    fn orbit(parameters: &Parameters, n: f64) -> (f64, f64) {
-        let (get, omega) = (|name: &str| parameters.number(name), TAU * parameters.number("base_frequency_hz"));
-        let (e, d) = (get("restitution"), get("stop_position_m"));
-        let own = (get("spring_stiffness_n_m") / get("mass_kg")).sqrt();
-        let steady = own * own * get("base_amplitude_m") / (own * own - omega * omega);
+    fn orbit(p: &Shaken, n: f64) -> (f64, f64) {
+        let omega = TAU * p.carriage.base_frequency_hz;
+        let (e, d) = (p.contacts.restitution, p.stop_position_m);
+        let own = (p.carriage.spring_stiffness_n_m / p.mass_kg).sqrt();
+        let steady = own * own * p.carriage.base_amplitude_m / (own * own - omega * omega);
         let slope = (1.0 + e) / (2.0 * own * libm::tan(own * TAU * n / (2.0 * omega)));
         let side = (1.0 - e) / (2.0 * omega);
         // (slope² + side²) V² + 2 d slope V + d² − X² = 0, the larger root.
@@ -278,18 +274,12 @@ mod tests {
 
     /// The case at a frequency (Hz), started just after the impact of that orbit.
     fn on_orbit(n: f64, frequency: f64) -> (DrivenMass, f64) {
-        let mut parameters = impact_oscillator().default_parameters();
-        parameters.set("base_frequency_hz", &format!("{frequency:?}")).unwrap();
-        let (v, phase) = orbit(&parameters, n);
-        let values = [
-            ("base_phase_rad", phase),
-            ("start_position_m", parameters.number("stop_position_m")),
-            ("start_velocity_m_s", -parameters.number("restitution") * v),
-        ];
-        for (key, value) in values {
-            parameters.set(key, &format!("{value:?}")).unwrap();
-        }
-        (shaken(&parameters), v)
+        let mut p = Shaken::read(&impact_oscillator().default_parameters());
+        p.carriage.base_frequency_hz = frequency;
+        let (v, phase) = orbit(&p, n);
+        p.carriage.base_phase_rad = phase;
+        (p.start_position_m, p.start_velocity_m_s) = (p.stop_position_m, -p.contacts.restitution * v);
+        (shaken(&p), v)
     }
 
     #[test]
@@ -312,15 +302,13 @@ mod tests {
     #[test]
     fn a_steady_oscillation_touches_the_stop_just_beyond_grazing_and_not_just_before() {
         for (excess, touches) in [(-1e-6, false), (1e-6, true)] {
-            let mut parameters = impact_oscillator().default_parameters();
-            let (k, omega) = (100.0, TAU * parameters.number("base_frequency_hz"));
+            let mut p = Shaken::read(&impact_oscillator().default_parameters());
+            let (k, omega) = (100.0, TAU * p.carriage.base_frequency_hz);
             // X = d (1 + excess), in antiphase to the base above resonance.
             let steady = -0.05 * (1.0 + excess);
-            let amplitude = steady * (k - omega * omega) / k;
-            for (key, value) in [("base_amplitude_m", amplitude), ("start_velocity_m_s", omega * steady)] {
-                parameters.set(key, &format!("{value:?}")).unwrap();
-            }
-            let mut solution = EventDriven::new(shaken(&parameters));
+            p.carriage.base_amplitude_m = steady * (k - omega * omega) / k;
+            p.start_velocity_m_s = omega * steady;
+            let mut solution = EventDriven::new(shaken(&p));
             assert_eq!(!solution.impacts(2.0).is_empty(), touches, "{excess}");
         }
     }

@@ -7,30 +7,32 @@
 //! stick  ė = V, for 2 Δ/V                                  F = μ_k m g ± k √(Δ² + V²/ω²) at most and least
 //! ```
 
-use super::contact_parameters;
 use super::prelude::*;
 use std::f64::consts::PI;
 
-const PARAMETERS: &str = "source: ours
-    block_mass_kg | kg | 1.0 | positive | mass m of the block
-    spring_stiffness_n_m | N/m | 100.0 | positive | stiffness k of the spring, relaxed at the start
-    towing_speed_m_s | m/s | 0.1 | positive | speed V of the spring's other end
-    gravity_m_s2 | m/s² | 9.81 | positive | gravity | standard
-";
-const FRICTION: &str = "source: ours
-    friction | - | 0.4 | positive | coefficient of friction μ_k of contacts that slide
-    static_friction | - | 0.5 | not negative | coefficient of friction μ_s of a contact that sticks; 0: that of contacts that slide
-";
+parameters! {
+    /// A block and the spring that tows it.
+    struct Towed from "ours" {
+        block_mass_kg: f64 = 1.0, Positive, "mass m of the block";
+        spring_stiffness_n_m: f64 = 100.0, Positive, "stiffness k of the spring, relaxed at the start";
+        towing_speed_m_s: f64 = 0.1, Positive, "speed V of the spring's other end";
+        gravity_m_s2: f64 = 9.81, Positive, "gravity" from "standard";
+        contacts: Contacts only {
+            stabilisation;
+            friction = 0.4 in Positive, "coefficient of friction μ_k of contacts that slide";
+            static_friction = 0.5;
+        };
+    }
+}
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: table(&[PARAMETERS, STABILISATION, FRICTION]),
         trace_columns: carriage::trace_columns(
             "effective_mass_kg gap_floor_m contact_force_floor_n friction_force_floor_n contact_state_floor closed_contacts",
         ),
         interface_columns: carriage::interface(),
         constant_mechanics: true,
-        reference: Arc::new(|parameters| Ok(ReferenceMethod::Exact(exact(parameters)))),
+        reference: Arc::new(|parameters| Ok(ReferenceMethod::Exact(exact(&Towed::read(parameters))))),
         ..Case::new(
             "towed-block",
             "Block towed over a rough floor by a spring: sticks and slips in turn (friction at rest above that in motion; closed form)",
@@ -40,15 +42,14 @@ pub(super) fn entry() -> Case {
     }
 }
 
-fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
+fn build(p: &Towed, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let spring = SpringActuator::new(SpringActuatorParameters {
-        stiffness: get("spring_stiffness_n_m"),
-        base: BaseMotion { velocity: get("towing_speed_m_s"), ..BaseMotion::default() },
+        stiffness: p.spring_stiffness_n_m,
+        base: BaseMotion { velocity: p.towing_speed_m_s, ..BaseMotion::default() },
         ..SpringActuatorParameters::default()
     })?;
-    let block = SlidingBlock { mass: get("block_mass_kg"), gravity: get("gravity_m_s2") };
-    coupled(block, spring, parameters, solver)
+    let block = SlidingBlock { mass: p.block_mass_kg, gravity: p.gravity_m_s2 };
+    assembly.couple(block, spring, &p.contacts)
 }
 
 /// The stick–slip cycle of a block that starts at rest with its spring relaxed.
@@ -71,11 +72,10 @@ struct Cycle {
 }
 
 impl Cycle {
-    fn of(parameters: &Parameters) -> Self {
-        let get = |name: &str| parameters.number(name);
-        let [mass, stiffness, speed] = ["block_mass_kg", "spring_stiffness_n_m", "towing_speed_m_s"].map(get);
-        let weight = mass * get("gravity_m_s2");
-        let friction = contact_parameters::coefficients(parameters).map(|coefficient| coefficient * weight);
+    fn of(p: &Towed) -> Self {
+            let [mass, stiffness, speed] = [p.block_mass_kg, p.spring_stiffness_n_m, p.towing_speed_m_s];
+        let weight = mass * p.gravity_m_s2;
+        let friction = p.contacts.coefficients().map(|coefficient| coefficient * weight);
         let omega = (stiffness / mass).sqrt();
         let drop = (friction[0] - friction[1]) / stiffness;
         Cycle {
@@ -113,8 +113,8 @@ impl Cycle {
 }
 
 /// The closed form, as rows of the trace.
-fn exact(parameters: &Parameters) -> ExactSolution {
-    let cycle = Cycle::of(parameters);
+fn exact(p: &Towed) -> ExactSolution {
+    let cycle = Cycle::of(p);
     Box::new(move |t, row| {
         let (extension, velocity, sticks) = cycle.at(t);
         let force = cycle.stiffness * extension;
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn the_cycle_has_the_period_and_the_forces_of_theory() {
-        let cycle = Cycle::of(&entry().default_parameters());
+        let cycle = Cycle::of(&Towed::read(&entry().default_parameters()));
         let period = cycle.slip + cycle.stick;
         approx::assert_relative_eq!(period, 0.669357, epsilon = 5e-7);
         let forces =
@@ -158,7 +158,7 @@ mod tests {
         for set in [&[][..], &[("static_friction", "0")], &[("static_friction", "0.9"), ("towing_speed_m_s", "0.37")]] {
             let mut parameters = entry().default_parameters();
             set.iter().for_each(|(key, value)| parameters.set(key, value).unwrap());
-            let cycle = Cycle::of(&parameters);
+            let cycle = Cycle::of(&Towed::read(&parameters));
             let step = 1e-6;
             for k in 0..2000 {
                 let t = f64::from(k) * 1e-3;

@@ -8,22 +8,68 @@ use rimbench_core::cosim::{StopFlag, Trajectory};
 use rimbench_core::error::Failure;
 use rimbench_core::mechanics::ReferenceSteps;
 
-/// Coupling of the OSP quarter truck, with what its wheel does differently: stale feedthrough, and a position of its own.
-const PUBLISHED_UNITS: &str = "published-units";
+choices! {
+    /// What the sides exchange.
+    enum CouplingKind {
+        ForceDisplacement = "force-displacement",
+        DisplacementDisplacement = "displacement-displacement",
+        ForceForce = "force-force",
+        /// Of the OSP quarter truck, with what its wheel does differently: stale feedthrough, and a position of its own.
+        PublishedUnits = "published-units",
+    }
+}
+choices! {
+    /// How each side integrates itself.
+    enum Integrator {
+        Exact = "exact",
+        SemiImplicitEuler = "semi-implicit-euler",
+        Trapezoidal = "trapezoidal",
+        ExactSampled = "exact-sampled",
+        Newmark = "newmark",
+        GeneralisedAlpha = "generalised-alpha",
+    }
+}
+choices! {
+    /// Of the LIM benchmark.
+    enum Variant {
+        Undamped = "0",
+        Damped = "1",
+    }
+}
+choices! {
+    /// Law of the damper in the suspension.
+    enum Damper {
+        Linear = "linear",
+        Nonlinear = "nonlinear",
+    }
+}
+
+impl Integrator {
+    fn of_side(self) -> OscillatorIntegrator {
+        match self {
+            Integrator::Exact => OscillatorIntegrator::Exact,
+            Integrator::SemiImplicitEuler => OscillatorIntegrator::SemiImplicitEuler,
+            Integrator::Trapezoidal => OscillatorIntegrator::Trapezoidal,
+            Integrator::ExactSampled => OscillatorIntegrator::ExactSampled,
+            Integrator::Newmark => OscillatorIntegrator::GeneralisedAlpha { alpha_m: 0.0, alpha_f: 0.0 },
+            // The spectral parameters of the preCICE tutorial.
+            Integrator::GeneralisedAlpha => OscillatorIntegrator::GeneralisedAlpha { alpha_m: 0.2, alpha_f: 0.4 },
+        }
+    }
+}
 
 /// Columns of the state, and the parameters that hold its start.
 const STATE: [[&str; 2]; 4] = [["x1_m", "x1_0_m"], ["x2_m", "x2_0_m"], ["v1_m_s", "v1_0_m_s"], ["v2_m_s", "v2_0_m_s"]];
 
 /// A case of two masses with an exact solution, its interface and its state, for spectral radii.
-fn entry(
+fn entry<P: ParameterSet>(
     name: &'static str,
     about: &'static str,
-    tables: &[&'static str],
     times: CaseDefaults,
-    masses: fn(&Parameters) -> TwoMasses,
+    masses: fn(&P) -> TwoMasses,
+    how: fn(&P) -> (CouplingKind, Integrator),
 ) -> Case {
     Case {
-        parameters: table(tables),
         trace_columns: words("time_s x1_m x2_m v1_m_s v2_m_s energy_j"),
         // Of the true states: accuracy is judged by it.
         drawing_columns: words("coupling_force_n"),
@@ -31,169 +77,165 @@ fn entry(
         linear_state: STATE
             .map(|[column, initial]| StateVariable { initial: initial.into(), column: column.into() })
             .to_vec(),
-        reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(masses(parameters).exact()))),
-        ..Case::new(name, about, times, move |parameters, _| {
-            masses(parameters).system(parameters, integrator_of(parameters))
+        reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(masses(&P::read(parameters)).exact()))),
+        ..Case::new(name, about, times, move |p: &P, _| {
+            let (coupling, integrator) = how(p);
+            masses(p).system(coupling, integrator.of_side())
         })
     }
 }
 
-/// How each side integrates itself, by the parameter of that name.
-fn integrator_of(parameters: &Parameters) -> OscillatorIntegrator {
-    match parameters.choice("integrator") {
-        "semi-implicit-euler" => OscillatorIntegrator::SemiImplicitEuler,
-        "trapezoidal" => OscillatorIntegrator::Trapezoidal,
-        "exact-sampled" => OscillatorIntegrator::ExactSampled,
-        "newmark" => OscillatorIntegrator::GeneralisedAlpha { alpha_m: 0.0, alpha_f: 0.0 },
-        // The spectral parameters of the preCICE tutorial.
-        "generalised-alpha" => OscillatorIntegrator::GeneralisedAlpha { alpha_m: 0.2, alpha_f: 0.4 },
-        _ => OscillatorIntegrator::Exact,
+parameters! {
+    /// Two masses between walls, and three springs.
+    struct Masses from "LIM cosim-benchmarks" {
+        mass_1_kg: f64 = 1.0, Positive, "mass m₁";
+        mass_2_kg: f64 = 1.0, Positive, "mass m₂";
+        stiffness_1_n_m: f64 = 10.0, NotNegative, "stiffness k₁ of the spring between wall and mass 1";
+        coupling_stiffness_n_m: f64 = 100.0, NotNegative, "stiffness k_c of the spring between the masses";
+        stiffness_2_n_m: f64 = 1000.0, NotNegative, "stiffness k₂ of the spring between mass 2 and wall";
+    }
+}
+parameters! {
+    /// Where the masses start.
+    struct Start from "LIM cosim-benchmarks" {
+        x1_0_m: f64 = 0.0, Finite, "position of mass 1 at the start";
+        x2_0_m: f64 = 0.0, Finite, "position of mass 2 at the start";
+        v1_0_m_s: f64 = 0.0, Finite, "velocity of mass 1 at the start";
+        v2_0_m_s: f64 = 0.0, Finite, "velocity of mass 2 at the start";
     }
 }
 
-const INTEGRATORS: &str = "
-    integrator | - | exact, semi-implicit-euler, trapezoidal, exact-sampled | choice | how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held
-";
-const NUMBERED: &str = "
-    mass_1_kg | kg | 1.0 | positive | mass m₁
-    mass_2_kg | kg | 1.0 | positive | mass m₂
-    stiffness_1_n_m | N/m | 10.0 | not negative | stiffness k₁ of the spring between wall and mass 1
-    coupling_stiffness_n_m | N/m | 100.0 | not negative | stiffness k_c of the spring between the masses
-    stiffness_2_n_m | N/m | 1000.0 | not negative | stiffness k₂ of the spring between mass 2 and wall
-";
-const START: &str = "
-    x1_0_m | m | 0.0 | finite | position of mass 1 at the start
-    x2_0_m | m | 0.0 | finite | position of mass 2 at the start
-    v1_0_m_s | m/s | 0.0 | finite | velocity of mass 1 at the start
-    v2_0_m_s | m/s | 0.0 | finite | velocity of mass 2 at the start
-";
+parameters! {
+    /// The benchmark of LIM.
+    struct LinearOscillator from "LIM cosim-benchmarks" {
+        variant: Variant [Undamped, Damped], "undamped (0) or damped (1)";
+        coupling: CouplingKind [ForceDisplacement, DisplacementDisplacement, ForceForce], "what the sides exchange";
+        integrator: Integrator [Exact, SemiImplicitEuler, Trapezoidal, ExactSampled],
+            "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held";
+        masses: Masses;
+        damping_n_s_m: f64 = 0.01, NotNegative, "c₁ = c_c = c₂ of variant 1";
+        start: Start { v1_0_m_s = 100.0; v2_0_m_s = -100.0 };
+    }
+}
+parameters! {
+    /// The tutorial of preCICE: springs of 4π² and 16π².
+    struct PreciceOscillator from "preCICE tutorial oscillator" {
+        coupling: CouplingKind [DisplacementDisplacement, ForceDisplacement, ForceForce], "what the sides exchange";
+        integrator: Integrator [Exact, Newmark, GeneralisedAlpha],
+            "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held";
+        masses: Masses from "preCICE tutorial oscillator" {
+            stiffness_1_n_m = 39.47841760435743;
+            coupling_stiffness_n_m = 157.91367041742973, "stiffness k₁₂ of the spring between the masses";
+            stiffness_2_n_m = 39.47841760435743;
+        };
+        start: Start from "preCICE tutorial oscillator" { x1_0_m = 1.0 };
+    }
+}
+parameters! {
+    /// The quarter truck of the Open Simulation Platform.
+    struct QuarterCar from "OSP quarter car" {
+        damper: Damper [Linear, Nonlinear], "law of the damper in the suspension" from "Sadjina et al. 2017";
+        coupling: CouplingKind [ForceDisplacement, DisplacementDisplacement, ForceForce, PublishedUnits],
+            "what the sides exchange" from "ours";
+        integrator: Integrator [Exact, SemiImplicitEuler, Trapezoidal, ExactSampled],
+            "how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held" from "ours";
+        chassis_mass_kg: f64 = 400.0, Positive, "mass m₁ of the chassis";
+        wheel_mass_kg: f64 = 40.0, Positive, "mass m₂ of the wheel";
+        suspension_stiffness_n_m: f64 = 15000.0, NotNegative, "stiffness k_c of the suspension";
+        suspension_damping_n_s_m: f64 = 1000.0, NotNegative, "coefficient d of the damper";
+        damper_shape: f64 = 1.0, NotNegative, "n of the nonlinear damper's exponent 2/(1+2n)" from "ours";
+        tyre_stiffness_n_m: f64 = 150000.0, NotNegative, "stiffness k₂ of the tyre";
+        road_step_m: f64 = 0.1, Finite, "height of the step in the road";
+        x1_0_m: f64 = 0.0, Finite, "position of the chassis at the start";
+        x2_0_m: f64 = 0.0, Finite, "position of the wheel at the start";
+        v1_0_m_s: f64 = 0.0, Finite, "velocity of the chassis at the start";
+        v2_0_m_s: f64 = 0.0, Finite, "velocity of the wheel at the start";
+    }
+}
 
 /// Two masses between walls, with the same damping of all springs.
-fn numbered(parameters: &Parameters, damping: f64) -> TwoMasses {
-    let get = |name: &str| parameters.number(name);
-    let body = |mass: &str, stiffness: &str, start: [&str; 2]| WalledMass {
-        mass: get(mass),
-        stiffness: get(stiffness),
-        damping,
-        wall: 0.0,
-        start: start.map(get),
-    };
+fn numbered(masses: &Masses, start: &Start, damping: f64) -> TwoMasses {
+    let body = |mass, stiffness, start| WalledMass { mass, stiffness, damping, wall: 0.0, start };
     TwoMasses {
         bodies: [
-            body("mass_1_kg", "stiffness_1_n_m", ["x1_0_m", "v1_0_m_s"]),
-            body("mass_2_kg", "stiffness_2_n_m", ["x2_0_m", "v2_0_m_s"]),
+            body(masses.mass_1_kg, masses.stiffness_1_n_m, [start.x1_0_m, start.v1_0_m_s]),
+            body(masses.mass_2_kg, masses.stiffness_2_n_m, [start.x2_0_m, start.v2_0_m_s]),
         ],
-        element: CouplingElement { stiffness: get("coupling_stiffness_n_m"), damping, exponent: 1.0 },
+        element: CouplingElement { stiffness: masses.coupling_stiffness_n_m, damping, exponent: 1.0 },
     }
 }
 
 /// The benchmark of the Laboratorio de Ingeniería Mecánica, Univ. da Coruña, `fgonzalezLIM/cosim-benchmarks` (MIT).
 pub(super) fn linear_oscillator() -> Case {
-    const FIRST: &str = "source: LIM cosim-benchmarks
-        variant | - | 0, 1 | choice | undamped (0) or damped (1)
-        coupling | - | force-displacement, displacement-displacement, force-force | choice | what the sides exchange
-    ";
-    const LAST: &str = "
-        damping_n_s_m | N·s/m | 0.01 | not negative | c₁ = c_c = c₂ of variant 1
-    ";
-    const MOVING: &str = "
-        v1_0_m_s = 100.0
-        v2_0_m_s = -100.0
-    ";
     entry(
         "linear-oscillator",
         "Two masses and three springs (LIM benchmark; exact solution)",
-        &[FIRST, INTEGRATORS, NUMBERED, LAST, START, MOVING],
         times(10.0, 1e-3, 1e-4, [1e-3, 1e-3]),
-        |parameters| {
-            let damped = parameters.choice("variant") == "1";
-            numbered(parameters, if damped { parameters.number("damping_n_s_m") } else { 0.0 })
+        |p: &LinearOscillator| {
+            numbered(&p.masses, &p.start, if p.variant == Variant::Damped { p.damping_n_s_m } else { 0.0 })
         },
+        |p| (p.coupling, p.integrator),
     )
 }
 
 /// The preCICE tutorial `oscillator` (Schüller, Birken, Rodenberg et al. 2022), with a solution in two cosines.
 pub(super) fn precice_oscillator() -> Case {
-    const FIRST: &str = "source: preCICE tutorial oscillator
-        coupling | - | displacement-displacement, force-displacement, force-force | choice | what the sides exchange
-        integrator | - | exact, newmark, generalised-alpha | choice | how each side integrates itself; exact: polynomial inputs as such; the others: their mean over each step, held
-    ";
-    // 4π² and 16π².
-    const OWN: &str = "
-        stiffness_1_n_m = 39.47841760435743
-        coupling_stiffness_n_m = 157.91367041742973 | preCICE tutorial oscillator | stiffness k₁₂ of the spring between the masses
-        stiffness_2_n_m = 39.47841760435743
-        x1_0_m = 1.0
-    ";
     entry(
         "precice-oscillator",
         "Two masses and three springs of the preCICE tutorial (exact solution)",
-        &[FIRST, NUMBERED, START, OWN],
         times(1.0, 1e-2, 1e-3, [1e-3, 1e-3]),
-        |parameters| numbered(parameters, 0.0),
+        |p: &PreciceOscillator| numbered(&p.masses, &p.start, 0.0),
+        |p| (p.coupling, p.integrator),
     )
+}
+
+impl QuarterCar {
+    fn masses(&self) -> TwoMasses {
+        let chassis = WalledMass {
+            mass: self.chassis_mass_kg,
+            stiffness: 0.0,
+            damping: 0.0,
+            wall: 0.0,
+            start: [self.x1_0_m, self.v1_0_m_s],
+        };
+        let wheel = WalledMass {
+            mass: self.wheel_mass_kg,
+            stiffness: self.tyre_stiffness_n_m,
+            damping: 0.0,
+            wall: self.road_step_m,
+            start: [self.x2_0_m, self.v2_0_m_s],
+        };
+        let element = CouplingElement {
+            stiffness: self.suspension_stiffness_n_m,
+            damping: self.suspension_damping_n_s_m,
+            exponent: match self.damper {
+                Damper::Linear => 1.0,
+                Damper::Nonlinear => 2.0 / (1.0 + 2.0 * self.damper_shape),
+            },
+        };
+        TwoMasses { bodies: [chassis, wheel], element }
+    }
 }
 
 /// Chassis (mass 1) and wheel over a step in the road, after the demo of the Open Simulation Platform (libcosim); the exponent's n is ours.
 pub(super) fn quarter_car() -> Case {
-    const FIRST: &str = "
-        damper | - | linear, nonlinear | choice | law of the damper in the suspension | Sadjina et al. 2017
-        coupling | - | force-displacement, displacement-displacement, force-force, published-units | choice | what the sides exchange | ours
-        source: ours
-    ";
-    const OWN: &str = "source: OSP quarter car
-        chassis_mass_kg | kg | 400.0 | positive | mass m₁ of the chassis
-        wheel_mass_kg | kg | 40.0 | positive | mass m₂ of the wheel
-        suspension_stiffness_n_m | N/m | 15000.0 | not negative | stiffness k_c of the suspension
-        suspension_damping_n_s_m | N·s/m | 1000.0 | not negative | coefficient d of the damper
-        damper_shape | - | 1.0 | not negative | n of the nonlinear damper's exponent 2/(1+2n) | ours
-        tyre_stiffness_n_m | N/m | 150000.0 | not negative | stiffness k₂ of the tyre
-        road_step_m | m | 0.1 | finite | height of the step in the road
-        x1_0_m | m | 0.0 | finite | position of the chassis at the start
-        x2_0_m | m | 0.0 | finite | position of the wheel at the start
-        v1_0_m_s | m/s | 0.0 | finite | velocity of the chassis at the start
-        v2_0_m_s | m/s | 0.0 | finite | velocity of the wheel at the start
-    ";
-    fn masses(parameters: &Parameters) -> TwoMasses {
-        let get = |name: &str| parameters.number(name);
-        let nonlinear = parameters.choice("damper") == "nonlinear";
-        let chassis = WalledMass {
-            mass: get("chassis_mass_kg"),
-            stiffness: 0.0,
-            damping: 0.0,
-            wall: 0.0,
-            start: ["x1_0_m", "v1_0_m_s"].map(get),
-        };
-        let wheel = WalledMass {
-            mass: get("wheel_mass_kg"),
-            stiffness: get("tyre_stiffness_n_m"),
-            damping: 0.0,
-            wall: get("road_step_m"),
-            start: ["x2_0_m", "v2_0_m_s"].map(get),
-        };
-        let element = CouplingElement {
-            stiffness: get("suspension_stiffness_n_m"),
-            damping: get("suspension_damping_n_s_m"),
-            exponent: if nonlinear { 2.0 / (1.0 + 2.0 * get("damper_shape")) } else { 1.0 },
-        };
-        TwoMasses { bodies: [chassis, wheel], element }
-    }
     Case {
         reference: Arc::new(|parameters| {
-            let masses = masses(parameters);
-            Ok(match parameters.choice("damper") {
-                "nonlinear" => {
+            let p = QuarterCar::read(parameters);
+            let masses = p.masses();
+            Ok(match p.damper {
+                Damper::Nonlinear => {
                     ReferenceMethod::Own(Box::new(move |steps, stop, out| masses.runge_kutta(steps, stop, out)))
                 }
-                _ => ReferenceMethod::Exact(masses.exact()),
+                Damper::Linear => ReferenceMethod::Exact(masses.exact()),
             })
         }),
         ..entry(
             "quarter-car",
             "Chassis and wheel over a step in the road, linear or nonlinear damper (OSP; exact solution if linear)",
-            &[FIRST, INTEGRATORS, OWN],
             times(4.0, 1e-3, 1e-4, [1e-4, 1e-3]),
-            masses,
+            QuarterCar::masses,
+            |p| (p.coupling, p.integrator),
         )
     }
 }
@@ -216,22 +258,22 @@ impl TwoMasses {
     /// ```
     /// In the literature's force–force coupling a manager evaluates the force from what both masses sent, and both
     /// receive it, held or extrapolated. As the masses do not feel each other otherwise, that is the third line.
-    fn system(self, parameters: &Parameters, integrator: OscillatorIntegrator) -> Result<CoupledSystem> {
+    fn system(self, coupling: CouplingKind, integrator: OscillatorIntegrator) -> Result<CoupledSystem> {
         self.check(integrator)?;
         let [first, second] = self.bodies;
         let side = |index, body, role| MassSide::new(index, body, role, integrator);
         let element = self.element;
-        let mut system = match parameters.choice("coupling") {
-            "displacement-displacement" => CoupledSystem::new(
+        let mut system = match coupling {
+            CouplingKind::DisplacementDisplacement => CoupledSystem::new(
                 side(1, second, MassRole::Displacement(element)),
                 side(0, first, MassRole::Displacement(element)),
             ),
-            "force-force" => CoupledSystem::new(FreeMasses::new(self.bodies, integrator), CouplingForce::new(element)),
-            PUBLISHED_UNITS => CoupledSystem::new(
+            CouplingKind::ForceForce => CoupledSystem::new(FreeMasses::new(self.bodies, integrator), CouplingForce::new(element)),
+            CouplingKind::PublishedUnits => CoupledSystem::new(
                 side(0, first, MassRole::ForceDriven),
                 StaleFeedthrough::new(OwnPosition::new(side(1, second, MassRole::ForceGiving(element)))),
             ),
-            _ => CoupledSystem::new(
+            CouplingKind::ForceDisplacement => CoupledSystem::new(
                 side(1, second, MassRole::ForceDriven),
                 side(0, first, MassRole::ForceGiving(element)),
             ),

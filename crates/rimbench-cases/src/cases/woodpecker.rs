@@ -4,34 +4,37 @@
 
 use super::prelude::*;
 
-const PARAMETERS: &str = "source: Glocker 1995
-    sleeve_mass_kg | kg | 3e-4 | positive | mass m_M of the sleeve
-    bird_mass_kg | kg | 4.5e-3 | positive | mass m_S of the bird
-    sleeve_inertia_kg_m2 | kg·m² | 5e-9 | positive | inertia J_M of the sleeve
-    bird_inertia_kg_m2 | kg·m² | 7e-7 | positive | inertia J_S of the bird about its centre of mass
-    pole_radius_m | m | 2.5e-3 | positive | radius r_O of the pole
-    sleeve_radius_m | m | 3.1e-3 | positive | inner radius r_M of the sleeve, above that of the pole
-    sleeve_half_height_m | m | 5.8e-3 | positive | half the height h_M of the sleeve
-    spring_distance_m | m | 1e-2 | positive | l_M from the middle of the sleeve to the spring
-    bird_distance_m | m | 1.5e-2 | positive | l_G from the spring to the bird's centre of mass
-    beak_height_m | m | 2e-2 | positive | h_S of the beak above the bird's centre of mass
-    beak_length_m | m | 2.01e-2 | positive | l_S of the beak before the bird's centre of mass
-    spring_stiffness_nm_rad | N·m/rad | 5.6e-3 | positive | torsional stiffness c of the spring
-    spring_lever_m | m | 1e-2 | positive | lever r that length and force of the spring are measured on | ours
-    bird_angle_rad | rad | -0.2788 | finite | angle φ_S of the bird at the start
-    sleeve_velocity_m_s | m/s | -0.3411 | finite | velocity of the sleeve at the start
-    bird_rate_rad_s | rad/s | -7.4583 | finite | angular velocity of the bird at the start
-    gravity_m_s2 | m/s² | 9.81 | not negative | gravity | standard
-";
-const LAW: &str = "
-    restitution = 0.5 | Glocker 1995 for the beak; for all contacts ours
-    friction = 0.3 | Glocker 1995
-    tangential_restitution = 0.5
-";
+parameters! {
+    /// The toy.
+    struct Toy from "Glocker 1995" {
+        sleeve_mass_kg: f64 = 3e-4, Positive, "mass m_M of the sleeve";
+        bird_mass_kg: f64 = 4.5e-3, Positive, "mass m_S of the bird";
+        sleeve_inertia_kg_m2: f64 = 5e-9, Positive, "inertia J_M of the sleeve";
+        bird_inertia_kg_m2: f64 = 7e-7, Positive, "inertia J_S of the bird about its centre of mass";
+        pole_radius_m: f64 = 2.5e-3, Positive, "radius r_O of the pole";
+        sleeve_radius_m: f64 = 3.1e-3, Positive, "inner radius r_M of the sleeve, above that of the pole";
+        sleeve_half_height_m: f64 = 5.8e-3, Positive, "half the height h_M of the sleeve";
+        spring_distance_m: f64 = 1e-2, Positive, "l_M from the middle of the sleeve to the spring";
+        bird_distance_m: f64 = 1.5e-2, Positive, "l_G from the spring to the bird's centre of mass";
+        beak_height_m: f64 = 2e-2, Positive, "h_S of the beak above the bird's centre of mass";
+        beak_length_m: f64 = 2.01e-2, Positive, "l_S of the beak before the bird's centre of mass";
+        spring_stiffness_nm_rad: f64 = 5.6e-3, Positive, "torsional stiffness c of the spring";
+        spring_lever_m: f64 = 1e-2, Positive, "lever r that length and force of the spring are measured on" from "ours";
+        bird_angle_rad: f64 = -0.2788, Finite, "angle φ_S of the bird at the start";
+        sleeve_velocity_m_s: f64 = -0.3411, Finite, "velocity of the sleeve at the start";
+        bird_rate_rad_s: f64 = -7.4583, Finite, "angular velocity of the bird at the start";
+        gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
+        contacts: Contacts only {
+            stabilisation;
+            restitution = 0.5 from "Glocker 1995 for the beak; for all contacts ours";
+            friction = 0.3 in Positive from "Glocker 1995";
+            tangential_restitution = 0.5;
+        };
+    }
+}
 
 pub(super) fn entry() -> Case {
     Case {
-        parameters: table(&[PARAMETERS, STABILISATION, RESTITUTION, WITH_FRICTION, LAW]),
         trace_columns: words(
             "time_s sleeve_y_m sleeve_angle_rad bird_angle_rad interface_position_m interface_velocity_m_s \
              actuator_force_n force_to_mechanics_n effective_mass_kg gap_beak_m gap_lower_edge_m \
@@ -51,27 +54,26 @@ pub(super) fn entry() -> Case {
     }
 }
 
-fn build(parameters: &Parameters, solver: &SolverEntry) -> Result<CoupledSystem> {
-    let get = |name: &str| parameters.number(name);
-    let lever = get("spring_lever_m");
+fn build(p: &Toy, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
+    let lever = p.spring_lever_m;
     let toy = Woodpecker::new(WoodpeckerGeometry {
-        masses: ["sleeve_mass_kg", "bird_mass_kg"].map(get),
-        inertias: ["sleeve_inertia_kg_m2", "bird_inertia_kg_m2"].map(get),
-        pole_radius: get("pole_radius_m"),
-        sleeve_radius: get("sleeve_radius_m"),
-        sleeve_half_height: get("sleeve_half_height_m"),
-        spring_distance: get("spring_distance_m"),
-        bird_distance: get("bird_distance_m"),
-        beak_height: get("beak_height_m"),
-        beak_length: get("beak_length_m"),
+        masses: [p.sleeve_mass_kg, p.bird_mass_kg],
+        inertias: [p.sleeve_inertia_kg_m2, p.bird_inertia_kg_m2],
+        pole_radius: p.pole_radius_m,
+        sleeve_radius: p.sleeve_radius_m,
+        sleeve_half_height: p.sleeve_half_height_m,
+        spring_distance: p.spring_distance_m,
+        bird_distance: p.bird_distance_m,
+        beak_height: p.beak_height_m,
+        beak_length: p.beak_length_m,
         lever,
-        bird_angle: get("bird_angle_rad"),
-        velocities: ["sleeve_velocity_m_s", "bird_rate_rad_s"].map(get),
-        gravity: get("gravity_m_s2"),
+        bird_angle: p.bird_angle_rad,
+        velocities: [p.sleeve_velocity_m_s, p.bird_rate_rad_s],
+        gravity: p.gravity_m_s2,
     })?;
     let spring = SpringActuator::new(SpringActuatorParameters {
-        stiffness: get("spring_stiffness_nm_rad") / (lever * lever),
+        stiffness: p.spring_stiffness_nm_rad / (lever * lever),
         ..SpringActuatorParameters::default()
     })?;
-    coupled(toy, spring, parameters, solver)
+    assembly.couple(toy, spring, &p.contacts)
 }

@@ -1,34 +1,51 @@
-//! Mechanics of the wedge box: a box on two wedges, a disc on a revolute joint, floor, ledge and ramp, with tangential rows for friction.
+//! Mechanics of the wedge box: a box on wedges, with discs on revolute joints, each on a ledge with a ramp; and a block without discs. With
+//! tangential rows for friction where the floor is level.
 
 use super::ledge::{Ledge, SurfaceContact};
 use super::rotation::rotation;
+use super::washboard::Washboard;
 use nalgebra::Vector2;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::{MassMatrix, Rows};
 use rimbench_core::mechanics::{MechanicalModel, ModelSize};
 use rimbench_core::name::{Name, names};
 
-/// Geometry and masses. Points of the box are in its frame, whose origin is the centre of mass.
+/// A disc on a revolute joint of the box, with its own ledge: discs roll on tracks of their own, beside that of the supports.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WedgeBoxGeometry {
+pub struct LedgeDisc {
     /// kg.
-    pub box_mass: f64,
-    /// Width and height of the box, m.
-    pub box_size: [f64; 2],
-    /// Tip of the right wedge, box frame, m; the left one is its mirror image.
-    pub wedge_tip: [f64; 2],
-    /// kg.
-    pub disc_mass: f64,
+    pub mass: f64,
     /// m.
-    pub disc_radius: f64,
-    /// Joint of the disc, box frame, m.
-    pub disc_pin: [f64; 2],
-    /// m.
+    pub radius: f64,
+    /// Joint, box frame, m.
+    pub pin: [f64; 2],
+    /// Height of its ledge above the floor, m.
     pub ledge_height: f64,
     /// Distance of the ledge's corner ahead of the disc's centre at the start, m.
     pub ledge_lead: f64,
-    /// Fall over run.
+    /// Fall over run of its ramp.
     pub ramp_slope: f64,
+}
+
+/// Geometry and masses. Points of the box are in its frame, whose origin is the centre of mass.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WedgeBoxGeometry {
+    /// kg.
+    pub box_mass: f64,
+    /// About the centre of mass, kg·m².
+    pub box_inertia: f64,
+    /// Tips of the wedges, m: the rightmost, the leftmost, then the others.
+    pub wedges: Vec<[f64; 2]>,
+    /// What names of columns call a wedge.
+    pub wedge_name: &'static str,
+    /// At most two discs.
+    pub discs: Vec<LedgeDisc>,
+    /// Height of the waves of the floor under the wedges, m, and their length, m, where there are any.
+    pub washboard: [f64; 2],
+    /// Distance of the first wave ahead of the rightmost wedge at the start, m.
+    pub washboard_lead: f64,
+    /// Angle at the start where there is no disc to fix it, rad.
+    pub start_angle: f64,
     /// Where the actuator holds the box, box frame, m.
     pub attachment: [f64; 2],
     /// x of the actuator's fixed end, m; its y is the attachment's height at the start.
@@ -37,121 +54,128 @@ pub struct WedgeBoxGeometry {
     pub gravity: f64,
 }
 
-/// Velocities: box `(ẋ, ẏ, ω)`, disc `(ẋ, ẏ, ω)`. Contacts: right wedge–floor, left wedge–floor, disc–ledge, disc–floor.
+/// Velocities: box `(ẋ, ẏ, ω)`, then each disc `(ẋ, ẏ, ω)`. Contacts: right and left wedge, then ledge and floor of each disc,
+/// then the other wedges.
+///
+/// ```text
+/// wedge      g = y_tip − f(x_tip),  ġ = (−f', 1)·v_tip      vertical distance from the floor y = f(x)
+/// ```
+/// The gap of a wedge is vertical, and so is its force: on a slope both are off from the normal ones by a factor that the
+/// product, the work, does not see.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WedgeBox {
     geometry: WedgeBoxGeometry,
-    start: [f64; 6],
-    mass: [f64; 6],
-    ledge: Ledge,
+    start: Vec<f64>,
+    ledges: Vec<Ledge>,
+    floor: Washboard,
     ground_pin: Vector2<f64>,
-    /// Box points turned into the world frame at the present angle: right tip, left tip, disc pin, attachment.
-    arms: [Vector2<f64>; 4],
+    /// Tips of the wedges, pins of the discs and the attachment, turned into the world frame at the present angle.
+    arms: Arms,
 }
 
-const BOX: usize = 0;
-const DISC: usize = 3;
-const RIGHT_WEDGE: usize = 0;
-const LEFT_WEDGE: usize = 1;
-const DISC_LEDGE: usize = 2;
-const DISC_FLOOR: usize = 3;
+#[derive(Debug, Clone, PartialEq)]
+struct Arms {
+    wedges: Vec<Vector2<f64>>,
+    pins: Vec<Vector2<f64>>,
+    attachment: Vector2<f64>,
+}
+
+/// The first contacts: the wedges that have a name.
+const NAMED_WEDGES: usize = 2;
+/// Positions of up to a metre are rounded to this, m.
+const ROUND_OFF: f64 = 1e-9;
 
 impl WedgeBox {
-    /// Places the box at rest with the right wedge on the floor and the disc on the ledge.
+    /// Places the box at rest.
     ///
     /// ```text
-    /// y_right = 0,  y_disc = h_ledge + R    ⇒    (x_d − x_w) sin θ + (y_d − y_w) cos θ = h_ledge + R
+    /// no disc      at its start angle, on its lowest wedge
+    /// one disc     on one wedge, the disc on its ledge
+    /// two discs    both discs on their ledges, the wedges above the floor
     /// ```
     /// # Errors
-    /// [`Error::Incompatible`] if no angle satisfies this, if the left wedge or the disc would start inside the floor,
-    /// or if the actuator would start with no length.
+    /// [`Error::Incompatible`] if no angle satisfies this, if a wedge or a disc would start inside the ground, or if the
+    /// actuator would start with no length.
     pub fn new(geometry: WedgeBoxGeometry) -> Result<Self> {
-        let g = &geometry;
-        let (tip, pin) = (Vector2::from(g.wedge_tip), Vector2::from(g.disc_pin));
-        let across = pin - tip;
-        let rise = g.ledge_height + g.disc_radius;
-        let reach = across.norm();
-        if rise.abs() > reach {
-            return Err(Error::Incompatible(format!(
-                "the disc cannot rest on the ledge: its centre would have to be {rise} m above the right wedge tip, \
-                 but is only {reach:.4} m away from it"
-            )));
-        }
-        // across.x sin θ + across.y cos θ = rise has two solutions; take the one closest to level.
-        let (sum, offset) = (libm::asin(rise / reach), libm::atan2(across.y, across.x));
-        let wrap = |angle: f64| libm::atan2(libm::sin(angle), libm::cos(angle));
-        let (first, second) = (wrap(sum - offset), wrap(std::f64::consts::PI - sum - offset));
-        let angle = if first.abs() < second.abs() { first } else { second };
-        let lead = g.ledge_lead;
-        Self::at_rest(geometry, angle, |disc, _| Ok(disc.x + lead))
+        let pose = start_pose(&geometry)?;
+        Self::at_rest(geometry, pose, |disc, centre| Ok(centre.x + disc.ledge_lead))
     }
 
-    /// Places the box at rest and level, both wedges on the floor and the disc against the ramp; the ledge is where it then must be,
-    /// whatever its lead says.
+    /// Places the box at rest and level, its first wedge on the floor and its discs against their ramps; the ledges are where they then
+    /// must be, whatever their lead.
     ///
     /// ```text
     /// (c_disc − corner)·n_ramp = R
     /// ```
     /// # Errors
-    /// [`Error::Incompatible`] if the disc would not touch the ramp between its corner and the floor; those of [`new`](Self::new).
+    /// [`Error::Incompatible`] if a disc would not touch its ramp between its corner and the floor; those of [`new`](Self::new).
     pub fn against_ramp(geometry: WedgeBoxGeometry) -> Result<Self> {
-        let g = geometry;
-        Self::at_rest(geometry, 0.0, |disc, radius| {
-            let length = (1.0 + g.ramp_slope * g.ramp_slope).sqrt();
-            let corner_x = disc.x - (radius * length - (disc.y - g.ledge_height)) / g.ramp_slope;
+        let height = -geometry.wedges[0][1];
+        Self::at_rest(geometry, (0.0, height), |disc, centre| {
+            let LedgeDisc { radius, ledge_height, ramp_slope, .. } = *disc;
+            let length = (1.0 + ramp_slope * ramp_slope).sqrt();
+            let corner_x = centre.x - (radius * length - (centre.y - ledge_height)) / ramp_slope;
             // Down the ramp from its corner to the point below the disc, m.
-            let along = ((disc.x - corner_x) - g.ramp_slope * (disc.y - g.ledge_height)) / length;
+            let along = ((centre.x - corner_x) - ramp_slope * (centre.y - ledge_height)) / length;
             if along > 0.0 {
                 return Ok(corner_x);
             }
             Err(Error::Incompatible(format!(
                 "impossible geometry: with both wedges on the floor the disc's centre is {:.4} m up, and so it cannot lean on a \
-                 ramp of slope {} that falls from {} m",
-                disc.y, g.ramp_slope, g.ledge_height
+                 ramp of slope {ramp_slope} that falls from {ledge_height} m",
+                centre.y
             )))
         })
     }
 
-    /// Places the box at rest at `angle` with the right wedge on the floor; `corner_x` says where the ledge's corner is for a disc
-    /// with this centre and radius.
+    /// Places the box at rest at this angle and height; `corner_x` says where the ledge of a disc with this centre ends.
     fn at_rest(
         geometry: WedgeBoxGeometry,
-        angle: f64,
-        corner_x: impl FnOnce(Vector2<f64>, f64) -> Result<f64>,
+        (angle, height): (f64, f64),
+        corner_x: impl Fn(&LedgeDisc, Vector2<f64>) -> Result<f64>,
     ) -> Result<Self> {
+        debug_assert!(geometry.wedges.len() >= NAMED_WEDGES && geometry.discs.len() <= 2);
         let g = &geometry;
-        let (tip, pin) = (Vector2::from(g.wedge_tip), Vector2::from(g.disc_pin));
         let rotation = rotation(angle);
-        let centre = Vector2::new(0.0, -(rotation * tip).y);
-        let disc = centre + rotation * pin;
-        let corner_x = corner_x(disc, g.disc_radius)?;
-        let attachment = centre + rotation * Vector2::from(g.attachment);
-        let [width, height] = g.box_size;
-        let box_inertia = g.box_mass * (width * width + height * height) / 12.0;
-        let disc_inertia = 0.5 * g.disc_mass * g.disc_radius * g.disc_radius;
+        let centre = Vector2::new(0.0, height);
+        let place = |point: [f64; 2]| centre + rotation * Vector2::from(point);
+        let mut start = vec![centre.x, centre.y, angle];
+        let mut ledges = Vec::new();
+        for disc in &g.discs {
+            let position = place(disc.pin);
+            start.extend([position.x, position.y, 0.0]);
+            ledges.push(Ledge::new(corner_x(disc, position)?, disc.ledge_height, disc.ramp_slope));
+        }
         let mut model = WedgeBox {
-            start: [centre.x, centre.y, angle, disc.x, disc.y, 0.0],
-            mass: [g.box_mass, g.box_mass, box_inertia, g.disc_mass, g.disc_mass, disc_inertia],
-            ledge: Ledge::new(corner_x, g.ledge_height, g.ramp_slope),
-            ground_pin: Vector2::new(g.ground_pin_x, attachment.y),
-            arms: [Vector2::zeros(); 4],
+            ground_pin: Vector2::new(g.ground_pin_x, place(g.attachment).y),
+            ledges,
+            floor: Washboard::new(place(g.wedges[0]).x + g.washboard_lead, g.washboard),
+            arms: Arms {
+                wedges: vec![Vector2::zeros(); g.wedges.len()],
+                pins: vec![Vector2::zeros(); g.discs.len()],
+                attachment: Vector2::zeros(),
+            },
+            start,
             geometry,
         };
-        model.prepare(&model.start.clone(), &[0.0; 6]);
+        model.prepare(&model.start.clone(), &[]);
         model.check_start()?;
         Ok(model)
     }
 
     /// Returns the actuator length at the start, m.
     pub fn start_length(&self) -> f64 {
-        (Vector2::new(self.start[0], self.start[1]) + self.arms[3] - self.ground_pin).norm()
+        let centre = Vector2::new(self.start[0], self.start[1]);
+        (centre + rotation(self.start[2]) * Vector2::from(self.geometry.attachment) - self.ground_pin).norm()
     }
 
     fn check_start(&self) -> Result<()> {
-        let mut rows = Rows::zeros(4, 6);
-        self.unilateral(&self.start, &[0.0; 6], &mut rows);
-        for (name, gap) in self.gap_names().iter().zip(&rows.position) {
-            if *gap < -1e-9 {
+        let size = self.size();
+        let mut rows = Rows::zeros(size.unilateral, size.velocities);
+        self.unilateral(&self.start, &vec![0.0; size.velocities], &mut rows);
+        for (contact, gap) in rows.position.iter().enumerate() {
+            if *gap < -ROUND_OFF {
+                let name = self.gap_names().get(contact).cloned().unwrap_or("the gap of another wedge".into());
                 return Err(Error::Incompatible(format!(
                     "impossible geometry: {name} would start at {gap:.6} m, inside the ground"
                 )));
@@ -162,135 +186,235 @@ impl WedgeBox {
         }
         Ok(())
     }
+
+    /// Row of the contact of a wedge.
+    fn wedge_row(&self, wedge: usize) -> usize {
+        if wedge < NAMED_WEDGES { wedge } else { wedge + 2 * self.geometry.discs.len() }
+    }
+
+    /// What names of columns call the contacts that have a name.
+    fn contacts(&self) -> Vec<String> {
+        let wedge = self.geometry.wedge_name;
+        let discs: &[&str] = match self.geometry.discs.len() {
+            0 => &[],
+            1 => &["disc"],
+            _ => &["left_disc", "right_disc"],
+        };
+        let wedges = [format!("right_{wedge}"), format!("left_{wedge}")];
+        wedges.into_iter().chain(discs.iter().flat_map(|disc| [format!("{disc}_ledge"), format!("{disc}_floor")])).collect()
+    }
+
+    /// Contact of a disc with its ledge, and the velocity of its centre.
+    fn ledge_contact(&self, disc: usize, q: &[f64], v: &[f64]) -> (SurfaceContact, Vector2<f64>) {
+        let first = 3 + 3 * disc;
+        let centre = Vector2::new(q[first], q[first + 1]);
+        let contact = self.ledges[disc].contact(centre, self.geometry.discs[disc].radius);
+        (contact, Vector2::new(v[first], v[first + 1]))
+    }
+}
+
+/// Angle of the box and height of its centre at the start.
+fn start_pose(g: &WedgeBoxGeometry) -> Result<(f64, f64)> {
+    let rest = |disc: &LedgeDisc| disc.ledge_height + disc.radius;
+    match g.discs.as_slice() {
+        [] => {
+            let lowest = |low: f64, tip: &[f64; 2]| low.min(turned_height(*tip, g.start_angle));
+            Ok((g.start_angle, -g.wedges.iter().fold(f64::INFINITY, lowest)))
+        }
+        [disc] => {
+            // The wedge that carries the box is the one with which no other is inside the floor.
+            let mut nearest: Option<(f64, f64, f64)> = None;
+            for tip in &g.wedges {
+                let angle = level_angle(*tip, disc.pin, rest(disc))?;
+                let height = -turned_height(*tip, angle);
+                let clear =
+                    g.wedges.iter().map(|tip| height + turned_height(*tip, angle)).fold(f64::INFINITY, f64::min);
+                if nearest.is_none_or(|(_, _, best)| clear > best) {
+                    nearest = Some((angle, height, clear));
+                }
+            }
+            let (angle, height, _) = nearest.unwrap_or_default();
+            Ok((angle, height))
+        }
+        [first, second, ..] => {
+            let angle = level_angle(first.pin, second.pin, rest(second) - rest(first))?;
+            Ok((angle, rest(first) - turned_height(first.pin, angle)))
+        }
+    }
+}
+
+/// Height of a point of the box above its centre, m.
+fn turned_height(point: [f64; 2], angle: f64) -> f64 {
+    point[0] * libm::sin(angle) + point[1] * libm::cos(angle)
+}
+
+/// The angle, of the two closest to level, at which `to` is `rise` (m) above `from`.
+fn level_angle(from: [f64; 2], to: [f64; 2], rise: f64) -> Result<f64> {
+    let across = Vector2::from(to) - Vector2::from(from);
+    let reach = across.norm();
+    if rise.abs() > reach {
+        return Err(Error::Incompatible(format!(
+            "impossible geometry: two points of the box are {reach:.4} m apart, but at the start one would have to be \
+             {rise:.4} m above the other"
+        )));
+    }
+    // across.x sin θ + across.y cos θ = rise.
+    let (sum, offset) = (libm::asin(rise / reach), libm::atan2(across.y, across.x));
+    let wrap = |angle: f64| libm::atan2(libm::sin(angle), libm::cos(angle));
+    let (first, second) = (wrap(sum - offset), wrap(std::f64::consts::PI - sum - offset));
+    Ok(if first.abs() < second.abs() { first } else { second })
 }
 
 impl MechanicalModel for WedgeBox {
     fn size(&self) -> ModelSize {
-        ModelSize { velocities: 6, bilateral: 2, unilateral: 4, interface: 1 }
+        let discs = self.geometry.discs.len();
+        ModelSize {
+            velocities: 3 + 3 * discs,
+            bilateral: 2 * discs,
+            unilateral: self.geometry.wedges.len() + 2 * discs,
+            interface: 1,
+        }
     }
 
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
-        (self.start.to_vec(), vec![0.0; 6])
+        (self.start.clone(), vec![0.0; self.start.len()])
     }
 
     fn prepare(&mut self, q: &[f64], _v: &[f64]) {
         let rotation = rotation(q[2]);
-        let g = &self.geometry;
-        let [tip_x, tip_y] = g.wedge_tip;
-        self.arms =
-            [[tip_x, tip_y], [-tip_x, tip_y], g.disc_pin, g.attachment].map(|point| rotation * Vector2::from(point));
+        let turned = |point: [f64; 2]| rotation * Vector2::from(point);
+        self.arms.wedges.iter_mut().zip(&self.geometry.wedges).for_each(|(arm, tip)| *arm = turned(*tip));
+        self.arms.pins.iter_mut().zip(&self.geometry.discs).for_each(|(arm, disc)| *arm = turned(disc.pin));
+        self.arms.attachment = turned(self.geometry.attachment);
     }
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
         if let MassMatrix::Diagonal(diagonal) = mass {
-            diagonal.copy_from_slice(&self.mass);
+            let g = &self.geometry;
+            diagonal[..3].copy_from_slice(&[g.box_mass, g.box_mass, g.box_inertia]);
+            for (disc, entries) in g.discs.iter().zip(diagonal[3..].chunks_exact_mut(3)) {
+                entries.copy_from_slice(&[disc.mass, disc.mass, 0.5 * disc.mass * disc.radius * disc.radius]);
+            }
         }
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
-        force.copy_from_slice(&[
-            0.0,
-            -self.geometry.box_mass * self.geometry.gravity,
-            0.0,
-            0.0,
-            -self.geometry.disc_mass * self.geometry.gravity,
-            0.0,
-        ]);
+        force.fill(0.0);
+        force[1] = -self.geometry.box_mass * self.geometry.gravity;
+        for (disc, entries) in self.geometry.discs.iter().zip(force[3..].chunks_exact_mut(3)) {
+            entries[1] = -disc.mass * self.geometry.gravity;
+        }
     }
 
     fn bilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        let pin = self.arms[2];
-        let error = [q[3] - q[0] - pin.x, q[4] - q[1] - pin.y];
         let spin = v[2] * v[2];
-        for (row, direction) in [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)].into_iter().enumerate() {
-            rows.set_planar_body(row, BOX, -direction, pin);
-            rows.set_planar_body(row, DISC, direction, Vector2::zeros());
-            rows.position[row] = error[row];
-            rows.convective[row] = spin * pin.dot(&direction);
+        for (index, arm) in self.arms.pins.iter().enumerate() {
+            let first = 3 + 3 * index;
+            let error = Vector2::new(q[first] - q[0], q[first + 1] - q[1]) - arm;
+            for (row, direction) in [(2 * index, Vector2::new(1.0, 0.0)), (2 * index + 1, Vector2::new(0.0, 1.0))] {
+                rows.set_planar_body(row, 0, -direction, *arm);
+                rows.set_planar_body(row, first, direction, Vector2::zeros());
+                rows.position[row] = error.dot(&direction);
+                rows.convective[row] = spin * arm.dot(&direction);
+            }
         }
     }
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        let up = Vector2::new(0.0, 1.0);
-        for (row, arm) in [(RIGHT_WEDGE, self.arms[0]), (LEFT_WEDGE, self.arms[1])] {
-            rows.set_planar_body(row, BOX, up, arm);
-            rows.position[row] = q[1] + arm.y;
-            rows.convective[row] = -v[2] * v[2] * arm.y;
+        for (wedge, arm) in self.arms.wedges.iter().enumerate() {
+            let row = self.wedge_row(wedge);
+            let [height, slope, bend] = self.floor.at(q[0] + arm.x);
+            let direction = Vector2::new(-slope, 1.0);
+            let along = v[0] - v[2] * arm.y;
+            rows.set_planar_body(row, 0, direction, *arm);
+            rows.position[row] = q[1] + arm.y - height;
+            rows.convective[row] = -bend * along * along - v[2] * v[2] * arm.dot(&direction);
         }
-        let radius = self.geometry.disc_radius;
-        let ledge = self.ledge.contact(Vector2::new(q[3], q[4]), radius);
-        let velocity = Vector2::new(v[3], v[4]);
-        let tangential = velocity.perp(&ledge.normal);
-        rows.set_planar_body(DISC_LEDGE, DISC, ledge.normal, Vector2::zeros());
-        rows.position[DISC_LEDGE] = ledge.gap;
-        rows.convective[DISC_LEDGE] = ledge.curvature * tangential * tangential;
-        rows.set_planar_body(DISC_FLOOR, DISC, up, Vector2::zeros());
-        rows.position[DISC_FLOOR] = q[4] - radius;
-        rows.convective[DISC_FLOOR] = 0.0;
+        for (index, disc) in self.geometry.discs.iter().enumerate() {
+            let (row, first) = (NAMED_WEDGES + 2 * index, 3 + 3 * index);
+            let (contact, velocity) = self.ledge_contact(index, q, v);
+            let tangential = velocity.perp(&contact.normal);
+            rows.set_planar_body(row, first, contact.normal, Vector2::zeros());
+            rows.position[row] = contact.gap;
+            rows.convective[row] = contact.curvature * tangential * tangential;
+            rows.set_planar_body(row + 1, first, Vector2::new(0.0, 1.0), Vector2::zeros());
+            rows.position[row + 1] = q[first + 1] - disc.radius;
+        }
     }
 
+    /// None on a wavy floor: the force of a wedge is vertical, which on a slope is not along the normal.
     fn tangential_rows(&self) -> usize {
-        4
+        if self.geometry.washboard[0] == 0.0 { self.size().unilateral } else { 0 }
     }
 
     fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let along = Vector2::new(1.0, 0.0);
-        for (row, arm) in [(RIGHT_WEDGE, self.arms[0]), (LEFT_WEDGE, self.arms[1])] {
-            rows.set_planar_body(row, BOX, along, arm);
+        for (wedge, arm) in self.arms.wedges.iter().enumerate() {
+            let row = self.wedge_row(wedge);
+            rows.set_planar_body(row, 0, along, *arm);
             rows.convective[row] = -v[2] * v[2] * arm.x;
         }
-        let radius = self.geometry.disc_radius;
-        let SurfaceContact { normal, curvature, .. } = self.ledge.contact(Vector2::new(q[3], q[4]), radius);
-        let velocity = Vector2::new(v[3], v[4]);
-        rows.set_planar_body(DISC_LEDGE, DISC, Vector2::new(normal.y, -normal.x), -radius * normal);
-        rows.convective[DISC_LEDGE] = -curvature * velocity.perp(&normal) * velocity.dot(&normal);
-        rows.set_planar_body(DISC_FLOOR, DISC, along, Vector2::new(0.0, -radius));
-        rows.convective[DISC_FLOOR] = 0.0;
+        for (index, disc) in self.geometry.discs.iter().enumerate() {
+            let (row, first) = (NAMED_WEDGES + 2 * index, 3 + 3 * index);
+            let (SurfaceContact { normal, curvature, .. }, velocity) = self.ledge_contact(index, q, v);
+            rows.set_planar_body(row, first, Vector2::new(normal.y, -normal.x), -disc.radius * normal);
+            rows.convective[row] = -curvature * velocity.perp(&normal) * velocity.dot(&normal);
+            rows.set_planar_body(row + 1, first, along, Vector2::new(0.0, -disc.radius));
+        }
     }
 
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        let arm = self.arms[3];
+        let arm = self.arms.attachment;
         let along = Vector2::new(q[0], q[1]) + arm - self.ground_pin;
         let length = along.norm();
         let direction = along / length;
-        let velocity = Vector2::new(v[0] - v[2] * arm.y, v[1] + v[2] * arm.x);
-        let across = direction.perp(&velocity);
-        rows.set_planar_body(0, BOX, direction, arm);
+        let across = direction.perp(&Vector2::new(v[0] - v[2] * arm.y, v[1] + v[2] * arm.x));
+        rows.set_planar_body(0, 0, direction, arm);
         rows.position[0] = length;
         rows.convective[0] = across * across / length - v[2] * v[2] * direction.dot(&arm);
     }
 
     fn switches(&self) -> usize {
-        2
+        2 * self.ledges.len()
     }
 
     fn switch_values(&self, q: &[f64], v: &[f64], switches: &mut [[f64; 2]]) {
-        switches.copy_from_slice(&self.ledge.borders(Vector2::new(q[3], q[4]), Vector2::new(v[3], v[4])));
+        for (index, (ledge, switches)) in self.ledges.iter().zip(switches.chunks_exact_mut(2)).enumerate() {
+            let first = 3 + 3 * index;
+            let of_disc = |x: &[f64]| Vector2::new(x[first], x[first + 1]);
+            switches.copy_from_slice(&ledge.borders(of_disc(q), of_disc(v)));
+        }
     }
 
     fn potential_energy(&self, q: &[f64]) -> f64 {
-        self.geometry.gravity * (self.geometry.box_mass * q[1] + self.geometry.disc_mass * q[4])
+        let of_discs = self.geometry.discs.iter().zip(q[3..].chunks_exact(3)).map(|(disc, q)| disc.mass * q[1]);
+        self.geometry.gravity * (self.geometry.box_mass * q[1] + of_discs.sum::<f64>())
     }
 
     fn observables(&self) -> Vec<Name> {
-        names(&["box_x_m", "box_y_m", "box_angle_rad", "disc_ledge_normal_rad"])
+        let mut all = names(&["box_x_m", "box_y_m", "box_angle_rad", "box_rate_rad_s"]);
+        all.push(format!("gap_{}s_least_m", self.geometry.wedge_name).into());
+        if self.geometry.discs.len() == 1 {
+            all.push("disc_ledge_normal_rad".into());
+        }
+        all
     }
 
     fn gap_names(&self) -> Vec<Name> {
-        names(&["gap_right_wedge_m", "gap_left_wedge_m", "gap_disc_ledge_m", "gap_disc_floor_m"])
+        self.contacts().iter().map(|contact| format!("gap_{contact}_m").into()).collect()
     }
 
     fn contact_force_names(&self) -> Vec<Name> {
-        names(&[
-            "contact_force_right_wedge_n",
-            "contact_force_left_wedge_n",
-            "contact_force_disc_ledge_n",
-            "contact_force_disc_floor_n",
-        ])
+        self.contacts().iter().map(|contact| format!("contact_force_{contact}_n").into()).collect()
     }
 
-    fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {
-        let normal = self.ledge.contact(Vector2::new(q[3], q[4]), self.geometry.disc_radius).normal;
-        row.copy_from_slice(&[q[0], q[1], q[2], libm::atan2(normal.y, normal.x)]);
+    fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
+        let gap = |arm: &Vector2<f64>| q[1] + arm.y - self.floor.at(q[0] + arm.x)[0];
+        let least = self.arms.wedges.iter().map(gap).fold(f64::INFINITY, f64::min);
+        row[..5].copy_from_slice(&[q[0], q[1], q[2], v[2], least]);
+        if let [normal] = &mut row[5..] {
+            let contact = self.ledge_contact(0, q, v).0.normal;
+            *normal = libm::atan2(contact.y, contact.x);
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
 use super::recorder::{recording, witnessing};
 use super::tape::Tape;
-use rimbench_cases::cases::{Case, Parameters};
+use rimbench_cases::cases::{Case, Contacts, ParameterSet, Parameters};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
 use rimbench_core::complementarity::{Lcp, SolverEntry, Witnessed};
@@ -128,8 +128,7 @@ pub fn harvest_with_friction(plan: &Harvest, progress: &mut dyn FnMut(&str)) -> 
 
 /// Whether the case has friction with these parameters.
 fn has_friction(parameters: &Parameters) -> bool {
-    let declared = parameters.iter().any(|(parameter, _)| parameter.name == "friction");
-    declared && parameters.number("friction") > 0.0
+    Contacts::read(parameters).friction > 0.0
 }
 
 /// Every case at its defaults and with its variations, under all schemes and macro steps.

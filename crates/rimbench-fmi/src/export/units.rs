@@ -26,6 +26,7 @@ pub(crate) fn exponents(unit: &str) -> Option<Exponents> {
                 "N" => [1, 1, -2, 0],
                 "Pa" => [1, -1, -2, 0],
                 "J" => [1, 2, -2, 0],
+                "W" => [1, 2, -3, 0],
                 _ => return None,
             };
             total.iter_mut().zip(one).for_each(|(total, one)| *total += sign * power * one);

@@ -1,7 +1,7 @@
 //! The variables of an exported FMU. A value reference is the place in their list, on both sides of the boundary.
 
 use super::build_side;
-use rimbench_cases::cases::{Case, Parameters, Value};
+use rimbench_cases::cases::{self, Case, Parameters, Value};
 use rimbench_core::cosim::{OutputRates, Side, Subsystem};
 use rimbench_core::error::Result;
 
@@ -149,7 +149,7 @@ impl Variables {
             put(&format!("der({})", port.name), Kind::Rate(k), &unit, "Rate of the output with its inputs held", &[]);
         }
         for (k, (parameter, _)) in parameters.iter().enumerate() {
-            let unit = if parameter.unit == "-" { "" } else { &*parameter.unit };
+            let unit = said(&parameter.unit);
             let about = format!("{}; valid: {}", parameter.about, parameter.range);
             put(&parameter.name, Kind::Parameter(k), unit, &about, &[]);
         }
@@ -265,25 +265,11 @@ pub(crate) fn is_choice(value: &Value) -> bool {
 }
 
 /// Unit that a name in data ends in; empty where it says none.
-pub(crate) fn unit_of(name: &str) -> &'static str {
-    const ENDINGS: [(&str, &str); 17] = [
-        ("_m_s2", "m/s²"),
-        ("_rad_s", "rad/s"),
-        ("_n_s_m", "N·s/m"),
-        ("_m3_s", "m³/s"),
-        ("_kg_m2", "kg·m²"),
-        ("_n_m", "N/m"),
-        ("_m_s", "m/s"),
-        ("_n_s", "N·s"),
-        ("_rad", "rad"),
-        ("_pa", "Pa"),
-        ("_kg", "kg"),
-        ("_m3", "m³"),
-        ("_m2", "m²"),
-        ("_hz", "Hz"),
-        ("_n", "N"),
-        ("_j", "J"),
-        ("_m", "m"),
-    ];
-    ENDINGS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("", |(_, unit)| unit)
+fn unit_of(name: &str) -> &'static str {
+    said(cases::unit_of(name))
+}
+
+/// A unit as FMI has it: nothing for a pure number.
+fn said(unit: &str) -> &str {
+    if unit == "-" { "" } else { unit }
 }

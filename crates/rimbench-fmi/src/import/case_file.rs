@@ -215,7 +215,8 @@ impl FmuMember {
     fn host(&self, parameters: &Parameters, process: &Process) -> Result<Box<dyn Host>, String> {
         let mut plan = self.plan.clone();
         for (name, variable) in &self.parameters {
-            plan.starts.push(Start::Number(variable.reference, variable.inwards(parameters.number(name))));
+            let number = parameters.setting(name).ok_or_else(|| format!("parameter {name} is not one of the case"))?;
+            plan.starts.push(Start::Number(variable.reference, variable.inwards(number)));
         }
         match process {
             Process::Same => Ok(Box::new(Loaded::new(plan)?)),
@@ -349,11 +350,10 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     };
     let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
     let case = Case {
-        parameters: parameters(&file, digest),
         trace_columns: trace,
         interface_columns,
         steps,
-        ..Case::new(file.name.clone(), about, defaults, build)
+        ..Case::with_parameters(file.name.clone(), about, defaults, parameters(&file, digest), build)
     };
     (case.build)(&case.default_parameters(), &SolverEntry::active_set())?;
     Ok(case)

@@ -1,6 +1,7 @@
 //! What stands in the columns of result files: kind, unit, and what it is.
 
 use crate::claims::CLAIM_COLUMNS;
+use rimbench_cases::cases::unit_of;
 use rimbench_cases::metrics::METRICS;
 use rimbench_cases::runs::RunRequest;
 
@@ -93,30 +94,8 @@ const KNOWN: [(&str, Kind, &str); 53] = [
     ("finest_step_s", Number, "Finest step of the reference"),
 ];
 
-/// Units by the ends of names, longer ends first.
-const UNITS: [(&str, &str); 13] = [
-    ("_m_s2", "m/s²"),
-    ("_rad_s", "rad/s"),
-    ("_m_s", "m/s"),
-    ("_n_s", "N·s"),
-    ("_rad", "rad"),
-    ("_kg", "kg"),
-    ("_pa", "Pa"),
-    ("_hz", "Hz"),
-    ("_n", "N"),
-    ("_m", "m"),
-    ("_s", "s"),
-    ("_j", "J"),
-    ("_w", "W"),
-];
-
 /// Settings that are numbers without a unit.
 const PURE: [&str; 3] = ["gain", "phase", "step_tolerance"];
-
-/// The unit in which a column of this name is given; `-` where the name says none.
-fn unit_of(name: &str) -> &'static str {
-    UNITS.iter().find(|(end, _)| name.ends_with(end)).map_or("-", |(_, unit)| unit)
-}
 
 /// A column of `runs.csv`, `cost.csv`, `provenance.csv`, `parameters.csv`, `reference.csv` or `claims.csv`; none for a name that none
 /// of them has.
