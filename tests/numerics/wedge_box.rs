@@ -129,7 +129,8 @@ fn on_the_ramp(g: &WedgeBoxGeometry, corner_x: f64, angle: f64) -> [f64; 6] {
     let normal = Vector2::new(-down.y, down.x);
     let at_zero = on_right_wedge(g, 0.0, angle);
     // (c − corner)·n = R with c.x = at_zero.x + x.
-    let above = Vector2::new(at_zero[3] - corner_x, at_zero[4] - g.discs[0].ledge_height).dot(&normal) - g.discs[0].radius;
+    let above =
+        Vector2::new(at_zero[3] - corner_x, at_zero[4] - g.discs[0].ledge_height).dot(&normal) - g.discs[0].radius;
     on_right_wedge(g, -above / normal.x, angle)
 }
 
@@ -276,7 +277,8 @@ fn the_manoeuvre_must_show_the_facts_of_the_reference() {
 fn an_impossible_geometry_must_be_refused_with_its_numbers() {
     let g = wedge_box_geometry();
     let refused = |geometry: WedgeBoxGeometry| WedgeBox::new(geometry).unwrap_err().to_string();
-    let on_ledge = |ledge_height| WedgeBoxGeometry { discs: vec![LedgeDisc { ledge_height, ..g.discs[0] }], ..g.clone() };
+    let on_ledge =
+        |ledge_height| WedgeBoxGeometry { discs: vec![LedgeDisc { ledge_height, ..g.discs[0] }], ..g.clone() };
     // Disc and tip are √(1.2² + 0.21²) = 1.2182 m apart.
     let high = refused(on_ledge(1.5));
     assert!(high.contains("1.7000 m above") && high.contains("1.2182 m apart"), "{high}");

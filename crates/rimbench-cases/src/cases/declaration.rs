@@ -163,7 +163,9 @@ macro_rules! parameters {
             )*
         }
 
+        #[allow(clippy::approx_constant, reason = "a default has the digits of its source")]
         impl $crate::cases::ParameterSet for $set {
+            #[allow(clippy::vec_init_then_push, reason = "one push per field")]
             fn declared() -> Vec<$crate::cases::Parameter> {
                 let mut list = Vec::new();
                 $($crate::parameter_field!(declare list $source $field $kind from [$($whole)?]

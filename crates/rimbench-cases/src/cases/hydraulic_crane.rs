@@ -95,7 +95,9 @@ fn parts(p: &Lift) -> Result<Parts> {
     let (pressures, centre) = p.cylinder.equilibrium(&p.oil, crane.equilibrium_force())?;
     let spool = match p.manoeuvre {
         Manoeuvre::M2 => Spool::sine(centre, 2.0, vec![(0.0, 0.0), (1.0, 0.1), (8.0, 0.1), (9.0, 0.0)]),
-        Manoeuvre::M1 => Spool::new(vec![(2.0, centre), (2.001, centre - 0.01), (6.0, centre - 0.01), (6.002, centre + 0.02)]),
+        Manoeuvre::M1 => {
+            Spool::new(vec![(2.0, centre), (2.001, centre - 0.01), (6.0, centre - 0.01), (6.002, centre + 0.02)])
+        }
     };
     Ok(Parts {
         cylinder: p.cylinder.of_any_stroke(crane.start_length(), &p.oil, pressures, spool.clone()),

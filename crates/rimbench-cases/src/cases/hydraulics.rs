@@ -158,12 +158,7 @@ pub(super) fn spool(points: &[(&str, f64, f64)]) -> Result<Spool> {
 ///
 /// # Errors
 /// Those of [`spool`].
-pub(super) fn moved_spool(
-    centre: f64,
-    change: f64,
-    ramp: f64,
-    moves: &[((&'static str, f64), f64)],
-) -> Result<Spool> {
+pub(super) fn moved_spool(centre: f64, change: f64, ramp: f64, moves: &[((&'static str, f64), f64)]) -> Result<Spool> {
     let mut at = centre;
     let points = moves.iter().flat_map(|&((key, start), times)| {
         let from = at;

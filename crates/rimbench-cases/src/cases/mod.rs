@@ -35,20 +35,20 @@ mod wedge_boxes;
 mod woodpecker;
 
 pub use case::{
-    Assembly, BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns, PossibleSteps,
-    Purpose, RowFunction, StateVariable,
+    Assembly, BuildCase, Case, CaseDefaults, ChooseReference, CoupledSystem, DerivedColumn, InterfaceColumns,
+    PossibleSteps, Purpose, RowFunction, StateVariable,
 };
 pub use contacts::Contacts;
+pub use declaration::{ParameterSet, choices, named, parameters};
 #[doc(hidden)]
 pub use declaration::{changed, with_changes};
-pub use declaration::{ParameterSet, choices, named, parameters};
 pub use discs::wall_forces;
 pub use falling_chain::Chain;
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
 pub use recorder::Recorder;
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
-pub use values::{Range, Setting, Value, unit_of};
+pub use values::{Range, Setting, Value, unit_of, without_unit};
 pub use wedge_boxes::wedge_box_geometry;
 
 /// What most cases are written with.

@@ -73,7 +73,7 @@ struct Cycle {
 
 impl Cycle {
     fn of(p: &Towed) -> Self {
-            let [mass, stiffness, speed] = [p.block_mass_kg, p.spring_stiffness_n_m, p.towing_speed_m_s];
+        let [mass, stiffness, speed] = [p.block_mass_kg, p.spring_stiffness_n_m, p.towing_speed_m_s];
         let weight = mass * p.gravity_m_s2;
         let friction = p.contacts.coefficients().map(|coefficient| coefficient * weight);
         let omega = (stiffness / mass).sqrt();

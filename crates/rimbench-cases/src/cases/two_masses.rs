@@ -268,7 +268,9 @@ impl TwoMasses {
                 side(1, second, MassRole::Displacement(element)),
                 side(0, first, MassRole::Displacement(element)),
             ),
-            CouplingKind::ForceForce => CoupledSystem::new(FreeMasses::new(self.bodies, integrator), CouplingForce::new(element)),
+            CouplingKind::ForceForce => {
+                CoupledSystem::new(FreeMasses::new(self.bodies, integrator), CouplingForce::new(element))
+            }
             CouplingKind::PublishedUnits => CoupledSystem::new(
                 side(0, first, MassRole::ForceDriven),
                 StaleFeedthrough::new(OwnPosition::new(side(1, second, MassRole::ForceGiving(element)))),

@@ -152,6 +152,11 @@ impl Setting for bool {
 
 /// Returns the unit that a name in data ends in; `-` where it says none.
 pub fn unit_of(name: &str) -> &'static str {
+    without_unit(name).1
+}
+
+/// Splits a name in data into what it says before its unit, and the unit.
+pub fn without_unit(name: &str) -> (&str, &'static str) {
     const ENDINGS: [(&str, &str); 25] = [
         ("_1_pa2", "1/Pa²"),
         ("_1_pa", "1/Pa"),
@@ -179,5 +184,5 @@ pub fn unit_of(name: &str) -> &'static str {
         ("_m", "m"),
         ("_s", "s"),
     ];
-    ENDINGS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("-", |(_, unit)| unit)
+    ENDINGS.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit))).unwrap_or((name, "-"))
 }

@@ -201,7 +201,10 @@ impl WedgeBox {
             _ => &["left_disc", "right_disc"],
         };
         let wedges = [format!("right_{wedge}"), format!("left_{wedge}")];
-        wedges.into_iter().chain(discs.iter().flat_map(|disc| [format!("{disc}_ledge"), format!("{disc}_floor")])).collect()
+        wedges
+            .into_iter()
+            .chain(discs.iter().flat_map(|disc| [format!("{disc}_ledge"), format!("{disc}_floor")]))
+            .collect()
     }
 
     /// Contact of a disc with its ledge, and the velocity of its centre.

@@ -1,7 +1,7 @@
 //! What stands in the columns of result files: kind, unit, and what it is.
 
 use crate::claims::CLAIM_COLUMNS;
-use rimbench_cases::cases::unit_of;
+use rimbench_cases::cases::{unit_of, without_unit};
 use rimbench_cases::metrics::METRICS;
 use rimbench_cases::runs::RunRequest;
 
@@ -120,7 +120,7 @@ pub(super) fn column(name: &str) -> Option<Column> {
 
 /// A column of a trace: all of them are numbers, and their names say what they are.
 pub(super) fn trace_column(name: &str) -> Column {
-    let words = UNITS.iter().find_map(|(end, _)| name.strip_suffix(end)).unwrap_or(name).replace('_', " ");
+    let words = without_unit(name).0.replace('_', " ");
     let about = match name {
         "time_s" => "Time of the communication point".to_owned(),
         _ if name.starts_with("contact_state_") => format!("{words}: 0 open, 1 sticks, 2 slides forwards, 3 backwards"),
