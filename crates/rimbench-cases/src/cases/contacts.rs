@@ -4,9 +4,9 @@ use super::case::{Assembly, ChooseReference, CoupledSystem};
 use super::declaration::{ParameterSet, parameters};
 use super::memory;
 use super::reference_method::ReferenceMethod;
+use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};
-use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::mechanics::{
     ContactLaw, Friction, MANY_CONTACTS, MechanicalModel, NonSmoothMechanics, bytes_needed, solver_room,
 };
