@@ -151,7 +151,8 @@ impl Parameters {
                 .map(|(_, value)| value)
         };
         for (_, name, choice, needed) in ONLY_WITH.iter().filter(|(case, ..)| *case == self.case) {
-            let chosen = self.iter().find(|(parameter, _)| parameter.name == *choice).map(|(_, value)| value.to_string());
+            let chosen =
+                self.iter().find(|(parameter, _)| parameter.name == *choice).map(|(_, value)| value.to_string());
             let (Some(value), Some(chosen)) = (changed(name), chosen) else { continue };
             if chosen != *needed {
                 let message =
