@@ -89,6 +89,7 @@ impl DiscretisedModel {
     }
 
     /// Reserves all contacts of models whose Delassus matrix has this pattern, and `interface` interface rows.
+    #[inline]
     pub fn by_pattern(pattern: Arc<SymmetricPattern>, interface: usize) -> Self {
         let rows = pattern.size() + interface;
         DiscretisedModel {
@@ -182,6 +183,7 @@ impl DiscretisedModel {
     }
 
     /// Adds the compliance of contacts to the diagonal of `H_uu` (1/kg).
+    #[inline]
     pub fn regularise(&mut self, addition: f64) {
         let n = self.contacts;
         for contact in 0..n {
@@ -190,6 +192,7 @@ impl DiscretisedModel {
     }
 
     /// Lends all columns, to change a model after its discretisation.
+    #[inline]
     pub fn columns_mut(&mut self) -> DiscretisedColumns<'_> {
         let DiscretisedModel { free_increment, force_columns, impulse_columns, h_uu, .. } = self;
         DiscretisedColumns { free_increment, force_columns, impulse_columns, h_uu }
@@ -197,6 +200,7 @@ impl DiscretisedModel {
 
     /// Discretises a model of interface rows alone, `w⁺ = w + δ a + δ H λ`, over `length` (s); `h` is row-major. Of a symmetric one rows are
     /// taken as columns.
+    #[inline]
     pub fn discretise_interface(&mut self, a: &[f64], h: &[f64], symmetric: bool, length: f64) {
         (self.contacts, self.length) = (0, length);
         for (free_increment, a) in self.free_increment.iter_mut().zip(a) {

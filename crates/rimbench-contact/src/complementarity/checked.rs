@@ -25,6 +25,7 @@ pub struct SolverCounters {
 
 impl SolverCounters {
     /// Adds the counts of another run; the worst residual is that of the worse.
+    #[inline]
     pub fn add(&mut self, other: &SolverCounters) {
         self.solves += other.solves;
         self.pivots += other.pivots;
@@ -36,6 +37,7 @@ impl SolverCounters {
     }
 
     /// Returns the counts on top of `earlier` ones of the same solver; the worst residual is that of all.
+    #[inline]
     pub fn since(&self, earlier: &SolverCounters) -> Self {
         SolverCounters {
             solves: self.solves - earlier.solves,
@@ -85,16 +87,19 @@ impl Checked {
     }
 
     /// Hands on who is told of problems with friction.
+    #[inline]
     pub fn witnessed_by(self, witness: Option<Witness>) -> Self {
         Checked { witness, ..self }
     }
 
     /// Returns who is told of problems with friction.
+    #[inline]
     pub fn witness(&self) -> Option<&Witness> {
         self.witness.as_ref()
     }
 
     /// Gives the workspace back; the next problem allocates it again.
+    #[inline]
     pub fn without_room(self) -> Self {
         let primary = match self.primary {
             Solver::ActiveSet(_) => Solver::ActiveSet(Box::new(super::ActiveSet::new(0))),
@@ -105,16 +110,19 @@ impl Checked {
     }
 
     /// Returns the natural residual up to which an answer is accepted.
+    #[inline]
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
     /// Tells whether the solver goes from one active set to the next: then a problem that has the set of the last one needs no solver.
+    #[inline]
     pub fn goes_by_active_sets(&self) -> bool {
         matches!(self.primary, Solver::ActiveSet(_))
     }
 
     /// Returns the counts since construction.
+    #[inline]
     pub fn counters(&self) -> SolverCounters {
         self.counters
     }

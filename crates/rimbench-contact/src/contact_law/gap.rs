@@ -109,6 +109,7 @@ pub fn own_approach(h: f64, convective: f64, corrected: f64) -> f64 {
 /// it is the whole velocity of a contact that slides, and would turn it round with e.
 /// # Shapes and units
 /// `tolerance` τ of the solver; `rows` velocity before the step and its change by the free acceleration, of all rows of contacts, m/s.
+#[inline]
 pub fn resting_approach(tolerance: f64, rows: impl Iterator<Item = (f64, f64)>) -> f64 {
     tolerance * rows.fold(0.0, |largest: f64, (w, change)| largest.max(w.abs() + change.abs()))
 }

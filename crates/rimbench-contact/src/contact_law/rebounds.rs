@@ -95,6 +95,7 @@ impl Rebounds {
     }
 
     /// Notes which contacts are hit, `own` being the approach (m/s) up to which each rests; says whether one is.
+    #[inline]
     pub fn note_hits(&mut self, step: &ImpactStep, rows: ImpactRows<'_>, own: impl Fn(usize) -> f64) -> bool {
         let changes = rows.w.iter().zip(rows.free).map(|(w, free)| (*w, free - w));
         let rounding = resting_approach(step.tolerance, changes);
@@ -111,6 +112,7 @@ impl Rebounds {
     ///
     /// # Errors
     /// Those of `solve`.
+    #[inline]
     pub fn look_ahead<E>(
         &mut self,
         step: &ImpactStep,

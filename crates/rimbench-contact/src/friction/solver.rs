@@ -42,21 +42,25 @@ impl FrictionSolver {
     }
 
     /// Tells `witness` of every problem and its answer.
+    #[inline]
     pub fn witnessed_by(self, witness: Option<&Witness>) -> Self {
         FrictionSolver { witness: witness.map(|witness| (witness.number(), witness.clone())), ..self }
     }
 
     /// Returns the natural residual up to which an answer is accepted.
+    #[inline]
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
     /// Returns the states of the last problem.
+    #[inline]
     pub fn states(&self) -> &[ContactState] {
         &self.states[..self.len]
     }
 
     /// Says from which states the next problem starts.
+    #[inline]
     pub fn start_from(&mut self, states: impl Iterator<Item = ContactState>) {
         self.len = 0;
         for state in states {
@@ -70,6 +74,7 @@ impl FrictionSolver {
     }
 
     /// Returns the counts since construction; pivots are changes of states, or what the fallback counts.
+    #[inline]
     pub fn counters(&self) -> SolverCounters {
         self.counters
     }
@@ -78,6 +83,7 @@ impl FrictionSolver {
     ///
     /// # Errors
     /// [`Unsolved::NotFound`] with the least residual of all attempts: a jam that loads itself, or a problem beyond the methods.
+    #[inline]
     pub fn solve(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.same_matrix = false;
         self.solve_again(problem, impulses)
@@ -87,6 +93,7 @@ impl FrictionSolver {
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
+    #[inline]
     pub fn solve_again(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let solved = self.find(problem, impulses);
         if let Some((solver, witness)) = &self.witness {

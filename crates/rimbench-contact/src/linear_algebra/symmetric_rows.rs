@@ -39,27 +39,32 @@ impl SymmetricPattern {
     }
 
     /// Returns the size of the matrix.
+    #[inline]
     pub fn size(&self) -> usize {
         self.diagonal.len()
     }
 
     /// Returns the order in which matrices of this pattern are factorised.
+    #[inline]
     pub fn elimination_order(&self) -> &Arc<EliminationOrder> {
         self.order.get_or_init(|| Arc::new(EliminationOrder::new(self)))
     }
 
     /// Returns where the entry of `row` and `column` stands, if it is not zero for good.
+    #[inline]
     pub fn position(&self, row: usize, column: usize) -> Option<usize> {
         let (start, end) = (self.starts[row], self.starts[row + 1]);
         self.columns[start..end].binary_search(&(column as u32)).ok().map(|at| start + at)
     }
 
     /// Returns the number of entries.
+    #[inline]
     pub fn entries(&self) -> usize {
         self.columns.len()
     }
 
     /// Returns the columns of a row, in order.
+    #[inline]
     pub fn columns(&self, row: usize) -> &[u32] {
         &self.columns[self.starts[row]..self.starts[row + 1]]
     }
@@ -82,6 +87,7 @@ impl<'a> SymmetricRows<'a> {
     }
 
     /// Returns one entry.
+    #[inline]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
         self.pattern.position(row, column).map_or(0.0, |at| self.entries[at])
     }
