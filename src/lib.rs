@@ -19,7 +19,7 @@
 //! | `rimbench-results` | [`atomic_file`], [`results_table`], [`checksums`], [`kept`], [`trace`] | files written whole or not at all, read back by column name, checked |
 //! | `rimbench-cases` | [`runs`], [`catalogue`], [`cases`], [`metrics`], [`models`] | one run, what is simulated, what is measured |
 //! | `rimbench-statistics` | [`statistics`] | the table of runs: selection, pools, medians, intervals, orders; performance profiles |
-//! | `rimbench-core` | [`schemes`], [`ceilings`], [`mechanics`], [`cosim`], [`interface_model`], [`name`], [`error`] | the simulation itself |
+//! | `rimbench-core` | [`schemes`], [`iterative`], [`mechanics`], [`cosim`], [`interface_model`], [`name`], [`error`] | the simulation itself |
 //! | `rimbench-contact` | [`affine_step`], [`contact_law`], [`friction`], [`complementarity`], [`linear_algebra`] | contact problems and their solvers |
 //!
 //! # Symbols
@@ -39,7 +39,7 @@ pub mod shipped;
 
 pub use rimbench_cases::{cases, catalogue, metrics, models, runs};
 pub use rimbench_core::{
-    affine_step, ceilings, complementarity, contact_law, cosim, error, friction, interface_model, linear_algebra,
+    affine_step, complementarity, contact_law, cosim, error, friction, interface_model, iterative, linear_algebra,
     mechanics, name, numerics_version, schemes,
 };
 pub use rimbench_dev::{corpus, panel, perf};

@@ -65,7 +65,7 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
     // What takes steps on copies must allocate them, and says that it is not real-time.
     // Of the schemes that solve no contact problems one shows what the mechanics does with another solver.
     let seen = |scheme: &SchemeEntry| solver.name == DEFAULT || scheme.has_model() || scheme.name == "zero-order-hold";
-    for scheme in schemes().iter().filter(|scheme| !scheme.needs.contains(&Need::Copies) && seen(scheme)) {
+    for scheme in schemes().iter().filter(|scheme| !scheme.needs.contains(&Requirement::Copies) && seen(scheme)) {
         let (own, own_return) = scheme.sequence_and_return(None, None).unwrap();
         let mut ways = vec![
             (own, own_return, ONE),
@@ -192,7 +192,7 @@ fn nothing_is_allocated_in(
 
 /// The same run of a variant with its macro steps placed by the model.
 fn placed_by_the_model(variant: Variant) -> Variant {
-    let controller = StepController::ModelDefect { order: 2, closings: true };
+    let controller = ErrorEstimator::ModelDefect { order: 2, closings: true };
     Variant { step_rule: Some(StepRule { tolerance: 1e-3, shortest: 5e-4, controller }), ..variant }
 }
 
@@ -218,7 +218,7 @@ fn the_macro_loop_must_allocate_nothing_with_friction() {
         let mut variants = variants(solver);
         variants.retain(|variant| {
             let options = &variant.options;
-            !variant.scheme.needs.contains(&Need::NoFriction) && options.redundancy == Redundancy::Drop
+            !variant.scheme.needs.contains(&Requirement::NoFriction) && options.redundancy == Redundancy::Drop
         });
         variants
     };

@@ -207,7 +207,7 @@ fn a_scheme_that_takes_steps_again_must_be_skipped_where_nothing_can_be_copied()
 #[test]
 fn ceilings_must_say_that_they_are_not_real_time() {
     for scheme in schemes() {
-        assert!(scheme.real_time() <= !scheme.needs.contains(&Need::Copies), "{}", scheme.name);
+        assert!(scheme.real_time() <= !scheme.needs.contains(&Requirement::Copies), "{}", scheme.name);
     }
     let ceilings: Vec<&str> =
         schemes().iter().filter(|scheme| !scheme.real_time()).map(|scheme| &*scheme.name).collect();

@@ -124,7 +124,7 @@ struct Account {
 
 /// Schemes that step the subsystem they are given: what steps copies cannot be listened to by [`Audited`].
 fn on_the_original() -> impl Iterator<Item = &'static Arc<SchemeEntry>> {
-    schemes().iter().filter(|scheme| !scheme.needs.contains(&Need::Copies))
+    schemes().iter().filter(|scheme| !scheme.needs.contains(&Requirement::Copies))
 }
 
 fn account(

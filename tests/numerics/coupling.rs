@@ -350,7 +350,7 @@ fn a_force_return_that_the_sequence_cannot_deliver_must_be_refused() {
             }
         }
         let model_first = scheme.sequence_and_return(Some(mechanics_first), None);
-        assert_eq!(model_first.is_err(), scheme.needs.contains(&Need::NotMechanicsFirst), "{}", scheme.name);
+        assert_eq!(model_first.is_err(), scheme.needs.contains(&Requirement::NotMechanicsFirst), "{}", scheme.name);
     }
 }
 

@@ -20,7 +20,7 @@ fn the_kink_of_a_road_lies_where_the_car_will_be_and_bends_the_gap_by_its_curvat
     assert!(mechanics.interface_model(5e-3, &mut model).unwrap());
     assert_eq!(model.kinks.iter().count(), 0);
     let quiet = model.clone();
-    model.kinks.wanted = true;
+    model.kinks.requested = true;
     assert!(mechanics.interface_model(5e-3, &mut model).unwrap());
     let kinks: Vec<(f64, Vec<f64>)> = model.kinks.iter().map(|(time, jumps)| (time, jumps.to_vec())).collect();
     assert_eq!(kinks.len(), 2);
@@ -89,7 +89,7 @@ fn a_kink_must_bend_each_row_by_its_own_curvature_with_friction_and_without() {
             mechanics = mechanics.with_friction(law).unwrap();
         }
         let mut model = mechanics.empty_interface_model().unwrap();
-        model.kinks.wanted = true;
+        model.kinks.requested = true;
         assert!(mechanics.interface_model(1e-3, &mut model).unwrap());
         let kinks: Vec<(f64, Vec<f64>)> = model.kinks.iter().map(|(time, jumps)| (time, jumps.to_vec())).collect();
         assert_eq!(kinks.len(), 1);

@@ -55,8 +55,9 @@ const SLOW: [(&str, f64); 1] = [("energy-leak-damper", 0.31)];
 fn measured_orders_are_the_declared_ones() {
     let mut faults = Vec::new();
     // No linear case has oil; `hydraulic_line` measures the order of the scheme that asks for some.
-    let measured =
-        |scheme: &&std::sync::Arc<SchemeEntry>| scheme.real_time() && !scheme.needs.contains(&Need::OilLines);
+    let measured = |scheme: &&std::sync::Arc<SchemeEntry>| {
+        scheme.real_time() && !scheme.needs.contains(&Requirement::TransmissionLines)
+    };
     for scheme in schemes().iter().filter(measured) {
         let declared = f64::from(scheme.order);
         let mut orders = Vec::new();

@@ -15,9 +15,9 @@ const ROOMS: [(&str, &[&str]); 10] = [
     ("affine_step", &["linear_algebra", "contact_law", "complementarity", "friction"]),
     ("interface_model", &[]),
     ("cosim", &["interface_model"]),
-    ("ceilings", &["cosim"]),
+    ("iterative", &["cosim"]),
     ("mechanics", &["interface_model", "cosim"]),
-    ("schemes", &["interface_model", "cosim", "ceilings"]),
+    ("schemes", &["interface_model", "cosim", "iterative"]),
 ];
 
 /// The two crates of the numerics.

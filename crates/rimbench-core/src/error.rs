@@ -35,7 +35,7 @@ pub enum Error {
     Incompatible(String),
     /// Rows that must be independent are not.
     Singular(String),
-    /// No bad input at all: somebody has asked the program to end what it was doing.
+    /// No bad input at all: the program was asked to end what it was doing.
     Stopped,
     /// No bad input either: the reference took longer than a run may take.
     Overdue {
@@ -138,12 +138,12 @@ pub enum Cause {
         /// What, for example `the mechanics offers no reduced interface model`.
         what: &'static str,
     },
-    /// A subsystem says in words that it cannot go on: a program of its own, or somebody else's.
+    /// A subsystem says in words that it cannot go on: a program of its own, or a foreign one.
     Reported {
         /// What it says.
         message: String,
     },
-    /// Somebody has asked the run to end.
+    /// The run was asked to end.
     Stopped,
 }
 
@@ -191,7 +191,7 @@ impl Failure {
         Cause::Reported { message: message.into() }.into()
     }
 
-    /// Whether somebody has asked the run to end.
+    /// Tells whether the run was asked to end.
     pub fn is_stop(&self) -> bool {
         *self.0 == Cause::Stopped
     }

@@ -31,10 +31,10 @@
 //! Raoofian, Kövecses, Teichmann, "Non-smooth Reduced Interface Models for Co-simulation of Mechanical Systems", is "the
 //! paper" throughout; what is marked *ours* is this project's own choice.
 
-pub mod ceilings;
 pub mod cosim;
 pub mod error;
 pub mod interface_model;
+pub mod iterative;
 pub mod mechanics;
 pub mod name;
 pub mod numerics_version;

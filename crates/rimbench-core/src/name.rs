@@ -11,7 +11,7 @@ pub fn names(list: &[&'static str]) -> Vec<Name> {
     list.iter().copied().map(Name::from).collect()
 }
 
-/// The same, written with spaces between them.
+/// Makes a list of literal names, written with spaces between them.
 pub fn words(list: &'static str) -> Vec<Name> {
     list.split_whitespace().map(Name::from).collect()
 }

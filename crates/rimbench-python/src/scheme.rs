@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rimbench::cosim::{CouplingScheme, MicroStep, Ports, Sample, SchemeReport, Side};
 use rimbench::error::Failure;
-use rimbench::schemes::{Family, Need, SchemeEntry};
+use rimbench::schemes::{Family, Requirement, SchemeEntry};
 use std::sync::Arc;
 
 /// What one side sends at a communication point.
@@ -169,7 +169,8 @@ impl PyScheme {
             Ok(Box::new(built))
         });
         let family = if interface_model { Family::Model } else { Family::Signal };
-        let needs = if interface_model { vec![Need::InterfaceModel, Need::NoFriction] } else { Vec::new() };
+        let needs =
+            if interface_model { vec![Requirement::InterfaceModel, Requirement::NoFriction] } else { Vec::new() };
         let entry = SchemeEntry { order, samples, family, needs, ..entry };
         // A name that cannot be is found here and not in every run.
         crate::calls::everything()

@@ -8,7 +8,7 @@ use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::cosim::Subsystem;
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{
-    ContactLaw, Friction, MANY_CONTACTS, MechanicalModel, NonSmoothMechanics, bytes_needed, solver_room,
+    ContactLaw, Friction, MANY_CONTACTS, MechanicalModel, NonSmoothMechanics, bytes_needed, solver_memory,
 };
 use std::sync::Arc;
 
@@ -81,7 +81,7 @@ impl Assembly<'_> {
         let law = contacts.law()?;
         let by_active_sets = self.solver.goes_by_active_sets();
         memory::must_hold(bytes_needed(&model, law, by_active_sets), model.size(), self.parameters)?;
-        let checked = self.solver.checked(solver_room(&model, law, by_active_sets));
+        let checked = self.solver.checked(solver_memory(&model, law, by_active_sets));
         let mechanics = NonSmoothMechanics::new(model, law, actuator.ports().facing(), checked);
         let [at_rest, coefficient] = contacts.coefficients();
         if at_rest < coefficient {

@@ -1,8 +1,8 @@
 //! Two actuators as one side of a co-simulation with an interface of two rows.
 
 use rimbench_core::cosim::{
-    Capabilities, EnergyAccount, LineForces, MacroStep, OilLines, OutputRates, Port, Ports, Quantity, SecondOrder,
-    Subsystem, SubsystemCounters,
+    Capabilities, EnergyAccount, LineForces, MacroStep, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
+    SubsystemCounters, TransmissionLines,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
@@ -113,7 +113,7 @@ impl<A: Subsystem> Capabilities for ActuatorPair<A> {
         self.units.iter_mut().try_for_each(|unit| unit.capabilities().use_second_order(rule))
     }
 
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
+    fn oil_lines(&mut self) -> Option<&mut dyn TransmissionLines> {
         let both = self.units.iter_mut().all(|unit| unit.capabilities().oil_lines().is_some());
         if both { Some(self) } else { None }
     }
@@ -150,7 +150,7 @@ impl<A: Subsystem> Capabilities for ActuatorPair<A> {
 }
 
 /// Where both have volumes of oil.
-impl<A: Subsystem> OilLines for ActuatorPair<A> {
+impl<A: Subsystem> TransmissionLines for ActuatorPair<A> {
     fn lay(&mut self, micro_steps: usize, smoothing: f64) {
         self.own_lines = [(); 2].map(|()| LineForces::new(1, micro_steps, smoothing));
         let lines = self.units.iter_mut().filter_map(|unit| unit.capabilities().oil_lines());

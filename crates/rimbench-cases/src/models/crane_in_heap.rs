@@ -232,12 +232,12 @@ impl MechanicalModel for CraneInHeap {
         true
     }
 
-    fn relist(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {
+    fn remap_contacts(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {
         if !self.contacts.is_due(&q[1..], &v[1..], h) {
             return Ok(false);
         }
         let near = self.near(q, v);
-        self.contacts.relist(&q[1..], near, ROUNDING * self.geometry.radius)
+        self.contacts.remap_contacts(&q[1..], near, ROUNDING * self.geometry.radius)
     }
 
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {

@@ -351,7 +351,7 @@ impl MechanicalModel for Discs {
         self.kind == ContactList::Travelling
     }
 
-    fn relist(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {
+    fn remap_contacts(&mut self, q: &[f64], v: &[f64], h: f64) -> Result<bool, Failure> {
         match self.kind {
             ContactList::Neighbours => Ok(false),
             ContactList::Start => match self.largest_displacement(q) {
@@ -360,7 +360,7 @@ impl MechanicalModel for Discs {
             },
             ContactList::Travelling if self.contacts.is_due(q, v, h) => {
                 let near = self.near(q);
-                self.contacts.relist(q, near, ROUNDING * self.geometry.radius)
+                self.contacts.remap_contacts(q, near, ROUNDING * self.geometry.radius)
             }
             ContactList::Travelling => Ok(false),
         }

@@ -6,8 +6,8 @@ use self::lines::Lines;
 use super::fluid::Fluid;
 use super::hydraulic_energy::{HydraulicEnergy, PressureStep};
 use rimbench_core::cosim::{
-    Capabilities, EnergyAccount, NO_CONTACTS, OilLines, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
-    SubsystemCounters,
+    Capabilities, EnergyAccount, NO_CONTACTS, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
+    SubsystemCounters, TransmissionLines,
 };
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
@@ -352,7 +352,7 @@ impl Capabilities for HydraulicCylinder {
         if self.midpoint { Ok(()) } else { Err(NO_CONTACTS) }
     }
 
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
+    fn oil_lines(&mut self) -> Option<&mut dyn TransmissionLines> {
         Some(self)
     }
 

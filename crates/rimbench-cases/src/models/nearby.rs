@@ -121,7 +121,7 @@ impl<C: Copy + Ord> TravellingContacts<C> {
     ///
     /// # Errors
     /// If one that is new has closed, by more than `rounding` (m): nothing has stopped it.
-    pub(super) fn relist(&mut self, q: &[f64], near: Vec<(f64, C)>, rounding: f64) -> Result<bool, Failure> {
+    pub(super) fn remap_contacts(&mut self, q: &[f64], near: Vec<(f64, C)>, rounding: f64) -> Result<bool, Failure> {
         let Listed { changed, least_new_gap } = self.list(q, near);
         if least_new_gap < -rounding {
             return Err(Failure::out_of_range("gap_not_listed_m", least_new_gap));
@@ -219,11 +219,11 @@ mod tests {
         assert_eq!(contacts.rows(), [Some(9), Some(4), Some(5), Some(7), Some(6)]);
         assert!(contacts.is_due(&[0.0, 0.08, 2.0, 0.0], &[0.0; 4], 1.0));
         // What is new and has closed was missed; what was listed has been looked after.
-        assert_eq!(contacts.relist(&centres, vec![(-0.1, 5), (0.1, 6)], 1e-9), Ok(true));
-        assert_eq!(contacts.relist(&centres, vec![(-0.1, 5), (-1e-10, 3)], 1e-9), Ok(true));
-        let missed = contacts.relist(&centres, vec![(-0.1, 5), (-0.2, 8)], 1e-9).unwrap_err();
+        assert_eq!(contacts.remap_contacts(&centres, vec![(-0.1, 5), (0.1, 6)], 1e-9), Ok(true));
+        assert_eq!(contacts.remap_contacts(&centres, vec![(-0.1, 5), (-1e-10, 3)], 1e-9), Ok(true));
+        let missed = contacts.remap_contacts(&centres, vec![(-0.1, 5), (-0.2, 8)], 1e-9).unwrap_err();
         assert!(missed.to_string().contains("gap_not_listed_m = -2"), "{missed}");
-        assert_eq!(contacts.relist(&centres, near(&[1]), 1e-9), Ok(true));
+        assert_eq!(contacts.remap_contacts(&centres, near(&[1]), 1e-9), Ok(true));
         // A quarter of the reach, by way gone or by way to come.
         assert!(!contacts.is_due(&[0.14, 0.14, 2.0, 0.0], &[0.0; 4], 1.0));
         assert!(contacts.is_due(&[0.0, 0.15, 2.0, 0.0], &[0.0; 4], 1.0));

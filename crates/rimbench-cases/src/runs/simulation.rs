@@ -4,11 +4,11 @@ use super::spec::RunSpec;
 use super::step_control::StepControl;
 use crate::cases::Recorder;
 use rimbench_core::cosim::{
-    Bounds, MacroStep, Outcome, Report, Setup, Sides, StopFlag, Supervision, Trajectory, Watch, check_coupling,
+    Bounds, MacroStep, Outcome, Report, RunControl, Setup, Sides, StopFlag, Timer, Trajectory, check_coupling,
     counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{Coupling, ModelMotion, Need};
+use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
 use std::time::Duration;
 
 /// Time since some instant; never goes back. Whoever runs something brings their own, because a clock is nothing that every
@@ -31,7 +31,7 @@ pub struct RunResult {
 /// # Errors
 /// Bad input only, such as a wall limit without a clock. A run that fails is a result, with its reason in [`Report::outcome`].
 pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
-    run(spec, bounds, clock, Supervision { stop, ..Supervision::default() })
+    run(spec, bounds, clock, RunControl { stop, ..RunControl::default() })
 }
 
 /// The same, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate).
@@ -39,10 +39,10 @@ pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: Stop
 /// # Errors
 /// As for [`simulate`].
 pub fn simulate_inside(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
-    run(spec, bounds, clock, Supervision { stop, inside: true, ..Supervision::default() })
+    run(spec, bounds, clock, RunControl { stop, inside: true, ..RunControl::default() })
 }
 
-fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Supervision<'_>) -> Result<RunResult> {
+fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: RunControl<'_>) -> Result<RunResult> {
     spec.check()?;
     if spec.wall_limit.is_some() && clock.is_none() {
         return Err(Error::Incompatible("wall_limit_s needs a clock, and there is none here".to_owned()));
@@ -70,10 +70,10 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: Superv
     let (report, wall) = match coupled {
         Err(reason) => (Report::not_run(Outcome::Skipped { reason }), Duration::ZERO),
         Ok(coupling) => {
-            let watch = clock.map(|now| Watch { now, latencies: true, wall_limit: spec.wall_limit });
+            let timer = clock.map(|now| Timer { now, latencies: true, wall_limit: spec.wall_limit });
             let doubling = spec.step_control.doubling(spec.scheme.order);
             let started = clock.map(|now| now());
-            let supervision = Supervision { watch, ..supervision };
+            let supervision = RunControl { timer, ..supervision };
             let report = coupling.run(&setup, doubling, sides, supervision, &mut |point| {
                 recorder.record(point, &mut trajectory);
             });
@@ -112,13 +112,13 @@ fn uncontrollable(control: StepControl, sides: Sides<'_>) -> Option<String> {
     match control {
         StepControl::None => None,
         StepControl::ModelDefect { .. } => {
-            Need::OutputRates.unmet(sides).map(|reason| format!("step control model-defect: {reason}"))
+            Requirement::OutputRates.unmet(sides).map(|reason| format!("step control model-defect: {reason}"))
         }
         StepControl::EnergyResidual(_) => (!counts_interface_work(sides))
             .then(|| "step control energy-residual needs an interface whose work both sides count".to_owned()),
-        StepControl::StepDoubling(_) => {
-            Need::Copies.unmet(sides).map(|reason| format!("step control step-doubling takes steps back: {reason}"))
-        }
+        StepControl::StepDoubling(_) => Requirement::Copies
+            .unmet(sides)
+            .map(|reason| format!("step control step-doubling takes steps back: {reason}")),
     }
 }
 
@@ -142,7 +142,7 @@ fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
         return None;
     }
     let model = sides.mechanics.capabilities().empty_interface_model()?;
-    if piecewise && model.kinks.blind {
+    if piecewise && model.kinks.unknown {
         let why = "the mechanics' interface model does not say where its geometry has kinks";
         return Some(format!("model_motion = {}: {why}", options.motion));
     }

@@ -10,7 +10,7 @@ use rimbench_core::cosim::{
     Sequence, Setup, Sides,
 };
 use rimbench_core::error::{Error, Result};
-use rimbench_core::schemes::{ModelMotion, ModelOptions, Need, SchemeEntry};
+use rimbench_core::schemes::{ModelMotion, ModelOptions, Requirement, SchemeEntry};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -281,7 +281,7 @@ impl RunSpec {
     /// Lets both sides step as the run asks, by its integrators; says why they cannot, if they cannot.
     pub(super) fn use_integrators(&self, mut sides: Sides<'_>) -> Option<String> {
         let midpoint = self.actuator_integrator == ActuatorIntegrator::Midpoint;
-        if midpoint && self.scheme.needs.contains(&Need::OilLines) {
+        if midpoint && self.scheme.needs.contains(&Requirement::TransmissionLines) {
             return Some(format!(
                 "actuator_integrator = {}: the lines of scheme {} step as their travel time says",
                 self.actuator_integrator, self.scheme.name

@@ -1,8 +1,8 @@
 //! How the macro step follows what a run finds, as an option of a run with any scheme.
 
-use rimbench_core::ceilings::StepDoubling;
-use rimbench_core::cosim::{StepController, StepRule};
+use rimbench_core::cosim::{ErrorEstimator, StepRule};
 use rimbench_core::error::{Error, Result};
+use rimbench_core::iterative::StepDoubling;
 use rimbench_core::name::by_name;
 
 /// By what the length of the macro steps is found.
@@ -93,8 +93,8 @@ impl StepControl {
         let missing = || Error::Incompatible(format!("step_control = {kind} lacks step_tolerance; valid: {expected}"));
         let tolerance = tolerance.ok_or_else(missing)?;
         let controller = match kind {
-            StepControlKind::EnergyResidualLibcosim => StepController::Published,
-            _ => StepController::Audited,
+            StepControlKind::EnergyResidualLibcosim => ErrorEstimator::Published,
+            _ => ErrorEstimator::Audited,
         };
         let rule = StepRule { tolerance, shortest: shortest.unwrap_or(SHORTEST * macro_step), controller };
         rule.check(macro_step)?;
@@ -106,7 +106,7 @@ impl StepControl {
         match self {
             StepControl::None => StepControlKind::None,
             StepControl::EnergyResidual(rule) => match rule.controller {
-                StepController::Published => StepControlKind::EnergyResidualLibcosim,
+                ErrorEstimator::Published => StepControlKind::EnergyResidualLibcosim,
                 _ => StepControlKind::EnergyResidual,
             },
             StepControl::StepDoubling(_) => StepControlKind::StepDoubling,
@@ -130,7 +130,7 @@ impl StepControl {
         match self {
             StepControl::EnergyResidual(rule) => Some(*rule),
             StepControl::ModelDefect { rule, closings } => {
-                let controller = StepController::ModelDefect { order, closings: *closings };
+                let controller = ErrorEstimator::ModelDefect { order, closings: *closings };
                 Some(StepRule { controller, ..*rule })
             }
             StepControl::None | StepControl::StepDoubling(_) => None,
@@ -171,7 +171,7 @@ mod tests {
         assert!(message.contains("did you mean `step-doubling`"), "{message}");
         assert_eq!(new(Grid, None, None).unwrap(), StepControl::None);
         let rule = *new(StepDoubling, Some(1e-3), None).unwrap().rule().unwrap();
-        assert_eq!(rule, StepRule { tolerance: 1e-3, shortest: 1e-4, controller: StepController::Audited });
+        assert_eq!(rule, StepRule { tolerance: 1e-3, shortest: 1e-4, controller: ErrorEstimator::Audited });
         for kind in [Grid, EnergyResidual, EnergyResidualLibcosim, StepDoubling, ModelDefect, ModelDefectBlind] {
             assert_eq!(kind.to_string().parse::<StepControlKind>().unwrap(), kind);
         }

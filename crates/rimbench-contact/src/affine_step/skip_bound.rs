@@ -136,7 +136,7 @@ impl AffineStep<SparseSetFactor> {
 
     /// Ends the skips: velocities and gaps of all contacts are then those after the last micro step.
     #[inline(never)]
-    pub(super) fn catch_up(&mut self, law: &StepContactLaw, w: &mut [f64], gap: &mut [f64]) {
+    pub(super) fn end_skips(&mut self, law: &StepContactLaw, w: &mut [f64], gap: &mut [f64]) {
         let n = self.rows;
         let many = &mut *self.factor.0;
         let bound = &mut many.bound;
@@ -171,7 +171,7 @@ impl AffineStep<SparseSetFactor> {
         let beyond = if bound.range > 0.0 { (force - bound.force).abs() } else { 0.0 };
         let range = (RANGE * force.abs()).max(WIDER * beyond);
         (bound.force, bound.range) = (force, range);
-        // That of the smallest force.
+        // The tolerance of the smallest force.
         let tolerance =
             SparseSetFactor::NEGLIGIBLE * (self.scales[0] + (force.abs() - range).max(0.0) * self.scales[2]);
         let accepted = super::ACCEPTED / SparseSetFactor::NEGLIGIBLE * tolerance + super::AS_LEFT * self.violation_left;

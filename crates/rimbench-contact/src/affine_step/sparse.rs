@@ -128,7 +128,7 @@ impl ActiveSetFactor for SparseSetFactor {
             {
                 return true;
             }
-            step.catch_up(law, state.w, state.gap);
+            step.end_skips(law, state.w, state.gap);
         }
         false
     }
@@ -147,7 +147,7 @@ impl ActiveSetFactor for SparseSetFactor {
 
     #[inline]
     fn end_skips(step: &mut AffineStep<Self>, law: &StepContactLaw, w: &mut [f64], gap: &mut [f64]) {
-        step.catch_up(law, w, gap);
+        step.end_skips(law, w, gap);
         step.factor.0.bound.reset();
     }
 }

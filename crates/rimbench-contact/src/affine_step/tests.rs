@@ -84,7 +84,7 @@ fn a_drift_that_each_micro_step_takes_for_rounding_is_seen_once_gaps_have_added_
             let state = [&mut w, &mut next, &mut gap, &mut impulses];
             go(&mut step, (&discretised, &law), 0.0, ahead, state).expect("contacts stay");
             if k % 100 == 99 {
-                step.catch_up(&law, &mut w, &mut gap);
+                step.end_skips(&law, &mut w, &mut gap);
                 farthest = farthest.max(gap[7].abs());
                 assert!(w[7].abs() <= 2.0 * rounding, "{drift:e}: {:e} m/s", w[7]);
             }
@@ -169,7 +169,7 @@ fn micro_steps_without_a_look_at_the_contacts_go_as_far_as_those_with_one_and_en
             }
         }
         let (step, [w, _, gap, _]) = &mut of_few;
-        step.catch_up(&law, w, gap);
+        step.end_skips(&law, w, gap);
         for i in 0..CONTACTS {
             let [all, few] = [&of_all.1, &of_few.1].map(|state| (state[0][i], state[2][i]));
             let off = (all.0 - few.0).abs().max((all.1 - few.1).abs() / DELTA);

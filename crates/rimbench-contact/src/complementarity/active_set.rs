@@ -22,12 +22,12 @@
 //! Complementarity Problem* (1992), section 4.2. The treatment of dependent rows by the ray is theirs; the warm start
 //! is the usual one of active-set methods.
 
-mod few;
 mod pivoting;
+mod warm_start;
 
 use super::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use crate::linear_algebra::{Buffer, Factor, SparseRows};
-use few::Few;
+use warm_start::WarmStart;
 
 /// A row is dependent if its pivot `d` is below this part of its diagonal: far above the rounding of `d` (about
 /// 1e-15), far below what distinguishes two contacts.
@@ -58,7 +58,7 @@ pub struct ActiveSet {
     factored: Buffer<f64, 64>,
     /// True if that is also the matrix of the last problem, of which sometimes only `q` is looked at.
     seen: bool,
-    /// The same matrix without its zeros, read once it comes again.
+    /// The matrix without its zeros, read once it comes again.
     rows: SparseRows,
     rows_read: bool,
     /// Updates of the factor since it was computed; `None` if there is none to reuse.
@@ -160,15 +160,15 @@ impl ActiveSet {
         let n = lcp.size();
         if n == self.n {
             match self.solve_few(lcp, z) {
-                Few::SolvedByZero => {
+                WarmStart::Zero => {
                     self.seen &= again;
                     return Ok(SolveStats::default());
                 }
-                Few::Confirmed => {
+                WarmStart::Confirmed => {
                     self.seen &= again;
                     return Ok(SolveStats { factorisations: 1, ..SolveStats::default() });
                 }
-                Few::Open => {}
+                WarmStart::Rejected => {}
             }
         }
         self.solve_any(Lcp::new(lcp.m, lcp.q), z, again)

@@ -1,7 +1,7 @@
 //! The solver a simulation holds: checked after every problem, with a fallback, and counted.
 
 use super::natural_residual::natural_residual_of_rows;
-use super::{ComplementaritySolver, Lcp, Lemke, SolveStats, Solver, Unsolved, Witness, natural_residual};
+use super::{ComplementaritySolver, Lcp, Lemke, ProblemRecorder, SolveStats, Solver, Unsolved, natural_residual};
 use crate::linear_algebra::SparseRows;
 
 /// Exact work counts of many solves.
@@ -68,7 +68,7 @@ pub struct Checked {
     rows: SparseRows,
     rows_read: bool,
     /// For the solvers of contacts with friction that are made after this one.
-    witness: Option<Witness>,
+    witness: Option<ProblemRecorder>,
 }
 
 impl Checked {
@@ -88,19 +88,19 @@ impl Checked {
 
     /// Hands on who is told of problems with friction.
     #[inline]
-    pub fn witnessed_by(self, witness: Option<Witness>) -> Self {
+    pub fn recorded_by(self, witness: Option<ProblemRecorder>) -> Self {
         Checked { witness, ..self }
     }
 
     /// Returns who is told of problems with friction.
     #[inline]
-    pub fn witness(&self) -> Option<&Witness> {
+    pub fn witness(&self) -> Option<&ProblemRecorder> {
         self.witness.as_ref()
     }
 
     /// Gives the workspace back; the next problem allocates it again.
     #[inline]
-    pub fn without_room(self) -> Self {
+    pub fn without_workspace(self) -> Self {
         let primary = match self.primary {
             Solver::ActiveSet(_) => Solver::ActiveSet(Box::new(super::ActiveSet::new(0))),
             other => other,
@@ -190,7 +190,7 @@ impl ComplementaritySolver for Checked {
         self.accept(lcp, z, stats)
     }
 
-    /// The same as [`attempt`](Self::attempt): what it returns is already checked.
+    /// [`attempt`](Self::attempt), whose answer is checked already.
     #[inline]
     fn solve(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.attempt(lcp, z)

@@ -1,6 +1,6 @@
 //! What a list of solvers holds about each one.
 
-use super::{ActiveSet, Checked, Lemke, Solver, Witness};
+use super::{ActiveSet, Checked, Lemke, ProblemRecorder, Solver};
 use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
@@ -23,8 +23,8 @@ pub struct SolverEntry {
     pub fallback: bool,
     /// Builds the bare solver with room for problems up to the given `n`.
     pub build: BuildSolver,
-    /// Told of every problem with friction; nobody unless problems are harvested.
-    pub witness: Option<Witness>,
+    /// Records every problem with friction, where problems are harvested.
+    pub witness: Option<ProblemRecorder>,
 }
 
 impl fmt::Debug for SolverEntry {
@@ -37,7 +37,7 @@ impl SolverEntry {
     /// Builds the solver behind the check and with the fallback its entry states.
     pub fn checked(&self, capacity: usize) -> Checked {
         let fallback = self.fallback.then(|| Lemke::new(capacity));
-        Checked::new((self.build)(capacity), fallback, self.tolerance).witnessed_by(self.witness.clone())
+        Checked::new((self.build)(capacity), fallback, self.tolerance).recorded_by(self.witness.clone())
     }
 
     /// Tells whether it goes from one active set to the next, as the default does.

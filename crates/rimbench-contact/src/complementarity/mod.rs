@@ -23,11 +23,11 @@ mod lcp;
 mod lemke;
 mod lemke_tableau;
 mod natural_residual;
+mod problem_recorder;
 mod proximal_guess;
 mod solver;
 mod sparse_active_set;
 mod unsolved;
-mod witness;
 
 pub use active_set::ActiveSet;
 pub use checked::{Checked, SolverCounters};
@@ -36,10 +36,10 @@ pub use lcp::{ImpulseSet, Lcp};
 pub use lemke::Lemke;
 pub(crate) use lemke_tableau::LemkeTableau;
 pub use natural_residual::natural_residual;
+pub use problem_recorder::{ProblemRecorder, RecordedProblem};
 pub use solver::Solver;
 pub use sparse_active_set::SparseActiveSet;
 pub use unsolved::Unsolved;
-pub use witness::{Witness, Witnessed};
 
 /// What a solver did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

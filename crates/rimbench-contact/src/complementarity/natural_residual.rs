@@ -26,7 +26,7 @@ use crate::linear_algebra::{SparseRows, dot};
 pub fn natural_residual(lcp: Lcp<'_>, z: &[f64]) -> f64 {
     let n = lcp.size();
     assert_eq!(z.len(), n, "z has one entry per row of M");
-    // The same code with the sizes of a few contacts known to the compiler: about half of the time.
+    // Sizes of a few contacts known to the compiler take about half of the time.
     match n {
         1 => few::<1>(lcp.m, lcp.q, z),
         2 => few::<2>(lcp.m, lcp.q, z),

@@ -94,7 +94,7 @@ impl ProximalGuess {
                     }
                 }
             } else {
-                // Nobody asks the factor about those that have been.
+                // The factor is not asked for those before.
                 dz.iter_mut().enumerate().for_each(|(i, dz)| *dz = f64::from(factor.contains(i) != changes(factor, i)));
                 factor.factorise(m, mu, 0.0, |i| dz[i] != 0.0);
                 factorisations += 1;

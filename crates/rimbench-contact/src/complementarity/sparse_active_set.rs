@@ -349,7 +349,7 @@ impl SparseActiveSet {
                 return;
             }
             if pulling * MANY_WRONG > q.len() && !self.guessed {
-                self.take_guess(m, q, z, stats);
+                self.start_from_proximal(m, q, z, stats);
                 continue;
             }
             let Self { factor, set, .. } = self;
@@ -398,7 +398,7 @@ impl SparseActiveSet {
             // them.
             let knows_nothing = self.counters.solves == 1 && self.set.is_empty();
             if !self.guessed && (knows_nothing || self.violated.len() * MANY_WRONG > n) {
-                self.take_guess(m, q, z, stats);
+                self.start_from_proximal(m, q, z, stats);
                 solved = false;
                 continue;
             }
@@ -450,7 +450,7 @@ impl SparseActiveSet {
     }
 
     /// Goes over to the contacts that push as far as a guess can tell, without those that depend on others.
-    fn take_guess(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64], stats: &mut SolveStats) {
+    fn start_from_proximal(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64], stats: &mut SolveStats) {
         self.guessed = true;
         let Self { guess, factor, last, .. } = self;
         stats.factorisations += guess.find(m, q, |i| factor.contains(i), last, z);
@@ -462,15 +462,15 @@ impl SparseActiveSet {
         for at in 0..self.violated.len() {
             let j = self.violated[at] as usize;
             if !self.factor.contains(j) && z[j] > 0.0 {
-                self.hand_over(m, z, j);
+                self.exchange_dependent(m, z, j);
                 stats.pivots += 1;
             }
         }
     }
 
     /// Lowers `z_j` of a contact that depends on the members, which take over what it carries, until it or one of them carries nothing.
-    fn hand_over(&mut self, m: SymmetricRows<'_>, z: &mut [f64], j: usize) {
-        self.factor.respond(m, j, &mut self.p);
+    fn exchange_dependent(&mut self, m: SymmetricRows<'_>, z: &mut [f64], j: usize) {
+        self.factor.response(m, j, &mut self.p);
         let (mut t, mut blocking) = (z[j], None);
         for (slot, &i) in self.set.iter().enumerate() {
             let p = self.p[self.factor.place(i)];
@@ -531,7 +531,7 @@ impl SparseActiveSet {
         let (m_jj, mut w_j) = (m.diagonal(j), self.w[j]);
         loop {
             let Self { factor, p, .. } = self;
-            factor.respond(m, j, p);
+            factor.response(m, j, p);
             let d = m_jj - m.row(j).map(|(i, entry)| entry * p[factor.place(i)]).sum::<f64>();
             let independent = d > DEPENDENT * m_jj;
             // After a tie w_j may be above zero, by rounding.

@@ -46,8 +46,8 @@ impl GapRates {
 /// ```
 /// A contact that is hit rebounds if the rebound lasts, see [`Rebounds`](super::Rebounds), and has the gap law if not.
 /// # Shapes and units
-/// `gap` m; `w` the velocity before, m/s; `own` the approach w₀ ≥ 0 of contacts that rest, m/s, see [`own_approach`] and
-/// [`resting_approach`]; `h` s.
+/// `gap` m; `w` the velocity before, m/s; `own` the approach w₀ ≥ 0 of contacts that rest, m/s, see [`discretisation_approach`] and
+/// [`rounding_velocity`]; `h` s.
 /// # Source
 /// Ours.
 #[inline]
@@ -96,7 +96,7 @@ pub fn landing_velocity(restitution: f64, gap_term: f64, w: f64) -> f64 {
 /// # Source
 /// Ours.
 #[inline]
-pub fn own_approach(h: f64, convective: f64, corrected: f64) -> f64 {
+pub fn discretisation_approach(h: f64, convective: f64, corrected: f64) -> f64 {
     h * convective.abs() + (-corrected).max(0.0)
 }
 
@@ -110,7 +110,7 @@ pub fn own_approach(h: f64, convective: f64, corrected: f64) -> f64 {
 /// # Shapes and units
 /// `tolerance` τ of the solver; `rows` velocity before the step and its change by the free acceleration, of all rows of contacts, m/s.
 #[inline]
-pub fn resting_approach(tolerance: f64, rows: impl Iterator<Item = (f64, f64)>) -> f64 {
+pub fn rounding_velocity(tolerance: f64, rows: impl Iterator<Item = (f64, f64)>) -> f64 {
     tolerance * rows.fold(0.0, |largest: f64, (w, change)| largest.max(w.abs() + change.abs()))
 }
 
@@ -120,10 +120,10 @@ mod tests {
 
     #[test]
     fn a_contact_rests_up_to_what_the_solver_leaves_of_the_largest_velocity() {
-        let bound = resting_approach(1e-9, [(-1e-17, -9.81e-3), (0.5, 0.0)].into_iter());
+        let bound = rounding_velocity(1e-9, [(-1e-17, -9.81e-3), (0.5, 0.0)].into_iter());
         approx::assert_relative_eq!(bound, 0.5e-9, max_relative = 1e-12);
         // All stand still: weight over a step.
-        let bound = resting_approach(1e-9, [(-1e-17, -1e-2)].into_iter());
+        let bound = rounding_velocity(1e-9, [(-1e-17, -1e-2)].into_iter());
         approx::assert_relative_eq!(bound, 1e-11, max_relative = 1e-12);
     }
 

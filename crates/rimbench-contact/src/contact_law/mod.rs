@@ -8,6 +8,6 @@ mod gap;
 mod rebounds;
 mod spring;
 
-pub use gap::{GapRates, gap_velocity, is_hit, landing_velocity, own_approach, resting_approach};
+pub use gap::{GapRates, discretisation_approach, gap_velocity, is_hit, landing_velocity, rounding_velocity};
 pub use rebounds::{ImpactRows, ImpactStep, Rebounds, Solved};
 pub use spring::ContactSpring;

@@ -1,6 +1,6 @@
 //! Which contacts rebound in a step: those that would still be open after another one.
 
-use super::gap::{GapRates, is_hit, landing_velocity, resting_approach};
+use super::gap::{GapRates, is_hit, landing_velocity, rounding_velocity};
 
 /// How contacts rebound in a step.
 #[derive(Debug, Clone, Copy)]
@@ -96,9 +96,9 @@ impl Rebounds {
 
     /// Notes which contacts are hit, `own` being the approach (m/s) up to which each rests; says whether one is.
     #[inline]
-    pub fn note_hits(&mut self, step: &ImpactStep, rows: ImpactRows<'_>, own: impl Fn(usize) -> f64) -> bool {
+    pub fn record_hits(&mut self, step: &ImpactStep, rows: ImpactRows<'_>, own: impl Fn(usize) -> f64) -> bool {
         let changes = rows.w.iter().zip(rows.free).map(|(w, free)| (*w, free - w));
-        let rounding = resting_approach(step.tolerance, changes);
+        let rounding = rounding_velocity(step.tolerance, changes);
         self.any = false;
         for (contact, (hit, &gap)) in self.rebounding.iter_mut().zip(rows.gap).enumerate() {
             *hit = is_hit(gap, rows.w[contact], rounding.max(own(contact)), step.closing_time);
@@ -111,7 +111,7 @@ impl Rebounds {
     /// right-hand side b.
     ///
     /// # Errors
-    /// Those of `solve`.
+    /// As `solve` reports.
     #[inline]
     pub fn look_ahead<E>(
         &mut self,
@@ -214,7 +214,7 @@ mod tests {
     fn rebounding(h: [[f64; 2]; 2], gap: [f64; 2], w: [f64; 2], free: [f64; 2]) -> [bool; 2] {
         let mut rebounds = Rebounds::new(2, 2);
         let rows = ImpactRows { gap: &gap, w: &w, free: &free };
-        if rebounds.note_hits(&STEP, rows, |_| 0.0) {
+        if rebounds.record_hits(&STEP, rows, |_| 0.0) {
             let solve = |b: &[f64], p: &mut [f64], y: &mut [f64]| {
                 // Two contacts: projected Gauss–Seidel.
                 p.fill(0.0);

@@ -44,7 +44,7 @@ impl ActiveStates {
         self.attempt_with(problem, false, states, impulses)
     }
 
-    /// The same with the matrix and the coefficients of the last problem: in its last states nothing is factorised.
+    /// [`attempt`](Self::attempt) with the matrix and the coefficients of the last problem: in its last states nothing is factorised.
     ///
     /// # Errors
     /// As [`attempt`](Self::attempt).

@@ -18,7 +18,7 @@ pub struct FrictionSolution {
 
 /// Tries every combination of states: finds a solution whenever there is one.
 ///
-/// Open before stick before slip, the first contact fastest: of several solutions the first within the tolerance is taken, so that whoever asks
+/// Open before stick before slip, the first contact fastest: of several solutions the first within the tolerance is taken, so that a caller
 /// gets the same.
 #[derive(Debug, Clone)]
 pub struct Enumeration {
@@ -78,7 +78,7 @@ impl Enumeration {
         Ok(found)
     }
 
-    /// Shows every combination, its impulses and their residual, until somebody has enough.
+    /// Shows every combination, its impulses and their residual, until `show` returns that it is enough.
     fn visit(
         &mut self,
         problem: FrictionProblem<'_>,

@@ -3,7 +3,7 @@
 use super::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem, natural_residual,
 };
-use crate::complementarity::{SolveStats, SolverCounters, Unsolved, Witness, Witnessed};
+use crate::complementarity::{ProblemRecorder, RecordedProblem, SolveStats, SolverCounters, Unsolved};
 
 /// Solves one problem after the other, each from the states of the last; every answer is measured by [`natural_residual`].
 ///
@@ -22,7 +22,7 @@ pub struct FrictionSolver {
     lemke: CopositiveLemke,
     counters: SolverCounters,
     /// Its number, and who is told.
-    witness: Option<(usize, Witness)>,
+    witness: Option<(usize, ProblemRecorder)>,
 }
 
 impl FrictionSolver {
@@ -43,7 +43,7 @@ impl FrictionSolver {
 
     /// Tells `witness` of every problem and its answer.
     #[inline]
-    pub fn witnessed_by(self, witness: Option<&Witness>) -> Self {
+    pub fn recorded_by(self, witness: Option<&ProblemRecorder>) -> Self {
         FrictionSolver { witness: witness.map(|witness| (witness.number(), witness.clone())), ..self }
     }
 
@@ -89,7 +89,7 @@ impl FrictionSolver {
         self.solve_again(problem, impulses)
     }
 
-    /// The same with the matrix and the coefficients of the last problem, which is not looked at: what was factorised serves again.
+    /// [`solve`](Self::solve) with the matrix and the coefficients of the last problem, whose factor serves again.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
@@ -98,7 +98,7 @@ impl FrictionSolver {
         let solved = self.find(problem, impulses);
         if let Some((solver, witness)) = &self.witness {
             let FrictionProblem { h, b, friction } = problem;
-            witness.tell(Witnessed { solver: *solver, h, b, friction, impulses });
+            witness.tell(RecordedProblem { solver: *solver, h, b, friction, impulses });
         }
         solved
     }

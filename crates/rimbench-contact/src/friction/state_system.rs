@@ -193,7 +193,7 @@ impl StateSystem {
         }
     }
 
-    /// The same with a size that the compiler knows; more unknowns are searched for pivots each time.
+    /// Solves with a size that the compiler knows; more unknowns are searched for pivots each time.
     ///
     /// Whole lines are subtracted, what is finished included: that is faster than lines of different lengths.
     #[inline(never)]

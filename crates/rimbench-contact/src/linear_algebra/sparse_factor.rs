@@ -429,7 +429,7 @@ impl SparseFactor {
     }
 
     /// Writes `M_AA⁻¹ M_Aj` for a row j that is not in A, [by places](Self::place) of the order, zero elsewhere.
-    pub fn respond(&self, m: SymmetricRows<'_>, j: usize, p: &mut [f64]) {
+    pub fn response(&self, m: SymmetricRows<'_>, j: usize, p: &mut [f64]) {
         let Self { order, l, places, inside, .. } = self;
         let k = order.place_of[j] as usize;
         debug_assert!(!inside[k], "row {j} is in the set");
@@ -585,7 +585,7 @@ mod tests {
                     let mut p: Vec<f64> = (0..m.size()).map(|i| m.entry(i, row)).collect();
                     factor.solve(&mut p);
                     let mut by_places = vec![f64::NAN; m.size()];
-                    factor.respond(m, row, &mut by_places);
+                    factor.response(m, row, &mut by_places);
                     let largest = p.iter().fold(0.0_f64, |largest, p| largest.max(p.abs()));
                     assert!((0..m.size()).all(|i| (by_places[factor.place(i)] - p[i]).abs() <= 1e-12 * largest));
                     let d = m.diagonal(row) - m.row(row).map(|(i, entry)| entry * p[i]).sum::<f64>();

@@ -4,8 +4,8 @@ use super::energy_account::EnergyAccount;
 use super::input_polynomials::InputPolynomials;
 use super::integrators::SecondOrder;
 use super::joint_steps::JointSteps;
-use super::oil_lines::OilLines;
 use super::output_rates::OutputRates;
+use super::transmission_lines::TransmissionLines;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use crate::name::Name;
@@ -55,7 +55,7 @@ pub trait Capabilities {
     }
 
     /// Lends the volumes of oil that can be replaced by lines; none: it has none.
-    fn oil_lines(&mut self) -> Option<&mut dyn OilLines> {
+    fn oil_lines(&mut self) -> Option<&mut dyn TransmissionLines> {
         None
     }
 

@@ -2,20 +2,20 @@
 
 mod advance;
 
-use super::attachments::{NO_FORECAST, NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
 use super::coupling_scheme::{CouplingScheme, Sample};
+use super::exchange_data::{NO_FORECAST, NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
 use super::interface_work::InterfaceWork;
 use super::model_defect::ModelDefect;
 use super::outcome::Outcome;
-use super::pace::{BondPowers, Findings, Interval};
 use super::pair_state::PairState;
+use super::run_control::StopFlag;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
-use super::step_rule::StepController;
+use super::step_rule::ErrorEstimator;
+use super::step_size_control::{BondPowers, ErrorEstimate, MacroInterval};
 use super::subsystem::Sides;
-use super::supervision::StopFlag;
 use super::work::Work;
 use crate::error::{Cause, Failure};
 
@@ -29,7 +29,7 @@ pub(crate) struct CoupledPair<'a> {
 }
 
 impl CoupledPair<'_> {
-    /// The same, lent.
+    /// Lends the pair.
     pub(crate) fn lend(&mut self) -> CoupledPair<'_> {
         CoupledPair {
             setup: self.setup,
@@ -64,7 +64,7 @@ impl CoupledPair<'_> {
 
     /// Outputs of both sides. The side without direct feedthrough speaks first, so that the other can answer with fresh input.
     pub(crate) fn evaluate_outputs(&mut self) -> Result<(), Failure> {
-        let first = self.state.speaks_first;
+        let first = self.state.without_feedthrough;
         let (u_first, u_second) = self.state.u.split_mut(first);
         let (y_first, y_second) = self.state.y.split_mut(first);
         self.sides[first].outputs(u_first, y_first)?;
@@ -115,7 +115,11 @@ impl CoupledPair<'_> {
     }
 
     /// The outputs of one side at the end of the macro step reach the scheme before the other side steps.
-    pub(crate) fn send_ahead(&mut self, from: Side, Interval { step, end }: Interval) -> Result<(), Failure> {
+    pub(crate) fn send_fresh_sample(
+        &mut self,
+        from: Side,
+        MacroInterval { step, end }: MacroInterval,
+    ) -> Result<(), Failure> {
         self.state.counters.exchanges += 1;
         let sample =
             Sample { time: end, ..Sample::of_outputs(step, &self.state.y[from], self.actuator_micro_step(step)) };
@@ -154,11 +158,11 @@ impl CoupledPair<'_> {
     /// What the rule that sets the macro steps looks at besides work, at the `end` of one; nothing is asked of the sides unless a rule
     /// wants to know.
     #[inline]
-    pub(crate) fn findings(&mut self, by: Option<StepController>, end: f64) -> Result<Findings, Failure> {
+    pub(crate) fn estimate(&mut self, by: Option<ErrorEstimator>, end: f64) -> Result<ErrorEstimate, Failure> {
         match by {
-            None | Some(StepController::Audited) => Ok(Findings::None),
-            Some(StepController::Published) => self.bond_powers().map(Findings::Powers),
-            Some(StepController::ModelDefect { .. }) => self.model_defect(end).map(Findings::Defect),
+            None | Some(ErrorEstimator::Audited) => Ok(ErrorEstimate::None),
+            Some(ErrorEstimator::Published) => self.bond_powers().map(ErrorEstimate::Powers),
+            Some(ErrorEstimator::ModelDefect { .. }) => self.model_defect(end).map(ErrorEstimate::Defect),
         }
     }
 

@@ -2,9 +2,9 @@
 
 use super::communication_grid::MacroStep;
 use super::input_polynomials::Cubic;
-use super::oil_lines::LineForces;
 use super::output_rates::OutputRates;
 use super::side::Side;
+use super::transmission_lines::LineForces;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::complementarity::SolverCounters;

@@ -42,7 +42,7 @@ pub enum ActuatorIntegrator {
 pub enum SecondOrder {
     /// A midpoint rule.
     Midpoint,
-    /// The same from event to event.
+    /// The midpoint rule from event to event.
     EventSplit,
 }
 

@@ -1,7 +1,7 @@
 //! A mechanics that takes its steps together with the actuator, both cut at the same events, or under the course of its force.
 
+use super::output_history::ForceCourse;
 use super::output_rates::OutputRates;
-use super::transmission::ForceCourse;
 use crate::error::Failure;
 
 /// Is told length (s), force and mean motion of each piece of a joint step.

@@ -1,6 +1,6 @@
 //! An actuator lent to a joint step.
 
-use super::attachments::NO_OUTPUT_RATES;
+use super::exchange_data::NO_OUTPUT_RATES;
 use super::joint_steps::JointActuator;
 use super::output_rates::OutputRates;
 use super::subsystem::Subsystem;

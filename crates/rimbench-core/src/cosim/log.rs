@@ -6,9 +6,9 @@ use super::coupled_pair::CoupledPair;
 use super::energy_account::EnergyAudit;
 use super::outcome::Outcome;
 use super::report::Report;
+use super::run_control::{Stopwatch, Timer};
 use super::setup::Setup;
 use super::side::{PerSide, Side};
-use super::supervision::{Stopwatch, Watch};
 use super::work::Work;
 use crate::error::Failure;
 
@@ -27,11 +27,11 @@ pub(crate) struct Log {
 
 impl Log {
     /// Makes room for a run that is set up like this.
-    pub(crate) fn new(watch: Option<Watch>, setup: &Setup) -> Self {
+    pub(crate) fn new(timer: Option<Timer>, setup: &Setup) -> Self {
         let macro_steps = setup.expected_macro_steps();
         let by_defect = setup.step_rule.is_some_and(|rule| rule.by_defect());
         Log {
-            stopwatch: Stopwatch::new(watch, macro_steps),
+            stopwatch: Stopwatch::new(timer, macro_steps),
             interface_residual: Vec::with_capacity(macro_steps + 1),
             model_defect: Vec::with_capacity(if by_defect { macro_steps } else { 0 }),
         }
@@ -39,7 +39,7 @@ impl Log {
 
     /// Notes by how much the scheme's model was wrong, N, at `time` (s).
     #[cold]
-    pub(crate) fn note_defect(&mut self, time: f64, defect: f64) {
+    pub(crate) fn record_defect(&mut self, time: f64, defect: f64) {
         self.model_defect.push([time, defect]);
     }
 
@@ -64,7 +64,7 @@ impl Log {
     pub(crate) fn report(self, pair: &mut CoupledPair<'_>, work: Work, ended: Result<End, Failure>) -> Report {
         let at_s = pair.state.time;
         let outcome = match (pair.state.diverged.take(), ended) {
-            // Whoever stops a run is not told how it might have ended.
+            // A stopped run does not report how it might have ended.
             (_, Err(failure)) if failure.is_stop() => Outcome::Stopped { at_s },
             (Some(diverged), _) => diverged,
             (None, Err(failure)) => Outcome::from_failure(failure, at_s),

@@ -1,18 +1,18 @@
 //! The macro loop, written once for every case, scheme and sequence.
 
-use super::attachments::Attachments;
 use super::communication_grid::MacroStep;
 use super::communication_point::CommunicationPoint;
 use super::coupled_pair::CoupledPair;
 use super::coupling_scheme::CouplingScheme;
+use super::exchange_data::ExchangeData;
 use super::log::{End, Log};
 use super::micro_log::micro_log;
-use super::pace::{Findings, Interval, Pace};
 use super::pair_state::PairState;
 use super::report::Report;
+use super::run_control::RunControl;
 use super::setup::Setup;
+use super::step_size_control::{ErrorEstimate, MacroInterval, StepSizeControl};
 use super::subsystem::Sides;
-use super::supervision::Supervision;
 use crate::error::Failure;
 
 /// Runs two subsystems coupled by a scheme, and calls `observe` at each communication point.
@@ -24,8 +24,8 @@ pub fn cosimulate(
     setup: &Setup,
     mut sides: Sides<'_>,
     scheme: &mut dyn CouplingScheme,
-    attachments: Attachments,
-    supervision: Supervision<'_>,
+    attachments: ExchangeData,
+    supervision: RunControl<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
     let inside = supervision.inside.then(|| micro_log(setup, &sides));
@@ -35,15 +35,15 @@ pub fn cosimulate(
 
 /// Runs two subsystems with every macro step covered by `advance`.
 pub(crate) fn cover(
-    advance: impl Fn(&mut CoupledPair<'_>, Interval) -> Result<(), Failure>,
+    advance: impl Fn(&mut CoupledPair<'_>, MacroInterval) -> Result<(), Failure>,
     setup: &Setup,
     sides: Sides<'_>,
     scheme: &mut dyn CouplingScheme,
     state: &mut PairState,
-    supervision: Supervision<'_>,
+    supervision: RunControl<'_>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
-    let mut log = Log::new(supervision.watch, setup);
+    let mut log = Log::new(supervision.timer, setup);
     let mut pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
     let ended = macro_steps(&mut pair, CoupledPair::lend, advance, &mut log, observe);
     let work = pair.work();
@@ -56,12 +56,12 @@ pub(crate) fn cover(
 pub(crate) fn macro_steps<P>(
     pair: &mut P,
     lend: impl Fn(&mut P) -> CoupledPair<'_>,
-    advance: impl Fn(&mut P, Interval) -> Result<(), Failure>,
+    advance: impl Fn(&mut P, MacroInterval) -> Result<(), Failure>,
     log: &mut Log,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Result<End, Failure> {
     let setup = lend(pair).setup;
-    let mut pace = Pace::new(setup.grid, setup.step_rule);
+    let mut pace = StepSizeControl::new(setup.grid, setup.step_rule);
     let mut next = pace.first();
     let mut effective_mass = None;
     loop {
@@ -76,11 +76,11 @@ pub(crate) fn macro_steps<P>(
         log.stopwatch.end();
         let mut after = lend(pair);
         effective_mass = after.scheme.report().effective_mass;
-        let findings = after.findings(pace.controller(), next.end)?;
-        if let Findings::Defect(defect) = &findings {
-            log.note_defect(next.end, defect.force);
+        let estimate = after.estimate(pace.controller(), next.end)?;
+        if let ErrorEstimate::Defect(defect) = &estimate {
+            log.record_defect(next.end, defect.force);
         }
-        match pace.after(next, after.interface_work(), findings) {
+        match pace.after(next, after.interface_work(), estimate) {
             Some(interval) => next = interval,
             None => return finish(&mut after, log, next.after(), effective_mass, observe),
         }

@@ -20,13 +20,13 @@ pub(crate) fn micro_log(setup: &Setup, sides: &Sides<'_>) -> Trajectory {
 
 /// Notes one micro step.
 #[inline]
-pub(crate) fn note_micro_step(log: &mut Trajectory, at: MicroStep, outputs: &[f64], inputs: &[f64]) {
+pub(crate) fn record_micro_step(log: &mut Trajectory, at: MicroStep, outputs: &[f64], inputs: &[f64]) {
     note(log, [at.start, at.middle()], outputs, inputs);
 }
 
 /// Notes one of the second order, whose outputs belong to its middle.
 #[inline]
-pub(crate) fn note_midpoint(log: &mut Trajectory, at: MicroStep, outputs: &[f64], inputs: &[f64]) {
+pub(crate) fn record_midpoint(log: &mut Trajectory, at: MicroStep, outputs: &[f64], inputs: &[f64]) {
     note(log, [at.middle(); 2], outputs, inputs);
 }
 

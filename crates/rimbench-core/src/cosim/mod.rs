@@ -1,5 +1,5 @@
 //! Co-simulation of two subsystems: what they are, how they exchange, and the one macro loop. Non-iterative: nothing here takes a
-//! step back. What does, stands beside it, in [`ceilings`](crate::ceilings).
+//! step back. What does, stands beside it, in [`iterative`](crate::iterative).
 //!
 //! | symbol | unit | meaning |
 //! |---|---|---|
@@ -14,13 +14,13 @@
 //! between communication points is a [`CouplingScheme`]. [`ForceReturn`] says what the mechanics receives from an
 //! actuator that went first.
 
-mod attachments;
 mod capabilities;
 mod communication_grid;
 mod communication_point;
 mod coupled_pair;
 mod coupling_scheme;
 mod energy_account;
+mod exchange_data;
 mod force_return;
 mod input_polynomials;
 mod integrators;
@@ -32,29 +32,29 @@ mod macro_loop;
 mod mechanics_steps;
 mod micro_log;
 mod model_defect;
-mod oil_lines;
 mod outcome;
+mod output_history;
 mod output_rates;
-mod pace;
 mod pair_state;
 mod ports;
 mod report;
+mod run_control;
 mod setup;
 mod side;
 mod step_rule;
+mod step_size_control;
 mod subsystem;
-mod supervision;
 mod trajectory;
-mod transmission;
+mod transmission_lines;
 mod work;
 mod work_meter;
 
-pub use attachments::Attachments;
 pub use capabilities::{Capabilities, FIRST_ORDER_ONLY, NO_CONTACTS};
 pub use communication_grid::{CommunicationGrid, MacroStep, division};
 pub use communication_point::CommunicationPoint;
 pub use coupling_scheme::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport};
 pub use energy_account::{EnergyAccount, EnergyAudit};
+pub use exchange_data::ExchangeData;
 pub use force_return::{ForceReturn, Sequence};
 pub use input_polynomials::{Cubic, InputPolynomials};
 pub use integrators::{ActuatorIntegrator, MechanicsIntegrator, SecondOrder};
@@ -62,26 +62,26 @@ pub use interface_work::InterfaceWork;
 pub use joint_steps::{JointActuator, JointSteps, Sent};
 pub use macro_loop::cosimulate;
 pub use mechanics_steps::MechanicsSteps;
-pub use oil_lines::{LineForces, OilLines};
 pub use outcome::Outcome;
+pub use output_history::{ForceCourse, OutputHistory};
 pub use output_rates::OutputRates;
 pub use ports::{Port, Ports, Quantity, check_coupling};
 pub use report::Report;
+pub use run_control::{RunControl, StopFlag, Timer};
 pub use setup::{Bounds, Setup};
 pub use side::{PerSide, Side};
-pub use step_rule::{StepController, StepRule};
+pub use step_rule::{ErrorEstimator, StepRule};
 pub use subsystem::{Sides, Subsystem, SubsystemCounters};
-pub use supervision::{StopFlag, Supervision, Watch};
 pub use trajectory::Trajectory;
-pub use transmission::{ForceCourse, Transmission};
+pub use transmission_lines::{LineForces, TransmissionLines};
 pub use work::{CosimCounters, Work};
 pub use work_meter::counts_interface_work;
 
 // For the ceilings, which stand on the same exchange and the same steps.
-pub(crate) use attachments::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
 pub(crate) use coupled_pair::CoupledPair;
+pub(crate) use exchange_data::{NO_INTERFACE_MODEL, NO_OIL_LINES, NO_OUTPUT_RATES};
 pub(crate) use lent_actuator::LentActuator;
 pub(crate) use log::{End, Log};
 pub(crate) use macro_loop::{cover, finish, macro_steps};
-pub(crate) use pace::{Interval, following};
 pub(crate) use pair_state::PairState;
+pub(crate) use step_size_control::{MacroInterval, following};

@@ -9,7 +9,7 @@ use super::ports::Ports;
 pub(crate) struct ModelDefect {
     /// Of several rows the largest, N.
     pub(crate) force: f64,
-    /// The same, each row over the largest force that it has had.
+    /// The defect of each row over the largest force that it has had.
     pub(crate) relative: f64,
     /// Time until the next contact closes in the model, s, if one does.
     pub(crate) next_closing: Option<f64>,

@@ -46,7 +46,7 @@ pub enum Outcome {
         /// Simulated time reached, s.
         at_s: f64,
     },
-    /// Somebody asked the run to end. No result: it is never stored.
+    /// The run was asked to end. No result: it is never stored.
     Stopped {
         /// Simulated time reached, s.
         at_s: f64,

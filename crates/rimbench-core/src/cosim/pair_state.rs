@@ -1,16 +1,16 @@
 //! What a run remembers besides the states of the sides and of the scheme.
 
-use super::attachments::Attachments;
 use super::communication_grid::division;
+use super::exchange_data::ExchangeData;
 use super::integrators::ActuatorIntegrator;
 use super::model_defect::DefectMeter;
 use super::outcome::Outcome;
+use super::output_history::OutputHistory;
 use super::output_rates::OutputRates;
 use super::setup::Setup;
 use super::side::{PerSide, Side};
 use super::subsystem::Sides;
 use super::trajectory::Trajectory;
-use super::transmission::Transmission;
 use super::work::CosimCounters;
 use super::work_meter::WorkMeter;
 
@@ -18,10 +18,10 @@ use super::work_meter::WorkMeter;
 #[derive(Debug, Clone)]
 pub(crate) struct PairState {
     /// The side that does not depend on the other at the same instant.
-    pub(crate) speaks_first: Side,
+    pub(crate) without_feedthrough: Side,
     /// Whether a side integrates polynomials and is told the course of its inputs.
-    pub(crate) takes_course: PerSide<bool>,
-    pub(crate) attachments: Attachments,
+    pub(crate) takes_polynomial: PerSide<bool>,
+    pub(crate) attachments: ExchangeData,
     pub(crate) y: PerSide<Vec<f64>>,
     pub(crate) u: PerSide<Vec<f64>>,
     /// How the actuator's outputs move, where its micro steps are of the second order.
@@ -31,25 +31,25 @@ pub(crate) struct PairState {
     /// The actuator's outputs at the end of the macro step, for the force return `end`.
     pub(crate) end: Vec<f64>,
     pub(crate) received: Vec<f64>,
-    pub(crate) transmission: Transmission,
+    pub(crate) transmission: OutputHistory,
     pub(crate) work_sent: WorkMeter,
     /// By how much the scheme's model is wrong, where that sets the macro steps.
     pub(crate) defect: Option<DefectMeter>,
     pub(crate) time: f64,
     pub(crate) counters: CosimCounters,
     pub(crate) diverged: Option<Outcome>,
-    /// What the actuator did in each micro step, if somebody wants to know.
+    /// What the actuator did in each micro step, where it is recorded.
     pub(crate) inside: Option<Trajectory>,
 }
 
 impl PairState {
-    pub(crate) fn new(setup: &Setup, sides: Sides<'_>, mut attachments: Attachments) -> Self {
+    pub(crate) fn new(setup: &Setup, sides: Sides<'_>, mut attachments: ExchangeData) -> Self {
         let micro_steps = division(setup.grid.macro_step(), setup.micro_step);
         if let (Some(forces), Some(lines)) = (&mut attachments.line_forces, sides.actuator.capabilities().oil_lines()) {
-            forces.make_room(micro_steps);
+            forces.reserve(micro_steps);
             lines.lay(micro_steps, forces.smoothing());
         }
-        let takes_course = PerSide {
+        let takes_polynomial = PerSide {
             mechanics: sides.mechanics.capabilities().input_polynomials().is_some(),
             actuator: sides.actuator.capabilities().input_polynomials().is_some(),
         };
@@ -59,8 +59,8 @@ impl PairState {
         let by_defect = setup.step_rule.is_some_and(|rule| rule.by_defect());
         let midpoint = setup.actuator_integrator == ActuatorIntegrator::Midpoint;
         PairState {
-            speaks_first: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
-            takes_course,
+            without_feedthrough: if ports.mechanics.direct_feedthrough { Side::Actuator } else { Side::Mechanics },
+            takes_polynomial,
             attachments,
             rates: midpoint.then(|| OutputRates::zeros(to_mechanics, ports.actuator.inputs.len())),
             y: PerSide::from_fn(zeros),
@@ -68,7 +68,7 @@ impl PairState {
             own: PerSide::from_fn(zeros),
             end: vec![0.0; to_mechanics],
             received: vec![0.0; to_mechanics],
-            transmission: Transmission::new(to_mechanics, micro_steps),
+            transmission: OutputHistory::new(to_mechanics, micro_steps),
             work_sent: WorkMeter::new(ports.actuator),
             defect: by_defect.then(|| DefectMeter::new(ports.actuator)),
             time: 0.0,

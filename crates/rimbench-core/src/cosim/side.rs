@@ -29,9 +29,9 @@ impl Side {
 /// One thing per side.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PerSide<T> {
-    /// That of the mechanics.
+    /// Value of the mechanics.
     pub mechanics: T,
-    /// That of the actuator.
+    /// Value of the actuator.
     pub actuator: T,
 }
 

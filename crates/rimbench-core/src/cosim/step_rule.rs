@@ -12,7 +12,7 @@ pub struct StepRule {
     /// Shortest macro step, s. One this short is taken whatever its error; only the last one may be shorter.
     pub shortest: f64,
     /// What is made into a step, and how; step doubling does not look at it.
-    pub controller: StepController,
+    pub controller: ErrorEstimator,
 }
 
 /// How what is found of a macro step is made into the length of the next. Nothing is taken back, and nothing is exchanged for it.
@@ -36,7 +36,7 @@ pub struct StepRule {
 /// # Source
 /// open-simulation-platform/libcosim, `ecco_algorithm.cpp` (commit 0cc35102) and its test configuration.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum StepController {
+pub enum ErrorEstimator {
     /// Works counted by both sides.
     #[default]
     Audited,
@@ -73,6 +73,6 @@ impl StepRule {
 
     /// Tells whether the defect of the scheme's model sets the macro steps.
     pub(crate) fn by_defect(&self) -> bool {
-        matches!(self.controller, StepController::ModelDefect { .. })
+        matches!(self.controller, ErrorEstimator::ModelDefect { .. })
     }
 }

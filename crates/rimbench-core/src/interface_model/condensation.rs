@@ -164,7 +164,7 @@ pub fn condense_in_modes(
     };
 }
 
-/// The same with friction, whatever the redundancy: dependent rows drop out.
+/// Condenses contacts with friction, under any redundancy: dependent rows drop out.
 #[cold]
 fn condense_frictional(
     model: &ReducedInterfaceModel,
@@ -177,7 +177,7 @@ fn condense_frictional(
     *rank = work.condense(model, modes, closed, [h, a, w]);
 }
 
-/// The same where few of many contacts meet. Contacts are left out that depend on those before them in the factor's order.
+/// Condenses contacts of a model by pattern. Contacts are left out that depend on those before them in the factor's order.
 fn condense_meeting(model: &ReducedInterfaceModel, closed: &[usize], shift: f64, out: &mut Condensation) {
     let (n_u, n_i) = (model.contacts(), model.interface());
     let Work { factor: Some(factor), column, closed: marks, .. } = &mut out.work else { return };
@@ -200,7 +200,7 @@ fn condense_meeting(model: &ReducedInterfaceModel, closed: &[usize], shift: f64,
     }
 }
 
-/// The same as [`eliminate`] for one interface row and at most two closed contacts, on registers: this is what is
+/// [`eliminate`] for one interface row and at most two closed contacts, on registers: this is what is
 /// asked at each communication point of a small case.
 fn project_scalar(model: &ReducedInterfaceModel, closed: &[usize], out: &mut Condensation) {
     let n_u = model.contacts();

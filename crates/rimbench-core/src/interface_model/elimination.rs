@@ -69,7 +69,7 @@ impl Elimination {
         Self::with_meeting(linearisation, Self::meeting(linearisation).as_deref())
     }
 
-    /// The same for one whose [meeting](Self::meeting) is known.
+    /// Makes the elimination for a system whose [meeting](Self::meeting) is known.
     pub fn with_meeting(linearisation: &Linearisation, meeting: Option<&SymmetricPattern>) -> Self {
         let n = linearisation.velocities();
         let jointed = match linearisation.mass {

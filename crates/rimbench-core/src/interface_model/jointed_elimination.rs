@@ -1,8 +1,8 @@
 //! From Eq. 3 to Eq. 4 where joints know few velocities each, and the mass is diagonal.
 
+use super::delassus_products::DelassusProducts;
 use super::joints::{Groups, Joints};
 use super::linearisation::{Linearisation, MassMatrix, Rows};
-use super::meetings::Meetings;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use crate::error::Failure;
 use rimbench_contact::linear_algebra::SymmetricPattern;
@@ -25,7 +25,7 @@ const ENTRIES_PER_MEETING: usize = 4;
 pub(super) struct JointedElimination {
     joints: Joints,
     inverse_mass: Vec<f64>,
-    rows: KnownRows,
+    rows: CsrRows,
     /// Where few of many contacts meet: of each contact the others before it, where their entry stands and where its mirror image.
     meetings: Option<(Vec<usize>, Vec<[u32; 3]>)>,
     /// `S⁻¹ (A_b v + γ g_b / h)` and `S⁻¹ (A_b M⁻¹ f + Ȧ_b v)`.
@@ -40,7 +40,7 @@ pub(super) struct JointedElimination {
 impl JointedElimination {
     /// Returns which contacts meet, if those are few of many.
     pub(super) fn meeting(contacts: &Rows, joints: &Rows, velocities: usize) -> Option<SymmetricPattern> {
-        let (starts, columns) = contacts.known_columns()?;
+        let (starts, columns) = contacts.columns_by_row()?;
         let groups = Groups::of(joints, velocities)?;
         let places = groups.count() + velocities;
         // How many contacts come to each place, and the last of them.
@@ -56,7 +56,7 @@ impl JointedElimination {
         if most > contacts.len() * contacts.len() / ENTRIES_PER_MEETING {
             return None;
         }
-        Some(Meetings::pattern(starts, columns, places, |column| groups.place_of(column)))
+        Some(DelassusProducts::pattern(starts, columns, places, |column| groups.place_of(column)))
     }
 
     /// Makes room; none if the joints keep all their entries.
@@ -79,7 +79,7 @@ impl JointedElimination {
         let groups = joints.groups.count();
         Some(JointedElimination {
             inverse_mass: vec![0.0; n],
-            rows: KnownRows::with_room_for([&eq3.unilateral, &eq3.tangential, &eq3.interface], n),
+            rows: CsrRows::with_room_for([&eq3.unilateral, &eq3.tangential, &eq3.interface], n),
             meetings,
             joint_start: vec![0.0; eq3.bilateral.len()],
             joint_free: vec![0.0; eq3.bilateral.len()],
@@ -104,12 +104,12 @@ impl JointedElimination {
         }
         self.joints.factorise(&eq3.bilateral, &self.inverse_mass)?;
         start.copy_from_slice(v);
-        self.joints.hold_all(start, |joint| stabilisation * eq3.bilateral.position[joint] / h);
+        self.joints.project_all(start, |joint| stabilisation * eq3.bilateral.position[joint] / h);
         self.joint_start.copy_from_slice(&self.joints.impulses);
         for (free, (force, inverse)) in free.iter_mut().zip(eq3.force.iter().zip(&self.inverse_mass)) {
             *free = force * inverse;
         }
-        self.joints.hold_all(free, |joint| eq3.bilateral.convective[joint]);
+        self.joints.project_all(free, |joint| eq3.bilateral.convective[joint]);
         self.joint_free.copy_from_slice(&self.joints.impulses);
 
         self.rows.clear();
@@ -123,7 +123,7 @@ impl JointedElimination {
             }
         }
         for row in 0..row {
-            self.respond(row);
+            self.response(row);
             self.write(row, model);
             self.forget(row);
         }
@@ -131,7 +131,7 @@ impl JointedElimination {
     }
 
     /// Computes `g_x` of one row.
-    fn respond(&mut self, row: usize) {
+    fn response(&mut self, row: usize) {
         for entry in self.rows.entries(row) {
             let column = self.rows.columns[entry] as usize;
             self.g[column] = self.rows.scaled[entry];
@@ -142,7 +142,7 @@ impl JointedElimination {
             }
         }
         for &group in &self.list {
-            self.joints.hold(group as usize, &mut self.g, |_| 0.0);
+            self.joints.project(group as usize, &mut self.g, |_| 0.0);
         }
     }
 
@@ -194,7 +194,7 @@ impl JointedElimination {
                 }
             }
         }
-        self.joints.hold_all(&mut self.g, |_| 0.0);
+        self.joints.project_all(&mut self.g, |_| 0.0);
     }
 
     /// Adds what the stacked impulses do to `v`.
@@ -216,20 +216,20 @@ impl JointedElimination {
 
 /// Rows with their entries that are not zero, `A_x` and `A_x M⁻¹`.
 #[derive(Debug, Clone)]
-struct KnownRows {
+struct CsrRows {
     starts: Vec<usize>,
     columns: Vec<u32>,
     a: Vec<f64>,
     scaled: Vec<f64>,
 }
 
-impl KnownRows {
+impl CsrRows {
     fn with_room_for(blocks: [&Rows; 3], velocities: usize) -> Self {
         let rows = blocks.iter().map(|rows| rows.len()).sum::<usize>();
         let of_block =
-            |rows: &&Rows| rows.known_columns().map_or(rows.len() * velocities, |(_, columns)| columns.len());
+            |rows: &&Rows| rows.columns_by_row().map_or(rows.len() * velocities, |(_, columns)| columns.len());
         let most = blocks.iter().map(of_block).sum();
-        KnownRows {
+        CsrRows {
             starts: Vec::with_capacity(rows + 1),
             columns: Vec::with_capacity(most),
             a: Vec::with_capacity(most),
@@ -254,7 +254,7 @@ impl KnownRows {
     /// Appends a block.
     fn read(&mut self, rows: &Rows, inverse_mass: &[f64]) {
         for row in 0..rows.len() {
-            match rows.known_columns() {
+            match rows.columns_by_row() {
                 Some((starts, columns)) => {
                     let entries = starts[row]..starts[row + 1];
                     for (&a, &column) in rows.jacobian[entries.clone()].iter().zip(&columns[entries]) {

@@ -1,7 +1,7 @@
 //! Joints by the dozen that know few velocities each: their impulses by a sparse factor, group by group.
 
+use super::delassus_products::DelassusProducts;
 use super::linearisation::Rows;
-use super::meetings::Meetings;
 use rimbench_contact::linear_algebra::{DEPENDENT, Singular, SparseFactor, SymmetricPattern, SymmetricRows};
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ pub(super) struct Groups {
 impl Groups {
     /// Finds them; none if the rows keep all their entries.
     pub(super) fn of(joints: &Rows, velocities: usize) -> Option<Self> {
-        let (starts, columns) = joints.known_columns()?;
+        let (starts, columns) = joints.columns_by_row()?;
         // Each velocity points to another of its group, the first of all to itself.
         let mut towards: Vec<usize> = (0..velocities).collect();
         fn first(towards: &mut [usize], mut at: usize) -> usize {
@@ -81,7 +81,7 @@ pub(super) struct Joints {
     a: Vec<f64>,
     scaled: Vec<f64>,
     pattern: SymmetricPattern,
-    meetings: Meetings,
+    meetings: DelassusProducts,
     s: Vec<f64>,
     factor: SparseFactor,
     /// Joints by groups, in the order of elimination, and where each group starts.
@@ -94,9 +94,9 @@ pub(super) struct Joints {
 impl Joints {
     /// Finds groups and order of elimination; none if the rows keep all their entries.
     pub(super) fn new(joints: &Rows, velocities: usize) -> Option<Self> {
-        let (starts, columns) = joints.known_columns()?;
+        let (starts, columns) = joints.columns_by_row()?;
         let groups = Groups::of(joints, velocities)?;
-        let pattern = Meetings::pattern(starts, columns, velocities, |column| column);
+        let pattern = DelassusProducts::pattern(starts, columns, velocities, |column| column);
         let mut of_group = vec![Vec::new(); groups.count()];
         // A row without entries belongs to none; its pivot is 0, which the factor refuses.
         for (joint, bounds) in starts.windows(2).enumerate() {
@@ -114,7 +114,7 @@ impl Joints {
             groups,
             a: vec![0.0; columns.len()],
             scaled: vec![0.0; columns.len()],
-            meetings: Meetings::new(starts, columns, &pattern),
+            meetings: DelassusProducts::new(starts, columns, &pattern),
             s: vec![0.0; pattern.entries()],
             factor: SparseFactor::new(&pattern),
             pattern,
@@ -150,7 +150,7 @@ impl Joints {
     /// ```text
     /// p = S⁻¹ (A_b x + e)          x − M⁻¹ A_bᵀ p
     /// ```
-    pub(super) fn hold(&mut self, group: usize, x: &mut [f64], e: impl Fn(usize) -> f64) {
+    pub(super) fn project(&mut self, group: usize, x: &mut [f64], e: impl Fn(usize) -> f64) {
         let members = self.group_starts[group]..self.group_starts[group + 1];
         for &joint in &self.members[members.clone()] {
             let (joint, entries) = (joint as usize, self.entries(joint as usize));
@@ -166,9 +166,9 @@ impl Joints {
         }
     }
 
-    /// The same for all groups.
-    pub(super) fn hold_all(&mut self, x: &mut [f64], e: impl Fn(usize) -> f64) {
-        (0..self.groups.count()).for_each(|group| self.hold(group, x, &e));
+    /// Projects on the joints of all groups.
+    pub(super) fn project_all(&mut self, x: &mut [f64], e: impl Fn(usize) -> f64) {
+        (0..self.groups.count()).for_each(|group| self.project(group, x, &e));
     }
 
     /// Sets the velocities that a group knows to zero.

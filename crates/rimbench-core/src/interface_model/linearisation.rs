@@ -45,7 +45,7 @@ impl Rows {
     }
 
     /// Returns where the entries of the rows start, and their columns, if only those are kept.
-    pub(crate) fn known_columns(&self) -> Option<(&[usize], &[u32])> {
+    pub(crate) fn columns_by_row(&self) -> Option<(&[usize], &[u32])> {
         self.known.as_ref().map(|(starts, columns)| (&starts[..], &columns[..]))
     }
 

@@ -1,7 +1,7 @@
 //! From Eq. 3 to Eq. 4 where few of many contacts meet: no joints, a diagonal mass, and rows that know few velocities each.
 
+use super::delassus_products::DelassusProducts;
 use super::linearisation::{Linearisation, MassMatrix, Rows};
-use super::meetings::Meetings;
 use super::reduced_interface_model::ReducedInterfaceModel;
 use rimbench_contact::linear_algebra::SymmetricPattern;
 
@@ -14,7 +14,7 @@ use rimbench_contact::linear_algebra::SymmetricPattern;
 /// All of it costs as much as there are meetings, of which each contact of a heap has a few.
 #[derive(Debug, Clone)]
 pub(super) struct LocalElimination {
-    meetings: Meetings,
+    meetings: DelassusProducts,
     inverse_mass: Vec<f64>,
     /// `A_u M⁻¹` and `M⁻¹ A_iᵀ`.
     scaled: Vec<f64>,
@@ -27,16 +27,16 @@ pub(super) struct LocalElimination {
 impl LocalElimination {
     /// Returns the contacts that meet: those that know a velocity in common.
     pub(super) fn meeting(rows: &Rows, velocities: usize) -> Option<SymmetricPattern> {
-        let (starts, columns) = rows.known_columns()?;
-        Some(Meetings::pattern(starts, columns, velocities, |column| column))
+        let (starts, columns) = rows.columns_by_row()?;
+        Some(DelassusProducts::pattern(starts, columns, velocities, |column| column))
     }
 
     /// Lists the products of every meeting; none if the rows keep all their entries.
     pub(super) fn new(eq3: &Linearisation, meeting: &SymmetricPattern) -> Option<Self> {
-        let (starts, columns) = eq3.unilateral.known_columns()?;
+        let (starts, columns) = eq3.unilateral.columns_by_row()?;
         let (n, n_i) = (eq3.velocities(), eq3.interface.len());
         Some(LocalElimination {
-            meetings: Meetings::new(starts, columns, meeting),
+            meetings: DelassusProducts::new(starts, columns, meeting),
             inverse_mass: vec![0.0; n],
             scaled: vec![0.0; columns.len()],
             interface: vec![0.0; n * n_i],

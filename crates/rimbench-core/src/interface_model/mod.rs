@@ -22,23 +22,23 @@
 /// Memory that mechanics or scheme of one run may need, bytes. Several run side by side, so that this is not what a machine has.
 pub const MEMORY_LIMIT: u64 = 4 << 30;
 
+mod acceleration_jumps;
 mod condensation;
 mod contact_modes;
+mod delassus_products;
 mod elimination;
 mod frictional_condensation;
 mod jointed_elimination;
 mod joints;
-mod kinks;
 mod linearisation;
 mod local_elimination;
-mod meetings;
 mod reduced_interface_model;
 mod redundancy;
 
+pub use acceleration_jumps::AccelerationJumps;
 pub use condensation::{Condensation, condense, condense_in_modes};
 pub use contact_modes::ContactModes;
 pub use elimination::Elimination;
-pub use kinks::Kinks;
 pub use linearisation::{Linearisation, MassMatrix, Rows};
 pub use reduced_interface_model::{ReducedInterfaceModel, TOUCHING};
 pub use redundancy::Redundancy;

@@ -1,7 +1,7 @@
 //! The reduced interface model of paper Eq. 4, as plain data.
 
+use super::acceleration_jumps::AccelerationJumps;
 use super::contact_modes::ContactModes;
-use super::kinks::Kinks;
 use rimbench_contact::affine_step::LinearModel;
 use rimbench_contact::contact_law::{ContactSpring, gap_velocity};
 use rimbench_contact::friction::{ContactState, Stiction};
@@ -52,9 +52,9 @@ pub struct ReducedInterfaceModel {
     pub stabilisation: f64,
     /// Restitution e of contacts that close.
     pub restitution: f64,
-    /// Approach of each contact that the mechanics' steps make by themselves, m/s, see [`own_approach`](rimbench_contact::contact_law::own_approach); empty where
-    /// nothing bounces, or where whoever fills the model knows nothing of it.
-    pub own_approach: Vec<f64>,
+    /// Approach of each contact that the mechanics' steps make by themselves, m/s, see [`discretisation_approach`](rimbench_contact::contact_law::discretisation_approach); empty where
+    /// nothing bounces, or where it is not known.
+    pub discretisation_approach: Vec<f64>,
     /// The mechanics' own step, s.
     pub mechanics_step: f64,
     /// Spring and damper of contacts that give way; none where they are rigid.
@@ -66,12 +66,12 @@ pub struct ReducedInterfaceModel {
     /// What each contact did in the mechanics' last step, of those at their bound what they do along the surface; empty without friction.
     pub states: Vec<ContactState>,
     /// Those from which the mechanics' next contact problem starts, as its solver found them in the last. They differ from `states` for a
-    /// contact that is closed and carries nothing. Of several solutions whoever starts here reaches the same; empty without friction.
+    /// contact that is closed and carries nothing. Of several solutions a solver that starts here reaches the same; empty without friction.
     pub solved_states: Vec<ContactState>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
-    /// Kinks of the geometry that lie ahead, where they are asked for.
-    pub kinks: Kinks,
+    /// AccelerationJumps of the geometry that lie ahead, where they are asked for.
+    pub kinks: AccelerationJumps,
     /// Whether it has contacts without listing them: those that push are in `h` and `a`, which hold as long as none opens or closes. Only
     /// schemes whose contacts are bilateral can do with that.
     pub smooth: bool,
@@ -109,7 +109,7 @@ impl ReducedInterfaceModel {
             at_bound: vec![false; contacts],
             stabilisation: 0.0,
             restitution: 0.0,
-            own_approach: Vec::new(),
+            discretisation_approach: Vec::new(),
             mechanics_step: 0.0,
             spring: None,
             friction: Vec::new(),
@@ -117,7 +117,7 @@ impl ReducedInterfaceModel {
             states: Vec::new(),
             solved_states: Vec::new(),
             tangential_restitution: 0.0,
-            kinks: Kinks::default(),
+            kinks: AccelerationJumps::default(),
             smooth: false,
         }
     }
@@ -247,12 +247,12 @@ impl ReducedInterfaceModel {
 
     /// Tells whether rows of both stand for the same contacts, for two models of one mechanics.
     #[inline]
-    pub fn lists_like(&self, other: &Self) -> bool {
+    pub fn same_contacts(&self, other: &Self) -> bool {
         self.listing == other.listing
     }
 
     /// Says that rows stand for other contacts than before.
-    pub(crate) fn note_listing(&mut self) {
+    pub(crate) fn count_version(&mut self) {
         self.listing += 1;
     }
 
@@ -279,7 +279,7 @@ impl ReducedInterfaceModel {
         self.at_bound.copy_from_slice(&other.at_bound);
         self.stabilisation = other.stabilisation;
         self.restitution = other.restitution;
-        self.own_approach.copy_from_slice(&other.own_approach);
+        self.discretisation_approach.copy_from_slice(&other.discretisation_approach);
         self.mechanics_step = other.mechanics_step;
         self.spring = other.spring;
         self.friction.copy_from_slice(&other.friction);
@@ -322,7 +322,7 @@ impl ReducedInterfaceModel {
     /// Returns the approach of a contact that is no impact, m/s.
     #[inline]
     pub fn own_approach_of(&self, contact: usize) -> f64 {
-        self.own_approach.get(contact).copied().unwrap_or(0.0)
+        self.discretisation_approach.get(contact).copied().unwrap_or(0.0)
     }
 
     /// The gap term of the mechanics' own next step for one contact, m/s; see [`gap_velocity`].

@@ -1,7 +1,7 @@
 //! Looks ahead for the kinks of a model's geometry.
 
 use super::mechanical_model::{MechanicalModel, ModelSize};
-use crate::interface_model::{Kinks, Rows};
+use crate::interface_model::{AccelerationJumps, Rows};
 
 /// How far from a kink, in the switch's own unit, its two sides are looked at: well above the round-off of a coordinate of a metre, and a curvature
 /// of 100/m is resolved to a millionth.
@@ -28,9 +28,14 @@ impl KinkFinder {
         })
     }
 
-    /// Adds to `kinks` those that the motion from the state `(q, v)` comes to, as [`Kinks`] says. Afterwards the model knows the state
+    /// Adds to `kinks` those that the motion from the state `(q, v)` comes to, as [`AccelerationJumps`] says. Afterwards the model knows the state
     /// again.
-    pub(super) fn find<M: MechanicalModel>(&mut self, model: &mut M, (q, v): (&[f64], &[f64]), kinks: &mut Kinks) {
+    pub(super) fn find<M: MechanicalModel>(
+        &mut self,
+        model: &mut M,
+        (q, v): (&[f64], &[f64]),
+        kinks: &mut AccelerationJumps,
+    ) {
         model.switch_values(q, v, &mut self.switches);
         let mut looked = false;
         for switch in 0..self.switches.len() {

@@ -63,7 +63,7 @@ pub trait MechanicalModel: Send {
         None
     }
 
-    /// Tells whether unilateral rows may come to stand for other contacts than at the start, see [`relist`](Self::relist).
+    /// Tells whether unilateral rows may come to stand for other contacts than at the start, see [`remap_contacts`](Self::remap_contacts).
     fn relists(&self) -> bool {
         false
     }
@@ -76,7 +76,7 @@ pub trait MechanicalModel: Send {
     ///
     /// # Errors
     /// If bodies have gone where what is listed says nothing of what they touch.
-    fn relist(&mut self, _q: &[f64], _v: &[f64], _h: f64) -> Result<bool, Failure> {
+    fn remap_contacts(&mut self, _q: &[f64], _v: &[f64], _h: f64) -> Result<bool, Failure> {
         Ok(false)
     }
 

@@ -8,16 +8,16 @@ mod cubic;
 mod energy_ledger;
 mod kink_finder;
 mod mechanical_model;
+mod memory;
 mod monolithic;
 mod non_smooth_mechanics;
-mod room;
 mod second_order;
 mod stiff_forces;
 
 pub use contact_stepper::{CONTACT_STATE, ContactLaw, Friction, MANY_CONTACTS};
 pub use energy_ledger::EnergyLedger;
 pub use mechanical_model::{MechanicalModel, ModelSize};
+pub use memory::{MANY_JOINTS, bytes_needed, solver_memory};
 pub use monolithic::{ReferenceSteps, monolithic};
 pub use non_smooth_mechanics::NonSmoothMechanics;
-pub use room::{MANY_JOINTS, bytes_needed, solver_room};
 pub use stiff_forces::StiffForces;

@@ -6,11 +6,11 @@ use super::contact_stepper::{
 use super::energy_ledger::EnergyLedger;
 use super::kink_finder::KinkFinder;
 use super::mechanical_model::MechanicalModel;
-use super::room::empty_equations;
-use super::second_order::{Drive, SecondOrderSteps};
+use super::memory::empty_equations;
+use super::second_order::{Excitation, SecondOrderSteps};
 use crate::cosim::{Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters};
 use crate::error::{Error, Failure, Result};
-use crate::interface_model::{Kinks, Linearisation, ReducedInterfaceModel};
+use crate::interface_model::{AccelerationJumps, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
 use rimbench_contact::complementarity::Checked;
 
@@ -201,15 +201,15 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
 
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
         if let Some(stepped) =
-            self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, Drive::Force(u), h))
+            self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, Excitation::Force(u), h))
         {
             return stepped;
         }
         self.stepper.advance(u, h)?;
         let kinetic = self.stepper.kinetic_energy();
         let ContactStepper { q, v, .. } = &self.stepper;
-        if self.model.relist(q, v, h)? {
-            self.stepper.relist(self.model.unilateral_columns().as_deref())?;
+        if self.model.remap_contacts(q, v, h)? {
+            self.stepper.remap_contacts(self.model.unilateral_columns().as_deref())?;
         }
         self.linearise();
         self.stepper.energy.ledger.inertia += self.stepper.kinetic_energy() - kinetic;
@@ -232,14 +232,14 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
 impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         let mut model = self.stepper.empty_model();
-        model.kinks = Kinks::with_room(self.model.switches(), model.interface_start() + model.interface());
+        model.kinks = AccelerationJumps::with_room(self.model.switches(), model.interface_start() + model.interface());
         Some(model)
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
         self.find_stiff_forces_here();
         self.stepper.interface_model(h, model)?;
-        if model.kinks.wanted
+        if model.kinks.requested
             && let Some(finder) = &mut self.kinks
         {
             let ContactStepper { q, v, .. } = &self.stepper;
@@ -263,7 +263,7 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         if self.stepper.is_sparse() {
             return Err("contacts by the dozen, of which few meet, are stepped by the semi-implicit rule");
         }
-        if self.stepper.eq3.bilateral.known_columns().is_some() {
+        if self.stepper.eq3.bilateral.columns_by_row().is_some() {
             return Err("joints by the dozen that know few velocities each are stepped by the semi-implicit rule");
         }
         let stiff = self.model.empty_stiff_forces();

@@ -1,10 +1,10 @@
 //! Mechanics of the second order: the midpoint rule, and the same from event to event.
 
-mod drive;
-mod piece;
+mod excitation;
 mod rest_and_impact;
+mod sub_step;
 
-pub(super) use drive::Drive;
+pub(super) use excitation::Excitation;
 
 use super::contact_stepper::{ActiveProblem, ContactStepper};
 use super::mechanical_model::{MechanicalModel, ModelSize};
@@ -12,9 +12,9 @@ use super::non_smooth_mechanics::NonSmoothMechanics;
 use crate::cosim::{ForceCourse, JointActuator, JointSteps, SecondOrder, Sent};
 use crate::error::Failure;
 use crate::interface_model::TOUCHING;
-use drive::Joint;
-use piece::{Law, PieceStart};
+use excitation::InterfaceTrajectory;
 use rest_and_impact::Event;
+use sub_step::{PieceStart, SubStepContacts};
 
 /// Splits of one step beyond which the rest of it is taken with the gap law. A rebound is cut off at a twentieth of a step, so that even
 /// one of 0.95 has no more than this many within a step.
@@ -43,7 +43,7 @@ pub(super) struct SecondOrderSteps {
     /// Of the whole step, s.
     length: f64,
     middle: [Vec<f64>; 2],
-    joint: Joint,
+    joint: InterfaceTrajectory,
 }
 
 impl SecondOrderSteps {
@@ -65,7 +65,7 @@ impl SecondOrderSteps {
             passed: None,
             length: f64::INFINITY,
             middle: [zeros(n), zeros(n)],
-            joint: Joint::new(n_i),
+            joint: InterfaceTrajectory::new(n_i),
         }
     }
 }
@@ -75,7 +75,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     pub(super) fn step_second_order(
         &mut self,
         steps: &mut SecondOrderSteps,
-        mut drive: Drive<'_, '_>,
+        mut drive: Excitation<'_, '_>,
         h: f64,
     ) -> Result<(), Failure> {
         steps.length = h;
@@ -86,14 +86,14 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         match steps.rule {
             SecondOrder::Midpoint => {
                 self.note_start(steps);
-                self.try_piece(steps, &mut drive, h, Law::Gap)?;
+                self.try_piece(steps, &mut drive, h, SubStepContacts::Gap)?;
                 self.accept_piece(steps, &mut drive, h)
             }
             SecondOrder::EventSplit => self.step_from_event_to_event(steps, &mut drive),
         }?;
         // Models whose rows change are not stepped here; others say whether what they list still holds.
         let ContactStepper { q, v, .. } = &self.stepper;
-        self.model.relist(q, v, h).map(drop)
+        self.model.remap_contacts(q, v, h).map(drop)
     }
 
     /// Tries the first piece to know the acceleration in its middle.
@@ -101,14 +101,14 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     fn find_first_acceleration(
         &mut self,
         steps: &mut SecondOrderSteps,
-        drive: &mut Drive<'_, '_>,
+        drive: &mut Excitation<'_, '_>,
         h: f64,
     ) -> Result<(), Failure> {
         for (resting, gap) in steps.resting.iter_mut().zip(&self.stepper.eq3.unilateral.position) {
             *resting = *gap <= TOUCHING;
         }
         self.note_start(steps);
-        let law = if steps.rule == SecondOrder::EventSplit { Law::Resting } else { Law::Gap };
+        let law = if steps.rule == SecondOrder::EventSplit { SubStepContacts::Resting } else { SubStepContacts::Gap };
         self.try_piece(steps, drive, h, law)?;
         self.note_acceleration(steps, h);
         self.restore(steps);
@@ -118,7 +118,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     fn step_from_event_to_event(
         &mut self,
         steps: &mut SecondOrderSteps,
-        drive: &mut Drive<'_, '_>,
+        drive: &mut Excitation<'_, '_>,
     ) -> Result<(), Failure> {
         let length = steps.length;
         let (mut done, mut splits) = (0.0, 0);
@@ -128,7 +128,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             steps.note_rest();
             if splits >= MOST_SPLITS {
                 self.stepper.count_split_fallback();
-                self.try_piece(steps, drive, left, Law::Gap)?;
+                self.try_piece(steps, drive, left, SubStepContacts::Gap)?;
                 self.accept_piece(steps, drive, left)?;
                 break;
             }
@@ -160,12 +160,12 @@ impl<M: MechanicalModel> JointSteps for NonSmoothMechanics<M> {
         h: f64,
         sent: &mut Sent<'_>,
     ) -> Result<(), Failure> {
-        let together = Drive::Together { actuator, time, sent };
+        let together = Excitation::Together { actuator, time, sent };
         self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, together, h)).unwrap_or(Ok(()))
     }
 
     fn step_under(&mut self, course: ForceCourse<'_>, h: f64) -> Result<(), Failure> {
-        let pieces = Drive::Course { course, done: 0.0 };
+        let pieces = Excitation::Course { course, done: 0.0 };
         self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, pieces, h)).unwrap_or(Ok(()))
     }
 }

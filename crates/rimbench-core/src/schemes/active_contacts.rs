@@ -92,7 +92,7 @@ impl ActiveContacts {
     /// records their modes where they have friction.
     ///
     /// # Errors
-    /// Those of the contact solver.
+    /// As the contact solver reports.
     pub(super) fn keep(
         &mut self,
         closed: &mut Vec<usize>,

@@ -14,8 +14,8 @@
 //! stability; overshoots after a kink like the extrapolation it is made from.
 //! **Source**: extrapolated interpolation, Busch 2016 (continuous approximation techniques). The start is ours: with the first two samples the input begins anew, with a jump.
 
-use super::course::shifted;
 use super::entry::SchemeEntry;
+use super::input_polynomial::shifted;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, SchemeReport, Side};
 use crate::error::Failure;
 

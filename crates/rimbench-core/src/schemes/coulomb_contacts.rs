@@ -26,7 +26,7 @@ impl CoulombContacts {
                 rows: Vec::with_capacity(2 * n),
                 friction: Vec::with_capacity(n),
                 stiction: model.stiction,
-                solver: FrictionSolver::new(n, solver.tolerance).witnessed_by(solver.witness.as_ref()),
+                solver: FrictionSolver::new(n, solver.tolerance).recorded_by(solver.witness.as_ref()),
             })
         })
     }
@@ -75,12 +75,12 @@ impl CoulombContacts {
         let solved = self.try_solve(model, changed, b, impulses)?;
         if let Some(stiction) = self.stiction {
             let (m, h) = (self.friction.len(), model.h_uu());
-            let standstill = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
+            let rounding = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
             for (contact, (coefficient, state)) in self.friction.iter_mut().zip(self.solver.states()).enumerate() {
                 let row = m + contact;
                 let pushed: f64 =
                     h[row * 2 * m..(row + 1) * 2 * m].iter().zip(impulses.iter()).map(|(h, p)| h * p).sum();
-                *coefficient = stiction.after(state.moving(b[row] + pushed, standstill));
+                *coefficient = stiction.after(state.moving(b[row] + pushed, rounding));
             }
         }
         Ok(solved)

@@ -1,29 +1,29 @@
 //! A scheme that has been built for two subsystems, ready to run.
 
-use crate::ceilings::{Driver, StepDoubling};
-use crate::cosim::{Attachments, CommunicationPoint, CouplingScheme, Report, Setup, Sides, Supervision, cosimulate};
+use crate::cosim::{CommunicationPoint, CouplingScheme, ExchangeData, Report, RunControl, Setup, Sides, cosimulate};
+use crate::iterative::{IterativeDriver, StepDoubling};
 
 /// A scheme with room for what its subsystems exchange, and by what it is run.
 pub struct Coupling {
     /// The scheme.
     pub scheme: Box<dyn CouplingScheme>,
     /// Room for what is exchanged besides outputs.
-    pub attachments: Attachments,
+    pub attachments: ExchangeData,
     /// By what it is run.
-    pub driver: Driver,
+    pub driver: IterativeDriver,
 }
 
 impl Coupling {
-    /// Runs the two subsystems that the scheme was built for: by the loop ([`cosimulate`]), or on copies beside it ([`Driver::run`]).
+    /// Runs the two subsystems that the scheme was built for: by the loop ([`cosimulate`]), or on copies beside it ([`IterativeDriver::run`]).
     pub fn run(
         mut self,
         setup: &Setup,
         doubling: Option<StepDoubling>,
         sides: Sides<'_>,
-        supervision: Supervision<'_>,
+        supervision: RunControl<'_>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
-        if self.driver == Driver::Explicit && doubling.is_none() {
+        if self.driver == IterativeDriver::Explicit && doubling.is_none() {
             return cosimulate(setup, sides, &mut *self.scheme, self.attachments, supervision, observe);
         }
         self.driver.run(doubling, setup, sides, &mut *self.scheme, self.attachments, supervision, observe)

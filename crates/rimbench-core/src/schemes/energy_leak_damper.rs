@@ -20,7 +20,7 @@
 //! bound relative to the coupling force and its default are ours.
 
 use super::entry::{Gain, SchemeEntry};
-use super::need::Need;
+use super::requirement::Requirement;
 use crate::cosim::{CouplingScheme, MicroStep, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
@@ -29,7 +29,7 @@ const BOUND: f64 = 0.1;
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        needs: vec![Need::ForceDisplacement, Need::HeldReturn],
+        needs: vec![Requirement::ForceDisplacement, Requirement::HeldReturn],
         gain: Some(Gain {
             about: "γ, most damper force per coupling force".into(), default: BOUND, range: [0.0, 1.0]
         }),
@@ -162,8 +162,8 @@ impl CouplingScheme for EnergyLeakDamper {
 mod tests {
     use super::*;
     use crate::cosim::{
-        Attachments, Bounds, Capabilities, CommunicationGrid, ForceReturn, MacroStep, MechanicsSteps, PerSide, Port,
-        Ports, Quantity, Sequence, Setup, Subsystem, SubsystemCounters, Supervision, cosimulate,
+        Bounds, Capabilities, CommunicationGrid, ExchangeData, ForceReturn, MacroStep, MechanicsSteps, PerSide, Port,
+        Ports, Quantity, RunControl, Sequence, Setup, Subsystem, SubsystemCounters, cosimulate,
     };
 
     /// One exchange and one step of each side, H = 1; returns the force on the mechanics.
@@ -281,7 +281,7 @@ mod tests {
             bounds: Bounds::default(),
         };
         let sides = PerSide { mechanics: &mut mass as &mut dyn Subsystem, actuator: &mut spring };
-        let (nothing, nobody) = (Attachments::default(), Supervision::default());
+        let (nothing, nobody) = (ExchangeData::default(), RunControl::default());
         let report = cosimulate(&setup, sides, &mut scheme, nothing, nobody, &mut |_| {});
         let residual = report.audit.interface_residual().unwrap();
         assert!(residual.abs() > 1e-3, "{residual} J: there must be something to count");

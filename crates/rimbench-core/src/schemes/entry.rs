@@ -4,10 +4,10 @@ use super::construction::{Construction, ModelConstruction};
 use super::contact_detection::{ContactDetection, DetectionRule};
 use super::coupling::Coupling;
 use super::model_options::{ModelMotion, ModelOptions};
-use super::need::Need;
-use crate::ceilings::Driver;
-use crate::cosim::{Attachments, CouplingScheme, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling};
+use super::requirement::Requirement;
+use crate::cosim::{CouplingScheme, ExchangeData, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling};
 use crate::error::{Error, Result};
+use crate::iterative::IterativeDriver;
 use crate::name::Name;
 use std::fmt;
 use std::sync::Arc;
@@ -51,7 +51,7 @@ pub struct SchemeEntry {
     /// Sequence used unless another is asked for.
     pub sequence: Sequence,
     /// What both sides must offer; a run between others is skipped with the reason. What is exchanged besides outputs follows.
-    pub needs: Vec<Need>,
+    pub needs: Vec<Requirement>,
     /// How contacts are detected, if that is left open.
     pub contact_detection: Option<DetectionRule>,
     /// What can be tuned, if anything.
@@ -64,7 +64,7 @@ pub struct SchemeEntry {
     /// The scheme makes dependent contacts bilateral, and so has a choice of their treatment.
     pub condenses: bool,
     /// By what it is run. Only what the loop itself runs can run in real time.
-    pub driver: Driver,
+    pub driver: IterativeDriver,
     /// Builds the scheme.
     pub build: BuildScheme,
 }
@@ -96,7 +96,7 @@ impl SchemeEntry {
             has_mechanics_law: false,
             moves_model: false,
             condenses: true,
-            driver: Driver::Explicit,
+            driver: IterativeDriver::Explicit,
             build: Arc::new(build),
         }
     }
@@ -106,9 +106,10 @@ impl SchemeEntry {
     /// # Errors
     /// [`Error::Incompatible`] for ports, needs or options that do not go together; [`Error::InvalidValue`] for a gain out of range.
     pub fn couple(&self, mut sides: Sides<'_>, options: Option<&ModelOptions>, gain: Option<f64>) -> Result<Coupling> {
-        let rates = self.needs.contains(&Need::OutputRates)
-            || (self.needs.contains(&Need::OutputRatesIfFeedthrough) && sides.actuator.ports().direct_feedthrough);
-        let mut attachments = Attachments::new(sides.lend(), self.has_model(), rates)
+        let rates = self.needs.contains(&Requirement::OutputRates)
+            || (self.needs.contains(&Requirement::OutputRatesIfFeedthrough)
+                && sides.actuator.ports().direct_feedthrough);
+        let mut attachments = ExchangeData::new(sides.lend(), self.has_model(), rates)
             .map_err(|failure| Error::Incompatible(failure.to_string()))?;
         let ports = sides.ports();
         check_coupling(ports)?;
@@ -116,7 +117,7 @@ impl SchemeEntry {
         let options = options.unwrap_or(&usual);
         let detection = self.detection(options.detection)?;
         if let Some(model) = &mut attachments.interface_model {
-            model.kinks.wanted = options.motion == ModelMotion::Piecewise;
+            model.kinks.requested = options.motion == ModelMotion::Piecewise;
         }
         let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
         if let Some(ModelConstruction { empty, options, .. }) = model {
@@ -125,7 +126,8 @@ impl SchemeEntry {
         }
         let gain = self.gain_value(gain)?.unwrap_or(1.0);
         let rows = ports.actuator.outputs.len();
-        attachments.line_forces = self.needs.contains(&Need::OilLines).then(|| LineForces::new(rows, 0, gain));
+        attachments.line_forces =
+            self.needs.contains(&Requirement::TransmissionLines).then(|| LineForces::new(rows, 0, gain));
         let construction = Construction { ports, model, gain };
         let scheme = (self.build)(&construction)?;
         Ok(Coupling { scheme, attachments, driver: self.driver })
@@ -146,14 +148,14 @@ impl SchemeEntry {
         Ok(())
     }
 
-    /// Tells whether both sides move as one between communication points, where nothing is exchanged and nobody goes first.
+    /// Tells whether both sides move as one between communication points, where nothing is exchanged and neither goes first.
     pub fn moves_as_one(&self) -> bool {
-        matches!(self.driver, Driver::Monolithic | Driver::Waveform(_))
+        matches!(self.driver, IterativeDriver::Monolithic | IterativeDriver::Waveform(_))
     }
 
     /// Tells whether the scheme is made from a reduced interface model, and so has the options of one.
     pub fn has_model(&self) -> bool {
-        self.needs.contains(&Need::InterfaceModel)
+        self.needs.contains(&Requirement::InterfaceModel)
     }
 
     /// Returns the sequence and the force return to use, given what the user asked for.
@@ -176,7 +178,7 @@ impl SchemeEntry {
             (None, Some(_)) => actuator_first,
             (None, None) => self.sequence,
         };
-        let held = sequence != actuator_first || self.needs.contains(&Need::HeldReturn);
+        let held = sequence != actuator_first || self.needs.contains(&Requirement::HeldReturn);
         let default_return = if held { ForceReturn::Held } else { ForceReturn::Mean };
         let force_return = force_return.unwrap_or(default_return);
         self.check_sequence(sequence)?;
@@ -192,7 +194,7 @@ impl SchemeEntry {
     /// # Errors
     /// [`Error::Incompatible`] where the scheme acts through the force it hands to the mechanics and would be bypassed.
     pub fn check_force_return(&self, force_return: ForceReturn) -> Result<()> {
-        if self.needs.contains(&Need::HeldReturn) && force_return != ForceReturn::Held {
+        if self.needs.contains(&Requirement::HeldReturn) && force_return != ForceReturn::Held {
             return Err(Error::Incompatible(format!(
                 "scheme `{}` acts through the force it hands to the mechanics, which force return `{force_return}` \
                  replaces: use force return `held`",
@@ -207,7 +209,7 @@ impl SchemeEntry {
     /// # Errors
     /// [`Error::Incompatible`] where a model-based scheme would have to let the mechanics go first.
     pub fn check_sequence(&self, sequence: Sequence) -> Result<()> {
-        if self.needs.contains(&Need::NotMechanicsFirst)
+        if self.needs.contains(&Requirement::NotMechanicsFirst)
             && sequence == (Sequence::GaussSeidel { first: Side::Mechanics })
         {
             return Err(Error::Incompatible(format!(
@@ -268,7 +270,7 @@ impl SchemeEntry {
 
     /// Tells whether no step is ever taken again, so that the scheme can run in real time.
     pub fn real_time(&self) -> bool {
-        self.driver == Driver::Explicit
+        self.driver == IterativeDriver::Explicit
     }
 
     /// Says why this scheme cannot couple these subsystems, if it cannot.

@@ -1,6 +1,6 @@
 //! Polynomial extrapolation through the last communication points, shared by the holds of order 0, 1 and 2.
 
-use super::course::Course;
+use super::input_polynomial::InputPolynomial;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Ports, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
@@ -16,14 +16,14 @@ use crate::error::Failure;
 pub(super) struct Extrapolation {
     degree: usize,
     /// What each side sends.
-    sent: PerSide<(History, Course)>,
+    sent: PerSide<(History, InputPolynomial)>,
 }
 
 impl Extrapolation {
     pub(super) fn boxed(degree: usize, ports: PerSide<&Ports>) -> Box<dyn CouplingScheme> {
         let sent = ports.map(|ports| {
             let width = ports.outputs.len();
-            (History::new(width, degree + 1), Course::new(width, degree))
+            (History::new(width, degree + 1), InputPolynomial::new(width, degree))
         });
         Box::new(Extrapolation { degree, sent })
     }

@@ -10,7 +10,7 @@
 //! λ(t) = A (c_2p − c_1p) − (A² (Z_1 + Z_2) + c) w(t)  =  C(t) − Z_x w(t)
 //! ```
 //! C is known over the whole macro step when it begins, so both sides may step at once and nothing is extrapolated; the three
-//! sequences give one result. The actuator keeps the waves ([`OilLines`](crate::cosim::OilLines)); this scheme takes C and Z_x to the
+//! sequences give one result. The actuator keeps the waves ([`TransmissionLines`](crate::cosim::TransmissionLines)); this scheme takes C and Z_x to the
 //! mechanics, which makes the force from them anew in each of its own steps. What the actuator is told of the motion within a macro
 //! step, the velocity held, is only booked: the oil feels the motion that really was, one travel time later.
 //!
@@ -24,14 +24,14 @@
 
 use super::construction::sent_lines;
 use super::entry::{Gain, SchemeEntry};
-use super::need::Need;
+use super::requirement::Requirement;
 use crate::cosim::{CouplingScheme, LineForces, MicroStep, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
-        needs: vec![Need::ForceDisplacement, Need::OilLines, Need::HeldReturn],
+        needs: vec![Requirement::ForceDisplacement, Requirement::TransmissionLines, Requirement::HeldReturn],
         gain: Some(Gain {
             about: "α, the share of the wave before that each wave keeps".into(),
             default: 0.0,

@@ -1,8 +1,8 @@
 //! What a scheme must know of the other side: the class in which it competes.
 
 use super::entry::SchemeEntry;
-use super::need::Need;
-use crate::ceilings::Driver;
+use super::requirement::Requirement;
+use crate::iterative::IterativeDriver;
 use crate::name::by_name;
 
 /// What a scheme must know, from little to all. Who knows more has an easier task, so that only schemes of one class are compared.
@@ -36,19 +36,21 @@ impl InformationClass {
     /// The class of a scheme, as its entry has it. Control of the macro step takes steps again, whatever the scheme: that is for the
     /// caller to add.
     pub fn of(scheme: &SchemeEntry) -> Self {
-        let of_need = |need: &Need| match need {
-            Need::InterfaceModel | Need::ListedContacts => InformationClass::Model,
-            Need::OilLines => InformationClass::Inside,
-            Need::OutputRates | Need::OutputRatesIfFeedthrough => InformationClass::Derivatives,
-            Need::Copies => InformationClass::Repetition,
-            Need::ForceDisplacement | Need::NoFriction | Need::Rows(_) | Need::HeldReturn | Need::NotMechanicsFirst => {
-                InformationClass::Samples
-            }
+        let of_need = |need: &Requirement| match need {
+            Requirement::InterfaceModel | Requirement::ListedContacts => InformationClass::Model,
+            Requirement::TransmissionLines => InformationClass::Inside,
+            Requirement::OutputRates | Requirement::OutputRatesIfFeedthrough => InformationClass::Derivatives,
+            Requirement::Copies => InformationClass::Repetition,
+            Requirement::ForceDisplacement
+            | Requirement::NoFriction
+            | Requirement::Rows(_)
+            | Requirement::HeldReturn
+            | Requirement::NotMechanicsFirst => InformationClass::Samples,
         };
         let of_driver = match scheme.driver {
-            Driver::Explicit => InformationClass::Samples,
-            Driver::Iterated(_) | Driver::Waveform(_) => InformationClass::Repetition,
-            Driver::Monolithic => InformationClass::Whole,
+            IterativeDriver::Explicit => InformationClass::Samples,
+            IterativeDriver::Iterated(_) | IterativeDriver::Waveform(_) => InformationClass::Repetition,
+            IterativeDriver::Monolithic => InformationClass::Whole,
         };
         scheme.needs.iter().map(of_need).fold(of_driver, Self::max)
     }

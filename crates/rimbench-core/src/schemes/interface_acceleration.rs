@@ -27,8 +27,8 @@ pub(super) struct InterfaceAcceleration {
     solver: Checked,
     discretised: DiscretisedModel,
     /// L, and that of the communication point before.
-    loaded: Vec<usize>,
-    loaded_before: Vec<usize>,
+    strongly_active: Vec<usize>,
+    strongly_active_before: Vec<usize>,
     rest: Vec<f64>,
     free: Vec<f64>,
     forces: Vec<f64>,
@@ -45,8 +45,8 @@ impl InterfaceAcceleration {
             model: empty.clone(),
             solver: options.solver.checked(contacts),
             discretised: DiscretisedModel::new(contacts, interface),
-            loaded: Vec::with_capacity(contacts),
-            loaded_before: Vec::with_capacity(contacts),
+            strongly_active: Vec::with_capacity(contacts),
+            strongly_active_before: Vec::with_capacity(contacts),
             rest: vec![0.0; contacts + interface],
             free: vec![0.0; contacts + interface],
             forces: vec![0.0; contacts],
@@ -63,21 +63,21 @@ impl InterfaceAcceleration {
     /// Finds the acceleration under the fresh force `lambda` (N).
     ///
     /// # Errors
-    /// Those of the complementarity solver.
+    /// As the contact solver reports.
     pub(super) fn find(&mut self, lambda: &[f64]) -> Result<(), Failure> {
-        std::mem::swap(&mut self.loaded, &mut self.loaded_before);
+        std::mem::swap(&mut self.strongly_active, &mut self.strongly_active_before);
         self.choose_resting(lambda);
-        let n = self.loaded.len();
+        let n = self.strongly_active.len();
         if n > 0 {
             // A step of one second from rest: velocities are accelerations, impulses forces.
-            self.discretised.discretise(self.model.linear(), &self.loaded, 1.0);
+            self.discretised.discretise(self.model.linear(), &self.strongly_active, 1.0);
             let rows = n + lambda.len();
             self.discretised.free_velocity(&self.rest[..rows], lambda, &mut self.free[..rows]);
             self.solver.solve(Lcp::new(self.discretised.h_uu(), &self.free[..n]), &mut self.forces[..n])?;
             let mut carries = self.forces.iter().map(|force| *force > 0.0);
-            self.loaded.retain(|_| carries.next().unwrap_or(false));
+            self.strongly_active.retain(|_| carries.next().unwrap_or(false));
         }
-        condense(&self.model, &self.loaded, self.redundancy, &mut self.condensation);
+        condense(&self.model, &self.strongly_active, self.redundancy, &mut self.condensation);
         let rows = self.acceleration.len();
         for (i, a) in self.acceleration.iter_mut().enumerate() {
             let pushed: f64 =
@@ -90,13 +90,13 @@ impl InterfaceAcceleration {
     fn choose_resting(&mut self, lambda: &[f64]) {
         let (model, h) = (&self.model, self.model.mechanics_step);
         let contacts = model.contacts();
-        self.loaded.clear();
+        self.strongly_active.clear();
         for contact in 0..contacts {
             let pushed: f64 =
                 lambda.iter().enumerate().map(|(j, force)| model.entry(contact, contacts + j) * force).sum();
             let reach = h * (model.a[contact] + pushed).abs();
             if model.gap[contact] <= h * reach + ROUND_OFF && model.w[contact] <= reach + ROUND_OFF {
-                self.loaded.push(contact);
+                self.strongly_active.push(contact);
             }
         }
     }
@@ -113,7 +113,7 @@ impl InterfaceAcceleration {
 
     /// Whether other contacts carry force than at the communication point before: what was remembered of before is of no use then.
     pub(super) fn contacts_changed(&self) -> bool {
-        self.loaded != self.loaded_before
+        self.strongly_active != self.strongly_active_before
     }
 
     /// What a scheme that is made from it reports; the effective mass (kg) is `+inf` where the interface is locked.

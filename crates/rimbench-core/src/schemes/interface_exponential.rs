@@ -15,11 +15,11 @@
 //! derivatives of the subsystems). Formula not read, derived here; nothing is said about the authors' method.
 
 use super::construction::{Construction, sent, sent_rates};
-use super::course::{Course, hermite};
 use super::entry::{Family, SchemeEntry};
 use super::exponential_step::ExponentialStep;
+use super::input_polynomial::{InputPolynomial, hermite};
 use super::interface_acceleration::InterfaceAcceleration;
-use super::need::Need;
+use super::requirement::Requirement;
 use super::true_acceleration::interpolate;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, OutputRates, PerSide, Sample, SchemeReport, Side};
 use crate::error::{Failure, Result};
@@ -28,7 +28,12 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         family: Family::Model,
         order: 2,
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NoFriction, Need::OutputRates],
+        needs: vec![
+            Requirement::ForceDisplacement,
+            Requirement::InterfaceModel,
+            Requirement::NoFriction,
+            Requirement::OutputRates,
+        ],
         ..SchemeEntry::new(
             "interface-exponential",
             "Both outputs predicted as one coupled linear system, exactly, and sent as profiles",
@@ -60,7 +65,7 @@ struct InterfaceExponential {
     constant: Vec<f64>,
     followers: PerSide<Follower>,
     /// The motion between samples of the mechanics, if it went first.
-    interpolated: Course,
+    interpolated: InputPolynomial,
     ahead: bool,
 }
 
@@ -83,7 +88,7 @@ impl InterfaceExponential {
             generator: vec![0.0; n * n],
             constant: vec![0.0; n],
             followers: PerSide { mechanics: follower(), actuator: follower() },
-            interpolated: Course::new(2 * m, 3),
+            interpolated: InputPolynomial::new(2 * m, 3),
             ahead: false,
         })
     }

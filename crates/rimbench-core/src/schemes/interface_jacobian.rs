@@ -20,10 +20,10 @@
 
 use super::active_contacts::ActiveContacts;
 use super::construction::{Construction, ModelConstruction, sent, sent_rates};
-use super::course::Course;
 use super::entry::{Family, SchemeEntry};
-use super::need::Need;
+use super::input_polynomial::InputPolynomial;
 use super::recorded_modes::RecordedModes;
+use super::requirement::Requirement;
 use crate::cosim::{CouplingScheme, Cubic, MacroStep, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::{Cause, Failure, Result};
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
@@ -34,12 +34,12 @@ pub(super) fn entry() -> SchemeEntry {
         family: Family::Model,
         order: 2,
         needs: vec![
-            Need::ForceDisplacement,
-            Need::InterfaceModel,
-            Need::NoFriction,
-            Need::OutputRates,
-            Need::Rows(MOST_ROWS),
-            Need::NotMechanicsFirst,
+            Requirement::ForceDisplacement,
+            Requirement::InterfaceModel,
+            Requirement::NoFriction,
+            Requirement::OutputRates,
+            Requirement::Rows(MOST_ROWS),
+            Requirement::NotMechanicsFirst,
         ],
         ..SchemeEntry::new(
             "interface-jacobian",
@@ -70,7 +70,7 @@ struct InterfaceJacobian {
     force: Column,
     velocity_change: Column,
     force_change: Column,
-    motion: Course,
+    motion: InputPolynomial,
 }
 
 impl InterfaceJacobian {
@@ -91,7 +91,7 @@ impl InterfaceJacobian {
             force: Column::zeros(),
             velocity_change: Column::zeros(),
             force_change: Column::zeros(),
-            motion: Course::new(2 * rows, 2),
+            motion: InputPolynomial::new(2 * rows, 2),
         })
     }
 

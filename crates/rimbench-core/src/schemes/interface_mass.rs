@@ -14,10 +14,10 @@
 //! about the authors' method.
 
 use super::construction::{Construction, sent, sent_rates};
-use super::course::Course;
 use super::entry::{Family, Gain, SchemeEntry};
+use super::input_polynomial::InputPolynomial;
 use super::interface_acceleration::InterfaceAcceleration;
-use super::need::Need;
+use super::requirement::Requirement;
 use super::taylor_force::taylor_force;
 use crate::cosim::{CouplingScheme, Cubic, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::{Failure, Result};
@@ -28,11 +28,11 @@ pub(super) fn entry() -> SchemeEntry {
         order: 2,
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
         needs: vec![
-            Need::ForceDisplacement,
-            Need::InterfaceModel,
-            Need::NoFriction,
-            Need::OutputRates,
-            Need::NotMechanicsFirst,
+            Requirement::ForceDisplacement,
+            Requirement::InterfaceModel,
+            Requirement::NoFriction,
+            Requirement::OutputRates,
+            Requirement::NotMechanicsFirst,
         ],
         gain: Some(Gain {
             about: "κ = 1/(m_v H_ii), the inverse of the copied mass".into(),
@@ -58,7 +58,7 @@ struct InterfaceMass {
     /// Velocity at the communication point, and no jerk.
     start: Vec<f64>,
     lambda: Vec<f64>,
-    force: Course,
+    force: InputPolynomial,
 }
 
 impl InterfaceMass {
@@ -72,7 +72,7 @@ impl InterfaceMass {
             velocity: vec![0.0; m],
             start: vec![0.0; m],
             lambda: vec![0.0; m],
-            force: Course::new(m, 2),
+            force: InputPolynomial::new(m, 2),
         })
     }
 }

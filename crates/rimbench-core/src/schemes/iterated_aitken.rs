@@ -13,9 +13,9 @@
 
 use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use super::need::Need;
-use crate::ceilings::{Driver, Iteration};
+use super::requirement::Requirement;
 use crate::cosim::{Sequence, Side};
+use crate::iterative::{Iteration, IterativeDriver};
 
 /// Largest residual of a coupling variable, relative to its size, at which an iteration ends.
 const TOLERANCE: f64 = 1e-8;
@@ -28,8 +28,8 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
-        needs: vec![Need::Copies],
-        driver: Driver::Iterated(Iteration { tolerance: TOLERANCE, most_iterations: MOST_ITERATIONS }),
+        needs: vec![Requirement::Copies],
+        driver: IterativeDriver::Iterated(Iteration { tolerance: TOLERANCE, most_iterations: MOST_ITERATIONS }),
         ..SchemeEntry::new(
             "iterated-aitken",
             "Ceiling: repeat each macro step to agreement, Aitken relaxation",

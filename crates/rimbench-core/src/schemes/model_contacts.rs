@@ -19,7 +19,7 @@ use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::affine_step::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw};
 use rimbench_contact::complementarity::{SolverCounters, SparseActiveSet};
-use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, resting_approach};
+use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, rounding_velocity};
 
 /// State of the model between communication points, contacts in the order of the set, with friction their tangential rows after them.
 #[derive(Clone)]
@@ -193,7 +193,7 @@ impl<S: ContactSolver> Complementarity<S> {
         let step = impact_step(model, self.solver.tolerance());
         let own = |slot: usize| model.received.own_approach_of(model.set[slot]);
         let impact = ImpactRows { gap: &state.gap[..n / S::Factor::ROWS], w: &state.w[..n], free: &state.next[..n] };
-        if self.rebounds.note_hits(&step, impact, own) {
+        if self.rebounds.record_hits(&step, impact, own) {
             self.look_ahead(model, &step, state, rows)?;
         }
         Ok(())
@@ -308,7 +308,7 @@ impl ModelContacts {
     /// Takes the micro step by solving its contact problem.
     ///
     /// # Errors
-    /// Those of the solver.
+    /// As the contact solver reports.
     #[inline(never)]
     pub(super) fn solve(
         &mut self,
@@ -330,7 +330,7 @@ impl ModelContacts {
         let ModelContacts::Coulomb(contacts) = self else { return };
         let (m, n) = (set.len(), discretised.contacts());
         let rows = next[..n].iter().zip(discretised.free_increment(n)).map(|(w, change)| (*w, *change));
-        let rounding = resting_approach(contacts.solver.tolerance(), rows);
+        let rounding = rounding_velocity(contacts.solver.tolerance(), rows);
         contacts.solver.record_modes(set, &next[m..n], rounding, modes);
     }
 

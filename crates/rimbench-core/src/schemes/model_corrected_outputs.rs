@@ -16,11 +16,11 @@
 //! co-simulation). Formula not read, derived here; nothing is said about the authors' method.
 
 use super::construction::{Construction, sent, sent_rates};
-use super::course::Course;
 use super::entry::{Family, Gain, SchemeEntry};
+use super::input_polynomial::InputPolynomial;
 use super::interface_acceleration::InterfaceAcceleration;
-use super::need::Need;
 use super::output_integral::OutputIntegral;
+use super::requirement::Requirement;
 use super::taylor_force::taylor_force;
 use super::true_acceleration::interpolate;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, OutputRates, Sample, SchemeReport, Side};
@@ -32,11 +32,11 @@ pub(super) fn entry() -> SchemeEntry {
         order: 2,
         samples: 2,
         needs: vec![
-            Need::ForceDisplacement,
-            Need::InterfaceModel,
-            Need::NoFriction,
-            Need::OutputRates,
-            Need::HeldReturn,
+            Requirement::ForceDisplacement,
+            Requirement::InterfaceModel,
+            Requirement::NoFriction,
+            Requirement::OutputRates,
+            Requirement::HeldReturn,
         ],
         gain: Some(Gain {
             about: "α, the share of the missing impulse that is given back".into(),
@@ -67,9 +67,9 @@ struct ModelCorrectedOutputs {
     /// λ^c and the rates with r^c.
     lambda: Vec<f64>,
     rates: OutputRates,
-    motion: Course,
+    motion: InputPolynomial,
     /// λ̃ without the repayment, for which length, and the repayment.
-    force: Course,
+    force: InputPolynomial,
     length: f64,
     repayment: Vec<f64>,
 }
@@ -89,8 +89,8 @@ impl ModelCorrectedOutputs {
             corrected: zeros(),
             lambda: zeros(),
             rates: OutputRates::zeros(m, 2 * m),
-            motion: Course::new(2 * m, 3),
-            force: Course::new(m, 2),
+            motion: InputPolynomial::new(2 * m, 3),
+            force: InputPolynomial::new(m, 2),
             length: 0.0,
             repayment: zeros(),
         })

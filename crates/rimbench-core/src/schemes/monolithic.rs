@@ -12,12 +12,12 @@
 
 use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use crate::ceilings::Driver;
+use crate::iterative::IterativeDriver;
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        driver: Driver::Monolithic,
-        // Holds what it receives, for whoever asks; the driver does not.
+        driver: IterativeDriver::Monolithic,
+        // Holds its samples; the driver does not ask for them.
         ..SchemeEntry::new("monolithic", "Ceiling: both sides together at the micro step", |construction| {
             Ok(Extrapolation::boxed(0, construction.ports))
         })

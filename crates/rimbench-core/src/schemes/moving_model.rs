@@ -52,7 +52,7 @@ impl MovingModel {
     /// Differences of the last two models, and whether they can be gone on with: not if a contact has opened or closed.
     fn take_rates(&mut self, elapsed: f64, model: &ReducedInterfaceModel) -> bool {
         // Other contacts of the same rows have no difference.
-        let same = self.received.lists_like(model)
+        let same = self.received.same_contacts(model)
             && self.received.at_bound == model.at_bound
             && self.received.states == model.states;
         if !(elapsed > 0.0 && same) {
@@ -146,7 +146,7 @@ mod tests {
         moving.receive(0.1, &model(2.0));
         assert!(moving.move_to(MIDDLE));
         let mut other = model(3.0);
-        other.note_listing();
+        other.count_version();
         moving.receive(0.2, &other);
         assert!(!moving.move_to(MIDDLE));
         moving.receive(0.3, &other);

@@ -26,8 +26,8 @@
 
 use super::construction::Construction;
 use super::entry::{Gain, SchemeEntry};
-use super::need::Need;
 use super::output_integral::OutputIntegral;
+use super::requirement::Requirement;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
@@ -49,7 +49,7 @@ pub(super) fn first_order() -> SchemeEntry {
     SchemeEntry {
         order: 3,
         samples: 3,
-        needs: vec![Need::OutputRatesIfFeedthrough],
+        needs: vec![Requirement::OutputRatesIfFeedthrough],
         gain: Some(gain()),
         ..SchemeEntry::new(
             "integral-correction-first-order",

@@ -12,7 +12,7 @@
 
 use super::construction::{ModelConstruction, sent};
 use super::entry::{Family, SchemeEntry};
-use super::need::Need;
+use super::requirement::Requirement;
 use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Sequence, Side};
 use crate::error::Failure;
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
@@ -21,7 +21,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         family: Family::Model,
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
+        needs: vec![Requirement::ForceDisplacement, Requirement::InterfaceModel, Requirement::NotMechanicsFirst],
         ..SchemeEntry::new(
             "rim-fixed-mass",
             "Constant effective mass of the start, no free acceleration, no contacts (ablation)",

@@ -31,7 +31,7 @@
 
 use super::construction::sent;
 use super::entry::{Gain, SchemeEntry};
-use super::need::Need;
+use super::requirement::Requirement;
 use crate::cosim::{CouplingScheme, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::Failure;
 
@@ -40,7 +40,12 @@ const IMPEDANCE: f64 = 1.0;
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::OutputRates, Need::HeldReturn],
+        needs: vec![
+            Requirement::ForceDisplacement,
+            Requirement::InterfaceModel,
+            Requirement::OutputRates,
+            Requirement::HeldReturn,
+        ],
         condenses: false,
         gain: Some(Gain {
             about: "γ, impedance of the line over that of the system".into(),

@@ -19,10 +19,10 @@
 //! said about the authors' method.
 
 use super::construction::{Construction, sent, sent_rates};
-use super::course::{Course, hermite};
 use super::entry::SchemeEntry;
+use super::input_polynomial::{InputPolynomial, hermite};
 use super::interface_acceleration::InterfaceAcceleration;
-use super::need::Need;
+use super::requirement::Requirement;
 use super::taylor_force::taylor_force;
 use crate::cosim::{CouplingScheme, Cubic, MicroStep, OutputRates, Sample, SchemeReport, Side};
 use crate::error::{Failure, Result};
@@ -30,7 +30,12 @@ use crate::error::{Failure, Result};
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         order: 2,
-        needs: vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NoFriction, Need::OutputRates],
+        needs: vec![
+            Requirement::ForceDisplacement,
+            Requirement::InterfaceModel,
+            Requirement::NoFriction,
+            Requirement::OutputRates,
+        ],
         ..SchemeEntry::new(
             "true-acceleration",
             "Hold the acceleration that the mechanics has, integrate it to velocity and position",
@@ -44,8 +49,8 @@ struct TrueAcceleration {
     mechanics: InterfaceAcceleration,
     position: Vec<f64>,
     velocity: Vec<f64>,
-    motion: Course,
-    force: Course,
+    motion: InputPolynomial,
+    force: InputPolynomial,
 }
 
 impl TrueAcceleration {
@@ -55,8 +60,8 @@ impl TrueAcceleration {
             mechanics: InterfaceAcceleration::new(construction.model()?),
             position: vec![0.0; m],
             velocity: vec![0.0; m],
-            motion: Course::new(2 * m, 3),
-            force: Course::new(m, 2),
+            motion: InputPolynomial::new(2 * m, 3),
+            force: InputPolynomial::new(m, 2),
         })
     }
 
@@ -118,7 +123,7 @@ impl CouplingScheme for TrueAcceleration {
 
 impl TrueAcceleration {
     #[inline]
-    fn to(&self, side: Side) -> &Course {
+    fn to(&self, side: Side) -> &InputPolynomial {
         match side {
             Side::Mechanics => &self.force,
             Side::Actuator => &self.motion,
@@ -127,7 +132,7 @@ impl TrueAcceleration {
 }
 
 /// Lets a motion go from position and velocity at the start of the macro step to those of a sample at its end.
-pub(super) fn interpolate(position: &[f64], velocity: &[f64], end: &Sample<'_>, motion: &mut Course) {
+pub(super) fn interpolate(position: &[f64], velocity: &[f64], end: &Sample<'_>, motion: &mut InputPolynomial) {
     let m = position.len();
     for i in 0..m {
         let (from, to) = ([position[i], velocity[i]], [end.y[i], end.y[m + i]]);

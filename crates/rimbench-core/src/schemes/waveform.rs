@@ -13,8 +13,8 @@
 
 use super::entry::SchemeEntry;
 use super::extrapolation::Extrapolation;
-use super::need::Need;
-use crate::ceilings::{Driver, Waveform};
+use super::requirement::Requirement;
+use crate::iterative::{IterativeDriver, Waveform};
 
 /// Largest change of a coupling variable, relative to its size, at which the iteration ends.
 const TOLERANCE: f64 = 1e-10;
@@ -24,9 +24,9 @@ const MOST_ITERATIONS: u32 = 200;
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        needs: vec![Need::Copies],
-        driver: Driver::Waveform(Waveform { tolerance: TOLERANCE, most_iterations: MOST_ITERATIONS }),
-        // Holds what it receives, for whoever asks; the driver does not.
+        needs: vec![Requirement::Copies],
+        driver: IterativeDriver::Waveform(Waveform { tolerance: TOLERANCE, most_iterations: MOST_ITERATIONS }),
+        // Holds its samples; the driver does not ask for them.
         ..SchemeEntry::new(
             "waveform",
             "Ceiling: repeat each macro step to agreement at every micro step",

@@ -6,7 +6,7 @@ use super::tape::Tape;
 use rimbench_cases::cases::{Case, Contacts, ParameterSet, Parameters};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
-use rimbench_core::complementarity::{Lcp, SolverEntry, Witnessed};
+use rimbench_core::complementarity::{Lcp, RecordedProblem, SolverEntry};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::Result;
 use rimbench_core::friction::ContactState;
@@ -210,7 +210,7 @@ fn frictional_stretches_of(spec: &RunSpec, source: &str, budget: usize) -> Resul
     (spec.case.build)(&spec.parameters, &solver)?;
     let mechanics_solvers = witness.solvers();
     let tapes: Tapes<FrictionalProblem, Vec<ContactState>> = Tapes::default();
-    let run = |note: fn(&mut Tape<FrictionalProblem, Vec<ContactState>>, Witnessed<'_>)| {
+    let run = |note: fn(&mut Tape<FrictionalProblem, Vec<ContactState>>, RecordedProblem<'_>)| {
         let tapes = tapes.clone();
         let (solver, _) = witnessing(move |witnessed| tapes.of(witnessed.solver, |tape| note(tape, witnessed)));
         completes(&with_solver(spec, &solver))
@@ -223,12 +223,12 @@ fn frictional_stretches_of(spec: &RunSpec, source: &str, budget: usize) -> Resul
     Ok(tapes.stretches(source, mechanics_solvers))
 }
 
-fn frictional_problem_of(witnessed: Witnessed<'_>) -> FrictionalProblem {
-    let Witnessed { h, b, friction, .. } = witnessed;
+fn frictional_problem_of(witnessed: RecordedProblem<'_>) -> FrictionalProblem {
+    let RecordedProblem { h, b, friction, .. } = witnessed;
     FrictionalProblem { h: h.into(), b: b.to_vec(), friction: friction.to_vec() }
 }
 
-fn states_of(witnessed: Witnessed<'_>) -> Vec<ContactState> {
+fn states_of(witnessed: RecordedProblem<'_>) -> Vec<ContactState> {
     let (p_n, p_t) = witnessed.impulses.split_at(witnessed.friction.len());
     let state = |((p_n, p_t), mu): ((&f64, &f64), &f64)| ContactState::of_impulses(*p_n, *p_t, *mu);
     p_n.iter().zip(p_t).zip(witnessed.friction).map(state).collect()

@@ -3,7 +3,7 @@
 //! The recorders of a run are built by the entry that the run names, as any solver is; the stepping code knows nothing of them.
 
 use rimbench_core::complementarity::{
-    ActiveSet, ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry, Unsolved, Witness, Witnessed,
+    ActiveSet, ComplementaritySolver, Lcp, ProblemRecorder, RecordedProblem, SolveStats, Solver, SolverEntry, Unsolved,
 };
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -41,8 +41,10 @@ pub(super) fn recording(observer: impl FnMut(usize, Lcp<'_>, &[f64]) + Send + 's
 }
 
 /// Solves as `active-set` does and reports every problem with friction to `observer`. Not in any catalogue either.
-pub(super) fn witnessing(observer: impl Fn(Witnessed<'_>) + Send + Sync + 'static) -> (Arc<SolverEntry>, Witness) {
-    let witness = Witness::new(observer);
+pub(super) fn witnessing(
+    observer: impl Fn(RecordedProblem<'_>) + Send + Sync + 'static,
+) -> (Arc<SolverEntry>, ProblemRecorder) {
+    let witness = ProblemRecorder::new(observer);
     (Arc::new(SolverEntry { witness: Some(witness.clone()), ..SolverEntry::active_set() }), witness)
 }
 

@@ -234,7 +234,7 @@ impl Instance {
         let model = built.model.as_mut().ok_or("no interface model is offered with these parameters")?;
         if !built.model_known || (kinks && !built.kinks_known) {
             model.kinks.clear();
-            model.kinks.wanted = kinks;
+            model.kinks.requested = kinks;
             let offered = built.subsystem.capabilities().interface_model(h, model);
             if !offered.map_err(|failure| failure.to_string())? {
                 return Err("no interface model is offered in this state".to_owned());

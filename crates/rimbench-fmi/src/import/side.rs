@@ -6,7 +6,7 @@ use rimbench_core::contact_law::ContactSpring;
 use rimbench_core::cosim::{Capabilities, OutputRates, Ports, Subsystem, SubsystemCounters};
 use rimbench_core::error::{Cause, Failure};
 use rimbench_core::friction::{ContactState, Stiction};
-use rimbench_core::interface_model::{Kinks, ReducedInterfaceModel};
+use rimbench_core::interface_model::{AccelerationJumps, ReducedInterfaceModel};
 use rimbench_core::name::Name;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -45,7 +45,7 @@ impl ModelSize {
         } else {
             ReducedInterfaceModel::zeros(contacts, interface)
         };
-        empty.kinks = Kinks::with_room(kinks, empty.interface_start() + interface);
+        empty.kinks = AccelerationJumps::with_room(kinks, empty.interface_start() + interface);
         empty
     }
 }
@@ -110,7 +110,7 @@ impl ImportedSide {
         (empty.stabilisation, empty.restitution) = (filled.stabilisation, filled.restitution);
         empty.spring = filled.spring;
         if filled.restitution > 0.0 {
-            empty.own_approach = vec![0.0; size.contacts];
+            empty.discretisation_approach = vec![0.0; size.contacts];
         }
         empty.friction.copy_from_slice(&filled.friction);
         (empty.stiction, empty.tangential_restitution) = (filled.stiction, filled.tangential_restitution);
@@ -122,7 +122,7 @@ impl ImportedSide {
     pub(super) fn with_smooth_model(self, interface: usize) -> Self {
         let mut side = self;
         let empty = side.model.insert(ReducedInterfaceModel::zeros(0, interface));
-        (empty.smooth, empty.kinks.blind) = (true, true);
+        (empty.smooth, empty.kinks.unknown) = (true, true);
         side
     }
 
@@ -141,7 +141,7 @@ impl ImportedSide {
     fn fill(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), String> {
         self.input.clear();
         self.input.push(h);
-        if model.kinks.wanted {
+        if model.kinks.requested {
             self.input.push(1.0);
         }
         self.ask(Ask::Model)?;
@@ -157,8 +157,8 @@ impl ImportedSide {
         model.position.copy_from_slice(next(interface)?);
         model.gap.copy_from_slice(next(contacts)?);
         let own = next(contacts)?;
-        if !model.own_approach.is_empty() {
-            model.own_approach.copy_from_slice(own);
+        if !model.discretisation_approach.is_empty() {
+            model.discretisation_approach.copy_from_slice(own);
         }
         model.stabilisation = next(1)?[0];
         model.restitution = next(1)?[0];
@@ -182,7 +182,7 @@ impl ImportedSide {
                 }
             }
         }
-        if model.kinks.wanted && model.kinks.places() > 0 {
+        if model.kinks.requested && model.kinks.places() > 0 {
             let (places, count) = (model.kinks.places(), next(1)?[0]);
             let (times, jumps) = (next(places)?, next(places * n)?);
             if !(0.0..=places as f64).contains(&count) {

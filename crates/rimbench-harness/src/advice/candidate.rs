@@ -5,9 +5,9 @@ use super::price::Work;
 use super::probe::Probe;
 use super::{Fallen, Question};
 use rimbench_cases::runs::{RunRequest, RunSpec};
-use rimbench_core::ceilings::Driver;
 use rimbench_core::cosim::MechanicsSteps;
 use rimbench_core::error::{Error, Result};
+use rimbench_core::iterative::IterativeDriver;
 use std::collections::HashSet;
 
 /// Where and why a form missed the error, and the run that says so.
@@ -152,7 +152,7 @@ impl Candidate {
             MechanicsSteps::Count(count) => steps * f64::from(count.get()),
         };
         // What is taken again is taken twice at least.
-        let times = if matches!(first.scheme.driver, Driver::Explicit) { 1.0 } else { 2.0 };
+        let times = if matches!(first.scheme.driver, IterativeDriver::Explicit) { 1.0 } else { 2.0 };
         Work { exchanges: steps, mechanics_solves: own * times, micro_steps: micro * times, model_solves: 0.0 }
     }
 }

@@ -1,9 +1,9 @@
 //! Who competes: every scheme of the catalogue in every form that it has, and what a scheme must be told.
 
 use rimbench_cases::runs::RunRequest;
-use rimbench_core::ceilings::Driver;
 use rimbench_core::cosim::{ForceReturn, MechanicsSteps, Sequence, Side};
-use rimbench_core::schemes::{Need, SchemeEntry};
+use rimbench_core::iterative::IterativeDriver;
+use rimbench_core::schemes::{Requirement, SchemeEntry};
 
 /// What may be known, and done, where the advice is to be followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,15 +30,17 @@ impl Information {
     /// the actuator's outputs, that act through the force they hand to the mechanics, or that take a step again with what came of
     /// it. Without repetition fall those that the loop itself does not run.
     pub fn refuses(self, scheme: &SchemeEntry) -> Option<&'static str> {
-        let needs = |needs: &[Need]| needs.iter().any(|need| scheme.needs.contains(need));
+        let needs = |needs: &[Requirement]| needs.iter().any(|need| scheme.needs.contains(need));
         match () {
-            () if scheme.driver == Driver::Monolithic => Some("it is no co-simulation: both sides step together"),
+            () if scheme.driver == IterativeDriver::Monolithic => {
+                Some("it is no co-simulation: both sides step together")
+            }
             () if !self.model && scheme.has_model() => Some("needs an interface model of the mechanics (--no-model)"),
             () if !self.repetition && !scheme.real_time() => Some("takes steps again (--real-time)"),
-            () if !self.feedback && needs(&[Need::OutputRates, Need::OutputRatesIfFeedthrough]) => {
+            () if !self.feedback && needs(&[Requirement::OutputRates, Requirement::OutputRatesIfFeedthrough]) => {
                 Some("needs derivatives of the actuator's force (--no-feedback)")
             }
-            () if !self.feedback && needs(&[Need::HeldReturn]) => {
+            () if !self.feedback && needs(&[Requirement::HeldReturn]) => {
                 Some("acts through the force it hands to the mechanics (--no-feedback)")
             }
             () if !self.feedback && !scheme.real_time() => {

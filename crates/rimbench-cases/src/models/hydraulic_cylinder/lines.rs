@@ -1,7 +1,7 @@
 //! The two chambers of a cylinder as lossless lines from the valve to the piston, for the scheme `hydraulic-line`.
 
 use super::HydraulicCylinder;
-use rimbench_core::cosim::{EnergyAccount, LineForces, MacroStep, OilLines};
+use rimbench_core::cosim::{EnergyAccount, LineForces, MacroStep, TransmissionLines};
 
 /// Into which chamber the piston presses as it moves out.
 const DISPLACED: [f64; 2] = [1.0, -1.0];
@@ -136,7 +136,7 @@ fn mean_over(count: usize, index: usize, parts: usize, piece: impl Fn(usize) -> 
     pieces.map(|j| share(j) * piece(j)).sum()
 }
 
-impl OilLines for HydraulicCylinder {
+impl TransmissionLines for HydraulicCylinder {
     fn lay(&mut self, micro_steps: usize, smoothing: f64) {
         // As if pressures and flows had been what they are for long.
         let line = |i: usize| {

@@ -1,21 +1,21 @@
 //! How both sides cover a macro step, and with how many steps of their own.
 
 use super::CoupledPair;
-use crate::cosim::attachments::{NO_OUTPUT_RATES, NO_PIECES};
 use crate::cosim::communication_grid::MacroStep;
 use crate::cosim::coupling_scheme::{CouplingScheme, MicroStep};
+use crate::cosim::exchange_data::{NO_OUTPUT_RATES, NO_PIECES};
 use crate::cosim::force_return::{ForceReturn, Sequence};
-use crate::cosim::micro_log::{note_micro_step, note_midpoint};
-use crate::cosim::pace::Interval;
+use crate::cosim::micro_log::{record_micro_step, record_midpoint};
+use crate::cosim::output_history::ForceCourse;
 use crate::cosim::pair_state::PairState;
 use crate::cosim::side::Side;
+use crate::cosim::step_size_control::MacroInterval;
 use crate::cosim::subsystem::Subsystem;
-use crate::cosim::transmission::ForceCourse;
 use crate::error::{Cause, Failure};
 
 impl CoupledPair<'_> {
     /// Lets both sides cover a macro step in their sequence.
-    pub(crate) fn advance(&mut self, interval: Interval) -> Result<(), Failure> {
+    pub(crate) fn advance(&mut self, interval: MacroInterval) -> Result<(), Failure> {
         let step = interval.step;
         match self.setup.sequence {
             Sequence::Jacobi | Sequence::GaussSeidel { first: Side::Actuator } => {
@@ -25,7 +25,7 @@ impl CoupledPair<'_> {
             Sequence::GaussSeidel { first: Side::Mechanics } => {
                 self.advance_mechanics(step)?;
                 self.sides.mechanics.outputs(&self.state.u.mechanics, &mut self.state.y.mechanics)?;
-                self.send_ahead(Side::Mechanics, interval)?;
+                self.send_fresh_sample(Side::Mechanics, interval)?;
                 self.advance_actuator(step)?;
             }
         }
@@ -60,7 +60,7 @@ impl CoupledPair<'_> {
         let averaged =
             matches!(self.setup.force_return, ForceReturn::Mean | ForceReturn::Profile | ForceReturn::Pieces);
         let (actuator, scheme) = (&mut *self.sides.actuator, &mut *self.scheme);
-        let mut takes_course = self.state.takes_course.actuator;
+        let mut takes_polynomial = self.state.takes_polynomial.actuator;
         let PairState { own, u, transmission, work_sent, end, rates, inside, .. } = &mut *self.state;
         let (own, u) = (&mut own.actuator[..], &mut u.actuator[..]);
         let mut rates = if ORDER == 2 { rates.as_mut() } else { None };
@@ -89,10 +89,10 @@ impl CoupledPair<'_> {
                 }
             }
             if let Some(log) = inside {
-                if ORDER == 2 { note_midpoint(log, at, own, u) } else { note_micro_step(log, at, own, u) }
+                if ORDER == 2 { record_midpoint(log, at, own, u) } else { record_micro_step(log, at, own, u) }
             }
-            if takes_course {
-                takes_course = tell_course(scheme, Side::Actuator, at, actuator);
+            if takes_polynomial {
+                takes_polynomial = send_polynomial(scheme, Side::Actuator, at, actuator);
             }
             if averaged || ORDER == 2 {
                 transmission.push(own);
@@ -111,7 +111,7 @@ impl CoupledPair<'_> {
     pub(crate) fn advance_mechanics(&mut self, step: MacroStep) -> Result<(), Failure> {
         let count = self.setup.own_mechanics_steps(step);
         let (mechanics, scheme) = (&mut *self.sides.mechanics, &mut *self.scheme);
-        let mut takes_course = self.state.takes_course.mechanics;
+        let mut takes_polynomial = self.state.takes_polynomial.mechanics;
         let PairState { own, u, transmission, end, received, .. } = &mut *self.state;
         let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
         received.fill(0.0);
@@ -123,8 +123,8 @@ impl CoupledPair<'_> {
                 ForceReturn::Held => {
                     mechanics.outputs(u, own)?;
                     scheme.input(Side::Mechanics, at, own, u)?;
-                    if takes_course {
-                        takes_course = tell_course(scheme, Side::Mechanics, at, mechanics);
+                    if takes_polynomial {
+                        takes_polynomial = send_polynomial(scheme, Side::Mechanics, at, mechanics);
                     }
                 }
                 ForceReturn::End => u.copy_from_slice(end),
@@ -165,7 +165,7 @@ fn step_in_pieces(mechanics: &mut dyn Subsystem, course: ForceCourse<'_>, h: f64
 
 /// Hands the course of the inputs within a micro step to a subsystem that integrates it; says whether there is one. Inputs that are
 /// held in the first micro step of a macro step are held in all of it.
-fn tell_course(scheme: &dyn CouplingScheme, to: Side, at: MicroStep, subsystem: &mut dyn Subsystem) -> bool {
+fn send_polynomial(scheme: &dyn CouplingScheme, to: Side, at: MicroStep, subsystem: &mut dyn Subsystem) -> bool {
     subsystem
         .capabilities()
         .input_polynomials()

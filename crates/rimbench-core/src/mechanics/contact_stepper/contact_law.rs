@@ -27,7 +27,7 @@ impl ContactLaw {
         model.restitution = self.restitution;
         model.spring = self.spring;
         if self.rebounds() {
-            model.own_approach = vec![0.0; model.contacts()];
+            model.discretisation_approach = vec![0.0; model.contacts()];
         }
     }
 }

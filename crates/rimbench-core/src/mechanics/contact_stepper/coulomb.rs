@@ -194,7 +194,7 @@ impl ContactStepper {
         }
         let solver = match &self.contacts {
             StepContacts::Signorini { solver, .. } if solver.goes_by_active_sets() => {
-                FrictionSolver::new(n, solver.tolerance()).witnessed_by(solver.witness())
+                FrictionSolver::new(n, solver.tolerance()).recorded_by(solver.witness())
             }
             _ => {
                 let reason = "contacts with friction are solved over their states; use solver `active-set`";

@@ -5,7 +5,7 @@ use super::step_contacts::StepContacts;
 use crate::error::Failure;
 use crate::interface_model::{Linearisation, ReducedInterfaceModel, TOUCHING};
 use rimbench_contact::contact_law::{
-    GapRates, ImpactRows, ImpactStep, Rebounds, Solved, own_approach, resting_approach,
+    GapRates, ImpactRows, ImpactStep, Rebounds, Solved, discretisation_approach, rounding_velocity,
 };
 
 /// The rebounds of a step, with what must be known of the steps before it. Empty where nothing rebounds.
@@ -86,7 +86,7 @@ impl Rebounding {
     /// Finds the contacts that rebound in a step of `h` (s) under the interface impulses `forces` (N·s).
     ///
     /// # Errors
-    /// Those of the solver, which is asked once there are contacts that are hit.
+    /// As the contact solver reports, which is asked once there are contacts that are hit.
     pub(super) fn find(
         &mut self,
         law: &ContactLaw,
@@ -103,7 +103,7 @@ impl Rebounding {
             }
         }
         let state = ImpactRows { gap: &eq4.gap, w: &eq4.w[..rows], free: &self.free };
-        if self.rebounds.note_hits(&step, state, |contact| eq4.own_approach_of(contact)) {
+        if self.rebounds.record_hits(&step, state, |contact| eq4.own_approach_of(contact)) {
             contacts.begin_trials(eq4);
             self.rebounds
                 .look_ahead(&step, state, |b, impulses, velocities| contacts.try_solve(eq4, b, impulses, velocities))?;
@@ -128,12 +128,12 @@ impl Rebounding {
     /// neither of the last two steps do not rest: with any approach, they are hit.
     pub(super) fn write_approach(&mut self, eq3: &Linearisation, v: &[f64], h: f64, eq4: &mut ReducedInterfaceModel) {
         let rows = eq4.w.iter().zip(&eq4.a).map(|(w, a)| (*w, h * a));
-        let rounding = resting_approach(self.tolerance, rows.take(eq4.interface_start()));
+        let rounding = rounding_velocity(self.tolerance, rows.take(eq4.interface_start()));
         let (rows, jointed) = (&eq3.unilateral, !eq3.bilateral.is_empty());
         let ([coming, last, before], [touched, touched_before]) = (&mut self.approach, &self.touched);
-        for (contact, own) in eq4.own_approach.iter_mut().enumerate() {
+        for (contact, own) in eq4.discretisation_approach.iter_mut().enumerate() {
             let corrected = if jointed { eq4.w[contact] - rows.velocity(contact, v) } else { 0.0 };
-            coming[contact] = own_approach(h, rows.convective[contact], corrected);
+            coming[contact] = discretisation_approach(h, rows.convective[contact], corrected);
             *own = if touched[contact] || touched_before[contact] {
                 coming[contact].max(last[contact]).max(before[contact])
             } else {

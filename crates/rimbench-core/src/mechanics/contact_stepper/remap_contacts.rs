@@ -11,7 +11,7 @@ impl ContactStepper {
     ///
     /// # Errors
     /// If they now meet so often that entries which are zero for good are few.
-    pub(in crate::mechanics) fn relist(&mut self, columns: Option<&[Vec<usize>]>) -> Result<(), Failure> {
+    pub(in crate::mechanics) fn remap_contacts(&mut self, columns: Option<&[Vec<usize>]>) -> Result<(), Failure> {
         // It follows from the problem of the rows as they were.
         self.find_closed();
         let (rows, velocities) = (self.eq3.unilateral.len(), self.eq3.velocities());
@@ -28,7 +28,7 @@ impl ContactStepper {
             solver.change_pattern(&pattern);
             self.eq4.set_meeting(pattern);
         }
-        self.eq4.note_listing();
+        self.eq4.count_version();
         self.forget_reduction();
         Ok(())
     }

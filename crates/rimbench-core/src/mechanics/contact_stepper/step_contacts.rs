@@ -119,7 +119,7 @@ impl StepContacts {
     /// Solves for the contact impulses of one step; `impulses` holds `h λ_i` behind them already.
     ///
     /// # Errors
-    /// Those of the solver.
+    /// As the contact solver reports.
     #[inline]
     pub(super) fn solve(&mut self, terms: ContactTerms<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
         let (impulses, forces) = impulses.split_at_mut(terms.eq4.interface_start());
@@ -157,7 +157,7 @@ impl StepContacts {
     /// Solves a trial with the right-hand side `b`, and writes its impulses and velocities `H P + b`.
     ///
     /// # Errors
-    /// Those of the solver.
+    /// As the contact solver reports.
     pub(super) fn try_solve(
         &mut self,
         eq4: &ReducedInterfaceModel,

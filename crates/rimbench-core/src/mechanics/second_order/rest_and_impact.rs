@@ -1,8 +1,8 @@
 //! What a piece of a step shows of its contacts: which rest, which close, and what comes of those that collide.
 
 use super::SecondOrderSteps;
-use super::drive::Drive;
-use super::piece::Law;
+use super::excitation::Excitation;
+use super::sub_step::SubStepContacts;
 use crate::error::Failure;
 use crate::mechanics::cubic::HermiteCubic;
 use crate::mechanics::mechanical_model::MechanicalModel;
@@ -61,10 +61,10 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     pub(super) fn go_to_event(
         &mut self,
         steps: &mut SecondOrderSteps,
-        drive: &mut Drive<'_, '_>,
+        drive: &mut Excitation<'_, '_>,
         left: f64,
     ) -> Result<Option<(f64, Event)>, Failure> {
-        self.try_piece(steps, drive, left, Law::Resting)?;
+        self.try_piece(steps, drive, left, SubStepContacts::Resting)?;
         let mut tried = left;
         let mut found = self.first_event(steps, left);
         for _ in 0..=MOST_CORRECTIONS {
@@ -79,7 +79,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             if time <= 1e-9 * steps.length {
                 return Ok(found.map(|(_, event)| (if drive.varies() { 0.0 } else { time }, event)));
             }
-            self.try_piece(steps, drive, time, Law::Resting)?;
+            self.try_piece(steps, drive, time, SubStepContacts::Resting)?;
             tried = time;
             if drive.varies() {
                 found = self.find_again(steps, (time, left), found);

@@ -9,8 +9,8 @@ use super::super::implicit_feedthrough::ImplicitFeedthrough;
 use super::super::model_contacts::{Complementarity, ModelContacts, ModelState, Signorini};
 use super::super::model_options::{ModelMotion, ModelOptions};
 use super::super::moving_model::MovingModel;
-use super::super::need::Need;
 use super::super::recorded_modes::RecordedModes;
+use super::super::requirement::Requirement;
 use super::ReducedInterface;
 use super::contact_set::ContactSet;
 use super::effective_mass::EffectiveMass;
@@ -35,7 +35,7 @@ const SQUARES: u64 = 12;
 pub(in super::super) enum Contacts {
     /// Contacts closed at `t_k` are bilateral: `w_c⁺ = 0`, eliminated beforehand.
     Bilateral,
-    /// Those of them that carry impulse at `t_k` are bilateral, the others are left out.
+    /// Contacts that carry impulse at `t_k` are bilateral, the others are left out.
     BilateralActive,
     /// Contacts closed at `t_k` may open: `0 ≤ w_u⁺ ⟂ P_u ≥ 0`, or the law that comes with their detection.
     Unilateral,
@@ -137,8 +137,15 @@ impl ReducedInterface {
             order: 2,
             sequence: Sequence::GaussSeidel { first: Side::Actuator },
             needs: match contacts {
-                Contacts::Bilateral => vec![Need::ForceDisplacement, Need::InterfaceModel, Need::NotMechanicsFirst],
-                _ => vec![Need::ForceDisplacement, Need::InterfaceModel, Need::ListedContacts, Need::NotMechanicsFirst],
+                Contacts::Bilateral => {
+                    vec![Requirement::ForceDisplacement, Requirement::InterfaceModel, Requirement::NotMechanicsFirst]
+                }
+                _ => vec![
+                    Requirement::ForceDisplacement,
+                    Requirement::InterfaceModel,
+                    Requirement::ListedContacts,
+                    Requirement::NotMechanicsFirst,
+                ],
             },
             moves_model: true,
             ..SchemeEntry::new(name, about, move |construction| Ok(Box::new(Self::new(contacts, construction)?)))

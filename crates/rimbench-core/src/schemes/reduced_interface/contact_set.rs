@@ -67,7 +67,7 @@ impl ContactSet {
     /// Keeps the contacts that carry impulse with the actuator's force `lambda` (N), and records their modes.
     ///
     /// # Errors
-    /// Those of the solver.
+    /// As the contact solver reports.
     pub(super) fn keep_active(
         &mut self,
         model: &mut MovingModel,

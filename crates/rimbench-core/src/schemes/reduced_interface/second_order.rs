@@ -8,7 +8,7 @@ impl ReducedInterface {
     /// Writes the mean position and velocity of a micro step under the force `own`, taken in its middle with the inputs `u` of its start.
     ///
     /// # Errors
-    /// Those of the contact solver.
+    /// As the contact solver reports.
     #[inline(never)]
     pub(super) fn input_of_second_order(&mut self, at: MicroStep, own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
         let (n, n_i) = (self.discretised.contacts(), own.len());

@@ -10,6 +10,6 @@ mod relaxation;
 mod step_doubling;
 mod waveform;
 
-pub use driver::{Driver, StepDoubling};
+pub use driver::{IterativeDriver, StepDoubling};
 pub use iteration::Iteration;
 pub use waveform::Waveform;

@@ -3,17 +3,17 @@
 /// Numbers that are held over each of so many equal parts of a macro step, as the means over any others: the actuator's outputs, handed to
 /// the mechanics as the force return says.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Transmission {
+pub struct OutputHistory {
     width: usize,
     count: usize,
     /// Row j: output at the start of micro step j.
     outputs: Vec<f64>,
 }
 
-impl Transmission {
+impl OutputHistory {
     /// Makes room for `micro_steps` rows of `width` numbers.
     pub fn new(width: usize, micro_steps: usize) -> Self {
-        Transmission { width, count: 0, outputs: vec![0.0; width * micro_steps] }
+        OutputHistory { width, count: 0, outputs: vec![0.0; width * micro_steps] }
     }
 
     pub(crate) fn clear(&mut self) {
@@ -21,7 +21,7 @@ impl Transmission {
     }
 
     /// Takes over another's outputs in the room there is.
-    pub(crate) fn copy_from(&mut self, other: &Transmission) {
+    pub(crate) fn copy_from(&mut self, other: &OutputHistory) {
         (self.width, self.count) = (other.width, other.count);
         self.outputs.clone_from(&other.outputs);
     }
@@ -55,7 +55,7 @@ impl Transmission {
     }
 }
 
-impl Transmission {
+impl OutputHistory {
     /// The course of the outputs over part `index` of `parts` equal parts of the macro step, moved so that its mean is `mean`.
     pub(crate) fn course<'a>(&'a self, index: usize, parts: usize, mean: &'a [f64]) -> ForceCourse<'a> {
         let border = |index: usize| (index * self.count) as f64 / parts as f64;
@@ -74,7 +74,7 @@ impl Transmission {
 /// The course of the forces over a step of the mechanics.
 #[derive(Debug, Clone, Copy)]
 pub struct ForceCourse<'a> {
-    transmission: &'a Transmission,
+    transmission: &'a OutputHistory,
     /// Of the step, in micro steps.
     from: f64,
     to: f64,
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn means_share_out_straddling_micro_steps_and_keep_the_impulse() {
-        let mut transmission = Transmission::new(1, 3);
+        let mut transmission = OutputHistory::new(1, 3);
         for force in [1.0, 2.0, 6.0] {
             transmission.push(&[force]);
         }
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn a_piece_within_a_micro_step_has_its_output_and_a_whole_step_its_mean() {
-        let mut transmission = Transmission::new(1, 4);
+        let mut transmission = OutputHistory::new(1, 4);
         [1.0, 2.0, 6.0, 4.0].iter().for_each(|force| transmission.push(&[*force]));
         // The second half, with an impulse that adds 0.5 N to its mean of 5 N.
         let mean = [5.5];
@@ -164,7 +164,7 @@ mod tests {
             (parts, index) in (1usize..7).prop_flat_map(|parts| (proptest::strategy::Just(parts), 0..parts)),
             moved in -1e4f64..1e4,
         ) {
-            let mut transmission = Transmission::new(2, outputs.len());
+            let mut transmission = OutputHistory::new(2, outputs.len());
             outputs.iter().for_each(|output| transmission.push(output));
             let mut mean = [0.0; 2];
             transmission.mean_over(index, parts, &mut mean);
@@ -193,7 +193,7 @@ mod tests {
             outputs in proptest::collection::vec([-1e4f64..1e4, -1e4f64..1e4], 1..60),
             parts in 1usize..80,
         ) {
-            let mut transmission = Transmission::new(2, outputs.len());
+            let mut transmission = OutputHistory::new(2, outputs.len());
             outputs.iter().for_each(|output| transmission.push(output));
             let (mut mean, mut total) = ([0.0; 2], [0.0; 2]);
             for index in 0..parts {

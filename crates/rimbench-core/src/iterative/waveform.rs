@@ -1,7 +1,7 @@
 //! Waveform iteration: both sides cover the macro step on the micro grid, again and again, until what they exchanged stays.
 
 use super::copied_pair::CopiedPair;
-use crate::cosim::{CoupledPair, Interval, MacroStep, MicroStep, PairState};
+use crate::cosim::{CoupledPair, MacroInterval, MacroStep, MicroStep, PairState};
 use crate::error::{Cause, Failure};
 
 /// Waveform iteration on the micro grid of the actuator.
@@ -34,8 +34,8 @@ impl CopiedPair<'_> {
     ///
     /// # Errors
     /// [`Cause::NotConverged`]; that of a pass.
-    pub(super) fn relax_waveforms(&mut self, waveform: Waveform, interval: Interval) -> Result<(), Failure> {
-        self.note_sizes();
+    pub(super) fn relax_waveforms(&mut self, waveform: Waveform, interval: MacroInterval) -> Result<(), Failure> {
+        self.record_sizes();
         let points = self.setup.actuator_steps(interval.step) + 1;
         let mut waves =
             Waves { motion: self.state.y.mechanics.repeat(points), force: self.state.y.actuator.repeat(points) };

@@ -1,15 +1,15 @@
 //! What goes with the samples of a communication point besides outputs, for schemes that need it.
 
-use super::oil_lines::LineForces;
 use super::output_rates::OutputRates;
 use super::ports::Ports;
 use super::subsystem::Sides;
+use super::transmission_lines::LineForces;
 use crate::error::{Cause, Failure};
 use crate::interface_model::ReducedInterfaceModel;
 
 /// Room for what is exchanged besides outputs, filled anew at every communication point. Nothing by default.
 #[derive(Debug, Clone, Default)]
-pub struct Attachments {
+pub struct ExchangeData {
     /// The mechanics reduced to its interface.
     pub interface_model: Option<ReducedInterfaceModel>,
     /// How the actuator's outputs move.
@@ -30,12 +30,12 @@ pub(crate) const NO_PIECES: &str = "the mechanics does not split its steps at ev
 /// Likewise.
 pub(crate) const NO_FORECAST: &str = "the scheme moves no model of the mechanics together with the actuator";
 
-impl Attachments {
+impl ExchangeData {
     /// Makes room for what a scheme needs of two subsystems.
     ///
     /// # Errors
     /// [`Cause::NotOffered`] if the mechanics has no interface model.
-    pub fn new(sides: Sides<'_>, interface_model: bool, output_rates: bool) -> Result<Attachments, Failure> {
+    pub fn new(sides: Sides<'_>, interface_model: bool, output_rates: bool) -> Result<ExchangeData, Failure> {
         let Ports { inputs, outputs, .. } = sides.actuator.ports();
         let rates = OutputRates::zeros(outputs.len(), inputs.len());
         let model = match interface_model.then(|| sides.mechanics.capabilities().empty_interface_model()) {
@@ -43,6 +43,6 @@ impl Attachments {
             Some(model) => model,
             None => None,
         };
-        Ok(Attachments { interface_model: model, output_rates: output_rates.then_some(rates), line_forces: None })
+        Ok(ExchangeData { interface_model: model, output_rates: output_rates.then_some(rates), line_forces: None })
     }
 }

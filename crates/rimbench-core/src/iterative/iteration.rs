@@ -2,7 +2,7 @@
 
 use super::copied_pair::CopiedPair;
 use super::relaxation::Relaxation;
-use crate::cosim::{CoupledPair, Interval, PerSide, Sequence, Side};
+use crate::cosim::{CoupledPair, MacroInterval, PerSide, Sequence, Side};
 use crate::error::{Cause, Failure};
 use nalgebra::DVector;
 
@@ -29,8 +29,8 @@ impl CopiedPair<'_> {
     ///
     /// # Errors
     /// [`Cause::NotConverged`]; that of the first guess.
-    pub(super) fn iterate(&mut self, iteration: Iteration, interval: Interval) -> Result<(), Failure> {
-        self.note_sizes();
+    pub(super) fn iterate(&mut self, iteration: Iteration, interval: MacroInterval) -> Result<(), Failure> {
+        self.record_sizes();
         let sequence = self.setup.sequence;
         let mut guess = guessed(sequence, &self.state.y);
         let mut sizes = guessed(sequence, &self.sizes);
@@ -83,15 +83,15 @@ fn guessed(sequence: Sequence, of: &PerSide<Vec<f64>>) -> DVector<f64> {
 
 impl CoupledPair<'_> {
     /// Both sides cover the macro step, given a guess of the outputs at its end; those outputs are then evaluated.
-    fn sweep(&mut self, interval: Interval, guess: &[f64]) -> Result<(), Failure> {
+    fn sweep(&mut self, interval: MacroInterval, guess: &[f64]) -> Result<(), Failure> {
         let step = interval.step;
         match self.setup.sequence {
             Sequence::Jacobi => {
                 let (motion, force) = guess.split_at(self.state.y.mechanics.len());
                 self.state.y.mechanics.copy_from_slice(motion);
                 self.state.y.actuator.copy_from_slice(force);
-                self.send_ahead(Side::Mechanics, interval)?;
-                self.send_ahead(Side::Actuator, interval)?;
+                self.send_fresh_sample(Side::Mechanics, interval)?;
+                self.send_fresh_sample(Side::Actuator, interval)?;
                 self.advance_actuator(step)?;
                 self.advance_mechanics(step)?;
                 self.sides.actuator.outputs(motion, &mut self.state.y.actuator)?;
@@ -100,10 +100,10 @@ impl CoupledPair<'_> {
             Sequence::GaussSeidel { first } => {
                 let second = first.other();
                 self.state.y[second].copy_from_slice(guess);
-                self.send_ahead(second, interval)?;
+                self.send_fresh_sample(second, interval)?;
                 self.advance_side(first, step)?;
                 self.sides[first].outputs(guess, &mut self.state.y[first])?;
-                self.send_ahead(first, interval)?;
+                self.send_fresh_sample(first, interval)?;
                 self.advance_side(second, step)?;
                 let (of_first, of_second) = self.state.y.split_mut(first);
                 self.sides[second].outputs(of_first, of_second)?;

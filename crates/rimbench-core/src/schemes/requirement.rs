@@ -6,7 +6,7 @@ use crate::interface_model::ReducedInterfaceModel;
 
 /// Something a scheme cannot do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Need {
+pub enum Requirement {
     /// Forces to the mechanics, and the positions and velocities of the same interface back.
     ForceDisplacement,
     /// A reduced interface model of the mechanics.
@@ -19,10 +19,10 @@ pub enum Need {
     Rows(usize),
     /// Directional derivatives of the actuator's outputs.
     OutputRates,
-    /// The same of an actuator with direct feedthrough; one without has none to know.
+    /// Output rates of an actuator with direct feedthrough; one without has none to know.
     OutputRatesIfFeedthrough,
     /// Volumes of oil in the actuator that lines can replace.
-    OilLines,
+    TransmissionLines,
     /// The force that the scheme hands to the mechanics must be used: force return `held`. Refused before any run.
     HeldReturn,
     /// The actuator steps before the mechanics has, or beside it: sequence `gauss-seidel` or `jacobi`. Refused before any run.
@@ -31,17 +31,17 @@ pub enum Need {
     Copies,
 }
 
-impl Need {
+impl Requirement {
     /// Says why two subsystems do not offer this, if they do not.
     pub fn unmet(self, Sides { mechanics, actuator }: Sides<'_>) -> Option<String> {
         let ports = actuator.ports();
         let (inputs, outputs) = (ports.inputs.len(), ports.outputs.len());
         let (met, reason) = match self {
-            Need::ForceDisplacement => (
+            Requirement::ForceDisplacement => (
                 is_force_displacement(mechanics, actuator),
                 "a force-displacement coupling is needed: forces to the mechanics, their positions and velocities back",
             ),
-            Need::InterfaceModel => {
+            Requirement::InterfaceModel => {
                 let capabilities = mechanics.capabilities();
                 if capabilities.empty_interface_model().is_none() {
                     let asked = capabilities.interface_model(0.0, &mut ReducedInterfaceModel::zeros(0, 0));
@@ -49,22 +49,22 @@ impl Need {
                 }
                 return None;
             }
-            Need::ListedContacts => (
+            Requirement::ListedContacts => (
                 mechanics.capabilities().empty_interface_model().is_none_or(|model| !model.smooth),
                 "the mechanics' interface model is a smooth one, whose contacts neither open nor close: use a scheme whose contacts are \
                  bilateral, such as rim-smooth",
             ),
-            Need::NoFriction => (
+            Requirement::NoFriction => (
                 mechanics.capabilities().empty_interface_model().is_none_or(|model| !model.has_friction()),
                 "its picture of the contacts knows no friction: use a scheme with a reduced interface model, or one without a model",
             ),
-            Need::OilLines => (actuator.capabilities().oil_lines().is_some(), NO_OIL_LINES),
-            Need::Rows(most) if outputs > most => {
+            Requirement::TransmissionLines => (actuator.capabilities().oil_lines().is_some(), NO_OIL_LINES),
+            Requirement::Rows(most) if outputs > most => {
                 return Some(format!("the interface has more than {most} rows"));
             }
-            Need::Rows(_) | Need::HeldReturn | Need::NotMechanicsFirst => return None,
-            Need::OutputRatesIfFeedthrough if !ports.direct_feedthrough => return None,
-            Need::OutputRates | Need::OutputRatesIfFeedthrough => {
+            Requirement::Rows(_) | Requirement::HeldReturn | Requirement::NotMechanicsFirst => return None,
+            Requirement::OutputRatesIfFeedthrough if !ports.direct_feedthrough => return None,
+            Requirement::OutputRates | Requirement::OutputRatesIfFeedthrough => {
                 let mut rates = OutputRates::zeros(outputs, inputs);
                 let offered = actuator.capabilities().output_rates(0.0, &vec![0.0; inputs], &mut rates);
                 if matches!(&offered, Err(failure) if matches!(failure.cause(), Cause::NotOffered { .. })) {
@@ -73,7 +73,7 @@ impl Need {
                 // One that fails offers them, and will fail in the run, with its reason.
                 (offered.unwrap_or(true), NO_OUTPUT_RATES)
             }
-            Need::Copies => (
+            Requirement::Copies => (
                 mechanics.try_clone().is_some() && actuator.try_clone().is_some(),
                 "a subsystem cannot be copied, and so no step can be taken again",
             ),

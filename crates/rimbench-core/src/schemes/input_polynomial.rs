@@ -9,22 +9,22 @@ use crate::cosim::{Cubic, MicroStep};
 /// mean over [a, a + δ], m = a + ½δ:   u(m) + δ²/24 ü(m) = u(m) + δ²/12 (c₂ + 3 c₃ m)
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct InputPolynomial {
     /// Highest power that is ever there: no more is worked out than that.
     degree: usize,
     pub(super) rows: Vec<Cubic>,
 }
 
-impl Course {
+impl InputPolynomial {
     /// Makes room for polynomials up to a degree of 3 or less.
     pub(super) fn new(inputs: usize, degree: usize) -> Self {
         debug_assert!(degree <= 3);
-        Course { degree, rows: vec![[0.0; 4]; inputs] }
+        InputPolynomial { degree, rows: vec![[0.0; 4]; inputs] }
     }
 
     /// Takes polynomials whose coefficients beyond `degree` (at most 3) are zero. Of degree 0 they are inputs that are held.
     pub fn of(rows: Vec<Cubic>, degree: usize) -> Self {
-        Course { degree: degree.min(3), rows }
+        InputPolynomial { degree: degree.min(3), rows }
     }
 
     /// Writes the means over a micro step.
@@ -55,7 +55,7 @@ impl Course {
     }
 }
 
-/// The same polynomial in the time since `by`.
+/// Shifts a polynomial to the time since `by`.
 pub(super) fn shifted([c0, c1, c2, c3]: Cubic, by: f64) -> Cubic {
     [c0 + by * (c1 + by * (c2 + by * c3)), c1 + by * (2.0 * c2 + 3.0 * by * c3), c2 + 3.0 * by * c3, c3]
 }
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn means_add_up_to_the_integral_and_shifted_polynomials_go_on() {
-        let course = Course { degree: 3, rows: vec![[1.0, -2.0, 0.5, 3.0]] };
+        let course = InputPolynomial { degree: 3, rows: vec![[1.0, -2.0, 0.5, 3.0]] };
         let integral = |t: f64| t - t * t + 0.5 * t.powi(3) / 3.0 + 0.75 * t.powi(4);
         for j in 0..5 {
             let at = MicroStep::new(STEP, j, 5);

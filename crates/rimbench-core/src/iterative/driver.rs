@@ -4,14 +4,14 @@ use super::copied_pair::CopiedPair;
 use super::iteration::Iteration;
 use super::waveform::Waveform;
 use crate::cosim::{
-    Attachments, CommunicationPoint, CoupledPair, CouplingScheme, Interval, Log, MechanicsSteps, PairState, Report,
-    Setup, Sides, StepRule, Supervision, cover, macro_steps,
+    CommunicationPoint, CoupledPair, CouplingScheme, ExchangeData, Log, MacroInterval, MechanicsSteps, PairState,
+    Report, RunControl, Setup, Sides, StepRule, cover, macro_steps,
 };
 use crate::error::Failure;
 
 /// By what a scheme is run. All but the loop itself know the future or own both sides, and are not real-time.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub enum Driver {
+pub enum IterativeDriver {
     /// The loop: each macro step once, from what is known at its start.
     #[default]
     Explicit,
@@ -32,7 +32,7 @@ pub struct StepDoubling {
     pub order: u32,
 }
 
-impl Driver {
+impl IterativeDriver {
     /// Runs two subsystems coupled by a scheme, beside the explicit loop ([`cosimulate`](crate::cosim::cosimulate)); with `doubling` the
     /// length of the macro steps is found by trying.
     ///
@@ -45,19 +45,19 @@ impl Driver {
         setup: &Setup,
         mut sides: Sides<'_>,
         scheme: &mut dyn CouplingScheme,
-        attachments: Attachments,
-        supervision: Supervision<'_>,
+        attachments: ExchangeData,
+        supervision: RunControl<'_>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
         // Together the mechanics takes every micro step.
         let setup = &match self {
-            Driver::Monolithic | Driver::Waveform(_) => {
+            IterativeDriver::Monolithic | IterativeDriver::Waveform(_) => {
                 Setup { mechanics_steps: MechanicsSteps::AsActuator, ..setup.clone() }
             }
-            Driver::Explicit | Driver::Iterated(_) => setup.clone(),
+            IterativeDriver::Explicit | IterativeDriver::Iterated(_) => setup.clone(),
         };
         match (self, doubling) {
-            (Driver::Monolithic, None) => {
+            (IterativeDriver::Monolithic, None) => {
                 let advance = |pair: &mut CoupledPair<'_>, interval| pair.advance_together(interval);
                 let state = &mut PairState::new(setup, sides.lend(), attachments);
                 cover(advance, setup, sides, scheme, state, supervision, observe)
@@ -73,11 +73,11 @@ impl Driver {
         setup: &Setup,
         mut sides: Sides<'_>,
         scheme: &mut dyn CouplingScheme,
-        attachments: Attachments,
-        supervision: Supervision<'_>,
+        attachments: ExchangeData,
+        supervision: RunControl<'_>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
-        let mut log = Log::new(supervision.watch, setup);
+        let mut log = Log::new(supervision.timer, setup);
         let state = &mut PairState::new(setup, sides.lend(), attachments);
         let mut given = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
         let mut pair = match CopiedPair::of(&given) {
@@ -99,16 +99,16 @@ impl Driver {
     }
 
     /// Lets both sides cover a macro step after its exchange.
-    pub(super) fn cover(self, pair: &mut CopiedPair<'_>, interval: Interval) -> Result<(), Failure> {
+    pub(super) fn cover(self, pair: &mut CopiedPair<'_>, interval: MacroInterval) -> Result<(), Failure> {
         match self {
-            Driver::Explicit => pair.lend().advance(interval),
-            Driver::Iterated(iteration) => {
+            IterativeDriver::Explicit => pair.lend().advance(interval),
+            IterativeDriver::Iterated(iteration) => {
                 pair.iterate(iteration, interval)?;
                 pair.state.counters.macro_steps += 1;
                 Ok(())
             }
-            Driver::Waveform(waveform) => pair.relax_waveforms(waveform, interval),
-            Driver::Monolithic => pair.lend().advance_together(interval),
+            IterativeDriver::Waveform(waveform) => pair.relax_waveforms(waveform, interval),
+            IterativeDriver::Monolithic => pair.lend().advance_together(interval),
         }
     }
 }

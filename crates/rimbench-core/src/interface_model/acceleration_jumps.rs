@@ -12,24 +12,24 @@
 /// # Shapes and units
 /// Times since `t_k`, s; jumps `[n; t; i]` like [`a`](super::ReducedInterfaceModel::a), m/s².
 #[derive(Debug, Default, PartialEq)]
-pub struct Kinks {
-    /// Whether somebody asks for them: to find one costs two evaluations of the model's rows.
-    pub wanted: bool,
-    /// Whether whoever fills the model cannot look for them: nothing then follows from there being none.
-    pub blind: bool,
+pub struct AccelerationJumps {
+    /// Whether they are to be found: each costs two evaluations of the model's rows.
+    pub requested: bool,
+    /// Whether they cannot be found; an empty list then says nothing.
+    pub unknown: bool,
     places: usize,
     rows: usize,
     times: Vec<f64>,
     jumps: Vec<f64>,
 }
 
-impl Clone for Kinks {
-    /// Copies with the room: a vector's own copy has room for what it holds and no more, and whoever receives the copy of a model before
-    /// the loop is to take the model's first kink within it.
+impl Clone for AccelerationJumps {
+    /// Copies with the capacity: a vector's own copy has capacity for its entries and no more, and a model that is copied before the loop must
+    /// not allocate for its first kink within it.
     fn clone(&self) -> Self {
-        let mut copy = Kinks {
-            wanted: self.wanted,
-            blind: self.blind,
+        let mut copy = AccelerationJumps {
+            requested: self.requested,
+            unknown: self.unknown,
             places: self.places,
             rows: self.rows,
             times: Vec::with_capacity(self.times.capacity()),
@@ -40,11 +40,11 @@ impl Clone for Kinks {
     }
 }
 
-impl Kinks {
+impl AccelerationJumps {
     /// Makes room for `places` kinks of models with `rows` rows.
     pub fn with_room(places: usize, rows: usize) -> Self {
         let (times, jumps) = (Vec::with_capacity(places), Vec::with_capacity(places * rows));
-        Kinks { wanted: false, blind: false, places, rows, times, jumps }
+        AccelerationJumps { requested: false, unknown: false, places, rows, times, jumps }
     }
 
     /// Returns how many there may be at once.

@@ -5,17 +5,17 @@ use crate::error::{Cause, Failure};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Somebody's wish that a simulation should end, looked at in every step.
+/// A request that a simulation should end, read in every step.
 #[derive(Debug, Clone, Copy)]
 pub struct StopFlag<'a>(&'a AtomicBool);
 
 impl<'a> StopFlag<'a> {
-    /// Makes a flag that somebody else may raise.
+    /// Makes a flag that another thread may raise.
     pub fn new(flag: &'a AtomicBool) -> Self {
         StopFlag(flag)
     }
 
-    /// Makes a flag that nobody raises.
+    /// Makes a flag that is never raised.
     pub fn never() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
         StopFlag(&NEVER)
@@ -33,7 +33,7 @@ impl<'a> StopFlag<'a> {
 
 /// A clock and what to do with it.
 #[derive(Debug, Clone, Copy)]
-pub struct Watch {
+pub struct Timer {
     /// Time since some instant before the run; never goes back.
     pub now: fn() -> Duration,
     /// Measure the latency of each macro step.
@@ -42,20 +42,20 @@ pub struct Watch {
     pub wall_limit: Option<Duration>,
 }
 
-/// How a run is watched over. By default nobody stops it, and it knows no clock.
+/// How a run is watched over. By default it is not stopped, and it has no clock.
 #[derive(Debug, Clone, Copy)]
-pub struct Supervision<'a> {
+pub struct RunControl<'a> {
     /// Who may end it.
     pub stop: StopFlag<'a>,
     /// The clock, if it may know one.
-    pub watch: Option<Watch>,
+    pub timer: Option<Timer>,
     /// Note what the actuator did in each micro step, where the loop itself runs the scheme (see [`Report::inside`](super::Report)).
     pub inside: bool,
 }
 
-impl Default for Supervision<'_> {
+impl Default for RunControl<'_> {
     fn default() -> Self {
-        Supervision { stop: StopFlag::never(), watch: None, inside: false }
+        RunControl { stop: StopFlag::never(), timer: None, inside: false }
     }
 }
 
@@ -65,7 +65,7 @@ impl Default for Supervision<'_> {
 /// observers do at the communication point is not part of it.
 #[derive(Debug)]
 pub(crate) struct Stopwatch {
-    watch: Option<Watch>,
+    timer: Option<Timer>,
     started: Duration,
     lap: Duration,
     so_far: Duration,
@@ -73,24 +73,24 @@ pub(crate) struct Stopwatch {
 }
 
 impl Stopwatch {
-    pub(crate) fn new(watch: Option<Watch>, macro_steps: usize) -> Self {
-        let now = watch.map_or(Duration::ZERO, |watch| (watch.now)());
-        let measures = watch.is_some_and(|watch| watch.latencies);
+    pub(crate) fn new(timer: Option<Timer>, macro_steps: usize) -> Self {
+        let now = timer.map_or(Duration::ZERO, |timer| (timer.now)());
+        let measures = timer.is_some_and(|timer| timer.latencies);
         let latencies = Vec::with_capacity(if measures { macro_steps } else { 0 });
-        Stopwatch { watch, started: now, lap: now, so_far: Duration::ZERO, latencies }
+        Stopwatch { timer, started: now, lap: now, so_far: Duration::ZERO, latencies }
     }
 
     /// Whether the wall limit has passed.
     #[inline]
     pub(crate) fn expired(&self) -> bool {
-        let limit = |watch: &Watch| Some((watch.now, watch.wall_limit?));
-        self.watch.as_ref().and_then(limit).is_some_and(|(now, limit)| now() - self.started > limit)
+        let limit = |timer: &Timer| Some((timer.now, timer.wall_limit?));
+        self.timer.as_ref().and_then(limit).is_some_and(|(now, limit)| now() - self.started > limit)
     }
 
     /// The clock, if latencies are measured.
     #[inline]
     fn measuring(&self) -> Option<fn() -> Duration> {
-        self.watch.filter(|watch| watch.latencies).map(|watch| watch.now)
+        self.timer.filter(|timer| timer.latencies).map(|timer| timer.now)
     }
 
     /// A macro step begins, where the one before ended: what the loop does in between belongs to it, and a clock is not free.
@@ -146,8 +146,8 @@ mod tests {
 
     #[test]
     fn a_stopwatch_leaves_out_what_happens_between_pause_and_resume() {
-        let watch = Watch { now, latencies: true, wall_limit: Some(Duration::from_secs(5)) };
-        let mut stopwatch = Stopwatch::new(Some(watch), 1);
+        let timer = Timer { now, latencies: true, wall_limit: Some(Duration::from_secs(5)) };
+        let mut stopwatch = Stopwatch::new(Some(timer), 1);
         stopwatch.begin();
         pass(1);
         stopwatch.pause();
@@ -163,8 +163,8 @@ mod tests {
 
     #[test]
     fn without_a_clock_nothing_is_measured_and_nothing_expires() {
-        for watch in [None, Some(Watch { now, latencies: false, wall_limit: None })] {
-            let mut stopwatch = Stopwatch::new(watch, 1);
+        for timer in [None, Some(Timer { now, latencies: false, wall_limit: None })] {
+            let mut stopwatch = Stopwatch::new(timer, 1);
             stopwatch.begin();
             pass(1000);
             stopwatch.end();

@@ -89,7 +89,7 @@ pub(super) fn empty_equations(model: &impl MechanicalModel, law: ContactLaw, by_
 
 /// Returns the size of the problems that the solver of the contacts needs room for: none where few of many contacts meet, which has a
 /// solver of its own.
-pub fn solver_room(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> usize {
+pub fn solver_memory(model: &impl MechanicalModel, law: ContactLaw, by_active_sets: bool) -> usize {
     let size = model.size();
     if Kept::of(model, law, by_active_sets).few_meet(size.velocities) { 0 } else { size.unilateral }
 }

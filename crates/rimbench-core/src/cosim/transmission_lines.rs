@@ -1,7 +1,7 @@
 //! Volumes of oil that can be replaced by lines whose travel time is the macro step.
 
 use super::communication_grid::MacroStep;
-use super::transmission::Transmission;
+use super::output_history::OutputHistory;
 
 /// What the lines do to the mechanics over a macro step, known when it begins: the force of row i is
 ///
@@ -12,18 +12,18 @@ use super::transmission::Transmission;
 pub struct LineForces {
     smoothing: f64,
     impedance: Vec<f64>,
-    course: Transmission,
+    course: OutputHistory,
 }
 
 impl LineForces {
     /// Makes lines for an interface of some rows, with room for a number of micro steps per macro step; `smoothing` is the share α of
     /// the wave before that each wave keeps.
     pub fn new(rows: usize, micro_steps: usize, smoothing: f64) -> Self {
-        LineForces { smoothing, impedance: vec![0.0; rows], course: Transmission::new(rows, micro_steps) }
+        LineForces { smoothing, impedance: vec![0.0; rows], course: OutputHistory::new(rows, micro_steps) }
     }
 
     /// Makes room for more micro steps.
-    pub(crate) fn make_room(&mut self, micro_steps: usize) {
+    pub(crate) fn reserve(&mut self, micro_steps: usize) {
         *self = LineForces::new(self.impedance.len(), micro_steps, self.smoothing);
     }
 
@@ -67,7 +67,7 @@ impl LineForces {
 }
 
 /// A subsystem whose volumes of oil can be replaced by lines.
-pub trait OilLines {
+pub trait TransmissionLines {
     /// Replaces the volumes by lines, from the next communication point on, with room for a number of micro steps per macro step.
     fn lay(&mut self, micro_steps: usize, smoothing: f64);
 

@@ -5,13 +5,13 @@ use crate::complementarity::Lcp;
 
 /// What the last active set says about a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Few {
+pub(super) enum WarmStart {
     /// `q ≥ 0`: no contact pushes.
-    SolvedByZero,
+    Zero,
     /// Its members push and no other contact closes: solved.
     Confirmed,
     /// Another set, or not looked at; nothing is written.
-    Open,
+    Rejected,
 }
 
 impl ActiveSet {
@@ -21,10 +21,10 @@ impl ActiveSet {
     /// of the last problem. Sizes known to the compiler make it straight-line code on registers. The operations are those
     /// of [`Factor`](crate::linear_algebra::Factor) in the same order, so the digits are too.
     #[inline(always)]
-    pub(super) fn solve_few(&self, lcp: Lcp<'_>, z: &mut [f64]) -> Few {
+    pub(super) fn solve_few(&self, lcp: Lcp<'_>, z: &mut [f64]) -> WarmStart {
         let Lcp { m, q, .. } = lcp;
         match q.len() {
-            0 => Few::SolvedByZero,
+            0 => WarmStart::Zero,
             1 => self.of_size::<1>(m, q, z),
             2 => self.of_size::<2>(m, q, z),
             3 => self.of_size::<3>(m, q, z),
@@ -33,16 +33,16 @@ impl ActiveSet {
             6 => self.of_size::<6>(m, q, z),
             7 => self.of_size::<7>(m, q, z),
             8 => self.of_size::<8>(m, q, z),
-            _ => Few::Open,
+            _ => WarmStart::Rejected,
         }
     }
 
     /// A function per size, or the saving is lost in one large frame; slices one by one, for the problem as one would go
     /// through memory.
     #[inline(never)]
-    fn of_size<const N: usize>(&self, m: &[f64], q: &[f64], z: &mut [f64]) -> Few {
+    fn of_size<const N: usize>(&self, m: &[f64], q: &[f64], z: &mut [f64]) -> WarmStart {
         let (rows, _) = m.as_chunks::<N>();
-        let (Ok(m), Ok(q), Ok(z)) = (rows.try_into(), q.try_into(), z.try_into()) else { return Few::Open };
+        let (Ok(m), Ok(q), Ok(z)) = (rows.try_into(), q.try_into(), z.try_into()) else { return WarmStart::Rejected };
         let (m, q, z): (&[[f64; N]; N], &[f64; N], &mut [f64; N]) = (m, q, z);
         let (mut nonnegative, mut not_finite) = (true, 0.0);
         for q in q {
@@ -51,7 +51,7 @@ impl ActiveSet {
         }
         if nonnegative && not_finite == 0.0 {
             *z = [0.0; N];
-            return Few::SolvedByZero;
+            return WarmStart::Zero;
         }
         let confirmed = match self.len {
             1 => self.confirm::<N, 1>(m, q, z),
@@ -60,7 +60,7 @@ impl ActiveSet {
             4 if N >= 4 => self.confirm::<N, 4>(m, q, z),
             _ => None,
         };
-        if confirmed.is_some() { Few::Confirmed } else { Few::Open }
+        if confirmed.is_some() { WarmStart::Confirmed } else { WarmStart::Rejected }
     }
 
     /// Writes the solution on the active set of `K` members if it is one.

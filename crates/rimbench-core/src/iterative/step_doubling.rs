@@ -1,8 +1,8 @@
 //! Step doubling: each macro step is tried whole and in halves, on copies, before it counts.
 
 use super::copied_pair::CopiedPair;
-use super::driver::{Driver, StepDoubling};
-use crate::cosim::{CommunicationPoint, End, Interval, Log, MacroStep, Side, finish, following};
+use super::driver::{IterativeDriver, StepDoubling};
+use crate::cosim::{CommunicationPoint, End, Log, MacroInterval, MacroStep, Side, finish, following};
 use crate::error::{Cause, Failure};
 
 /// Aim a little below the tolerance.
@@ -19,9 +19,9 @@ struct Cover<'a> {
     result: Result<(), Failure>,
 }
 
-impl Driver {
+impl IterativeDriver {
     /// Takes macro steps on a copy. The effective masses of all but a last step that failed are known then.
-    fn try_steps<'a>(self, from: &CopiedPair<'a>, intervals: &[Interval]) -> Result<Cover<'a>, Failure> {
+    fn try_steps<'a>(self, from: &CopiedPair<'a>, intervals: &[MacroInterval]) -> Result<Cover<'a>, Failure> {
         let mut cover = Cover { points: Vec::with_capacity(intervals.len()), pair: from.try_clone()?, result: Ok(()) };
         for &interval in intervals {
             cover.result = cover.pair.lend().exchange(interval.step);
@@ -57,9 +57,9 @@ impl Driver {
     ) -> Result<End, Failure> {
         let (grid, exponent) = (pair.setup.grid, -1.0 / f64::from(order + 1));
         let (mut length, mut index, mut start) = (grid.step(0).length, 0, 0.0);
-        // That of the last macro step, which belongs to the communication point before.
+        // The effective mass of the last macro step belongs to the communication point before.
         let mut effective_mass = None;
-        while let Some(Interval { step, end }) = following(index, start, length, grid.duration()) {
+        while let Some(MacroInterval { step, end }) = following(index, start, length, grid.duration()) {
             if log.stopwatch.expired() {
                 return Ok(End::Overdue);
             }
@@ -67,9 +67,9 @@ impl Driver {
             let half = 0.5 * step.length;
             let first = MacroStep { length: half, ..step };
             let second = MacroStep { index: index + 1, start: start + half, length: end - (start + half) };
-            let in_halves = [Interval { step: first, end: second.start }, Interval { step: second, end }];
+            let in_halves = [MacroInterval { step: first, end: second.start }, MacroInterval { step: second, end }];
             let mut halves = self.try_steps(pair, &in_halves)?;
-            let mut whole = self.try_steps(pair, &[Interval { step, end }])?;
+            let mut whole = self.try_steps(pair, &[MacroInterval { step, end }])?;
             let before = pair.work();
             let failed = whole.result.clone().and(halves.result.clone());
             let error = match failed {
@@ -87,7 +87,7 @@ impl Driver {
                     effective_mass = mass;
                 }
                 *pair = halves.pair;
-                pair.note_sizes();
+                pair.record_sizes();
                 (index, start) = (index + 2, end);
             } else if shortest {
                 // It fails in any case: leave the run where it stood, with the point shown and the attempt counted.
@@ -112,7 +112,7 @@ impl CopiedPair<'_> {
         let (mut own, mut other) = (self.try_clone()?, other.try_clone()?);
         for pair in [&mut own, &mut other] {
             pair.lend().evaluate_outputs()?;
-            pair.note_sizes();
+            pair.record_sizes();
         }
         let pairs = Side::BOTH.into_iter().flat_map(|side| {
             let outputs = own.state.y[side].iter().zip(&other.state.y[side]);

@@ -3,7 +3,7 @@
 use crate::cosim::{ForceCourse, JointActuator, OutputRates, Sent};
 
 /// What pushes the mechanics in a step.
-pub(in crate::mechanics) enum Drive<'a, 'b> {
+pub(in crate::mechanics) enum Excitation<'a, 'b> {
     /// Interface forces (N) that are held.
     Force(&'a [f64]),
     /// Interface forces of which each piece takes its own mean.
@@ -24,16 +24,16 @@ pub(in crate::mechanics) enum Drive<'a, 'b> {
     },
 }
 
-impl Drive<'_, '_> {
+impl Excitation<'_, '_> {
     /// Whether the force of a piece depends on where it ends.
     pub(super) fn varies(&self) -> bool {
-        matches!(self, Drive::Course { .. })
+        matches!(self, Excitation::Course { .. })
     }
 }
 
 /// Force and motion at the interface in a piece.
 #[derive(Debug, Clone)]
-pub(super) struct Joint {
+pub(super) struct InterfaceTrajectory {
     /// `[s; w]` at its start, at its end, and in the mean.
     pub(super) start: Vec<f64>,
     pub(super) end: Vec<f64>,
@@ -49,11 +49,11 @@ pub(super) struct Joint {
     pub(super) rates: OutputRates,
 }
 
-impl Joint {
+impl InterfaceTrajectory {
     /// Makes room for `n_i` interface rows.
     pub(super) fn new(n_i: usize) -> Self {
         let zeros = |count: usize| vec![0.0; count];
-        Joint {
+        InterfaceTrajectory {
             start: zeros(2 * n_i),
             end: zeros(2 * n_i),
             mean: zeros(2 * n_i),

@@ -10,7 +10,7 @@ pub(super) struct CopiedPair<'a> {
     scheme: Box<dyn CouplingScheme>,
     pub(super) state: PairState,
     stop: StopFlag<'a>,
-    /// Largest magnitude of each output so far, where somebody has noted it.
+    /// Largest magnitude of each output so far, where it is recorded.
     pub(super) sizes: PerSide<Vec<f64>>,
     /// Work on copies that were thrown away.
     discarded: Work,
@@ -83,7 +83,7 @@ impl<'a> CopiedPair<'a> {
     }
 
     /// Takes note of how large the coupling variables get.
-    pub(super) fn note_sizes(&mut self) {
+    pub(super) fn record_sizes(&mut self) {
         for side in Side::BOTH {
             let outputs = &self.state.y[side];
             self.sizes[side].iter_mut().zip(outputs).for_each(|(size, y)| *size = size.max(y.abs()));

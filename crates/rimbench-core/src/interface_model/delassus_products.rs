@@ -4,7 +4,7 @@ use rimbench_contact::linear_algebra::SymmetricPattern;
 
 /// `A M⁻¹ Aᵀ` of rows that know few velocities each, meeting by meeting.
 #[derive(Debug, Clone)]
-pub(super) struct Meetings {
+pub(super) struct DelassusProducts {
     /// Of each entry at or below the diagonal: where it stands, and where its mirror image.
     places: Vec<[u32; 2]>,
     /// Where the products of a meeting end, and the two entries of `A` in each.
@@ -12,7 +12,7 @@ pub(super) struct Meetings {
     products: Vec<[u32; 2]>,
 }
 
-impl Meetings {
+impl DelassusProducts {
     /// Returns which rows meet: those that know one of the `places`, to which `place_of` sends the columns, in common.
     pub(super) fn pattern(
         starts: &[usize],
@@ -53,7 +53,7 @@ impl Meetings {
                 ends.push(products.len() as u32);
             }
         }
-        Meetings { places, ends, products }
+        DelassusProducts { places, ends, products }
     }
 
     /// Writes the entries of the matrix from those of `A` and of `A M⁻¹`.

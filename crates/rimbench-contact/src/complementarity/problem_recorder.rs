@@ -1,4 +1,4 @@
-//! Somebody who is told which problems with friction a run poses: no solver that can be named solves them.
+//! A recorder of the problems with friction that a run poses.
 
 use std::fmt;
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A contact problem with friction and its answer, as slices.
 #[derive(Debug, Clone, Copy)]
-pub struct Witnessed<'a> {
+pub struct RecordedProblem<'a> {
     /// Which of the run's solvers it was, in the order in which they were built.
     pub solver: usize,
     /// `[H_nn H_nt; H_tn H_tt]`, 1/kg.
@@ -19,17 +19,17 @@ pub struct Witnessed<'a> {
     pub impulses: &'a [f64],
 }
 
-/// Tells somebody about every problem with friction, and counts the solvers that do.
+/// Records every problem with friction, and counts the solvers that report to it.
 #[derive(Clone)]
-pub struct Witness {
-    told: Arc<dyn Fn(Witnessed<'_>) + Send + Sync>,
+pub struct ProblemRecorder {
+    told: Arc<dyn Fn(RecordedProblem<'_>) + Send + Sync>,
     built: Arc<AtomicUsize>,
 }
 
-impl Witness {
+impl ProblemRecorder {
     /// Tells this function.
-    pub fn new(told: impl Fn(Witnessed<'_>) + Send + Sync + 'static) -> Self {
-        Witness { told: Arc::new(told), built: Arc::default() }
+    pub fn new(told: impl Fn(RecordedProblem<'_>) + Send + Sync + 'static) -> Self {
+        ProblemRecorder { told: Arc::new(told), built: Arc::default() }
     }
 
     /// Returns how many solvers have been built that tell it.
@@ -43,12 +43,12 @@ impl Witness {
     }
 
     /// Tells it.
-    pub fn tell(&self, witnessed: Witnessed<'_>) {
+    pub fn tell(&self, witnessed: RecordedProblem<'_>) {
         (self.told)(witnessed);
     }
 }
 
-impl fmt::Debug for Witness {
+impl fmt::Debug for ProblemRecorder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Witness").field("built", &self.built).finish_non_exhaustive()
     }

@@ -3,7 +3,7 @@
 use super::communication_grid::{CommunicationGrid, MacroStep};
 use super::interface_work::InterfaceWork;
 use super::model_defect::ModelDefect;
-use super::step_rule::{StepController, StepRule};
+use super::step_rule::{ErrorEstimator, StepRule};
 
 /// Power that each side says crosses the interface at the end of a macro step, W.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -16,12 +16,12 @@ pub(crate) struct BondPowers {
 
 /// A macro step and the time at which it ends, to the bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Interval {
+pub(crate) struct MacroInterval {
     pub(crate) step: MacroStep,
     pub(crate) end: f64,
 }
 
-impl Interval {
+impl MacroInterval {
     /// What would follow: where its last communication point is shown.
     pub(crate) fn after(&self) -> MacroStep {
         MacroStep { index: self.step.index + 1, start: self.end, length: self.step.length }
@@ -30,7 +30,7 @@ impl Interval {
 
 /// What the rule that sets the macro steps looks at besides the work across the interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Findings {
+pub(crate) enum ErrorEstimate {
     None,
     Powers(BondPowers),
     Defect(ModelDefect),
@@ -62,12 +62,12 @@ const CHANGE: [f64; 2] = [0.2, 1.5];
 /// The power residual is that of the energy audit: each side counts the work in its own discretisation, instead of the
 /// product of the last values. The reference power is the largest so far instead of the present one, so that a power that
 /// passes through zero does not stop the run. Both are *ours*; form, gains and limits are the published ones.
-/// [`StepController::Published`] has the published residual, too. Nothing is taken back: a first step that is too long stays in
+/// [`ErrorEstimator::Published`] has the published residual, too. Nothing is taken back: a first step that is too long stays in
 /// the result.
 /// # Source
 /// Sadjina, Kyllingstad, Skjong, Pedersen, *Energy conservation and power bonds in co-simulations*, Eng. Comput. 33 (2017).
 #[derive(Debug, Clone)]
-pub(crate) struct Pace {
+pub(crate) struct StepSizeControl {
     grid: CommunicationGrid,
     rule: Option<StepRule>,
     sent: f64,
@@ -75,49 +75,62 @@ pub(crate) struct Pace {
     largest_power: f64,
     last_error: Option<f64>,
     /// Length that a macro step was to have before it was cut short for a closing, s.
-    uncut: Option<f64>,
+    length_before_cut: Option<f64>,
 }
 
-impl Pace {
+impl StepSizeControl {
     /// By what the next macro step is found, if not by the grid.
     #[inline]
-    pub(crate) fn controller(&self) -> Option<StepController> {
+    pub(crate) fn controller(&self) -> Option<ErrorEstimator> {
         self.rule.map(|rule| rule.controller)
     }
 
     /// The macro steps of `grid`, or with a rule those that keep to it.
     pub(crate) fn new(grid: CommunicationGrid, rule: Option<StepRule>) -> Self {
-        Pace { grid, rule, sent: 0.0, received: 0.0, largest_power: 0.0, last_error: None, uncut: None }
+        StepSizeControl {
+            grid,
+            rule,
+            sent: 0.0,
+            received: 0.0,
+            largest_power: 0.0,
+            last_error: None,
+            length_before_cut: None,
+        }
     }
 
     /// The first macro step.
-    pub(crate) fn first(&self) -> Interval {
+    pub(crate) fn first(&self) -> MacroInterval {
         self.of_grid(0)
     }
 
-    fn of_grid(&self, index: usize) -> Interval {
-        Interval { step: self.grid.step(index), end: self.grid.time(index + 1) }
+    fn of_grid(&self, index: usize) -> MacroInterval {
+        MacroInterval { step: self.grid.step(index), end: self.grid.time(index + 1) }
     }
 
     /// The macro step after `done`, given the work across the interface until its end and what the rule wants to know besides; none
     /// after the last.
     #[inline]
-    pub(crate) fn after(&mut self, done: Interval, work: InterfaceWork, findings: Findings) -> Option<Interval> {
+    pub(crate) fn after(
+        &mut self,
+        done: MacroInterval,
+        work: InterfaceWork,
+        estimate: ErrorEstimate,
+    ) -> Option<MacroInterval> {
         let Some(rule) = self.rule else {
             let index = done.step.index + 1;
             return (index < self.grid.macro_steps()).then(|| self.of_grid(index));
         };
-        let change = match (rule.controller, findings) {
-            (StepController::Published, Findings::Powers(powers)) => {
+        let change = match (rule.controller, estimate) {
+            (ErrorEstimator::Published, ErrorEstimate::Powers(powers)) => {
                 let error = published_error(rule.tolerance, done.step.length, powers);
                 let last = self.last_error.replace(error).unwrap_or(0.0);
                 if error == 0.0 || last == 0.0 { 1.0 } else { change(PUBLISHED_SAFETY, RESIDUAL_ORDER, [error, last]) }
             }
-            (StepController::ModelDefect { order, closings }, Findings::Defect(defect)) => {
+            (ErrorEstimator::ModelDefect { order, closings }, ErrorEstimate::Defect(defect)) => {
                 let length = self.length_by_defect(rule, order, done.step.length, defect);
                 let cut = defect.next_closing.filter(|_| closings).map(|time| AFTER_CLOSING * time);
                 let cut = cut.filter(|cut| *cut < length).map(|cut| cut.max(rule.shortest));
-                self.uncut = cut.map(|_| length);
+                self.length_before_cut = cut.map(|_| length);
                 return following(done.step.index + 1, done.end, cut.unwrap_or(length), self.grid.duration());
             }
             _ => {
@@ -138,8 +151,8 @@ impl Pace {
     #[cold]
     fn length_by_defect(&mut self, rule: StepRule, order: u32, done: f64, defect: ModelDefect) -> f64 {
         let error = within_decades(defect.relative / rule.tolerance);
-        let length = match self.uncut.take() {
-            Some(uncut) if error <= 1.0 => uncut,
+        let length = match self.length_before_cut.take() {
+            Some(length_before_cut) if error <= 1.0 => length_before_cut,
             _ => {
                 let last = self.last_error.replace(error).unwrap_or(error);
                 done * change(DEFECT_SAFETY, order, [error, last])
@@ -173,7 +186,7 @@ fn change(safety: f64, order: u32, [error, last]: [f64; 2]) -> f64 {
     change.clamp(CHANGE[0], CHANGE[1])
 }
 
-/// ε of [`StepController::Published`].
+/// ε of [`ErrorEstimator::Published`].
 fn published_error(tolerance: f64, length: f64, powers: BondPowers) -> f64 {
     let residual = (powers.actuator - powers.mechanics) * length;
     let energy = powers.actuator.max(powers.mechanics) * length;
@@ -184,14 +197,14 @@ fn published_error(tolerance: f64, length: f64, powers: BondPowers) -> f64 {
 ///
 /// The times of a controlled run are sums: no integer knows them beforehand. What is left after a step is never a sliver of
 /// round-off.
-pub(crate) fn following(index: usize, start: f64, length: f64, duration: f64) -> Option<Interval> {
+pub(crate) fn following(index: usize, start: f64, length: f64, duration: f64) -> Option<MacroInterval> {
     let left = duration - start;
     if left <= 0.0 {
         return None;
     }
     let last = left <= length * (1.0 + 1e-9);
     let (length, end) = if last { (left, duration) } else { (length, start + length) };
-    Some(Interval { step: MacroStep { index, start, length }, end })
+    Some(MacroInterval { step: MacroStep { index, start, length }, end })
 }
 
 #[cfg(test)]
@@ -200,30 +213,30 @@ mod tests {
 
     #[test]
     fn the_controller_must_do_what_the_calculation_by_hand_does() {
-        let rule = StepRule { tolerance: 0.1, shortest: 1e-3, controller: StepController::Audited };
-        let mut pace = Pace::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
+        let rule = StepRule { tolerance: 0.1, shortest: 1e-3, controller: ErrorEstimator::Audited };
+        let mut pace = StepSizeControl::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
         let work = |sent, received| InterfaceWork { sent_j: Some(sent), received_j: Some(received) };
         // 10 W against 9 W of 10 W: ε = 1, H ← 0.8 H.
-        let second = pace.after(pace.first(), work(1.0, 0.9), Findings::None).unwrap();
+        let second = pace.after(pace.first(), work(1.0, 0.9), ErrorEstimate::None).unwrap();
         approx::assert_relative_eq!(second.step.length, 0.08, max_relative = 1e-14);
         // 10 W against 6 W: ε = 4 after 1, H ← 0.8 · 4^(−0.35) H.
-        let third = pace.after(second, work(1.8, 0.9 + 0.48), Findings::None).unwrap();
+        let third = pace.after(second, work(1.8, 0.9 + 0.48), ErrorEstimate::None).unwrap();
         approx::assert_relative_eq!(third.step.length, 0.08 * 0.8 * libm::pow(4.0_f64, -0.35), max_relative = 1e-12);
         // No residual at all: ε counts as 1e-3, and the step grows by no more than half.
-        let fourth = pace.after(third, work(1.9, 0.9 + 0.48 + 0.1), Findings::None).unwrap();
+        let fourth = pace.after(third, work(1.9, 0.9 + 0.48 + 0.1), ErrorEstimate::None).unwrap();
         approx::assert_relative_eq!(fourth.step.length, 1.5 * third.step.length, max_relative = 1e-9);
         // Ten times the tolerance and more: no shorter than a fifth.
-        let fifth = pace.after(fourth, work(1.9 + 1e3, 0.9 + 0.48 + 0.1), Findings::None).unwrap();
+        let fifth = pace.after(fourth, work(1.9 + 1e3, 0.9 + 0.48 + 0.1), ErrorEstimate::None).unwrap();
         approx::assert_relative_eq!(fifth.step.length, 0.2 * fourth.step.length, max_relative = 1e-9);
     }
 
     /// Worked by hand from the published code.
     #[test]
     fn the_published_controller_must_do_what_libcosim_does() {
-        let rule = StepRule { tolerance: 1e-2, shortest: 1e-3, controller: StepController::Published };
-        let mut pace = Pace::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
+        let rule = StepRule { tolerance: 1e-2, shortest: 1e-3, controller: ErrorEstimator::Published };
+        let mut pace = StepSizeControl::new(CommunicationGrid::new(0.1, 1.0, 10.0).unwrap(), Some(rule));
         let nothing = InterfaceWork::default();
-        let powers = |actuator, mechanics| Findings::Powers(BondPowers { actuator, mechanics });
+        let powers = |actuator, mechanics| ErrorEstimate::Powers(BondPowers { actuator, mechanics });
         // The first residual only sets the memory: the step stays.
         let second = pace.after(pace.first(), nothing, powers(3.0, 2.0)).unwrap();
         assert_eq!(second.step.length, 0.1);
@@ -242,14 +255,14 @@ mod tests {
     /// k_I = 0.1, k_P = 0.4/3 where the defect falls with H³.
     #[test]
     fn the_defect_of_the_model_must_set_the_step_as_the_calculation_by_hand_does() {
-        let controller = StepController::ModelDefect { order: 3, closings: true };
+        let controller = ErrorEstimator::ModelDefect { order: 3, closings: true };
         let rule = StepRule { tolerance: 0.1, shortest: 1e-3, controller };
-        let mut pace = Pace::new(CommunicationGrid::new(0.1, 0.5, 10.0).unwrap(), Some(rule));
+        let mut pace = StepSizeControl::new(CommunicationGrid::new(0.1, 0.5, 10.0).unwrap(), Some(rule));
         let mut after = |done, relative, next_closing| {
             let defect = ModelDefect { force: f64::NAN, relative, next_closing };
-            pace.after(done, InterfaceWork::default(), Findings::Defect(defect)).unwrap()
+            pace.after(done, InterfaceWork::default(), ErrorEstimate::Defect(defect)).unwrap()
         };
-        let first = Interval { step: MacroStep { index: 0, start: 0.0, length: 0.05 }, end: 0.05 };
+        let first = MacroInterval { step: MacroStep { index: 0, start: 0.0, length: 0.05 }, end: 0.05 };
         // ε = 1: the tolerance is where it settles. A closing beyond the step does not matter.
         let second = after(first, 0.1, Some(0.06));
         assert_eq!(second.step.length, 0.05);
@@ -261,16 +274,16 @@ mod tests {
         let cut = after(third, 0.8, Some(0.01));
         approx::assert_relative_eq!(cut.step.length, 0.0105, max_relative = 1e-12);
         // The step that was cut had no large defect: the next is as long as it would have been.
-        let uncut = after(cut, 0.08, None);
+        let length_before_cut = after(cut, 0.08, None);
         let as_planned = expected * libm::pow(8.0_f64, -0.1);
-        approx::assert_relative_eq!(uncut.step.length, as_planned, max_relative = 1e-12);
+        approx::assert_relative_eq!(length_before_cut.step.length, as_planned, max_relative = 1e-12);
         // Nor is its small defect remembered: ε = 1 after 8, not after 0.8.
-        let next = after(uncut, 0.1, None);
+        let next = after(length_before_cut, 0.1, None);
         approx::assert_relative_eq!(next.step.length, as_planned * libm::pow(8.0_f64, 0.4 / 3.0), max_relative = 1e-12);
         // What is about to close gives the shortest step, what is not a number a fifth of the last.
-        assert_eq!(after(uncut, 0.1, Some(1e-6)).step.length, 1e-3);
-        let lost = after(uncut, f64::NAN, None);
-        assert!(lost.step.length < uncut.step.length, "{}", lost.step.length);
+        assert_eq!(after(length_before_cut, 0.1, Some(1e-6)).step.length, 1e-3);
+        let lost = after(length_before_cut, f64::NAN, None);
+        assert!(lost.step.length < length_before_cut.step.length, "{}", lost.step.length);
     }
 
     #[test]

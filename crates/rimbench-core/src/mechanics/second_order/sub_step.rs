@@ -1,7 +1,7 @@
 //! One piece of a step of the second order: tried, taken back, or taken.
 
 use super::SecondOrderSteps;
-use super::drive::{Drive, Joint};
+use super::excitation::{Excitation, InterfaceTrajectory};
 use crate::cosim::JointActuator;
 use crate::error::{Cause, Failure};
 use crate::mechanics::contact_stepper::MidpointStep;
@@ -20,7 +20,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Which contacts a piece knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Law {
+pub(super) enum SubStepContacts {
     /// Those that rest.
     Resting,
     /// All, with the gap law of the piece.
@@ -95,27 +95,27 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     pub(super) fn try_piece(
         &mut self,
         steps: &mut SecondOrderSteps,
-        drive: &mut Drive<'_, '_>,
+        drive: &mut Excitation<'_, '_>,
         h: f64,
-        law: Law,
+        law: SubStepContacts,
     ) -> Result<(), Failure> {
         match drive {
-            Drive::Force(lambda) => {
+            Excitation::Force(lambda) => {
                 steps.joint.moment_known = false;
                 steps.joint.force.copy_from_slice(lambda);
                 self.advance_piece(steps, h, law)
             }
-            Drive::Course { course, done } => {
+            Excitation::Course { course, done } => {
                 let length = steps.length;
                 // Rounding must not leave out the end of the step.
                 let to = if *done + h < length * (1.0 - 1e-12) { (*done + h) / length } else { 1.0 };
-                let Joint { force, moment, moment_known, .. } = &mut steps.joint;
+                let InterfaceTrajectory { force, moment, moment_known, .. } = &mut steps.joint;
                 course.over(*done / length, to, force, moment);
                 moment.iter_mut().for_each(|moment| *moment *= length * length);
                 *moment_known = true;
                 self.advance_piece(steps, h, law)
             }
-            Drive::Together { actuator, time, .. } => {
+            Excitation::Together { actuator, time, .. } => {
                 steps.joint.moment_known = false;
                 self.try_together(steps, *actuator, *time, h, law)
             }
@@ -129,10 +129,10 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         actuator: &mut dyn JointActuator,
         time: f64,
         h: f64,
-        law: Law,
+        law: SubStepContacts,
     ) -> Result<(), Failure> {
         self.stepper.interface_motion(&mut steps.joint.start);
-        let Joint { start, middle_force, force, rates, .. } = &mut steps.joint;
+        let InterfaceTrajectory { start, middle_force, force, rates, .. } = &mut steps.joint;
         actuator.outputs_and_rates(time, start, middle_force, rates)?;
         for (force, rate) in middle_force.iter_mut().zip(&rates.rate) {
             *force += 0.5 * h * rate;
@@ -152,8 +152,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
 
     /// Gives the force that belongs to the motion just found; returns by how much the last one was different, relative to the largest so
     /// far.
-    fn meet(&mut self, joint: &mut Joint, h: f64) -> f64 {
-        let Joint { start, end, mean, middle_force, force, largest, rates, .. } = joint;
+    fn meet(&mut self, joint: &mut InterfaceTrajectory, h: f64) -> f64 {
+        let InterfaceTrajectory { start, end, mean, middle_force, force, largest, rates, .. } = joint;
         self.stepper.interface_motion(end);
         let n_i = force.len();
         for i in 0..n_i {
@@ -174,7 +174,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     }
 
     /// Takes a piece of `h` (s) of the step from where the system stands.
-    fn advance_piece(&mut self, steps: &mut SecondOrderSteps, h: f64, law: Law) -> Result<(), Failure> {
+    fn advance_piece(&mut self, steps: &mut SecondOrderSteps, h: f64, law: SubStepContacts) -> Result<(), Failure> {
         let SecondOrderSteps {
             set, resting, acceleration, start, row_velocity, length, middle: [q_m, v_m], joint, ..
         } = steps;
@@ -195,9 +195,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         set.clear();
         for (contact, &gap) in start.gap.iter().enumerate() {
             match law {
-                Law::Resting if resting[contact] => set.push(contact, drift * gap),
-                Law::Resting => {}
-                Law::Gap => set.push(contact, gap_velocity(gap, h, h, stabilisation)),
+                SubStepContacts::Resting if resting[contact] => set.push(contact, drift * gap),
+                SubStepContacts::Resting => {}
+                SubStepContacts::Gap => set.push(contact, gap_velocity(gap, h, h, stabilisation)),
             }
         }
         let eq3 = &mut self.stepper.eq3;
@@ -222,7 +222,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     pub(super) fn accept_piece(
         &mut self,
         steps: &mut SecondOrderSteps,
-        drive: &mut Drive<'_, '_>,
+        drive: &mut Excitation<'_, '_>,
         h: f64,
     ) -> Result<(), Failure> {
         self.note_acceleration(steps, h);
@@ -242,9 +242,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         }
         steps.passed = None;
         match drive {
-            Drive::Force(_) => {}
-            Drive::Course { done, .. } => *done += h,
-            Drive::Together { actuator, time, sent } => {
+            Excitation::Force(_) => {}
+            Excitation::Course { done, .. } => *done += h,
+            Excitation::Together { actuator, time, sent } => {
                 sent(h, &steps.joint.force, &steps.joint.mean);
                 actuator.step(*time, &steps.joint.mean, h)?;
                 *time += h;
