@@ -215,3 +215,98 @@ fn the_check_must_see_a_circle() {
     let path = |up, parts: &[&str]| (up, parts.iter().map(|part| (*part).to_owned()).collect::<Vec<_>>());
     assert_eq!(found, [path(1, &["font"]), path(1, &["clip", "Rect"]), path(2, &["a", "b"]), path(0, &["c", "d"])]);
 }
+
+/// Code of a line, without its comment.
+fn code(line: &str) -> &str {
+    line.split("//").next().unwrap_or_default()
+}
+
+/// Files of both crates, with their text.
+fn numerics() -> Vec<(PathBuf, String)> {
+    CRATES.iter().flat_map(|name| sources(&code_of(name))).collect()
+}
+
+/// Words that the field has other terms for.
+const OLD_WORDS: &str = "Abilities add_to_diagonal Attachments catch_up ceilings Course factor_of_r Findings ForceFollowing foresee_anew \
+    GapMotion give_to give_way hand_over hold_all Kinks KnownRows LinearFlow lists_like Meetings MiddleStep Need no_abilities \
+    not_offered note_defect note_hits note_listing OilLines Outlook own_approach Pace packed_anew PackedModel ParametricStep rated_force \
+    relist resting_approach set_r_aside send_ahead speaks_first StepController Supervision take_guess takes_course tell_course \
+    Transmission uncut Watched Witness Witnessed without_room";
+
+#[test]
+fn the_code_of_the_numerics_must_use_the_terms_of_the_field() {
+    let old: BTreeSet<&str> = OLD_WORDS.split_whitespace().collect();
+    let mut faults = Vec::new();
+    for (file, text) in numerics() {
+        for (number, line) in text.lines().enumerate() {
+            let words = code(line).split(|c: char| !c.is_alphanumeric() && c != '_');
+            let found = words.filter(|word| old.contains(word));
+            faults.extend(found.map(|word| format!("{}:{}: `{word}`", file.display(), number + 1)));
+        }
+    }
+    assert!(old.len() > 40 && faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn comments_of_the_numerics_must_say_what_is_there() {
+    let (mut twins, mut persons) = (Vec::new(), Vec::new());
+    for (file, text) in numerics() {
+        for (number, line) in text.lines().enumerate() {
+            let Some(at) = line.find("//") else { continue };
+            let comment = line[at..].trim_start_matches(['/', '!', ' ']);
+            let place = || format!("{}:{}: {comment}", file.display(), number + 1);
+            if comment.starts_with("The same") || comment.starts_with("Those of") {
+                twins.push(place());
+            }
+            let words = comment.split(|c: char| !c.is_alphabetic()).map(str::to_lowercase);
+            if words.into_iter().any(|word| ["whoever", "nobody", "somebody", "everybody"].contains(&word.as_str())) {
+                persons.push(place());
+            }
+        }
+    }
+    assert!(twins.len() <= 10, "{}", twins.join("\n"));
+    assert!(persons.is_empty(), "{}", persons.join("\n"));
+}
+
+#[test]
+fn the_files_of_the_numerics_must_stay_short() {
+    const LONG: [&str; 2] = ["sparse_factor.rs", "sparse_active_set.rs"];
+    let lines = |name: &str| {
+        let files = numerics();
+        let found = files.iter().filter(|(file, _)| file.ends_with(name)).map(|(_, text)| text.lines().count());
+        found.max().unwrap_or_else(|| panic!("no file {name}"))
+    };
+    for (file, text) in numerics() {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        assert!(text.lines().count() <= 480 || LONG.contains(&name.as_str()), "{} is too long", file.display());
+    }
+    assert!(lines("schemes/reduced_interface.rs") <= 220);
+    assert!(lines("mechanics/contact_stepper.rs") <= 270);
+}
+
+#[test]
+fn every_item_that_the_page_on_the_paper_names_must_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(root.join("docs/method/from-the-paper-to-the-code.md")).unwrap();
+    let links = page.split("[`").skip(1).map(|rest| {
+        let (item, rest) = rest.split_once("`](").expect("an item and its file");
+        (item, rest.split_once(')').expect("a file").0)
+    });
+    let mut seen = 0;
+    for (item, file) in links {
+        let text = fs::read_to_string(root.join("docs/method").join(file)).unwrap();
+        let declares = |line: &str| {
+            let line = code(line).trim_start();
+            let kinds = ["fn ", "struct ", "enum ", "trait "];
+            let named =
+                |rest: &str| rest.strip_prefix(item).is_some_and(|rest| !rest.starts_with(char::is_alphanumeric));
+            let variant = [format!("{item},"), format!("{item}(")].iter().any(|start| line.starts_with(start.as_str()));
+            variant
+                || line.strip_prefix("pub ").is_some_and(|field| field.starts_with(&format!("{item}:")))
+                || kinds.iter().any(|kind| line.split_once(kind).is_some_and(|(_, rest)| named(rest)))
+        };
+        assert!(text.lines().any(declares), "{file} has no `{item}`");
+        seen += 1;
+    }
+    assert!(seen > 30, "only {seen} items found");
+}
