@@ -24,7 +24,7 @@ pub struct LinearModel<'a> {
 
 impl LinearModel<'_> {
     /// Returns one entry of `H`.
-    #[inline]
+    #[inline(always)]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
         let n = self.contact_rows;
         let Some(pattern) = self.pattern else { return self.h[row * (n + self.interface) + column] };
@@ -89,7 +89,6 @@ impl DiscretisedModel {
     }
 
     /// Reserves all contacts of models whose Delassus matrix has this pattern, and `interface` interface rows.
-    #[inline]
     pub fn by_pattern(pattern: Arc<SymmetricPattern>, interface: usize) -> Self {
         let rows = pattern.size() + interface;
         DiscretisedModel {
@@ -139,7 +138,6 @@ impl DiscretisedModel {
     }
 
     /// Discretises `model` over `length` (s) for the rows `set`: contacts, then their tangential rows where they have friction.
-    #[inline]
     pub fn discretise(&mut self, model: LinearModel<'_>, set: &[usize], length: f64) {
         let (n, n_u, n_i) = (set.len(), model.contact_rows, model.interface);
         let rows = n + n_i;
@@ -183,7 +181,6 @@ impl DiscretisedModel {
     }
 
     /// Adds the compliance of contacts to the diagonal of `H_uu` (1/kg).
-    #[inline]
     pub fn regularise(&mut self, addition: f64) {
         let n = self.contacts;
         for contact in 0..n {
@@ -192,7 +189,6 @@ impl DiscretisedModel {
     }
 
     /// Lends all columns, to change a model after its discretisation.
-    #[inline]
     pub fn columns_mut(&mut self) -> DiscretisedColumns<'_> {
         let DiscretisedModel { free_increment, force_columns, impulse_columns, h_uu, .. } = self;
         DiscretisedColumns { free_increment, force_columns, impulse_columns, h_uu }
@@ -200,7 +196,6 @@ impl DiscretisedModel {
 
     /// Discretises a model of interface rows alone, `w⁺ = w + δ a + δ H λ`, over `length` (s); `h` is row-major. Of a symmetric one rows are
     /// taken as columns.
-    #[inline]
     pub fn discretise_interface(&mut self, a: &[f64], h: &[f64], symmetric: bool, length: f64) {
         (self.contacts, self.length) = (0, length);
         for (free_increment, a) in self.free_increment.iter_mut().zip(a) {

@@ -58,7 +58,6 @@ impl<'a> Lcp<'a> {
     ///
     /// # Errors
     /// [`Unsolved::NonFinite`].
-    #[inline]
     pub fn require_finite_matrix(&self) -> Result<(), Unsolved> {
         if self.m.iter().all(|m| m.is_finite()) { Ok(()) } else { Err(Unsolved::NonFinite) }
     }

@@ -93,32 +93,27 @@ impl SparseActiveSet {
     }
 
     /// Returns the natural residual up to which an answer is accepted.
-    #[inline]
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
     /// Returns the counts since construction.
-    #[inline]
     pub fn counters(&self) -> SolverCounters {
         self.counters
     }
 
     /// Returns the factor of the last set.
-    #[inline]
     pub fn factor(&self) -> &SparseFactor {
         &self.factor
     }
 
     /// Returns `w = M z + q` of the last problem.
-    #[inline]
     pub fn velocities(&self) -> &[f64] {
         &self.w
     }
 
     /// Goes over to matrices of another pattern for as many contacts. Those that pushed in the last problems still are what the next one is
     /// looked for from.
-    #[inline]
     pub fn change_pattern(&mut self, pattern: &SymmetricPattern) {
         self.factor.change_pattern(pattern);
         self.guess.change_pattern(pattern);
@@ -126,14 +121,12 @@ impl SparseActiveSet {
     }
 
     /// Says that the next matrix may be another.
-    #[inline]
     pub fn forget_matrix(&mut self) {
         self.age = None;
     }
 
     /// Says that a series of problems with another matrix starts, the first like the first of the last series and the others like the last
     /// of it: each is looked for from the set of the one that it is like, unless that fits badly and the other one fits better.
-    #[inline]
     pub fn start_series(&mut self) {
         match self.next {
             Series::Starts => {}

@@ -86,7 +86,6 @@ impl FrictionProblem<'_> {
     ///
     /// Where this is not above 0 a sliding contact can be pushed in by its own friction; it may then have several solutions or none. With
     /// one contact and a value above 0 there is exactly one; several contacts can be ambiguous before. +∞ without contacts.
-    #[inline]
     pub fn painleve_margin(&self) -> f64 {
         let n = self.contacts();
         let of = |c: usize| 1.0 - self.friction[c] * (self.row(c)[n + c] / self.row(c)[c]).abs();

@@ -94,7 +94,6 @@ impl StateSystem {
     }
 
     /// Makes more room if these many contacts need it.
-    #[inline]
     pub fn grow(&mut self, contacts: usize) {
         if 2 * contacts > self.rows.len() {
             *self = StateSystem::new(contacts);
@@ -313,7 +312,6 @@ impl StateSystem {
     }
 
     /// Replaces `x`, one entry per unknown, by `K⁻¹ x`; unknowns of dependent rows are 0.
-    #[inline]
     pub fn solve(&mut self, x: &mut [f64]) {
         let k = self.len;
         for at in 0..k {

@@ -20,7 +20,6 @@ impl<T: Copy + Default, const N: usize> Buffer<T, N> {
     }
 
     /// Makes room for `len` elements; allocates only if no earlier length was as large.
-    #[inline]
     pub fn grow(&mut self, len: usize) {
         if len > N && len > self.heap.len() {
             self.heap.resize(len, T::default());

@@ -40,7 +40,6 @@ impl Factor {
     }
 
     /// Empties the list and makes room for `n` indices.
-    #[inline]
     pub fn clear(&mut self, n: usize) {
         self.l.grow(n * n);
         self.d.grow(n);
@@ -83,7 +82,6 @@ impl Factor {
     }
 
     /// Writes `p = M_AA⁻¹ M_Aj` for the index `j` of the last [`Factor::border`].
-    #[inline]
     pub fn direction(&self, p: &mut [f64]) {
         let start = self.len * self.stride;
         p.copy_from_slice(&self.l[start..start + self.len]);

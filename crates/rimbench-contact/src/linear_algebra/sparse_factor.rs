@@ -74,13 +74,11 @@ impl EliminationOrder {
     }
 
     /// Sorts rows of the matrix by their place in the order.
-    #[inline]
     pub fn sort(&self, rows: &mut [u32]) {
         rows.sort_unstable_by_key(|&row| self.place_of[row as usize]);
     }
 
     /// Returns the number of entries of L below the diagonal.
-    #[inline]
     pub fn entries(&self) -> usize {
         self.places.len()
     }
@@ -181,7 +179,6 @@ impl SparseFactor {
     }
 
     /// Goes over to matrices of this pattern, with the factor of no row, unless it is that of the order at hand.
-    #[inline]
     pub fn change_pattern(&mut self, pattern: &SymmetricPattern) {
         let order = pattern.elimination_order();
         if !Arc::ptr_eq(&self.order, order) {
@@ -196,7 +193,6 @@ impl SparseFactor {
     }
 
     /// Copies another factor, without allocating if it is of the same order.
-    #[inline]
     pub fn copy_from(&mut self, other: &Self) {
         if !Arc::ptr_eq(&self.order, &other.order) {
             self.clone_from(other);
@@ -463,7 +459,6 @@ impl SparseFactor {
     }
 
     /// Rows of the matrix in the order of elimination.
-    #[inline]
     pub fn rows_in_order(&self) -> &[u32] {
         &self.order.row_at
     }
