@@ -50,6 +50,6 @@ impl ProblemRecorder {
 
 impl fmt::Debug for ProblemRecorder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Witness").field("built", &self.built).finish_non_exhaustive()
+        f.debug_struct("ProblemRecorder").field("built", &self.built).finish_non_exhaustive()
     }
 }

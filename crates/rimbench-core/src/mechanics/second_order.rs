@@ -165,7 +165,7 @@ impl<M: MechanicalModel> JointSteps for NonSmoothMechanics<M> {
     }
 
     fn step_under(&mut self, course: ForceCourse<'_>, h: f64) -> Result<(), Failure> {
-        let pieces = Excitation::Course { course, done: 0.0 };
+        let pieces = Excitation::Prescribed { course, done: 0.0 };
         self.with_second_order(|mechanics, steps| mechanics.step_second_order(steps, pieces, h)).unwrap_or(Ok(()))
     }
 }

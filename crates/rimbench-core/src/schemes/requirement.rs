@@ -45,7 +45,7 @@ impl Requirement {
                 let capabilities = mechanics.capabilities();
                 if capabilities.empty_interface_model().is_none() {
                     let asked = capabilities.interface_model(0.0, &mut ReducedInterfaceModel::zeros(0, 0));
-                    return Some(not_offered(NO_INTERFACE_MODEL, &asked));
+                    return Some(missing(NO_INTERFACE_MODEL, &asked));
                 }
                 return None;
             }
@@ -68,7 +68,7 @@ impl Requirement {
                 let mut rates = OutputRates::zeros(outputs, inputs);
                 let offered = actuator.capabilities().output_rates(0.0, &vec![0.0; inputs], &mut rates);
                 if matches!(&offered, Err(failure) if matches!(failure.cause(), Cause::NotOffered { .. })) {
-                    return Some(not_offered(NO_OUTPUT_RATES, &offered));
+                    return Some(missing(NO_OUTPUT_RATES, &offered));
                 }
                 // One that fails offers them, and will fail in the run, with its reason.
                 (offered.unwrap_or(true), NO_OUTPUT_RATES)
@@ -83,7 +83,7 @@ impl Requirement {
 }
 
 /// Why something is not offered, with what the subsystem itself says of it, if it says anything.
-fn not_offered(reason: &str, asked: &Result<bool, Failure>) -> String {
+fn missing(reason: &str, asked: &Result<bool, Failure>) -> String {
     match asked.as_ref().map_err(Failure::cause) {
         Err(Cause::NotOffered { what }) => format!("{reason}: {what}"),
         _ => reason.to_owned(),

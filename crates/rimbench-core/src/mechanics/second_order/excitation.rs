@@ -7,7 +7,7 @@ pub(in crate::mechanics) enum Excitation<'a, 'b> {
     /// Interface forces (N) that are held.
     Force(&'a [f64]),
     /// Interface forces of which each piece takes its own mean.
-    Course {
+    Prescribed {
         /// Over the step.
         course: ForceCourse<'a>,
         /// Time of the step that is over, s.
@@ -27,7 +27,7 @@ pub(in crate::mechanics) enum Excitation<'a, 'b> {
 impl Excitation<'_, '_> {
     /// Whether the force of a piece depends on where it ends.
     pub(super) fn varies(&self) -> bool {
-        matches!(self, Excitation::Course { .. })
+        matches!(self, Excitation::Prescribed { .. })
     }
 }
 

@@ -105,7 +105,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 steps.joint.force.copy_from_slice(lambda);
                 self.advance_piece(steps, h, law)
             }
-            Excitation::Course { course, done } => {
+            Excitation::Prescribed { course, done } => {
                 let length = steps.length;
                 // Rounding must not leave out the end of the step.
                 let to = if *done + h < length * (1.0 - 1e-12) { (*done + h) / length } else { 1.0 };
@@ -243,7 +243,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         steps.passed = None;
         match drive {
             Excitation::Force(_) => {}
-            Excitation::Course { done, .. } => *done += h,
+            Excitation::Prescribed { done, .. } => *done += h,
             Excitation::Together { actuator, time, sent } => {
                 sent(h, &steps.joint.force, &steps.joint.mean);
                 actuator.step(*time, &steps.joint.mean, h)?;
