@@ -312,7 +312,7 @@ fn what_cannot_be_read_or_written_is_said_in_one_error() {
         (["--friction", &format!("--corpus={FILE}")], "is not a corpus of contact problems with"),
         (["--harvest", &format!("--out={folder}")], "is a folder; the name of a file"),
         (["--source", "wedge-bx"], "--source = wedge-bx is not valid"),
-        (["--harvest", &format!("--out={below}")], "no file can be written here"),
+        (["--harvest", &format!("--out={below}")], "cannot be written: there is no folder"),
     ] {
         let message = refused(in_tree().arg("solvers").args(options));
         assert_has(&message, &[expected]);
