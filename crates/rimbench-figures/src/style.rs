@@ -419,11 +419,15 @@ mod tests {
     }
 
     #[test]
-    fn a_variant_keeps_the_colour_and_changes_dash_and_marker() {
+    fn a_variant_keeps_the_colour_and_has_a_sign_of_its_own_in_a_figure() {
         let styles = Styles::standard();
         let (mean, profile) = (styles.of_label("rim-nonsmooth"), styles.of_label("rim-nonsmooth/profile"));
         assert_eq!(mean.color, profile.color);
-        assert!(mean.dash != profile.dash && mean.marker != profile.marker);
+        assert_ne!(mean, profile);
+        // Names may choose one sign; a figure that shows both tells them apart by it.
+        let mut looks = [mean, profile];
+        told_apart(&["rim-nonsmooth", "rim-nonsmooth/profile"], &mut looks);
+        assert_ne!(looks[0].marker, looks[1].marker);
         // The force return that a scheme has by itself is no variant.
         assert_eq!(styles.of_label("rim-nonsmooth (mean)"), mean);
         assert_ne!(styles.of_label("rim-nonsmooth (held)"), mean);
