@@ -217,7 +217,6 @@ fn nonsense_values_are_refused_before_anything_runs() {
             ("--set stabilisation=2", "stabilisation = 2"),
             ("--set box_mass_kg", "key=value"),
             ("--set ledge_height_m=3", "1.2182 m apart"),
-            ("--set disc_pin_y_m=-0.1", "inside the ground"),
             ("--sequence jacobi --force-return mean", "needs the actuator's forces"),
             ("--sequence gauss-seidel-mechanics-first", "the actuator goes first"),
             ("--gain 0.5", "gain = 0.5: scheme `rim-nonsmooth` has no gain; schemes that have one: "),
