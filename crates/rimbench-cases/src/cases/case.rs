@@ -1,6 +1,7 @@
 //! What a catalogue holds about each case.
 
 use super::declaration::ParameterSet;
+use super::drawing::DrawCase;
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use crate::metrics::is_state;
@@ -194,6 +195,8 @@ pub struct Case {
     pub steps: PerSide<PossibleSteps>,
     /// Builds both sides.
     pub build: BuildCase,
+    /// What it looks like.
+    pub drawing: DrawCase,
 }
 
 impl fmt::Debug for Case {
@@ -240,6 +243,7 @@ impl Case {
             from_outside: false,
             steps: PerSide::default(),
             build: Arc::new(build),
+            drawing: Arc::new(|_| None),
         }
     }
 

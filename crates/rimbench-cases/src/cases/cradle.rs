@@ -24,12 +24,61 @@ pub(super) fn entry() -> Case {
         drawing_columns: words("carriage_velocity_m_s contact_force_1_2_n contact_force_2_3_n"),
         interface_columns: carriage::interface(),
         constant_mechanics: true,
+        drawing: drawn(|p: &Cradle| Some(drawing(p))),
         ..Case::new(
             "cradle",
             "Three balls on pendulums under Moreau's impact law, the first held by a carriage on springs",
             times(1.8, 5e-3, 5e-4, [1e-5, 2e-4]),
             build,
         )
+    }
+}
+
+fn drawing(p: &Cradle) -> Drawing {
+    const STRING: f64 = 0.392;
+    let d = p.ball_diameter_m;
+    let rest = p.carriage.base_position_m;
+    let ball = |name: &'static str| Shape::Disc {
+        at: ([0.0, 0.0], Some(name)),
+        radius: d / 2.0,
+        spoke: false,
+        fill: Fill::Scheme,
+    };
+    let string = |x: f64, name: &'static str| Shape::Line(vec![([x, STRING], None), ([0.0, 0.0], Some(name))]);
+    let block = |[left, right]: [f64; 2], [low, high]: [f64; 2]| {
+        Shape::Polygon(
+            [[left, low], [right, low], [right, high], [left, high]].map(|point| (point, None)).to_vec(),
+            Fill::Ground,
+        )
+    };
+    Drawing {
+        view: [[-0.55, 0.42], [-0.1, 0.42]],
+        follow: None,
+        frames: vec![
+            frame("ball 1", "interface_position_m", 0.0, 0.0),
+            frame("ball 2", "ball_2_x_m", 0.0, 0.0),
+            frame("ball 3", "ball_3_x_m", 0.0, 0.0),
+            // Springs of no length at rest are drawn a quarter of a metre long.
+            frame("carriage", Channel::Column("carriage_position_m", 1.0, -0.25), 0.0, 0.0),
+        ],
+        shapes: vec![
+            block([-0.4, 0.4], [STRING, STRING + 0.018]),
+            block([rest - 0.55, rest - 0.5], [-0.1, 0.1]),
+            string(0.0, "ball 1"),
+            string(d, "ball 2"),
+            string(2.0 * d, "ball 3"),
+            Shape::Spring(([rest - 0.5, 0.0], None), ([-0.03, 0.0], Some("carriage")), 0.04),
+            Shape::Spring(([0.03, 0.0], Some("carriage")), ([-d / 2.0, 0.0], Some("ball 1")), 0.03),
+            Shape::Polygon(rectangle("carriage", [0.0, 0.0], [0.06, 0.08]), Fill::Metal),
+            ball("ball 1"),
+            ball("ball 2"),
+            ball("ball 3"),
+        ],
+        title: ["Newton's cradle", "Three balls under Moreau's impact law, the first held by a carriage on springs."],
+        force: "spring force",
+        in_kilonewtons: false,
+        contact: None,
+        schemes: ["zero-order-hold", "rim-nonsmooth"],
     }
 }
 

@@ -123,17 +123,55 @@ fn above_ground<P: ParameterSet>(
     }
 }
 
+/// What a crane with its load on a rope looks like.
+fn drawing(link: &Link, rest: &Rest, barrel: f64, floor: f64, [title, about]: [&'static str; 2]) -> Drawing {
+    let length = link.link_1_length_m;
+    // Measured from the joint; the ground is `floor` below the load's start.
+    let bar = [[0.0, -0.03], [length, -0.03], [length, 0.03], [0.0, 0.03]];
+    let hook = [([length, 0.0], Some("link")), ([0.0, 0.0], Some("load"))];
+    Drawing {
+        view: [[-0.5, 1.7], [-0.7, 0.95]],
+        follow: None,
+        frames: vec![frame("link", 0.0, 0.0, "theta_1_rad"), frame("load", "load_x_m", "load_y_m", 0.0)],
+        shapes: vec![
+            ground(&[[-5.0, floor - 0.08], [5.0, floor - 0.08]]),
+            Shape::Cylinder {
+                from: ([link.pin_x_m, 0.0], None),
+                to: ([rest.attachment_m, 0.0], Some("link")),
+                barrel: 0.8 * barrel,
+                width: 0.07,
+            },
+            Shape::Polygon(points("link", bar), Fill::Metal),
+            Shape::Disc { at: ([0.0, 0.0], None), radius: 0.05, spoke: false, fill: Fill::Metal },
+            Shape::Line(hook.to_vec()),
+            Shape::Polygon(rectangle("load", [0.0, 0.0], [0.24, 0.16]), Fill::Scheme),
+            upward("contact_force_ground_n", ([0.0, -0.08], Some("load")), 2e-4),
+        ],
+        title: [title, about],
+        force: "cylinder force",
+        in_kilonewtons: true,
+        contact: None,
+        schemes: ["zero-order-hold", "rim-nonsmooth"],
+    }
+}
+
 /// Lowers the load onto the ground, where rope and ground lock the link for a moment, and lifts it again with a jerk.
 pub(super) fn set_down() -> Case {
     let about = "Hydraulic crane that sets a load on a rope on the ground, drags it and lifts it off";
-    above_ground("crane-set-down", about, |p: &SetDown, assembly| {
+    let drawing = drawn(|p: &SetDown| {
+        let text =
+            ["Crane sets a load down", "A hydraulic crane lowers its load onto the ground and lifts it with a jerk."];
+        Some(drawing(&p.link, &p.rest, p.cylinder.cylinder_length_m, p.ground_height_m, text))
+    });
+    let case = above_ground("crane-set-down", about, |p: &SetDown, assembly| {
         let model = CraneWithRope::new(geometry(&p.link, &p.rest), p.ground_height_m)?;
         let (pressures, centre) = p.cylinder.equilibrium(&p.oil, model.taut().equilibrium_force())?;
         let moves = [(named!(p.lower_start_s), 1.0), (named!(p.lower_end_s), 0.0), (named!(p.lift_start_s), -1.0)];
         let spool = hydraulics::moved_spool(centre, p.spool_change, p.spool_ramp_s, &moves)?;
         let cylinder = p.cylinder.starting_at(model.taut().start_length(), &p.oil, pressures, spool)?;
         assembly.couple(model, cylinder, &p.rest.contacts)
-    })
+    });
+    Case { drawing, ..case }
 }
 
 /// Drags a load that lies aside over rough ground: it sticks until `T sin φ = μ (m_h g − T cos φ)`, slides and lifts off.
@@ -148,6 +186,12 @@ pub(super) fn drag() -> Case {
         assembly.couple(model, cylinder, &p.rest.contacts)
     });
     case.trace_columns.extend(words("friction_force_ground_n contact_state_ground"));
+    case.drawing = drawn(|p: &Drag| {
+        let text = ["Crane drags a load", "A hydraulic crane drags its load over rough ground until it lifts off."];
+        let tip = p.link.link_1_length_m * libm::sin(p.link.theta_1_start_rad);
+        let floor = tip - (p.link.rope_length_m.powi(2) - p.load_offset_m.powi(2)).sqrt();
+        Some(drawing(&p.link, &p.rest, p.cylinder.cylinder_length_m, floor, text))
+    });
     case
 }
 

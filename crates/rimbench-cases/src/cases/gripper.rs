@@ -52,6 +52,7 @@ pub(super) fn entry() -> Case {
         ],
         constant_mechanics: true,
         reference: reference(),
+        drawing: drawn(|p: &Clamp| Some(drawing(p))),
         ..Case::new(
             "gripper",
             "Two opposed cylinders squeeze a box (two interface rows, redundant contacts, over-constrained when closed)",
@@ -75,6 +76,66 @@ const NAMES: [ActuatorNames; 2] = [
         observables: &["right_pressure_1_pa", "right_pressure_2_pa", "right_spool"],
     },
 ];
+
+fn drawing(p: &Clamp) -> Drawing {
+    let [width, height] = [p.box_width_m, p.box_height_m];
+    let (lower, upper, reach) = (p.lower_pad_m, p.upper_pad_m, p.actuator_length_m);
+    let middle = (lower + upper) / 2.0;
+    // A jaw with its two pads, to the side that `out` points away from the box.
+    let jaw = |name: &'static str, out: f64| {
+        let outline = [
+            [0.0, lower - 0.01],
+            [0.0, lower + 0.01],
+            [0.03 * out, lower + 0.03],
+            [0.03 * out, upper - 0.03],
+            [0.0, upper - 0.01],
+            [0.0, upper + 0.01],
+            [0.03 * out, upper + 0.03],
+            [0.06 * out, upper + 0.03],
+            [0.06 * out, lower - 0.03],
+            [0.03 * out, lower - 0.03],
+        ];
+        Shape::Polygon(points(name, outline), Fill::Metal)
+    };
+    let cylinder = |name: &'static str, out: f64, start: f64| Shape::Cylinder {
+        from: ([start + out * reach, middle], None),
+        to: ([0.06 * out, middle], Some(name)),
+        barrel: 0.75 * reach,
+        width: 0.07,
+    };
+    let push = |column, name, pad, along: f64| Shape::Arrow {
+        column,
+        at: ([0.0, pad], Some(name)),
+        along: [along, 0.0],
+        scale: 6e-5,
+    };
+    Drawing {
+        view: [[-0.75, 0.8], [-0.1, 0.6]],
+        follow: None,
+        frames: vec![
+            frame("left jaw", "left_jaw_x_m", 0.0, 0.0),
+            frame("right jaw", "right_jaw_x_m", 0.0, 0.0),
+            frame("box", "box_x_m", "box_y_m", "box_angle_rad"),
+        ],
+        shapes: vec![
+            ground(&[[-3.0, 0.0], [3.0, 0.0]]),
+            cylinder("left jaw", -1.0, -width / 2.0 - p.left_clearance_m),
+            cylinder("right jaw", 1.0, width / 2.0 + p.right_clearance_m),
+            jaw("left jaw", -1.0),
+            jaw("right jaw", 1.0),
+            Shape::Polygon(rectangle("box", [0.0, 0.0], [width, height]), Fill::Scheme),
+            push("contact_force_left_lower_pad_n", "left jaw", lower, 1.0),
+            push("contact_force_left_upper_pad_n", "left jaw", upper, 1.0),
+            push("contact_force_right_lower_pad_n", "right jaw", lower, -1.0),
+            push("contact_force_right_upper_pad_n", "right jaw", upper, -1.0),
+        ],
+        title: ["Gripper", "Two cylinders close two jaws on a box, squeeze it, and let it go."],
+        force: "left cylinder's force",
+        in_kilonewtons: true,
+        contact: None,
+        schemes: ["rim-smooth", "rim-nonsmooth"],
+    }
+}
 
 fn build(p: &Clamp, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let length = p.actuator_length_m;

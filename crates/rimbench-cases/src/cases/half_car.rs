@@ -40,6 +40,7 @@ pub(super) fn entry() -> Case {
             InterfaceColumns::new("rear_length_m", "rear_velocity_m_s", "rear_force_n"),
         ],
         reference: reference(),
+        drawing: drawn(|p: &Car| Some(drawing(p))),
         ..Case::new(
             "half-car",
             "Half car on two hydropneumatic struts over a washboard, wheels lift off (two interface rows)",
@@ -63,6 +64,68 @@ const NAMES: [ActuatorNames; 2] = [
         observables: &["rear_gas_pressure_pa"],
     },
 ];
+
+fn drawing(p: &Car) -> Drawing {
+    const WHEEL: f64 = 0.25;
+    let [front, rear] = [p.front_axle_m, -p.rear_axle_m];
+    let road = |x: f64| {
+        let along = (x - front - p.road_start_m) / p.wavelength_m;
+        let wave =
+            if along > 0.0 { 0.5 * p.road_height_m * (1.0 - libm::cos(std::f64::consts::TAU * along)) } else { 0.0 };
+        [x, wave - WHEEL]
+    };
+    let profile: Vec<[f64; 2]> = (0..=400).map(|k| road(-6.0 + 0.075 * f64::from(k))).collect();
+    let along = |plus: f64| Channel::Column("travel_x_m", 1.0, plus);
+    let rolling = Channel::Column("travel_x_m", -1.0 / WHEEL, 0.0);
+    let wheel = |name, x, height: &'static str| Frame { name, parent: None, pose: [along(x), height.into(), rolling] };
+    let strut = |x: f64, wheel: &'static str| Shape::Cylinder {
+        from: ([x, 0.0], Some("body")),
+        to: ([0.0, 0.0], Some(wheel)),
+        barrel: 0.45 * p.strut_length_m,
+        width: 0.1,
+    };
+    let disc = |name: &'static str| Shape::Disc {
+        at: ([0.0, 0.0], Some(name)),
+        radius: WHEEL,
+        spoke: true,
+        fill: Fill::Metal,
+    };
+    let body = [
+        [rear - 0.5, -0.08],
+        [front + 0.55, -0.08],
+        [front + 0.6, 0.12],
+        [front - 0.2, 0.2],
+        [front - 0.6, 0.5],
+        [rear + 0.6, 0.52],
+        [rear + 0.1, 0.2],
+        [rear - 0.5, 0.16],
+    ];
+    Drawing {
+        view: [[-2.3, 2.3], [-0.45, 1.25]],
+        follow: Some("travel_x_m"),
+        frames: vec![
+            frame("body", "travel_x_m", "body_z_m", "pitch_rad"),
+            wheel("front wheel", front, "front_wheel_z_m"),
+            wheel("rear wheel", rear, "rear_wheel_z_m"),
+        ],
+        shapes: vec![
+            ground(&profile),
+            disc("front wheel"),
+            disc("rear wheel"),
+            strut(front, "front wheel"),
+            strut(rear, "rear wheel"),
+            Shape::Polygon(points("body", body), Fill::Scheme),
+        ],
+        title: [
+            "Half car",
+            "A car on two hydropneumatic struts crosses a washboard; its wheels fly from crest to crest.",
+        ],
+        force: "front strut's force",
+        in_kilonewtons: true,
+        contact: None,
+        schemes: ["zero-order-hold", "rim-nonsmooth"],
+    }
+}
 
 fn build(p: &Car, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     let model = HalfCar::new(HalfCarGeometry {

@@ -12,6 +12,7 @@ mod cradle;
 mod cranes;
 mod declaration;
 mod discs;
+mod drawing;
 mod elastic_bar;
 mod event_driven;
 mod falling_chain;
@@ -43,6 +44,7 @@ pub use declaration::{ParameterSet, choices, named, parameters};
 #[doc(hidden)]
 pub use declaration::{changed, with_changes};
 pub use discs::wall_forces;
+pub use drawing::{Channel, DrawCase, Drawing, Fill, Frame, Point, Shape};
 pub use falling_chain::Chain;
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
@@ -57,6 +59,9 @@ mod prelude {
     pub(super) use super::case::{Assembly, Case, CoupledSystem, DerivedColumn, InterfaceColumns, times};
     pub(super) use super::contacts::{Contacts, reference};
     pub(super) use super::declaration::{ParameterSet, choices, named, parameters};
+    pub(super) use super::drawing::{
+        Channel, Drawing, Fill, Frame, Shape, drawn, frame, ground, points, rectangle, upward,
+    };
     pub(super) use super::hydraulics::{self, Cylinder, Oil, Ramp};
     pub(super) use super::parameters::Parameters;
     pub(super) use super::reference_method::{ExactSolution, ReferenceMethod};

@@ -51,6 +51,7 @@ pub(super) fn entry() -> Case {
         drawing_columns: words("contact_force_right_support_n contact_force_left_support_n"),
         interface_columns: hydraulics::interface(),
         reference: reference(),
+        drawing: drawn(|p: &Slippery| Some(drawing(&p.block, p.cylinder.cylinder_length_m))),
         ..Case::new(
             "rocking-block",
             "Block that rocks on two corners without friction, held by a hydraulic cylinder (closed-form impact law)",
@@ -73,6 +74,35 @@ pub(super) fn with_friction() -> Case {
     case.trace_columns.extend(words("contact_state_right_support contact_state_left_support sticking_contacts"));
     case.drawing_columns.extend(words("friction_force_right_support_n friction_force_left_support_n"));
     case
+}
+
+fn drawing(p: &Block, barrel: f64) -> Drawing {
+    let [b, h] = [p.half_width_m, p.half_height_m];
+    // The corner that the block starts on is at the origin of the floor; the cylinder is level at the start.
+    let (sin, cos) = (libm::sin(-p.start_angle_rad), libm::cos(p.start_angle_rad));
+    let height = b.mul_add(-sin, h * cos) + sin * p.attachment_x_m + cos * p.attachment_y_m;
+    Drawing {
+        view: [[-1.5, 0.75], [-0.12, 1.12]],
+        follow: None,
+        frames: vec![frame("block", "box_x_m", "box_y_m", "box_angle_rad")],
+        shapes: vec![
+            ground(&[[-5.0, 0.0], [5.0, 0.0]]),
+            Shape::Cylinder {
+                from: ([p.ground_pin_x_m, height], None),
+                to: ([p.attachment_x_m, p.attachment_y_m], Some("block")),
+                barrel,
+                width: 0.1,
+            },
+            Shape::Polygon(rectangle("block", [0.0, 0.0], [2.0 * b, 2.0 * h]), Fill::Scheme),
+            upward("contact_force_right_support_n", ([b, -h], Some("block")), 1e-4),
+            upward("contact_force_left_support_n", ([-b, -h], Some("block")), 1e-4),
+        ],
+        title: ["Rocking block", "A block tips from one corner to the other while a hydraulic cylinder holds it."],
+        force: "cylinder force",
+        in_kilonewtons: true,
+        contact: Some(["bounces", "stays down"]),
+        schemes: ["zero-order-hold", "rim-nonsmooth"],
+    }
 }
 
 fn build(p: &Slippery, assembly: &Assembly<'_>) -> Result<CoupledSystem> {

@@ -50,12 +50,61 @@ pub(super) fn entry() -> Case {
         ),
         interface_columns: carriage::interface(),
         reference: reference(),
+        drawing: drawn(|p: &Crank| Some(drawing(p))),
         ..Case::new(
             "slider-crank",
             "Slider-crank whose slider has play in its guide, driven through a shaft (impacts, friction at four corners)",
             times(0.1, 5e-4, 5e-6, [2e-6, 2e-5]),
             build,
         )
+    }
+}
+
+fn drawing(p: &Crank) -> Drawing {
+    let [crank, rod] = [p.crank_length_m, p.rod_length_m];
+    let [a, b, guide] = [p.slider_half_length_m, p.slider_half_height_m, p.slider_half_height_m + p.clearance_m];
+    let rail = |from: f64, to: f64| {
+        let [left, right] = [rod - crank - 2.0 * a, rod + crank + 4.0 * a];
+        Shape::Polygon(
+            [[left, from], [right, from], [right, to], [left, to]].map(|point| (point, None)).to_vec(),
+            Fill::Ground,
+        )
+    };
+    let bar = |name, length: f64, half: f64| points(name, [[0.0, -half], [length, -half], [length, half], [0.0, half]]);
+    let pin =
+        |name, x: f64, radius| Shape::Disc { at: ([x, 0.0], Some(name)), radius, spoke: false, fill: Fill::Metal };
+    Drawing {
+        view: [[-0.2, rod + crank + 0.1], [-0.2, 0.2]],
+        follow: None,
+        frames: vec![
+            frame("crank", 0.0, 0.0, "crank_angle_rad"),
+            // The rod's angle is that of the world: its frame stands at the pin, turned back by the crank's.
+            Frame {
+                name: "pin",
+                parent: Some("crank"),
+                pose: [crank.into(), 0.0.into(), Channel::Column("crank_angle_rad", -1.0, 0.0)],
+            },
+            Frame { name: "rod", parent: Some("pin"), pose: [0.0.into(), 0.0.into(), "rod_angle_rad".into()] },
+            frame("slider", "slider_x_m", "slider_y_m", "slider_angle_rad"),
+        ],
+        shapes: vec![
+            rail(guide, guide + 0.014),
+            rail(-guide, -guide - 0.014),
+            Shape::Polygon(rectangle("slider", [0.0, 0.0], [2.0 * a, 2.0 * b]), Fill::Scheme),
+            Shape::Polygon(bar("rod", rod, 0.008), Fill::Metal),
+            Shape::Polygon(bar("crank", crank, 0.012), Fill::Scheme),
+            pin("crank", 0.0, 0.02),
+            pin("rod", 0.0, 0.009),
+            pin("rod", rod, 0.009),
+        ],
+        title: [
+            "Slider-crank with play",
+            "A motor turns a crank; the slider knocks about in a guide with a millimetre of play.",
+        ],
+        force: "shaft force at the pin",
+        in_kilonewtons: false,
+        contact: None,
+        schemes: ["zero-order-hold", "rim-nonsmooth"],
     }
 }
 

@@ -88,6 +88,11 @@ parameters! {
 }
 
 impl Body {
+    /// Width and height of the box, m.
+    fn size(&self) -> [f64; 2] {
+        [self.box_width_m, self.box_height_m]
+    }
+
     /// The box with its wedges and no disc yet.
     fn without_disc(&self, gravity: f64) -> WedgeBoxGeometry {
         let [width, height] = [self.box_width_m, self.box_height_m];
@@ -154,12 +159,76 @@ fn of_the_paper<P: ParameterSet>(
 
 pub(super) fn wedge_box() -> Case {
     let about = "Box on two wedges with a disc on a ledge, pushed by a hydraulic cylinder (the source paper's example)";
-    of_the_paper("wedge-box", about, 2.5, |p: &WithRamp, assembly| {
+    let case = of_the_paper("wedge-box", about, 2.5, |p: &WithRamp, assembly| {
         let model = WedgeBox::new(p.body.of_the_paper(p.gravity_m_s2))?;
         let (spool, pressures) = (p.ramp.spool()?, p.ramp.start_pressures());
         let cylinder = p.cylinder.of_any_stroke(model.start_length(), &p.oil, pressures, spool);
         assembly.couple(model, cylinder, &p.contacts)
-    })
+    });
+    let drawing = drawn(|p: &WithRamp| {
+        let text =
+            ["Wedge box", "A hydraulic cylinder pushes a box; its disc rolls off a ledge and both wedges touch down."];
+        let model = WedgeBox::new(p.body.of_the_paper(p.gravity_m_s2)).ok()?;
+        Some(drawing(&model, p.body.size(), p.cylinder.cylinder_length_m, text))
+    });
+    Case { drawing, ..case }
+}
+
+/// What a box on wedges looks like, with its discs on their ledges.
+fn drawing(model: &WedgeBox, [width, height]: [f64; 2], barrel: f64, [title, about]: [&'static str; 2]) -> Drawing {
+    let g = model.geometry();
+    let mut frames = vec![frame("box", "box_x_m", "box_y_m", "box_angle_rad")];
+    let mut shapes = Vec::new();
+    let mut floor = vec![[-9.0, 0.0], [9.0, 0.0]];
+    for (disc, corner) in g.discs.iter().zip(model.ledge_corners()) {
+        // The right disc rolls off a ledge that lies between the two.
+        let foot = [corner[0] + corner[1] / disc.ramp_slope, 0.0];
+        floor = match disc.pin[0] < 0.0 {
+            true => vec![[-9.0, corner[1]], corner, foot, [9.0, 0.0]],
+            false => [&floor[..floor.len() - 1], &[[corner[0] - 0.01, 0.0], corner, foot, [9.0, 0.0]]].concat(),
+        };
+    }
+    shapes.push(ground(&floor));
+    shapes.push(Shape::Cylinder {
+        from: (model.ground_pin(), None),
+        to: (g.attachment, Some("box")),
+        barrel,
+        width: 0.1,
+    });
+    for (name, disc) in ["left disc", "right disc"].into_iter().zip(&g.discs) {
+        // Rolling is drawn without slip: the model's discs turn freely.
+        let turned = Channel::Column("box_x_m", -1.0 / disc.radius, 0.0);
+        frames.push(Frame { name, parent: Some("box"), pose: [disc.pin[0].into(), disc.pin[1].into(), turned] });
+        let side = disc.pin[0].signum() * width / 2.0;
+        let [x, y] = disc.pin;
+        let arm = [[side, y + 0.14], [x, y + 0.03], [x, y - 0.03], [side, y - 0.05]];
+        shapes.push(Shape::Polygon(points("box", arm), Fill::Scheme));
+        shapes.push(Shape::Disc { at: ([0.0, 0.0], Some(name)), radius: disc.radius, spoke: true, fill: Fill::Metal });
+    }
+    let base = -height / 2.0;
+    let half = 0.1_f64.min(width / (2.0 * g.wedges.len() as f64));
+    for &[x, y] in &g.wedges {
+        shapes.push(Shape::Polygon(points("box", [[x - half, base], [x, y], [x + half, base]]), Fill::Scheme));
+    }
+    shapes.push(Shape::Polygon(rectangle("box", [0.0, 0.0], [width, height]), Fill::Scheme));
+    // Of many wedges the sum of the forces is known, and no single one.
+    let columns = match (g.wedge_name, g.wedges.len()) {
+        ("wedge", _) => vec!["contact_force_right_wedge_n", "contact_force_left_wedge_n"],
+        (_, 2) => vec!["contact_force_right_support_n", "contact_force_left_support_n"],
+        _ => Vec::new(),
+    };
+    shapes.extend(columns.into_iter().zip(&g.wedges).map(|(column, &tip)| upward(column, (tip, Some("box")), 1.5e-4)));
+    Drawing {
+        view: [[-1.55, 0.8 + width / 2.0 - 0.5], [-0.16, 0.92]],
+        follow: Some("box_x_m"),
+        frames,
+        shapes,
+        title: [title, about],
+        force: "cylinder force",
+        in_kilonewtons: true,
+        contact: Some(["lifts off", "stays down"]),
+        schemes: ["rim-smooth", "rim-nonsmooth"],
+    }
 }
 
 /// Returns the geometry of the wedge box as the parameters of the case `wedge-box` say.
@@ -181,6 +250,11 @@ pub(super) fn with_friction() -> Case {
         }
         let cylinder = p.cylinder.of_any_stroke(model.start_length(), &p.oil, p.ramp.start_pressures(), p.swing());
         assembly.couple(model, cylinder, &p.contacts)
+    });
+    case.drawing = drawn(|p: &WithFriction| {
+        let text = ["Wedge box with friction", "A swinging spool pushes and pulls the box until it sticks."];
+        let model = WedgeBox::new(p.body.of_the_paper(p.gravity_m_s2)).ok()?;
+        Some(drawing(&model, p.body.size(), p.cylinder.cylinder_length_m, text))
     });
     case.trace_columns.extend(words(
         "contact_state_right_wedge contact_state_left_wedge contact_state_disc_ledge contact_state_disc_floor \
@@ -206,14 +280,23 @@ impl WithFriction {
 /// the disc leaves the ramp.
 pub(super) fn reversal() -> Case {
     let about = "Wedge box held against its ramp on three contacts, until the spool is reversed and one opens";
-    of_the_paper("wedge-box-reversal", about, 1.0, |p: &AgainstRamp, assembly| {
+    let drawing = drawn(|p: &AgainstRamp| {
+        let text = [
+            "Wedge box held against its ramp",
+            "A cylinder holds the box on three contacts, then reverses: one of them opens.",
+        ];
+        let model = WedgeBox::against_ramp(p.body.of_the_paper(p.gravity_m_s2)).ok()?;
+        Some(drawing(&model, p.body.size(), p.cylinder.cylinder_length_m, text))
+    });
+    let case = of_the_paper("wedge-box-reversal", about, 1.0, |p: &AgainstRamp, assembly| {
         let model = WedgeBox::against_ramp(p.body.of_the_paper(p.gravity_m_s2))?;
         let (pressures, hold) = p.cylinder.equilibrium(&p.oil, -p.holding_pull_n)?;
         let (start, end) = (named!(p.reversal_start_s), named!(p.reversal_end_s));
         let spool = hydraulics::spool(&[(start.0, start.1, hold), (end.0, end.1, p.ramp.spool_final)])?;
         let cylinder = p.cylinder.of_any_stroke(model.start_length(), &p.oil, pressures, spool);
         assembly.couple(model, cylinder, &p.contacts)
-    })
+    });
+    Case { drawing, ..case }
 }
 
 parameters! {
@@ -284,6 +367,7 @@ fn multiplied<P: ParameterSet>(
     about: &'static str,
     duration: f64,
     parts: fn(&P) -> Result<(WedgeBoxGeometry, Pushed)>,
+    (size, text): (fn(&P) -> [f64; 2], [&'static str; 2]),
 ) -> Case {
     let build = move |p: &P, assembly: &Assembly<'_>| {
         let (geometry, Pushed { cylinder, ramp, oil, contacts, .. }) = parts(p)?;
@@ -295,6 +379,10 @@ fn multiplied<P: ParameterSet>(
     Case {
         interface_columns: hydraulics::interface(),
         reference: reference(),
+        drawing: drawn(move |p| {
+            let (geometry, pushed) = parts(p).ok()?;
+            Some(drawing(&WedgeBox::new(geometry).ok()?, size(p), pushed.cylinder.cylinder_length_m, text))
+        }),
         ..Case::new(name, about, times(duration, 5e-3, 5e-5, [1e-4, 1e-4]), build)
     }
 }
@@ -302,6 +390,7 @@ fn multiplied<P: ParameterSet>(
 /// A disc on either side, each on a ledge of its own: two descents, two touch-downs.
 pub(super) fn two_ledges() -> Case {
     let about = "Wedge box with a disc on a ledge at either side (two descents, repeated over-constraint)";
+    let text = ["Wedge box on two ledges", "A box with a disc at either side comes down twice."];
     let parts = |p: &TwoLedges| {
         let (pin_x, radius) = (p.body.disc_pin_x_m, p.body.disc_radius_m);
         if pin_x < radius {
@@ -321,13 +410,14 @@ pub(super) fn two_ledges() -> Case {
              gap_right_disc_floor_m closed_contacts rank_h_uu",
         ),
         drawing_columns: words("contact_force_right_support_n contact_force_left_support_n"),
-        ..multiplied("wedge-box-two-ledges", about, 3.0, parts)
+        ..multiplied("wedge-box-two-ledges", about, 3.0, parts, (|p| p.body.size(), text))
     }
 }
 
 /// On 2 to 64 wedges in one plane or off it, on a flat or a wavy floor: redundant contacts by the dozen.
 pub(super) fn n_wedge_box() -> Case {
     let about = "Wedge box on n coplanar or uneven wedges, on a flat or a wavy floor (redundant contacts)";
+    let text = ["Wedge box on eight wedges", "Eight wedges touch down where two would do: redundant contacts."];
     let parts = |p: &ManyWedges| {
         let geometry = WedgeBoxGeometry {
             wedges: p.tips(),
@@ -344,7 +434,7 @@ pub(super) fn n_wedge_box() -> Case {
              rank_h_uu",
         ),
         drawing_columns: words("contact_force_sum_n"),
-        ..multiplied("n-wedge-box", about, 2.5, parts)
+        ..multiplied("n-wedge-box", about, 2.5, parts, (|p| p.body.size(), text))
     }
 }
 

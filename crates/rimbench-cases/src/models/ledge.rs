@@ -37,6 +37,11 @@ impl Ledge {
         Ledge { corner: Vector2::new(corner_x, height), down, ramp_normal: Vector2::new(-down.y, down.x) }
     }
 
+    /// Returns its corner, m.
+    pub fn corner(&self) -> [f64; 2] {
+        self.corner.into()
+    }
+
     /// Returns the contact of a disc of radius `radius` around `centre`.
     ///
     /// ```text

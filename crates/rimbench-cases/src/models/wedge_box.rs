@@ -169,6 +169,21 @@ impl WedgeBox {
         (centre + rotation(self.start[2]) * Vector2::from(self.geometry.attachment) - self.ground_pin).norm()
     }
 
+    /// Returns its geometry.
+    pub fn geometry(&self) -> &WedgeBoxGeometry {
+        &self.geometry
+    }
+
+    /// Returns where the actuator is held, m.
+    pub fn ground_pin(&self) -> [f64; 2] {
+        self.ground_pin.into()
+    }
+
+    /// Returns the corners of the ledges, disc by disc, m.
+    pub fn ledge_corners(&self) -> Vec<[f64; 2]> {
+        self.ledges.iter().map(Ledge::corner).collect()
+    }
+
     fn check_start(&self) -> Result<()> {
         let size = self.size();
         let mut rows = Rows::zeros(size.unilateral, size.velocities);

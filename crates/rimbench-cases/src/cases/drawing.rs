@@ -1,0 +1,215 @@
+//! What a case looks like: shapes fixed to frames, frames moved by columns of its trace.
+//!
+//! ```text
+//! frame     x, y, angle: each a number or gain · column + offset; in another frame, if it has one
+//! point     [x, y] of a frame, or of the ground
+//! ```
+//! Lengths in m, angles in rad. From a drawing come the pictures of the page that simulates.
+
+use super::declaration::ParameterSet;
+use super::parameters::Parameters;
+use std::sync::Arc;
+
+/// Says what a case looks like with these parameters; none where nothing can be drawn.
+pub type DrawCase = Arc<dyn Fn(&Parameters) -> Option<Drawing> + Send + Sync>;
+
+/// Draws a case from its own parameters.
+pub(super) fn drawn<P: ParameterSet>(drawing: impl Fn(&P) -> Option<Drawing> + Send + Sync + 'static) -> DrawCase {
+    Arc::new(move |parameters| drawing(&P::read(parameters)))
+}
+
+/// A number, or a column of the trace scaled and shifted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Channel {
+    /// Stays as it is.
+    Fixed(f64),
+    /// `gain · column + offset`.
+    Column(&'static str, f64, f64),
+}
+
+impl From<f64> for Channel {
+    fn from(value: f64) -> Self {
+        Channel::Fixed(value)
+    }
+}
+
+impl From<&'static str> for Channel {
+    fn from(column: &'static str) -> Self {
+        Channel::Column(column, 1.0, 0.0)
+    }
+}
+
+/// A frame that moves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Name, by which points are fixed to it.
+    pub name: &'static str,
+    /// The frame it is fixed to, one above it in the list.
+    pub parent: Option<&'static str>,
+    /// Origin x, y and angle.
+    pub pose: [Channel; 3],
+}
+
+/// A point: coordinates, and the frame they are of.
+pub type Point = ([f64; 2], Option<&'static str>);
+
+/// With what a shape is filled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fill {
+    /// The colour of the scheme.
+    Scheme,
+    /// Another body.
+    Metal,
+    /// What does not move.
+    Ground,
+}
+
+/// A shape.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A closed outline.
+    Polygon(Vec<Point>, Fill),
+    /// A circle; with a spoke it is seen to roll.
+    Disc {
+        /// Centre.
+        at: Point,
+        /// Radius.
+        radius: f64,
+        /// Whether a spoke shows its angle.
+        spoke: bool,
+        /// Filling.
+        fill: Fill,
+    },
+    /// Straight lines from point to point.
+    Line(Vec<Point>),
+    /// A coil spring between two points, of this width.
+    Spring(Point, Point, f64),
+    /// A cylinder fixed at the first point, its rod's end at the second.
+    Cylinder {
+        /// Fixed end.
+        from: Point,
+        /// End of the rod.
+        to: Point,
+        /// Length of the barrel.
+        barrel: f64,
+        /// Width of the barrel.
+        width: f64,
+    },
+    /// The force of a contact.
+    Arrow {
+        /// Its column, N.
+        column: &'static str,
+        /// Where it acts.
+        at: Point,
+        /// Its direction, a unit vector of the ground.
+        along: [f64; 2],
+        /// Length per force, m/N.
+        scale: f64,
+    },
+}
+
+impl Shape {
+    /// Lists the points that it is fixed to.
+    pub fn points(&self) -> Vec<Point> {
+        match self {
+            Shape::Polygon(points, _) | Shape::Line(points) => points.clone(),
+            Shape::Spring(from, to, _) | Shape::Cylinder { from, to, .. } => vec![*from, *to],
+            Shape::Disc { at, .. } | Shape::Arrow { at, .. } => vec![*at],
+        }
+    }
+}
+
+/// What a case looks like.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawing {
+    /// What is seen: least and largest x, y.
+    pub view: [[f64; 2]; 2],
+    /// The column that the view goes along with in x.
+    pub follow: Option<&'static str>,
+    /// Frames, parents first.
+    pub frames: Vec<Frame>,
+    /// Shapes, from behind to the front.
+    pub shapes: Vec<Shape>,
+    /// Title of the case, and the sentence about it.
+    pub title: [&'static str; 2],
+    /// What the force across the first row of the interface is called.
+    pub force: &'static str,
+    /// Whether it is told in kN.
+    pub in_kilonewtons: bool,
+    /// What is said of contacts that open although the reference keeps them closed, and of those that do not.
+    pub contact: Option<[&'static str; 2]>,
+    /// The two schemes it is first shown with.
+    pub schemes: [&'static str; 2],
+}
+
+impl Drawing {
+    /// Lists the columns that it reads.
+    pub fn columns(&self) -> Vec<&'static str> {
+        let channels = self.frames.iter().flat_map(|frame| frame.pose).filter_map(|channel| match channel {
+            Channel::Column(column, _, _) => Some(column),
+            Channel::Fixed(_) => None,
+        });
+        let arrows = self.shapes.iter().filter_map(|shape| match shape {
+            Shape::Arrow { column, .. } => Some(*column),
+            _ => None,
+        });
+        channels.chain(arrows).chain(self.follow).collect()
+    }
+}
+
+/// A frame of the ground, at columns or numbers.
+pub(super) fn frame(
+    name: &'static str,
+    x: impl Into<Channel>,
+    y: impl Into<Channel>,
+    angle: impl Into<Channel>,
+) -> Frame {
+    Frame { name, parent: None, pose: [x.into(), y.into(), angle.into()] }
+}
+
+/// Points of a frame.
+pub(super) fn points<const N: usize>(frame: &'static str, points: [[f64; 2]; N]) -> Vec<Point> {
+    points.map(|point| (point, Some(frame))).to_vec()
+}
+
+/// A rectangle about a point of a frame.
+pub(super) fn rectangle(frame: &'static str, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> Vec<Point> {
+    let (w, h) = (width / 2.0, height / 2.0);
+    points(frame, [[x - w, y - h], [x + w, y - h], [x + w, y + h], [x - w, y + h]])
+}
+
+/// What does not move, below a line from the left to the right.
+pub(super) fn ground(line: &[[f64; 2]]) -> Shape {
+    let depth = line.iter().fold(f64::INFINITY, |least, point| least.min(point[1])) - 9.0;
+    let corners = [line.last(), line.first()].into_iter().flatten().map(|corner| [corner[0], depth]);
+    Shape::Polygon(line.iter().copied().chain(corners).map(|point| (point, None)).collect(), Fill::Ground)
+}
+
+/// The force of a contact, upwards.
+pub(super) fn upward(column: &'static str, at: Point, scale: f64) -> Shape {
+    Shape::Arrow { column, at, along: [0.0, 1.0], scale }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cases::standard_cases;
+
+    #[test]
+    fn every_drawing_reads_columns_of_its_case_and_fixes_points_to_frames_of_its_own() {
+        for case in standard_cases() {
+            let Some(drawing) = (case.drawing)(&case.default_parameters()) else { continue };
+            let known =
+                |column: &str| case.trace_columns.iter().chain(&case.drawing_columns).any(|name| name == column);
+            for column in drawing.columns() {
+                assert!(known(column), "{}: {column}", case.name);
+            }
+            let mut above = Vec::new();
+            for frame in &drawing.frames {
+                assert!(frame.parent.is_none_or(|parent| above.contains(&parent)), "{}: {}", case.name, frame.name);
+                above.push(frame.name);
+            }
+            let fixed = drawing.shapes.iter().flat_map(super::Shape::points).filter_map(|point| point.1);
+            assert!(fixed.into_iter().all(|frame| above.contains(&frame)), "{}", case.name);
+        }
+    }
+}
