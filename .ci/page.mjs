@@ -16,7 +16,7 @@ const fail = (why) => {
   console.error(`error: ${why}`);
   process.exitCode = 1;
 };
-const simulate = (...options) => execFileSync(program, ["simulate", "--case", "wedge-box", ...options], { encoding: "utf8" });
+const simulate = (...options) => execFileSync(program, ["simulate", ...options], { encoding: "utf8" });
 
 async function digits() {
   // The page's own worker, outside a page.
@@ -32,22 +32,23 @@ async function digits() {
   const number = (text) => ({ inf: Infinity, "-inf": -Infinity, NaN: NaN })[text] ?? Number(text);
   const trace = path.join(fs.mkdtempSync(path.join(os.tmpdir(), "digits-")), "trace.csv");
   let runs = 0, equal = 0;
-  for (const line of answer.ready.trim().split("\n")) {
-    const scheme = line.split(" ")[1];
-    for (const step of ["2e-3", "5e-3"]) {
-      const own = await ask(`run\ncase wedge-box\nscheme ${scheme}\nmacro_step_s ${step}\n`);
-      simulate("--scheme", scheme, "--macro-step", step, "--trace", trace);
-      const [header, ...rows] = fs.readFileSync(trace, "utf8").trim().split("\n").map((row) => row.split(","));
-      const columns = own.words.match(/^columns (.*)$/m)?.[1].split(" ") ?? [];
-      const differs = (row, name, k) => {
-        const [ours, theirs] = [own.numbers[row * columns.length + columns.indexOf(name)], number(rows[row][k])];
-        return !(ours === theirs || (Number.isNaN(ours) && Number.isNaN(theirs)));
-      };
-      const same = rows.length * columns.length === own.numbers.length && !rows.some((_, row) => header.some((name, k) => differs(row, name, k)));
-      runs += 1;
-      equal += same ? 1 : 0;
-      if (!same) fail(`${scheme} at ${step} s: other digits in the browser than in the program`);
-    }
+  // Every scheme on the wedge box, and every case of the gallery with the schemes it is first shown with.
+  const schemes = answer.ready.trim().split("\n").map((line) => line.split(" ")[1]);
+  const asked = schemes.flatMap((scheme) => ["2e-3", "5e-3"].map((step) => ["wedge-box", scheme, step]));
+  for (const of of JSON.parse(answer.cases)) for (const scheme of of.schemes) asked.push([of.name, scheme, `${of.macro_step_ms}e-3`]);
+  for (const [of, scheme, step] of asked) {
+    const own = await ask(`run\ncase ${of}\nscheme ${scheme}\nmacro_step_s ${step}\n`);
+    simulate("--case", of, "--scheme", scheme, "--macro-step", step, "--trace", trace);
+    const [header, ...rows] = fs.readFileSync(trace, "utf8").trim().split("\n").map((row) => row.split(","));
+    const columns = own.words.match(/^columns (.*)$/m)?.[1].split(" ") ?? [];
+    const differs = (row, name, k) => {
+      const [ours, theirs] = [own.numbers[row * columns.length + columns.indexOf(name)], number(rows[row][k])];
+      return !(ours === theirs || (Number.isNaN(ours) && Number.isNaN(theirs)));
+    };
+    const same = rows.length * columns.length === own.numbers.length && !rows.some((_, row) => header.some((name, k) => differs(row, name, k)));
+    runs += 1;
+    equal += same ? 1 : 0;
+    if (!same) fail(`${of}, ${scheme} at ${step} s: other digits in the browser than in the program`);
   }
   console.log(`${equal} of ${runs} runs have the same digits in the module and in the program`);
 }
@@ -61,46 +62,64 @@ async function browse() {
   const page = await browser.newPage();
   page.on("pageerror", (error) => fail(`the page breaks off: ${error}`));
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && fail(`the console says: ${message.text()}`));
-  await page.setViewport({ width: 1280, height: 1200 });
+  await page.setViewport({ width: 1440, height: 900 });
   await page.goto(`file://${path.resolve(subject)}`);
-  const drawn = () => page.evaluate(() => Number(document.body.dataset.drawn ?? 0));
-  const until = (count) => page.waitForFunction((count) => Number(document.body.dataset.drawn ?? 0) > count, { timeout: 120e3 }, count);
-  const text = (id) => page.$eval(`#${id}`, (element) => element.textContent);
+  const at = (id, name) => page.$eval(`#${id}`, (element, name) => element.getAttribute(name), name);
   const enter = (id, value) =>
     page.$eval(`#${id}`, (element, value) => {
       element.value = value;
       element.dispatchEvent(new Event("input", { bubbles: true }));
-    }, value);
-  await until(0);
-  // Whatever is shown is what the program says of the same run.
-  for (const [step, scheme] of [[3, "zero-order-hold"], [8, "rim-nonsmooth"], [12, "rim-smooth"]]) {
+    }, String(value));
+  const rest = () => page.waitForFunction(() => Number(document.body.dataset.drawn ?? 0) > 0 && !document.body.hasAttribute("aria-busy"), { timeout: 120e3 });
+  await rest();
+  // What is shown is what the program says of the same run.
+  for (const [place, scheme] of [[7, "zero-order-hold"], [14, "rim-nonsmooth"], [17, "rim-smooth"]]) {
+    const before = await at("verdict-b", "data-run");
     await enter("in-b", scheme);
-    const before = await drawn();
-    await enter("in-h", step);
-    await until(before);
-    await page.waitForFunction(() => !document.body.hasAttribute("aria-busy"));
-    const options = (await text("cmd-b")).match(/--scheme .*$/)[0].split(" ");
+    await enter("in-h", place);
+    await page.waitForFunction((before) => document.getElementById("verdict-b").dataset.run !== before, { timeout: 120e3 }, before);
+    await rest();
+    const options = (await page.$eval("#cmd-b", (code) => code.textContent)).match(/--case .*$/)[0].split(" ");
     const said = JSON.parse(simulate(...options, "--format", "json"));
-    const shown = await text("cap-b");
-    if (!shown.includes(said.run_id) || !shown.includes(`${said.exchanges} exchanges`)) fail(`the page shows \`${shown}\`, the program ${said.run_id}`);
+    await page.waitForFunction((run) => document.getElementById("verdict-b").dataset.run === run, { timeout: 120e3 }, said.run_id);
   }
   // The address is written once the hand rests.
   await new Promise((resolve) => setTimeout(resolve, 500));
   if (!(await page.evaluate(() => location.hash)).includes("b=rim-smooth")) fail("the address does not say what is shown");
-  await enter("in-time", 0.5);
-  const pose = () => page.$eval("#box-a .world", (world) => world.getAttribute("transform"));
-  const before = await pose();
-  await page.click("#play");
+  const time = async () => Number(await at("strip", "aria-valuenow"));
+  const began = await time();
+  await page.focus("#in-h");
+  await page.keyboard.press("Space");
   await new Promise((resolve) => setTimeout(resolve, 500));
-  await page.click("#play");
-  if (before === (await pose())) fail("playing moves nothing");
-  await page.$eval("#curve", (curve) => curve.scrollIntoView({ block: "center" }));
-  const curve = await (await page.$("#curve")).boundingBox();
-  await page.mouse.move(curve.x + 0.3 * curve.width, curve.y + 0.5 * curve.height);
+  await page.keyboard.press("Space");
+  if (began === (await time())) fail("Space on the slider plays nothing");
+  const strip = await (await page.$("#strip")).boundingBox();
+  await page.mouse.move(strip.x + 0.3 * strip.width, strip.y + 0.5 * strip.height);
   await page.mouse.down();
-  await page.mouse.move(curve.x + 0.7 * curve.width, curve.y + 0.5 * curve.height);
+  await page.mouse.move(strip.x + 0.7 * strip.width, strip.y + 0.5 * strip.height);
   await page.mouse.up();
-  if (!/^1\.[67]/.test(await text("out-time"))) fail(`dragging the curve to 1.7 s leads to ${await text("out-time")}`);
+  if (Math.abs((await time()) - 0.7 * 2.5) > 0.05) fail(`dragging the course to 1.75 s leads to ${await time()}`);
+  // Every case of the gallery is simulated and drawn, and says what came of it.
+  for (const name of await page.$$eval("#in-case option", (options) => options.map((option) => option.value))) {
+    await enter("in-case", name);
+    const drawn = (name) => document.getElementById("in-case").value === name && document.getElementById("verdict-a").textContent !== "computing …";
+    await page.waitForFunction(drawn, { timeout: 120e3 }, name);
+    await rest();
+    const words = await page.$$eval("figcaption b", (all) => all.map((b) => b.textContent));
+    if (words.some((text) => !text || text.split(" ").length > 8)) fail(`${name}: the verdicts are \`${words.join("`, `")}\``);
+    if (folder) await page.screenshot({ path: path.join(folder, `case-${name}.png`) });
+  }
+  // An address may hold anything.
+  await page.evaluate(() => (location.hash = "#case=nonsense&h=-3&a=%00&b=&t=later&phase=x"));
+  await rest();
+  // All of the simulator is on one screen, on a desk and in a hand.
+  for (const [width, height] of [[1440, 900], [390, 844]]) {
+    await page.setViewport({ width, height });
+    const beyond = await page.evaluate(() => Math.max(...["in-h", "scene-a", "scene-b", "event", "strip"].map((id) => document.getElementById(id).getBoundingClientRect().bottom)) - innerHeight + scrollY);
+    if (beyond > 0) fail(`at ${width} × ${height} the simulator ends ${beyond} px below the screen`);
+    if (folder) await page.screenshot({ path: path.join(folder, `screen-${width}.png`) });
+  }
+  await page.setViewport({ width: 1280, height: 1200 });
   await follow(page);
   await page.addScriptTag({ path: require.resolve("axe-core") });
   for (const scheme of ["light", "dark"]) {

@@ -1,4 +1,4 @@
-// The part of the report that simulates: controls, two boxes, the curve of the force. What is drawn is what the module computed.
+// The part of the page that simulates: a case, a macro step, two schemes side by side. What is drawn is what the module computed.
 (async () => {
   "use strict";
   const $ = (id) => document.getElementById(id);
@@ -6,342 +6,333 @@
     $("try-missing").hidden = false;
     $("try-missing").textContent = `Simulating in the page is not possible here: ${why}. Everything else on this page works.`;
   };
-  // ---- state: the controls, in the address as well
-  const STEPS = [0.2, 0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 17, 20, 25, 30, 35, 40, 50];
-  const START = { h: "5", phase: "1", mass: "200", detection: "", integrator: "", a: "rim-smooth", b: "rim-nonsmooth-gap", t: "1.735" };
-  const KEYS = ["phase", "mass", "detection", "integrator", "a", "b"];
-  const state = { ...START };
+  // Colours are those of the figures; schemes and cases are those of the module.
+  const COLORS = JSON.parse($("colors").textContent), SCHEMES = {};
+  let CASES = [];
+  const STEPS = [0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10, 12.5, 15, 20, 25, 30, 40, 50];
+  const SIDES = ["a", "b"], OPTIONS = { phase: "1", detection: "", integrator: "" };
+  const { at, end, judge, seconds } = verdict;
+
+  // ---- state: case, place of the slider, schemes, options, time; in the address as well
+  const nearest = (ms) => STEPS.reduce((best, step, k) => (Math.abs(Math.log(step / ms)) < Math.abs(Math.log(STEPS[best] / ms)) ? k : best), 0);
+  const startOf = (of) => ({ case: of.name, h: nearest(of.macro_step_ms), a: of.schemes[0], b: of.schemes[1], ...OPTIONS, t: null });
+  let state;
+  const current = () => CASES.find(({ name }) => name === state.case);
   const readAddress = () => {
     const address = new URLSearchParams(location.hash.slice(1));
-    const known = Object.keys(START).filter((key) => address.has(key));
-    if (!known.length) return false;
-    // A link shows the same wherever one comes from.
-    Object.assign(state, START, Object.fromEntries(known.map((key) => [key, address.get(key)])));
-    const t = Number(state.t);
-    state.t = Number.isFinite(t) ? String(Math.min(Math.max(t, 0), 2.5)) : START.t;
+    if (!["case", "h", ...SIDES].some((key) => address.has(key))) return false;
+    state = startOf(CASES.find(({ name }) => name === address.get("case")) ?? CASES[0]);
+    for (const side of SIDES) if (address.get(side) in SCHEMES) state[side] = address.get(side);
+    for (const key of Object.keys(OPTIONS)) {
+      $(`in-${key}`).value = address.get(key) ?? OPTIONS[key];
+      state[key] = $(`in-${key}`).value;
+    }
+    const [h, t] = ["h", "t"].map((key) => Number(address.get(key) ?? NaN));
+    if (h > 0) state.h = nearest(h);
+    if (Number.isFinite(t)) state.t = t;
     return true;
   };
   // Browsers refuse an address that changes too often: once the hand rests is enough.
   let writing;
   const writeAddress = () => {
     clearTimeout(writing);
-    writing = setTimeout(() => history.replaceState(null, "", `#${new URLSearchParams(state)}`), 200);
-  };
-  const nearestStep = (h) => STEPS.reduce((best, step, k) => (Math.abs(step - h) < Math.abs(STEPS[best] - h) ? k : best), 0);
-  const showControls = () => {
-    $("in-h").value = nearestStep(Number(state.h));
-    state.h = String(STEPS[$("in-h").value]);
-    for (const key of KEYS) {
-      $(`in-${key}`).value = state[key];
-      // What a control does not have is nonsense from an address.
-      if ($(`in-${key}`).value === "" && START[key] !== "") $(`in-${key}`).value = START[key];
-      state[key] = $(`in-${key}`).value;
-    }
-    $("out-h").textContent = `${state.h} ms`;
-    $("in-h").setAttribute("aria-valuetext", `${state.h} milliseconds`);
-    $("out-phase").textContent = state.phase;
-    $("out-mass").textContent = `${state.mass} kg`;
+    writing = setTimeout(() => {
+      const entries = Object.entries({ ...state, h: STEPS[state.h], t: state.t?.toFixed(4) }).filter(([key, value]) => value !== undefined && value !== OPTIONS[key]);
+      history.replaceState(null, "", `#${new URLSearchParams(entries)}`);
+    }, 250);
   };
 
-  // ---- the module, in a worker
-  let worker, begin;
-  try {
-    ({ worker, begin } = await page.simulator());
-  } catch (error) {
-    return missing(error.message);
-  }
-  const kinds = new Map();
-  let busy = true, wanted = false, runs = [], asked, shown;
-  const request = (scheme) => {
-    const lines = ["case wedge-box", `scheme ${scheme}`, `macro_step_s ${Number(state.h)}e-3`, `phase ${state.phase}`];
-    if (state.mass !== START.mass) lines.push(`set.box_mass_kg ${state.mass}`);
-    if (state.detection && kinds.get(scheme) === "model") lines.push(`contact_detection ${state.detection}`);
-    if (state.integrator) lines.push(`mechanics_integrator ${state.integrator}`, "actuator_integrator midpoint");
-    return lines;
+  // ---- what is known, and two workers that find out more
+  const runs = new Map(), references = new Map(), workers = [];
+  const lines = (scheme, h) => {
+    const own = [`case ${state.case}`, `scheme ${scheme}`, `macro_step_s ${STEPS[h]}e-3`, `phase ${state.phase}`];
+    if (state.detection && SCHEMES[scheme].model) own.push(`contact_detection ${state.detection}`);
+    if (state.integrator) own.push(`mechanics_integrator ${state.integrator}`, "actuator_integrator midpoint");
+    return own.join("\n");
   };
-  // What both are held against: the case alone, whatever the schemes refuse.
-  const reference = () => ["scheme zero-order-hold", ...request("").filter((line) => /^(case|set\.)/.test(line))].join("\n");
-  const simulate = () => {
-    wanted = busy;
-    if (busy) return;
-    busy = true;
-    document.body.setAttribute("aria-busy", "true");
-    const [a, b] = [request(state.a), request(state.b)].map((lines) => lines.join("\n"));
-    // What comes back belongs to what was asked, wherever the controls are by then.
-    asked = { schemes: [state.a, state.b], commands: [command(state.a), command(state.b)], reference: reference() };
-    // The reference stays while the case does, and is far longer than the runs.
-    const known = asked.reference === shown?.reference;
-    worker.postMessage({ requests: [`run\n${a}`, `run\n${b}`, ...(known ? [] : [`reference\n${asked.reference}`])] });
+  const known = (scheme, h = state.h) => runs.get(lines(scheme, h));
+  const referenceKey = () => `case ${state.case}\nscheme zero-order-hold`;
+  const wanted = (of) => [...new Set(["time_s", of.force.column, ...drawing.columns(of.drawing)])];
+  let moved = -1e9;
+  const next = (slot) => {
+    const scheme = state[SIDES[slot]];
+    if (slot === 0 && !references.has(state.case)) return { id: state.case, request: `reference\n${referenceKey()}`, into: references };
+    const ask = (h) => ({ id: lines(scheme, h), request: `run\n${lines(scheme, h)}`, into: runs });
+    if (!known(scheme)) return ask(state.h);
+    // Nothing is waited for: the neighbours on the slider; short macro steps, which take long, only while the hand rests.
+    const resting = performance.now() - moved > 400;
+    const places = STEPS.map((_, h) => h).sort((p, q) => Math.abs(p - state.h) - Math.abs(q - state.h));
+    const open = places.find((h) => !known(scheme, h) && (resting || STEPS[h] >= 1));
+    return open === undefined ? null : ask(open);
   };
-  const trajectory = ({ words, numbers }) => {
-    const facts = page.facts(words);
-    const names = (facts.get("columns") ?? "").split(" ");
-    const width = names.length, rows = numbers.length / width;
-    const index = new Map(names.map((name, k) => [name, k]));
-    const value = (row, name) => numbers[row * width + index.get(name)];
-    // The row at or before a time, and how far it is to the next.
-    const at = (t) => {
-      let low = 0, high = rows - 1;
-      while (low < high) {
-        const middle = (low + high + 1) >> 1;
-        if (value(middle, "time_s") <= t) low = middle; else high = middle - 1;
+  let sign;
+  const feed = () => {
+    for (const worker of workers) {
+      if (worker.job) continue;
+      const job = next(worker.slot);
+      if (!job) continue;
+      worker.job = job;
+      worker.postMessage({ id: job.id, requests: [job.request], wanted: wanted(current()) });
+    }
+    const waiting = !references.has(state.case) || SIDES.some((side) => !known(state[side]));
+    if (!waiting) {
+      clearTimeout(sign);
+      sign = undefined;
+      document.body.removeAttribute("aria-busy");
+    } else sign ??= setTimeout(() => document.body.setAttribute("aria-busy", "true"), 150);
+  };
+  const arrive = (worker, { answers: [answer] }) => {
+    const { id, into } = worker.job;
+    worker.job = null;
+    into.set(id, { facts: page.facts(answer.words), columns: answer.columns, rows: answer.rows });
+    if (into === references || SIDES.some((side) => id === lines(state[side], state.h))) show(); else map();
+    feed();
+  };
+
+  // ---- what is shown: a pair of runs, their reference, the window of the event, how much differences are enlarged
+  let shown = null;
+  const colors = () => SIDES.map((side) => COLORS[state[side]][matchMedia("(prefers-color-scheme: dark)").matches ? 1 : 0]);
+  // The largest factor at which the worse of both stays in the picture.
+  const enlargement = (of, reference, pair, window) => {
+    const width = of.drawing.view.x[1] - of.drawing.view.x[0];
+    let worst = 0;
+    for (const run of pair) {
+      for (let s = 0; run?.rows && s <= 60; s++) {
+        const t = window[0] + (s / 60) * (window[1] - window[0]);
+        if (t > end(run)) break;
+        const [ours, theirs] = [run, reference].map((trace) => drawing.poses(of.drawing, (name) => at(trace, name, t)));
+        for (const [name, pose] of ours) worst = Math.max(worst, Math.hypot(pose[0] - theirs.get(name)[0], pose[1] - theirs.get(name)[1]));
       }
-      const next = Math.min(low + 1, rows - 1), from = value(low, "time_s"), to = value(next, "time_s");
-      return { row: low, next, share: to > from ? Math.min((t - from) / (to - from), 1) : 0 };
-    };
-    const between = (place, name) => {
-      const before = value(place.row, name), after = value(place.next, name);
-      return before + place.share * (after - before);
-    };
-    return { facts, rows, value, at, between, end: rows ? value(rows - 1, "time_s") : 0 };
-  };
-  worker.onerror = (event) => missing(event.message || "the worker does not start");
-  worker.onmessage = ({ data }) => {
-    if (data.failed) return missing(data.failed);
-    if (data.ready) {
-      for (const line of data.ready.split("\n").filter(Boolean)) {
-        const [, name, kind] = line.split(" ");
-        kinds.set(name, kind);
-      }
-      for (const select of [$("in-a"), $("in-b")]) select.replaceChildren(...[...kinds.keys()].map((name) => new Option(name, name)));
-      readAddress();
-      showControls();
-      $("try-works").hidden = false;
-      busy = false;
-      return simulate();
     }
-    busy = false;
-    document.body.removeAttribute("aria-busy");
-    runs = [...data.answers.map(trajectory), ...runs.slice(2)].slice(0, 3);
-    shown = asked;
-    show();
-    if (wanted) simulate();
-  };
-  begin();
-
-  // ---- drawing: the same box as in the static figure, in metres, seen by a camera that follows it
-  const SVG = "http://www.w3.org/2000/svg";
-  const make = (parent, name, attributes = {}, text = "") => {
-    const element = parent.appendChild(document.createElementNS(SVG, name));
-    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-    element.textContent = text;
-    return element;
-  };
-  const set = (element, attributes) => {
-    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  };
-  const path = (points) => points.map(([x, y]) => `${x},${y}`).join(" ");
-  const G = { width: 1, height: 0.6, tips: [[0.4, -0.4], [-0.4, -0.4]], radius: 0.2, pin: [-0.8, -0.19], ledge: 0.06, corner: -0.707, slope: 0.15, attachment: [-0.5, 0.3], ground: [-3, 0.737] };
-  const BEHIND = 1.32, BELOW = 0.2, SCALE = 480 / 2.04, HEIGHT = 292, MAGNIFY = 25, LENS = 34, ARROW = 0.3 / 2000;
-  const ink = { stroke: "var(--ink)", "stroke-width": 1.2, "vector-effect": "non-scaling-stroke" };
-  const scene = (svg, color) => {
-    svg.replaceChildren();
-    const world = make(svg, "g", { class: "world" });
-    make(world, "polygon", { points: path([[-9, 0], [9, 0], [9, -1], [-9, -1]]), fill: "var(--ground)" });
-    make(world, "polygon", { points: path([[-9, 0], [-9, G.ledge], [G.corner, G.ledge], [G.corner + G.ledge / G.slope, 0]]), fill: "var(--ledge)", ...ink });
-    make(world, "line", { x1: -9, y1: 0, x2: 9, y2: 0, ...ink });
-    const rod = make(world, "polygon", { fill: "var(--metal)", ...ink });
-    const chambers = [0, 1].map(() => make(world, "polygon", { ...ink }));
-    const disc = make(world, "circle", { r: G.radius, fill: "var(--metal)", ...ink });
-    const spoke = make(world, "line", { ...ink });
-    const body = make(world, "g", { fill: color, "fill-opacity": 0.35 });
-    make(body, "polygon", { points: path([[-G.width / 2, G.pin[1] + 0.14], [G.pin[0], G.pin[1] + 0.03], [G.pin[0], G.pin[1] - 0.03], [-G.width / 2, G.pin[1] - 0.05]]), ...ink });
-    for (const [x, y] of G.tips) make(body, "polygon", { points: path([[x - 0.1, -G.height / 2], [x, y], [x + 0.1, -G.height / 2]]), ...ink });
-    make(body, "rect", { x: -G.width / 2, y: -G.height / 2, width: G.width, height: G.height, ...ink });
-    make(body, "circle", { r: 0.02, fill: "var(--paper)", "fill-opacity": 1, ...ink });
-    make(body, "circle", { r: 0.012, cx: G.attachment[0], cy: G.attachment[1], fill: "var(--paper)", "fill-opacity": 1, ...ink });
-    const forces = [0, 1, 2, 3].map(() => make(world, "line", { stroke: "var(--force)", "stroke-width": 3, "vector-effect": "non-scaling-stroke", "stroke-linecap": "round" }));
-    // A magnifier at each wedge: a jump of 4 mm is one pixel of the drawing.
-    const lenses = [0, 1].map(() => {
-      const group = make(svg, "g");
-      make(group, "circle", { r: LENS, fill: "var(--paper)", stroke: "var(--soft)", "stroke-width": 1.2 });
-      make(group, "line", { x1: -LENS * 0.92, x2: LENS * 0.92, y1: 12, y2: 12, stroke: "var(--ink)", "stroke-width": 1.5 });
-      const tip = make(group, "polygon", { fill: color, "fill-opacity": 0.5, stroke: "var(--ink)" });
-      const text = make(group, "text", { y: LENS + 13, "text-anchor": "middle", "font-size": 11, fill: "var(--ink)" });
-      return { group, tip, text };
-    });
-    make(svg, "text", { x: 474, y: 16, "text-anchor": "end", "font-size": 11, fill: "var(--soft)" }, `wedges magnified ${MAGNIFY} ×`);
-    const lost = make(svg, "text", { x: 240, y: 60, "text-anchor": "middle", "font-size": 18, "font-weight": 700, fill: "var(--b)" });
-    const force = make(svg, "text", { x: 8, y: 16, "font-size": 12, fill: "var(--ink)" });
-    return (run, t) => {
-      // A run that was refused has nothing to show.
-      for (const part of [world, ...lenses.map((lens) => lens.group)]) set(part, { visibility: run.rows ? "visible" : "hidden" });
-      if (!run.rows) return ([lost.textContent, force.textContent] = ["not run", ""]);
-      const gone = t > run.end + 1e-9;
-      const place = run.at(Math.min(t, run.end));
-      const of = (name) => run.between(place, name);
-      const [x, y, angle] = [of("box_x_m"), of("box_y_m"), of("box_angle_rad")];
-      lost.textContent = gone ? `${run.facts.get("outcome")} at ${(run.end * 1000).toFixed(0)} ms` : "";
-      if (![x, y, angle].every(Number.isFinite)) return;
-      const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
-      const on = ([px, py]) => [x + cos * px - sin * py, y + sin * px + cos * py];
-      const page = ([px, py]) => [(px - x + BEHIND) * SCALE, HEIGHT - (py + BELOW) * SCALE];
-      set(world, { transform: `translate(${(BEHIND - x) * SCALE} ${HEIGHT - BELOW * SCALE}) scale(${SCALE} ${-SCALE})`, opacity: gone ? 0.35 : 1 });
-      set(body, { transform: `translate(${x} ${y}) rotate(${(angle * 180) / Math.PI})` });
-      const centre = on(G.pin), turn = -(centre[0] + 0.8) / G.radius;
-      set(disc, { cx: centre[0], cy: centre[1] });
-      set(spoke, { x1: centre[0], y1: centre[1], x2: centre[0] + G.radius * Math.cos(turn), y2: centre[1] + G.radius * Math.sin(turn) });
-      const end = on(G.attachment), length = Math.hypot(end[0] - G.ground[0], end[1] - G.ground[1]);
-      const [ux, uy] = [(end[0] - G.ground[0]) / length, (end[1] - G.ground[1]) / length];
-      const bar = (from, to, half) => path([[from, -half], [to, -half], [to, half], [from, half]].map(([d, s]) => [G.ground[0] + d * ux - s * uy, G.ground[1] + d * uy + s * ux]));
-      const piston = Math.min(Math.max(length - 1.45, 0.1), 1.9);
-      set(rod, { points: bar(piston, length, 0.012) });
-      ["pressure_1_pa", "pressure_2_pa"].forEach((name, k) => {
-        // Of the pump's 7.6 MPa: pale is empty, deep is full.
-        const share = Math.min(Math.max(of(name) / 7.6e6, 0), 1);
-        set(chambers[k], { points: k ? bar(piston, 2, 0.045) : bar(0, piston, 0.045), fill: `hsl(205 60% ${88 - 50 * share}%)`, "fill-opacity": 0.75 });
-      });
-      const normal = of("disc_ledge_normal_rad");
-      const contacts = [
-        [on(G.tips[0]), [0, 1], "contact_force_right_wedge_n"],
-        [on(G.tips[1]), [0, 1], "contact_force_left_wedge_n"],
-        [[centre[0] - G.radius * Math.cos(normal), centre[1] - G.radius * Math.sin(normal)], [Math.cos(normal), Math.sin(normal)], "contact_force_disc_ledge_n"],
-        [[centre[0], centre[1] - G.radius], [0, 1], "contact_force_disc_floor_n"],
-      ];
-      contacts.forEach(([[cx, cy], [nx, ny], name], k) => {
-        const size = Math.min(Math.max(of(name), 0) * ARROW, 0.75) || 0;
-        set(forces[k], { x1: cx, y1: cy, x2: cx + size * nx, y2: cy + size * ny, visibility: size > 0.005 ? "inherit" : "hidden" });
-      });
-      G.tips.forEach((tip, k) => {
-        const [tx, ty] = on(tip), [left] = page([tx, ty]);
-        const height = Math.min(Math.max(ty * MAGNIFY * SCALE, -16), 34);
-        const top = 12 - height;
-        set(lenses[k].group, { transform: `translate(${Math.min(Math.max(left, LENS + 4), 476 - LENS)} ${HEIGHT - LENS - 22})` });
-        set(lenses[k].tip, { points: top < -24 ? "" : path([[0, top], [-12, Math.max(top - 18, -30)], [12, Math.max(top - 18, -30)]]) });
-        lenses[k].text.textContent = `${(Math.round(ty * 1e4) / 10 + 0).toFixed(1)} mm`;
-      });
-      force.textContent = `F = ${(of("actuator_force_n") / 1000).toFixed(2)} kN`;
-    };
-  };
-  const boxes = [scene($("box-a"), "var(--a)"), scene($("box-b"), "var(--b)")];
-
-  // ---- the curve
-  const PLOT = { left: 56, right: 970, top: 12, bottom: 212 };
-  let span = [-1, 1];
-  const across = (t) => PLOT.left + (t / 2.5) * (PLOT.right - PLOT.left);
-  const up = (f) => PLOT.bottom - ((f - span[0]) / (span[1] - span[0])) * (PLOT.bottom - PLOT.top);
-  const curve = $("curve");
-  const drawCurve = () => {
-    const of = (run) => Array.from({ length: run.rows }, (_, k) => [run.value(k, "time_s"), run.value(k, "actuator_force_n")]);
-    const reference = runs[2].rows ? of(runs[2]) : [];
-    const forces = reference.map(([, f]) => f);
-    const [low, high] = forces.length ? [forces.reduce((a, b) => Math.min(a, b)), forces.reduce((a, b) => Math.max(a, b))] : [-1000, 1000];
-    span = [low - 0.25 * (high - low), high + 0.25 * (high - low)];
-    curve.replaceChildren();
-    const clip = make(make(curve, "clipPath", { id: "plot" }), "rect", { x: PLOT.left, y: PLOT.top });
-    set(clip, { width: PLOT.right - PLOT.left, height: PLOT.bottom - PLOT.top });
-    const tick = 10 ** Math.floor(Math.log10((span[1] - span[0]) / 2));
-    for (let f = Math.ceil(span[0] / tick) * tick; f <= span[1]; f += tick) {
-      make(curve, "line", { x1: PLOT.left, x2: PLOT.right, y1: up(f), y2: up(f), stroke: "var(--line)" });
-      make(curve, "text", { x: PLOT.left - 6, y: up(f) + 4, "text-anchor": "end", "font-size": 11, fill: "var(--soft)" }, `${(f / 1000).toFixed(1)}`);
-    }
-    for (let t = 0; t <= 2.5; t += 0.5) make(curve, "text", { x: across(t), y: PLOT.bottom + 16, "text-anchor": "middle", "font-size": 11, fill: "var(--soft)" }, t.toFixed(1));
-    make(curve, "text", { x: (PLOT.left + PLOT.right) / 2, y: 246, "text-anchor": "middle", "font-size": 12, fill: "var(--ink)" }, "time (s)");
-    make(curve, "text", { x: 14, y: 112, "text-anchor": "middle", "font-size": 12, fill: "var(--ink)", transform: "rotate(-90 14 112)" }, "actuator force (kN)");
-    const line = (points, attributes) => {
-      // A point per pixel is enough to see, and all of a short run.
-      const every = Math.max(1, Math.floor(points.length / 2500));
-      const shown = points.filter(([, f], k) => (k % every === 0 || k === points.length - 1) && Number.isFinite(f));
-      const bounded = shown.map(([t, f]) => [across(t).toFixed(1), Math.min(Math.max(up(f), -1e4), 1e4).toFixed(1)]);
-      make(curve, "polyline", { points: path(bounded), fill: "none", "clip-path": "url(#plot)", "stroke-linejoin": "round", ...attributes });
-    };
-    if (runs[0].rows) line(of(runs[0]), { stroke: "var(--a)", "stroke-width": 1.6 });
-    if (runs[1].rows) line(of(runs[1]), { stroke: "var(--b)", "stroke-width": 1.6, "stroke-dasharray": "7 3" });
-    line(reference, { stroke: "var(--ref)", "stroke-width": 1.6, "stroke-dasharray": "1.5 3" });
-    make(curve, "line", { id: "cursor", y1: PLOT.top, y2: PLOT.bottom, stroke: "var(--force)", "stroke-width": 1.5 });
-  };
-
-  // ---- showing
-  const number = (text) => (text === undefined ? "–" : Number(text).toPrecision(3));
-  const caption = (element, scheme, run) => {
-    const fact = (name) => run.facts.get(name);
-    if (run.facts.has("error")) return (element.textContent = `${scheme}: ${fact("error")}`);
-    const outcome = fact("outcome") === "completed" ? "completes" : `${fact("outcome")}: ${fact("reason") ?? ""}`;
-    element.textContent = `${scheme} ${outcome}; force error ${number(fact("force_error_rms_n"))} N rms, position ${number(fact("position_error_rms_m"))} m, ${fact("exchanges") ?? 0} exchanges (run ${fact("run_id")})`;
-  };
-  const command = (scheme) => {
-    const words = request(scheme).map((line) => {
-      const [key, value] = [line.slice(0, line.indexOf(" ")), line.slice(line.indexOf(" ") + 1)];
-      if (key.startsWith("set.")) return `--set ${key.slice(4)}=${value}`;
-      return `--${key.replace(/_s$/, "").replaceAll("_", "-")} ${value}`;
-    });
-    return `cargo run --release -- simulate ${words.join(" ")}`;
+    return [20, 10, 5, 2].find((factor) => factor * worst <= 0.06 * width) ?? 1;
   };
   const pose = () => {
-    if (!runs.length) return;
-    const t = Number(state.t);
-    [0, 1].forEach((k) => boxes[k](runs[k], t));
-    $("in-time").value = t;
-    $("out-time").textContent = `${t.toFixed(3)} s`;
-    const cursor = curve.querySelector("#cursor");
-    if (cursor) set(cursor, { x1: across(t), x2: across(t) });
-  };
-  const show = () => {
-    ["a", "b"].forEach((name, k) => {
-      caption($(`cap-${name}`), shown.schemes[k], runs[k]);
-      $(`cmd-${name}`).textContent = shown.commands[k];
+    if (!shown) return;
+    const { of, reference, pair, window, factor } = shown, t = Math.min(state.t, end(reference));
+    const inks = colors();
+    SIDES.forEach((side, k) => {
+      const run = pair[k], judged = run?.verdict, ghost = (name) => at(reference, name, t);
+      const lost = judged?.failed && t > (judged.when ?? Infinity), gone = run?.rows && t > end(run) + 1e-9;
+      // Of the columns that place frames the difference is enlarged; forces are as they are.
+      const value = (name) => {
+        const [own, other] = [at(run, name, Math.min(t, end(run))), ghost(name)];
+        return /_n$/.test(name) ? own : other + factor * (own - other);
+      };
+      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { value: run?.rows ? value : null, ghost, color: inks[k], faded: lost || gone });
+      g.fillStyle = drawing.ink("soft");
+      g.fillText(w < 300 ? "outline: reference" : "thin outline: reference", 8, h - 8);
+      g.textAlign = "right";
+      if (factor > 1) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
+      if (!judged || !(lost || gone || judged.none)) return;
+      g.textAlign = "center";
+      g.fillStyle = drawing.ink("no");
+      g.font = `700 ${w < 300 ? 13 : 17}px system-ui,sans-serif`;
+      g.fillText(judged.none ? "not run" : `✕ diverges at ${seconds(judged.when)}`, w / 2, w < 300 ? 18 : 28);
     });
-    drawCurve();
-    pose();
+    const plot = { of, reference, runs: pair, colors: inks, window, t, macro: STEPS[shown.h] / 1000 };
+    shown.timeInEvent = curves.drawEvent($("event"), plot);
+    shown.timeInCourse = curves.drawCourse($("course"), plot);
+    $("strip").setAttribute("aria-valuemax", end(reference).toFixed(3));
+    $("strip").setAttribute("aria-valuenow", t.toFixed(4));
+    $("strip").setAttribute("aria-valuetext", seconds(t));
     document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
   };
-
-  // ---- controls
-  $("in-h").addEventListener("input", () => {
-    state.h = String(STEPS[$("in-h").value]);
-    showControls();
-    writeAddress();
-    simulate();
-  });
-  for (const key of KEYS)
-    $(`in-${key}`).addEventListener("input", () => {
-      state[key] = $(`in-${key}`).value;
-      showControls();
-      writeAddress();
-      simulate();
+  const map = () => {
+    const of = current(), reference = references.get(state.case);
+    const place = (scheme, h) => {
+      const run = known(scheme, h);
+      if (!run || !reference) return "unknown";
+      const { failed, none } = judge(run, reference, of);
+      return failed || none ? "fails" : "completes";
+    };
+    const rows = SIDES.map((side) => STEPS.map((_, h) => place(state[side], h)));
+    curves.drawMap($("map"), rows, colors());
+    const failures = rows.map((row, k) => `${state[SIDES[k]]} fails at ${row.filter((of) => of === "fails").length} of ${row.filter((of) => of !== "unknown").length} macro steps tried`);
+    $("map").setAttribute("aria-label", failures.join("; "));
+  };
+  const command = (scheme) => {
+    const options = lines(scheme, state.h).split("\n").map((line) => line.split(" ")).filter(([key, value]) => !(key === "phase" && value === "1"));
+    return `cargo run --release -- simulate ${options.map(([key, value]) => `--${key.replace(/_s$/, "").replaceAll("_", "-")} ${value}`).join(" ")}`;
+  };
+  const controls = () => {
+    const of = current();
+    $("in-case").value = state.case;
+    $("about").textContent = of.about;
+    $("in-h").value = state.h;
+    $("out-h").textContent = `${STEPS[state.h]} ms`;
+    $("in-h").setAttribute("aria-valuetext", `${STEPS[state.h]} milliseconds`);
+    $("out-phase").textContent = state.phase;
+    for (const key of Object.keys(OPTIONS)) $(`in-${key}`).value = state[key];
+    $("in-detection").disabled = !SIDES.some((side) => SCHEMES[state[side]].model);
+    SIDES.forEach((side, k) => {
+      for (const option of $(`in-${side}`).options) option.disabled = of.refused.includes(option.value);
+      $(`in-${side}`).value = state[side];
+      $(`side-${side}`).style.setProperty("--own", colors()[k]);
+      $(`cmd-${side}`).textContent = command(state[side]);
     });
-  const goTo = (t) => {
-    state.t = String(Math.min(Math.max(t, 0), 2.5));
+  };
+  const show = () => {
+    const of = current(), reference = references.get(state.case), pair = SIDES.map((side) => known(state[side]));
+    controls();
+    map();
+    // Both pictures change at once; until then the last ones stay, unless they are of another case.
+    if (!reference || pair.includes(undefined)) {
+      if (shown?.of !== of || reference?.facts.has("error")) {
+        shown = null;
+        for (const id of ["scene-a", "scene-b", "event", "course"]) drawing.canvas($(id));
+      }
+      for (const side of SIDES) if (!shown) $(`verdict-${side}`).textContent = reference?.facts.get("error") ?? "computing …";
+      return;
+    }
+    if (!reference.rows) return;
+    const judged = pair.map((run) => judge(run, reference, of)), window = curves.event(of, reference, pair, STEPS[state.h] / 1000);
+    // The window stays while the event stays in its middle: it must not jump under the hand.
+    const last = shown?.of === of ? shown.window : null, stays = last && window[0] > last[0] - 0.2 * (last[1] - last[0]) && window[1] < last[1] + 0.2 * (last[1] - last[0]);
+    shown = { of, reference, pair, h: state.h, window: stays ? last : window };
+    shown.factor = enlargement(of, reference, pair, shown.window);
+    state.t ??= shown.window[0] + 0.55 * (shown.window[1] - shown.window[0]);
+    state.t = Math.min(Math.max(state.t, 0), end(reference));
+    SIDES.forEach((side, k) => {
+      const out = $(`verdict-${side}`);
+      [out.textContent, out.title, out.className] = [judged[k].words, judged[k].why, judged[k].failed || judged[k].none ? "bad" : ""];
+      out.dataset.run = pair[k].facts.get("run_id") ?? "";
+      $(`scene-${side}`).setAttribute("aria-label", `${of.title}, ${state[side]}: ${judged[k].words}`);
+    });
+    $("event").setAttribute("aria-label", `${of.force.label} around the event. ${SIDES.map((side, k) => `${state[side]}: ${judged[k].words}`).join("; ")}`);
     pose();
   };
-  $("in-time").addEventListener("input", () => goTo(Number($("in-time").value)));
-  $("in-time").addEventListener("change", writeAddress);
-  const drag = (event) => {
-    const box = curve.getBoundingClientRect();
-    goTo((((event.clientX - box.left) / box.width) * 980 - PLOT.left) / (PLOT.right - PLOT.left) * 2.5);
+
+  // ---- the hand
+  let queued = false;
+  const change = () => {
+    moved = performance.now();
+    writeAddress();
+    feed();
+    if (queued) return;
+    queued = true;
+    requestAnimationFrame(() => {
+      queued = false;
+      show();
+    });
   };
-  curve.addEventListener("pointerdown", (event) => {
-    curve.setPointerCapture(event.pointerId);
-    drag(event);
-  });
-  curve.addEventListener("pointermove", (event) => curve.hasPointerCapture(event.pointerId) && drag(event));
-  curve.addEventListener("pointerup", writeAddress);
+  const choose = (name) => {
+    play(false);
+    state = startOf(CASES.find((of) => of.name === name));
+    change();
+  };
+  const goTo = (t) => {
+    if (!shown) return;
+    state.t = Math.min(Math.max(t, 0), end(shown.reference));
+    pose();
+  };
+  const scrub = (element, timeAt) => {
+    const move = (event) => {
+      if (!shown) return;
+      play(false);
+      goTo(timeAt()(event.clientX - element.getBoundingClientRect().left));
+    };
+    element.addEventListener("pointerdown", (event) => {
+      element.setPointerCapture(event.pointerId);
+      move(event);
+    });
+    element.addEventListener("pointermove", (event) => element.hasPointerCapture(event.pointerId) && move(event));
+    element.addEventListener("pointerup", writeAddress);
+  };
   let playing = false, last = 0;
   const frame = (now) => {
-    if (!playing) return;
-    const t = Number(state.t) + Math.min((now - last) / 1000, 0.1) * Number($("speed").value);
+    if (!playing || !shown) return;
+    const { window: [from, to], reference } = shown, T = end(reference), passed = Math.min((now - last) / 1000, 0.1);
     last = now;
-    goTo(t >= 2.5 ? 0 : t);
+    // Slow motion around the event: four seconds for it, three for all the rest.
+    const inside = state.t >= from && state.t < to;
+    const t = state.t + passed * (inside ? (to - from) / 4 : Math.max(T - (to - from), 1e-6) / 3);
+    goTo(t >= T ? 0 : t);
     requestAnimationFrame(frame);
   };
   const play = (on) => {
+    if (on === playing || (on && !shown)) return;
     playing = on;
     last = performance.now();
     $("play").textContent = on ? "Pause" : "Play";
     $("play").setAttribute("aria-pressed", String(on));
     if (on) requestAnimationFrame(frame); else writeAddress();
   };
-  $("play").addEventListener("click", () => play(!playing));
-  document.addEventListener("keydown", (event) => {
-    if (event.key !== " " || event.target.closest("button,input,select,a,summary,dialog,[tabindex]")) return;
-    event.preventDefault();
-    play(!playing);
+  const listen = () => {
+    $("in-case").addEventListener("input", () => choose($("in-case").value));
+    $("in-h").addEventListener("input", () => {
+      state.h = Number($("in-h").value);
+      change();
+    });
+    for (const key of [...SIDES, ...Object.keys(OPTIONS)])
+      $(`in-${key}`).addEventListener("input", () => {
+        state[key] = $(`in-${key}`).value;
+        change();
+      });
+    scrub($("strip"), () => shown.timeInCourse);
+    scrub($("event"), () => shown.timeInEvent);
+    $("play").addEventListener("click", () => play(!playing));
+    $("strip").addEventListener("keydown", (event) => {
+      if (!shown) return;
+      const step = (shown.window[1] - shown.window[0]) / 60, to = { ArrowLeft: state.t - step, ArrowRight: state.t + step, Home: 0, End: Infinity }[event.key];
+      if (to === undefined) return;
+      event.preventDefault();
+      goTo(to);
+      writeAddress();
+    });
+    // Space plays from wherever the hand is in this part of the page, but where it has a meaning of its own.
+    document.addEventListener("keydown", (event) => {
+      const own = event.target.closest("select,summary,dialog,a,[data-copy],input[type=search]");
+      if (event.key !== " " || own || (event.target.closest("button,[tabindex]") && !event.target.closest("#try"))) return;
+      event.preventDefault();
+      if (!event.repeat) play(!playing);
+    });
+    $("play").addEventListener("keyup", (event) => event.key === " " && event.preventDefault());
+    for (const button of document.querySelectorAll("[data-copy]")) button.addEventListener("click", () => page.copy($(button.dataset.copy).textContent, button));
+    addEventListener("resize", () => {
+      pose();
+      map();
+    });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      controls();
+      pose();
+      map();
+    });
+    addEventListener("hashchange", () => readAddress() && change());
+  };
+
+  // ---- begin
+  const furnish = ({ ready, cases }) => {
+    for (const line of ready.split("\n").filter(Boolean)) {
+      const [, name, kind] = line.split(" ");
+      SCHEMES[name] = { model: kind === "model" };
+    }
+    CASES = JSON.parse(cases);
+    state = startOf(CASES[0]);
+    $("in-h").max = STEPS.length - 1;
+    $("in-case").append(...CASES.map(({ title, name }) => new Option(title, name)));
+    for (const side of SIDES) $(`in-${side}`).append(...Object.keys(SCHEMES).map((name) => new Option(name, name)));
+    readAddress();
+    $("try-works").hidden = false;
+    listen();
+    show();
+  };
+  let simulators;
+  try {
+    simulators = await Promise.all(SIDES.map(() => page.simulator()));
+  } catch (error) {
+    return missing(error.message);
+  }
+  simulators.forEach(({ worker, begin }, slot) => {
+    worker.slot = slot;
+    worker.onerror = (event) => missing(event.message || "the worker does not start");
+    worker.onmessage = ({ data }) => {
+      if (data.failed) return missing(data.failed);
+      if (!data.ready) return arrive(worker, data);
+      if (!CASES.length) furnish(data);
+      workers.push(worker);
+      feed();
+    };
+    begin();
   });
-  for (const button of document.querySelectorAll("[data-copy]"))
-    button.addEventListener("click", () => page.copy($(button.dataset.copy).textContent, button));
-  addEventListener("hashchange", () => {
-    if (!kinds.size || !readAddress()) return;
-    showControls();
-    simulate();
-  });
+  setInterval(() => CASES.length && feed(), 300);
 })();

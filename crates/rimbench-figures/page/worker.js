@@ -1,5 +1,5 @@
 // Runs the module beside the page, so that the page stays awake. One request after the other; what is asked is text, see the crate
-// rimbench-web.
+// rimbench-web. With `wanted`, only these columns come back, each as an array of its own.
 let module;
 let bytes;
 const start = async () => {
@@ -11,8 +11,20 @@ const ask = (text) => {
   new Uint8Array(module.memory.buffer, place, bytes.length).set(bytes);
   module.answer();
   const words = new TextDecoder().decode(new Uint8Array(module.memory.buffer, module.words(), module.words_length()));
-  const numbers = new Float64Array(module.memory.buffer, module.numbers(), module.numbers_length()).slice();
-  return { words, numbers };
+  return { words, numbers: new Float64Array(module.memory.buffer, module.numbers(), module.numbers_length()) };
+};
+const cut = ({ words, numbers }, wanted) => {
+  const names = (words.match(/^columns (.*)$/m)?.[1] ?? "").split(" "), width = names.length;
+  const rows = Math.floor(numbers.length / width) || 0, columns = {};
+  for (const name of wanted) {
+    const k = names.indexOf(name);
+    if (k >= 0) columns[name] = Float64Array.from({ length: rows }, (_, row) => numbers[row * width + k]);
+  }
+  return { words, columns, rows };
+};
+const answer = (request, wanted) => {
+  const whole = ask(request);
+  return wanted ? cut(whole, wanted) : { ...whole, numbers: whole.numbers.slice() };
 };
 onmessage = async ({ data }) => {
   if (data.module) {
@@ -23,18 +35,19 @@ onmessage = async ({ data }) => {
       postMessage({ failed: error.message });
       return;
     }
-    postMessage({ ready: ask("schemes").words });
+    postMessage({ ready: ask("schemes").words, cases: ask("cases").words });
     return;
   }
   const answers = [];
   for (const request of data.requests) {
     try {
-      answers.push(ask(request));
+      answers.push(answer(request, data.wanted));
     } catch (error) {
       // What broke off may have left anything behind: a fresh module for the next.
-      answers.push({ words: `error the run broke off: ${error.message}`, numbers: new Float64Array() });
+      answers.push({ words: `error the run broke off: ${error.message}`, numbers: new Float64Array(), columns: {}, rows: 0 });
       await start();
     }
   }
-  postMessage({ answers }, answers.map((answer) => answer.numbers.buffer));
+  const arrays = answers.flatMap(({ numbers, columns }) => (numbers ? [numbers] : Object.values(columns)));
+  postMessage({ answers, id: data.id }, arrays.map((array) => array.buffer));
 };

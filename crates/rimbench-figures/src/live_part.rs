@@ -3,8 +3,12 @@
 //! The module is the crate `rimbench-web`, compiled by `.ci/web-module` and committed, so that neither of the two commands needs
 //! another compiler; `.ci/page.mjs digits` holds it against the program. Everything stands in the one file of the report.
 
+use crate::drawing::Color;
+use crate::style::{Styles, on_dark_paper};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
+use rimbench_core::schemes::standard_schemes;
+use serde_json::{Map, Value, json};
 
 /// Controls and empty drawings.
 pub const SECTION: &str = include_str!("../page/try.html");
@@ -16,9 +20,12 @@ pub const STYLE: &str = concat!(include_str!("../page/page.css"), include_str!("
 /// The module, compressed.
 const MODULE: &[u8] = include_bytes!("../page/rimbench.wasm.gz");
 const WORKER: &str = include_str!("../page/worker.js");
-/// What scripts share, the part that simulates, figures, runs.
-const SCRIPTS: [&str; 4] = [
+/// What scripts share, the part that simulates (drawings, verdicts, curves, controls), figures, runs.
+const SCRIPTS: [&str; 7] = [
     include_str!("../page/common.js"),
+    include_str!("../page/drawing.js"),
+    include_str!("../page/verdict.js"),
+    include_str!("../page/curves.js"),
     include_str!("../page/try.js"),
     include_str!("../page/figures.js"),
     include_str!("../page/runs.js"),
@@ -29,8 +36,22 @@ pub fn scripts() -> String {
     let scripts: String = SCRIPTS.iter().map(|script| format!("<script>{script}</script>\n")).collect();
     format!(
         "<script type=\"application/octet-stream\" id=\"module\">{}</script>\n\
+         <script type=\"application/json\" id=\"colors\">{}</script>\n\
          <script type=\"text/plain\" id=\"worker\">{WORKER}</script>\n{scripts}",
-        BASE64_STANDARD.encode(MODULE)
+        BASE64_STANDARD.encode(MODULE),
+        colors()
+    )
+}
+
+/// The colours of the schemes as in the figures, each on light and on dark paper.
+fn colors() -> Value {
+    let styles = Styles::standard();
+    let of = |name: &str| {
+        let color = styles.of_label(name).color;
+        json!([color, on_dark_paper(color)].map(|Color(red, green, blue)| format!("#{red:02x}{green:02x}{blue:02x}")))
+    };
+    Value::Object(
+        standard_schemes().iter().map(|scheme| (scheme.name.to_string(), of(&scheme.name))).collect::<Map<_, _>>(),
     )
 }
 
@@ -43,7 +64,7 @@ mod tests {
         for script in SCRIPTS.iter().chain([&WORKER]) {
             assert!(!script.contains("</script"));
         }
-        assert!(scripts().matches("<script").count() == 2 + SCRIPTS.len());
+        assert!(scripts().matches("<script").count() == 3 + SCRIPTS.len());
     }
 
     #[test]
@@ -51,7 +72,7 @@ mod tests {
         let asked = |script: &'static str| script.split("$(\"").skip(1).filter_map(|rest| rest.split('"').next());
         let mut count = 0;
         // Made elsewhere: the data, and what only a page with studies has.
-        let made = ["module", "worker", "data", "highlight"];
+        let made = ["module", "worker", "colors", "data", "highlight"];
         for id in SCRIPTS.iter().flat_map(|script| asked(script)).filter(|id| !made.contains(id)) {
             count += 1;
             assert!([SECTION, RUNS].iter().any(|html| html.contains(&format!("id=\"{id}\""))), "{id}");

@@ -39,6 +39,14 @@ fn legible(color: Color) -> Color {
     shares.map(|share| color.mix(Color(0, 0, 0), share)).find(|color| contrast(*color) >= CONTRAST).unwrap_or(color)
 }
 
+/// Lightens a colour until it stands out from dark paper.
+pub fn on_dark_paper(color: Color) -> Color {
+    let shares = (0..=20).map(|k| f64::from(k) * 0.03);
+    // Contrast to white 1.05 / (L + 0.05); 17 is that of the dark paper of pages, L = 0.012.
+    let mut lightened = shares.map(|share| color.mix(Color::WHITE, share));
+    lightened.find(|color| 17.0 / contrast(*color) >= CONTRAST + 1.0).unwrap_or(color)
+}
+
 /// Contrast of a colour to white, from 1 to 21, by relative luminance.
 fn contrast(Color(red, green, blue): Color) -> f64 {
     let linear = |channel: u8| {

@@ -5,6 +5,7 @@
 //! `wasm32-unknown-unknown`. There is no clock, no file and no thread here.
 
 pub mod boundary;
+mod gallery;
 mod simulator;
 
 pub use simulator::{Answer, COARSER, Simulator};

@@ -1,11 +1,14 @@
 //! Simulates what a few lines of text ask for.
 
+use crate::gallery;
+use rimbench_cases::cases::Case;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::METRICS;
 use rimbench_cases::runs::{EvaluatedRun, Reference, RunRequest, RunSpec, evaluate, simulate_inside};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
 use std::fmt::Write;
+use std::sync::Arc;
 
 /// Answers requests one after the other, and keeps the last reference.
 pub struct Simulator {
@@ -33,12 +36,13 @@ impl Simulator {
     ///
     /// ```text
     /// schemes                  words: `scheme NAME model|plain`, one line each
+    /// cases                    words: a JSON list of the cases that have a drawing, at their defaults
     /// run                      and then a line each:
     ///   KEY VALUE              an option of a run as in an experiment file, `macro_step_s 5e-3`
     ///   set.PARAMETER VALUE    a parameter of the case
     /// reference                with the same lines: the trajectory that runs are held against
     /// ```
-    /// A run is answered by `run_id`, `outcome`, `reason`, every metric that has a value, the exact counters, `columns`, and its rows
+    /// A run is answered by `run_id`, `outcome`, `outcome_at_s`, `reason`, every metric that has a value, the exact counters, `columns`, and its rows
     /// at communication points; a reference by `columns` and its rows. What runs are held against here are both sides stepped together
     /// by the case's own reference method at [`COARSER`] times its coarsest step, so that a page need not wait: on the wedge box that
     /// is within 0.02 N rms of the program's reference.
@@ -53,6 +57,7 @@ impl Simulator {
         let mut lines = request.lines().map(str::trim).filter(|line| !line.is_empty());
         match lines.next().unwrap_or_default() {
             "schemes" => Ok(self.schemes()),
+            "cases" => Ok(self.cases()),
             "run" => self.run(&self.spec(lines)?),
             "reference" => {
                 let spec = self.spec(lines)?;
@@ -60,7 +65,7 @@ impl Simulator {
                 let words = columns(trajectory.columns());
                 Ok(Answer { words, numbers: trajectory.data().to_vec() })
             }
-            other => Err(Error::unknown("request", other, ["schemes", "run", "reference"])),
+            other => Err(Error::unknown("request", other, ["schemes", "cases", "run", "reference"])),
         }
     }
 
@@ -71,6 +76,19 @@ impl Simulator {
             let _ = writeln!(words, "scheme {} {kind}", scheme.name);
         }
         Answer { words, numbers: Vec::new() }
+    }
+
+    fn cases(&self) -> Answer {
+        let one = |case: &Arc<Case>| {
+            let drawing = (case.drawing)(&case.default_parameters())?;
+            let refuses = |scheme: &&str| {
+                let lines = [format!("case {}", case.name), format!("scheme {scheme}")];
+                self.spec(lines.iter().map(String::as_str)).is_err()
+            };
+            let schemes = self.catalogue.schemes().iter().map(|scheme| &*scheme.name);
+            Some(gallery::case(case, &drawing, &schemes.filter(refuses).collect::<Vec<_>>()))
+        };
+        Answer { words: gallery::list(self.catalogue.cases().iter().filter_map(one)), numbers: Vec::new() }
     }
 
     fn spec<'a>(&self, lines: impl Iterator<Item = &'a str>) -> Result<RunSpec> {
@@ -127,6 +145,9 @@ fn words(spec: &RunSpec, run: &EvaluatedRun) -> String {
     let mut words = String::new();
     let _ = writeln!(words, "run_id {}", spec.id());
     let _ = writeln!(words, "outcome {}", run.outcome.name());
+    if let Some(at_s) = run.outcome.at_s() {
+        let _ = writeln!(words, "outcome_at_s {at_s:?}");
+    }
     if !run.outcome.reason().is_empty() {
         let _ = writeln!(words, "reason {}", run.outcome.reason().replace(char::is_control, " "));
     }
@@ -213,6 +234,14 @@ mod tests {
             assert!(answer.words.contains(named), "{request}: {}", answer.words);
             assert!(answer.numbers.is_empty());
         }
+    }
+
+    #[test]
+    fn cases_are_listed_in_json_with_the_schemes_they_are_not_run_with() {
+        let words = Simulator::default().answer("cases").words;
+        let (open, shut) = (words.matches(['{', '[']).count(), words.matches(['}', ']']).count());
+        assert!(open == shut && words.starts_with("[{\"name\":\"wedge-box\","), "{words}");
+        assert!(!words.contains("NaN") && !words.contains("inf"), "{words}");
     }
 
     #[test]

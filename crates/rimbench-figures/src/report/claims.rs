@@ -225,9 +225,9 @@ pub(super) fn marks(report: &Report<'_>) -> String {
     let superseded = self::claims(report).filter(|(_, claim)| !claim.counts()).count();
     let more = if superseded == 0 { String::new() } else { format!("{superseded} more are superseded") };
     let parts: Vec<&String> = parts.iter().chain([&more]).filter(|part| !part.is_empty()).collect();
-    let (reproduced, all) = good(None);
     let mut text = format!(
-        "<p class=\"score\"><strong>{reproduced} of {all} claims reproduce</strong> <span class=\"soft\">({})</span></p>\n<ul class=\"marks\" aria-label=\"Claims, failures first\">",
+        "<p class=\"score\"><strong>{}</strong> <span class=\"soft\">({})</span></p>\n<ul class=\"marks\" aria-label=\"Claims, failures first\">",
+        score(report),
         parts.into_iter().cloned().collect::<Vec<_>>().join("; ")
     );
     for (study, claim) in claims {
@@ -243,6 +243,16 @@ pub(super) fn marks(report: &Report<'_>) -> String {
         );
     }
     text + "</ul>\n" + &unchecked
+}
+
+/// How many of the claims reproduce, superseded ones aside; nothing where there is none.
+pub(super) fn score(report: &Report<'_>) -> String {
+    let counted: Vec<&Claim> = claims(report).map(|(_, claim)| claim).filter(|claim| claim.counts()).collect();
+    let reproduced = counted.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
+    match counted.len() {
+        0 => String::new(),
+        all => format!("{reproduced} of {all} claims reproduce"),
+    }
 }
 
 /// Claims that could not be checked, a line for each study that has some.

@@ -29,6 +29,9 @@ use std::path::Path;
 /// No page is larger.
 pub const MOST_BYTES: usize = 2_000_000;
 
+/// What the page is, for those who find a link to it.
+const ABOUT: &str = "Two coupling schemes on a mechanical system with contact, simulated in this page. Drag the macro step and see which one fails.";
+
 /// What is said of figures that are packed.
 const PACKED: &str = "Figures of the studies are packed, so that the page is no larger than 2 MB, and need scripts: without, they stand in the \
                       folders of the studies, and a page of one group or one study has them.";
@@ -101,7 +104,11 @@ impl Report<'_> {
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
              <meta name=\"color-scheme\" content=\"light dark\">\
-             <title>rimbench: {title}</title>\n<style>{style}</style></head>\n<body>\n{body}{missing}</main>\n\
+             <link rel=\"icon\" href=\"data:,\">\
+             <title>rimbench: {title}</title>\n\
+             <meta name=\"description\" content=\"{ABOUT}\">\
+             <meta property=\"og:title\" content=\"How long may the macro step be?\">\
+             <meta property=\"og:description\" content=\"{ABOUT}\">\n<style>{style}</style></head>\n<body>\n{body}{missing}</main>\n\
              <script type=\"application/octet-stream\" id=\"data\">{data}</script>\n{scripts}</body></html>\n",
             title = self.title(),
             style = live_part::STYLE,

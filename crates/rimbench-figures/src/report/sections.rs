@@ -30,12 +30,8 @@ impl Report<'_> {
         let studies = self.studies_section(&shown, packed);
         // What simulates is an example; on a page that is not about the example, what was found comes first.
         let is_paper = !text.is_empty();
-        let (live, found) = (("try", "Try it", true), ("claims", "Claims", !claims.is_empty()));
+        let (live, found) = (("try", "Simulator", true), ("claims", "Claims", !claims.is_empty()));
         let skip = if claims.is_empty() { ("main", "what was found") } else { ("claims", "the claims") };
-        let beginning = match is_paper {
-            true => format!("{}{claims}", live_part::SECTION),
-            false => format!("{claims}{}", live_part::SECTION),
-        };
         let question = match &self.studies[..] {
             [study] if !is_paper && !study.question.is_empty() => format!("<p>{}</p>\n", escaped(&study.question)),
             _ => String::new(),
@@ -55,16 +51,26 @@ impl Report<'_> {
         let contents: String =
             contents.map(|(anchor, title, _)| format!("<li><a href=\"#{anchor}\">{title}</a></li>")).collect();
         let paper = if text.is_empty() { text } else { format!("<section id=\"paper\">\n{text}</section>\n") };
-        Ok(format!(
-            "<a class=\"skip\" href=\"#{}\">Skip to {}</a>\n<header>\n<h1>rimbench: {}</h1>\n{lead}{question}{}{}\
-             <nav aria-label=\"Contents\"><ul>{contents}</ul></nav>\n</header>\n<main id=\"main\">\n{beginning}{paper}{grid}{studies}{}{history}",
-            skip.0,
-            skip.1,
-            self.title(),
-            claims::marks(self),
-            self.made(),
-            live_part::RUNS,
-        ))
+        let skip = format!("<a class=\"skip\" href=\"#{}\">Skip to {}</a>\n", skip.0, skip.1);
+        let (title, live, made) = (self.title(), live_part::SECTION, self.made());
+        let about = format!(
+            "{lead}{question}{}{made}<nav aria-label=\"Contents\"><ul>{contents}</ul></nav>\n",
+            claims::marks(self)
+        );
+        let beginning = match is_paper {
+            // The first screen is the question, the simulator and the score.
+            true => {
+                let score = claims::score(self);
+                let link = if score.is_empty() { score } else { format!("<a href=\"#claims\">{score}</a>") };
+                format!(
+                    "<header class=\"brand\"><h1>rimbench: {title}</h1> {link}</header>\n<main id=\"main\">\n{live}\n<div>\n{about}</div>\n{claims}"
+                )
+            }
+            false => {
+                format!("<header>\n<h1>rimbench: {title}</h1>\n{about}</header>\n<main id=\"main\">\n{claims}{live}")
+            }
+        };
+        Ok(format!("{skip}{beginning}{paper}{grid}{studies}{}{history}", live_part::RUNS))
     }
 
     /// Figures that the text shows.

@@ -1,0 +1,132 @@
+// Draws a case: shapes fixed to frames, frames moved by columns of a trace. The format is that of the crate rimbench-cases, `drawing`.
+const drawing = (() => {
+  "use strict";
+  const ink = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  // A canvas at the pixels of the screen, cleared, in units of CSS pixels.
+  const canvas = (element) => {
+    const { clientWidth: w, clientHeight: h } = element.parentElement.classList.contains("box") ? element.parentElement : element;
+    const ratio = devicePixelRatio || 1;
+    if (element.width !== Math.round(w * ratio) || element.height !== Math.round(h * ratio)) {
+      element.width = Math.round(w * ratio);
+      element.height = Math.round(h * ratio);
+    }
+    const g = element.getContext("2d");
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    g.clearRect(0, 0, w, h);
+    g.font = "12px system-ui,sans-serif";
+    g.textAlign = "left";
+    g.textBaseline = "alphabetic";
+    return { g, w, h };
+  };
+  const columnsOf = (channel) => (typeof channel === "number" ? [] : [channel.column]);
+  // Every column that a drawing reads.
+  const columns = (of) => {
+    const frames = of.frames.flatMap(({ x, y, angle }) => [x, y, angle].flatMap(columnsOf));
+    return [...frames, ...of.shapes.filter((shape) => shape.kind === "arrow").map((shape) => shape.column), ...(of.view.follow ? [of.view.follow] : [])];
+  };
+  // Where every frame is, given the value of a column: [x, y, cos, sin].
+  const poses = (of, value) => {
+    const channel = (c) => (typeof c === "number" ? c : c.gain * value(c.column) + c.plus);
+    const known = new Map();
+    for (const frame of of.frames) {
+      const [x, y, angle] = [frame.x, frame.y, frame.angle].map(channel);
+      const [px, py, cos, sin] = frame.parent ? known.get(frame.parent) : [0, 0, 1, 0];
+      known.set(frame.name, [px + cos * x - sin * y, py + sin * x + cos * y, Math.cos(angle), Math.sin(angle)]);
+    }
+    return known;
+  };
+  // A spring as a zigzag of so many turns between two points.
+  const zigzag = ([ax, ay], [bx, by], width) => {
+    const length = Math.hypot(bx - ax, by - ay) || 1, [ux, uy] = [(bx - ax) / length, (by - ay) / length];
+    const at = (share, side) => [ax + share * (bx - ax) - side * uy, ay + share * (by - ay) + side * ux];
+    return [at(0, 0), at(0.12, 0), ...Array.from({ length: 10 }, (_, k) => at(0.16 + 0.068 * k, (k % 2 ? -1 : 1) * width / 2)), at(0.88, 0), at(1, 0)];
+  };
+  const bar = ([ax, ay], [bx, by], from, to, half) => {
+    const length = Math.hypot(bx - ax, by - ay) || 1, [ux, uy] = [(bx - ax) / length, (by - ay) / length];
+    return [[from, -half], [to, -half], [to, half], [from, half]].map(([d, s]) => [ax + d * ux - s * uy, ay + d * uy + s * ux]);
+  };
+  // One picture: `value` gives the columns of the run, enlarged; `ghost` those of the reference, thin.
+  const draw = (element, of, { value, ghost, color, faded }) => {
+    const { g, w, h } = canvas(element);
+    const view = of.view, shift = view.follow ? ghost(view.follow) : 0;
+    const scale = Math.min(w / (view.x[1] - view.x[0]), h / (view.y[1] - view.y[0]));
+    const left = w / 2 - scale * ((view.x[0] + view.x[1]) / 2 + shift), base = h / 2 + scale * (view.y[0] + view.y[1]) / 2;
+    const screen = ([x, y]) => [left + scale * x, base - scale * y];
+    const fills = { scheme: color, metal: ink("metal"), ground: ink("ground"), ink: ink("ink") };
+    const pass = (values, thin) => {
+      const frames = poses(of, values);
+      const place = ([x, y, frame]) => {
+        const [fx, fy, cos, sin] = frame ? frames.get(frame) : [0, 0, 1, 0];
+        return [fx + cos * x - sin * y, fy + sin * x + cos * y];
+      };
+      const path = (points, closed, fill) => {
+        if (points.some(([x, y]) => !Number.isFinite(x) || !Number.isFinite(y))) return;
+        g.beginPath();
+        points.map(screen).forEach(([x, y]) => g.lineTo(x, y));
+        if (closed) g.closePath();
+        if (fill && !thin) {
+          g.globalAlpha = (fill === "scheme" ? 0.4 : 1) * (faded ? 0.4 : 1);
+          g.fillStyle = fills[faded && fill === "scheme" ? "metal" : fill];
+          g.fill();
+        }
+        g.globalAlpha = !thin && faded ? 0.5 : 1;
+        g.lineWidth = thin ? 1 : 1.3;
+        g.strokeStyle = !thin && fill === "scheme" ? color : ink("ink");
+        g.stroke();
+        g.globalAlpha = 1;
+      };
+      for (const shape of of.shapes) {
+        const fixed = !["points", "at", "from", "to"].some((key) => [shape[key]].flat(key === "points" ? 1 : 0).some((p) => Array.isArray(p) && p[2]));
+        if (thin && fixed) continue;
+        if (shape.kind === "polygon") path(shape.points.map(place), true, shape.fill);
+        if (shape.kind === "line") path(shape.points.map(place), false, "");
+        if (shape.kind === "spring") path(zigzag(place(shape.from), place(shape.to), shape.width), false, "");
+        if (shape.kind === "cylinder") {
+          const [from, to] = [place(shape.from), place(shape.to)], length = Math.hypot(to[0] - from[0], to[1] - from[1]);
+          path(bar(from, to, Math.max(length - shape.barrel, 0) * 0.2, length, shape.width * 0.15), true, "metal");
+          path(bar(from, to, 0, shape.barrel, shape.width / 2), true, "metal");
+        }
+        if (shape.kind === "disc") {
+          const [x, y] = screen(place(shape.at)), r = shape.radius * scale;
+          const [, , cos, sin] = shape.at[2] ? frames.get(shape.at[2]) : [0, 0, 1, 0];
+          if (!Number.isFinite(x + y)) continue;
+          g.beginPath();
+          g.arc(x, y, r, 0, 7);
+          g.globalAlpha = shape.fill === "scheme" ? 0.4 : 1;
+          if (!thin) {
+            g.fillStyle = fills[shape.fill];
+            g.fill();
+          }
+          g.globalAlpha = 1;
+          g.lineWidth = thin ? 1 : 1.3;
+          g.strokeStyle = ink("ink");
+          if (shape.spoke) {
+            g.moveTo(x, y);
+            g.lineTo(x + r * cos, y - r * sin);
+          }
+          g.stroke();
+        }
+        if (shape.kind === "arrow" && !thin) {
+          const [x, y] = place(shape.at), size = Math.min(Math.max(values(shape.column) * shape.scale, 0), 0.35 * (view.y[1] - view.y[0]));
+          if (!(size > 0.004 * (view.y[1] - view.y[0]))) continue;
+          const tip = [x + size * shape.along[0], y + size * shape.along[1]], [sx, sy] = screen([x, y]), [tx, ty] = screen(tip);
+          g.strokeStyle = g.fillStyle = ink("force");
+          g.lineWidth = 2.5;
+          g.beginPath();
+          g.moveTo(sx, sy);
+          g.lineTo(tx, ty);
+          g.stroke();
+          const angle = Math.atan2(ty - sy, tx - sx);
+          g.beginPath();
+          for (const turn of [0, 2.6, -2.6]) g.lineTo(tx + 7 * Math.cos(angle + turn), ty + 7 * Math.sin(angle + turn));
+          g.fill();
+        }
+      }
+    };
+    if (value) pass(value, false);
+    else for (const shape of of.shapes) if (shape.kind === "polygon" && shape.points.every((p) => !p[2])) pass(() => NaN, false);
+    pass(ghost, true);
+    return { g, w, h };
+  };
+  return { ink, canvas, columns, poses, draw };
+})();

@@ -1,0 +1,46 @@
+// Reads traces, and says in a few words what came of a run.
+const verdict = (() => {
+  "use strict";
+  // The row at or before a time.
+  const row = (run, t) => {
+    const times = run.columns.time_s;
+    let low = 0, high = run.rows - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (times[middle] <= t + 1e-9) low = middle; else high = middle - 1;
+    }
+    return low;
+  };
+  const at = (run, name, t) => {
+    const values = run.columns[name], times = run.columns.time_s;
+    if (!values) return NaN;
+    const k = row(run, t);
+    if (k + 1 >= run.rows || t <= times[k]) return values[k];
+    return values[k] + Math.min((t - times[k]) / (times[k + 1] - times[k]), 1) * (values[k + 1] - values[k]);
+  };
+  const end = (run) => (run?.rows ? run.columns.time_s[run.rows - 1] : 0);
+  const extent = (values) => values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
+  const peak = (run, name) => (run[`peak ${name}`] ??= run.columns[name].reduce((most, v) => Math.max(most, Math.abs(v)), 0));
+  const digits = (value, n = 2) => String(Number(value.toPrecision(n))).replace("-", "−");
+  const millimetres = (metres) => (metres < 0.1 ? `${digits(1000 * metres)} mm` : `${digits(metres)} m`);
+  const seconds = (t) => (t < 1 ? `${Math.round(1000 * t)} ms` : `${t.toFixed(2)} s`);
+  const judge = (run, reference, of) => {
+    if (run.verdict) return run.verdict;
+    const facts = run.facts, force = of.force.column;
+    if (facts.has("error") || facts.get("outcome") === "skipped" || !run.rows) {
+      const why = facts.get("error") ?? facts.get("reason") ?? "";
+      return (run.verdict = { none: true, failed: false, when: null, words: /friction/.test(why) ? "not run: knows no friction" : "not run here", why });
+    }
+    const failed = facts.get("outcome") !== "completed";
+    const when = failed ? Number(facts.get("outcome_at_s") ?? end(run)) : null;
+    const ratio = peak(run, force) / peak(reference, force), error = 100 * Number(facts.get("force_error_rms_of_peak"));
+    const opened = Number(facts.get("lift_off_height_m") ?? 0);
+    const [opens, stays] = of.contact ?? ["", ""], moved = opens && opened > 2e-4 ? `${opens} ${millimetres(opened)}` : "";
+    const of_force = ratio > 1.5 ? `force ${ratio > 1000 ? "far" : `${digits(ratio)}×`} too high` : "";
+    const parts = failed
+      ? [moved, of_force].filter(Boolean).concat(moved || of_force ? [] : [facts.get("outcome").replaceAll("-", " ")])
+      : [moved || stays, of_force || `error ${digits(error)} %`].filter(Boolean);
+    return (run.verdict = { none: false, failed, when, words: parts.join(", "), why: `${facts.get("outcome")}: ${facts.get("reason") ?? ""}` });
+  };
+  return { row, at, end, extent, peak, digits, seconds, judge };
+})();
