@@ -367,7 +367,8 @@ fn multiplied<P: ParameterSet>(
     about: &'static str,
     duration: f64,
     parts: fn(&P) -> Result<(WedgeBoxGeometry, Pushed)>,
-    (size, text): (fn(&P) -> [f64; 2], [&'static str; 2]),
+    size: fn(&P) -> [f64; 2],
+    text: [&'static str; 2],
 ) -> Case {
     let build = move |p: &P, assembly: &Assembly<'_>| {
         let (geometry, Pushed { cylinder, ramp, oil, contacts, .. }) = parts(p)?;
@@ -410,7 +411,7 @@ pub(super) fn two_ledges() -> Case {
              gap_right_disc_floor_m closed_contacts rank_h_uu",
         ),
         drawing_columns: words("contact_force_right_support_n contact_force_left_support_n"),
-        ..multiplied("wedge-box-two-ledges", about, 3.0, parts, (|p| p.body.size(), text))
+        ..multiplied("wedge-box-two-ledges", about, 3.0, parts, |p| p.body.size(), text)
     }
 }
 
@@ -434,7 +435,7 @@ pub(super) fn n_wedge_box() -> Case {
              rank_h_uu",
         ),
         drawing_columns: words("contact_force_sum_n"),
-        ..multiplied("n-wedge-box", about, 2.5, parts, (|p| p.body.size(), text))
+        ..multiplied("n-wedge-box", about, 2.5, parts, |p| p.body.size(), text)
     }
 }
 
