@@ -3,14 +3,13 @@
 
 mod cli;
 
-use rimbench::error::with_short_numbers;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     match cli::Cli::read().run() {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {}", with_short_numbers(&format!("{error:#}")));
+            eprintln!("{}", cli::error_text(&format!("{error:#}")));
             ExitCode::from(2)
         }
     }

@@ -1,13 +1,14 @@
 //! `rimbench advise`: which step, which scheme? And how right that is.
 
-use super::advise_text::{Asked, json, markdown};
+use super::advise_text::{Asked, json};
 use super::check_advice::check;
 use super::interruption::Interruption;
+use super::number::seconds as time;
 use super::progress::Progress;
 use super::run::use_threads;
 use super::run_options::RunOptions;
-use super::{INTERRUPTED, complain, file_option, print, with_files};
-use clap::{Args, ValueEnum};
+use super::{Format, INTERRUPTED, complain, file_option, print, with_files};
+use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::Outcome;
 use rimbench::error::{Error, Result};
@@ -50,10 +51,10 @@ pub struct Advise {
     #[arg(long)]
     no_feedback: bool,
     /// Smallest macro step that is tried, s [default: 1e-4, or a hundredth of the largest if that is less]
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
     from: Option<f64>,
     /// Largest macro step that is tried, s [default: 0.1, or a tenth of the duration if that is less]
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
     to: Option<f64>,
     /// Macro steps per decade
     #[arg(long, value_name = "N", default_value_t = 10)]
@@ -68,7 +69,7 @@ pub struct Advise {
     #[arg(long)]
     exhaustive: bool,
     /// Stop searching after so many seconds; a run under way is not ended
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
     budget: Option<f64>,
     /// Stop searching after so many runs, stored ones included
     #[arg(long, value_name = "N")]
@@ -86,17 +87,12 @@ pub struct Advise {
     /// With --check: write advice.csv to a folder; the same everywhere
     #[arg(long, value_name = "FOLDER", requires = "check")]
     out: Option<PathBuf>,
+    /// Why not the others, the runs, and what the answer rests on
+    #[arg(long, conflicts_with_all = ["format", "check"])]
+    all: bool,
     /// How to print
-    #[arg(long, value_enum, default_value_t = Format::Markdown)]
+    #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// For reading.
-    Markdown,
-    /// For programs.
-    Json,
 }
 
 /// Errors for which a check asks.
@@ -126,10 +122,11 @@ impl Advise {
         let budget = Budget { wall: self.budget.map(seconds).transpose()?, runs: self.most_runs };
         use_threads(self.jobs)?;
         let interruption = Interruption::listen();
-        let progress = Progress::begin("advise", 0);
+        let progress = Progress::begin("advise", None);
         let cache = Cache::of_user();
         let told = |step: Step<'_>| match step {
-            Step::ToDo(count) => progress.to_do(count),
+            // How many runs a search takes is known when it is done.
+            Step::ToDo(_) => {}
             Step::Done(outcome) => progress.done(*outcome == Outcome::Completed),
         };
         let question = Question {
@@ -178,7 +175,8 @@ impl Advise {
         complain(&cache);
         let asked = Asked { question: &question, advice: &advice, files: &files };
         match self.format {
-            Format::Markdown => print(&markdown(&asked))?,
+            Format::Table if self.all => print(&asked.everything())?,
+            Format::Table => print(&asked.first_screen())?,
             Format::Json => print(&serde_json::to_string_pretty(&json(&asked))?)?,
         }
         Ok(ExitCode::SUCCESS)

@@ -1,12 +1,13 @@
 //! An advice in words and as JSON.
 
 use super::json::Object;
+use super::number::{percent, with_digits};
 use super::run_options::typed;
+use super::screen::{Mood, Table, command_row, headline, paragraph, row};
 use rimbench::harness::{Advice, Choice, Fallen, METRIC, Prices, Probe, Question, milliseconds};
 use rimbench::runs::RunRequest;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
 /// What was asked and what came of it.
 pub(super) struct Asked<'a> {
@@ -143,19 +144,97 @@ fn command(request: &RunRequest, run: &Probe, files: &str) -> String {
     format!("rimbench simulate{}{files}", typed(&RunRequest { macro_step_s, phase, ..request.clone() }))
 }
 
-/// Writes an advice for reading.
-pub(super) fn markdown(asked: &Asked<'_>) -> String {
-    let Asked { question, advice, .. } = asked;
-    let case = question.fixed.case.as_deref().unwrap_or_default();
-    let set: String = question.fixed.set.iter().map(|(key, value)| format!(", {key} = {value}")).collect();
-    let mut text =
-        format!("# {case}{set}: {} of the peak force\n\n**{}**\n", percent(question.error), asked.headline());
-    if advice.best.is_some() {
-        text += "\n| | advised | runner-up |\n|---|---|---|\n";
-        let choices = [&advice.best, &advice.runner_up];
+impl Asked<'_> {
+    /// What was asked, and whether there is an answer.
+    fn title(&self) -> String {
+        let case = self.question.fixed.case.as_deref().unwrap_or_default();
+        let set: String = self.question.fixed.set.iter().map(|(key, value)| format!(" · {key} = {value}")).collect();
+        let verdict = match &self.advice.best {
+            Some(best) => {
+                let scheme = best.request.scheme.as_deref().unwrap_or_default();
+                let mood = if self.advice.open == 0 { Mood::Good } else { Mood::Open };
+                (format!("{scheme} at {}", milliseconds(best.macro_step)), mood)
+            }
+            None => ("none".to_owned(), Mood::Bad),
+        };
+        let about = format!("{case}{set} · rms force error at most {} of the peak", percent(self.question.error));
+        headline(&about, &verdict.0, verdict.1)
+    }
+
+    /// The advice, its error and cost, the runner-up and the command to run.
+    pub(super) fn first_screen(&self) -> String {
+        let mut lines = vec![self.title()];
+        if self.advice.best.is_none() || self.advice.open > 0 {
+            lines.push(format!("  {}", paragraph(&self.headline().replace('`', ""), 2)));
+        }
+        for (label, choice) in [("advised", &self.advice.best), ("runner-up", &self.advice.runner_up)] {
+            let Some(choice) = choice else { continue };
+            let scheme = choice.request.scheme.as_deref().unwrap_or_default();
+            lines.push(row(label, &format!("{scheme}, {}, H = {}", choice.form, milliseconds(choice.macro_step))));
+            let phases = choice.runs.len() + choice.kept_aside.len();
+            let numbers = format!(
+                "error {} at the worst of {phases} phases; cost {}",
+                percent(choice.worst_error()),
+                with_digits(choice.cost, "-", 3)
+            );
+            lines.push(row("", &numbers));
+            if label == "advised" {
+                let stable = milliseconds(choice.limit.last_stable);
+                let unstable = choice.limit.first_unstable.map(|step| format!(", unstable at {}", milliseconds(step)));
+                lines.push(row("", &format!("stable up to {stable}{}", unstable.unwrap_or_default())));
+            }
+        }
+        if let Some(best) = &self.advice.best
+            && let Some(run) = dearest(best)
+        {
+            lines.push(command_row("try it", &command(&best.request, run, self.files)));
+        }
+        let runs = self.advice.computed + self.advice.reused;
+        lines.push(paragraph(
+            &format!("{runs} runs · --all for why not the others, the runs and the prices of work"),
+            0,
+        ));
+        lines.join("\n")
+    }
+
+    /// The first screen, and everything else for reading.
+    pub(super) fn everything(&self) -> String {
+        let Asked { advice, .. } = self;
+        let mut parts = vec![self.first_screen()];
+        if advice.best.is_some() {
+            parts.push(self.side_by_side());
+        }
+        for (name, choice) in [("Advised", &advice.best), ("Runner-up", &advice.runner_up)] {
+            let Some(choice) = choice else { continue };
+            let mut table = Table::new(&["run id", "phase", "error"]);
+            for run in choice.runs.iter().chain(&choice.kept_aside) {
+                let error = run.error.map_or_else(|| "–".to_owned(), percent);
+                table.add_row([run.run_id.clone(), format!("{:.4}", run.phase), error]);
+            }
+            let again = dearest(choice).map(|run| command(&choice.request, run, self.files)).unwrap_or_default();
+            let [again, limit] = [again, self.limit_command(choice)].map(|text| command_row("", &text));
+            parts.push(format!("{name}: runs\n{table}\n{again}\n{limit}"));
+        }
+        let mut table = Table::new(&["scheme", "form", "why not", "run id"]);
+        for fallen in nearest(&advice.fallen) {
+            let id = fallen.run.as_ref().map_or("–", |run| &run.run_id);
+            let form = if fallen.form.is_empty() { "–" } else { &fallen.form };
+            table.add_row([&fallen.scheme, form, &fallen.reason, id]);
+        }
+        let others = "Why not the others: of each scheme the form that came nearest; all are in the JSON.";
+        parts.push(format!("{}\n{table}", paragraph(others, 0)));
+        let grounds = self.grounds().iter().map(|ground| format!("- {}", paragraph(ground, 2))).collect::<Vec<_>>();
+        parts.push(format!("What this rests on\n{}", grounds.join("\n")));
+        parts.join("\n\n")
+    }
+
+    /// What is advised beside the runner-up.
+    fn side_by_side(&self) -> String {
+        let choices = [&self.advice.best, &self.advice.runner_up];
+        let mut table = Table::new(&["", "advised", "runner-up"]);
         let mut row = |name: &str, of: &dyn Fn(&Choice) -> String| {
-            let cells = choices.map(|choice| choice.as_ref().map_or_else(|| "none".to_owned(), of));
-            let _ = writeln!(text, "| {name} | {} | {} |", cells[0], cells[1]);
+            let [best, other] = choices.map(|choice| choice.as_ref().map_or_else(|| "none".to_owned(), of));
+            table.add_row([name.to_owned(), best, other]);
         };
         row("scheme", &|choice| choice.request.scheme.clone().unwrap_or_default());
         row("form", &|choice| choice.form.clone());
@@ -166,40 +245,20 @@ pub(super) fn markdown(asked: &Asked<'_>) -> String {
         for (kind, name) in Prices::NAMES.iter().enumerate() {
             row(&format!("{name}s"), &|choice| choice.work.counts()[kind].to_string());
         }
-        row("stability", &|choice| asked.limit(choice));
+        row("stability", &|choice| self.limit(choice));
         if choices.iter().any(|choice| choice.as_ref().is_some_and(|choice| choice.spectral_radius.is_some())) {
             row("spectral radius", &|choice| {
                 choice.spectral_radius.map_or_else(|| "–".to_owned(), |radius| format!("{radius:.6}"))
             });
         }
-        for (name, choice) in [("Advised", &advice.best), ("Runner-up", &advice.runner_up)] {
-            let Some(choice) = choice else { continue };
-            let _ = writeln!(text, "\n## {name}: runs\n\n| run id | phase | error |\n|---|---|---|");
-            for run in choice.runs.iter().chain(&choice.kept_aside) {
-                let error = run.error.map_or_else(|| "–".to_owned(), percent);
-                let _ = writeln!(text, "| {} | {:.4} | {error} |", run.run_id, run.phase);
-            }
-            let worst = choice
-                .runs
-                .iter()
-                .chain(&choice.kept_aside)
-                .max_by(|a, b| a.error.unwrap_or(0.0).total_cmp(&b.error.unwrap_or(0.0)));
-            let worst = worst.map(|run| command(&choice.request, run, asked.files)).unwrap_or_default();
-            let _ = writeln!(text, "\n```sh\n{worst}\n{}\n```", asked.limit_command(choice));
-        }
+        table.to_string()
     }
-    text += "\n## Why not the others\n\nOf each scheme the form that came nearest; all are in the JSON.\n\n";
-    text += "| scheme | form | why | run id |\n|---|---|---|---|\n";
-    for fallen in nearest(&advice.fallen) {
-        let id = fallen.run.as_ref().map_or("–", |run| &run.run_id);
-        let form = if fallen.form.is_empty() { "–" } else { &fallen.form };
-        let _ = writeln!(text, "| {} | {form} | {} | {id} |", fallen.scheme, fallen.reason.replace('|', "/"));
-    }
-    text += "\n## What this rests on\n\n";
-    for ground in asked.grounds() {
-        let _ = writeln!(text, "- {ground}");
-    }
-    text.trim_end().to_owned()
+}
+
+/// The run with the largest error.
+fn dearest(choice: &Choice) -> Option<&Probe> {
+    let error = |run: &&Probe| run.error.unwrap_or(0.0);
+    choice.runs.iter().chain(&choice.kept_aside).max_by(|a, b| error(a).total_cmp(&error(b)))
 }
 
 /// Of each scheme the form that came nearest: the cheapest that meets the error, else that with the least error.
@@ -306,15 +365,4 @@ pub(super) fn prices_json(prices: &Prices) -> Value {
 
 fn worst(runs: &[Probe]) -> f64 {
     runs.iter().filter_map(|run| run.error).fold(0.0, f64::max)
-}
-
-/// Three digits.
-fn percent(share: f64) -> String {
-    let share = 100.0 * share;
-    if share > 0.0 && share < 1e-3 {
-        return format!("{share:.1e} %");
-    }
-    let digits = if share >= 1.0 { 2 } else { 4 };
-    let text = format!("{share:.digits$}");
-    format!("{} %", text.trim_end_matches('0').trim_end_matches('.'))
 }

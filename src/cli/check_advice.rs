@@ -1,7 +1,7 @@
 //! `rimbench advise --check`: how right an advice is, case by case.
 
 use super::progress::Progress;
-use super::table;
+use super::screen::Table;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::error::Result;
 use rimbench::harness::{AdviceVerdict, CheckedAdvice, Choice, Question, check_advice};
@@ -76,7 +76,7 @@ pub(super) fn check(
         })?;
     }
     let shown = ["case", "error", "scheme", "macro_step_s", "cost", "further_exceeded", "further_unstable", "verdict"];
-    let mut text = table(&shown);
+    let mut text = Table::new(&shown);
     for row in &rows {
         text.add_row(shown.map(|name| COLUMNS.iter().position(|column| *column == name).map_or("", |at| &row[at])));
     }

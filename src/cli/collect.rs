@@ -1,6 +1,6 @@
 //! `rimbench run --collect`: merges shards.
 
-use super::{claims_table, complain, print};
+use super::{claims_list, complain, print};
 use rimbench::BUILD;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
@@ -46,7 +46,7 @@ pub(super) fn collect(
         print(&format!("… and {} more", summary.missing - first_missing.len()))?;
     }
     if summary.missing == 0 && !experiment.claims().is_empty() {
-        print(&claims_table(&check_claims(experiment, catalogue, folder)?))?;
+        print(&claims_list(&check_claims(experiment, catalogue, folder)?))?;
     }
     Ok(if summary.missing == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -55,7 +55,7 @@ pub(super) fn everything(catalogue: &Catalogue, out: &Path, only: &[String]) -> 
     let before = sums(&watched);
 
     let interruption = Interruption::listen();
-    let progress = Progress::begin("reproduce", total);
+    let progress = Progress::begin("reproduce", Some(total));
     let cache = Cache::of_user();
     let mut of_paper: Vec<CheckedClaim> = Vec::new();
     let (mut computed, mut changed) = (0, 0);

@@ -1,5 +1,6 @@
 //! `rimbench fmu`: one side of a case for other masters.
 
+use super::number::seconds;
 use super::print;
 use super::run_options::assignments;
 use clap::{Args, ValueEnum};
@@ -28,10 +29,10 @@ pub struct Fmu {
     #[arg(long, value_name = "FILE.fmu")]
     out: PathBuf,
     /// Communication step of that run, and the one that the FMU suggests, s
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
     macro_step: Option<f64>,
     /// Simulated time of that run, s
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
     duration: Option<f64>,
     /// The library that goes into the FMU [default: that beside this program]
     #[arg(long, value_name = "FILE")]

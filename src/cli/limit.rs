@@ -1,9 +1,11 @@
 //! `rimbench limit`: the largest stable macro step.
 
 use super::json::Object;
+use super::number::{percent, seconds, with_digits};
 use super::progress::{Heartbeat, plain_time};
 use super::run_options::RunOptions;
-use super::{Format, complain, print, table, with_files};
+use super::screen::{Mood, Table, headline, row};
+use super::{Format, complain, print, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::StopFlag;
@@ -21,10 +23,10 @@ pub struct Limit {
     #[command(flatten)]
     run: RunOptions<true>,
     /// Smallest macro step of the scan, s [default: 1e-4, or a hundredth of the largest if that is less]
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
     from: Option<f64>,
     /// Largest macro step of the scan, s [default: 0.1, or a tenth of the duration if that is less]
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = seconds, allow_negative_numbers = true)]
     to: Option<f64>,
     /// Relative width to which the bracket around the limit is narrowed
     #[arg(long, value_name = "X", default_value_t = 0.01, allow_negative_numbers = true)]
@@ -38,6 +40,9 @@ pub struct Limit {
     /// Run to the end, or take the spectral radius of the macro-step map (linear cases)
     #[arg(long, value_enum, default_value_t = Method::Run)]
     method: Method,
+    /// Every macro step that was tried
+    #[arg(long, conflicts_with = "format")]
+    all: bool,
     /// How to print
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
@@ -84,7 +89,9 @@ impl Limit {
         match self.format {
             Format::Json => print(&serde_json::to_string_pretty(&facts(&found))?),
             Format::Table => {
-                print_table(&found)?;
+                let name = |name: &Option<String>| name.clone().unwrap_or_default();
+                let about = format!("{} · {}", name(&request.case), name(&request.scheme));
+                print(&screen(&found, &about, phases.len(), self.all))?;
                 print_prediction(search)
             }
         }
@@ -108,20 +115,36 @@ fn facts(found: &StabilityLimit) -> Value {
     facts.into()
 }
 
-fn print_table(found: &StabilityLimit) -> anyhow::Result<()> {
-    let mut table = table(&["H (ms)", "fraction stable", "first failure"]);
-    for point in &found.points {
-        let failure = point.failure.clone().unwrap_or_default();
-        table.add_row([format!("{:.4}", point.macro_step * 1e3), format!("{:.3}", point.fraction_stable), failure]);
-    }
-    print(&table.to_string())?;
-    print(&match (found.last_stable, found.first_unstable) {
+/// The limit in words first, then what goes wrong beyond it, then how it was found.
+fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> String {
+    let step = |step: f64| with_digits(step, "s", 4);
+    let (verdict, mood) = match (found.last_stable, found.first_unstable) {
         (Some(stable), Some(unstable)) => {
-            format!("Stability limit: stable up to {:.4} ms, first unstable at {:.4} ms", stable * 1e3, unstable * 1e3)
+            (format!("stable up to {}, unstable at {}", step(stable), step(unstable)), Mood::Good)
         }
-        (Some(stable), None) => format!("Stable over the whole scan, up to {:.4} ms", stable * 1e3),
-        (None, _) => "Unstable from the smallest macro step of the scan on".to_owned(),
-    })
+        (Some(stable), None) => (format!("stable up to {}, the largest tried", step(stable)), Mood::Good),
+        (None, _) => ("unstable from the smallest macro step on".to_owned(), Mood::Bad),
+    };
+    let mut lines = vec![headline(&verdict, about, mood)];
+    let first = found.points.iter().find(|point| Some(point.macro_step) == found.first_unstable);
+    if let Some((point, failure)) = first.and_then(|point| Some((point, point.failure.as_ref()?))) {
+        lines.push(row(&format!("at {}", step(point.macro_step)), failure));
+    }
+    let tried = found.points.iter().map(|point| point.macro_step);
+    let (least, most) = (tried.clone().fold(f64::INFINITY, f64::min), tried.fold(0.0, f64::max));
+    let phases = if phases == 1 { "one phase".to_owned() } else { format!("{phases} phases each") };
+    let more = if all { "" } else { " · --all for each" };
+    let tried = format!("{} macro steps from {} to {}, {phases}{more}", found.points.len(), step(least), step(most));
+    lines.push(row("tried", &tried));
+    if all {
+        let mut table = Table::new(&["H", "stable", "first failure"]);
+        for point in &found.points {
+            let failure = point.failure.clone().unwrap_or_default();
+            table.add_row([step(point.macro_step), percent(point.fraction_stable), failure]);
+        }
+        lines.push(format!("\n{table}"));
+    }
+    lines.join("\n")
 }
 
 /// Says how far the linearised coupling is stable, where that is known.
@@ -130,9 +153,12 @@ fn print_prediction(search: LimitSearch<'_>) -> anyhow::Result<()> {
         return Ok(());
     };
     let limit = match (predicted.last_stable, predicted.first_unstable) {
-        (Some(stable), Some(_)) => format!("stable up to {:.4} ms", stable * 1e3),
+        (Some(stable), Some(_)) => format!("stable up to {}", with_digits(stable, "s", 4)),
         (Some(_), None) => "stable over the whole scan".to_owned(),
-        (None, _) => "unstable from the smallest macro step of the scan on".to_owned(),
+        (None, _) => "unstable from the smallest macro step on".to_owned(),
     };
-    print(&format!("Predicted without a run: {limit} (linearised at the start, contacts and oil as they are there)"))
+    print(&row(
+        "predicted",
+        &format!("{limit}, by the coupling linearised at the start (contacts and oil as they are there)"),
+    ))
 }

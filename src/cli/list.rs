@@ -1,7 +1,8 @@
 //! `rimbench list`: cases, schemes, solvers, metrics, parameters, keys of the list of figures, schemas of files.
 
 use super::json::Object;
-use super::{Format, print, schema, table};
+use super::screen::{cut, paragraph, width};
+use super::{Format, print, schema};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
@@ -18,6 +19,9 @@ pub struct List {
     /// Only this case (for cases and parameters)
     #[arg(long, value_name = "CASE")]
     case: Option<String>,
+    /// All that is known of each, not only name and purpose
+    #[arg(long, conflicts_with = "format")]
+    long: bool,
     /// How to print
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
@@ -114,15 +118,31 @@ impl List {
         };
         match self.format {
             Format::Json => print(&serde_json::to_string_pretty(&json(&entries))?),
-            Format::Table => {
-                let header: Vec<&str> =
-                    entries.first().map(|entry| entry.iter().map(|(key, _)| *key).collect()).unwrap_or_default();
-                let mut table = table(&header);
-                table.add_rows(entries.iter().map(|entry| entry.iter().map(|(_, value)| value)));
-                print(&table.to_string())
-            }
+            Format::Table if self.long => print(&entries.iter().map(long).collect::<Vec<_>>().join("\n\n")),
+            Format::Table => print(&short(&entries)),
         }
     }
+}
+
+/// Name and purpose, a line each.
+fn short(entries: &[Entry]) -> String {
+    let text = |entry: &Entry, at: usize| entry.get(at).map_or(String::new(), |(_, value)| value.clone());
+    let longest = entries.iter().map(|entry| text(entry, 0).chars().count()).max().unwrap_or(0);
+    let line = |entry: &Entry| {
+        let (name, about) = (text(entry, 0), text(entry, 1));
+        format!("{name:<longest$}  {}", cut(&about, width().saturating_sub(longest + 2)))
+    };
+    let lines: Vec<String> = entries.iter().map(line).collect();
+    format!("{}\n\n{} · --long for the rest", lines.join("\n"), entries.len())
+}
+
+/// An entry with everything that is known of it.
+fn long(entry: &Entry) -> String {
+    let [(_, name), (_, about), rest @ ..] = &entry[..] else { return String::new() };
+    let rest = rest.iter().filter(|(_, value)| !value.is_empty()).map(|(key, value)| format!("{key}: {value}"));
+    let lines = [about.clone(), rest.collect::<Vec<_>>().join(" · ")];
+    let lines = lines.iter().filter(|line| !line.is_empty()).map(|line| format!("    {}", paragraph(line, 4)));
+    format!("{name}\n{}", lines.collect::<Vec<_>>().join("\n"))
 }
 
 fn print_schema(schema: &Value) -> anyhow::Result<()> {

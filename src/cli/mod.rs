@@ -14,6 +14,7 @@ mod interruption;
 mod json;
 mod limit;
 mod list;
+mod number;
 mod paper;
 mod perf;
 mod perf_compare;
@@ -27,6 +28,7 @@ mod reproduce;
 mod run;
 mod run_options;
 mod schema;
+mod screen;
 mod shell;
 mod simulate;
 mod solvers;
@@ -42,6 +44,7 @@ use rimbench::everything;
 use rimbench::fmi::import::{GONE, ProbeQuality, read_case};
 use rimbench::harness::{Cache, CheckedClaim, Verdict, in_shell};
 use rimbench::runs::RunRequest;
+use screen::{Mood, headline, paragraph};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -118,9 +121,6 @@ fn command() -> clap::Command {
     command.help_template(format!("{{about}}\n\n{{usage-heading}} {{usage}}\n{commands}\nOptions:\n{{options}}"))
 }
 
-/// Width of the printed table of claims where the width of the terminal is not known, characters.
-const TABLE_WIDTH: u16 = 120;
-
 /// Exit code after Ctrl-C, as shells have it.
 const INTERRUPTED: u8 = 130;
 
@@ -140,7 +140,7 @@ impl Cli {
             let asked = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg];
             let mut words = asked.into_iter().filter_map(|kind| error.get(kind)).map(ToString::to_string);
             if let Some(sentence) = words.find_map(|word| gone::way_to_go(&word)) {
-                eprintln!("error: {sentence}");
+                eprintln!("{}", error_text(&sentence));
                 std::process::exit(2);
             }
             error.exit()
@@ -185,6 +185,14 @@ impl Cli {
     }
 }
 
+/// An error as it is printed; what goes by the name of a flag is called so.
+pub fn error_text(message: &str) -> String {
+    let command = Cli::command();
+    let flags = command.get_subcommands().flat_map(|command| command.get_arguments());
+    let flags: Vec<String> = flags.filter_map(|flag| flag.get_long().map(str::to_owned)).collect();
+    screen::error(message, &flags)
+}
+
 /// Adds the case that a file makes of FMUs; returns its name.
 fn add_case_file(catalogue: &mut Catalogue, file: &Path) -> Result<String> {
     // FMUs in processes of their own: those of this program.
@@ -217,6 +225,7 @@ fn with_files<'a>(catalogue: &'a Catalogue, request: &mut RunRequest) -> Result<
 /// Prints to standard output; a reader that closed the pipe early is no error.
 fn print(text: &str) -> anyhow::Result<()> {
     use std::io::{ErrorKind, Write};
+    let text = text.replace(number::TIED, " ");
     match writeln!(std::io::stdout().lock(), "{text}") {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         result => Ok(result?),
@@ -243,53 +252,31 @@ fn complain(cache: &Cache) {
     }
 }
 
-/// An empty table in the style of all tables, as wide as the terminal where there is one.
-fn table(header: &[&str]) -> comfy_table::Table {
-    let mut table = comfy_table::Table::new();
-    table
-        .load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY)
-        .remove_style(comfy_table::TableComponent::HorizontalLines)
-        .remove_style(comfy_table::TableComponent::MiddleIntersections)
-        .set_header(header.iter().copied());
-    if let Some(width) = width() {
-        table.set_content_arrangement(comfy_table::ContentArrangement::Dynamic).set_width(width);
-    }
-    table
-}
-
-/// Characters in a line of the terminal: `$COLUMNS` if it is set, else what the terminal says; elsewhere nobody counts them.
-fn width() -> Option<u16> {
-    let set = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok()).filter(|width| *width > 0);
-    set.or_else(|| console::Term::stdout().size_checked().map(|(_, columns)| columns))
-}
-
-/// Claims with what was measured.
-fn claims_table(claims: &[CheckedClaim]) -> String {
-    let mut table = table(&["claim", "by", "measured", "expected", "verdict"]);
+/// Claims with what was measured, two lines or more each.
+fn claims_list(claims: &[CheckedClaim]) -> String {
+    let mut lines = Vec::with_capacity(2 * claims.len());
     for claim in claims {
         let interval = match (claim.low, claim.high) {
             (Some(low), Some(high)) => format!(" [{low:.3}, {high:.3}]"),
             _ => String::new(),
         };
-        let measured = claim.measured.map_or("–".to_owned(), |value| format!("{value:.4}{interval}"));
+        let measured = claim.measured.map_or("nothing".to_owned(), |value| format!("{value:.4}{interval}"));
         let changed = match claim.finding {
-            _ if claim.differs() => " (differs from the recorded finding)",
-            Verdict::NotMeasured if claim.verdict != Verdict::NotMeasured => " (no finding is recorded yet)",
-            _ => "",
+            _ if claim.differs() => format!(", recorded as {}", claim.finding),
+            Verdict::NotMeasured if claim.verdict != Verdict::NotMeasured => ", not recorded yet".to_owned(),
+            _ => String::new(),
+        };
+        let superseded = if claim.superseded.is_empty() { "" } else { ", superseded" };
+        let mood = match claim.verdict {
+            _ if claim.differs() => Mood::Bad,
+            Verdict::Reproduced => Mood::Good,
+            _ => Mood::Open,
         };
         let by = format!("{:?}", claim.by).to_lowercase();
-        let verdict = format!("{}{changed}", claim.verdict);
-        let superseded = if claim.superseded.is_empty() { "" } else { " (superseded)" };
-        table.add_row([
-            format!("{}: {}{superseded}", claim.text, claim.quantity),
-            by,
-            measured,
-            claim.expected.clone(),
-            verdict,
-        ]);
+        lines.push(headline(&claim.id, &format!("{}{changed}", claim.verdict), mood));
+        let CheckedClaim { text, quantity, expected, .. } = claim;
+        let said = format!("{text} ({by}{superseded}): {quantity} is {measured}, expected {expected}");
+        lines.push(format!("  {}", paragraph(&said, 2)));
     }
-    table
-        .set_content_arrangement(comfy_table::ContentArrangement::Dynamic)
-        .set_width(width().unwrap_or(TABLE_WIDTH).min(TABLE_WIDTH));
-    table.to_string()
+    lines.join("\n")
 }

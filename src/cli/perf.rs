@@ -2,7 +2,8 @@
 
 use super::perf_compare::Compare;
 use super::perf_formats::ShowFormat;
-use super::{print, table};
+use super::print;
+use super::screen::Table;
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use rimbench::BUILD;
@@ -177,7 +178,7 @@ impl Show {
 
 /// Times per step of the rows that have times, instructions of all.
 fn steps_table(rows: &[&Row]) -> String {
-    let mut table = table(&[
+    let mut table = Table::new(&[
         "benchmark",
         "instructions",
         "time, ms",
@@ -236,7 +237,7 @@ struct Steps {
 impl Steps {
     fn run(self) -> anyhow::Result<()> {
         let found = history_steps(&History::read(&self.history)?);
-        let mut table = table(&["from revision", "to revision", "record", "benchmark", "of", "ratio"]);
+        let mut table = Table::new(&["from revision", "to revision", "record", "benchmark", "of", "ratio"]);
         for step in &found {
             let ratio = format!("{:.4}", step.ratio);
             table.add_row([&step.before, &step.revision, &step.record, &step.benchmark, step.quantity, &ratio]);

@@ -1,11 +1,13 @@
 //! `rimbench run --dry-run`: the runs of an experiment, without running them.
 
 use super::json::Object;
-use super::{Format, print, table};
+use super::screen::{Table, paragraph};
+use super::{Format, print};
 use rimbench::catalogue::Catalogue;
 use rimbench::harness::{Experiment, PlannedRun};
 use rimbench::runs::Fact;
 use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// Runs that are shown unless all are asked for.
 const SHOWN: usize = 40;
@@ -16,18 +18,27 @@ pub(super) fn show(experiment: &Experiment, catalogue: &Catalogue, all: bool, fo
     if format == Format::Json {
         return print(&serde_json::to_string_pretty(&json(experiment, &planned))?);
     }
-    print(&format!("{}\n", experiment.question))?;
+    print(&format!("{}\n", paragraph(&experiment.question, 0)))?;
     print(&format!("{} runs, {} claims", planned.len(), experiment.claims().len()))?;
     let facts: Vec<Vec<Fact>> = planned.iter().map(|run| run.spec.facts()).collect();
     // What is the same in all runs is said once.
     let varies = |column: &usize| facts.iter().any(|of_run| of_run[*column] != facts[0][*column]);
     let (varying, common): (Vec<usize>, Vec<usize>) = (0..facts[0].len()).partition(varies);
     let said = |column: &usize| Some(&facts[0][*column]).filter(|fact| !fact.cell().is_empty());
+    // What the label of a scheme row says is not said again.
+    let by_label = |column: &usize| {
+        let mut known: BTreeMap<&str, String> = BTreeMap::new();
+        planned.iter().zip(&facts).all(|(run, facts)| {
+            let cell = facts[*column].cell();
+            *known.entry(&run.label).or_insert_with(|| cell.clone()) == cell
+        })
+    };
+    let varying: Vec<usize> = varying.into_iter().filter(|column| !by_label(column)).collect();
     let common = common.iter().filter_map(said).map(|fact| format!("{} = {}", fact.name, fact.cell()));
-    print(&format!("In all runs: {}\n", common.collect::<Vec<_>>().join(", ")))?;
+    print(&format!("{}\n", paragraph(&format!("In all runs: {}", common.collect::<Vec<_>>().join(", ")), 0)))?;
     let mut header = vec!["run id", "label"];
     header.extend(varying.iter().map(|&column| facts[0][column].name));
-    let mut table = table(&header);
+    let mut table = Table::new(&header);
     let shown = if all || planned.len() <= SHOWN + 1 { planned.len() } else { SHOWN };
     for (run, facts) in planned.iter().zip(&facts).take(shown) {
         let mut row = vec![run.id.clone(), run.label.clone()];

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 /// Time between two plain lines, s: rare enough for a log, often enough to see that something happens.
 const BETWEEN_LINES_S: f64 = 10.0;
 
-/// How far a known number of runs has come: rate, remaining time, failures so far.
+/// How far a number of runs has come: failures so far, and the time left where it is known how many there will be.
 pub(super) struct Progress {
     state: Arc<Mutex<State>>,
     /// Says it in lines, where there is no terminal for a bar.
@@ -18,7 +18,7 @@ pub(super) struct Progress {
 
 struct State {
     command: &'static str,
-    total: usize,
+    total: Option<usize>,
     bar: ProgressBar,
     began: Instant,
     done: usize,
@@ -27,10 +27,14 @@ struct State {
 }
 
 impl Progress {
-    /// Begins with `total` runs to be done.
-    pub(super) fn begin(command: &'static str, total: usize) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr());
-        let style = "{bar:40} {pos}/{len} runs, {per_sec}, {elapsed} elapsed, {eta} left  {msg}";
+    /// Begins with `total` runs to be done, if that is known.
+    pub(super) fn begin(command: &'static str, total: Option<usize>) -> Self {
+        let bar = ProgressBar::with_draw_target(total.map(|total| total as u64), ProgressDrawTarget::stderr());
+        // One line of 80: what does not fit is left out.
+        let style = match total {
+            Some(_) => "{bar:20} {pos}/{len} runs, {elapsed} elapsed, {eta} left  {wide_msg}",
+            None => "{spinner} {pos} runs, {elapsed} elapsed  {wide_msg}",
+        };
         if let Ok(style) = ProgressStyle::with_template(style) {
             bar.set_style(style);
         }
@@ -52,8 +56,9 @@ impl Progress {
     /// Corrects the number of runs: what is stored already, or another's, is not to be done.
     pub(super) fn to_do(&self, total: usize) {
         let mut state = self.state();
-        state.total = total.max(state.done);
-        state.bar.set_length(state.total as u64);
+        let total = total.max(state.done);
+        state.total = Some(total);
+        state.bar.set_length(total as u64);
     }
 
     /// Says what the runs that follow are about.
@@ -100,12 +105,15 @@ impl State {
     }
 
     fn line(&self, elapsed: f64) -> String {
-        let left = elapsed / self.done as f64 * self.total.saturating_sub(self.done) as f64;
-        let left = if self.done == 0 { String::new() } else { format!(", about {} left", plain_time(left)) };
+        let left = |total: usize| elapsed / self.done as f64 * total.saturating_sub(self.done) as f64;
+        let left =
+            self.total.filter(|_| self.done > 0).map(|total| format!(", about {} left", plain_time(left(total))));
+        let left = left.unwrap_or_default();
         let message = self.message();
         let message = if message.is_empty() { message } else { format!(" ({message})") };
         let State { command, done, total, .. } = self;
-        format!("{command}: {done} of {total} runs{message}, {} elapsed{left}", plain_time(elapsed))
+        let of = total.map_or_else(String::new, |total| format!(" of {total}"));
+        format!("{command}: {done}{of} runs{message}, {} elapsed{left}", plain_time(elapsed))
     }
 }
 
@@ -187,7 +195,7 @@ mod tests {
     fn a_line_says_how_many_runs_are_done_how_many_failed_and_how_long_the_rest_will_take() {
         let state = |done, failed| State {
             command: "run",
-            total: 100,
+            total: Some(100),
             bar: ProgressBar::hidden(),
             began: Instant::now(),
             done,
@@ -196,11 +204,13 @@ mod tests {
         };
         assert_eq!(state(0, 0).line(30.0), "run: 0 of 100 runs, 30 s elapsed");
         assert_eq!(state(20, 3).line(10.0), "run: 20 of 100 runs (3 did not complete), 10 s elapsed, about 40 s left");
+        let unknown = State { total: None, ..state(20, 0) };
+        assert_eq!(unknown.line(10.0), "run: 20 runs, 10 s elapsed");
     }
 
     #[test]
     fn what_is_stored_already_is_no_part_of_what_is_left() {
-        let progress = Progress::begin("run", 100);
+        let progress = Progress::begin("run", Some(100));
         progress.to_do(20);
         (0..10).for_each(|_| progress.done(true));
         let line = progress.state().line(10.0);

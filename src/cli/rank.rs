@@ -1,7 +1,8 @@
 //! `rimbench report --ranking`: which scheme row has least error, of those that know as much.
 
+use super::print;
 use super::project::Project;
-use super::{print, table};
+use super::screen::{Mood, Table, paragraph, verdict};
 use rimbench::catalogue::Catalogue;
 use rimbench::harness::{CheckedRankClaim, RankedRow, Verdict};
 use std::path::Path;
@@ -20,23 +21,25 @@ pub(super) fn rank(catalogue: &Catalogue, file: &Path, results: &Path, out: Opti
         print(&format!("{}{tuned}:\n{}\n", group[0].class, of_rows(group)))?;
     }
     for row in &ranked.unranked {
-        print(&format!("not ranked: {}, {}", row.label, row.why))?;
+        print(&paragraph(&format!("not ranked: {}, {}", row.label, row.why), 2))?;
     }
     let differ = ranked.claims.iter().map(say).filter(|(_, differs)| *differs).count();
-    ranked.claims.iter().try_for_each(|claim| print(&say(claim).0))?;
-    print(&format!(
+    ranked.claims.iter().try_for_each(|claim| print(&paragraph(&say(claim).0, 2)))?;
+    let said = format!(
         "{} rows over {} problems of {} cases in {}; {} claims, {differ} differ from the recorded finding",
         ranked.rows.len(),
         ranked.problems,
         ranked.cases,
         out.display(),
         ranked.claims.len(),
-    ))?;
+    );
+    print(&verdict(&said, if differ == 0 { Mood::Good } else { Mood::Bad }))?;
     Ok(if differ == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 fn of_rows(rows: &[RankedRow]) -> String {
-    let mut table = table(&["rank", "row", "error / peak", "95 % interval", "failed", "skipped", "exchanges per H"]);
+    let mut table =
+        Table::new(&["rank", "row", "error / peak", "95 % interval", "failed", "skipped", "exchanges per H"]);
     for row in rows {
         let rank =
             if row.rank == row.rank_last { row.rank.to_string() } else { format!("{}–{}", row.rank, row.rank_last) };

@@ -4,7 +4,7 @@ use super::everything::{everything, sums, watched, write_both};
 use super::progress::Progress;
 use super::project::Project;
 use super::report::write_page;
-use super::{claims_table, complain, print};
+use super::{claims_list, complain, print};
 use clap::Args;
 use rayon::prelude::*;
 use rimbench::BUILD;
@@ -56,7 +56,7 @@ impl Reproduce {
         let drawn = figures.of_group(Some(GROUP));
         let watched = watched(&out, &experiments, &drawn, &[], false);
         let before = sums(&watched);
-        let progress = Progress::begin("reproduce", total);
+        let progress = Progress::begin("reproduce", Some(total));
         let group = out.join(GROUP);
         let cache = Cache::of_user();
         let mut claims: Vec<CheckedClaim> = Vec::new();
@@ -87,7 +87,7 @@ impl Reproduce {
         progress.end();
         complain(&cache);
 
-        print(&claims_table(&claims))?;
+        print(&claims_list(&claims))?;
         let after = sums(&watched);
         let differing: Vec<&PathBuf> = before.keys().filter(|file| before.get(*file) != after.get(*file)).collect();
         for file in &differing {

@@ -5,9 +5,10 @@ use super::interruption::Interruption;
 use super::plan;
 use super::progress::Progress;
 use super::project::Project;
+use super::screen::{Mood, verdict};
 use super::submit::Submit;
 use super::summary::remarks;
-use super::{Format, INTERRUPTED, claims_table, complain, print, probe_lines};
+use super::{Format, INTERRUPTED, claims_list, complain, print, probe_lines};
 use anyhow::Context;
 use clap::Args;
 use rimbench::BUILD;
@@ -91,7 +92,7 @@ impl Run {
         };
         check_writable_folder(&folder)?;
         let interruption = Interruption::listen();
-        let progress = Progress::begin("run", total);
+        let progress = Progress::begin("run", Some(total));
         let cache = Cache::of_user();
         let job = Job { fresh: self.fresh, shard, ..Job::new(&experiment, catalogue, &folder, &cache, &BUILD) };
         let told = |step: Step<'_>| match step {
@@ -106,15 +107,6 @@ impl Run {
             summary => summary?,
         };
         progress.end();
-        print(&format!(
-            "{} of {} runs stored in {}: {} computed now ({} of them did not complete, as data), {} were there",
-            summary.planned - summary.missing,
-            summary.planned,
-            folder.display(),
-            summary.computed,
-            summary.not_completed,
-            summary.reused,
-        ))?;
         if summary.renewed > 0 {
             print(&format!(
                 "{} of those computed had been stored, but took too long for the limit they had, or lacked the trace asked for",
@@ -144,9 +136,29 @@ impl Run {
             }
             print(&super::summary::summary(&folder)?)?;
             if !experiment.claims().is_empty() {
-                print(&claims_table(&check_claims(&experiment, catalogue, &folder)?))?;
+                print(&claims_list(&check_claims(&experiment, catalogue, &folder)?))?;
             }
         }
+        let (done, mood) = match summary.missing {
+            0 => ("", Mood::Good),
+            _ => (" · some are missing", Mood::Open),
+        };
+        print(&verdict(
+            &format!(
+                "{} of {} runs stored: {} computed now ({} did not complete), {} were there{done}",
+                summary.planned - summary.missing,
+                summary.planned,
+                summary.computed,
+                summary.not_completed,
+                summary.reused,
+            ),
+            mood,
+        ))?;
+        let folder = folder.display();
+        print(&match summary.missing {
+            0 => format!("{folder}/runs.csv · `rimbench report {folder}` writes a page"),
+            _ => format!("in {folder}"),
+        })?;
         Ok(ExitCode::SUCCESS)
     }
 }

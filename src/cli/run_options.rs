@@ -1,5 +1,6 @@
 //! The options that determine a run as flags, shared by the commands that make runs: one flag per option of a request.
 
+use super::number::seconds;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use rimbench::error::{Error, Result};
 use rimbench::runs::{RunOption, RunRequest};
@@ -56,6 +57,11 @@ fn flag(key: &'static str) -> String {
     key.strip_suffix("_s").unwrap_or(key).replace('_', "-")
 }
 
+/// Whether an option takes a time, which may be typed with its unit.
+fn is_time(option: &RunOption) -> bool {
+    option.key.ends_with("_s")
+}
+
 /// The options of a request as they would be typed.
 pub(super) fn typed(request: &RunRequest) -> String {
     let mut words = String::new();
@@ -72,6 +78,7 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> Args for RunOptions<SCANS, ONE_S
     fn augment_args(command: Command) -> Command {
         let command = Self::options().fold(command, |command, option| {
             let arg = Arg::new(option.key).long(flag(option.key)).value_name(option.takes).help(option.about);
+            let arg = if is_time(option) { arg.value_name("TIME").value_parser(seconds) } else { arg };
             let arg = match option.key {
                 "case" if !ONE_SCHEME => arg.required_unless_present("check"),
                 key => arg.required(REQUIRED.contains(&key) && ONE_SCHEME),
@@ -95,7 +102,13 @@ impl<const SCANS: bool, const ONE_SCHEME: bool> FromArgMatches for RunOptions<SC
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> std::result::Result<(), clap::Error> {
-        let given = |option: &'static RunOption| Some((option.key, matches.get_one::<String>(option.key)?.clone()));
+        let given = |option: &'static RunOption| {
+            let text = match is_time(option) {
+                true => format!("{:?}", matches.get_one::<f64>(option.key)?),
+                false => matches.get_one::<String>(option.key)?.clone(),
+            };
+            Some((option.key, text))
+        };
         self.given = Self::options().filter_map(given).collect();
         self.set = matches.get_many::<String>("set").into_iter().flatten().cloned().collect();
         Ok(())

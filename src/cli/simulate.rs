@@ -1,17 +1,19 @@
 //! `rimbench simulate`: one run.
 
 use super::json::Object;
+use super::number::{percent, quantity};
 use super::progress::Heartbeat;
-use super::run_options::RunOptions;
-use super::{Format, complain, print, probe_lines, table, with_files};
+use super::run_options::{RunOptions, typed};
+use super::screen::{Mood, Table, command_row, headline, paragraph, row};
+use super::{Format, complain, print, probe_lines, with_files};
 use clap::Args;
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
 use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
-use rimbench::harness::{Cache, monotonic_clock, obtain_reference};
-use rimbench::metrics::{METRICS, is_of_friction};
-use rimbench::runs::{EvaluatedRun, RunSpec, evaluate, simulate_inside};
+use rimbench::harness::{Cache, column_in_words, monotonic_clock, obtain_reference};
+use rimbench::metrics::METRICS;
+use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, evaluate, simulate_inside};
 use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -25,6 +27,9 @@ pub struct Simulate {
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// All metrics and counters
+    #[arg(long, conflicts_with = "format")]
+    all: bool,
     /// How to print
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
@@ -33,6 +38,7 @@ pub struct Simulate {
 impl Simulate {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let mut request = self.run.request()?;
+        let asked = request.clone();
         let catalogue = with_files(catalogue, &mut request)?;
         let spec = request.resolve_built(&catalogue)?;
         // A trace that cannot be written is found before anything is computed.
@@ -53,13 +59,16 @@ impl Simulate {
         if let Some(path) = &self.trace {
             write_trace(path, &run.trajectory, None)?;
         }
-        match self.format {
-            Format::Json => print(&serde_json::to_string_pretty(&json(&spec, &run, &probed))?),
-            Format::Table => {
-                print_tables(&spec, &run)?;
-                probe_lines(&probed).iter().try_for_each(|line| print(line))
-            }
+        if self.format == Format::Json {
+            return print(&serde_json::to_string_pretty(&json(&spec, &run, &probed))?);
         }
+        print(
+            &Said { asked: &asked, spec: &spec, run: &run, reference: &reference, trace: self.trace }.first_screen(),
+        )?;
+        if self.all {
+            print(&tables(&spec, &run))?;
+        }
+        probe_lines(&probed).iter().try_for_each(|line| print(line))
     }
 }
 
@@ -78,8 +87,10 @@ fn json(spec: &RunSpec, run: &EvaluatedRun, probed: &BTreeMap<PathBuf, ProbeQual
     object.put("parameters", parameters);
     let diverged = matches!(run.outcome, Outcome::Diverged { .. });
     object.number("diverged_at_s", run.outcome.at_s().filter(|_| diverged));
+    let of_case: Vec<&str> = run.metrics_of(&spec.case).map(|(metric, _)| metric.name).collect();
     let findings = run.findings();
-    let shown = findings.iter().filter(|fact| spec.case.records_friction() || !is_of_friction(fact.name));
+    let is_metric = |name: &str| METRICS.iter().any(|metric| metric.name == name);
+    let shown = findings.iter().filter(|fact| of_case.contains(&fact.name) || !is_metric(fact.name));
     shown.chain(&run.costs()).for_each(|fact| object.fact(fact));
     if !probed.is_empty() {
         let of_fmu = |quality: &ProbeQuality| {
@@ -95,40 +106,132 @@ fn json(spec: &RunSpec, run: &EvaluatedRun, probed: &BTreeMap<PathBuf, ProbeQual
     object.into()
 }
 
-fn print_tables(spec: &RunSpec, run: &EvaluatedRun) -> anyhow::Result<()> {
-    print(&format!(
-        "{} with {} at H = {} ms ({}, force return {}): {}\n",
-        spec.case.name,
-        spec.scheme.name,
-        spec.macro_step * 1e3,
-        spec.sequence,
-        spec.force_return,
-        run.outcome
-    ))?;
-    let mut metrics = table(&["metric", "value", "unit"]);
-    let shown = |name: &str| spec.case.records_friction() || !is_of_friction(name);
-    for (metric, value) in METRICS.iter().zip(&run.metrics).filter(|(metric, _)| shown(metric.name)) {
+/// What the first screen is made from.
+struct Said<'a> {
+    /// The request as it was typed.
+    asked: &'a RunRequest,
+    spec: &'a RunSpec,
+    run: &'a EvaluatedRun,
+    reference: &'a Reference,
+    trace: Option<PathBuf>,
+}
+
+impl Said<'_> {
+    /// The verdict, the numbers that matter most, and what to do next, in at most twelve lines of 80 columns.
+    fn first_screen(&self) -> String {
+        let Said { spec, run, .. } = self;
+        let about = format!("{} · {} · H = {}", spec.case.name, spec.scheme.name, quantity(spec.macro_step, "s"));
+        let mood = match run.outcome {
+            Outcome::Completed => Mood::Good,
+            Outcome::Timeout { .. } | Outcome::Skipped { .. } | Outcome::Stopped { .. } => Mood::Open,
+            _ => Mood::Bad,
+        };
+        let verdict = match (&run.outcome, run.outcome.at_s()) {
+            (Outcome::Skipped { .. }, _) => "not run".to_owned(),
+            (outcome, Some(at_s)) => format!("{} at {}", outcome.name().replace('-', " "), quantity(at_s, "s")),
+            (outcome, None) => outcome.name().to_owned(),
+        };
+        let mut lines = vec![headline(&about, &verdict, mood)];
+        if run.outcome != Outcome::Completed {
+            lines.push(format!("  {}", paragraph(&self.why(), 2)));
+        }
+        let metric = |name: &str| {
+            let mut all = METRICS.iter().zip(&run.metrics);
+            all.find(|(metric, _)| metric.name == name).and_then(|(_, value)| *value)
+        };
+        if let Some(force) = metric("force_error_rms_n") {
+            let peak = metric("force_error_rms_of_peak").map(|share| format!(", {} of the peak", percent(share)));
+            let own = run.reference_uncertainty[0].map(|own| format!(" (reference ± {})", quantity(own, "N")));
+            let text = format!("{} rms{}{}", quantity(force, "N"), peak.unwrap_or_default(), own.unwrap_or_default());
+            lines.push(row("force error", &text));
+        }
+        if let Some(position) = metric("position_error_rms_m") {
+            let own = run.reference_uncertainty[1].map(|own| format!(" (reference ± {})", quantity(own, "m")));
+            lines.push(row("position error", &format!("{} rms{}", quantity(position, "m"), own.unwrap_or_default())));
+        }
+        if let Some(residual) = metric("interface_residual_j") {
+            let label = if residual < 0.0 { "energy created" } else { "energy lost" };
+            let sent = metric("work_sent_j").map(|sent| format!(", of {} sent", quantity(sent.abs(), "J")));
+            lines.push(row(
+                label,
+                &format!("{} at the interface{}", quantity(residual.abs(), "J"), sent.unwrap_or_default()),
+            ));
+        }
+        if let Some(latency) = run.latency {
+            let most = quantity(latency.max_s, "s");
+            let late = match latency.missed_deadlines {
+                0 => String::new(),
+                count => format!("; {count} of {} late", run.work.cosim.macro_steps),
+            };
+            let text = format!("at most {most} of {} per macro step{late}", quantity(spec.macro_step, "s"));
+            lines.push(row("computing time", &text));
+        }
+        let metrics = run.metrics_of(&spec.case).count();
+        let counters = run.counters().len();
+        let next = match (&run.outcome, &self.trace) {
+            (Outcome::Completed, None) => {
+                format!("--all for {metrics} metrics and {counters} counters · --trace FILE for the motion")
+            }
+            (Outcome::Completed, Some(file)) => {
+                format!("--all for {metrics} metrics and {counters} counters · motion in {}", file.display())
+            }
+            _ => format!("--all for {metrics} metrics and {counters} counters"),
+        };
+        if matches!(run.outcome, Outcome::Diverged { .. }) {
+            let request = RunRequest { macro_step_s: None, phase: None, ..self.asked.clone() };
+            lines.push(command_row("next", &format!("rimbench limit{}", typed(&request))));
+        }
+        lines.push(paragraph(&format!("run {} · {next}", spec.id()), 2));
+        lines.join("\n")
+    }
+
+    /// Why the run did not complete, in words.
+    fn why(&self) -> String {
+        let reached = |quantity_name: &str, value: f64| {
+            let (words, unit) = column_in_words(quantity_name);
+            format!("the {words} reached {}", quantity(value, &unit))
+        };
+        match &self.run.outcome {
+            Outcome::Diverged { quantity: name, value, .. } if value.is_finite() => {
+                let column = self.reference.trajectory.index_of(name);
+                let peak = column.map_or(0.0, |column| self.reference.largest[column]);
+                let (_, unit) = column_in_words(name);
+                let times = match peak {
+                    0.0 => String::new(),
+                    peak => format!(
+                        ", {} times the reference's peak of {}",
+                        quantity(value.abs() / peak, "-"),
+                        quantity(peak, &unit)
+                    ),
+                };
+                format!("{}{times}", reached(name, *value))
+            }
+            Outcome::Diverged { quantity: name, .. } => format!("the {} is no finite number", column_in_words(name).0),
+            Outcome::OutOfRange { quantity: name, value, .. } => {
+                format!("{}, outside the range of its model", reached(name, *value))
+            }
+            outcome => outcome.reason(),
+        }
+    }
+}
+
+/// All metrics and counters.
+fn tables(spec: &RunSpec, run: &EvaluatedRun) -> String {
+    let mut metrics = Table::new(&["metric", "value", "unit"]);
+    for (metric, value) in run.metrics_of(&spec.case) {
         let value = value.map_or("–".to_owned(), |value| format!("{value:.6e}"));
         metrics.add_row([metric.name, &value, metric.unit]);
     }
-    print(&metrics.to_string())?;
-    if let [Some(force), Some(position)] = run.reference_uncertainty {
-        print(&format!("The reference itself is uncertain by {force:.2e} N and {position:.2e} m (rms).\n"))?;
-    }
-    let mut counters = table(&["counter", "value"]);
+    let mut counters = Table::new(&["counter", "value"]);
     for fact in run.counters() {
         counters.add_row([fact.name.to_owned(), fact.cell()]);
     }
-    let wall = run.wall.as_secs_f64();
-    counters.add_row(["wall time (s)".to_owned(), format!("{wall:.4}")]);
-    // A run that never began took no time.
-    let factor = Some(run.real_time_factor()).filter(|factor| factor.is_finite());
-    counters.add_row(["real-time factor".to_owned(), factor.map_or("–".to_owned(), |factor| format!("{factor:.0}"))]);
-    if let Some(latency) = run.latency {
-        for (name, seconds) in [("p50", latency.p50_s), ("p99", latency.p99_s), ("max", latency.max_s)] {
-            counters.add_row([format!("macro step {name} (s)"), format!("{seconds:.2e}")]);
-        }
-        counters.add_row(["missed deadlines".to_owned(), latency.missed_deadlines.to_string()]);
+    for fact in run.costs() {
+        let cell = match fact.value {
+            Some(FactValue::Number(number)) => format!("{number:.3e}"),
+            _ => fact.cell(),
+        };
+        counters.add_row([fact.name.to_owned(), cell]);
     }
-    print(&counters.to_string())
+    format!("\n{metrics}\n\n{counters}")
 }

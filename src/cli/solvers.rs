@@ -4,7 +4,8 @@ use super::corpus::harvest_to;
 use super::json::Object;
 use super::progress::plain_time;
 use super::project::Project;
-use super::{Format, print, table};
+use super::screen::Table;
+use super::{Format, print};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
@@ -380,8 +381,8 @@ fn cell(value: &FactValue) -> String {
 fn text(rows: &[Row]) -> String {
     let header: Vec<String> =
         rows.first().map(|row| row.iter().map(|(key, _)| heading(key)).collect()).unwrap_or_default();
-    let mut table = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
-    table.add_rows(rows.iter().map(|row| row.iter().map(|(_, value)| short(value))));
+    let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    rows.iter().for_each(|row| table.add_row(row.iter().map(|(_, value)| short(value))));
     table.to_string()
 }
 

@@ -1,5 +1,6 @@
 //! `rimbench run --engine`: what is missing of an experiment, through an engine.
 
+use super::number::seconds;
 use super::print;
 use super::progress::plain_time;
 use anyhow::Context;
@@ -23,10 +24,10 @@ pub(super) struct Submit {
     #[arg(long, value_parser = engine, conflicts_with_all = ["jobs", "shard", "places", "fresh", "collect"])]
     pub(super) engine: Option<Engine>,
     /// How long a chunk should take, s
-    #[arg(long, value_name = "S", default_value_t = 60.0, requires = "engine")]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = seconds, requires = "engine")]
     chunk_time: f64,
     /// How long a run is taken to last where the store has none to go by, s
-    #[arg(long, value_name = "S", default_value_t = 0.02, requires = "engine")]
+    #[arg(long, value_name = "TIME", default_value = "20ms", value_parser = seconds, requires = "engine")]
     run_time: f64,
     /// Threads of a chunk
     #[arg(long, value_name = "N", default_value_t = 1, requires = "engine", value_parser = clap::value_parser!(u16).range(1..=1024))]

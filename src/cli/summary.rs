@@ -1,6 +1,7 @@
 //! What came of an experiment, for reading: medians and what did not complete, by case, scheme row and macro step.
 
-use super::table;
+use super::number::{percent, quantity, with_digits};
+use super::screen::Table;
 use rimbench::error::Result;
 use rimbench::harness::Experiment;
 use rimbench::results_table::read_table;
@@ -8,11 +9,11 @@ use rimbench::statistics::Runs;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Metrics whose medians are shown, with their headings.
-const MEDIANS: [(&str, &str); 3] = [
-    ("force_error_rms_of_peak", "force error / peak"),
-    ("position_error_rms_m", "position error (m)"),
-    ("interface_residual_j", "energy residual (J)"),
+/// Metrics whose medians are shown, with their headings and units; an error without a unit is a share of the peak.
+const MEDIANS: [(&str, &str, &str); 3] = [
+    ("force_error_rms_of_peak", "force", "-"),
+    ("position_error_rms_m", "position", "m"),
+    ("interface_residual_j", "energy", "J"),
 ];
 
 /// Rows shown; all of them are in the file.
@@ -24,27 +25,35 @@ const MOST_ROWS: usize = 60;
 /// [`Error::File`](rimbench::error::Error::File) for a file or column that is not there.
 pub(super) fn summary(folder: &Path) -> Result<String> {
     let file = read_table(&folder.join("runs.csv"))?;
-    let metrics = MEDIANS.iter().map(|(name, _)| file.column(name)).collect::<Result<Vec<usize>>>()?;
+    let metrics = MEDIANS.iter().map(|(name, ..)| file.column(name)).collect::<Result<Vec<usize>>>()?;
     let groups = Runs::of(&file)?.by_columns(["case", "set", "label", "macro_step_s"])?;
-    let mut header = vec!["case", "scheme row", "H (ms)", "completed", "did not"];
-    header.extend(MEDIANS.map(|(_, heading)| heading));
-    let mut table = table(&header);
-    for ([case, set, label, macro_step], runs) in groups.iter().take(MOST_ROWS) {
-        let completed = runs.completed();
-        let mut failures: BTreeMap<&str, usize> = BTreeMap::new();
-        let failed = runs.rows().iter().filter(|&&row| !runs.is_completed(row));
-        failed.for_each(|&row| *failures.entry(runs.outcome(row)).or_default() += 1);
-        let failures: Vec<String> = failures.iter().map(|(name, count)| format!("{count} {name}")).collect();
-        let milliseconds =
-            macro_step.parse::<f64>().map_or_else(|_| (*macro_step).to_owned(), |step| plain(step * 1e3));
-        let case = if set.is_empty() { (*case).to_owned() } else { format!("{case} {set}") };
-        let done = format!("{}/{}", completed.rows().len(), runs.rows().len());
-        let mut row = vec![case, (*label).to_owned(), milliseconds, done, failures.join(", ")];
-        let medians = metrics.iter().map(|&metric| completed.pool(|row| file.number(row, metric)).median());
-        row.extend(medians.map(|value| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3e}"))));
-        table.add_row(row);
+    let mut header = vec!["scheme row", "H", "done"];
+    header.extend(MEDIANS.map(|(_, heading, _)| heading));
+    let mut text = "Medians of completed runs: rms errors of force and position, energy residual".to_owned();
+    let shown = &groups[..groups.len().min(MOST_ROWS)];
+    for of_case in shown.chunk_by(|a, b| a.0[..2] == b.0[..2]) {
+        let mut table = Table::new(&header);
+        for ([.., label, macro_step], runs) in of_case {
+            let completed = runs.completed();
+            let mut failures: BTreeMap<&str, usize> = BTreeMap::new();
+            let failed = runs.rows().iter().filter(|&&row| !runs.is_completed(row));
+            failed.for_each(|&row| *failures.entry(runs.outcome(row)).or_default() += 1);
+            let failures: String = failures.iter().map(|(name, count)| format!(", {count} {name}")).collect();
+            let step = macro_step.parse().map_or_else(|_| (*macro_step).to_owned(), |step| with_digits(step, "s", 6));
+            let done = format!("{}/{}{failures}", completed.rows().len(), runs.rows().len());
+            let mut row = vec![(*label).to_owned(), step, done];
+            row.extend(metrics.iter().zip(MEDIANS).map(|(&metric, (.., unit))| {
+                match completed.pool(|row| file.number(row, metric)).median() {
+                    None => "–".to_owned(),
+                    Some(value) if unit == "-" => percent(value),
+                    Some(value) => quantity(value, unit),
+                }
+            }));
+            table.add_row(row);
+        }
+        let [case, set, ..] = of_case[0].0;
+        text += &format!("\n\n{}\n{table}", format!("{case} {set}").trim_end());
     }
-    let mut text = format!("Medians over the phases of the runs that completed:\n{table}");
     if groups.len() > MOST_ROWS {
         text += &format!("\n… and {} more in {}", groups.len() - MOST_ROWS, file.path().display());
     }
@@ -65,18 +74,10 @@ pub(super) fn remarks(experiment: &Experiment, folder: &Path) -> Result<Vec<Stri
     let provenance = read_table(&folder.join("provenance.csv"))?;
     let loaded = provenance.rows_where(provenance.column("machine_load")?, "loaded").len();
     if loaded > 0 {
-        remarks.push(format!(
-            "{loaded} of {} runs were timed while other programs kept the machine busy: do not trust the times of those \
-             (machine_load in provenance.csv)",
-            provenance.len()
-        ));
+        let count = provenance.len();
+        remarks.push(format!("{loaded} of {count} runs were timed on a busy machine (machine_load in provenance.csv)"));
     }
     Ok(remarks)
-}
-
-/// Six digits at most.
-fn plain(value: f64) -> String {
-    format!("{value:.5e}").parse::<f64>().map_or_else(|_| value.to_string(), |value| value.to_string())
 }
 
 #[cfg(test)]
@@ -91,10 +92,10 @@ mod tests {
                     a,,x,0.01,timeout,,,\na,m=2,x,0.01,completed,0.5,1,1\n";
         std::fs::write(folder.path().join("runs.csv"), runs).unwrap();
         let text = summary(folder.path()).unwrap();
-        let lines: Vec<&str> = text.lines().filter(|line| line.contains(" x ")).collect();
-        assert!(lines[0].contains("2/3") && lines[0].contains("1 diverged") && lines[0].contains("2.000e-1"), "{text}");
-        assert!(lines[1].contains("0/1") && lines[1].contains("1 timeout") && lines[1].contains('–'), "{text}");
-        assert!(lines[2].contains("a m=2") && lines[2].contains("1/1"), "{text}");
+        let lines: Vec<&str> = text.lines().filter(|line| line.starts_with("x ")).collect();
+        assert!(lines[0].contains("2/3, 1 diverged") && lines[0].contains("20 %"), "{text}");
+        assert!(lines[1].contains("0/1, 1 timeout") && lines[1].contains('–'), "{text}");
+        assert!(lines[2].contains("1/1") && text.contains("\na m=2\n"), "{text}");
         assert_eq!(lines.len(), 3, "{text}");
     }
 }

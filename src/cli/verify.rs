@@ -1,11 +1,12 @@
 //! `rimbench verify`: claims against stored results.
 
 use super::project::Project;
-use super::{claims_table, print};
+use super::screen::{Mood, verdict};
+use super::{claims_list, print};
 use clap::Args;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums::CHECKSUMS;
-use rimbench::harness::{check_claims, check_kept_claims};
+use rimbench::harness::{CheckedClaim, check_claims, check_kept_claims};
 use rimbench::kept::DIGEST;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -16,6 +17,9 @@ pub struct Verify {
     /// Experiment files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
+    /// Every claim, not only those that differ
+    #[arg(long)]
+    all: bool,
     /// Where results are: <DIR>/<group>/<name>
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
@@ -25,7 +29,7 @@ impl Verify {
     pub(super) fn run(self, catalogue: &Catalogue) -> anyhow::Result<ExitCode> {
         let (mut claims, mut faults) = (Vec::new(), Vec::new());
         // Without rows what is kept of them can be held against itself.
-        let (mut kept, mut by_summary) = (0, 0);
+        let mut kept = 0;
         for file in &self.files {
             let checked = Project::experiment(file).and_then(|experiment| {
                 let folder = experiment.results_folder(&self.results);
@@ -35,7 +39,6 @@ impl Verify {
                 }
                 let found = check_kept_claims(&experiment, &folder)?;
                 kept += found.claims.len();
-                by_summary += found.said_by_summary;
                 Ok(found.claims)
             });
             // What is wrong with one file leaves the claims of the others.
@@ -49,23 +52,32 @@ impl Verify {
         {
             return Err(error.into());
         }
-        if !claims.is_empty() {
-            print(&claims_table(&claims))?;
-        }
+        let shown: Vec<CheckedClaim> = claims.iter().filter(|claim| self.all || claim.differs()).cloned().collect();
         let changed = claims.iter().filter(|claim| claim.differs()).count();
-        let not = match faults.len() {
-            0 => String::new(),
-            count => format!("; those of {count} of {} files could not be checked", self.files.len()),
+        let count = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+        let mut said = match changed {
+            0 => format!("{}: every verdict is the recorded one", count(claims.len(), "claim")),
+            changed => format!("{}: {} from the recorded verdict", count(claims.len(), "claim"), differing(changed)),
         };
-        print(&format!("{} claims, {changed} differ from the recorded finding{not}", claims.len()))?;
         if kept > 0 {
-            print(&format!(
-                "{kept} of them are as they were last measured, {by_summary} of these as the summaries say: the rows are not here; \
-                 `rimbench reproduce --everything` makes them"
-            ))?;
+            said += &format!(" ({kept} from summaries)");
         }
+        if !faults.is_empty() {
+            said += &format!("; {} of {} could not be checked", faults.len(), count(self.files.len(), "file"));
+        }
+        if !shown.is_empty() {
+            print(&claims_list(&shown))?;
+        }
+        let mood = if changed > 0 {
+            Mood::Bad
+        } else if faults.is_empty() {
+            Mood::Good
+        } else {
+            Mood::Open
+        };
+        print(&verdict(&said, mood))?;
         for error in &faults {
-            eprintln!("error: {error}");
+            eprintln!("{}", super::screen::error(&error.to_string(), &[]));
         }
         Ok(match (faults.is_empty(), changed) {
             (false, _) => ExitCode::from(2),
@@ -73,4 +85,8 @@ impl Verify {
             (true, _) => ExitCode::FAILURE,
         })
     }
+}
+
+fn differing(count: usize) -> String {
+    if count == 1 { "1 differs".to_owned() } else { format!("{count} differ") }
 }

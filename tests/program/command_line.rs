@@ -1,6 +1,6 @@
 //! The command line as a user meets it: contracts of names and keys, and one clear error for each kind of bad input.
 
-use crate::program::{assert_has, assert_refused, call, json, printed, refused, rimbench, said};
+use crate::program::{assert_has, call, json, printed, refused, rimbench, said};
 use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;
@@ -56,7 +56,7 @@ fn steps_placed_by_the_model_are_asked_for_by_name_and_refused_without_a_model()
     assert!(facts["model_defect_rank"].is_number(), "{}", facts["model_defect_rank"]);
     assert_eq!(facts["exchanges"].as_u64(), facts["macro_steps"].as_u64().map(|steps| steps + 1));
     let message = refused(&mut simulate(&format!("--scheme zero-order-hold {placed}")));
-    assert_has(&message, &["step_control = model-defect: scheme `zero-order-hold` has no reduced"]);
+    assert_has(&message, &["step-control = model-defect: scheme `zero-order-hold` has no reduced"]);
 }
 
 #[test]
@@ -100,7 +100,6 @@ fn a_diverged_run_is_a_result_with_exit_code_zero() {
     assert_eq!(facts["outcome"], "diverged");
     assert!(facts["diverged_at_s"].as_f64().unwrap() < 0.25);
     assert!(facts["reason"].as_str().unwrap().contains("actuator_force_n"));
-    simulate("--scheme rim-smooth").assert().success();
 }
 
 #[test]
@@ -164,80 +163,6 @@ fn lists_have_the_promised_keys() {
     for entry in parameters {
         assert!(entry["unit"].is_string() && entry["source"].is_string() && !entry["default"].is_null(), "{entry}");
     }
-}
-
-#[test]
-fn names_that_do_not_exist_are_named_with_what_is_valid() {
-    for (line, wanted) in [
-        ("--case wedge-bx --scheme rim-smooth", "did you mean `wedge-box`"),
-        ("--case wedge-box --scheme rim-smoth", "did you mean `rim-smooth`"),
-        ("--case wedge-box --scheme rim-smooth --solver lemkee", "did you mean `lemke`"),
-        ("--case wedge-box --scheme rim-smooth --set box_mas_kg=1", "did you mean `box_mass_kg`"),
-        ("--case wedge-box --scheme rim-smooth --force-return meen", "did you mean `mean`"),
-        ("--case wedge-box --scheme rim-smooth --redundancy dropp", "did you mean `drop`"),
-    ] {
-        assert_has(&refused(&mut call(&format!("simulate {line}"))), &[wanted, "valid: "]);
-    }
-    let old = refused(&mut simulate("--scheme relaxed-prediction"));
-    assert_eq!(old, "error: scheme `relaxed-prediction` is gone: use `true-acceleration`\n");
-}
-
-#[test]
-fn a_case_beyond_memory_is_refused_with_the_size_needed_and_the_limit() {
-    let row = "simulate --case disc-row --scheme rim-nonsmooth-gap --set discs=2500 --solver lemke";
-    let wanted = ["disc-row: discs = 2500", "5001 contacts", "fits into 4.0 GiB", "need up to 5.0 GiB"];
-    assert_has(&refused(&mut call(row)), &wanted);
-}
-
-#[test]
-fn nonsense_values_are_refused_before_anything_runs() {
-    let all = "simulate --case wedge-box --scheme";
-    assert_refused(
-        &format!("{all} rim-nonsmooth"),
-        &[
-            ("--macro-step 0", "macro-step = 0"),
-            ("--macro-step -0.005", "macro-step = -0.005"),
-            ("--macro-step nan", "macro-step = NaN"),
-            ("--macro-step inf", "macro-step = inf"),
-            ("--macro-step 1e-300", "macro-step = "),
-            ("--macro-step 3", "at most the duration, 2.5 s"),
-            ("--macro-step 1e-3 --micro-step 2e-3", "micro-step = 0.002"),
-            ("--micro-step 0", "micro-step = 0"),
-            ("--micro-step 1e-300", "micro-step = "),
-            ("--phase 0", "phase = 0"),
-            ("--phase 1.01", "phase = 1.01"),
-            ("--phase 1e-300", "phase = 1e-300"),
-            ("--duration 0", "duration = 0"),
-            ("--duration 1000 --macro-step 0.1", "duration = "),
-            ("--mechanics-steps 0", "mechanics-steps = 0"),
-            ("--mechanics-steps 2.5", "mechanics-steps = 2.5"),
-            ("--set box_mass_kg=0", "box_mass_kg = 0"),
-            ("--set box_mass_kg=200 --set box_mass_kg=300", "each key once; box_mass_kg is 200 already"),
-            ("--set disc_mass_kg=-50", "disc_mass_kg = -50"),
-            ("--set stabilisation=2", "stabilisation = 2"),
-            ("--set box_mass_kg", "key=value"),
-            ("--set ledge_height_m=3", "1.2182 m apart"),
-            ("--sequence jacobi --force-return mean", "needs the actuator's forces"),
-            ("--sequence gauss-seidel-mechanics-first", "the actuator goes first"),
-            ("--gain 0.5", "gain = 0.5: scheme `rim-nonsmooth` has no gain; schemes that have one: "),
-            ("--trace no-such-folder/trace.csv", "there is no folder no-such-folder"),
-            // What clap refuses is refused with the same exit code.
-            ("--macro-step fast", "fast"),
-            ("--format xml", "xml"),
-            ("--gain much", "much"),
-            ("--no-such-flag", "--no-such-flag"),
-        ],
-    );
-    assert_refused(
-        all,
-        &[
-            ("second-order-hold --macro-step 1.3", "the 3 samples"),
-            ("energy-leak-damper --gain 1.5", "gain = 1.5 is not valid; valid: a number from 0 to 1 (γ"),
-            ("energy-leak-damper --gain -0.1", "gain = -0.1"),
-            ("energy-leak-damper --gain nan", "gain = NaN"),
-            ("energy-leak-damper --force-return mean", "force return `held`"),
-        ],
-    );
 }
 
 #[test]
@@ -346,23 +271,9 @@ fn a_limit_is_found_by_the_default_scan_of_every_duration_and_as_closely_as_one_
     if let (Some(wide), Some(narrow)) = (width("0.1"), width("1e-6")) {
         assert!(wide <= 0.1 && wide > 1e-3 && narrow <= 1e-6, "{wide} {narrow}");
     }
-    assert_refused(bar, &[("--to 1", "to = 1 is not valid; valid: at most the duration, 0.0012 s")]);
     for tolerance in ["0", "-1", "nan", "1e-300", "2"] {
         let message = refused(&mut spectral(tolerance));
         assert!(message.contains("relative-tolerance = ") && message.len() < 200, "{message}");
-    }
-}
-
-#[test]
-fn tables_are_as_wide_as_the_terminal() {
-    let widths = |columns: Option<&str>, what: &str| {
-        let mut command = call(&format!("list {what}"));
-        command.env_remove("COLUMNS").envs(columns.map(|columns| ("COLUMNS", columns)));
-        printed(&mut command).lines().map(|line| line.chars().count()).max().unwrap()
-    };
-    for what in ["schemes", "solvers", "metrics", "parameters", "figure-keys"] {
-        assert!(widths(Some("80"), what) <= 80, "{what}");
-        assert!(widths(None, what) > 80, "{what}: nobody counts the columns of a file");
     }
 }
 
@@ -378,12 +289,11 @@ fn a_run_without_claims_shows_medians_and_failures_by_case_scheme_and_step_and_g
     for _ in 0..2 {
         let printed = run();
         let row = |label: &str, step: &str| {
-            let found = printed.lines().find(|line| line.contains(label) && line.contains(&format!(" {step} ")));
-            found.unwrap_or_else(|| panic!("no row of {label} at {step} ms: {printed}")).to_owned()
+            let found = printed.lines().find(|line| line.starts_with(label) && line.contains(step));
+            found.unwrap_or_else(|| panic!("no row of {label} at {step}: {printed}")).to_owned()
         };
-        assert!(row("rim-nonsmooth", "5").contains("2/2"), "{printed}");
-        assert!(row("zero-order-hold", "5").contains("0/2"), "{printed}");
-        assert!(row("zero-order-hold", "5").contains("2 diverged"), "{printed}");
+        assert!(row("rim-nonsmooth", " 5 ms ").contains("2/2"), "{printed}");
+        assert!(row("zero-order-hold", " 5 ms ").contains("0/2, 2 diverged"), "{printed}");
         assert!(printed.contains("Of all 8 runs of plain, 2 did not complete."), "{printed}");
     }
     let provenance = std::fs::read_to_string(folder.path().join("out/provenance.csv")).unwrap();

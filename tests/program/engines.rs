@@ -256,7 +256,7 @@ fn shards_are_counted_as_the_engine_counts_them() {
     }
     for places in ["5", "5-4", "0-48", "a-b", "0-18446744073709551615"] {
         let said = run(&["--places", places], 2);
-        assert!(said.contains("places = ") && said.contains("valid: "), "{said}");
+        assert!(said.contains("places = ") && said.contains("help: use "), "{said}");
     }
     assert!(run(&["--shard", "0/2", "--first-shard", "0"], 0).contains("24 runs are missing"));
     // The places are those that `--dry-run --format json` says.

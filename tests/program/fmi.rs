@@ -261,12 +261,12 @@ fn a_case_of_fmus_is_advised_on_with_derivatives_and_without() {
     assert!(!skipped.contains_key("zero-order-hold") && !skipped.contains_key("nepce"), "{skipped:?}");
 }
 
-/// An error of the program: one line, and the code of bad input.
+/// An error of the program: one line and perhaps one of help, and the code of bad input.
 fn refusal(case: &Path) -> String {
     let mut command = rimbench();
     command.args(["simulate", "--scheme", "zero-order-hold", "--case"]).arg(case);
     let message = refused(&mut command);
-    assert!(message.trim_end().lines().count() == 1, "{message}");
+    assert!(message.lines().count() <= 2, "{message}");
     message
 }
 
@@ -327,7 +327,7 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
         (
             mechanics,
             "fmu = \"mechanics.fmu\"\nstart = { serialisable = 1 }",
-            &["mechanics.fmu", "`serialisable`", "valid: true or false"],
+            &["mechanics.fmu", "`serialisable`", "true or false"],
         ),
         (mechanics, "fmu = \"mechanics.fmu\"\nobserve = [\"time_s\"]", &["mechanics.fmu", "unknown variable `time_s`"]),
         (
@@ -363,7 +363,7 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
             "mechanics.fmu",
             "<CoSimulation",
             "<CoSimulation canBeInstantiatedOnlyOncePerProcess=\"true\"",
-            &["may be in a process only once", "valid: process = \"own\""],
+            &["may be in a process only once", "process = \"own\""],
         ),
         ("whole.fmu", token, &format!("{token}0"), &["no instance can be made", "token"]),
     ] {
@@ -395,7 +395,7 @@ fn an_export_that_cannot_be_is_refused_and_writes_nothing() {
     let beyond = folder.path().join("no/such/out.fmu");
     let assert_refused = |line: &str, wanted: &str| {
         let message = refused(rimbench().args(["fmu", "--side", "mechanics", "--case"]).args(line.split_whitespace()));
-        assert!(message.contains(wanted) && message.trim_end().lines().count() == 1, "{line}: {message}");
+        assert!(message.contains(wanted) && message.lines().count() <= 2, "{line}: {message}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{line}");
     };
     assert_refused(&format!("wedge-bax --out {out}"), "did you mean `wedge-box`");

@@ -29,5 +29,6 @@ mod prose;
 mod ranking;
 mod report;
 mod reproduction;
+mod screens;
 mod store_survives;
 mod strict;

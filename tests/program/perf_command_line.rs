@@ -43,7 +43,7 @@ fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_compared_and_drawn() {
     assert!(counters.iter().all(|counter| counter["verdict"] == "same"), "{told}");
     assert_has(&told["notes"].to_string(), &["recorded without valgrind"]);
     let shown = printed(perf(&["show", "--history"]).arg(&history));
-    assert_has(&shown, &["kernel/lcp-warm", "ns per micro step"]);
+    assert_has(&shown, &["kernel/lcp-warm", "ns per micro"]);
     perf(&["plot", "--history"]).arg(&history).assert().success();
     assert!(folder.path().join("history.svg").exists() && folder.path().join("history.png").exists());
 }
@@ -111,8 +111,8 @@ fn bad_input_is_one_clear_error_with_exit_code_two() {
         (vec!["plot", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
         (vec!["plot", "--history", empty], "holds no record, so there is nothing to draw"),
         (vec!["show", "--history", "/no/such/history.csv"], "/no/such/history.csv"),
-        (vec!["show", "nonsense"], "record = nonsense is not valid; valid: latest, previous"),
-        (vec!["compare", "nonsense", "latest"], "record = nonsense is not valid; valid: latest, previous"),
+        (vec!["show", "nonsense"], "record = nonsense is not valid\nhelp: use latest, previous"),
+        (vec!["compare", "nonsense", "latest"], "record = nonsense is not valid\nhelp: use latest, previous"),
         (vec!["compare", "--rev", "HEAD"], "two revisions"),
         (vec!["compare", "--rev", "no-such-revision", "--rev", "HEAD"], "--rev = no-such-revision is not valid"),
         (vec!["record", "--benchmark", "kernel/lcp-warmth"], "did you mean `kernel/lcp-warm`?"),

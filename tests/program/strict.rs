@@ -148,7 +148,7 @@ fn verify_goes_on_after_a_file_that_it_cannot_check_and_says_which() {
     let output = rimbench().current_dir(&place.0).arg("verify").args(files).assert().code(2).get_output().clone();
     let (said, shown) = (String::from_utf8(output.stderr).unwrap(), String::from_utf8(output.stdout).unwrap());
     assert!(said.contains("broken.toml") && said.contains("nowhere.toml") && !said.contains("strict.toml"), "{said}");
-    assert!(shown.contains("those of 2 of 3 files could not be checked"), "{shown}");
+    assert!(shown.contains("2 of 3 files could not be checked"), "{shown}");
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn a_finding_that_was_never_recorded_is_no_failure() {
     let place = Place::new();
     place.run(EXPERIMENT);
     place.write(&EXPERIMENT.replace("\"reproduced\"", "\"not-measured\""));
-    assert!(place.verify(0).contains("0 differ"));
+    assert!(place.verify(0).contains("every verdict is the recorded one"));
     place.write(&EXPERIMENT.replace("\"reproduced\"", "\"not-reproduced\""));
     place.verify(1);
     // Nor is a claim that does not hold, where it is recorded so.
@@ -225,7 +225,7 @@ fn claims_that_would_pool_or_that_nobody_can_check_are_refused() {
         (several.clone(), "say set = one of \"box_mass_kg=200.0\", \"box_mass_kg=210.0\", or set = \"all\""),
         (cases.clone(), "say case = one of \"bouncing-ball\", \"wedge-box\", or case = \"all\""),
         (said(&several, "set = \"box_mass_kg=220.0\""), "unknown set of a claim"),
-        (said(&cases, "case = \"wedge-bocks\""), "unknown case of a claim `wedge-bocks` (did you mean `wedge-box`?)"),
+        (said(&cases, "case = \"wedge-bocks\""), "unknown case of a claim `wedge-bocks`"),
         (format!("{EXPERIMENT}\n[[claims]]{claim}"), "two claims have the id `stable`"),
         (EXPERIMENT.replace("<= 0", ">= nan"), "is no comparison"),
         (EXPERIMENT.replace("<= 0", "<= inf"), "the number finite"),
@@ -403,7 +403,7 @@ fn lists_are_of_one_case_where_that_means_something() {
     assert_refused("list", &[("schemes --case wedge-box", "--case")]);
     let cases = printed(&mut call("list cases --case wedge-box"));
     assert!(cases.contains("wedge-box") && !cases.contains("bouncing-ball"), "{cases}");
-    assert_has(&printed(&mut call("list parameters --case elastic-bar")), &["a whole number from 1 to 500"]);
+    assert_has(&printed(&mut call("list parameters --case elastic-bar --long")), &["a whole number from 1 to 500"]);
 }
 
 #[test]

@@ -159,6 +159,12 @@ fn write(
     Ok(files.len() + 1)
 }
 
+/// Says a column of a trace in words, and its unit: `actuator_force_n` is `actuator force` and `N`.
+pub fn column_in_words(name: &str) -> (String, String) {
+    let column = columns::trace_column(name);
+    (column.about, column.unit)
+}
+
 /// Whether a place that may not be there yet lies below a folder.
 fn is_inside(place: &Path, folder: &Path) -> bool {
     let there = place.ancestors().find_map(|above| {

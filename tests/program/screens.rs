@@ -1,0 +1,101 @@
+//! What commands print at 80 columns, in files that a person can read: `tests/program/screens/*.txt`. A line that begins with `$` is
+//! a command, and what follows is what it prints, with its exit code if that is not 0. `RIMBENCH_UPDATE_SCREENS=1` writes them.
+
+use crate::program::{files, read, rimbench, root};
+use std::path::Path;
+
+/// The experiment that the commands find in their folder.
+const SMALL: &str = r#"question = "Does the hold lose the box?"
+macro_steps_s = [1e-3, 5e-3]
+phases = 2
+duration_s = 0.5
+[[cases]]
+name = "wedge-box"
+[[schemes]]
+scheme = "zero-order-hold"
+[[schemes]]
+scheme = "rim-nonsmooth"
+[[claims]]
+id = "hold-loses-the-box"
+by = "ours"
+text = "The hold diverges at 5 ms"
+case = "wedge-box"
+scheme = "zero-order-hold"
+macro_step_s = 5e-3
+metric = "diverged"
+expect = ">= 1"
+finding = "reproduced"
+"#;
+
+/// Lines of the first screens of these commands.
+const MOST_LINES: [(&str, usize); 3] = [("simulate", 12), ("advise", 15), ("verify", 1)];
+
+#[test]
+fn commands_print_what_their_files_show() {
+    let mut faults = Vec::new();
+    for file in files(&root().join("tests/program/screens")) {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("small.toml"), SMALL).unwrap();
+        let shown = read(&file);
+        let made: Vec<String> =
+            shown.lines().filter(|line| line.starts_with("$ ")).map(|line| screen(folder.path(), line)).collect();
+        for screen in &made {
+            faults.extend(too_large(screen).map(|fault| format!("{}: {fault}", file.display())));
+        }
+        let made = made.join("\n");
+        if std::env::var_os("RIMBENCH_UPDATE_SCREENS").is_some() {
+            std::fs::write(&file, made).unwrap();
+        } else if let Some((number, (wanted, found))) = shown
+            .lines()
+            .chain([""])
+            .zip(made.lines().chain([""]))
+            .enumerate()
+            .find(|(_, (wanted, found))| wanted != found)
+        {
+            faults.push(format!("{}:{}:\n  shown   {wanted}\n  printed {found}", file.display(), number + 1));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// A command, what it prints, and its exit code.
+fn screen(folder: &Path, line: &str) -> String {
+    let results = root().join("results").display().to_string();
+    let words = line.trim_start_matches("$ rimbench ").split_whitespace();
+    let words = words.map(|word| word.replace("RESULTS", &results).trim_matches('\'').to_owned());
+    let mut command = rimbench();
+    command.current_dir(folder).env_remove("COLUMNS").args(words);
+    let output = command.output().unwrap();
+    let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    let code = match output.status.code() {
+        Some(0) => String::new(),
+        code => format!("(exit code {})\n", code.unwrap()),
+    };
+    let lines = text.lines().filter(|line| !line.contains("runs were timed on a busy machine"));
+    let printed: String = lines.map(|line| masked(line).trim_end().to_owned() + "\n").collect();
+    format!("{line}\n{printed}{code}")
+}
+
+/// Times depend on the machine, and run ids on the version of the numerics.
+fn masked(line: &str) -> String {
+    if let Some((before, _)) = line.split_once("computing time") {
+        return format!("{before}computing time    (of this machine)");
+    }
+    let is_id = |word: &str| word.len() == 16 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let words = line.split(' ').map(|word| if is_id(word) { "0123456789abcdef" } else { word });
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// What is too wide or too long; an error is one line, however long, and a word that is longer has a line of its own.
+fn too_large(screen: &str) -> Option<String> {
+    let mut lines = screen.lines();
+    let command = lines.next().unwrap();
+    let printed: Vec<&str> = lines.collect();
+    let is_free = |line: &str| line.starts_with("error: ") || line.starts_with("help: ") || !line.trim().contains(' ');
+    if let Some(wide) = printed.iter().find(|line| line.chars().count() > 80 && !is_free(line)) {
+        return Some(format!("wider than 80: {wide}"));
+    }
+    let (_, most) = MOST_LINES.iter().find(|(name, _)| command.starts_with(&format!("$ rimbench {name} ")))?;
+    let whole = command.contains("--all") || printed.iter().any(|line| line.starts_with("error: "));
+    (printed.len() > *most && !whole).then(|| format!("{command}: {} lines", printed.len()))
+}
