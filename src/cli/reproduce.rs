@@ -100,10 +100,11 @@ impl Reproduce {
                 before.len()
             ))?;
         }
-        let reproduced = claims.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
+        let counted: Vec<&CheckedClaim> = claims.iter().filter(|claim| claim.superseded.is_empty()).collect();
+        let reproduced = counted.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
         print(&format!(
             "{reproduced} of {} claims reproduce. {total} runs ({not_completed} of them did not complete, as data) in {:.1} s. Report: {}",
-            claims.len(),
+            counted.len(),
             started.elapsed().as_secs_f64(),
             page.display()
         ))?;

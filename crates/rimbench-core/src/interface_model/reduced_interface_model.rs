@@ -307,8 +307,8 @@ impl ReducedInterfaceModel {
     /// ```text
     /// w > 0,  g ≤ 2 h w
     /// ```
-    /// A rebound leaves a gap of at most `(e² + ½e (1 + e)) h |w⁻| ≤ 2 h w`, see [`landing_velocity`](rimbench_contact::contact_law::landing_velocity). Most are back
-    /// within a macro step; to what is not a condition on closing does nothing.
+    /// A rebound leaves a gap of at most `(e² + ½e (1 + e)) h |w⁻| ≤ 2 h w`, see
+    /// [`landing_velocity`](rimbench_contact::contact_law::landing_velocity). Most are back within a macro step; to what is not a condition on closing does nothing.
     pub fn closed_and_leaving_contacts(&self, list: &mut Vec<usize>) {
         let bounces = self.restitution > 0.0 && self.spring.is_none() && !self.has_friction();
         let leaves = |contact: usize| {
