@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(headline_within(12, "box · hold", "fine", Mood::Good), "box · hold\nfine");
         assert_eq!(
             row_within(40, "error", "of many words that go on below"),
-            "  error             of many words that go\n                    on below"
+            "  error             of many words that\n                    go on below"
         );
     }
 

@@ -83,6 +83,7 @@ pub(super) fn remarks(experiment: &Experiment, folder: &Path) -> Result<Vec<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::number::TIED;
 
     #[test]
     fn runs_are_counted_by_case_scheme_and_macro_step_and_only_completed_ones_have_medians() {
@@ -91,7 +92,7 @@ mod tests {
                     a,,x,0.005,completed,0.1,1,1\na,,x,0.005,diverged,1e9,1,1\na,,x,0.005,completed,0.3,1,1\n\
                     a,,x,0.01,timeout,,,\na,m=2,x,0.01,completed,0.5,1,1\n";
         std::fs::write(folder.path().join("runs.csv"), runs).unwrap();
-        let text = summary(folder.path()).unwrap();
+        let text = summary(folder.path()).unwrap().replace(TIED, " ");
         let lines: Vec<&str> = text.lines().filter(|line| line.starts_with("x ")).collect();
         assert!(lines[0].contains("2/3, 1 diverged") && lines[0].contains("20 %"), "{text}");
         assert!(lines[1].contains("0/1, 1 timeout") && lines[1].contains('–'), "{text}");

@@ -104,7 +104,6 @@ impl Report<'_> {
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
              <meta name=\"color-scheme\" content=\"light dark\">\
-             <link rel=\"icon\" href=\"data:,\">\
              <title>rimbench: {title}</title>\n\
              <meta name=\"description\" content=\"{ABOUT}\">\
              <meta property=\"og:title\" content=\"How long may the macro step be?\">\
