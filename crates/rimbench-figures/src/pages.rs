@@ -388,7 +388,12 @@ fn number(row: &SummaryRow, keys: &Keys<'_>) -> Result<Cell> {
         "q3" => Cell::Number(high),
         "completed" => Cell::Text(row.completed.to_string()),
         "runs" => Cell::Text(row.runs.to_string()),
-        other => return Err(Error::unknown("stat", other, ["median", "q1", "q3", "completed", "runs"])),
+        "worst" => Cell::Number(row.worst.unwrap_or(f64::NAN)),
+        "share" => Cell::Number(row.completed as f64 / row.runs as f64),
+        other => {
+            let known = ["median", "q1", "q3", "worst", "completed", "runs", "share"];
+            return Err(Error::unknown("stat", other, known));
+        }
     })
 }
 
@@ -424,7 +429,7 @@ fn is_step(row: &SummaryRow, step: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rimbench_results::kept::keep;
+    use rimbench_results::kept::{PooledSets, keep};
 
     fn results() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
@@ -434,7 +439,7 @@ mod tests {
                     1,a,box,,0.005,,completed,16.6,0.00123\n2,a,box,,0.01,,completed,30,2e-3\n3,a,box,,0.01,,diverged,,\n\
                     4,b,box,,0.005,,completed,8.3,1e-3\n5,b,box,,0.01,,diverged,1e9,1\n";
         std::fs::write(own.join("runs.csv"), runs).unwrap();
-        keep(&own).unwrap();
+        keep(&own, &PooledSets::new()).unwrap();
         let claims = "experiment,id,text,measured,low,high,expected,verdict\nx,floor,t,43.26,40,50,≥ 2,reproduced\n";
         std::fs::write(own.join("claims.csv"), claims).unwrap();
         folder
@@ -480,7 +485,7 @@ mod tests {
                     a,box,c=1 soft,0.005,,completed,1.5\na,box,hard,0.005,,completed,2.5\n\
                     b,box,c=1 soft,0.005,,completed,3.5\nb,box,hard,0.005,,completed,4.5\n";
         std::fs::write(own.join("runs.csv"), runs).unwrap();
-        keep(&own).unwrap();
+        keep(&own, &PooledSets::new()).unwrap();
         let table =
             |marker: &str| fill_page("p".as_ref(), &format!("<!-- table {marker} --><!-- /table -->"), folder.path());
         let made = table("of=study/x by=set row=a names=\"c=1 soft=soft stops; set=stops\"").unwrap();

@@ -9,7 +9,7 @@ use super::stock::Stock;
 use rimbench_cases::runs::{Reference, RunSpec};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
-use rimbench_results::kept::keep;
+use rimbench_results::kept::{PooledSets, keep};
 use std::path::Path;
 use std::time::Duration;
 
@@ -125,7 +125,11 @@ pub(super) fn export_if_complete(
     let of_references = results::write_references(job.folder, references, &names, job.experiment.trace_every_s)?;
     let traced = planned.iter().filter(|run| job.experiment.trace_of(&run.label).is_some());
     results::write_checksums(job.folder, traced.map(|run| results::trace_name(&run.id)).chain(of_references))?;
-    keep(job.folder)?;
+    let pooled = planned.iter().filter_map(|run| {
+        let (case, set) = (run.spec.case.name.to_string(), run.spec.parameters.given());
+        run.pooled_set.as_ref().map(|pooled| ((case, set), pooled.to_string()))
+    });
+    keep(job.folder, &PooledSets::from_iter(pooled))?;
     Ok(found)
 }
 

@@ -2,6 +2,7 @@
 
 mod claim;
 mod claims_of_plan;
+mod draw;
 mod plan;
 mod planned_run;
 mod scheme_row;
@@ -14,6 +15,7 @@ pub use planned_run::PlannedRun;
 use super::files::make_folder;
 use super::grid::{MacroSteps, Phases, one_phase};
 use super::store::Store;
+use draw::Draw;
 use rimbench_cases::cases::Case;
 use rimbench_core::error::{Error, Result, shortened};
 use rimbench_results::atomic_file::write_atomically;
@@ -88,6 +90,8 @@ struct CaseEntry {
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     set: BTreeMap<String, toml::Value>,
+    /// Settings of other parameters, drawn at random for each point of that grid.
+    draw: Option<Draw>,
     /// Instead of those of the experiment: cases have time scales of their own.
     macro_steps_s: Option<MacroSteps>,
     /// Simulated time, s.

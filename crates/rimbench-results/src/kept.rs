@@ -2,7 +2,8 @@
 //! anew can be told to be the same.
 //!
 //! ```text
-//! summary.csv   one row per case, set, scheme row, macro step and tolerance: runs, how many completed, quartiles of some metrics
+//! summary.csv   one row per case, set, scheme row, macro step and tolerance: runs, how many completed, quartiles of some metrics;
+//!               where settings are drawn, all of a case and a point of its grid in one row, with the error that has no unit
 //! digest.toml   numerics version, number of rows, checksums of runs.csv and summary.csv
 //! ```
 
@@ -15,6 +16,7 @@ use rimbench_core::error::{Error, Result};
 use rimbench_core::numerics_version::NUMERICS_VERSION;
 use rimbench_statistics::Runs;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Name of the file of medians.
@@ -36,6 +38,9 @@ pub const SUMMARY_METRICS: [&str; 7] = [
     "interface_residual_j",
 ];
 
+/// The metric that is kept of settings that were drawn: newtons and metres of several machines are no quantity.
+const POOLED_METRIC: &str = SUMMARY_METRICS[1];
+
 /// What the quartiles are called, behind the name of the metric.
 const QUARTILES: [&str; 3] = ["_q1", "_median", "_q3"];
 
@@ -50,7 +55,12 @@ pub struct SummaryRow {
     pub completed: usize,
     /// Quartiles of [`SUMMARY_METRICS`] over those that did; NaN where none has a value.
     pub quartiles: [[f64; 3]; SUMMARY_METRICS.len()],
+    /// The largest error over those that did, where settings are pooled.
+    pub worst: Option<f64>,
 }
+
+/// Case and set of parameters of runs with drawn settings, with the set less what was drawn; empty where nothing was.
+pub type PooledSets = BTreeMap<(String, String), String>;
 
 /// What tells whether rows are the same.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -70,39 +80,62 @@ pub struct Digest {
 ///
 /// # Errors
 /// [`Error::File`] for a column that is not there.
-pub fn summarise(table: &ResultsTable) -> Result<Vec<SummaryRow>> {
-    let metrics = SUMMARY_METRICS.map(|name| table.column(name).ok());
-    let row = |(keys, runs): ([&str; SUMMARY_KEYS.len()], Runs<'_>)| {
+pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<SummaryRow>> {
+    let is_kept = |name: &&str| pooled.is_empty() || *name == POOLED_METRIC;
+    let metrics = SUMMARY_METRICS.map(|name| table.column(name).ok().filter(|_| is_kept(&name)));
+    let row = |(keys, runs): ([String; SUMMARY_KEYS.len()], Runs<'_>)| {
         let completed = runs.completed();
-        let quartiles = |column: Option<usize>| {
-            completed.pool(|row| column.map_or(f64::NAN, |column| table.number(row, column))).quartiles()
+        let pool =
+            |column: Option<usize>| completed.pool(|row| column.map_or(f64::NAN, |column| table.number(row, column)));
+        let worst = || {
+            metrics
+                .iter()
+                .find_map(|column| *column)
+                .map_or(f64::NAN, |column| pool(Some(column)).range().map_or(f64::NAN, |[_, most]| most))
         };
         SummaryRow {
-            keys: keys.map(str::to_owned),
+            keys,
             runs: runs.rows().len(),
             completed: completed.rows().len(),
-            quartiles: metrics.map(quartiles),
+            quartiles: metrics.map(|column| pool(column).quartiles()),
+            worst: (!pooled.is_empty()).then(worst),
         }
     };
-    Ok(Runs::of(table)?.by_columns(SUMMARY_KEYS)?.into_iter().map(row).collect())
+    let runs = Runs::of(table)?;
+    let mut groups: Vec<([String; SUMMARY_KEYS.len()], Vec<usize>)> = Vec::new();
+    let mut places = BTreeMap::new();
+    for (keys, group) in runs.by_columns(SUMMARY_KEYS)? {
+        let mut keys = keys.map(str::to_owned);
+        if let Some(set) = pooled.get(&(keys[0].clone(), keys[1].clone())) {
+            keys[1].clone_from(set);
+        }
+        let place = *places.entry(keys.clone()).or_insert(groups.len());
+        if place == groups.len() {
+            groups.push((keys, Vec::new()));
+        }
+        groups[place].1.extend(group.rows());
+    }
+    Ok(groups.into_iter().map(|(keys, rows)| row((keys, runs.with_rows(rows)))).collect())
 }
 
-/// Writes `summary.csv` and `digest.toml` beside `runs.csv`.
+/// Writes `summary.csv` and `digest.toml` beside `runs.csv`; drawn settings are pooled.
 ///
 /// # Errors
 /// [`Error::File`] naming the file.
-pub fn keep(folder: &Path) -> Result<()> {
+pub fn keep(folder: &Path, pooled: &PooledSets) -> Result<()> {
     let path = folder.join("runs.csv");
     let runs = read_table(&path)?;
-    let rows = summarise(&runs)?;
+    let rows = summarise(&runs, pooled)?;
+    let header = header(!pooled.is_empty());
     let summary = folder.join(SUMMARY);
     write_atomically(&summary, |file| {
         let mut table = csv::Writer::from_writer(file);
-        table.write_record(header())?;
+        table.write_record(&header)?;
         for row in &rows {
             let counts = [row.runs, row.completed].map(|count| count.to_string());
-            let quartiles = row.quartiles.iter().flatten().map(|&value| short(value));
-            table.write_record(row.keys.iter().cloned().chain(counts).chain(quartiles))?;
+            let metrics = if row.worst.is_some() { &row.quartiles[1..2] } else { &row.quartiles[..] };
+            let values = metrics.iter().flatten().copied().chain(row.worst).map(short);
+            table.write_record(row.keys.iter().cloned().chain(counts).chain(values))?;
         }
         table.flush()
     })?;
@@ -115,9 +148,11 @@ pub fn keep(folder: &Path) -> Result<()> {
     write_atomically(&folder.join(DIGEST), |file| file.write_all(text.as_bytes()))
 }
 
-fn header() -> Vec<String> {
-    let quartiles = SUMMARY_METRICS.iter().flat_map(|metric| QUARTILES.map(|quartile| format!("{metric}{quartile}")));
-    SUMMARY_KEYS.into_iter().chain(["runs", "completed"]).map(str::to_owned).chain(quartiles).collect()
+fn header(pooled: bool) -> Vec<String> {
+    let metrics = if pooled { &[POOLED_METRIC][..] } else { &SUMMARY_METRICS };
+    let quartiles = metrics.iter().flat_map(|metric| QUARTILES.map(|quartile| format!("{metric}{quartile}")));
+    let worst = pooled.then(|| format!("{POOLED_METRIC}_worst"));
+    SUMMARY_KEYS.into_iter().chain(["runs", "completed"]).map(str::to_owned).chain(quartiles).chain(worst).collect()
 }
 
 /// Six significant digits: what is read is the size of a number, and its last digits are in the digest.
@@ -143,17 +178,22 @@ pub fn read_summary(folder: &Path) -> Result<Vec<SummaryRow>> {
         return Err(Error::file(folder.join(DIGEST), message));
     }
     let table = read_table(&path)?;
-    if table.names() != header() {
+    let pooled = table.names() == header(true);
+    if !pooled && table.names() != header(false) {
         return Err(Error::file(&path, "has other columns than this program writes: run the experiment again"));
     }
     let first = SUMMARY_KEYS.len();
+    let quartile = |row: usize, metric: usize, quartile: usize| match (pooled, SUMMARY_METRICS[metric]) {
+        (false, _) => table.number(row, first + 2 + QUARTILES.len() * metric + quartile),
+        (true, POOLED_METRIC) => table.number(row, first + 2 + quartile),
+        (true, _) => f64::NAN,
+    };
     let row = |row: usize| SummaryRow {
         keys: std::array::from_fn(|column| table.text(row, column).to_owned()),
         runs: table.number(row, first) as usize,
         completed: table.number(row, first + 1) as usize,
-        quartiles: std::array::from_fn(|metric| {
-            std::array::from_fn(|quartile| table.number(row, first + 2 + QUARTILES.len() * metric + quartile))
-        }),
+        quartiles: std::array::from_fn(|metric| std::array::from_fn(|place| quartile(row, metric, place))),
+        worst: pooled.then(|| table.number(row, first + 2 + QUARTILES.len())),
     };
     Ok((0..table.len()).map(row).collect())
 }
@@ -203,7 +243,7 @@ mod tests {
     fn results() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("runs.csv"), RUNS).unwrap();
-        keep(folder.path()).unwrap();
+        keep(folder.path(), &PooledSets::new()).unwrap();
         folder
     }
 
@@ -219,6 +259,32 @@ mod tests {
         let digest = Digest::read(folder.path()).unwrap();
         assert_eq!(digest.rows, 4);
         digest.check_rows(folder.path()).unwrap();
+    }
+
+    #[test]
+    fn drawn_settings_are_one_row_with_the_error_that_has_no_unit_and_the_worst() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut runs = String::from(
+            "run_id,label,case,set,macro_step_s,step_tolerance,outcome,force_error_rms_n,force_error_rms_of_peak\n",
+        );
+        let mut pooled = PooledSets::new();
+        for (mass, outcome) in [(1, "completed"), (2, "completed"), (3, "completed"), (4, "diverged")] {
+            for case in ["a", "b"] {
+                let set = format!("e=0.3 mass={mass}");
+                runs += &format!("r,x,{case},{set},0.005,,{outcome},9,0.0{mass}\n");
+                pooled.insert((case.to_owned(), set), "e=0.3".to_owned());
+            }
+        }
+        std::fs::write(folder.path().join("runs.csv"), runs).unwrap();
+        keep(folder.path(), &pooled).unwrap();
+        let rows = read_summary(folder.path()).unwrap();
+        assert_eq!(
+            rows.iter().map(|row| [&*row.keys[0], &*row.keys[1]]).collect::<Vec<_>>(),
+            [["a", "e=0.3"], ["b", "e=0.3"]]
+        );
+        assert_eq!((rows[0].runs, rows[0].completed, rows[0].worst), (4, 3, Some(0.03)));
+        assert!(rows[0].quartiles[0].iter().all(|value| value.is_nan()));
+        assert_eq!(rows[0].quartiles[1], [0.015, 0.02, 0.025]);
     }
 
     #[test]

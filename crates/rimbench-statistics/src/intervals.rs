@@ -71,6 +71,23 @@ pub fn ratio_interval(base: &TimeSummary, new: &TimeSummary) -> [f64; 2] {
     [ratio * (-reach).exp(), ratio * reach.exp()]
 }
 
+/// Returns Wilson's 95 % interval of a share, `found` of `all`; none of nothing.
+///
+/// ```text
+/// (p + z²/2n ± z √(p (1 − p)/n + z²/4n²)) / (1 + z²/n),    z the 97.5 % quantile of the normal distribution
+/// ```
+pub fn wilson_interval(found: usize, all: usize) -> Option<[f64; 2]> {
+    const Z: f64 = 1.959_963_984_540_054;
+    if all == 0 {
+        return None;
+    }
+    let n = all as f64;
+    let p = found as f64 / n;
+    let (middle, shrunk) = (p + Z * Z / (2.0 * n), 1.0 + Z * Z / n);
+    let reach = Z * (p * (1.0 - p) / n + (Z / (2.0 * n)).powi(2)).sqrt();
+    Some([((middle - reach) / shrunk).max(0.0), ((middle + reach) / shrunk).min(1.0)])
+}
+
 /// 97.5 % quantile of Student's t with ν degrees of freedom, ν ≥ 1 and not necessarily whole.
 ///
 /// ```text
@@ -102,6 +119,18 @@ mod tests {
         assert_eq!(fence(&[1000.0], 0.002), Fence { low: 998.0, high: 1002.0 });
         // Q1 = 990, Q3 = 1010, so three times 20 on either side.
         assert_eq!(fence(&[980.0, 990.0, 1000.0, 1010.0, 1020.0], 0.002), Fence { low: 930.0, high: 1070.0 });
+    }
+
+    #[test]
+    fn the_interval_of_a_share_is_wilson_s() {
+        // Newcombe (1998), method 3: 81 of 263, and 0 of 20.
+        let [low, high] = wilson_interval(81, 263).unwrap();
+        approx::assert_abs_diff_eq!(low, 0.2553, epsilon = 5e-5);
+        approx::assert_abs_diff_eq!(high, 0.3662, epsilon = 5e-5);
+        let [low, high] = wilson_interval(0, 20).unwrap();
+        approx::assert_abs_diff_eq!(low, 0.0, epsilon = 1e-15);
+        approx::assert_abs_diff_eq!(high, 0.1611, epsilon = 5e-5);
+        assert_eq!(wilson_interval(0, 0), None);
     }
 
     #[test]

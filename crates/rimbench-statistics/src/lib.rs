@@ -4,23 +4,28 @@
 //! Nothing is read, written or timed here.
 
 mod bootstrap;
+mod draws;
 mod equal_cost;
 mod intervals;
+mod latin_hypercube;
 mod performance_profile;
 mod pool;
 mod rank_correlation;
 mod ranking;
 mod runs;
+mod share_better;
 mod table;
 
 pub use bootstrap::bootstrap_interval;
 pub use equal_cost::{Costed, ratios_at_equal_cost};
-pub use intervals::{Fence, TimeSummary, fence, ratio_interval};
+pub use intervals::{Fence, TimeSummary, fence, ratio_interval, wilson_interval};
+pub use latin_hypercube::latin_hypercube;
 pub use performance_profile::{data_profile, performance_profile, performance_ratios, share_within};
 pub use pool::{Pool, by_abscissa, order_of_medians};
 pub use rank_correlation::rank_correlation;
 pub use ranking::{Rank, ranks};
-pub use runs::{ALL, Floor, Pooled, Runs};
+pub use runs::{ALL, Floor, Pooled, Runs, has_words};
+pub use share_better::{Contest, Share};
 pub use table::ResultsTable;
 
 /// Returns quantile `p` in [0, 1] of a sample, with linear interpolation between the order statistics (Hyndman and Fan, type

@@ -90,10 +90,13 @@ impl<'t> Runs<'t> {
         self.select(|row| self.label(row) == label)
     }
 
-    /// Selects the runs of a case with a set of parameters, each by name; [`ALL`], and none, is all of them.
+    /// Selects the runs of a case with a set of parameters, each by name; [`ALL`], and none, is all of them. Where no set is the one
+    /// named, all that have its words are.
     pub fn of_problem(&self, case: Option<&str>, set: Option<&str>) -> Self {
-        let is = |text: &str, wanted: Option<&str>| wanted.is_none_or(|wanted| wanted == ALL || wanted == text);
-        self.select(|row| is(self.problem(row)[0], case) && is(self.problem(row)[1], set))
+        let of_case = self.select(|row| case.is_none_or(|case| case == ALL || case == self.problem(row)[0]));
+        let Some(set) = set.filter(|set| *set != ALL) else { return of_case };
+        let named = of_case.select(|row| of_case.problem(row)[1] == set);
+        if named.rows.is_empty() { of_case.select(|row| has_words(of_case.problem(row)[1], set)) } else { named }
     }
 
     /// Selects the runs that reached their end within bounds.
@@ -242,6 +245,11 @@ impl<'t> Runs<'t> {
     }
 }
 
+/// Tells whether a set of parameters has all the `key=value` of another; those of none are no words to look for.
+pub fn has_words(set: &str, wanted: &str) -> bool {
+    !wanted.is_empty() && wanted.split(' ').all(|word| set.split(' ').any(|own| own == word))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -267,7 +275,22 @@ mod tests {
         assert_eq!(runs.of_problem(Some("a"), Some("")).rows(), [0, 1]);
         assert_eq!(runs.of_problem(Some("a"), Some(ALL)).rows(), [0, 1, 2]);
         assert_eq!(runs.of_problem(None, None).problems().len(), 3);
+        assert_eq!(runs.of_problem(None, Some("m=")).rows(), [0_usize; 0]);
         assert_eq!(runs.without_exact().unwrap().rows(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_set_is_named_or_where_none_has_the_name_by_words_of_it() {
+        let table = table(
+            "label,case,set,macro_step_s,outcome\nx,a,e=0.0 m=1,1,completed\nx,a,e=0.0 m=2,1,completed\n\
+             x,a,e=0.3 m=1,1,completed\nx,b,e=0.0,1,completed\nx,b,e=0.0 m=1,1,completed",
+        );
+        let runs = Runs::of(&table).unwrap();
+        let rows = |case: &str, set: &str| runs.of_problem(Some(case), Some(set)).rows().to_vec();
+        assert_eq!(rows("a", "e=0.0"), [0, 1]);
+        assert_eq!(rows("a", "m=1 e=0.0"), [0]);
+        assert_eq!(rows("b", "e=0.0"), [3]);
+        assert_eq!((rows("a", ""), rows("a", "e=0")), (vec![], vec![]));
     }
 
     #[test]

@@ -68,7 +68,9 @@ impl Claim {
     /// What the summary says of it: where it is about the median of one row, all of whose runs completed, or about a ratio of two.
     fn said_by(&self, summary: &[SummaryRow]) -> Option<f64> {
         let metric = SUMMARY_METRICS.iter().position(|name| *name == self.metric)?;
-        if self.statistic != Statistic::Median || self.at_equal.is_some() {
+        // Of pooled settings the summary has no single problem.
+        let is_pooled = summary.iter().any(|row| row.worst.is_some());
+        if self.statistic != Statistic::Median || self.at_equal.is_some() || is_pooled {
             return None;
         }
         let middle = |label: &str| {

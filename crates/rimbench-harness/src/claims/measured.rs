@@ -5,7 +5,7 @@ use crate::experiment::{Claim, Statistic, Verdict};
 use rimbench_cases::metrics::floor_of;
 use rimbench_core::error::Result;
 use rimbench_statistics::{
-    ALL, Costed, Pool, ResultsTable, Runs, bootstrap_interval, order_of_medians, ratios_at_equal_cost,
+    ALL, Contest, Costed, Pool, ResultsTable, Runs, Share, bootstrap_interval, order_of_medians, ratios_at_equal_cost,
 };
 
 /// Outcomes that say nothing about whether a run diverges.
@@ -26,6 +26,7 @@ pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Re
     let interval = match claim.statistic {
         Statistic::Median if claim.at_equal.is_some() => Pool::of(values.ratios(known.rows())).interval(),
         Statistic::Median | Statistic::Order => bootstrap_interval(&known.witnesses(), |drawn| values.measured(&drawn)),
+        Statistic::ShareBetter => values.share(known.rows()).interval(),
         _ => None,
     };
     let exact = runs.exact_problems();
@@ -39,6 +40,10 @@ pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Re
         Some(value) if !claim.expect.at_least && value <= claim.expect.bound => Verdict::Reproduced,
         Some(_) => Verdict::NotReproduced,
     };
+    let settings = match claim.statistic {
+        Statistic::ShareBetter => values.share(known.rows()).in_words(),
+        _ => String::new(),
+    };
     let left_out = match all.rows().len() - known.rows().len() {
         0 => String::new(),
         count => format!(" ({count} of {} runs left out: {})", all.rows().len(), claim.why_left_out()),
@@ -49,7 +54,7 @@ pub(super) fn check(claim: &Claim, experiment: &str, table: &ResultsTable) -> Re
         id: claim.id.clone(),
         by: claim.by,
         text: claim.text.clone(),
-        quantity: format!("{}{left_out}", claim.quantity()),
+        quantity: format!("{}{settings}{left_out}", claim.quantity()),
         measured,
         low: interval.map(|[low, _]| low),
         high: interval.map(|[_, high]| high),
@@ -73,42 +78,51 @@ struct Values<'a> {
     tolerance: Vec<f64>,
     /// The counter that is to be equal, if any; else 0.
     cost: Vec<f64>,
+    /// What an error must exceed to be known; NaN where it is not asked for.
+    floor: Vec<f64>,
 }
 
 impl<'a> Values<'a> {
     fn of(claim: &'a Claim, runs: &'a Runs<'a>) -> Result<Self> {
         let table = runs.table();
         let metric = match claim.metric.as_str() {
-            "diverged" => table.column("outcome")?,
+            "completed" | "diverged" => table.column("outcome")?,
             "diverged_at_s" => table.column("outcome_at_s")?,
             metric => table.column(metric)?,
         };
         let tolerance = table.column("step_tolerance").ok();
         // The counters stand behind the settings, of which one has the same name as a counter.
         let cost = claim.at_equal.as_ref().map(|counter| table.last_column(counter)).transpose()?;
-        let floor = floor_of(&claim.metric).filter(|_| claim.statistic == Statistic::Order);
+        let known = matches!(claim.statistic, Statistic::Order | Statistic::ShareBetter);
+        let floor = floor_of(&claim.metric).filter(|_| known);
         let mut values = Values {
             claim,
             runs,
             value: vec![f64::NAN; table.len()],
             tolerance: vec![0.0; table.len()],
             cost: vec![0.0; table.len()],
+            floor: vec![f64::NAN; table.len()],
         };
         for &row in runs.rows() {
             let number = table.number(row, metric);
             let floor = floor.map(|floor| runs.floor(row, &claim.metric, floor)).transpose()?;
             let ended = runs.outcome(row);
             values.value[row] = match claim.metric.as_str() {
-                "diverged" if NO_ANSWER.contains(&ended) => f64::NAN,
+                "completed" | "diverged" if NO_ANSWER.contains(&ended) => f64::NAN,
+                "completed" => f64::from(ended == "completed"),
                 "diverged" => f64::from(ended == "diverged"),
                 "diverged_at_s" if ended != "diverged" => f64::NAN,
+                _ if claim.statistic == Statistic::ShareBetter && ended != "completed" => {
+                    if NO_ANSWER.contains(&ended) { f64::NAN } else { f64::INFINITY }
+                }
                 // What a run that did not complete has is no point on the way to H = 0.
                 _ if (claim.statistic == Statistic::Order || cost.is_some()) && ended != "completed" => f64::NAN,
-                _ if floor.is_some_and(|floor| number <= floor) => f64::NAN,
+                _ if claim.statistic == Statistic::Order && floor.is_some_and(|floor| number <= floor) => f64::NAN,
                 _ => number,
             };
             let tolerance = tolerance.map(|column| table.number(row, column));
             values.tolerance[row] = tolerance.filter(|value| value.is_finite()).unwrap_or(0.0);
+            values.floor[row] = floor.unwrap_or(f64::NAN);
             values.cost[row] = cost.map_or(0.0, |column| table.number(row, column));
         }
         Ok(values)
@@ -118,6 +132,9 @@ impl<'a> Values<'a> {
     fn measured(&self, rows: &[usize]) -> Option<f64> {
         if self.claim.at_equal.is_some() {
             return self.claim.statistic.of(self.ratios(rows).into_iter().map(|ratio| (0.0, ratio)));
+        }
+        if self.claim.statistic == Statistic::ShareBetter {
+            return self.share(rows).share();
         }
         let of = |label: &str| {
             let own = rows.iter().filter(|&&row| self.runs.label(row) == label);
@@ -129,6 +146,17 @@ impl<'a> Values<'a> {
             // Nothing over nothing is no measurement.
             Some(other) => own.zip(of(other)).map(|(own, other)| own / other).filter(|ratio| !ratio.is_nan()),
         }
+    }
+
+    /// In how many settings the one row is better than the other.
+    fn share(&self, rows: &[usize]) -> Share {
+        Share::of(rows.iter().map(|&row| Contest {
+            problem: self.runs.problem(row),
+            macro_step: self.runs.macro_step(row),
+            is_other: self.runs.label(row) != self.claim.scheme,
+            error: self.value[row],
+            floor: self.floor[row],
+        }))
     }
 
     /// What the two rows have to say at equal counts, one ratio per case and set.
@@ -146,8 +174,11 @@ impl<'a> Values<'a> {
 impl Claim {
     /// What is measured, in words.
     fn quantity(&self) -> String {
-        let statistic = format!("{:?}", self.statistic).to_lowercase();
-        let relative = self.relative_to.as_ref().map(|other| format!(" relative to {other}")).unwrap_or_default();
+        let (statistic, than) = match self.statistic {
+            Statistic::ShareBetter => ("share of settings with less".to_owned(), "than"),
+            _ => (format!("{:?} of", self.statistic).to_lowercase(), "relative to"),
+        };
+        let relative = self.relative_to.as_ref().map(|other| format!(" {than} {other}")).unwrap_or_default();
         let equal = self.at_equal.as_ref().map(|counter| format!(" at equal {counter}")).unwrap_or_default();
         let step = self.macro_step_s.map(|step| format!(" at H = {} ms", step * 1e3)).unwrap_or_default();
         let problem = [("case", &self.case), ("set", &self.set)].map(|(key, value)| match value.as_deref() {
@@ -155,13 +186,13 @@ impl Claim {
             Some(ALL) => format!(", all {key}s"),
             Some(value) => format!(", {key} {value}"),
         });
-        format!("{statistic} of {} of {}{relative}{equal}{step}{}", self.metric, self.scheme, problem.concat())
+        format!("{statistic} {} of {}{relative}{equal}{step}{}", self.metric, self.scheme, problem.concat())
     }
 
     /// Why a run can be left out.
     fn why_left_out(&self) -> &'static str {
         match self.metric.as_str() {
-            "diverged" => "skipped, timed out or failed by a defect",
+            "completed" | "diverged" => "skipped, timed out or failed by a defect",
             "diverged_at_s" => "not diverged",
             _ if self.statistic == Statistic::Order => {
                 "not completed, without a value, or within the reference's uncertainty"
@@ -184,7 +215,7 @@ impl Statistic {
             Statistic::Min => pool.range().map(|[least, _]| least),
             Statistic::Max => pool.range().map(|[_, most]| most),
             Statistic::Mean => pool.mean(),
-            Statistic::Order => None,
+            Statistic::Order | Statistic::ShareBetter => None,
         }
     }
 }
@@ -285,6 +316,37 @@ mod tests {
             checked.quantity,
             "median of error of x relative to y at equal exchanges, all cases (3 of 15 runs left out: not completed, or without a value)"
         );
+    }
+
+    #[test]
+    fn a_share_counts_settings_and_says_how_many_there_are() {
+        let header =
+            "run_id,label,case,set,macro_step_s,outcome,force_error_rms_n,outcome_at_s,reference_force_uncertainty_n";
+        let mut rows = String::new();
+        // Better, worse, worse because it fails, both unknown, both failed, without a reference.
+        for (set, own, other) in [
+            ("m=1", "completed,1.0", "completed,2.0"),
+            ("m=2", "completed,3.0", "completed,2.0"),
+            ("m=3", "diverged,0.1", "completed,2.0"),
+            ("m=4", "completed,0.01", "completed,0.02"),
+            ("m=5", "diverged,1.0", "contact-not-resolved,2.0"),
+            ("m=6", "skipped,", "skipped,"),
+        ] {
+            for (label, outcome) in [("x", own), ("y", other)] {
+                rows += &format!("r,{label},box,{set},0.001,{outcome},,0.05\n");
+            }
+        }
+        let keys = "relative_to = \"y\"\nset = \"all\"\nmetric = \"force_error_rms_n\"\nstatistic = \"share-better\"";
+        let claim = check_in(&table(header, &rows), keys);
+        approx::assert_relative_eq!(claim.measured.unwrap(), 1.0 / 3.0, max_relative = 1e-14);
+        assert!(claim.low.unwrap() < 0.1 && claim.high.unwrap() > 0.7, "{:?} {:?}", claim.low, claim.high);
+        assert_eq!(
+            claim.quantity,
+            "share of settings with less force_error_rms_n of x than y, all sets: 1 of 3, and 2 ties \
+             (2 of 12 runs left out: without a value)"
+        );
+        let completed = check_in(&table(header, &rows), "set = \"all\"\nmetric = \"completed\"\nstatistic = \"mean\"");
+        assert_eq!((completed.measured, completed.runs), (Some(0.6), 5));
     }
 
     #[test]

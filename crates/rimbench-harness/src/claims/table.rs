@@ -20,7 +20,7 @@ pub struct CheckedClaim {
     pub quantity: String,
     /// What was measured.
     pub measured: Option<f64>,
-    /// 95 % interval of a median, by the bootstrap over cases, or over phases where there is one case.
+    /// 95 % interval of a median, by the bootstrap over cases, or over phases where there is one case; of a share of settings, Wilson's.
     pub low: Option<f64>,
     /// Its upper end.
     pub high: Option<f64>,
@@ -52,7 +52,7 @@ pub(crate) const CLAIM_COLUMNS: [(&str, bool, &str); 14] = [
     (
         "low",
         true,
-        "Lower end of its 95 % interval, by the bootstrap over cases, or over phases where there is one case",
+        "Lower end of its 95 % interval, by the bootstrap over cases, or over phases where there is one case; of a share Wilson's",
     ),
     ("high", true, "Upper end of it"),
     ("without_exact", true, "The same without cases in which the model is the mechanics itself"),

@@ -20,7 +20,8 @@ pub struct Claim {
     pub text: String,
     /// The case it is about, by name; `all` of several, which must be said.
     pub(crate) case: Option<String>,
-    /// The set of parameters it is about, as in the column `set` of `runs.csv`; `all` of several, which must be said.
+    /// The set of parameters it is about, as in the column `set` of `runs.csv`, or words that several have in common; `all` of several, which
+    /// must be said.
     pub(crate) set: Option<String>,
     /// Label of the scheme row it is about.
     pub(crate) scheme: String,
@@ -31,7 +32,7 @@ pub struct Claim {
     /// The macro step it is about; all of them if absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) macro_step_s: Option<f64>,
-    /// A metric by name, or `diverged` (1 or 0), or `diverged_at_s`.
+    /// A metric by name, or `completed` or `diverged` (1 or 0), or `diverged_at_s`.
     pub(crate) metric: String,
     /// What to make of several runs.
     #[serde(default)]
@@ -67,6 +68,8 @@ pub(crate) enum Statistic {
     Mean,
     /// Slope of the median over phases against the macro step, in logarithms.
     Order,
+    /// Share of the settings in which the median over phases is less than that of `relative_to`.
+    ShareBetter,
 }
 
 /// What came of a claim.
@@ -120,7 +123,7 @@ impl fmt::Display for Expectation {
 }
 
 /// Quantities of a claim besides the metrics.
-const OUTCOMES: [&str; 2] = ["diverged", "diverged_at_s"];
+const OUTCOMES: [&str; 3] = ["completed", "diverged", "diverged_at_s"];
 
 /// Names of what a claim may be about: the metrics, and how runs ended.
 pub fn claim_metrics() -> impl Iterator<Item = &'static str> {

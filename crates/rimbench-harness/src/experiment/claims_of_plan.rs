@@ -3,7 +3,7 @@
 use super::claim::{Claim, Statistic, claim_metrics};
 use super::planned_run::PlannedRun;
 use rimbench_core::error::{Error, Result};
-use rimbench_statistics::ALL;
+use rimbench_statistics::{ALL, has_words};
 use std::collections::BTreeSet;
 
 /// Checks that each claim is about runs of the plan, and about one case and one set of parameters unless it says otherwise.
@@ -17,6 +17,7 @@ pub(super) fn check_claims_against_plan(claims: &[Claim], planned: &[PlannedRun]
             return Err(Error::Incompatible(format!("two claims have the id `{}`", claim.id)));
         }
         claim.check_equal_cost()?;
+        claim.check_share()?;
         if !claim_metrics().any(|name| name == claim.metric) {
             return Err(Error::unknown("metric of a claim", &claim.metric, claim_metrics()));
         }
@@ -52,6 +53,15 @@ impl Claim {
         )))
     }
 
+    /// Checks that a share of settings has something to be better than.
+    fn check_share(&self) -> Result<()> {
+        if self.statistic != Statistic::ShareBetter || (self.relative_to.is_some() && self.at_equal.is_none()) {
+            return Ok(());
+        }
+        let message = format!("claim `{}`: statistic = \"share-better\" needs relative_to, and no at_equal", self.id);
+        Err(Error::Incompatible(message))
+    }
+
     /// Checks that the case and the set it names are there, and that it names them where there are several.
     fn check_problems<'a>(&self, runs: impl Iterator<Item = &'a PlannedRun>) -> Result<()> {
         let problems: BTreeSet<(String, String)> =
@@ -68,7 +78,9 @@ impl Claim {
         let sets: BTreeSet<&str> = problems.iter().filter(of_case).map(|(_, set)| set.as_str()).collect();
         match self.set.as_deref() {
             Some(ALL) => Ok(()),
-            Some(set) if !sets.contains(set) => Err(Error::unknown("set of a claim", set, sets)),
+            Some(set) if !sets.contains(set) && !sets.iter().any(|own| has_words(own, set)) => {
+                Err(Error::unknown("set of a claim", set, sets))
+            }
             Some(_) => Ok(()),
             // Over several cases it is enough that none of them has several sets.
             None if problems.iter().filter(of_case).count() > cases.len().min(named.map_or(usize::MAX, |_| 1)) => {

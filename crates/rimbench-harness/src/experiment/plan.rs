@@ -46,7 +46,8 @@ impl Experiment {
         let mut cells: usize = 0;
         for case in &self.cases {
             let lengths = case.set.values().map(|value| value.as_array().map_or(1, Vec::len));
-            let parameters = lengths.fold(1_usize, usize::saturating_mul);
+            let draws = case.draw.as_ref().map_or(1, |draw| draw.settings);
+            let parameters = lengths.fold(draws, usize::saturating_mul);
             for row in &self.schemes {
                 let own = row.macro_steps_s.as_ref().or(case.macro_steps_s.as_ref());
                 let steps = own.map_or(Ok(steps), |own| Ok(own.list()?.len()))?;
@@ -77,7 +78,7 @@ impl Experiment {
         for entry in &self.cases {
             let case = catalogue.case(&entry.name).map_err(|error| entry.place(&error))?;
             let case = &self.with_own_reference(case);
-            for parameters in &parameter_grid(case, &entry.set).map_err(|error| entry.place(&error))? {
+            for (parameters, pooled_set) in &entry.settings(case).map_err(|error| entry.place(&error))? {
                 for row in &self.schemes {
                     let own = row.macro_steps_s.as_ref().or(entry.macro_steps_s.as_ref());
                     let steps = own.or(quick_steps).unwrap_or(&self.macro_steps_s);
@@ -88,8 +89,10 @@ impl Experiment {
                         // Phases are what there may be many of. The first error is that of the first phase.
                         let of_phase = |&phase: &f64| {
                             let request = self.request(entry, request, macro_step, phase);
-                            let planned = planned(catalogue, (case, parameters), &request, &row.label);
-                            planned.map_err(|error| row.place(&error, &entry.name))
+                            let spec = request.resolve_for(catalogue, case, parameters);
+                            let spec = spec.map_err(|error| row.place(&error, &entry.name))?;
+                            let (label, pooled_set) = (row.label.clone(), pooled_set.clone());
+                            Ok(PlannedRun { id: spec.id(), spec, label, pooled_set })
                         };
                         runs.extend(phases.par_iter().map(of_phase).collect::<Result<Vec<_>>>()?);
                     }
@@ -113,14 +116,23 @@ impl Experiment {
     }
 }
 
-fn planned(
-    catalogue: &Catalogue,
-    (case, parameters): (&Arc<Case>, &Parameters),
-    request: &RunRequest,
-    label: &str,
-) -> Result<PlannedRun> {
-    let spec = request.resolve_for(catalogue, case, parameters)?;
-    Ok(PlannedRun { id: spec.id(), spec, label: label.to_owned() })
+impl CaseEntry {
+    /// Every point of its grid with every setting drawn, and the set of parameters less what was drawn, if anything was.
+    fn settings(&self, case: &Case) -> Result<Vec<(Parameters, Option<Arc<str>>)>> {
+        let grid = parameter_grid(case, &self.set)?;
+        let Some(draw) = &self.draw else { return Ok(grid.into_iter().map(|point| (point, None)).collect()) };
+        let drawn = draw.settings(case, &self.set)?;
+        let mut settings = Vec::with_capacity(grid.len() * drawn.len());
+        for point in grid {
+            let pooled_set: Arc<str> = point.given().into();
+            for values in &drawn {
+                let mut parameters = point.clone();
+                values.iter().try_for_each(|(name, value)| parameters.set(name, value))?;
+                settings.push((parameters, Some(pooled_set.clone())));
+            }
+        }
+        Ok(settings)
+    }
 }
 
 /// Refuses a plan that holds one run twice: its rows could not be told apart.

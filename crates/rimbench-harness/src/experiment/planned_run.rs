@@ -1,6 +1,7 @@
 //! A run of a plan.
 
 use rimbench_cases::runs::RunSpec;
+use std::sync::Arc;
 
 /// One run of the plan, with what its row in data says about it.
 #[derive(Debug, Clone)]
@@ -9,6 +10,8 @@ pub struct PlannedRun {
     pub spec: RunSpec,
     /// Label of the scheme row: given in the file, or made of the scheme's name and what tells rows of one scheme apart.
     pub label: String,
+    /// Its set of parameters less those that were drawn, where some were: under this what is kept pools its runs.
+    pub pooled_set: Option<Arc<str>>,
     /// [`RunSpec::id`].
     pub id: String,
 }

@@ -1,0 +1,103 @@
+//! In how many settings one is better than another.
+
+use crate::{Pool, wilson_interval};
+use std::collections::BTreeMap;
+
+/// The error of a run of one of two scheme rows that are compared setting by setting.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contest<'t> {
+    /// Case and set of parameters.
+    pub problem: [&'t str; 2],
+    /// H, s.
+    pub macro_step: f64,
+    /// Whether it is a run of the other of the two.
+    pub is_other: bool,
+    /// Infinite of a run that failed.
+    pub error: f64,
+    /// What an error must exceed to be known; NaN if nothing is.
+    pub floor: f64,
+}
+
+/// In how many settings (case, set of parameters, macro step) one of two has less error than the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Share {
+    /// Settings in which it has less.
+    pub better: usize,
+    /// Settings in which it has more.
+    pub worse: usize,
+    /// Settings in which both fail, have the same error, or have none that the reference could tell from zero.
+    pub ties: usize,
+}
+
+impl Share {
+    /// Compares the medians of each setting; one in which either has no run is left out.
+    pub fn of<'t>(runs: impl IntoIterator<Item = Contest<'t>>) -> Self {
+        let mut settings: BTreeMap<_, ([Vec<f64>; 2], f64)> = BTreeMap::new();
+        for run in runs {
+            // Macro steps are above zero, so that their bits have their order.
+            let (errors, floor) = settings.entry((run.problem, run.macro_step.to_bits())).or_default();
+            errors[usize::from(run.is_other)].push(run.error);
+            *floor = floor.max(run.floor);
+        }
+        let mut share = Share::default();
+        for (errors, floor) in settings.into_values() {
+            let [Some(own), Some(other)] = errors.map(|errors| Pool::of(errors).median()) else { continue };
+            match own.partial_cmp(&other) {
+                _ if own <= floor && other <= floor => share.ties += 1,
+                Some(std::cmp::Ordering::Less) => share.better += 1,
+                Some(std::cmp::Ordering::Greater) => share.worse += 1,
+                _ => share.ties += 1,
+            }
+        }
+        share
+    }
+
+    /// Returns the share of the settings, ties aside, in which it has less error; none if there is no such setting.
+    pub fn share(&self) -> Option<f64> {
+        let compared = self.better + self.worse;
+        (compared > 0).then(|| self.better as f64 / compared as f64)
+    }
+
+    /// Says what was counted, to go behind what it is about.
+    pub fn in_words(&self) -> String {
+        let ties = if self.ties == 0 { String::new() } else { format!(", and {} ties", self.ties) };
+        format!(": {} of {}{ties}", self.better, self.better + self.worse)
+    }
+
+    /// Returns the 95 % interval of the share, as if settings were drawn independently.
+    pub fn interval(&self) -> Option<[f64; 2]> {
+        wilson_interval(self.better, self.better + self.worse)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_are_compared_by_medians_a_failure_is_infinite_and_ties_are_told_apart() {
+        let failed = f64::INFINITY;
+        // Per setting the errors of one, of the other, and what the reference can tell.
+        let settings: [(&[f64], &[f64], f64); 7] = [
+            (&[1.0, 2.0, 9.0], &[3.0, 3.0, 3.0], 0.1),
+            (&[1.0, 2.0], &[1.0, failed], f64::NAN),
+            (&[4.0], &[3.0], 0.1),
+            (&[failed], &[failed], 0.1),
+            (&[0.05], &[0.09], 0.1),
+            (&[2.0], &[2.0], 0.1),
+            (&[f64::NAN], &[2.0], 0.1),
+        ];
+        let mut runs = Vec::new();
+        for (index, (own, other, floor)) in settings.into_iter().enumerate() {
+            for (is_other, errors) in [(false, own), (true, other)] {
+                let macro_step = 1e-3 * (1.0 + index as f64);
+                let run = |&error| Contest { problem: ["box", ""], macro_step, is_other, error, floor };
+                runs.extend(errors.iter().map(run));
+            }
+        }
+        let share = Share::of(runs);
+        assert_eq!(share, Share { better: 2, worse: 1, ties: 3 });
+        assert_eq!(share.share(), Some(2.0 / 3.0));
+        assert_eq!((Share::of([]).share(), Share::of([]).interval()), (None, None));
+    }
+}
