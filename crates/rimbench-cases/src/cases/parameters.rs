@@ -102,8 +102,12 @@ impl PartialEq for Parameters {
 }
 
 /// Parameters that have a use with one choice only: case, parameter, the choice and its value.
-const ONLY_WITH: [(&str, &str, &str, &str); 2] =
-    [("linear-oscillator", "damping_n_s_m", "variant", "1"), ("quarter-car", "damper_shape", "damper", "nonlinear")];
+const ONLY_WITH: [(&str, &str, &str, &str); 4] = [
+    ("linear-oscillator", "damping_n_s_m", "variant", "1"),
+    ("quarter-car", "damper_shape", "damper", "nonlinear"),
+    ("hydraulic-crane", "stale_feedthrough", "coupling", "force-displacement"),
+    ("hydraulic-crane", "stale_feedthrough", "published_driver", "false"),
+];
 
 impl Parameters {
     /// Sets all to their defaults.
