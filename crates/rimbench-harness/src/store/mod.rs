@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! <folder>/records/<time>-<process>.log
-//!     rimbench-store 3 <experiment> <hash of the reference> <columns of findings> <of costs> <of provenance>
+//!     rimbench-store 4 <experiment> <hash of the reference> <columns of findings> <of costs> <of provenance> <checksum>
 //!     <checksum> <run id> TAB <findings> TAB <costs> TAB <provenance> TAB <trace> TAB <wall limit>
 //!     …
 //! ```
 //! Each process appends to a file of its own, so that shards can be run at once; a record is one write and is known by its
-//! run id. A record that is cut short or damaged fails its checksum and is computed again. Of several records of one run the one
+//! run id. A record that is cut short or damaged fails its checksum and is computed again, as are all below a damaged first line. Of several records of one run the one
 //! that says most stands, whatever their order: a run that came to an end before one that took too long, of those the one that
 //! was given most time, and else the newest. What a plan says of a run (its label, its settings) is no part of a record.
 //! A log that was written with other columns is read by their names: a metric that came later is an empty cell.
@@ -23,7 +23,7 @@ pub use record::{Record, TraceMark};
 
 use super::cache::hex;
 use rayon::prelude::*;
-use record::line_of;
+use record::{checksum, line_of};
 use rimbench_core::error::{Error, Result};
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
@@ -35,7 +35,9 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// First word and version of the layout.
 const MAGIC: &str = "rimbench-store";
-const LAYOUT: u32 = 3;
+const LAYOUT: u32 = 4;
+/// The same without a checksum of the first line, which is read still.
+const WITHOUT_CHECKSUM: &str = "3";
 
 /// No header is longer, bytes.
 const LONGEST_HEADER: u64 = 1 << 14;
@@ -72,8 +74,9 @@ impl Store {
     pub fn open(folder: &Path, experiment: &str, reference: &str, columns: Columns) -> Result<Self> {
         let records = folder.join("records");
         let (name, reference) = (experiment.replace(char::is_whitespace, "_"), &hex(&Sha256::digest(reference))[..12]);
+        let header = format!("{MAGIC} {LAYOUT} {name} {reference} {columns}");
         let mut store = Store {
-            header: format!("{MAGIC} {LAYOUT} {name} {reference} {columns}"),
+            header: format!("{header} {}", checksum(&header)),
             columns,
             folder: records.clone(),
             records: HashMap::new(),
@@ -203,30 +206,37 @@ impl Store {
             return Ok((records, damaged));
         }
         let written = self.check_header(path, String::from_utf8_lossy(&line).trim_end())?;
-        let places = self.columns.places_in(&written);
+        let places = written.map(|written| self.columns.places_in(&written));
         loop {
             line.clear();
             if reader.read_until(b'\n', &mut line).map_err(failed)? == 0 {
                 return Ok((records, damaged));
             }
             let text = std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n'));
-            match text.and_then(Record::parse).and_then(|record| places.rearrange(record)) {
+            match text.and_then(Record::parse).and_then(|record| places.as_ref()?.rearrange(record)) {
                 Some(record) => records.push(record),
                 None => damaged += 1,
             }
         }
     }
 
-    /// The columns that a log was written with.
-    fn check_header(&self, path: &Path, found: &str) -> Result<Columns> {
+    /// The columns that a log was written with; none if its first line is damaged.
+    fn check_header(&self, path: &Path, found: &str) -> Result<Option<Columns>> {
         let (own, other): (Vec<&str>, Vec<&str>) = (self.header.split(' ').collect(), found.split(' ').collect());
+        let whole = |sum: &[&str]| match sum {
+            [] => other[1] == WITHOUT_CHECKSUM,
+            [sum] => other[1] == own[1] && found.rsplit_once(' ').is_some_and(|(line, _)| checksum(line) == *sum),
+            _ => false,
+        };
         let message = match other.as_slice() {
-            [magic, layout, experiment, reference, columns @ ..]
-                if [*magic, *layout, *experiment, *reference] == own[..4] && columns.len() == 3 =>
+            [magic, layout, experiment, reference, findings, costs, provenance, sum @ ..]
+                if [*magic, *experiment, *reference] == [own[0], own[2], own[3]]
+                    && [own[1], WITHOUT_CHECKSUM].contains(layout) =>
             {
-                return Ok(Columns::of(columns.iter().map(|names| names.split(','))));
+                let columns = || Columns::of([findings, costs, provenance].map(|names| names.split(',')));
+                return Ok(whole(sum).then(columns));
             }
-            [magic, layout, ..] if *magic == MAGIC && *layout != own[1] => {
+            [magic, layout, ..] if *magic == MAGIC && ![own[1], WITHOUT_CHECKSUM].contains(layout) => {
                 format!("was written with store layout {layout}, this is layout {LAYOUT}")
             }
             [magic, _, experiment, ..] if *magic == MAGIC && *experiment != own[2] => {
@@ -290,6 +300,30 @@ mod tests {
         assert!(!store.holds("cc", limit(1)));
         assert_eq!(Store::experiment_in(folder.path()).as_deref(), Some("test"));
         assert_eq!(Store::experiment_in(&folder.path().join("records")), None);
+    }
+
+    #[test]
+    fn records_below_a_damaged_line_of_columns_are_computed_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let open = || Store::open(folder.path(), "test", "", columns());
+        open().unwrap().append(&record("aa")).unwrap();
+        let path = logs_in(&folder.path().join("records")).remove(0);
+        let whole = std::fs::read_to_string(&path).unwrap();
+        for (from, to, held) in [
+            ("", "", 1),
+            (",error ", ",errer ", 0),
+            (" run_id", ",run_id", 0),
+            // As it was written before there was a checksum.
+            (
+                whole.lines().next().unwrap(),
+                "rimbench-store 3 test e3b0c44298fc outcome,error wall_s,load run_id,revision",
+                1,
+            ),
+        ] {
+            std::fs::write(&path, whole.replacen(from, to, 1)).unwrap();
+            let store = open().unwrap();
+            assert_eq!([store.len(), store.damaged], [held, 1 - held], "{from} {to}");
+        }
     }
 
     #[test]

@@ -64,7 +64,7 @@ pub(super) fn line_of(record: &Record) -> String {
 }
 
 /// The first half of the digits of the SHA-256.
-fn checksum(payload: &str) -> String {
+pub(super) fn checksum(payload: &str) -> String {
     let mut digits = hex(&Sha256::digest(payload));
     digits.truncate(16);
     digits
