@@ -59,7 +59,10 @@ fn experiments_and_the_ranking_are_those_that_the_program_carries_where_there_ar
     assert_eq!(claims(&elsewhere), claims(&said(&mut called(root(), &verified), 0)));
     // The ranking is known; results are not there.
     let ranked = said(&mut called(folder.path(), &["report", "--ranking"]), 2);
-    assert!(ranked.contains("results/") && !ranked.contains("ranking.toml"), "{ranked}");
+    assert!(
+        ranked.contains("results/") && ranked.contains("`rimbench run") && !ranked.contains("ranking.toml"),
+        "{ranked}"
+    );
     let planned = said(&mut called(folder.path(), &["run", "experiments/paper/fig1.toml", "--dry-run"]), 0);
     assert_has(&planned, &["wedge-box"]);
     assert_eq!(files(folder.path()), [""; 0]);

@@ -20,7 +20,12 @@ pub(super) fn checked_runs(
     catalogue: &Catalogue,
     folder: &Path,
 ) -> Result<(ResultsTable, bool)> {
-    let runs = read_table(&folder.join("runs.csv"))?;
+    let rows = folder.join("runs.csv");
+    if !rows.exists() {
+        let message = format!("is not there: `rimbench run {}` makes it", experiment.path().display());
+        return Err(Error::file(rows, message));
+    }
+    let runs = read_table(&rows)?;
     let planned = experiment.plan(catalogue, false)?;
     let mut quick = false;
     if let Err(incomplete) = check_rows(experiment, &planned, &runs) {
