@@ -108,24 +108,6 @@ fn problems_of_the_literature() {
     }
 }
 
-/// A disc pushed into a groove of two wedges, each touched by two coincident contact points, must stop dead, and the
-/// four impulses together must take exactly its momentum although no one of them is determined.
-#[test]
-fn a_disc_between_two_wedges_stops() {
-    let (mass, speed) = (3.0, [0.2, -1.5]);
-    let (sin, cos) = (0.6, 0.8);
-    let root = f64::sqrt(mass).recip();
-    let b: Vec<f64> = [sin, sin, -sin, -sin, cos, cos, cos, cos].iter().map(|a| a * root).collect();
-    let c = speed.map(|v| v / root);
-    let disc = Contacts::solvable(4, b, &c, &[0.0; 4]);
-    for entry in solvers() {
-        let z = solve(entry, disc.lcp()).unwrap();
-        let momentum: Vec<f64> = disc.resultant(&z).iter().map(|p| p / root).collect();
-        assert_close(&entry.name, "impulse", &momentum, &[-mass * speed[0], -mass * speed[1]], 1e-5);
-        assert_close(&entry.name, "w", &disc.w(&z), &[0.0; 4], comparison_tolerance(entry));
-    }
-}
-
 #[test]
 fn a_problem_without_solution_is_reported_with_its_residual() {
     // Two contacts that must both open but push each other shut; a contact nothing can open.
@@ -179,51 +161,6 @@ fn enumeration_refuses_what_would_take_forever() {
     let (m, q) = (vec![1.0; n * n], vec![-1.0; n]);
     let lcp = Lcp::new(&m, &q);
     assert!(matches!(enumeration.attempt(lcp, &mut vec![0.0; n]), Err(Unsolved::TooLarge { .. })));
-}
-
-#[test]
-fn large_redundant_problems_agree_between_active_set_and_lemke() {
-    let mut rng = Pcg64::seed_from_u64(11);
-    for (n, rank) in [(12, 6), (20, 20), (33, 9), (40, 40), (64, 30), (64, 64)] {
-        for _ in 0..8 {
-            let contacts = Contacts::random(&mut rng, n, rank);
-            let [a, l] = ["active-set", "lemke"].map(|name| {
-                let mut solver = (solver_by_name(name).build)(n);
-                let mut z = vec![0.0; n];
-                let stats = solver.solve(contacts.lcp(), &mut z).unwrap();
-                assert!(stats.residual < 1e-11, "{name} n = {n}: {stats:?}");
-                contacts.w(&z)
-            });
-            assert_close("active-set", "w", &a, &l, 1e-8 * contacts.velocity_scale());
-        }
-    }
-}
-
-/// A slowly turning, slowly accelerating problem: the warm start must change how much work is done and nothing else.
-#[test]
-fn warm_start_changes_the_work_and_not_the_answer() {
-    let mut rng = Pcg64::seed_from_u64(5);
-    for (n, rank) in [(4, 2), (8, 3), (24, 12)] {
-        let [start, end] = [(); 2].map(|()| Contacts::random(&mut rng, n, rank));
-        let mut warm = solver_by_name("active-set").checked(n);
-        let mut cold = solver_by_name("active-set").checked(n);
-        let steps = 400;
-        for step in 0..=steps {
-            let s = f64::from(step) / f64::from(steps);
-            let mix = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x + s * (y - x)).collect::<Vec<f64>>();
-            let b = mix(&start.b, &end.b);
-            let c: Vec<f64> = (0..rank).map(|r| (7.0 * s + r as f64).sin()).collect();
-            let contacts = Contacts::solvable(n, b, &c, &vec![0.0; n]);
-            let (mut z_warm, mut z_cold) = (vec![0.0; n], vec![0.0; n]);
-            warm.solve(contacts.lcp(), &mut z_warm).unwrap();
-            cold.reset();
-            cold.solve(contacts.lcp(), &mut z_cold).unwrap();
-            assert_close("active-set", "w", &contacts.w(&z_warm), &contacts.w(&z_cold), 1e-8);
-        }
-        let (warm, cold) = (warm.counters(), cold.counters());
-        assert_eq!((warm.solves, warm.fallbacks, cold.fallbacks), (401, 0, 0));
-        assert!(4 * warm.pivots < cold.pivots, "n = {n}: {} pivots warm, {} cold", warm.pivots, cold.pivots);
-    }
 }
 
 #[test]

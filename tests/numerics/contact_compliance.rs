@@ -143,18 +143,3 @@ fn the_wedge_box_must_run_on_compliant_contacts_and_its_audit_must_close() {
         assert!((-3e-4..-5e-5).contains(&gap), "{scheme}: {gap} m");
     }
 }
-
-#[test]
-fn what_a_compliant_contact_has_not_is_refused() {
-    for (set, wanted) in [
-        (&[("contact_compliance_m_n", "1e-7"), ("restitution", "0.5")][..], "rebounds by its own spring"),
-        (&[("contact_damping_n_s_m", "100")], "needs a compliant contact"),
-        (&[("contact_compliance_m_n", "-1")], "0 or above"),
-    ] {
-        let mut request = RunRequest::of("wedge-box", "rim-nonsmooth");
-        request.set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-        let built = request.resolve(catalogue()).and_then(|spec| (spec.case.build)(&spec.parameters, &spec.solver));
-        let message = built.err().map(|error| error.to_string()).unwrap_or_default();
-        assert!(message.contains(wanted), "{message}");
-    }
-}

@@ -1,13 +1,7 @@
-//! The machines with contacts: closed forms, energy, both rows of an interface, bad input, and every scheme by name.
+//! The machines with contacts: closed forms and energy.
 
 use crate::support::*;
-use rimbench::cases::Case;
-use rimbench::cosim::{Bounds, ForceReturn, Outcome, Sequence, Side, StopFlag, Subsystem, Trajectory};
-use rimbench::mechanics::{MechanicalModel, NonSmoothMechanics, monolithic};
 use rimbench::models::{ContactList, CraneGeometry, CraneWithRope, Discs, DiscsGeometry, HalfCar, HalfCarGeometry};
-use rimbench::runs::{RunSpec, simulate};
-
-const MACHINES: [&str; 5] = ["crane-set-down", "half-car", "gripper", "disc-row", "disc-pile"];
 
 fn spec(case: &str, scheme: &str, macro_step: f64, set: &[(&str, f64)]) -> RunSpec {
     let mut spec = usual_spec(case, scheme, macro_step);
@@ -28,37 +22,8 @@ fn at(run: &Trajectory, time: f64, name: &str) -> f64 {
     nearest.unwrap()[index]
 }
 
-#[test]
-fn every_machine_runs_with_every_scheme_or_says_why_not() {
-    for case in MACHINES {
-        for scheme in schemes() {
-            let spec = RunSpec { duration: 0.05, ..spec(case, &scheme.name, 1e-3, &[]) };
-            let run = run(&spec);
-            match &run.report.outcome {
-                Outcome::Skipped { reason } => assert!(!reason.is_empty(), "{case} {}", scheme.name),
-                outcome => assert!(run.report.work.cosim.macro_steps > 0, "{case} {}: {outcome}", scheme.name),
-            }
-        }
-    }
-}
-
-#[test]
-fn the_energy_audit_closes_for_every_machine() {
-    for case in MACHINES {
-        let run = run(&spec(case, "rim-nonsmooth-gap", 2e-3, &[]));
-        assert_eq!(run.report.outcome, Outcome::Completed, "{case}");
-        // Sums of at most 1e5 steps of at most 1e3 J each way, rounded to 1e-16 of 1e5 J held in fluid, weight and speed.
-        let audit = &run.report.audit;
-        let closures = audit.accounts.map(|account| account.unwrap().closure());
-        println!("{case}: {closures:?} J");
-        assert!(closures.iter().all(|closure| closure.abs() < 1e-6), "{case}: {closures:?}");
-        assert!(run.report.energy_identity_residual_j.unwrap() < 1e-8, "{case}");
-    }
-}
-
-#[test]
-fn a_taut_rope_is_the_second_link_of_the_hydraulic_crane() {
-    let geometry = CraneGeometry {
+pub fn crane(start_angle: f64) -> CraneGeometry {
+    CraneGeometry {
         link_1_length: 1.0,
         link_2_length: 0.5,
         rod_mass: 200.0,
@@ -66,10 +31,14 @@ fn a_taut_rope_is_the_second_link_of_the_hydraulic_crane() {
         end_mass: 100.0,
         pin_x: 0.75_f64.sqrt(),
         attachment: 0.5,
-        start_angles: [std::f64::consts::FRAC_PI_6, 0.0],
+        start_angles: [start_angle, 0.0],
         gravity: 9.81,
-    };
-    let model = CraneWithRope::new(geometry, -1.0).unwrap();
+    }
+}
+
+#[test]
+fn a_taut_rope_is_the_second_link_of_the_hydraulic_crane() {
+    let model = CraneWithRope::new(crane(std::f64::consts::FRAC_PI_6), -1.0).unwrap();
     approx::assert_relative_eq!(model.taut().equilibrium_force(), 8829.0, max_relative = 1e-12);
     let mut mechanics = stepper(model, PLASTIC);
     // Held by that force, nothing moves and the rope carries the load.
@@ -80,48 +49,7 @@ fn a_taut_rope_is_the_second_link_of_the_hydraulic_crane() {
     assert!(mechanics.velocity().iter().all(|v| v.abs() < 1e-13), "{:?}", mechanics.velocity());
 }
 
-#[test]
-fn the_convective_terms_of_all_machines_are_what_is_left_of_the_second_derivative_of_the_gaps() {
-    fn check(model: &mut impl MechanicalModel, q: &[f64], v: &[f64]) {
-        // Along q + v t no acceleration acts: g̈ and s̈ are Ȧv alone. Rates: A v.
-        let e = 1e-4;
-        let place = |t: f64| -> Vec<f64> { q.iter().zip(v).map(|(q, v)| q + v * t).collect() };
-        let [before, after] = [-e, e].map(|t| linearise(model, &place(t), v));
-        let now = linearise(model, q, v);
-        for (rows, (before, after)) in [
-            (&now.unilateral, (&before.unilateral, &after.unilateral)),
-            (&now.interface, (&before.interface, &after.interface)),
-        ] {
-            for row in 0..rows.len() {
-                let rate = (after.position[row] - before.position[row]) / (2.0 * e);
-                let bend = (after.position[row] - 2.0 * rows.position[row] + before.position[row]) / (e * e);
-                // Third and fourth derivatives times e²: below 1e-5 here; rounding of 1 m in the second: 4e-16/1e-8.
-                assert!((rate - rows.velocity(row, v)).abs() < 1e-5, "row {row}: {rate}");
-                assert!((bend - rows.convective[row]).abs() < 2e-5, "row {row}: {bend} {}", rows.convective[row]);
-            }
-        }
-    }
-    let crane = CraneGeometry {
-        link_1_length: 1.0,
-        link_2_length: 0.5,
-        rod_mass: 200.0,
-        joint_mass: 250.0,
-        end_mass: 100.0,
-        pin_x: 0.75_f64.sqrt(),
-        attachment: 0.5,
-        start_angles: [0.5, 0.0],
-        gravity: 9.81,
-    };
-    check(&mut CraneWithRope::new(crane, -1.0).unwrap(), &[0.6, 0.7, 0.1], &[0.3, -0.2, 0.15]);
-    check(&mut HalfCar::new(car()).unwrap(), &[2.13, 0.6, 0.07, 0.02, 0.03], &[0.8, -0.1, 0.3, 0.2, 0.1]);
-    let gripper = gripper_geometry();
-    let mut gripper = rimbench::models::Gripper::new(gripper).unwrap();
-    check(&mut gripper, &[-0.2, 0.22, 0.01, 0.21, 0.1], &[0.2, -0.1, 0.3, 0.1, 0.4]);
-    let mut discs = Discs::new(row(2, 0.005, 0.0), ContactList::Neighbours).unwrap();
-    check(&mut discs, &[0.01, 0.11, 0.12, 0.33, 0.1], &[0.3, 0.1, -0.2, 0.3, 0.4]);
-}
-
-fn car() -> HalfCarGeometry {
+pub fn car() -> HalfCarGeometry {
     HalfCarGeometry {
         body_mass: 500.0,
         pitch_inertia: 600.0,
@@ -169,7 +97,7 @@ fn on_the_smooth_road_the_half_car_stays_in_equilibrium_and_on_the_washboard_its
 }
 
 /// A row of discs with equal gaps before a blade that may already move.
-fn row(discs: u32, gap: f64, velocity: f64) -> DiscsGeometry {
+pub fn row(discs: u32, gap: f64, velocity: f64) -> DiscsGeometry {
     let radius = 0.1;
     let x = |disc: u32| f64::from(disc) * (2.0 * radius + gap) + gap + radius;
     DiscsGeometry {
@@ -272,81 +200,6 @@ fn the_load_is_set_down_the_rope_goes_slack_and_the_load_is_lifted_again() {
     assert!(of(1.55, "gap_rope_m") > 2e-3, "{}", of(1.55, "gap_rope_m"));
     approx::assert_relative_eq!(of(1.55, "contact_force_ground_n"), 981.0, max_relative = 1e-6);
     assert!(of(3.95, "gap_rope_m") < 1e-3 && of(3.95, "gap_ground_m") > 1e-2, "not lifted");
-}
-
-/// The monolithic solution at step `h`, one row per `every` steps, as columns of the case's interface forces and lengths.
-fn monolithic_rows(case: &Case, h: f64, duration: f64, every: usize) -> Vec<Vec<f64>> {
-    let mut system = (case.build)(&case.default_parameters(), solver()).unwrap();
-    let steps = (duration / h).round() as usize;
-    let mut rows = Vec::new();
-    monolithic(system.sides.lend(), reference_steps(h, steps, every), StopFlag::never(), &mut |point| {
-        rows.push(row_of(&point))
-    })
-    .unwrap();
-    rows
-}
-
-#[test]
-fn with_two_interface_rows_and_constant_matrices_the_model_must_be_the_full_system() {
-    // Jaws closing through the air, and pushing the box flat on the floor: all matrices are constant.
-    let base = spec("gripper", "rim-nonsmooth-gap", 5e-3, &[("left_clearance_m", 0.0)]);
-    let run = run(&RunSpec {
-        duration: 0.4,
-        mechanics_steps: ALL,
-        force_return: ForceReturn::Profile,
-        sequence: Sequence::GaussSeidel { first: Side::Actuator },
-        ..base.clone()
-    });
-    let mut system = (base.case.build)(&base.parameters, solver()).unwrap();
-    let mut rows = Vec::new();
-    monolithic(system.sides.lend(), reference_steps(5e-5, 8000, 100), StopFlag::never(), &mut |point| {
-        rows.push(row_of(&point))
-    })
-    .unwrap();
-    let moved = last(&run.trajectory, "box_x_m");
-    assert!(moved > 2e-3, "the box was pushed {moved} m only");
-    for (name, index) in [("left_length_m", 1), ("right_length_m", 2), ("left_force_n", 5), ("right_force_n", 6)] {
-        let own = column(&run.trajectory, name);
-        let reference: Vec<f64> = rows.iter().map(|row| row[index]).collect();
-        let off = max_difference(&own, &reference);
-        // Lengths of 0.6 m round to 1e-16 m per step, times an oil spring of 1e7 N/m: 1e-9 N each, √8000 of them; the masses damp them.
-        let limit = if name.ends_with("_n") { 1e-6 } else { 1e-12 };
-        println!("{name}: off by {off:.1e}");
-        assert!(off <= limit, "{name}: {off}");
-    }
-    assert_eq!(monolithic_rows(&base.case, 5e-5, 0.01, 100).len(), 3);
-}
-
-#[test]
-fn impossible_machines_are_refused_with_the_numbers() {
-    for (case, key, value, wanted) in [
-        ("crane-set-down", "ground_height_m", 0.1, "height of 0.000000 m, inside the ground"),
-        ("crane-set-down", "cylinder_length_m", 1.2, "cylinder_length_m = 1.2 is not valid; valid: below 1.000000"),
-        ("crane-set-down", "load_mass_kg", 1e5, "N needs chamber pressures of"),
-        ("crane-set-down", "lower_end_s", 0.1, "lower_end_s = 0.1 is not valid; valid: at least 0.22"),
-        ("half-car", "start_height_m", -0.02, "the front wheel would start at -0.020000 m, inside the road"),
-        ("half-car", "road_start_m", -0.3, "front wheel would start at -0.0"),
-        ("half-car", "gas_exponent", 0.9, "gas_exponent = 0.9 is not valid; valid: a number above 1"),
-        ("gripper", "left_clearance_m", -0.01, "the left jaw would start -0.010000 m from the box, inside it"),
-        ("gripper", "upper_pad_m", 0.5, "a pad at 0.5 m is beside the box"),
-        ("gripper", "cylinder_length_m", 1.3, "cylinder_length_m = 1.3"),
-        ("disc-row", "disc_gap_m", -0.01, "would start with a gap of -0.010000 m"),
-        ("disc-row", "wall_gap_m", 1.0, "no disc starts within 0.130000 m of the fixed wall"),
-        ("disc-pile", "wall_gap_m", -0.01, "would start with a gap of -0.01"),
-        ("disc-pile", "cylinder_length_m", 3.5, "the actuator starts 1.500000 m long"),
-    ] {
-        let spec = spec(case, "rim-nonsmooth", 5e-3, &[(key, value)]);
-        let refused = simulate(&spec, Bounds::default(), None, StopFlag::never());
-        let error = refused.map(|run| run.report.outcome).unwrap_err().to_string();
-        assert!(error.contains(wanted), "{case} {key} = {value}: {error}");
-    }
-    for (case, key, value, wanted) in [
-        ("disc-row", "discs", "2.5", "discs = 2.5 is not valid; valid: a whole number from 2 to 2500"),
-        ("disc-pile", "layers", "61", "layers = 61 is not valid; valid: a whole number from 1 to 60"),
-    ] {
-        let mut parameters = case_by_name(case).default_parameters();
-        assert_eq!(parameters.set(key, value).unwrap_err().to_string(), wanted);
-    }
 }
 
 /// All models can be copied: schemes that take a step again need it.

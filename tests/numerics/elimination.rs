@@ -373,37 +373,6 @@ fn dependent_joints_are_refused_alike_whatever_is_kept_of_them() {
     }
 }
 
-#[test]
-fn the_reduced_model_must_not_differ_from_the_full_matrix_along_a_run_of_the_wedge_box() {
-    use rimbench::cosim::Subsystem;
-    let mut mechanics = wedge_box_mechanics(rimbench::mechanics::ContactLaw { stabilisation: 0.2, ..PLASTIC });
-    let mut cylinder = wedge_box_cylinder();
-    let (h, steps) = (1e-4, 25_000);
-    let (mut y, mut force) = ([0.0; 2], [0.0; 1]);
-    let mut sets = std::collections::BTreeSet::new();
-    for step in 0..steps {
-        mechanics.outputs(&force, &mut y).unwrap();
-        if step > 0 {
-            cylinder.step((step - 1) as f64 * h, &y, h).unwrap();
-        }
-        cylinder.outputs(&y, &mut force).unwrap();
-        // Often, and in every step around the touch-down, where the set of active contacts changes.
-        if step % 250 == 0 || (16_900..17_100).contains(&step) {
-            let eq3 = mechanics.linearisation().clone();
-            // Closed to far below a step's motion; the three of the touch-down are independent.
-            let active: Vec<usize> = (0..4).filter(|&contact| eq3.unilateral.position[contact] < 1e-9).collect();
-            sets.insert(active.clone());
-            let problem =
-                Problem { eq3, v: mechanics.velocity().to_vec(), h, stabilisation: 0.2, force: force.to_vec(), active };
-            let (error, tolerance) = compare(&problem);
-            assert!(error <= 1.0, "step {step}: {error} of tolerance {tolerance:e}");
-            assert!(tolerance < 1e-7, "step {step}: tolerance {tolerance:e} is no test");
-        }
-        mechanics.step(step as f64 * h, &force, h).unwrap();
-    }
-    assert!(sets.contains(&vec![0, 2]) && sets.contains(&vec![0, 1]), "the run must pass ledge and floor: {sets:?}");
-}
-
 /// A model `H = A M⁻¹ Aᵀ` of rows `A` over unit masses: the contacts first, the last `n_i` rows are the interface.
 fn model_of(rows: &DMatrix<f64>, n_i: usize, v: &DVector<f64>, force: &DVector<f64>) -> ReducedInterfaceModel {
     let n_u = rows.nrows() - n_i;
@@ -475,38 +444,6 @@ fn condensation_is_a_pseudo_inverse_away_for_every_number_of_closed_contacts() {
                 }
             }
         }
-    }
-}
-
-#[test]
-fn redundant_supports_must_not_change_the_effective_mass() {
-    let mut rng = Pcg64::seed_from_u64(4);
-    // Planar body (ẋ, ẏ, ω), unit masses: two wedges, both counted twice; and five coplanar supports under one body.
-    let wedge = |x: f64| [0.0, 1.0, x];
-    let push = [1.0, 0.3, -0.2];
-    for supports in [vec![-0.4, 0.4, -0.4, 0.4], vec![-0.5, -0.1, 0.2, 0.3, 0.7]] {
-        let mut rows: Vec<f64> = supports.iter().flat_map(|&x| wedge(x)).collect();
-        rows.extend(push);
-        let rows = DMatrix::from_row_slice(supports.len() + 1, 3, &rows);
-        let v = DVector::from_fn(3, |_, _| rng.random_range(-1.0..1.0));
-        let model = model_of(&rows, 1, &v, &DVector::from_vec(vec![0.1, -9.81, 0.2]));
-        let all: Vec<usize> = (0..supports.len()).collect();
-        let two = condensed(&model, &[0, 1], Redundancy::Drop);
-        let [drop, pseudo] = [Redundancy::Drop, Redundancy::PseudoInverse].map(|r| condensed(&model, &all, r));
-        // ẏ and ω are held: two independent rows, whatever their number, and the push moves ẋ alone: 1/1.0².
-        assert_eq!((two.rank, drop.rank, pseudo.rank), (2, 2, 2), "supports {supports:?}");
-        // H_cc of the wedges 0.8 m apart has condition (1 + 1)/(2·0.16); entries are of order 1 to 10.
-        for condensation in [&two, &drop, &pseudo] {
-            approx::assert_relative_eq!(condensation.effective_mass, 1.0, max_relative = 1e-12);
-            approx::assert_relative_eq!(condensation.a[0], 0.1, epsilon = 1e-11);
-            approx::assert_relative_eq!(condensation.w[0], v[0], epsilon = 1e-12);
-        }
-        let regular = condensed(&model, &all, Redundancy::Regularised { epsilon: 1e-9 });
-        assert_eq!(regular.rank, 2, "the rank is that of the model, not of the regularised matrix");
-        // A relative compliance of 1e-9 softens each support by that much of tr(H_cc)/n ≈ 1; the push gets at most
-        // ‖H_ic‖² × 1e-9 / λ_min² ≈ 1e-7 of it.
-        approx::assert_relative_eq!(regular.effective_mass, 1.0, max_relative = 1e-7);
-        assert!(regular.effective_mass < 1.0, "compliance can only make the interface lighter");
     }
 }
 

@@ -1,10 +1,7 @@
 //! Cases with friction against their closed forms, their energy, and what they refuse.
 
 use crate::support::*;
-use rimbench::models::{WedgeBox, WedgeBoxGeometry};
 use std::sync::Arc;
-
-const CASES: [&str; 3] = ["towed-block", "rocking-block-friction", "crane-drag"];
 
 const G: f64 = 9.81;
 
@@ -26,45 +23,6 @@ fn the_towed_block_must_stick_and_slip_with_the_period_and_the_forces_of_its_clo
         let bound = 2.0 * 10.0 * h + 0.5 * 10.0 * 1.4 * h;
         assert!((largest(forces.iter().copied()) - 5.32484).abs() <= bound + 5e-6, "{}", largest(forces));
         assert!((smallest(forces.iter().copied()) - 2.52316).abs() <= bound + 5e-6, "{}", smallest(forces));
-    }
-}
-
-/// With the profile returned the co-simulation is the mechanics in one loop with its actuator, in these columns, at any macro step:
-/// tens of thousands of steps of the same numbers on two ways.
-fn assert_monolithic(
-    case: &str,
-    set: &[(&str, &str)],
-    steps: usize,
-    micro_step: f64,
-    every: &[usize],
-    columns: &[&str],
-) {
-    for &every in every {
-        let [macro_step, micro] = [every as f64 * micro_step, micro_step].map(|h| format!("{h:e}"));
-        let steps_of = [("macro_step_s", macro_step.as_str()), ("micro_step_s", &micro)];
-        let options = [&steps_of[..], &[("force_return", "profile"), ("mechanics_steps", "all")]].concat();
-        let spec = spec_with(case, "rim-nonsmooth-gap", &options, set);
-        assert!(spec.model_is_exact());
-        let (coupled, whole) = (run(&spec).trajectory, march(case, set, micro_step, steps, every));
-        for name in columns {
-            let off = apart(&whole, &coupled, name).0;
-            assert!(off <= 1e-10, "{case} {set:?}, H = {macro_step}, {name}: {off:e}");
-        }
-    }
-}
-
-/// With a history the theorem of exactness needs it to come with the model: which coefficient holds is then known on both sides.
-#[test]
-fn the_towed_block_with_its_profile_returned_must_be_the_monolithic_stepper_at_any_macro_step() {
-    let columns = ["interface_position_m", "contact_state_floor"];
-    assert_monolithic("towed-block", &[], 40_000, 1e-4, &[40, 200, 1000], &columns);
-}
-
-#[test]
-fn a_woodpecker_with_its_profile_returned_must_be_the_monolithic_stepper() {
-    for e in ["0.5", "0"] {
-        let set = [("restitution", e), ("tangential_restitution", e)];
-        assert_monolithic("woodpecker", &set, 30_000, 1e-5, &[50, 200], &["sleeve_y_m", "bird_angle_rad"]);
     }
 }
 
@@ -130,75 +88,28 @@ fn a_dragged_load_must_let_go_at_the_tension_of_theory_and_press_by_what_the_rop
 }
 
 #[test]
-fn the_energy_of_every_case_with_friction_must_close_with_every_model() {
-    for case in CASES.into_iter().chain(["wedge-box-friction"]) {
-        // Sums of 300 to 12000 steps of at most 1e3 J, rounded to 1e-16 of 1e5 J held in fluid, weight and speed.
-        for run in runs_whose_energy_closes(case, &[("macro_step_s", "2e-3"), ("duration_s", "0.6")], 1e-6) {
-            assert!(run.report.energy_identity_residual_j.unwrap() <= 1e-9, "{case}");
-            let taken = run.report.audit.accounts.mechanics.unwrap().friction;
-            assert!(taken > 1e-3, "{case}: {taken} J");
+fn the_energy_of_every_case_with_friction_must_close_with_every_model_and_friction_pushes_nothing_along() {
+    let short = [("macro_step_s", "2e-3"), ("duration_s", "0.6")];
+    // 200 to 12000 steps of at most 1e3 J, rounded to 1e-16, in oil of what it holds: 1e5 J.
+    for (case, options, bound) in [
+        ("towed-block", &short[..], 1e-6),
+        ("rocking-block-friction", &short, 1e-6),
+        ("crane-drag", &short, 1e-6),
+        ("wedge-box-friction", &short, 1e-6),
+        ("woodpecker", &[], 1e-10),
+        ("slider-crank", &[], 1e-10),
+    ] {
+        for scheme in ["rim-nonsmooth-gap", "rim-nonsmooth", "rim-smooth-active", "rim-smooth", "zero-order-hold"] {
+            let report = run(&spec_with(case, scheme, options, &[])).report;
+            assert!(matches!(report.outcome, Outcome::Completed | Outcome::Diverged { .. }), "{case} {scheme}");
+            let account = report.audit.accounts.mechanics.unwrap();
+            // Friction takes energy out, but for a step that ends in stick: of the same size as what is booked there.
+            let least = if options.is_empty() { -1e-9 } else { 1e-3 };
+            assert!(account.friction >= least, "{case} {scheme}: {} J", account.friction);
+            assert!(account.closure().abs() <= bound, "{case} {scheme}: {:e}", account.closure());
+            assert!(report.energy_identity_residual_j.unwrap() <= 1e-9, "{case} {scheme}");
         }
     }
-}
-
-#[test]
-fn the_convective_terms_along_surfaces_must_be_the_rates_of_their_rows() {
-    fn check(model: &mut impl MechanicalModel, q: &[f64], v: &[f64]) {
-        let size = model.size();
-        assert_eq!(model.tangential_rows(), size.unilateral);
-        let mut rows = |t: f64| {
-            let place: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + v * t).collect();
-            let mut rows = Rows::zeros(size.unilateral, size.velocities);
-            model.prepare(&place, v);
-            model.tangential(&place, v, &mut rows);
-            rows
-        };
-        let e = 1e-4;
-        let [before, now, after] = [-e, 0.0, e].map(&mut rows);
-        for row in 0..size.unilateral {
-            // Third derivatives times e²: below 1e-6 here.
-            let rate = (after.velocity(row, v) - before.velocity(row, v)) / (2.0 * e);
-            assert!((rate - now.convective[row]).abs() < 1e-6, "row {row}: {rate} {}", now.convective[row]);
-        }
-    }
-    let mut block = WedgeBox::new(WedgeBoxGeometry {
-        box_mass: 200.0,
-        box_inertia: 20.0,
-        wedges: vec![[0.2, -0.5], [-0.2, -0.5]],
-        start_angle: -0.05,
-        attachment: [-0.2, 0.1],
-        ground_pin_x: -2.0,
-        gravity: G,
-        ..WedgeBoxGeometry::default()
-    })
-    .unwrap();
-    check(&mut block, &[0.1, 0.5, 0.07], &[0.3, -0.2, 0.6]);
-}
-
-#[test]
-fn what_a_case_with_friction_cannot_be_must_be_refused_with_the_reason() {
-    for case in CASES {
-        for value in ["-0.1", "0", "nan", "inf"] {
-            let said = refused(case, "friction", value);
-            assert!(said.contains("friction = ") && said.contains("above 0"), "{case}: {said}");
-        }
-    }
-    for case in &CASES[1..] {
-        assert!(refused(case, "restitution", "0.5").contains("can create energy"), "{case}");
-        assert!(refused(case, "tangential_restitution", "0.5").contains("can create energy"), "{case}");
-    }
-    assert_refused(&[
-        (
-            "towed-block",
-            "static_friction",
-            "0.3",
-            "static_friction = 0.3 is not valid; valid: 0, or at least friction = 0.4",
-        ),
-        ("towed-block", "static_friction", "-1", "0 or above"),
-        ("towed-block", "towing_speed_m_s", "0", "above 0"),
-        ("crane-drag", "load_offset_m", "0.6", "beyond the rope of 0.5 m"),
-        ("rocking-block-friction", "start_angle_rad", "0.6", "falls over"),
-    ]);
 }
 
 /// A case that is judged by another may have its columns in another order.

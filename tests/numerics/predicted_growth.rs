@@ -21,31 +21,18 @@ impl MechanicalModel for Sprung {
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         self.body.initial_state()
     }
-    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
     fn mass_matrix(&self, q: &[f64], mass: &mut MassMatrix) {
         self.body.mass_matrix(q, mass);
     }
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]) {
         force[0] = -self.stiffness * q[0] - self.damping * v[0];
     }
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
-    fn unilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.body.interface(q, v, rows);
     }
     fn potential_energy(&self, q: &[f64]) -> f64 {
         0.5 * self.stiffness * q[0] * q[0]
     }
-    fn observables(&self) -> Vec<Name> {
-        Vec::new()
-    }
-    fn gap_names(&self) -> Vec<Name> {
-        Vec::new()
-    }
-    fn contact_force_names(&self) -> Vec<Name> {
-        Vec::new()
-    }
-    fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
 }
 
 /// The actuator of the prediction: `λ = F − c w`, `Ḟ = −K w − ν F`, exact for a velocity that is held.

@@ -215,38 +215,6 @@ fn the_ground_under_the_disc_must_be_plane_vertex_plane() {
 }
 
 #[test]
-fn rows_must_be_the_first_and_second_derivatives_of_gaps_joints_and_length() {
-    let g = wedge_box_geometry();
-    let mut model = WedgeBox::new(g.clone()).unwrap();
-    let (start, _) = model.initial_state();
-    let corner = corner_x(&g, &start);
-    // Disc before, above and beyond the corner; box and disc apart from each other, so that joint rows count too.
-    for (disc_x, angle) in [(corner - 0.3, 0.3), (corner + 0.012, -0.04), (corner + 0.5, -0.2)] {
-        let q = [disc_x + 0.8, 0.45, angle, disc_x, 0.27, 0.1];
-        let v = [0.7, -0.4, 1.3, 0.5, 0.2, -0.6];
-        let e = 1e-4;
-        let mut positions = |t: f64| -> Vec<f64> {
-            let moved: Vec<f64> = q.iter().zip(&v).map(|(q, v)| q + t * v).collect();
-            let eq3 = linearise(&mut model, &moved, &v);
-            [eq3.bilateral.position, eq3.unilateral.position, eq3.interface.position].concat()
-        };
-        let (before, now, after) = (positions(-e), positions(0.0), positions(e));
-        let eq3 = linearise(&mut model, &q, &v);
-        let rows = [&eq3.bilateral, &eq3.unilateral, &eq3.interface];
-        let velocity: Vec<f64> = rows.iter().flat_map(|rows| (0..rows.len()).map(|i| rows.velocity(i, &v))).collect();
-        let convective: Vec<f64> = rows.iter().flat_map(|rows| rows.convective.iter().copied()).collect();
-        for row in 0..now.len() {
-            // Central differences: truncation e²/6 · r‴ with r‴ below 10 m/s³, and ε/e.
-            let first = (after[row] - before[row]) / (2.0 * e);
-            assert!((first - velocity[row]).abs() < 5e-8, "row {row}: {first} is not {}", velocity[row]);
-            // Second: truncation e²/12 · r⁗ with r⁗ below 60 m/s⁴ at the vertex (v⁴/d³), and 4ε/e² = 9e-8.
-            let second = (after[row] - 2.0 * now[row] + before[row]) / (e * e);
-            assert!((second - convective[row]).abs() < 5e-7, "row {row}: {second} is not {}", convective[row]);
-        }
-    }
-}
-
-#[test]
 fn the_manoeuvre_must_show_the_facts_of_the_reference() {
     let mut touch_down = f64::NAN;
     let case = wedge_box_case();
@@ -279,9 +247,6 @@ fn an_impossible_geometry_must_be_refused_with_its_numbers() {
     let refused = |geometry: WedgeBoxGeometry| WedgeBox::new(geometry).unwrap_err().to_string();
     let on_ledge =
         |ledge_height| WedgeBoxGeometry { discs: vec![LedgeDisc { ledge_height, ..g.discs[0] }], ..g.clone() };
-    // Disc and tip are √(1.2² + 0.21²) = 1.2182 m apart.
-    let high = refused(on_ledge(1.5));
-    assert!(high.contains("1.7000 m above") && high.contains("1.2182 m apart"), "{high}");
     // Without a ledge the box leans to the left, on its left wedge and the disc: −0.4 sin θ + 0.21 cos θ = 0.2, and the right tip is
     // 0.8 sin θ up.
     let (start, _) = WedgeBox::new(on_ledge(0.0)).unwrap().initial_state();
@@ -291,12 +256,6 @@ fn an_impossible_geometry_must_be_refused_with_its_numbers() {
     let attachment_x = start[0] + (Rotation2::new(start[2]) * Vector2::from(g.attachment)).x;
     let short = refused(WedgeBoxGeometry { ground_pin_x: attachment_x, ..g.clone() });
     assert!(short.contains("no length"), "{short}");
-    // The same through the parameters of the case.
-    let case = wedge_box_case();
-    let mut parameters = case.default_parameters();
-    parameters.set("ledge_height_m", "1.5").unwrap();
-    let message = (case.build)(&parameters, solver()).err().unwrap().to_string();
-    assert_eq!(message, high);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::complementarity::{ActiveSet, Solver, SolverEntry};
 use rimbench::error::Result;
 use rimbench::harness::monotonic_clock;
-use rimbench::models::{GripperGeometry, WedgeBox, WedgeBoxGeometry};
+use rimbench::models::{WedgeBox, WedgeBoxGeometry};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -41,49 +41,12 @@ pub fn catalogue() -> &'static Catalogue {
     CATALOGUE.get_or_init(|| rimbench::everything().unwrap())
 }
 
-/// A gripper with its box on the floor.
-pub fn gripper_geometry() -> GripperGeometry {
-    GripperGeometry {
-        jaw_mass: 30.0,
-        box_mass: 50.0,
-        box_size: [0.3, 0.4],
-        pad_heights: [0.1, 0.3],
-        clearances: [0.02, 0.05],
-        actuator_length: 0.6,
-        gravity: 9.81,
-    }
-}
-
 /// A run of a scheme on a case with these options and parameters.
 pub fn spec_with(case: &str, scheme: &str, options: &[(&str, &str)], set: &[(&str, &str)]) -> RunSpec {
     let mut request = RunRequest::of(case, scheme);
     options.iter().for_each(|(key, value)| request.put(key, value).unwrap());
     request.set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
     request.resolve(catalogue()).unwrap()
-}
-
-/// What is said of a parameter that a case cannot be built with.
-pub fn refused(case: &str, key: &str, value: &str) -> String {
-    let mut request = RunRequest::of(case, "rim-nonsmooth-gap");
-    request.set = vec![(key.to_owned(), value.to_owned())];
-    let built = request.resolve(catalogue()).and_then(|spec| (spec.case.build)(&spec.parameters, solver()).map(drop));
-    built.unwrap_err().to_string()
-}
-
-/// Runs of every model with friction, and of a hold, whose account of energy closes to `bound` (J) and in which friction pushes nothing
-/// along.
-pub fn runs_whose_energy_closes(case: &str, options: &[(&str, &str)], bound: f64) -> Vec<RunResult> {
-    let schemes = ["rim-nonsmooth-gap", "rim-nonsmooth", "rim-smooth-active", "rim-smooth", "zero-order-hold"];
-    let closes = |scheme: &str| {
-        let run = run(&spec_with(case, scheme, options, &[]));
-        assert!(matches!(run.report.outcome, Outcome::Completed | Outcome::Diverged { .. }), "{case} {scheme}");
-        let account = run.report.audit.accounts.mechanics.unwrap();
-        // Friction takes energy out, but for a step that ends in stick: of the same size as what is booked there.
-        assert!(account.friction >= -1e-9, "{case} {scheme}: {} J", account.friction);
-        assert!(account.closure().abs() <= bound, "{case} {scheme}: {:e}", account.closure());
-        run
-    };
-    schemes.map(closes).into()
 }
 
 /// Every solver, the rivals among them.
@@ -153,14 +116,6 @@ pub fn apart(one: &Trajectory, other: &Trajectory, name: &str) -> (f64, f64) {
 /// All values of a run, to the bit.
 pub fn bits(run: &Trajectory) -> Vec<u64> {
     run.rows().flatten().map(|value| value.to_bits()).collect()
-}
-
-/// Each parameter is refused in these words.
-pub fn assert_refused(table: &[(&str, &str, &str, &str)]) {
-    for (case, key, value, wanted) in table {
-        let said = refused(case, key, value);
-        assert!(said.contains(wanted), "{case} {key} = {value}: {said}");
-    }
 }
 
 /// The active set behind a trait object: no solver that goes by active sets or keeps few entries, as far as others know.
@@ -486,7 +441,6 @@ impl MechanicalModel for LinearModel {
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>) {
         (self.q.clone(), self.v.clone())
     }
-    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
         if let MassMatrix::Diagonal(diagonal) = mass {
             diagonal.copy_from_slice(&self.mass);
@@ -522,16 +476,12 @@ impl MechanicalModel for LinearModel {
     fn potential_energy(&self, q: &[f64]) -> f64 {
         -self.force.iter().zip(q).map(|(f, q)| f * q).sum::<f64>()
     }
-    fn observables(&self) -> Vec<Name> {
-        Vec::new()
-    }
     fn gap_names(&self) -> Vec<Name> {
         names(&GAPS[..self.unilateral.offset.len()])
     }
     fn contact_force_names(&self) -> Vec<Name> {
         names(&FORCES[..self.unilateral.offset.len()])
     }
-    fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
 }
 
 /// Ports of a force–displacement coupling of dimension 1 or 2, of the mechanics and of the actuator.

@@ -162,10 +162,6 @@ impl MechanicalModel for Crane {
         force.copy_from_slice(&self.applied([v[0], v[1]]));
     }
 
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
-
-    fn unilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
-
     fn interface(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {
         let (length, lever, lever_rate) = self.actuator();
         rows.jacobian[0] = lever;
@@ -181,14 +177,6 @@ impl MechanicalModel for Crane {
 
     fn observables(&self) -> Vec<Name> {
         names(&["theta_1_rad", "theta_2_rad"])
-    }
-
-    fn gap_names(&self) -> Vec<Name> {
-        names(&[])
-    }
-
-    fn contact_force_names(&self) -> Vec<Name> {
-        names(&[])
     }
 
     fn observe(&self, q: &[f64], _v: &[f64], row: &mut [f64]) {

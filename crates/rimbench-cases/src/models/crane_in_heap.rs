@@ -190,8 +190,6 @@ impl MechanicalModel for CraneInHeap {
         weigh(&mut force[3..], self.geometry.disc_mass, self.gravity);
     }
 
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
-
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         for (index, &contact) in self.contacts.rows().iter().enumerate() {
             let Some(contact) = contact else {

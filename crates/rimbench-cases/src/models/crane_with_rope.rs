@@ -158,8 +158,6 @@ impl MechanicalModel for CraneWithRope {
         force.copy_from_slice(&[-g.gravity * lifted * self.tip_rate.y, 0.0, -g.gravity * g.end_mass]);
     }
 
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
-
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let (row, position, convective) = self.rope_row(q, v);
         rows.jacobian[..3].copy_from_slice(&row);

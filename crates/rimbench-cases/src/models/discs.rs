@@ -284,8 +284,6 @@ impl MechanicalModel for Discs {
         Self::state(&self.geometry)
     }
 
-    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
-
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
         if let MassMatrix::Diagonal(diagonal) = mass {
             diagonal.fill(self.geometry.disc_mass);
@@ -297,8 +295,6 @@ impl MechanicalModel for Discs {
         force[0] = 0.0;
         weigh(&mut force[1..], self.geometry.disc_mass, self.geometry.gravity);
     }
-
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         for (index, &contact) in self.contacts.rows().iter().enumerate() {

@@ -114,8 +114,6 @@ impl MechanicalModel for Gripper {
         force.copy_from_slice(&[0.0, 0.0, 0.0, -self.geometry.box_mass * self.geometry.gravity, 0.0]);
     }
 
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
-
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let [width, height] = self.geometry.box_size;
         let spin = v[4];

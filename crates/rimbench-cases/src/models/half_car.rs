@@ -125,8 +125,6 @@ impl MechanicalModel for HalfCar {
         force.copy_from_slice(&[0.0, -g * self.mass[1], 0.0, -g * self.mass[3], -g * self.mass[4]]);
     }
 
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
-
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         for axle in 0..2 {
             let [height, slope, curvature] = self.road(self.axle_x(q[0], axle));

@@ -142,8 +142,6 @@ impl MechanicalModel for LineMasses {
         (of(0), of(1))
     }
 
-    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
-
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
         if let MassMatrix::Diagonal(diagonal) = mass {
             for (entry, body) in diagonal.iter_mut().zip(&self.line.masses) {

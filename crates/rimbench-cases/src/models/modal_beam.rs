@@ -166,8 +166,6 @@ impl MechanicalModel for ModalBeam {
         (vec![0.0; self.geometry.modes], vec![0.0; self.geometry.modes])
     }
 
-    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
-
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
         if let MassMatrix::Diagonal(diagonal) = mass {
             diagonal.fill(self.modal_mass);
@@ -180,8 +178,6 @@ impl MechanicalModel for ModalBeam {
             force[index] = -self.modal_mass * omega * pull;
         }
     }
-
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         for (row, (shapes, stop)) in self.at_stops.iter().zip(&self.geometry.stops).enumerate() {

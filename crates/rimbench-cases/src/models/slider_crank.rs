@@ -137,8 +137,6 @@ impl MechanicalModel for SliderCrank {
         ]);
     }
 
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
-
     fn unilateral(&self, _q: &[f64], v: &[f64], rows: &mut Rows) {
         let half = self.geometry.slider[1] + self.geometry.clearance;
         for (corner, [_, wall]) in CORNERS.into_iter().enumerate() {

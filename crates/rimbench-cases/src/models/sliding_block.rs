@@ -28,8 +28,6 @@ impl MechanicalModel for SlidingBlock {
         (vec![0.0; 2], vec![0.0; 2])
     }
 
-    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
-
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
         if let MassMatrix::Diagonal(diagonal) = mass {
             diagonal.fill(self.mass);
@@ -39,8 +37,6 @@ impl MechanicalModel for SlidingBlock {
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
         force.copy_from_slice(&[0.0, -self.mass * self.gravity]);
     }
-
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         rows.jacobian[1] = 1.0;
@@ -64,10 +60,6 @@ impl MechanicalModel for SlidingBlock {
         self.mass * self.gravity * q[1]
     }
 
-    fn observables(&self) -> Vec<Name> {
-        Vec::new()
-    }
-
     fn gap_names(&self) -> Vec<Name> {
         names(&["gap_floor_m"])
     }
@@ -75,6 +67,4 @@ impl MechanicalModel for SlidingBlock {
     fn contact_force_names(&self) -> Vec<Name> {
         names(&["contact_force_floor_n"])
     }
-
-    fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
 }

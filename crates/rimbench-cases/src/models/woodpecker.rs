@@ -99,8 +99,6 @@ impl MechanicalModel for Woodpecker {
         (vec![0.0, edge, g.bird_angle], vec![g.velocities[0], 0.0, g.velocities[1]])
     }
 
-    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
-
     fn empty_mass_matrix(&self) -> MassMatrix {
         MassMatrix::Dense(vec![0.0; VELOCITIES * VELOCITIES])
     }
@@ -133,8 +131,6 @@ impl MechanicalModel for Woodpecker {
             down * bird * g.bird_distance,
         ]);
     }
-
-    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     fn unilateral(&self, q: &[f64], _v: &[f64], rows: &mut Rows) {
         let g = &self.geometry;

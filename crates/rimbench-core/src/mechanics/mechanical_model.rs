@@ -21,7 +21,8 @@ pub struct ModelSize {
 /// A mechanical system in coordinates `q` with velocities `v`.
 ///
 /// [`prepare`](Self::prepare) is called once per state, before the others; a model keeps there what several of them
-/// need, such as the sine and cosine of an angle. Rows that are structurally zero need not be written again.
+/// need, such as the sine and cosine of an angle. Rows that are structurally zero need not be written again. What a model
+/// has none of, it need not write: joints, contacts, observables.
 pub trait MechanicalModel: Send {
     /// Numbers of velocities and rows.
     fn size(&self) -> ModelSize;
@@ -30,7 +31,7 @@ pub trait MechanicalModel: Send {
     fn initial_state(&self) -> (Vec<f64>, Vec<f64>);
 
     /// Takes note of a new state.
-    fn prepare(&mut self, q: &[f64], v: &[f64]);
+    fn prepare(&mut self, _q: &[f64], _v: &[f64]) {}
 
     /// An empty mass matrix of the right kind.
     fn empty_mass_matrix(&self) -> MassMatrix {
@@ -44,7 +45,7 @@ pub trait MechanicalModel: Send {
     fn forces(&self, q: &[f64], v: &[f64], force: &mut [f64]);
 
     /// `A_b`, `Ȧ_b v` and joint errors.
-    fn bilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows);
+    fn bilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     /// Columns of the velocities that each bilateral row can know, as those of [unilateral rows](Self::unilateral_columns). With many
     /// joints or contacts and a diagonal mass only those entries are then kept: [`bilateral`](Self::bilateral) must write by
@@ -54,7 +55,7 @@ pub trait MechanicalModel: Send {
     }
 
     /// `A_u`, `Ȧ_u v` and gaps.
-    fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows);
+    fn unilateral(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
     /// Columns of the velocities that each unilateral row can know, in the order of the slots that [`Rows::set`] is given, where a row
     /// knows few of many; none where all rows may know all. With many contacts and a diagonal mass, and
@@ -114,15 +115,21 @@ pub trait MechanicalModel: Send {
     fn potential_energy(&self, q: &[f64]) -> f64;
 
     /// Names, with units, of what [`observe`](Self::observe) writes.
-    fn observables(&self) -> Vec<Name>;
+    fn observables(&self) -> Vec<Name> {
+        Vec::new()
+    }
 
     /// Names of the gaps of the first unilateral rows, for example `gap_left_wedge_m`. A model with a few contacts names them
     /// all; one with many names the first, and shows the least gap of the others among its observables.
-    fn gap_names(&self) -> Vec<Name>;
+    fn gap_names(&self) -> Vec<Name> {
+        Vec::new()
+    }
 
     /// Names of the contact forces of the first unilateral rows, for example `contact_force_left_wedge_n`.
-    fn contact_force_names(&self) -> Vec<Name>;
+    fn contact_force_names(&self) -> Vec<Name> {
+        Vec::new()
+    }
 
     /// Writes the model's own observables.
-    fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]);
+    fn observe(&self, _q: &[f64], _v: &[f64], _row: &mut [f64]) {}
 }
