@@ -17,9 +17,9 @@ pub const REPORT: (&str, &str) = ("paper/report.md", include_str!("../paper/repo
 pub const CORPUS: (&str, &[u8]) =
     ("data/contact-problems/corpus.lcp", include_bytes!("../data/contact-problems/corpus.lcp"));
 
-/// The corpus of contact problems with friction: path and text.
-pub const FRICTION_CORPUS: (&str, &str) =
-    ("data/contact-problems/friction.txt", include_str!("../data/contact-problems/friction.txt"));
+/// The corpus of contact problems with friction: path and content.
+pub const FRICTION_CORPUS: (&str, &[u8]) =
+    ("data/contact-problems/friction.lcp", include_bytes!("../data/contact-problems/friction.lcp"));
 
 /// The experiments of one group, each with its path and text.
 pub fn experiments_of(group: &str) -> impl Iterator<Item = (&'static str, &'static str)> {

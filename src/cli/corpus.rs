@@ -4,7 +4,6 @@ use super::print;
 use super::progress::Every;
 use rimbench::atomic_file::check_writable_file;
 use rimbench::corpus::{Corpus, Harvest, Posed, harvest, harvest_with_friction};
-use rimbench::error::Result;
 use rimbench::shipped;
 use std::path::{Path, PathBuf};
 
@@ -24,28 +23,24 @@ pub(super) fn harvest_to(out: Option<PathBuf>, friction: bool) -> anyhow::Result
     };
     if friction {
         let corpus = harvest_with_friction(&Harvest::with_friction(), &mut progress)?;
-        written(corpus.write_text(&out), &corpus, &out)
+        written(&corpus, &out)
     } else {
         let corpus = harvest(&Harvest::default(), &mut progress)?;
-        written(corpus.write(&out), &corpus, &out)
+        written(&corpus, &out)
     }
 }
 
-fn written<P: Posed>(written: Result<()>, corpus: &Corpus<P>, path: &Path) -> anyhow::Result<()> {
-    written?;
-    print(&summary(corpus, path))
-}
-
-fn summary<P: Posed>(corpus: &Corpus<P>, path: &Path) -> String {
+fn written<P: Posed>(corpus: &Corpus<P>, path: &Path) -> anyhow::Result<()> {
+    corpus.write(path)?;
     let bytes = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
     let mut sizes: Vec<usize> = corpus.problems().map(P::contacts).collect();
     sizes.sort_unstable();
     let counted = sizes.chunk_by(|a, b| a == b).map(|chunk| format!("{} with n = {}", chunk.len(), chunk[0]));
-    format!(
+    print(&format!(
         "{}: {} problems in {} stretches, {bytes} bytes\n{}",
         path.display(),
         corpus.len(),
         corpus.stretches.len(),
         counted.collect::<Vec<_>>().join(", ")
-    )
+    ))
 }

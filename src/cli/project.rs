@@ -1,7 +1,7 @@
 //! The experiments, figures and texts that commands go by: those of the project's folder where the command is called from there,
 //! else those that the program carries. The folder that the program was built in is nowhere looked at.
 
-use rimbench::corpus::{Corpus, FrictionalProblem};
+use rimbench::corpus::{Corpus, Posed};
 use rimbench::error::{Error, Result};
 use rimbench::figures::FigureList;
 use rimbench::harness::{Experiment, Ranking};
@@ -91,27 +91,14 @@ impl Project {
         self.text(shipped::REPORT)
     }
 
-    /// The corpus of contact problems.
+    /// A corpus of contact problems.
     ///
     /// # Errors
     /// Those of [`Corpus::read`].
-    pub(super) fn corpus(self) -> Result<Corpus> {
-        let (path, carried) = shipped::CORPUS;
+    pub(super) fn corpus<P: Posed>(self, (path, carried): (&str, &[u8])) -> Result<Corpus<P>> {
         match self {
             Project::Here => Corpus::read(Path::new(path)),
             Project::Carried => Corpus::from_bytes(carried).map_err(|message| Error::file(path, message)),
-        }
-    }
-
-    /// The corpus of contact problems with friction.
-    ///
-    /// # Errors
-    /// Those of [`Corpus::read_text`].
-    pub(super) fn friction_corpus(self) -> Result<Corpus<FrictionalProblem>> {
-        let (path, carried) = shipped::FRICTION_CORPUS;
-        match self {
-            Project::Here => Corpus::read_text(Path::new(path)),
-            Project::Carried => Corpus::from_text(carried).map_err(|message| Error::file(path, message)),
         }
     }
 

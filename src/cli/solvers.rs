@@ -18,6 +18,7 @@ use rimbench::error::{Error, Result};
 use rimbench::figures::render;
 use rimbench::name::Name;
 use rimbench::runs::FactValue;
+use rimbench::shipped;
 use rimbench::statistics::{nearest_rank, performance_ratios, share_within};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -44,11 +45,11 @@ pub struct Solvers {
     /// Only problems whose source begins so, for example `wedge-box rim-nonsmooth`
     #[arg(long, value_name = "TEXT")]
     source: Option<String>,
-    /// Compare nothing: harvest the corpus from actual runs; with --friction that with friction, as text
+    /// Compare nothing: harvest the corpus from actual runs; with --friction that with friction
     #[arg(long, conflicts_with_all = ["large", "corpus", "source", "solver", "format"])]
     harvest: bool,
     /// Write work.csv (the same everywhere), time.csv and the performance profile as csv, svg and png (of this machine) to a
-    /// folder; with --harvest the file to write [default: data/contact-problems/corpus.lcp, with friction friction.txt beside it]
+    /// folder; with --harvest the file to write [default: data/contact-problems/corpus.lcp, with friction friction.lcp beside it]
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
     /// How to print
@@ -117,7 +118,7 @@ impl Solvers {
     fn compare(self, catalogue: &Catalogue) -> anyhow::Result<()> {
         let chosen = self.chosen(catalogue)?;
         self.check_folder()?;
-        let corpus = self.corpus.as_deref().map_or_else(|| Project::find().corpus(), Corpus::read)?;
+        let corpus = self.corpus.as_deref().map_or_else(|| Project::find().corpus(shipped::CORPUS), Corpus::read)?;
         let corpus = self.of_source(corpus)?;
         let names: Vec<Name> = chosen.iter().map(|solver| solver.name.clone()).collect();
         let replays = replays(&names, |at, start| replay(&corpus, &chosen[at], start));
@@ -133,7 +134,8 @@ impl Solvers {
             self.solver.iter().map(|name| name.parse()).collect::<Result<_>>()?
         };
         self.check_folder()?;
-        let corpus = self.corpus.as_deref().map_or_else(|| Project::find().friction_corpus(), Corpus::read_text)?;
+        let corpus =
+            self.corpus.as_deref().map_or_else(|| Project::find().corpus(shipped::FRICTION_CORPUS), Corpus::read)?;
         let corpus = self.of_source(corpus)?;
         let names: Vec<Name> = chosen.iter().map(|method| method.name()).collect();
         let replays = replays(&names, |at, start| replay_with_friction(&corpus, chosen[at], start));

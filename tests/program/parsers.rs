@@ -9,7 +9,7 @@ use crate::program::{lines, rimbench, root};
 use proptest::prelude::*;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
-use rimbench::corpus::{Corpus, FrictionalProblem};
+use rimbench::corpus::{ContactProblem, Corpus, FrictionalProblem};
 use rimbench::error::Error;
 use rimbench::everything;
 use rimbench::figures::FigureList;
@@ -297,36 +297,18 @@ proptest! {
     /// With a checksum that fits: a file that somebody made up.
     #[test]
     fn any_corpus_is_one_or_an_error(changes in changes(), cut in 0..40_000_usize, sealed in any::<bool>()) {
-        static CORPUS: LazyLock<Vec<u8>> = LazyLock::new(|| std::fs::read(root().join("data/contact-problems/corpus.lcp")).unwrap());
-        let mut bytes = mangled(&CORPUS[..cut.min(CORPUS.len())], &changes);
-        if sealed {
-            let sum = Sha256::digest(&bytes);
-            bytes.extend(&sum[..]);
-        }
-        if let Err(said) = Corpus::from_bytes(&bytes) {
-            prop_assert!(said.len() > 8);
-        }
-    }
-
-    /// The same of the text that problems with friction are kept in.
-    #[test]
-    fn any_corpus_with_friction_is_one_or_an_error(changes in changes(), lines in 0..60_usize, sealed in any::<bool>()) {
-        static CORPUS: LazyLock<String> =
-            LazyLock::new(|| std::fs::read_to_string(root().join("data/contact-problems/friction.txt")).unwrap());
-        let head: String = CORPUS.split_inclusive('\n').take(lines).collect();
-        let Ok(mut text) = String::from_utf8(mangled(head.as_bytes(), &changes)) else { return Ok(()) };
-        if sealed {
-            let sum: String = Sha256::digest(&text).iter().map(|byte| format!("{byte:02x}")).collect();
-            text += &format!("sha256 {sum}\n");
-        }
-        match Corpus::from_text(&text) {
-            Err(said) => prop_assert!(said.len() > 8),
-            Ok(corpus) => {
-                // What reads back is a problem: sizes fit, and nothing is infinite.
-                let sound = |problem: &FrictionalProblem| {
-                    problem.problem().contacts() > 0 && problem.b.iter().chain(&*problem.h).all(|x| x.is_finite())
-                };
-                prop_assert!(sealed && corpus.problems().all(sound));
+        for (_, corpus) in [rimbench::shipped::CORPUS, rimbench::shipped::FRICTION_CORPUS] {
+            let mut bytes = mangled(&corpus[..cut.min(corpus.len())], &changes);
+            if sealed {
+                let sum = Sha256::digest(&bytes);
+                bytes.extend(&sum[..]);
+            }
+            if let Err(said) = Corpus::<ContactProblem>::from_bytes(&bytes) {
+                prop_assert!(said.len() > 8);
+            }
+            match Corpus::<FrictionalProblem>::from_bytes(&bytes) {
+                Err(said) => prop_assert!(said.len() > 8),
+                Ok(corpus) => prop_assert!(sealed && corpus.problems().all(|problem| problem.b.iter().all(|b| b.is_finite()))),
             }
         }
     }

@@ -6,20 +6,37 @@ use std::sync::Arc;
 
 /// What both kinds of problems are to a corpus.
 pub trait Posed: Clone {
-    /// Contacts.
-    fn contacts(&self) -> usize;
+    /// First bytes of a file of such problems.
+    const MAGIC: &'static [u8; 8];
+    /// Unknowns per contact: a normal impulse, and one along the surface where there is friction.
+    const UNKNOWNS: usize;
 
-    /// Unknowns: a normal impulse of each, and one along the surface where there is friction.
-    fn unknowns(&self) -> usize;
+    /// A problem by its matrix, right-hand side and coefficients of friction, none where there is no friction.
+    fn of(matrix: Arc<[f64]>, right: Vec<f64>, friction: Vec<f64>) -> Self;
 
-    /// Whether no impulse is a solution.
-    fn is_solved_by_zero(&self) -> bool;
-
-    /// The matrix.
+    /// The matrix, row-major, 1/kg.
     fn matrix(&self) -> &Arc<[f64]>;
 
-    /// The same problem with this matrix, which is the same to the bit.
-    fn with_matrix(self, matrix: Arc<[f64]>) -> Self;
+    /// The right-hand side, m/s.
+    fn right(&self) -> &[f64];
+
+    /// The coefficient of each contact, or none.
+    fn friction(&self) -> &[f64];
+
+    /// All unknowns.
+    fn unknowns(&self) -> usize {
+        self.right().len()
+    }
+
+    /// Contacts.
+    fn contacts(&self) -> usize {
+        self.unknowns() / Self::UNKNOWNS
+    }
+
+    /// Whether no impulse is a solution.
+    fn is_solved_by_zero(&self) -> bool {
+        self.right()[..self.contacts()].iter().all(|right| *right >= 0.0)
+    }
 }
 
 /// One problem `w = M z + q`, `0 ≤ w ⟂ z ≥ 0`, as a solver was given it.
@@ -31,25 +48,31 @@ pub struct ContactProblem {
     pub q: Vec<f64>,
 }
 
+impl ContactProblem {
+    /// The problem as solvers take it.
+    pub fn lcp(&self) -> Lcp<'_> {
+        Lcp::new(&self.m, &self.q)
+    }
+}
+
 impl Posed for ContactProblem {
-    fn contacts(&self) -> usize {
-        self.q.len()
-    }
+    const MAGIC: &'static [u8; 8] = b"RIMLCP1\n";
+    const UNKNOWNS: usize = 1;
 
-    fn unknowns(&self) -> usize {
-        self.q.len()
-    }
-
-    fn is_solved_by_zero(&self) -> bool {
-        self.q.iter().all(|q| *q >= 0.0)
+    fn of(m: Arc<[f64]>, q: Vec<f64>, _friction: Vec<f64>) -> Self {
+        ContactProblem { m, q }
     }
 
     fn matrix(&self) -> &Arc<[f64]> {
         &self.m
     }
 
-    fn with_matrix(self, m: Arc<[f64]>) -> Self {
-        ContactProblem { m, ..self }
+    fn right(&self) -> &[f64] {
+        &self.q
+    }
+
+    fn friction(&self) -> &[f64] {
+        &[]
     }
 }
 
@@ -72,31 +95,23 @@ impl FrictionalProblem {
 }
 
 impl Posed for FrictionalProblem {
-    fn contacts(&self) -> usize {
-        self.friction.len()
-    }
+    const MAGIC: &'static [u8; 8] = b"RIMFRI1\n";
+    const UNKNOWNS: usize = 2;
 
-    fn unknowns(&self) -> usize {
-        self.b.len()
-    }
-
-    fn is_solved_by_zero(&self) -> bool {
-        self.b[..self.friction.len()].iter().all(|b| *b >= 0.0)
+    fn of(h: Arc<[f64]>, b: Vec<f64>, friction: Vec<f64>) -> Self {
+        FrictionalProblem { h, b, friction }
     }
 
     fn matrix(&self) -> &Arc<[f64]> {
         &self.h
     }
 
-    fn with_matrix(self, h: Arc<[f64]>) -> Self {
-        FrictionalProblem { h, ..self }
+    fn right(&self) -> &[f64] {
+        &self.b
     }
-}
 
-impl ContactProblem {
-    /// The problem as solvers take it.
-    pub fn lcp(&self) -> Lcp<'_> {
-        Lcp::new(&self.m, &self.q)
+    fn friction(&self) -> &[f64] {
+        &self.friction
     }
 }
 

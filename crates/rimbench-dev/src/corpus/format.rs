@@ -3,29 +3,28 @@
 //! All numbers little-endian, lengths unsigned:
 //!
 //! ```text
-//! file      magic "RIMLCP1\n" · u32 number of stretches · stretches · SHA-256 of everything before (32 bytes)
+//! file      magic "RIMLCP1\n", with friction "RIMFRI1\n" · u32 number of stretches · stretches · SHA-256 of everything before (32 bytes)
 //! stretch   u16 length of the source · source, UTF-8 · u64 first · u32 number of problems · problems
-//! problem   u16 n · u8 kind of matrix · matrix · q as n f64
+//! problem   u16 n · with friction n coefficients as f64 · u8 kind of matrix · matrix of n or 2n rows · right-hand side as n or 2n f64
 //! matrix    kind 0: that of the problem before (same stretch)
 //!           kind 1: upper triangle by rows, the rest by symmetry; kind 2: all entries by rows
 //!           kinds 1, 2: one bit per entry, lowest bit first, set where the entry is not +0; then those entries as f64
 //! ```
 //! Contacts of a pile touch few others: most entries of a large matrix are zero and take one bit.
 
-use super::contact_problem::{ContactProblem, Corpus, Stretch};
+use super::contact_problem::{Corpus, Posed, Stretch};
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::sync::Arc;
 
-const MAGIC: &[u8; 8] = b"RIMLCP1\n";
 const CHECKSUM: usize = 32;
 const SAME: u8 = 0;
 const TRIANGLE: u8 = 1;
 const FULL: u8 = 2;
 
-impl Corpus {
+impl<P: Posed> Corpus<P> {
     /// Writes the file.
     ///
     /// # Errors
@@ -47,21 +46,22 @@ impl Corpus {
 
     /// The bytes of the file; `None` if a length does not fit.
     pub fn to_bytes(&self) -> Option<Vec<u8>> {
-        let mut bytes = MAGIC.to_vec();
+        let mut bytes = P::MAGIC.to_vec();
         bytes.extend(u32::try_from(self.stretches.len()).ok()?.to_le_bytes());
         for stretch in &self.stretches {
             bytes.extend(u16::try_from(stretch.source.len()).ok()?.to_le_bytes());
             bytes.extend(stretch.source.as_bytes());
             bytes.extend(stretch.first.to_le_bytes());
             bytes.extend(u32::try_from(stretch.problems.len()).ok()?.to_le_bytes());
-            let mut before: Option<&ContactProblem> = None;
+            let mut before: Option<&P> = None;
             for problem in &stretch.problems {
-                bytes.extend(u16::try_from(problem.q.len()).ok()?.to_le_bytes());
+                bytes.extend(u16::try_from(problem.contacts()).ok()?.to_le_bytes());
+                problem.friction().iter().for_each(|mu| bytes.extend(mu.to_le_bytes()));
                 match before {
-                    Some(before) if same_bits(&before.m, &problem.m) => bytes.push(SAME),
-                    _ => put_matrix(&problem.m, problem.q.len(), &mut bytes),
+                    Some(before) if same_bits(before.matrix(), problem.matrix()) => bytes.push(SAME),
+                    _ => put_matrix(problem.matrix(), problem.unknowns(), &mut bytes),
                 }
-                problem.q.iter().for_each(|q| bytes.extend(q.to_le_bytes()));
+                problem.right().iter().for_each(|number| bytes.extend(number.to_le_bytes()));
                 before = Some(problem);
             }
         }
@@ -74,25 +74,22 @@ impl Corpus {
     ///
     /// # Errors
     /// One sentence.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, &'static str> {
-        if !bytes.starts_with(MAGIC) {
-            return Err("is not a corpus of contact problems (it should begin with `RIMLCP1`)");
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let (friction, option) = if P::UNKNOWNS > 1 { (" with friction", " --friction") } else { ("", "") };
+        if !bytes.starts_with(P::MAGIC) {
+            let magic = String::from_utf8_lossy(&P::MAGIC[..7]);
+            return Err(format!("is not a corpus of contact problems{friction} (it should begin with `{magic}`)"));
         }
-        let Some((content, checksum)) = bytes.split_at_checked(bytes.len().saturating_sub(CHECKSUM)) else {
-            return Err(DAMAGED);
-        };
+        let wrong = |what: &str| format!("{what}; `rimbench solvers --harvest{option}` makes it anew");
+        let (content, checksum) = bytes.split_at(bytes.len().saturating_sub(CHECKSUM));
         if Sha256::digest(content)[..] != *checksum {
-            return Err(DAMAGED);
+            return Err(wrong("is cut short or damaged: its checksum does not fit"));
         }
-        let mut reader = Reader { rest: content.strip_prefix(MAGIC).ok_or(DAMAGED)? };
-        let corpus = reader.corpus().ok_or(INCONSISTENT)?;
-        if reader.rest.is_empty() { Ok(corpus) } else { Err(INCONSISTENT) }
+        let mut reader = Reader { rest: content.strip_prefix(P::MAGIC).unwrap_or_default() };
+        let corpus = reader.corpus().filter(|_| reader.rest.is_empty());
+        corpus.ok_or_else(|| wrong("contradicts its own format although its checksum fits"))
     }
 }
-
-const DAMAGED: &str = "is cut short or damaged: its checksum does not fit; `rimbench solvers --harvest` makes it anew";
-const INCONSISTENT: &str =
-    "contradicts its own format although its checksum fits; `rimbench solvers --harvest` makes it anew";
 
 /// Equal to the last bit, so that what is read is what was written.
 pub(super) fn same_bits(a: &[f64], b: &[f64]) -> bool {
@@ -117,7 +114,7 @@ fn put_matrix(m: &[f64], n: usize, bytes: &mut Vec<u8>) {
 }
 
 /// Row and column of each entry of the upper triangle, by rows.
-pub(super) fn triangle(n: usize) -> impl Iterator<Item = (usize, usize)> {
+fn triangle(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(move |i| (i..n).map(move |j| (i, j)))
 }
 
@@ -145,30 +142,36 @@ impl<'a> Reader<'a> {
         self.array().map(u16::from_le_bytes).map(usize::from)
     }
 
-    fn corpus(&mut self) -> Option<Corpus> {
+    fn numbers(&mut self, count: usize) -> Option<Vec<f64>> {
+        (0..count).map(|_| self.number()).collect()
+    }
+
+    fn corpus<P: Posed>(&mut self) -> Option<Corpus<P>> {
         let count = u32::from_le_bytes(self.array()?);
         (0..count).map(|_| self.stretch()).collect::<Option<_>>().map(|stretches| Corpus { stretches })
     }
 
-    fn stretch(&mut self) -> Option<Stretch> {
+    fn stretch<P: Posed>(&mut self) -> Option<Stretch<P>> {
         let length = self.length()?;
         let source = std::str::from_utf8(self.bytes(length)?).ok()?.to_owned();
         let first = u64::from_le_bytes(self.array()?);
         let count = u32::from_le_bytes(self.array()?);
-        let mut problems: Vec<ContactProblem> = Vec::new();
+        let mut problems: Vec<P> = Vec::new();
         for _ in 0..count {
             let n = self.length()?;
-            let m = self.matrix(n, problems.last())?;
-            let q = (0..n).map(|_| self.number()).collect::<Option<_>>()?;
-            problems.push(ContactProblem { m, q });
+            let friction = self.numbers(if P::UNKNOWNS > 1 { n } else { 0 })?;
+            let matrix = self.matrix(P::UNKNOWNS * n, problems.last())?;
+            let right = self.numbers(P::UNKNOWNS * n)?;
+            let sound = friction.iter().all(|mu| *mu >= 0.0) && matrix.iter().chain(&right).all(|x| x.is_finite());
+            problems.push(sound.then(|| P::of(matrix, right, friction))?);
         }
         (!problems.is_empty()).then_some(Stretch { source, first, problems })
     }
 
-    fn matrix(&mut self, n: usize, before: Option<&ContactProblem>) -> Option<Arc<[f64]>> {
+    fn matrix<P: Posed>(&mut self, n: usize, before: Option<&P>) -> Option<Arc<[f64]>> {
         let kind = self.array::<1>()?[0];
         match kind {
-            SAME => before.filter(|before| before.q.len() == n).map(|before| Arc::clone(&before.m)),
+            SAME => before.filter(|before| before.unknowns() == n).map(|before| Arc::clone(before.matrix())),
             TRIANGLE => {
                 let entries = self.entries(n * (n + 1) / 2)?;
                 let mut m = vec![0.0; n * n];
@@ -190,54 +193,71 @@ impl<'a> Reader<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::contact_problem::{ContactProblem, FrictionalProblem};
     use super::*;
 
-    fn problem(m: &[f64], q: &[f64]) -> ContactProblem {
-        ContactProblem { m: m.into(), q: q.to_vec() }
+    fn stretch<P>(source: &str, first: u64, problems: Vec<P>) -> Stretch<P> {
+        Stretch { source: source.to_owned(), first, problems }
     }
 
     fn corpus() -> Corpus {
+        let problem = |m: &[f64], q: &[f64]| ContactProblem { m: m.into(), q: q.to_vec() };
         let chain = [2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 2.0];
         let first = vec![problem(&chain, &[-1.0, 0.5, 3e-300]), problem(&chain, &[0.0; 3]), problem(&[0.0], &[-0.0])];
         let rounded = vec![problem(&[1.0, -0.0, 0.0, 1.0], &[f64::MIN_POSITIVE, -1.0]), problem(&[], &[])];
-        let stretch = |source: &str, first, problems| Stretch { source: source.to_owned(), first, problems };
         Corpus { stretches: vec![stretch("row δ = 1", 7, first), stretch("", u64::MAX, rounded)] }
     }
 
-    #[test]
-    fn what_is_read_is_what_was_written_to_the_last_bit() {
-        let corpus = corpus();
-        let bytes = corpus.to_bytes().unwrap();
-        let read = Corpus::from_bytes(&bytes).unwrap();
-        assert_eq!(read, corpus);
-        // Zeros of both signs are equal; the bytes are not.
-        assert_eq!(read.to_bytes().unwrap(), bytes);
-        assert!(Arc::ptr_eq(&read.stretches[0].problems[0].m, &read.stretches[0].problems[1].m));
-        assert_eq!((read.len(), read.largest(), read.of_source("row").len()), (5, 3, 3));
+    fn frictional(h: &[f64], b: [f64; 2], mu: f64) -> FrictionalProblem {
+        FrictionalProblem { h: h.into(), b: b.to_vec(), friction: vec![mu] }
     }
 
-    #[test]
-    fn every_single_damaged_byte_is_noticed() {
-        let bytes = corpus().to_bytes().unwrap();
+    fn with_friction() -> Corpus<FrictionalProblem> {
+        let h = [1.0 / 3.0, -0.1, -0.1, f64::MIN_POSITIVE];
+        let full = frictional(&[2.0, -0.0, 0.0, 2.0], [1e300, -5e-324], 0.0);
+        let first = vec![frictional(&h, [-1.0, 0.1], 0.3), frictional(&h, [-0.0, 3e-17], 0.3), full];
+        Corpus { stretches: vec![stretch("block μ = 0.3", 7, first)] }
+    }
+
+    fn check<P: Posed + PartialEq + std::fmt::Debug>(corpus: &Corpus<P>, counts: (usize, usize)) {
+        let bytes = corpus.to_bytes().unwrap();
+        let read = Corpus::<P>::from_bytes(&bytes).unwrap();
+        assert_eq!(read, *corpus);
+        // Zeros of both signs are equal; the bytes are not.
+        assert_eq!(read.to_bytes().unwrap(), bytes);
+        assert!(Arc::ptr_eq(read.stretches[0].problems[0].matrix(), read.stretches[0].problems[1].matrix()));
+        assert_eq!((read.len(), read.largest()), counts);
         for position in 0..bytes.len() {
             let mut damaged = bytes.clone();
             damaged[position] ^= 0x10;
-            assert!(Corpus::from_bytes(&damaged).is_err(), "byte {position}");
-            assert!(Corpus::from_bytes(&bytes[..position]).is_err(), "cut at {position}");
+            assert!(Corpus::<P>::from_bytes(&damaged).is_err(), "byte {position}");
+            assert!(Corpus::<P>::from_bytes(&bytes[..position]).is_err(), "cut at {position}");
         }
-        assert!(Corpus::from_bytes(b"case,H\n").unwrap_err().contains("RIMLCP1"));
+        assert!(Corpus::<P>::from_bytes(b"case,H\n").unwrap_err().contains("it should begin with `RIM"));
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written_to_the_last_bit_and_every_damaged_byte_is_noticed() {
+        check(&corpus(), (5, 3));
+        check(&with_friction(), (3, 1));
+        assert_eq!(corpus().of_source("row").len(), 3);
     }
 
     #[test]
     fn nonsense_under_a_valid_checksum_is_refused() {
         // One stretch that promises a problem whose matrix is that of the one before, which does not exist.
-        let mut bytes = MAGIC.to_vec();
+        let mut bytes = ContactProblem::MAGIC.to_vec();
         bytes.extend([1, 0, 0, 0, 0, 0]);
         bytes.extend([0; 8]);
         bytes.extend([1, 0, 0, 0, 1, 0, SAME]);
         bytes.extend(1.0_f64.to_le_bytes());
         let checksum = Sha256::digest(&bytes);
         bytes.extend(&checksum[..]);
-        assert_eq!(Corpus::from_bytes(&bytes), Err(INCONSISTENT));
+        assert!(Corpus::<ContactProblem>::from_bytes(&bytes).unwrap_err().starts_with("contradicts"));
+        // Numbers that no problem has.
+        for problem in [frictional(&[1.0; 4], [0.0; 2], -0.3), frictional(&[f64::NAN; 4], [0.0; 2], 0.3)] {
+            let bytes = Corpus { stretches: vec![stretch("", 0, vec![problem])] }.to_bytes().unwrap();
+            assert!(Corpus::<FrictionalProblem>::from_bytes(&bytes).unwrap_err().starts_with("contradicts"));
+        }
     }
 }

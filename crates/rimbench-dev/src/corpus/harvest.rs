@@ -76,7 +76,7 @@ impl Default for Harvest {
 }
 
 impl Harvest {
-    /// What the corpus of problems with friction is made by: in text a number takes twice the bytes, and these problems are all small.
+    /// What the corpus of problems with friction is made by: these problems are all small.
     pub fn with_friction() -> Self {
         Harvest { bytes_per_solver: 1500, ..Harvest::default() }
     }

@@ -21,7 +21,6 @@ mod recorder;
 mod replay;
 mod selection;
 mod tape;
-mod text;
 
 pub use contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
 pub use friction_method::{FrictionMethod, Uniqueness};

@@ -25,7 +25,10 @@ impl<P: Posed, S: PartialEq> Tape<P, S> {
     /// The problem with the matrix of the one before, if it is the same.
     fn take(&mut self, problem: P) -> (P, bool) {
         match self.previous.take().filter(|previous| same_bits(previous.matrix(), problem.matrix())) {
-            Some(previous) => (problem.with_matrix(previous.matrix().clone()), true),
+            Some(previous) => {
+                let (matrix, right) = (previous.matrix().clone(), problem.right().to_vec());
+                (P::of(matrix, right, problem.friction().to_vec()), true)
+            }
             None => (problem, false),
         }
     }
