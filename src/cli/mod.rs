@@ -9,7 +9,6 @@ mod everything;
 mod export;
 mod figures;
 mod fmu;
-mod gone;
 mod interruption;
 mod json;
 mod limit;
@@ -36,12 +35,11 @@ mod submit;
 mod summary;
 mod verify;
 
-use clap::error::ContextKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use rimbench::catalogue::Catalogue;
 use rimbench::error::{Error, Result};
 use rimbench::everything;
-use rimbench::fmi::import::{GONE, ProbeQuality, read_case};
+use rimbench::fmi::import::{ProbeQuality, read_case};
 use rimbench::harness::{Cache, CheckedClaim, Verdict, in_shell};
 use rimbench::runs::RunRequest;
 use screen::{Mood, headline, paragraph};
@@ -59,8 +57,6 @@ pub struct Cli {
     /// A file that makes a case of FMUs, which is then there by its name; may be repeated
     #[arg(long, value_name = "FILE.toml", global = true)]
     case_file: Vec<PathBuf>,
-    #[arg(long, global = true, hide = true)]
-    scheme_file: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -136,16 +132,7 @@ enum Format {
 impl Cli {
     /// Reads the command line; ends the program if that cannot be, or if help was asked for.
     pub fn read() -> Self {
-        let matches = command().try_get_matches().unwrap_or_else(|error| {
-            let asked = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg];
-            let mut words = asked.into_iter().filter_map(|kind| error.get(kind)).map(ToString::to_string);
-            if let Some(sentence) = words.find_map(|word| gone::way_to_go(&word)) {
-                eprintln!("{}", error_text(&sentence));
-                std::process::exit(2);
-            }
-            error.exit()
-        });
-        Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+        Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
     }
 
     /// Runs the chosen command and says with which code to exit.
@@ -160,7 +147,6 @@ impl Cli {
         interruption::hear()?;
         let mut catalogue = everything()?;
         self.case_file.iter().try_for_each(|file| add_case_file(&mut catalogue, file).map(drop))?;
-        self.scheme_file.iter().try_for_each(|file| Err(Error::file(file, GONE)))?;
         let catalogue = &catalogue;
         match self.command {
             Command::Simulate(command) => command.run(catalogue)?,
@@ -212,11 +198,7 @@ fn file_option(option: &str, file: &Path) -> String {
 /// The same catalogue, with the case of a request in it where that is given as a file that makes it of FMUs.
 fn with_files<'a>(catalogue: &'a Catalogue, request: &mut RunRequest) -> Result<Cow<'a, Catalogue>> {
     let mut catalogue = Cow::Borrowed(catalogue);
-    let is_file = |name: &&String| name.ends_with(".toml");
-    if let Some(file) = request.scheme.as_ref().filter(is_file) {
-        return Err(Error::file(file, GONE));
-    }
-    if let Some(file) = request.case.as_ref().filter(is_file) {
+    if let Some(file) = request.case.as_ref().filter(|name| name.ends_with(".toml")) {
         request.case = Some(add_case_file(catalogue.to_mut(), Path::new(file))?);
     }
     Ok(catalogue)

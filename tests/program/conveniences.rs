@@ -37,36 +37,6 @@ fn completions_and_manual_pages_know_every_command() {
     assert_has(&refused(&mut call("completions --man advize")), &["did you mean `advise`"]);
 }
 
-#[test]
-fn a_command_that_there_was_says_the_way_to_go() {
-    let known = commands();
-    for name in ["plan", "submit", "collect", "figures", "rank", "paper", "check-advice", "corpus", "schema", "man"] {
-        let message = refused(&mut call(&format!("{name} --some-option")));
-        let way = message.split("`rimbench ").nth(1).and_then(|rest| rest.split([' ', '`']).next()).unwrap();
-        assert!(message.lines().count() == 1 && known.iter().any(|command| command == way), "{message}");
-    }
-    for (line, way) in [
-        ("import folder", "sha256sum --check"),
-        ("check-submission folder", "a pull request"),
-        ("simulat", "'simulate'"),
-    ] {
-        assert_has(&refused(&mut call(line)), &[way]);
-    }
-}
-
-#[test]
-fn an_option_that_there_was_says_what_to_do_without_it() {
-    for (option, way) in [
-        ("contacts=near", "`contact_detection`"),
-        ("energy-return=pool", "`energy-leak-damper`"),
-        ("friction-law=box", "Coulomb's"),
-        ("measure-costs", "`--mechanics-cost`"),
-    ] {
-        let message = refused(&mut call(&format!("advise --case wedge-box --{option}")));
-        assert!(message.lines().count() == 1 && message.contains(way), "{message}");
-    }
-}
-
 const PLAIN: &str = r#"
 question = "?"
 macro_steps_s = [1e-3]

@@ -1,7 +1,7 @@
 //! FMUs that the program writes come back as cases with the same digits, and everything that can be wrong with a case of FMUs is said in
 //! one line.
 
-use crate::program::{assert_has, call, json, printed, refused, rimbench, rows_of};
+use crate::program::{assert_has, json, printed, refused, rimbench, rows_of};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -287,7 +287,6 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
     assert_has(&refusal(&place("none.toml")), &["none.toml: cannot be read"]);
     for (text, words) in [
         ("name = ", &["is no case of FMUs", "line 1"] as &[&str]),
-        ("name = \"x\"\nlike = \"wedge-box\"", &["a class in Python"]),
         (good.split("[[interface]]").next().unwrap(), &["interface"]),
         (
             &format!("{good}\n[parameters.fmu_digest]\ndefault = 1.0\nmechanics = \"ball_mass_kg\""),
@@ -300,8 +299,7 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
     let (duration, force) = ("duration_s = 0.1", "force = \"actuator_force_n\"");
     let (mechanics, position) = ("fmu = \"mechanics.fmu\"", "position = \"interface_position_m\"");
     for (piece, by, words) in [
-        (mechanics, "command = [\"x\"]", &["case.toml", "a side can be an FMU"] as &[&str]),
-        ("of-fmus", "Of FMUs", &["case.toml", "kebab-case"]),
+        ("of-fmus", "Of FMUs", &["case.toml", "kebab-case"] as &[&str]),
         (duration, "duration_s = -1", &["case.toml", "duration_s = -1"]),
         ("duration_s", "duraton_s", &["case.toml", "duraton_s"]),
         (duration, "duration_s = 0.1\nmicro_step_s = 1", &["case.toml", "micro_step_s = 1 "]),
@@ -405,11 +403,4 @@ fn an_export_that_cannot_be_is_refused_and_writes_nothing() {
     let library = "cargo build --release --package rimbench-fmi";
     assert_refused(&format!("wedge-box --library {text} --out {out}"), library);
     assert_refused(&format!("wedge-box --library none --out {out}"), "none: is not there");
-}
-
-#[test]
-fn a_scheme_that_is_a_program_is_refused_with_the_way_to_go() {
-    for line in ["simulate --case wedge-box --scheme mine.toml", "--scheme-file mine.toml list schemes"] {
-        assert_has(&refused(&mut call(line)), &["mine.toml", "a scheme a class in Python"]);
-    }
 }

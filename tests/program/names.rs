@@ -3,7 +3,6 @@
 use crate::conveniences::{commands, said};
 use crate::documents::{documents, files, prose, read, root};
 use rimbench::catalogue::Catalogue;
-use rimbench::error::Error;
 use rimbench::metrics::METRICS;
 use std::collections::BTreeSet;
 
@@ -58,19 +57,15 @@ impl Known {
         faults
     }
 
-    /// What is wrong with a word of code that may be a name: it is that of nothing, or of what is no longer there.
+    /// What is wrong with a word of code that may be a name: it is that of nothing.
     fn of_word(&self, word: &str) -> Option<String> {
-        let errors = [self.catalogue.scheme(word).err()?, self.catalogue.case(word).err()?];
-        let strange = errors.into_iter().find(|error| !matches!(error, Error::UnknownName { .. }));
-        let known = METRICS.iter().any(|metric| metric.name == word)
+        let known = self.catalogue.scheme(word).is_ok()
+            || self.catalogue.case(word).is_ok()
+            || METRICS.iter().any(|metric| metric.name == word)
             || self.source.contains(&format!("\"{word}\""))
             || root().join("crates").join(word).is_dir()
             || OF_OTHERS.contains(word);
-        match strange {
-            Some(error) => Some(error.to_string()),
-            None if word.contains('-') && !known => Some(format!("`{word}` is the name of nothing")),
-            None => None,
-        }
+        (word.contains('-') && !known).then(|| format!("`{word}` is the name of nothing"))
     }
 }
 

@@ -4,12 +4,8 @@ use crate::cases::{Case, standard_cases};
 use rimbench_core::complementarity::{SolverEntry, standard_solvers};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name, find_by_name};
-use rimbench_core::schemes::{SchemeEntry, instead_of, standard_schemes};
+use rimbench_core::schemes::{SchemeEntry, standard_schemes};
 use std::sync::Arc;
-
-/// Cases that there were, with one that answers the question better.
-const CASES_THAT_WERE: [(&str, &str); 2] =
-    [("gripper-friction", "wedge-box-friction"), ("half-car-braking", "towed-block")];
 
 /// Cases, schemes and solvers by name. A value: whoever wants to run something of their own makes one, adds to it, and hands it to
 /// whatever looks names up.
@@ -48,24 +44,17 @@ impl Catalogue {
     /// Finds a case.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] with all names; [`Error::Incompatible`] for one that there was, with what to take instead.
+    /// [`Error::UnknownName`] with all names.
     pub fn case(&self, name: &str) -> Result<&Arc<Case>> {
-        if let Some((_, instead)) = CASES_THAT_WERE.iter().find(|(gone, _)| *gone == name)
-            && !self.cases.iter().any(|case| case.name == name)
-        {
-            let text = format!("there is no case `{name}` any more: it told no scheme from another; take `{instead}`");
-            return Err(Error::Incompatible(text));
-        }
         find_by_name("case", &self.cases, |case| &case.name, name)
     }
 
     /// Finds a scheme.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] with all names; for one that is gone what to take instead.
+    /// [`Error::UnknownName`] with all names.
     pub fn scheme(&self, name: &str) -> Result<&Arc<SchemeEntry>> {
         find_by_name("scheme", &self.schemes, |scheme| &scheme.name, name)
-            .map_err(|unknown| instead_of(name).unwrap_or(unknown))
     }
 
     /// Finds a solver.

@@ -99,8 +99,7 @@ impl Asked {
                 asked.request.set.push((key, value));
             } else {
                 let names = parameters.iter().map(|parameter| &*parameter.name).chain(&mut options);
-                let unknown = || Error::unknown("parameter or option", &key, names);
-                return Err(refused(RunRequest::gone(&key).unwrap_or_else(unknown)));
+                return Err(refused(Error::unknown("parameter or option", &key, names)));
             }
         }
         Ok(asked)

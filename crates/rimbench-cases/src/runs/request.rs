@@ -17,13 +17,6 @@ pub struct RunOption {
     pub about: &'static str,
 }
 
-/// Options that there were, and what to do without them.
-const GONE: [(&str, &str); 3] = [
-    ("contacts", "interface models take all contacts, and `contact_detection` says which of them are closed"),
-    ("energy_return", "leave it out; the scheme `energy-leak-damper` dissipates what the coupling creates"),
-    ("friction_law", "leave it out; friction is Coulomb's"),
-];
-
 /// Defines the request, the list of its options, and how each is read, from one list.
 macro_rules! run_options {
     ($($(#[doc = $about:literal])+ $key:ident: $kind:ty, $takes:literal;)+) => {
@@ -48,11 +41,7 @@ macro_rules! run_options {
             pub fn put(&mut self, key: &str, text: &str) -> Result<()> {
                 match key {
                     $(stringify!($key) => self.$key = Some(<$kind as OptionText>::read(key, text)?),)+
-                    _ => {
-                        return Err(Self::gone(key).unwrap_or_else(|| {
-                            Error::unknown("option", key, Self::OPTIONS.iter().map(|option| option.key))
-                        }));
-                    }
+                    _ => return Err(Error::unknown("option", key, Self::OPTIONS.iter().map(|option| option.key))),
                 }
                 Ok(())
             }
@@ -113,12 +102,6 @@ impl RunRequest {
     /// Asks for a case with a scheme, everything else as they have it.
     pub fn of(case: impl Into<String>, scheme: impl Into<String>) -> Self {
         RunRequest { case: Some(case.into()), scheme: Some(scheme.into()), ..RunRequest::default() }
-    }
-
-    /// Says what to do without an option, if it is one that there was.
-    pub fn gone(key: &str) -> Option<Error> {
-        let (_, way) = GONE.iter().find(|(gone, _)| *gone == key)?;
-        Some(Error::Incompatible(format!("there is no option `{key}` any more: {way}")))
     }
 }
 
@@ -194,9 +177,6 @@ mod tests {
         assert_eq!(refused("gain", "high"), "gain = high is not valid; valid: a number");
         assert!(refused("sequence", "jacoby").contains("did you mean `jacobi`"));
         assert!(refused("gian", "1").contains("did you mean `gain`"));
-        for (gone, way) in GONE {
-            assert!(refused(gone, "x").ends_with(way) && RunRequest::OPTIONS.iter().all(|option| option.key != gone));
-        }
     }
 
     #[test]

@@ -19,7 +19,6 @@ mod hydraulic_line;
 mod implicit_feedthrough;
 mod information;
 mod input_polynomial;
-mod instead;
 mod interface_acceleration;
 mod interface_exponential;
 mod interface_jacobian;
@@ -53,7 +52,6 @@ pub use coupling::Coupling;
 pub use entry::{BuildScheme, Family, Gain, SchemeEntry};
 pub use information::InformationClass;
 pub use input_polynomial::InputPolynomial;
-pub use instead::instead_of;
 pub use model_options::{ModelMotion, ModelOptions};
 pub use requirement::Requirement;
 

@@ -25,10 +25,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What is said of a file that names a program where an FMU, Python or Rust is the way.
-pub const GONE: &str = "programs that answer lines of JSON are not run: a side can be an FMU (docs/guide/fmi.md) or a class in Python \
-                        (docs/guide/python.md), a scheme a class in Python or a type in Rust (docs/guide/own-scheme.md)";
-
 /// A case file as it is written.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -239,12 +235,8 @@ enum Process {
 pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     let wrong = |message: String| Error::file(path, message);
     let text = read_text(path)?;
-    let file: CaseFile = toml::from_str(&text).map_err(|error| {
-        wrong(match names_program(&text) {
-            true => GONE.to_owned(),
-            false => format!("is no case of FMUs: {}", said_at(&text, error.span(), error.message())),
-        })
-    })?;
+    let file: CaseFile = toml::from_str(&text)
+        .map_err(|error| wrong(format!("is no case of FMUs: {}", said_at(&text, error.span(), error.message()))))?;
     check_new_name("case", &file.name, std::iter::empty()).map_err(|error| wrong(error.to_string()))?;
     let times = [
         ("duration_s".to_owned(), Some(file.duration_s)),
@@ -357,13 +349,6 @@ pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
     };
     (case.build)(&case.default_parameters(), &SolverEntry::active_set())?;
     Ok(case)
-}
-
-/// Whether a file names a program where an FMU is the way.
-fn names_program(text: &str) -> bool {
-    let Ok(table) = text.parse::<toml::Table>() else { return false };
-    let of_side = |side| table.get(side_name(side)).is_some_and(|table| table.get("command").is_some());
-    table.contains_key("like") || table.contains_key("command") || Side::BOTH.into_iter().any(of_side)
 }
 
 /// Whether a name stands in a table of comma-separated values as it is.

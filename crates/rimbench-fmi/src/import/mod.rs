@@ -19,6 +19,6 @@ mod process;
 mod process;
 mod side;
 
-pub use case_file::{GONE, case_file_schema, read_case};
+pub use case_file::{case_file_schema, read_case};
 pub use probing::{ProbeQuality, take_probe_errors};
 pub use process::{WORKER, serve};

@@ -59,9 +59,11 @@ impl SchemeRow {
                 "step_tolerances" => row.step_tolerances = Some(list(&key, value)?),
                 option => {
                     if !options().any(|known| known == option) {
-                        return Err(RunRequest::gone(option).unwrap_or_else(|| {
-                            Error::unknown("key of [[schemes]]", option, OWN_KEYS.into_iter().chain(options()))
-                        }));
+                        return Err(Error::unknown(
+                            "key of [[schemes]]",
+                            option,
+                            OWN_KEYS.into_iter().chain(options()),
+                        ));
                     }
                     let text = scalar_text(option, &value)?;
                     row.request.put(option, &text)?;
