@@ -17,7 +17,6 @@ mod number;
 mod paper;
 mod perf;
 mod perf_compare;
-mod perf_formats;
 mod plan;
 mod progress;
 mod project;

@@ -1,9 +1,8 @@
 //! `rimbench perf`: has the program become slower?
 
 use super::perf_compare::Compare;
-use super::perf_formats::ShowFormat;
-use super::print;
 use super::screen::Table;
+use super::{Format, print};
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use rimbench::BUILD;
@@ -156,8 +155,8 @@ struct Show {
     #[arg(long, value_name = "FILE", default_value = HISTORY)]
     history: PathBuf,
     /// How to print
-    #[arg(long, value_enum, default_value_t = ShowFormat::Table)]
-    format: ShowFormat,
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
 }
 
 impl Show {
@@ -165,8 +164,8 @@ impl Show {
         let history = History::read(&self.history)?;
         let rows = history.of_record(history.select(&self.record)?);
         let [first, ..] = rows.as_slice() else { unreachable!("a record has rows") };
-        if let Some(document) = self.format.document(&rows) {
-            return print(&serde_json::to_string_pretty(&document)?);
+        if self.format == Format::Json {
+            return print(&serde_json::to_string_pretty(&rows)?);
         }
         print(&format!(
             "record {}, revision {}, {}, {}, {}",

@@ -32,7 +32,6 @@ fn a_ball_must_come_to_rest_when_infinitely_many_impacts_add_up() {
     // exact ball take 2 · 4.43e-3/(g (1 − e)) = 9.0 ms; one more or less of them, 1 ms, may be above the level.
     let level = 1e-6;
     let last = run.rows().rfind(|row| row[height] > level).unwrap()[time];
-    println!("first {first}, last above 1 µm {last}");
     assert!(last > 8.578949 - 0.0090 - 0.0010 && last < 8.578949 + 475.0 * h, "{last}");
     // What is left of it rattles within 3.4 g h².
     let rest = run.rows().filter(|row| row[time] > 9.1).map(|row| row[height]).fold(0.0, f64::max);
@@ -51,7 +50,6 @@ fn the_coupled_ball_must_follow_its_exact_solution_as_far_as_the_step_allows() {
         // One impact at 4.4 m/s: displaced by up to 2 h at a closing speed of (1 + e) V = 8.4 m/s, 17 h; too fast by 0.26 g h
         // for 0.55 s, 1.5 h; parabolas shifted by ½ g h t, 5 h; the springs add less than 3 N to 10 N.
         assert!(error < 1.3 * 24.0 * h, "h = {h}: {error:e}");
-        println!("h = {h}: {error:e} of {coupling:e}");
     }
     assert!(coupling > 10.0 * 1.3 * 24.0 * 1e-5, "the springs hardly matter: {coupling}");
 }
@@ -73,7 +71,6 @@ fn an_impact_oscillator_started_on_its_period_one_orbit_must_stay_there() {
             .filter(|pair| pair[0][velocity] > 1.0 && pair[1][velocity] < 0.0 && pair[1][gap] < 0.01)
             .map(|pair| (pair[1][0], pair[0][velocity]))
             .collect();
-        println!("h = {h}: {impacts:?}");
         assert_eq!(impacts.len(), 5, "not one impact per period: {impacts:?}");
         for (k, (time, speed)) in impacts.iter().enumerate() {
             // Perturbations of an impact decay with the multiplier e = 0.8, so that they add up to five of them. One: the instant
@@ -95,7 +92,6 @@ fn the_slider_must_follow_its_exact_solution_through_bounces_and_rest() {
         let run = march("slider-between-stops", &[], h, 150 * every, every);
         let largest =
             run.rows().map(|row| (row[1] - exact_row(case, &parameters, row[0])[1]).abs()).fold(0.0, f64::max);
-        println!("h = {h}: {largest:e}");
         errors.push(largest / h);
     }
     // First order: the error over h is bounded. It is not constant, because the instants of impacts fall anywhere in their steps.
@@ -115,7 +111,6 @@ fn under_moreaus_law_three_balls_must_leave_with_minus_one_two_and_two_thirds() 
             .map(|pair| [v.map(|index| pair[0][index]), v.map(|index| pair[1][index])])
             .filter(|[before, after]| (after[0] - before[0]).abs() > 0.1)
             .collect();
-        println!("{jumps:?}");
         assert!(jumps.len() >= meetings);
         let speed = jumps[0][0][0];
         // Swings of 0.1 m at 5 rad/s; the spring of 2 N/m to the carriage pulls the same way, v² ≤ 0.25 + 2 · 0.1².
@@ -152,12 +147,6 @@ fn the_bar_must_be_pushed_by_the_force_of_wave_theory_for_the_time_of_a_wave() {
     for elements in [10, 20, 40, 80] {
         let (start, end, impulse) = bar(elements);
         let (duration, mean) = (end - start, impulse / (end - start));
-        println!(
-            "N = {elements}: from {start:e} for {duration:e} s ({:+.4}), mean force {mean:.2} N ({:+.4}), impulse {impulse:.6} ({:+.4})",
-            duration * c / 2.0 - 1.0,
-            mean / force - 1.0,
-            impulse * c / (2.0 * force) - 1.0
-        );
         // A force in a row belongs to the step before it; the fall takes whole steps.
         assert!((start - 5e-4).abs() < 2.0 * 5e-8 + 1e-12, "{start:e}");
         // The row of lumped masses is dispersive, ω = (2c/Δx) sin(kΔx/2): a front that has run the distance s is (s Δx²/8)^(1/3)
@@ -181,7 +170,7 @@ fn a_rocking_block_must_lose_at_its_corners_what_two_unilateral_rows_say() {
             ("stabilisation", "0"),
         ];
         let run = march(ROCKING, &set, h, 400_000, 1);
-        let (rate, angle) = (column(&run, "box_rate_rad_s"), column(&run, "box_angle_rad"));
+        let rate = column(&run, "box_rate_rad_s");
         let left = column(&run, "contact_force_left_support_n");
         let rows: Vec<&[f64]> = run.rows().collect();
         let hit = rows.iter().position(|row| row[left] > 0.0).expect("the block never gets level");
@@ -191,11 +180,6 @@ fn a_rocking_block_must_lose_at_its_corners_what_two_unilateral_rows_say() {
         let (inertia, lever) = ((b * b + h_block * h_block) / 3.0, b * b);
         assert_eq!(inertia > lever, rocks);
         let expected = ((inertia - lever) / (inertia + lever)).max(0.0);
-        println!(
-            "b = {b}: {before} → {after}, ratio {}, law {expected}, at angle {:e}",
-            after / before,
-            rows[hit][angle]
-        );
         // Three steps of gravity's and the cylinder's moments, (m g b + 5 kN · 0.1 m)/I ≤ 60 rad/s² with I ≥ 19 kg·m², and an
         // angle at the impact of at most one step of ω.
         assert!((after - expected * before).abs() < 3.0 * 60.0 * h + before.abs() * 2.0 * h, "{before} {after}");
@@ -274,7 +258,6 @@ fn the_bar_leaves_the_floor_as_that_of_siconos_does() {
     };
     let (their_time, their_mean) = contact(&|row| rows[row][0], &|row| rows[row][3], rows.len());
     let (our_time, our_mean) = contact(&|row| run.row(row)[0], &|row| run.row(row)[force], run.len());
-    println!("contact {our_time:e} against {their_time:e} s, mean force {our_mean} against {their_mean} N");
     // Contact ends within the front that dispersion has made of the wave by then (see the bar of wave theory above): of either bar,
     // and neither mass matrix is the other's. That they print every 2 µs adds two of these.
     let wave = 2.0 / (210e9_f64 / 7800.0).sqrt();

@@ -24,21 +24,6 @@ const FORCE_ROUNDING: f64 = 2e-7;
 const LENGTH_ROUNDING: f64 = 4e-14;
 
 #[test]
-fn on_the_ledge_the_reduced_model_must_be_the_full_model() {
-    let reference = wedge_box_monolithic(5e-5, 1e-3, 0.4, |_, _| {});
-    for scheme in WHOLE_MODEL {
-        let result = on_the_ledge(scheme, 1e-3, ForceReturn::Profile, ALL);
-        let off = |name: &str| apart(&result.trajectory, &reference, name).0;
-        let (force, length) = (off("actuator_force_n"), off("actuator_length_m"));
-        assert!(force <= FORCE_ROUNDING && length <= LENGTH_ROUNDING, "{scheme}: {force} N, {length} m");
-    }
-    // The same model with the mean returned at one mechanics step per macro step is another discretisation.
-    let mean = on_the_ledge("rim-nonsmooth", 1e-3, ForceReturn::Mean, ONE);
-    let off = apart(&mean.trajectory, &reference, "actuator_force_n").0;
-    assert!(off > 1e3 * FORCE_ROUNDING, "the comparison sees nothing");
-}
-
-#[test]
 fn schemes_must_not_differ_while_no_contact_opens_or_closes() {
     let smooth = on_the_ledge("rim-smooth", 5e-3, ForceReturn::Mean, ONE);
     for other in ["rim-nonsmooth", "rim-nonsmooth-gap"] {

@@ -49,12 +49,6 @@ fn a_thousandth_of_restitution_must_leave_force_errors_as_they_are_without() {
             machines += 1;
             let each = largest(with.iter().zip(&without).map(|(with, without)| with / without));
             let [with, without] = [with, without].map(|errors| Pool::of(errors).median().unwrap());
-            println!(
-                "{} {scheme}: {:.3} instead of {:.3} %, at most {each:.2}-fold",
-                case.name,
-                100.0 * with,
-                100.0 * without
-            );
             if *case.name == *SENSITIVE {
                 continue;
             }

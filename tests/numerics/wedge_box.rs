@@ -215,33 +215,6 @@ fn the_ground_under_the_disc_must_be_plane_vertex_plane() {
 }
 
 #[test]
-fn the_manoeuvre_must_show_the_facts_of_the_reference() {
-    let mut touch_down = f64::NAN;
-    let case = wedge_box_case();
-    let gap = case.recorded_columns().iter().position(|name| name == "gap_left_wedge_m").unwrap();
-    let trajectory = wedge_box_monolithic(2.5e-5, 2.5e-4, 2.5, |t, row| {
-        if touch_down.is_nan() && row[gap] < 1e-9 {
-            touch_down = t;
-        }
-    });
-    let [time, force, mass, left] =
-        ["time_s", "actuator_force_n", "effective_mass_kg", "gap_left_wedge_m"].map(|name| column(&trajectory, name));
-    let at = |t: f64| time.iter().position(|time| *time >= t - 1e-9).unwrap();
-    let (peak, dip) = (largest(force.iter().copied()), smallest(force.iter().copied()));
-    println!("touch-down {touch_down:.5} s, force {dip:.2} … {peak:.2} N");
-    // Figures of an independent implementation with its own step and ground, given to two or three digits.
-    assert!((touch_down / 1.693 - 1.0).abs() < 0.01, "touch-down at {touch_down}");
-    assert!((peak / 1000.0 - 1.0).abs() < 0.05, "peak {peak}");
-    assert!((dip / -800.0 - 1.0).abs() < 0.05, "dip {dip}");
-    assert!((force[at(1.125)] / -181.0 - 1.0).abs() < 0.01, "descending at {}", force[at(1.125)]);
-    assert!(force[at(2.5)].abs() < 1.0, "at the end {}", force[at(2.5)]);
-    assert!((mass[at(0.3)] - 250.0).abs() < 1e-6 && (mass[at(1.0)] - 275.6).abs() < 0.1);
-    assert!((mass[at(2.5)] - 250.0).abs() < 0.1);
-    // Once down, the left wedge stays down; the box slides on.
-    assert!(largest(left[at(touch_down + 1e-3)..].iter().copied()) < 1e-6);
-}
-
-#[test]
 fn an_impossible_geometry_must_be_refused_with_its_numbers() {
     let g = wedge_box_geometry();
     let refused = |geometry: WedgeBoxGeometry| WedgeBox::new(geometry).unwrap_err().to_string();

@@ -1,6 +1,6 @@
 //! What other programs read: completions, manual pages, the schema of experiment files, plans and records as JSON.
 
-use crate::program::{assert_has, call, refused, rimbench, root};
+use crate::program::{assert_has, call, refused, rimbench};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
@@ -89,27 +89,4 @@ fn a_plan_as_json_has_every_run_with_its_id_and_its_place() {
         assert_eq!((run["run_id"].as_str().unwrap().len(), &run["scheme"]), (16, &json!("rim-nonsmooth")));
     }
     assert_ne!(runs[0]["run_id"], runs[1]["run_id"]);
-}
-
-#[test]
-fn a_record_of_performance_is_told_in_the_formats_of_others() {
-    let history = root().join("results/perf/history.csv");
-    let show = |format| said_json(&["perf", "show", "--history", history.to_str().unwrap(), "--format", format]);
-    let all = show("json");
-    let rows = all.as_array().unwrap();
-    let (bencher, action) = (show("bencher"), show("github-action-benchmark"));
-    let mut entries = 0;
-    for row in rows.iter().filter(|row| row["status"] == "ok") {
-        let own = &bencher[row["benchmark"].as_str().unwrap()];
-        for (slug, key, unit) in [("instructions", "instructions", 1.0), ("latency", "wall_s", 1e9)] {
-            let Some(wanted) = row[key].as_f64() else { continue };
-            assert_eq!(own[slug]["value"].as_f64(), Some(unit * wanted));
-            let name = format!("{} {slug}", row["benchmark"].as_str().unwrap());
-            let entry = action.as_array().unwrap().iter().find(|entry| entry["name"] == name.as_str()).unwrap();
-            assert_eq!(entry["value"].as_f64(), Some(unit * wanted));
-            assert!(entry["unit"].is_string());
-            entries += 1;
-        }
-    }
-    assert!(entries > 10 && action.as_array().unwrap().len() == entries);
 }

@@ -270,6 +270,24 @@ fn refusal(case: &Path) -> String {
     message
 }
 
+/// A piece of a good case file, what stands in its place, and what all is said of that.
+const REPLACED: &str = r#"
+of-fmus | Of FMUs | case.toml & kebab-case
+duration_s = 0.1 | duration_s = -1 | case.toml & duration_s = -1
+duration_s | duraton_s | case.toml & duraton_s
+duration_s = 0.1 | duration_s = 0.1\nmicro_step_s = 1 | case.toml & micro_step_s = 1 is
+duration_s = 0.1 | duration_s = 0.1\nanswer_within_s = 1e-12 | case.toml & answer_within_s & at least 0.001 s
+mechanics.fmu | mechanic.fmu | mechanic.fmu & cannot be read
+mechanics.fmu | case.toml | case.toml & no zip archive
+position = "interface_position_m" | position = "interface_positon_m" | mechanics.fmu & unknown variable `interface_positon_m` & `interface_position_m`
+position = "interface_position_m" | position = "actuator_force_n" | mechanics.fmu & `actuator_force_n` is of causality input & must be output
+position = "interface_position_m" | position = "interface_velocity_m_s" | mechanics.fmu & `interface_velocity_m_s` is in `m/s` & no unit like m
+position = "interface_position_m" | position = "rim.a" | mechanics.fmu & `rim.a` is not one number
+"mechanics.fmu" | "mechanics.fmu"\nstart = { serialisable = 1 } | mechanics.fmu & `serialisable` & true or false
+"mechanics.fmu" | "mechanics.fmu"\nobserve = ["time_s"] | mechanics.fmu & unknown variable `time_s`
+force = "actuator_force_n" | force = { variable = "actuator_force_n", factor = 1.0, offset = 3.0 } | case.toml & { variable = "…", factor = … }
+"#;
+
 #[test]
 fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_variable() {
     let folder = exported("bouncing-ball", &[]);
@@ -295,46 +313,11 @@ fn whatever_is_wrong_with_a_case_of_fmus_is_said_in_one_line_with_its_file_and_v
     ] {
         assert_said(text, &[words, &["case.toml"]].concat());
     }
-    // The good one with one piece replaced.
-    let (duration, force) = ("duration_s = 0.1", "force = \"actuator_force_n\"");
-    let (mechanics, position) = ("fmu = \"mechanics.fmu\"", "position = \"interface_position_m\"");
-    for (piece, by, words) in [
-        ("of-fmus", "Of FMUs", &["case.toml", "kebab-case"] as &[&str]),
-        (duration, "duration_s = -1", &["case.toml", "duration_s = -1"]),
-        ("duration_s", "duraton_s", &["case.toml", "duraton_s"]),
-        (duration, "duration_s = 0.1\nmicro_step_s = 1", &["case.toml", "micro_step_s = 1 "]),
-        (duration, "duration_s = 0.1\nanswer_within_s = 1e-12", &["case.toml", "answer_within_s", "at least 0.001 s"]),
-        ("mechanics.fmu", "mechanic.fmu", &["mechanic.fmu", "cannot be read"]),
-        ("mechanics.fmu", "case.toml", &["case.toml", "no zip archive"]),
-        (
-            position,
-            "position = \"interface_positon_m\"",
-            &["mechanics.fmu", "unknown variable `interface_positon_m`", "did you mean `interface_position_m`"],
-        ),
-        (
-            position,
-            "position = \"actuator_force_n\"",
-            &["mechanics.fmu", "`actuator_force_n` is of causality input", "must be output"],
-        ),
-        (
-            position,
-            "position = \"interface_velocity_m_s\"",
-            &["mechanics.fmu", "`interface_velocity_m_s` is in `m/s`", "no unit like m"],
-        ),
-        (position, "position = \"rim.a\"", &["mechanics.fmu", "`rim.a` is not one number"]),
-        (
-            mechanics,
-            "fmu = \"mechanics.fmu\"\nstart = { serialisable = 1 }",
-            &["mechanics.fmu", "`serialisable`", "true or false"],
-        ),
-        (mechanics, "fmu = \"mechanics.fmu\"\nobserve = [\"time_s\"]", &["mechanics.fmu", "unknown variable `time_s`"]),
-        (
-            force,
-            "force = { variable = \"actuator_force_n\", factor = 1.0, offset = 3.0 }",
-            &["case.toml", "{ variable = \"…\", factor = … }"],
-        ),
-    ] {
-        assert_said(&good.replacen(piece, by, 1), words);
+    // The good one with one piece replaced, and what is then said of which file.
+    for row in REPLACED.trim().lines() {
+        let [piece, by, words] = row.split(" | ").collect::<Vec<_>>().try_into().unwrap();
+        assert!(good.contains(piece), "{row}");
+        assert_said(&good.replacen(piece, &by.replace("\\n", "\n"), 1), &words.split(" & ").collect::<Vec<_>>());
     }
     let looped = good.replace(".fmu\"", ".fmu\"\ndirect_feedthrough = true");
     assert_said(&looped, &["case.toml", "algebraic loop", "direct_feedthrough = false"]);

@@ -44,6 +44,8 @@ fn a_missing_valgrind_is_a_note_and_the_rest_is_recorded_compared_and_drawn() {
     assert_has(&told["notes"].to_string(), &["recorded without valgrind"]);
     let shown = printed(perf(&["show", "--history"]).arg(&history));
     assert_has(&shown, &["kernel/lcp-warm", "ns per micro"]);
+    let shown = json(perf(&["show", "--format", "json", "--history"]).arg(&history));
+    assert!(shown[0]["benchmark"] == "kernel/lcp-warm" && shown[0]["lcp_solves"].is_u64(), "{shown}");
     perf(&["plot", "--history"]).arg(&history).assert().success();
     assert!(folder.path().join("history.svg").exists() && folder.path().join("history.png").exists());
 }

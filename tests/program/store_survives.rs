@@ -90,69 +90,6 @@ fn killed_again_and_again_a_rerun_finishes_as_if_undisturbed() {
 }
 
 #[test]
-fn a_rerun_computes_only_what_is_missing() {
-    let (folder, file) = workplace(EXPERIMENT);
-    let out = folder.path().join("survival");
-    run(&file, &out, &[]);
-    let before = results(&out);
-    run_says(&file, &out, &[], &["0 computed now", "72 were there"]);
-    assert!(results(&out) == before);
-    run_says(&file, &out, &["--fresh"], &["72 computed now"]);
-    assert!(results(&out) == before);
-    // A larger grid keeps what is there.
-    std::fs::write(&file, EXPERIMENT.replace("phases = 6", "phases = 7")).unwrap();
-    run_says(&file, &out, &[], &["12 computed now", "72 were there"]);
-}
-
-#[test]
-fn shards_run_at_once_into_one_folder_or_apart_and_are_collected() {
-    let (folder, file) = workplace(EXPERIMENT);
-    let whole = folder.path().join("whole/survival");
-    run(&file, &whole, &[]);
-    let shared = folder.path().join("shared/survival");
-    std::thread::scope(|scope| {
-        for shard in ["1/2", "2/2"] {
-            let (file, shared) = (&file, &shared);
-            scope.spawn(move || run(file, shared, &["--shard", shard]));
-        }
-    });
-    // The last of the two to finish has exported; if both read the store at once, --collect does.
-    let collect = |out: &Path, shards: &[PathBuf], code: i32| {
-        said(rimbench().arg("run").arg(&file).arg("--out").arg(out).arg("--collect").args(shards), code)
-    };
-    collect(&shared, &[], 0);
-    assert_same(&shared, &whole);
-
-    let parts = [1, 2, 3].map(|part| {
-        let out = folder.path().join(format!("part{part}/survival"));
-        run_says(&file, &out, &["--shard", &format!("{part}/3")], &["48 runs are missing"]);
-        out
-    });
-    // What is missing is said, in words and by the exit code; what is there is merged all the same.
-    assert_has(&collect(&parts[0], &parts[1..2], 1), &["48 of 72 runs", "missing: rim-nonsmooth"]);
-    assert!(!parts[0].join("runs.csv").exists(), "an incomplete experiment has no results");
-    collect(&parts[0], &parts[1..], 0);
-    assert_same(&parts[0], &whole);
-}
-
-#[test]
-fn damaged_and_truncated_records_are_computed_again() {
-    let (folder, file) = workplace(EXPERIMENT);
-    let out = folder.path().join("survival");
-    run(&file, &out, &[]);
-    let before = results(&out);
-    let is_log = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "log");
-    let log = files(&out.join("records")).into_iter().find(is_log).unwrap();
-    let mut bytes = std::fs::read(&log).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle] = if bytes[middle] == b'7' { b'8' } else { b'7' };
-    bytes.truncate(bytes.len() - 5);
-    std::fs::write(&log, bytes).unwrap();
-    run_says(&file, &out, &[], &["2 damaged records", "2 computed now"]);
-    assert!(results(&out) == before);
-}
-
-#[test]
 fn a_full_disk_is_an_error_that_loses_nothing() {
     let (folder, file) = workplace(EXPERIMENT);
     let out = folder.path().join("survival");
