@@ -127,8 +127,6 @@ mod tests {
         }
         let message = catalogue.case("wedge-bax").unwrap_err().to_string();
         assert!(message.contains("did you mean `wedge-box`"), "{message}");
-        let message = catalogue.case("gripper-friction").unwrap_err().to_string();
-        assert!(message.ends_with("take `wedge-box-friction`"), "{message}");
     }
 
     #[test]
