@@ -65,6 +65,6 @@ fn each_figure_names_an_experiment_and_its_files() {
         assert!(experiment.is_file(), "{}: no {}", figure.id, experiment.display());
         let results = root.join("results").join(&figure.experiment);
         assert!(results.join("figures").join(format!("{}.svg", figure.id)).is_file(), "{} is not committed", figure.id);
-        assert!(!figure.caption.is_empty());
+        assert!(!figure.title.is_empty());
     }
 }

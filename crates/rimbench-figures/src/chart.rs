@@ -315,8 +315,8 @@ impl Panel {
 pub enum LegendPlace {
     /// Below the panels, in centred rows.
     Below,
-    /// Right of the panels, one entry per row.
-    Right,
+    /// Right of the last panel, each entry where its line ends; below where that leaves too little room.
+    Lines,
     /// Nowhere.
     None,
 }

@@ -21,8 +21,6 @@ const FEW: usize = 20;
 const TAG_SIZE: f64 = 9.4;
 /// Half size of a marker, px.
 pub const MARKER: f64 = 2.9;
-/// Distance of the signs of neighbouring series in the band, px.
-const LOSS_DISTANCE: f64 = 6.5;
 /// Width of the bars at a median, px.
 const BAR: f64 = 0.7;
 /// Distance of the signs on lines of steps per series, px.
@@ -41,8 +39,6 @@ pub struct Frame {
     pub area: Rect,
     /// Height of the band for infinite values and lost runs that is kept free above the area, px; zero without one.
     pub band: f64,
-    /// Whether each series that lost runs has a row of its own in the band.
-    pub rows: bool,
     /// What stands beside the band.
     pub band_label: &'static str,
     /// Horizontal axis.
@@ -261,43 +257,22 @@ pub fn height_of_rows(series: usize) -> f64 {
     BAND.max(LOSS_ROW * series as f64 + 8.0)
 }
 
-/// Whether the signs of series that lost runs at one abscissa have room beside each other.
-pub fn side_by_side(x: &AxisMap, losses: &[Losses]) -> bool {
-    let mut places: Vec<f64> =
-        losses.iter().flat_map(|series| &series.points).filter_map(|point| x.position(point.0)).collect();
-    places.sort_by(f64::total_cmp);
-    let groups: Vec<(f64, usize)> = places.chunk_by(|a, b| a == b).map(|group| (group[0], group.len())).collect();
-    let half = |count: usize| 0.5 * LOSS_DISTANCE * count as f64;
-    groups.windows(2).all(|pair| pair[1].0 - pair[0].0 >= half(pair[0].1) + half(pair[1].1))
+/// The height at which a series leaves the frame on its way to the right, or ends.
+pub fn end(frame: &Frame, series: &Series) -> Option<f64> {
+    let inside = |vertex: &Vertex| vertex.beyond || frame.area.contains(vertex.at);
+    frame.runs(&series.points).into_iter().flatten().rfind(inside).map(|vertex| vertex.at.1)
 }
 
-/// Marks in the band where runs were lost: an open triangle for some of them, a full one for all. Series that lost runs at one
-/// abscissa stand side by side, or each in a row of its own where that would be too close.
+/// Marks in the band where runs were lost, a row for each series: an open triangle for some of them, a full one for all.
 pub fn draw_losses(drawing: &mut Drawing, frame: &Frame, losses: &[Losses]) {
-    if frame.rows {
-        let step = (frame.band - 8.0) / losses.len() as f64;
-        for (row, series) in losses.iter().enumerate() {
-            let up = frame.whole().top + 4.0 + (row as f64 + 0.5) * step;
-            for &(x, share) in &series.points {
-                let across = frame.x.position(x).filter(|at| (frame.area.left..=frame.area.right).contains(at));
-                if let Some(across) = across {
-                    marker::draw_lost(drawing, (across, up), MARKER, series.color, share >= 1.0);
-                }
+    let step = (frame.band - 8.0) / losses.len().max(1) as f64;
+    for (row, series) in losses.iter().enumerate() {
+        let up = frame.whole().top + 4.0 + (row as f64 + 0.5) * step;
+        for &(x, share) in &series.points {
+            let across = frame.x.position(x).filter(|at| (frame.area.left..=frame.area.right).contains(at));
+            if let Some(across) = across {
+                marker::draw_lost(drawing, (across, up), MARKER, series.color, share >= 1.0);
             }
-        }
-        return;
-    }
-    let of_series =
-        |series: &Losses| series.points.iter().map(|&(x, share)| (x, share, series.color)).collect::<Vec<_>>();
-    let mut marks: Vec<(f64, f64, Color)> = losses.iter().flat_map(of_series).collect();
-    marks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for group in marks.chunk_by(|a, b| a.0 == b.0) {
-        let inside = |at: &f64| (frame.area.left..=frame.area.right).contains(at);
-        let Some(across) = frame.x.position(group[0].0).filter(inside) else { continue };
-        for (index, &(_, share, color)) in group.iter().enumerate() {
-            let beside = (index as f64 - 0.5 * (group.len() - 1) as f64) * LOSS_DISTANCE;
-            let at = ((across + beside).clamp(frame.area.left, frame.area.right), frame.beyond());
-            marker::draw_lost(drawing, at, MARKER, color, share >= 1.0);
         }
     }
 }
@@ -343,7 +318,6 @@ mod tests {
         Frame {
             area: Rect { left: 0.0, top: 50.0, right: 100.0, bottom: 150.0 },
             band: BAND,
-            rows: false,
             band_label: "∞",
             x: AxisMap { scale: Scale::Linear, low: 0.0, high: 10.0, start: 0.0, end: 100.0 },
             y: AxisMap { scale: Scale::Log10, low: 1.0, high: 100.0, start: 150.0, end: 50.0 },
@@ -383,31 +357,12 @@ mod tests {
     }
 
     #[test]
-    fn lost_runs_are_marked_in_the_band_side_by_side() {
-        let mut drawing = Drawing::new(100.0, 200.0);
-        let color = style_in_list(0).color;
-        let losses = [(5.0, 0.25), (5.0, 1.0)].map(|point| Losses { name: String::new(), points: vec![point], color });
-        draw_losses(&mut drawing, &frame(), &losses);
-        let signs: Vec<(f64, bool)> = drawing
-            .shapes
-            .iter()
-            .filter_map(|shape| match shape {
-                Shape::Path { points, fill, closed: true, .. } => Some((points[0].0, *fill == Some(color))),
-                _ => None,
-            })
-            .collect();
-        assert_eq!(signs.iter().map(|sign| sign.1).collect::<Vec<_>>(), [false, true]);
-        assert!((signs[1].0 - signs[0].0 - LOSS_DISTANCE).abs() < 1e-9);
-    }
-
-    #[test]
-    fn lost_runs_that_would_lie_on_each_other_have_a_row_for_each_series() {
+    fn lost_runs_have_a_row_for_each_series_at_the_steps_that_were_run() {
         let color = style_in_list(0).color;
         let points: Vec<(f64, f64)> = (0..10).map(|k| (f64::from(k), 1.0)).collect();
         let losses: Vec<Losses> =
             (0..4).map(|_| Losses { name: String::new(), points: points.clone(), color }).collect();
-        assert!(!side_by_side(&frame().x, &losses) && side_by_side(&frame().x, &losses[..1]));
-        let frame = Frame { band: height_of_rows(4), rows: true, ..frame() };
+        let frame = Frame { band: height_of_rows(4), ..frame() };
         let mut drawing = Drawing::new(100.0, 200.0);
         draw_losses(&mut drawing, &frame, &losses);
         let centres: Vec<Point> = drawing
@@ -421,6 +376,8 @@ mod tests {
         let apart = |a: &Point, b: &Point| (a.0 - b.0).hypot(a.1 - b.1) > 2.0 * MARKER;
         assert_eq!(centres.len(), 40);
         assert!((0..40).all(|i| (0..i).all(|j| apart(&centres[i], &centres[j]))), "{centres:?}");
+        // The first corner of a sign is above its middle.
+        assert!(centres.iter().all(|centre| points.iter().any(|point| (10.0 * point.0 - centre.0).abs() < 1e-9)));
     }
 
     #[test]

@@ -19,8 +19,10 @@ const SWATCH: f64 = 8.0;
 const BETWEEN_COLUMNS: f64 = 16.0;
 const BETWEEN_ROWS: f64 = 6.0;
 /// Least and largest width of the part right of a panel that a kind of sign gets for the runs that it lost, px.
-const LOST: [f64; 2] = [13.0, 24.0];
-/// Between the words below these parts, px.
+const LOST: [f64; 2] = [21.0, 26.0];
+/// What stands below these parts.
+const DIVERGED: &str = "diverged, %";
+/// Between the words there, px.
 const BETWEEN_LOST: f64 = 3.5;
 /// How far signs of one row stand above each other, px.
 const APART: f64 = 2.1;
@@ -80,11 +82,12 @@ pub struct DotRow {
 
 /// What an entry of the key shows before its words.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Sample {
+pub(crate) enum Sample {
     Sign(Marker),
     /// Runs that were lost: all of them, or some.
     Lost(bool),
     Shade,
+    Nothing,
 }
 
 impl Sample {
@@ -92,6 +95,7 @@ impl Sample {
         match self {
             Sample::Sign(_) | Sample::Lost(_) => 2.0 * MARKER,
             Sample::Shade => SHADED,
+            Sample::Nothing => -5.0,
         }
     }
 }
@@ -105,6 +109,8 @@ pub struct DotPanel {
     pub axis: Axis,
     /// A value for each row and sign.
     pub dots: Vec<Vec<Dot>>,
+    /// Values of single runs by row, as faint marks; none, or one list per row.
+    pub marks: Vec<Vec<f64>>,
     /// Values up to this say nothing.
     pub floor: Option<f64>,
 }
@@ -139,13 +145,6 @@ impl DotPlot {
         self.columns.clamp(1, self.panels.len().max(1))
     }
 
-    /// Room for labels left of the first panel of a line.
-    fn labels_width(&self) -> f64 {
-        let widest =
-            self.rows.iter().map(|row| font::width(&row.label, ROW_LABEL, Weight::Regular)).fold(0.0, f64::max);
-        widest + SWATCH + 12.0
-    }
-
     /// Room for lost runs right of each panel, px.
     fn lost_width(&self) -> f64 {
         let lost = self.panels.iter().flat_map(|panel| panel.dots.iter().flatten()).any(|dot| dot.lost > Some(0.0));
@@ -155,13 +154,14 @@ impl DotPlot {
     /// Width of the part of one kind of sign in it, px.
     fn lost_column(&self) -> f64 {
         let words = self.signs.iter().map(|sign| font::width(&sign.short, TICK_SIZE, Weight::Regular));
-        (words.fold(0.0, f64::max) + BETWEEN_LOST).clamp(LOST[0], LOST[1])
+        let heading = font::width(DIVERGED, TICK_SIZE, Weight::Regular) / self.signs.len().max(1) as f64;
+        (words.fold(0.0, f64::max) + BETWEEN_LOST).clamp(LOST[0], LOST[1]).max(heading)
     }
 
     fn panel_width(&self) -> f64 {
         let columns = self.columns() as f64;
         let taken =
-            2.0 * MARGIN + self.labels_width() + columns * self.lost_width() + (columns - 1.0) * BETWEEN_COLUMNS;
+            2.0 * MARGIN + labels_width(&self.rows) + columns * self.lost_width() + (columns - 1.0) * BETWEEN_COLUMNS;
         ((self.width - taken) / columns).floor()
     }
 
@@ -171,7 +171,7 @@ impl DotPlot {
         let lines = self.panels.len().div_ceil(columns);
         let (above, inside) = (TITLE_SIZE + 10.0, ROW * self.rows.len().max(1) as f64 + 6.0);
         let line = above + inside + BELOW;
-        let key = self.key();
+        let key = key_lines(self.key(), self.width);
         let key_height = KEY + KEY_LINE * (key.len().max(1) - 1) as f64;
         let height = 2.0 * MARGIN + lines as f64 * line + (lines.max(1) - 1) as f64 * BETWEEN_ROWS + key_height;
         let mut drawing = Drawing::new(self.width, height);
@@ -182,7 +182,8 @@ impl DotPlot {
         }
         for (index, panel) in self.panels.iter().enumerate() {
             let (row, column) = (index / columns, index % columns);
-            let left = MARGIN + self.labels_width() + column as f64 * (width + self.lost_width() + BETWEEN_COLUMNS);
+            let left =
+                MARGIN + labels_width(&self.rows) + column as f64 * (width + self.lost_width() + BETWEEN_COLUMNS);
             let top = MARGIN + above + row as f64 * (line + BETWEEN_ROWS);
             let [left, top] = [left, top].map(crisp);
             self.draw_panel(
@@ -193,7 +194,12 @@ impl DotPlot {
             );
         }
         for (index, entries) in key.iter().enumerate() {
-            self.draw_key(&mut drawing, entries, height - MARGIN - key_height + 0.6 * KEY + KEY_LINE * index as f64);
+            draw_key(
+                &mut drawing,
+                entries,
+                self.width,
+                height - MARGIN - key_height + 0.6 * KEY + KEY_LINE * index as f64,
+            );
         }
         drawing
     }
@@ -222,13 +228,13 @@ impl DotPlot {
             drawing.line(vec![(area.left, y), (area.right, y)], Stroke { dash: &[1.0, 3.0], ..GRID });
             drawing.group(&row.name, |drawing| {
                 if labelled {
-                    let swatch_left = area.left - 7.0 - SWATCH;
-                    let half = 0.5 * SWATCH;
-                    let swatch =
-                        Rect { left: swatch_left, top: y - half, right: swatch_left + SWATCH, bottom: y + half };
-                    drawing.area(swatch.corners(), Some(row.color), None);
-                    let label = Text::new(&row.label, (swatch_left - 5.0, y), ROW_LABEL).anchored(Anchor::End);
-                    drawing.text(label.centred());
+                    draw_row_label(drawing, row, (area.left, y));
+                }
+                for x in panel.marks.get(index).into_iter().flatten().filter_map(|value| map.position(*value)) {
+                    if (area.left..=area.right).contains(&x) {
+                        let mark = Stroke::solid(row.color.mix(Color::WHITE, 0.45), 0.7);
+                        drawing.line(vec![(x, y - 3.6), (x, y + 3.6)], mark);
+                    }
                 }
                 data.push(self.draw_row(drawing, &map, &area, lost_left, y, row, dots));
             });
@@ -271,7 +277,8 @@ impl DotPlot {
             let column = lost_left + (index as f64 + 0.5) * self.lost_column();
             let lost = dot.lost.filter(|lost| *lost > 0.0);
             if let Some(share) = lost {
-                marker::draw_lost(drawing, (column, y), MARKER, row.color, share >= 1.0);
+                let share = Text::new(format!("{:.0}", (100.0 * share).max(1.0)), (column, y), TICK_SIZE);
+                drawing.text(share.anchored(Anchor::Middle).centred());
             }
             let note = match dot.lost {
                 None => "not run".to_owned(),
@@ -298,53 +305,64 @@ impl DotPlot {
             }
         }
         let middle = 0.5 * (left + right);
-        let word = Text::new("diverged", (middle, area.bottom + BELOW - 6.0), TICK_SIZE).anchored(Anchor::Middle);
+        let word = Text::new(DIVERGED, (middle, area.bottom + BELOW - 6.0), TICK_SIZE).anchored(Anchor::Middle);
         drawing.text(word.colored(Color::SOFT_INK));
     }
 
-    /// What the signs stand for, in as many lines as the width asks for.
-    fn key(&self) -> Vec<Vec<(Sample, String)>> {
-        let lost = |all: bool| {
-            let dots = self.panels.iter().flat_map(|panel| panel.dots.iter().flatten());
-            dots.filter_map(|dot| dot.lost).any(|lost| lost > 0.0 && (lost >= 1.0) == all)
-        };
+    /// What the signs stand for.
+    fn key(&self) -> Vec<(Sample, String)> {
         let sign = |(index, sign): (usize, &Sign)| (Sample::Sign(SIGNS[index % SIGNS.len()]), sign.label.clone());
         let mut entries: Vec<(Sample, String)> = self.signs.iter().enumerate().map(sign).collect();
-        for (all, label) in [(false, "some runs diverged"), (true, "all runs diverged")] {
-            if lost(all) {
-                entries.push((Sample::Lost(all), label.to_owned()));
-            }
-        }
         if self.panels.iter().any(|panel| panel.floor.is_some()) {
             entries.push((Sample::Shade, "below the reference's uncertainty".to_owned()));
         }
-        let mut lines: Vec<Vec<(Sample, String)>> = Vec::new();
-        for entry in entries {
-            let room = self.width - 2.0 * MARGIN - entry_width(&entry);
-            match lines.last_mut() {
-                Some(line) if line_width(line) + BETWEEN_ENTRIES <= room => line.push(entry),
-                _ => lines.push(vec![entry]),
-            }
-        }
-        lines
+        entries
     }
+}
 
-    /// One line of it.
-    fn draw_key(&self, drawing: &mut Drawing, entries: &[(Sample, String)], y: f64) {
-        let mut x = (0.5 * (self.width - line_width(entries))).max(MARGIN);
-        for entry in entries {
-            let (sample, label) = entry;
-            match *sample {
-                Sample::Sign(sign) => marker::draw(drawing, sign, (x + MARKER, y), MARKER, Color::SOFT_INK),
-                Sample::Lost(all) => marker::draw_lost(drawing, (x + MARKER, y), MARKER, Color::SOFT_INK, all),
-                Sample::Shade => {
-                    let sample = Rect { left: x, top: y - 4.0, right: x + SHADED, bottom: y + 4.0 };
-                    drawing.area(sample.corners(), Some(super::guides::SHADE), None);
-                }
-            }
-            drawing.text(Text::new(label, (x + sample.width() + 5.0, y), TICK_SIZE).centred());
-            x += entry_width(entry) + BETWEEN_ENTRIES;
+/// Room for labels left of the first panel of a line, px.
+pub(crate) fn labels_width(rows: &[DotRow]) -> f64 {
+    let widest = rows.iter().map(|row| font::width(&row.label, ROW_LABEL, Weight::Regular)).fold(0.0, f64::max);
+    widest + SWATCH + 12.0
+}
+
+/// Writes the label of a row, with a swatch of its colour, left of a place.
+pub(crate) fn draw_row_label(drawing: &mut Drawing, row: &DotRow, (right, y): (f64, f64)) {
+    let (left, half) = (right - 7.0 - SWATCH, 0.5 * SWATCH);
+    let swatch = Rect { left, top: y - half, right: left + SWATCH, bottom: y + half };
+    drawing.area(swatch.corners(), Some(row.color), None);
+    drawing.text(Text::new(&row.label, (left - 5.0, y), ROW_LABEL).anchored(Anchor::End).centred());
+}
+
+/// Breaks the entries of a key into as many lines as the width asks for.
+pub(crate) fn key_lines(entries: Vec<(Sample, String)>, width: f64) -> Vec<Vec<(Sample, String)>> {
+    let mut lines: Vec<Vec<(Sample, String)>> = Vec::new();
+    for entry in entries {
+        let room = width - 2.0 * MARGIN - entry_width(&entry);
+        match lines.last_mut() {
+            Some(line) if line_width(line) + BETWEEN_ENTRIES <= room => line.push(entry),
+            _ => lines.push(vec![entry]),
         }
+    }
+    lines
+}
+
+/// Draws one line of a key in the middle of a width.
+pub(crate) fn draw_key(drawing: &mut Drawing, entries: &[(Sample, String)], width: f64, y: f64) {
+    let mut x = (0.5 * (width - line_width(entries))).max(MARGIN);
+    for entry in entries {
+        let (sample, label) = entry;
+        match *sample {
+            Sample::Sign(sign) => marker::draw(drawing, sign, (x + MARKER, y), MARKER, Color::SOFT_INK),
+            Sample::Lost(all) => marker::draw_lost(drawing, (x + MARKER, y), MARKER, Color::SOFT_INK, all),
+            Sample::Shade => {
+                let sample = Rect { left: x, top: y - 4.0, right: x + SHADED, bottom: y + 4.0 };
+                drawing.area(sample.corners(), Some(super::guides::SHADE), None);
+            }
+            Sample::Nothing => {}
+        }
+        drawing.text(Text::new(label, (x + sample.width() + 5.0, y), TICK_SIZE).centred());
+        x += entry_width(entry) + BETWEEN_ENTRIES;
     }
 }
 
@@ -384,6 +402,7 @@ mod tests {
                 title: "(a)".to_owned(),
                 axis: Axis::log10("error"),
                 dots: values.iter().map(|row| row.map(dot).to_vec()).collect(),
+                marks: Vec::new(),
                 floor: None,
             }],
         }
@@ -400,12 +419,12 @@ mod tests {
     #[test]
     fn every_row_has_its_name_and_a_lost_run_says_diverged() {
         let drawing = plot(&[[1.0, 2.0], [3.0, f64::NAN]], 1.0).draw();
-        for wanted in ["row 0", "row 1", "H = 5 ms", "diverged", "all runs diverged"] {
+        for wanted in ["row 0", "row 1", "H = 5 ms", "diverged, %", "100"] {
             assert!(words(&drawing).contains(&wanted), "{wanted}: {:?}", words(&drawing));
         }
         let note = &drawing.data[0].series[1].points[1];
         assert!(note.note == "100 % of the runs diverged" && note.at.is_some(), "{note:?}");
-        assert!(!words(&plot(&[[1.0, 2.0]], 0.0).draw()).contains(&"diverged"));
+        assert!(!words(&plot(&[[1.0, 2.0]], 0.0).draw()).contains(&"diverged, %"));
     }
 
     #[test]

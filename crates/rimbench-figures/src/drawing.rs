@@ -7,6 +7,15 @@
 use super::font;
 pub use super::font::Weight;
 
+/// Size of words on what is shown, and the height of their lines, px.
+const NOTE_SIZE: f64 = 9.4;
+const NOTE_LINE: f64 = 14.0;
+/// Size of a title, and the height of its lines, px.
+const HEADING_SIZE: f64 = 12.4;
+const HEADING_LINE: f64 = 17.0;
+/// Room beside words, px.
+const BESIDE: f64 = 8.0;
+
 /// A position on the page, px.
 pub type Point = (f64, f64);
 
@@ -223,6 +232,8 @@ pub struct Drawing {
     pub height: f64,
     /// What a screen reader says; the SVG's title. May be empty.
     pub title: String,
+    /// What is shown, in a sentence or two; the SVG's description.
+    pub description: String,
     /// Shapes, back to front.
     pub shapes: Vec<Shape>,
     /// The data behind the shapes, panel by panel; a picture of bodies has none.
@@ -232,29 +243,76 @@ pub struct Drawing {
 impl Drawing {
     /// Starts an empty white page.
     pub fn new(width: f64, height: f64) -> Self {
-        Drawing { width, height, title: String::new(), shapes: Vec::new(), data: Vec::new() }
+        Drawing {
+            width,
+            height,
+            title: String::new(),
+            description: String::new(),
+            shapes: Vec::new(),
+            data: Vec::new(),
+        }
     }
 
     /// Adds lines of words below everything else, as many as the width asks for, and the height that they need. No words add nothing.
     pub fn noted(mut self, words: &str) -> Self {
-        const SIZE: f64 = 9.4;
-        const LINE: f64 = 14.0;
-        const BESIDE: f64 = 8.0;
-        let mut lines: Vec<Text> = Vec::new();
-        for word in words.split_whitespace() {
-            let longer = lines.last().map(|line| Text::new(format!("{} {word}", line.content), line.at, SIZE));
-            match (longer, lines.last_mut()) {
-                (Some(longer), Some(line)) if longer.width() <= self.width - 2.0 * BESIDE => *line = longer,
-                _ => {
-                    self.height += LINE;
-                    lines.push(Text::new(word, (0.5 * self.width, self.height - BESIDE), SIZE));
-                }
-            }
-        }
-        for line in lines {
-            self.text(line.anchored(Anchor::Middle).colored(Color::SOFT_INK));
+        for line in self.broken(&Text::new(words, (0.5 * self.width, 0.0), NOTE_SIZE).anchored(Anchor::Middle)) {
+            self.height += NOTE_LINE;
+            self.text(Text { at: (line.at.0, self.height - BESIDE), ..line.colored(Color::SOFT_INK) });
         }
         self
+    }
+
+    /// Adds a title and words on what is shown above everything else, in as many lines as the width asks for, and the height that they
+    /// need. The picture is named by its title, and described by the words.
+    pub fn headed(mut self, title: &str, words: &str) -> Self {
+        let title_lines = self.broken(&Text::new(title, (BESIDE, 0.0), HEADING_SIZE).bold());
+        let word_lines = self.broken(&Text::new(words, (BESIDE, 0.0), NOTE_SIZE).colored(Color::SOFT_INK));
+        let (mut y, mut lines) = (BESIDE - 3.0, Vec::new());
+        for (line, height) in title_lines
+            .into_iter()
+            .map(|line| (line, HEADING_LINE))
+            .chain(word_lines.into_iter().map(|line| (line, NOTE_LINE)))
+        {
+            y += height;
+            lines.push(Text { at: (BESIDE, y - 2.5), ..line });
+        }
+        if lines.is_empty() {
+            return self;
+        }
+        self.move_down(y + 3.0);
+        lines.into_iter().for_each(|line| self.text(line));
+        (self.title, self.description) = (title.to_owned(), words.to_owned());
+        self
+    }
+
+    /// Moves all there is down on a page that becomes as much higher.
+    fn move_down(&mut self, by: f64) {
+        self.height += by;
+        for shape in &mut self.shapes {
+            match shape {
+                Shape::Path { points, .. } => points.iter_mut().for_each(|point| point.1 += by),
+                Shape::Disc { centre, .. } => centre.1 += by,
+                Shape::Text(text) => text.at.1 += by,
+                Shape::Open(_) | Shape::Close => {}
+            }
+        }
+        let series = self.data.iter_mut().flat_map(|panel| &mut panel.series);
+        let points = series.flat_map(|series| &mut series.points);
+        points.filter_map(|point| point.at.as_mut()).for_each(|at| at.1 += by);
+    }
+
+    /// Breaks a text into lines that the page has room for.
+    fn broken(&self, text: &Text) -> Vec<Text> {
+        let mut lines: Vec<Text> = Vec::new();
+        for word in text.content.split_whitespace() {
+            let with = |content: String| Text { content, ..text.clone() };
+            let longer = lines.last().map(|line| with(format!("{} {word}", line.content)));
+            match (longer, lines.last_mut()) {
+                (Some(longer), Some(line)) if longer.width() <= self.width - 2.0 * BESIDE => *line = longer,
+                _ => lines.push(with(word.to_owned())),
+            }
+        }
+        lines
     }
 
     /// Adds an open line. Fewer than two points add nothing.
@@ -307,5 +365,20 @@ mod tests {
             .collect();
         assert!(texts.len() > 1 && texts.iter().all(|text| text.width() <= 184.0), "{texts:?}");
         assert!(texts.iter().all(|text| text.at.1 > 100.0 && text.at.1 < drawing.height), "{texts:?}");
+    }
+
+    #[test]
+    fn a_title_stands_above_and_moves_shapes_and_data() {
+        let mut drawing = Drawing::new(200.0, 100.0);
+        drawing.disc((5.0, 1.0), 1.0, None, None);
+        let datum = Datum { x: 1.0, y: 1.0, range: None, note: String::new(), at: Some((5.0, 1.0)) };
+        let series = vec![SeriesData { name: String::new(), points: vec![datum] }];
+        drawing.data = vec![PanelData { series, ..PanelData::default() }];
+        let headed = drawing.headed("The finding", "what is shown, in words that do not fit on one line of this page");
+        let by = headed.height - 100.0;
+        assert!(by > 17.0 + 2.0 * NOTE_LINE, "{by}");
+        assert!(matches!(headed.shapes[0], Shape::Disc { centre: (_, y), .. } if y == 1.0 + by));
+        assert_eq!(headed.data[0].series[0].points[0].at, Some((5.0, 1.0 + by)));
+        assert!(headed.title == "The finding" && headed.description.starts_with("what is shown"));
     }
 }

@@ -14,6 +14,10 @@ const RIGHT_OF_PANEL: f64 = 6.0;
 const BETWEEN_COLUMNS: f64 = 10.0;
 const BETWEEN_ROWS: f64 = 8.0;
 const BEFORE_LEGEND: f64 = 6.0;
+/// Least width of a plotting area beside labels of lines, px.
+const LEAST_BESIDE: f64 = 150.0;
+/// Most lines of a panel that can be told apart.
+pub(crate) const MOST_LINES: usize = 7;
 
 /// Least width and height of a plotting area, px: below, there is no room for ticks and their labels.
 const LEAST: f64 = 40.0;
@@ -22,8 +26,14 @@ impl Figure {
     /// Draws the figure if its panels have room in it.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] with the size that it would need.
+    /// [`Error::Incompatible`] with the size that it would need, or for a panel with more lines than can be told apart.
     pub fn draw_if_it_fits(&self) -> Result<Drawing> {
+        if let Some(panel) = self.panels.iter().find(|panel| panel.series.len() > MOST_LINES) {
+            let (title, count) = (&panel.title, panel.series.len());
+            let message =
+                format!("panel `{title}` has {count} lines, and {MOST_LINES} can be told apart: choose `labels`");
+            return Err(Error::Incompatible(message));
+        }
         let (drawing, [width, height]) = self.told_apart().drawn();
         fits(&[("width", self.width, width), ("height", self.height, height)]).map(|()| drawing)
     }
@@ -50,6 +60,12 @@ impl Figure {
         figure
     }
 
+    /// Whether the same series are in all panels.
+    fn has_one_set_of_lines(&self) -> bool {
+        let labels = |panel: &Panel| panel.series.iter().map(|series| series.label.clone()).collect::<Vec<_>>();
+        self.panels.iter().all(|panel| labels(panel) == labels(&self.panels[0]))
+    }
+
     /// The drawing, and width and height of a plotting area in it; without room nothing is drawn.
     fn drawn(&self) -> (Drawing, [f64; 2]) {
         let mut drawing = Drawing::new(self.width, self.height);
@@ -59,15 +75,17 @@ impl Figure {
         }
         let columns = self.columns.clamp(1, self.panels.len());
         let rows = self.panels.len().div_ceil(columns);
-        let infinite = self.panels.iter().any(|panel| Prepared::new(panel, self.width, self.height).infinite());
-        let legend = Legend::of(&self.panels, infinite);
-
+        let infinite = self.panels.iter().any(|panel| Prepared::new(panel, self.height).infinite());
         let inner = self.width - 2.0 * MARGIN;
-        let (legend_right, legend_below) = match self.legend {
-            LegendPlace::Below => (0.0, legend.rows_height(inner)),
-            LegendPlace::Right => (legend.column_width() + BETWEEN_COLUMNS, 0.0),
-            LegendPlace::None => (0.0, 0.0),
+        let (beside, under) = match self.legend {
+            LegendPlace::Lines if rows == 1 && self.has_one_set_of_lines() => {
+                Legend::of(&self.panels, infinite).split()
+            }
+            LegendPlace::None => Default::default(),
+            _ => (Legend::default(), Legend::of(&self.panels, infinite)),
         };
+        let legend_right = beside.column_width() + if beside.column_width() > 0.0 { BEFORE_LEGEND } else { 0.0 };
+        let legend_below = under.rows_height(inner);
         let below = if legend_below > 0.0 { legend_below + BEFORE_LEGEND } else { 0.0 };
 
         let titled = |row: &[Panel]| row.iter().any(|panel| !panel.title.is_empty());
@@ -76,21 +94,23 @@ impl Figure {
         let taken = above.iter().sum::<f64>() + rows as f64 * BELOW + (rows - 1) as f64 * BETWEEN_ROWS;
         let height = (self.height - 2.0 * MARGIN + 6.0 - below - taken) / rows as f64;
 
-        // Labels beside the panels take a fifth of the width or less.
-        let about = 0.8 * (inner - legend_right) / columns as f64;
-        let prepared: Vec<Prepared<'_>> = self.panels.iter().map(|panel| Prepared::new(panel, about, height)).collect();
+        let prepared: Vec<Prepared<'_>> = self.panels.iter().map(|panel| Prepared::new(panel, height)).collect();
         let left_of =
             |column: usize| prepared.iter().skip(column).step_by(columns).map(Prepared::left).fold(0.0, f64::max);
         let lefts: Vec<f64> = (0..columns).map(left_of).collect();
-        let beside = lefts.iter().sum::<f64>()
+        let taken = lefts.iter().sum::<f64>()
             + columns as f64 * RIGHT_OF_PANEL
             + (columns - 1) as f64 * BETWEEN_COLUMNS
             + legend_right;
-        let width = (inner - beside) / columns as f64;
+        let width = (inner - taken) / columns as f64;
+        if legend_right > 0.0 && (width < LEAST_BESIDE || height < beside.column_height()) {
+            return Figure { legend: LegendPlace::Below, ..self.clone() }.drawn();
+        }
         if width < 1.0 || height < 1.0 {
             return (drawing, [width, height]);
         }
 
+        let (mut ends, mut last) = (Vec::new(), [0.0, 0.0]);
         for (index, panel) in prepared.iter().enumerate() {
             let (row, column) = (index / columns, index % columns);
             let left = MARGIN
@@ -99,18 +119,11 @@ impl Figure {
             let top = MARGIN - 6.0 + above[..=row].iter().sum::<f64>() + row as f64 * (height + BELOW + BETWEEN_ROWS);
             let place = Rect { left, top, right: left + width, bottom: top + height };
             let [left, top, right, bottom] = [place.left, place.top, place.right, place.bottom].map(crisp);
-            panel.draw(&mut drawing, Rect { left, top, right, bottom });
+            ends = panel.draw(&mut drawing, Rect { left, top, right, bottom });
+            last = [top, bottom];
         }
-        match self.legend {
-            LegendPlace::Below => {
-                legend.draw_rows(&mut drawing, MARGIN, self.height - MARGIN + 4.0 - legend_below, inner);
-            }
-            LegendPlace::Right => {
-                let left = self.width - MARGIN - legend.column_width();
-                legend.draw_column(&mut drawing, left, MARGIN - 6.0 + above[0]);
-            }
-            LegendPlace::None => {}
-        }
+        beside.draw_at_lines(&mut drawing, self.width - MARGIN - beside.column_width(), last, &ends);
+        under.draw_rows(&mut drawing, MARGIN, self.height - MARGIN + 4.0 - legend_below, inner);
         (drawing, [width, height])
     }
 }

@@ -22,7 +22,6 @@ pub fn draw(drawing: &mut Drawing, outer: &Frame, panel: &Panel, inset: &Inset) 
     let frame = Frame {
         area,
         band: 0.0,
-        rows: false,
         band_label: "",
         x: AxisMap { scale: panel.x.scale, low: x0, high: x1, start: area.left, end: area.right },
         y: AxisMap { scale: panel.y.scale, low: y0, high: y1, start: area.bottom, end: area.top },

@@ -25,6 +25,7 @@ enum Sample {
 }
 
 /// The entries of a figure.
+#[derive(Default)]
 pub struct Legend {
     entries: Vec<(Sample, String)>,
 }
@@ -68,9 +69,21 @@ impl Legend {
         Legend { entries }
     }
 
+    /// The entries of lines, and the others.
+    pub fn split(self) -> (Legend, Legend) {
+        let is_line = |(sample, _): &(Sample, String)| matches!(sample, Sample::Series { .. });
+        let (lines, others) = self.entries.into_iter().partition(is_line);
+        (Legend { entries: lines }, Legend { entries: others })
+    }
+
     /// Width as a single column, px.
     pub fn column_width(&self) -> f64 {
         self.entries.iter().map(width).fold(0.0, f64::max)
+    }
+
+    /// Height as a single column, px.
+    pub fn column_height(&self) -> f64 {
+        self.entries.len() as f64 * ROW
     }
 
     /// Height as centred rows within a width, px; zero without entries.
@@ -90,10 +103,24 @@ impl Legend {
         }
     }
 
-    /// Draws it as a column.
-    pub fn draw_column(&self, drawing: &mut Drawing, left: f64, top: f64) {
-        for (index, entry) in self.entries.iter().enumerate() {
-            draw_entry(drawing, entry, left, top + (index as f64 + 0.5) * ROW);
+    /// Draws each entry as near as there is room to the height at which its line ends, between two heights.
+    pub fn draw_at_lines(&self, drawing: &mut Drawing, left: f64, [top, bottom]: [f64; 2], ends: &[(String, f64)]) {
+        let end = |label: &str| ends.iter().find(|(known, _)| *known == label).map_or(top, |(_, end)| *end);
+        let mut entries: Vec<(f64, &(Sample, String))> =
+            self.entries.iter().map(|entry| (end(&entry.1), entry)).collect();
+        entries.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut next = top + 0.5 * ROW;
+        for place in &mut entries {
+            place.0 = place.0.max(next);
+            next = place.0 + ROW;
+        }
+        let mut last = bottom - 0.5 * ROW;
+        for place in entries.iter_mut().rev() {
+            place.0 = place.0.min(last);
+            last = place.0 - ROW;
+        }
+        for (y, entry) in entries {
+            draw_entry(drawing, entry, left, y);
         }
     }
 

@@ -11,7 +11,7 @@
 //! | `figure`, `panel`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker`, `hatch` | value to position, round numbers, edges, signs, shading |
 //! | [`dots`] | ranked dot plots: a row per scheme |
-//! | [`heatmap`] | stability maps: scheme × step size |
+//! | [`matrix`] | which scheme is stable at which macro step: a sign per cell |
 //! | [`manoeuvre`], `wedge_box` | the wedge box at a row of instants |
 //! | [`animation`] | the wedge box in motion, as an image that moves without a script |
 //! | [`days`] | days from seconds |
@@ -35,9 +35,9 @@ pub mod chart;
 pub mod days;
 pub mod dots;
 pub mod drawing;
-pub mod heatmap;
 pub mod line_style;
 pub mod manoeuvre;
+pub mod matrix;
 pub mod render;
 pub mod report;
 pub mod style;

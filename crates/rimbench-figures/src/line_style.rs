@@ -57,31 +57,47 @@ pub enum Marker {
     OpenDiamond,
 }
 
-/// Styles of the built-in schemes. The colours begin with those of Okabe and Ito; all stand out from white paper, and no two merge for readers
+/// Names (those of the glossary) and styles of the built-in schemes. The colours begin with those of Okabe and Ito; all stand out from white paper, and no two merge for readers
 /// with a common deficiency of colour vision (tests compute both). Dash and marker tell the series apart in grey.
-pub(super) const SCHEMES: [(&str, LineStyle); 22] = [
-    ("rim-smooth", LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond)),
-    ("rim-smooth-active", LineStyle::new([0x8C, 0x3B, 0x0C], Dash::DashDot, Marker::OpenDiamond)),
-    ("rim-nonsmooth", LineStyle::new([0x00, 0x72, 0xB2], Dash::Dashed, Marker::Circle)),
-    ("rim-nonsmooth-gap", LineStyle::new([0x00, 0x9E, 0x73], Dash::DashDot, Marker::Square)),
-    ("rim-fixed-mass", LineStyle::new([0x7B, 0x7D, 0x7F], Dash::Dotted, Marker::Cross)),
-    ("zero-order-hold", LineStyle::new([0xA7, 0x73, 0x33], Dash::Short, Marker::Square)),
-    ("first-order-hold", LineStyle::new([0x0D, 0x9B, 0xE8], Dash::DashDotDot, Marker::Triangle)),
-    ("second-order-hold", LineStyle::new([0xB7, 0x66, 0x97], Dash::Dotted, Marker::Pentagon)),
-    ("c1-extrapolated-interpolation", LineStyle::new([0x60, 0x30, 0x8A], Dash::DashDot, Marker::Pentagon)),
-    ("true-acceleration", LineStyle::new([0xB4, 0x29, 0x59], Dash::Long, Marker::Circle)),
-    ("nepce", LineStyle::new([0x00, 0x62, 0x77], Dash::Short, Marker::Triangle)),
-    ("integral-correction-first-order", LineStyle::new([0x13, 0x4E, 0x9E], Dash::DashDot, Marker::Triangle)),
-    ("energy-leak-damper", LineStyle::new([0x79, 0x5B, 0x3C], Dash::Short, Marker::Plus)),
-    ("transmission-line", LineStyle::new([0x99, 0x97, 0x2A], Dash::DashDotDot, Marker::Pentagon)),
-    ("hydraulic-line", LineStyle::new([0x68, 0x57, 0x21], Dash::Dotted, Marker::Diamond)),
-    ("interface-jacobian", LineStyle::new([0x6E, 0xA1, 0x51], Dash::Long, Marker::Star)),
-    ("interface-exponential", LineStyle::new([0x51, 0x8B, 0x09], Dash::DashDot, Marker::Star)),
-    ("model-corrected-outputs", LineStyle::new([0x4B, 0x66, 0x9E], Dash::Long, Marker::Pentagon)),
-    ("interface-mass", LineStyle::new([0x5B, 0x6E, 0x1F], Dash::Dashed, Marker::Diamond)),
-    ("iterated-aitken", LineStyle::new([0x5B, 0x5B, 0x5B], Dash::Dashed, Marker::OpenCircle)),
-    ("waveform", LineStyle::new([0x4A, 0x4A, 0x4A], Dash::Dotted, Marker::OpenSquare)),
-    ("monolithic", LineStyle::new([0x2E, 0x2E, 0x2E], Dash::Long, Marker::OpenCircle)),
+pub(super) const SCHEMES: [(&str, &str, LineStyle); 22] = [
+    ("rim-smooth", "smooth model", LineStyle::new([0xD5, 0x5E, 0x00], Dash::Long, Marker::Diamond)),
+    (
+        "rim-smooth-active",
+        "smooth active model",
+        LineStyle::new([0x8C, 0x3B, 0x0C], Dash::DashDot, Marker::OpenDiamond),
+    ),
+    ("rim-nonsmooth", "non-smooth model", LineStyle::new([0x00, 0x72, 0xB2], Dash::Dashed, Marker::Circle)),
+    ("rim-nonsmooth-gap", "gap tracking", LineStyle::new([0x00, 0x9E, 0x73], Dash::DashDot, Marker::Square)),
+    ("rim-fixed-mass", "fixed-mass model", LineStyle::new([0x7B, 0x7D, 0x7F], Dash::Dotted, Marker::Cross)),
+    ("zero-order-hold", "zero-order hold", LineStyle::new([0xA7, 0x73, 0x33], Dash::Short, Marker::Square)),
+    ("first-order-hold", "first-order hold", LineStyle::new([0x0D, 0x9B, 0xE8], Dash::DashDotDot, Marker::Triangle)),
+    ("second-order-hold", "second-order hold", LineStyle::new([0xB7, 0x66, 0x97], Dash::Dotted, Marker::Pentagon)),
+    (
+        "c1-extrapolated-interpolation",
+        "C¹ extrapolation",
+        LineStyle::new([0x60, 0x30, 0x8A], Dash::DashDot, Marker::Pentagon),
+    ),
+    ("true-acceleration", "true acceleration", LineStyle::new([0xB4, 0x29, 0x59], Dash::Long, Marker::Circle)),
+    ("nepce", "NEPCE", LineStyle::new([0x00, 0x62, 0x77], Dash::Short, Marker::Triangle)),
+    (
+        "integral-correction-first-order",
+        "first-order NEPCE",
+        LineStyle::new([0x13, 0x4E, 0x9E], Dash::DashDot, Marker::Triangle),
+    ),
+    ("energy-leak-damper", "energy-leak damper", LineStyle::new([0x79, 0x5B, 0x3C], Dash::Short, Marker::Plus)),
+    ("transmission-line", "transmission line", LineStyle::new([0x99, 0x97, 0x2A], Dash::DashDotDot, Marker::Pentagon)),
+    ("hydraulic-line", "hydraulic line", LineStyle::new([0x68, 0x57, 0x21], Dash::Dotted, Marker::Diamond)),
+    ("interface-jacobian", "interface Jacobian", LineStyle::new([0x6E, 0xA1, 0x51], Dash::Long, Marker::Star)),
+    ("interface-exponential", "interface exponential", LineStyle::new([0x51, 0x8B, 0x09], Dash::DashDot, Marker::Star)),
+    (
+        "model-corrected-outputs",
+        "model-corrected outputs",
+        LineStyle::new([0x4B, 0x66, 0x9E], Dash::Long, Marker::Pentagon),
+    ),
+    ("interface-mass", "interface mass", LineStyle::new([0x5B, 0x6E, 0x1F], Dash::Dashed, Marker::Diamond)),
+    ("iterated-aitken", "fixed-point iteration", LineStyle::new([0x5B, 0x5B, 0x5B], Dash::Dashed, Marker::OpenCircle)),
+    ("waveform", "waveform iteration", LineStyle::new([0x4A, 0x4A, 0x4A], Dash::Dotted, Marker::OpenSquare)),
+    ("monolithic", "monolithic solution", LineStyle::new([0x2E, 0x2E, 0x2E], Dash::Long, Marker::OpenCircle)),
 ];
 
 /// Dark enough for white paper and none of the colours of the built-in schemes.
@@ -111,7 +127,7 @@ impl LineStyle {
 
     /// Returns the style of a built-in scheme, or from the spare one of this name on the next that is not `taken`.
     pub(super) fn free(name: &str, taken: impl Fn(&LineStyle) -> bool) -> Self {
-        if let Some((_, style)) = SCHEMES.iter().find(|(scheme, _)| *scheme == name) {
+        if let Some((.., style)) = SCHEMES.iter().find(|(scheme, ..)| *scheme == name) {
             return *style;
         }
         let code = code_of(name);
@@ -146,8 +162,8 @@ mod tests {
 
     #[test]
     fn the_styles_of_the_schemes_differ_without_colour() {
-        for (index, (scheme, one)) in SCHEMES.iter().enumerate() {
-            for (other, two) in &SCHEMES[..index] {
+        for (index, (scheme, _, one)) in SCHEMES.iter().enumerate() {
+            for (other, _, two) in &SCHEMES[..index] {
                 assert!((one.dash, one.marker) != (two.dash, two.marker), "{scheme} and {other} in grey");
                 assert_ne!(one.color, two.color, "{scheme} and {other}");
             }
@@ -158,7 +174,7 @@ mod tests {
     #[test]
     fn every_built_in_scheme_has_a_style() {
         let mut schemes: Vec<_> = standard_schemes().into_iter().map(|scheme| scheme.name).collect();
-        let mut drawn = SCHEMES.map(|(name, _)| name);
+        let mut drawn = SCHEMES.map(|(name, ..)| name);
         schemes.sort();
         drawn.sort_unstable();
         assert_eq!(schemes, drawn);

@@ -1,7 +1,7 @@
 //! Draws one panel: axes, data, guides, notes, inset.
 
 use super::axes::{BELOW, LABEL_SIZE, TICK, TICK_SIZE, axes, fitting_ticks, label_width, labels};
-use super::chart::{Guide, Panel, Scale};
+use super::chart::{Guide, Panel, Scale, Series};
 use super::clip::Rect;
 use super::data::{self, BAND, Frame};
 use super::drawing::{Anchor, Color, Drawing, PanelData, Text};
@@ -20,27 +20,23 @@ pub struct Prepared<'a> {
     y: (f64, f64),
     y_ticks: Ticks,
     band: f64,
-    rows: bool,
     infinite: bool,
 }
 
 impl<'a> Prepared<'a> {
-    /// Settles intervals and vertical ticks for about this size of the plotting area (band included).
-    pub fn new(panel: &'a Panel, width: f64, height: f64) -> Self {
+    /// Settles intervals and vertical ticks for about this height of the plotting area (band included).
+    pub fn new(panel: &'a Panel, height: f64) -> Self {
         let (x, y) = intervals(panel);
         let infinite = panel.series.iter().flat_map(|s| &s.points).any(|p| p.1 == f64::INFINITY && !p.0.is_nan());
-        let across = AxisMap { scale: panel.x.scale, low: x.0, high: x.1, start: 0.0, end: width };
-        let rows = !data::side_by_side(&across, &panel.losses);
         let band = match (infinite, panel.losses.is_empty()) {
             (false, true) => 0.0,
             (true, true) => BAND,
-            (_, false) if !rows => BAND,
             (_, false) => data::height_of_rows(panel.losses.len()),
         };
         let height = height - band;
         let map = AxisMap { scale: panel.y.scale, low: y.0, high: y.1, start: 0.0, end: 1.0 };
         let y_ticks = map.ticks((height / 26.0) as usize);
-        Prepared { panel, x, y, y_ticks, band, rows, infinite }
+        Prepared { panel, x, y, y_ticks, band, infinite }
     }
 
     /// Whether infinite values are shown.
@@ -62,14 +58,13 @@ impl<'a> Prepared<'a> {
             + if self.panel.y.label.is_empty() { 0.0 } else { LABEL_SIZE + 10.0 }
     }
 
-    /// Draws the panel into its plotting area (band included).
-    pub fn draw(&self, drawing: &mut Drawing, place: Rect) {
+    /// Draws the panel into its plotting area (band included). Returns the height at which each series ends.
+    pub fn draw(&self, drawing: &mut Drawing, place: Rect) -> Vec<(String, f64)> {
         let panel = self.panel;
         let area = Rect { top: place.top + self.band, ..place };
         let frame = Frame {
             area,
             band: self.band,
-            rows: self.rows,
             band_label: if self.infinite { "∞" } else { DIVERGED },
             x: AxisMap { scale: panel.x.scale, low: self.x.0, high: self.x.1, start: area.left, end: area.right },
             y: AxisMap { scale: panel.y.scale, low: self.y.0, high: self.y.1, start: area.bottom, end: area.top },
@@ -106,6 +101,8 @@ impl<'a> Prepared<'a> {
             inset::draw(drawing, &frame, panel, inset);
         }
         self.labels(drawing, &frame, &x_ticks);
+        let end = |series: &Series| (series.label.clone(), data::end(&frame, series).unwrap_or(place.top));
+        panel.series.iter().map(end).collect()
     }
 
     fn labels(&self, drawing: &mut Drawing, frame: &Frame, x_ticks: &Ticks) {

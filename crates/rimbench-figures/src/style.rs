@@ -4,7 +4,7 @@
 //! by the letters of its name.
 
 use super::drawing::{Color, DashPattern};
-use super::line_style::{Dash, LineStyle, Marker};
+use super::line_style::{Dash, LineStyle, Marker, SCHEMES};
 use rimbench_core::name::Name;
 use rimbench_core::schemes::{SchemeEntry, standard_schemes};
 
@@ -146,7 +146,7 @@ impl Styles {
         if variant.is_empty() || variant == usual { line } else { line.of_variant(variant) }
     }
 
-    /// What a legend or table says of a label: what follows the scheme's name in words, and schemes that cannot run in real time are
+    /// What a legend or table says of a label: the scheme's name and its variant in words, and schemes that cannot run in real time are
     /// marked.
     pub fn shown_name(&self, label: &str) -> String {
         let name = label.split(ENDS).next().unwrap_or_default();
@@ -156,10 +156,13 @@ impl Styles {
     }
 }
 
-/// A label with its variants in words: `rim-smooth/1um` is `rim-smooth, margin 1 µm`.
+/// A label with its variants in words: `rim-smooth/1um` is `smooth model, margin 1 µm`.
 fn in_words(label: &str) -> String {
     let mut parts = label.split('/');
-    let name = parts.next().unwrap_or_default().to_owned();
+    let first = parts.next().unwrap_or_default();
+    let (id, rest) = first.split_at(first.find(ENDS).unwrap_or(first.len()));
+    let known = SCHEMES.iter().find(|(scheme, ..)| *scheme == id);
+    let name = known.map_or_else(|| first.to_owned(), |(_, name, _)| format!("{name}{rest}"));
     parts.fold(name, |said, variant| format!("{said}, {}", variant_in_words(variant)))
 }
 
@@ -177,13 +180,13 @@ fn variant_in_words(variant: &str) -> String {
         }
     }
     match variant {
-        "gauss-seidel" => "Gauss–Seidel".to_owned(),
-        "jacobi" => "Jacobi".to_owned(),
+        "gauss-seidel" => "actuator first".to_owned(),
+        "jacobi" => "parallel".to_owned(),
         "mechanics-first" => "mechanics first".to_owned(),
         "mechanics-law" => "the mechanics’ law".to_owned(),
-        "active" => "contacts found closed".to_owned(),
-        "end" => "end value".to_owned(),
-        "held" => "held".to_owned(),
+        "active" => "active contacts".to_owned(),
+        "end" => "end force".to_owned(),
+        "held" => "held force".to_owned(),
         "mean-all" => "mean of all".to_owned(),
         "fine" => "fine mechanics".to_owned(),
         other => other.to_owned(),
@@ -278,7 +281,6 @@ pub fn style_in_list(index: usize) -> SeriesStyle {
 
 #[cfg(test)]
 mod tests {
-    use super::super::line_style::SCHEMES;
     use super::*;
 
     #[test]
@@ -297,7 +299,7 @@ mod tests {
 
     #[test]
     fn every_colour_stands_out_from_the_paper_and_dark_ones_are_left_as_they_are() {
-        for (scheme, LineStyle { color: [red, green, blue], .. }) in SCHEMES {
+        for (scheme, _, LineStyle { color: [red, green, blue], .. }) in SCHEMES {
             let own = Color(red, green, blue);
             assert!(contrast(legible(own)) >= CONTRAST, "{scheme}");
             assert_eq!(legible(own), own, "{scheme} is darkened");
@@ -350,8 +352,8 @@ mod tests {
         assert!((least_distance(Color(0, 0, 0), Color::WHITE) - 100.0).abs() < 0.1);
         // What a red-green deficiency merges: the colours that these two schemes once had.
         assert!(least_distance(Color(0xD5, 0x5E, 0x00), Color(0xB0, 0x8A, 0x00)) < 3.0);
-        for (index, (scheme, one)) in SCHEMES.into_iter().enumerate() {
-            for (other, two) in SCHEMES.into_iter().take(index) {
+        for (index, (scheme, _, one)) in SCHEMES.into_iter().enumerate() {
+            for (other, _, two) in SCHEMES.into_iter().take(index) {
                 let apart = least_distance(SeriesStyle::from(one).color, SeriesStyle::from(two).color);
                 assert!(apart > 6.5, "{scheme} and {other} are {apart:.1} apart");
             }
@@ -402,13 +404,13 @@ mod tests {
     fn a_legend_says_in_words_what_a_variant_is() {
         let styles = Styles::standard();
         for (label, words) in [
-            ("rim-smooth/1um", "rim-smooth, margin 1 µm"),
-            ("rim-nonsmooth/profile-1mm", "rim-nonsmooth, profile, margin 1 mm"),
-            ("rim-nonsmooth-gap/profile-10", "rim-nonsmooth-gap, profile of 10"),
-            ("zero-order-hold/gauss-seidel", "zero-order-hold, Gauss–Seidel"),
+            ("rim-smooth/1um", "smooth model, margin 1 µm"),
+            ("rim-nonsmooth/profile-1mm", "non-smooth model, profile, margin 1 mm"),
+            ("rim-nonsmooth-gap/profile-10", "gap tracking, profile of 10"),
+            ("zero-order-hold/gauss-seidel", "zero-order hold, actuator first"),
             ("gap/event-split/kinks", "gap, event-split, kinks"),
             ("mine", "mine"),
-            ("iterated-aitken/fine", "iterated-aitken, fine mechanics (not real-time)"),
+            ("iterated-aitken/fine", "fixed-point iteration, fine mechanics (not real-time)"),
         ] {
             assert_eq!(styles.shown_name(label), words);
         }
@@ -446,7 +448,7 @@ mod tests {
     #[test]
     fn only_what_takes_steps_again_is_marked_as_not_real_time() {
         let styles = Styles::standard();
-        assert_eq!(styles.shown_name("monolithic"), "monolithic (not real-time)");
-        assert_eq!(styles.shown_name("rim-nonsmooth (mean)"), "rim-nonsmooth (mean)");
+        assert_eq!(styles.shown_name("monolithic"), "monolithic solution (not real-time)");
+        assert_eq!(styles.shown_name("rim-nonsmooth (mean)"), "non-smooth model (mean)");
     }
 }

@@ -1,6 +1,6 @@
 //! Writes the display list as SVG: true dashes, a named group for each series, shapes of one look in one path.
 
-use super::drawing::{Anchor, Color, Drawing, Point, Shape, Stroke, Text, Weight};
+use super::drawing::{Anchor, Color, Drawing, PanelData, Point, Shape, Stroke, Text, Weight};
 use std::fmt::Write;
 
 /// Millimetres per px of the page.
@@ -16,17 +16,31 @@ pub fn svg(drawing: &Drawing) -> String {
     writer.settle(None);
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {} {}\" role=\"img\" \
-         font-family=\"sans-serif\" stroke-linejoin=\"round\">\n<title>{}</title>\n\
+         font-family=\"sans-serif\" stroke-linejoin=\"round\">\n<title>{}</title>\n<desc>{}</desc>\n\
          <path d=\"M0 0h{}v{}H0z\" fill=\"#fff\"/>\n{}</svg>\n",
         hundredths(width * MM),
         hundredths(height * MM),
         hundredths(width),
         hundredths(height),
         escaped(&drawing.title),
+        escaped(&description(drawing)),
         hundredths(width),
         hundredths(height),
         writer.text
     )
+}
+
+/// What a picture shows: what it says itself, or its panels by their quantities.
+fn description(drawing: &Drawing) -> String {
+    let panel = |panel: &PanelData| {
+        let names: Vec<&str> = panel.series.iter().map(|series| series.name.as_str()).collect();
+        format!("{}: {} over {} of {}.", panel.title, panel.y, panel.x, names.join(", "))
+    };
+    match &*drawing.description {
+        "" if drawing.data.is_empty() => drawing.title.clone(),
+        "" => drawing.data.iter().map(panel).collect::<Vec<_>>().join(" "),
+        words => words.to_owned(),
+    }
 }
 
 /// Escapes what would be markup, for text and for attributes.

@@ -44,5 +44,5 @@ pub fn draw_profile(replays: &[Replay], known: &[Name]) -> Drawing {
         let (name, style) = (&*replay.solver, style_in_list(in_list));
         panel = panel.series(Series::new(name, curve, style).mode(Mode::LineMarkers));
     }
-    Figure::new(WIDTH, HEIGHT).columns(1).legend(LegendPlace::Right).panel(panel).draw()
+    Figure::new(WIDTH, HEIGHT).columns(1).legend(LegendPlace::Lines).panel(panel).draw()
 }

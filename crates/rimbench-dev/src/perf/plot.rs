@@ -10,7 +10,7 @@ use rimbench_figures::style::{SeriesStyle, style_in_list};
 /// 180 mm, two columns of a page.
 const WIDTH: f64 = 680.0;
 /// Of one panel, px.
-const HEIGHT: f64 = 250.0;
+const HEIGHT: f64 = 310.0;
 /// Relative change of a time below which no step is drawn: code layout alone does as much.
 pub(super) const TIME_FLOOR: f64 = 0.05;
 
@@ -67,7 +67,7 @@ pub fn draw_history(history: &History) -> Drawing {
         .zip(["(a)", "(b)"])
         .map(|((title, curves, floor), letter)| panel(&format!("{letter} {title}"), curves, floor))
         .collect();
-    let figure = Figure::new(WIDTH, HEIGHT * panels.len().max(1) as f64).columns(1).legend(LegendPlace::Right);
+    let figure = Figure::new(WIDTH, HEIGHT * panels.len().max(1) as f64).columns(1).legend(LegendPlace::Lines);
     panels.into_iter().fold(figure, Figure::panel).draw()
 }
 

@@ -3,14 +3,13 @@
 use super::FigureEntry;
 use super::keys::LONGEST_NAME;
 use super::statistics::read_runs;
+use crate::figure::MOST_LINES;
 use rimbench_core::error::Result;
 use rimbench_statistics::Runs;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
-/// More schemes than this are told apart in rows, not by lines.
-const MOST_LINES: usize = 12;
 /// Most panels of one figure.
 const MOST_PANELS: usize = 12;
 /// Most rows of one figure: beyond, the first of the file are shown.
@@ -64,27 +63,19 @@ pub fn default_figures(name: &str, folder: &Path) -> Result<Vec<FigureEntry>> {
     let judge = metric.map_or("macro_step_s", |(metric, _)| metric);
     let wrong = if judge == METRICS[0].0 { 0.1 } else { 1e300 };
     // Where the runs can be lost, or where there is nothing else to see.
-    let (across, title, caption, below) = match problems.len() {
-        1 => (
-            "macro-step",
-            "Fraction of runs that complete",
-            "Fraction of the runs that complete, for each scheme and macro step.",
-            92.0,
-        ),
+    let (across, title, caption) = match problems.len() {
+        1 => ("macro-step", "What became of the runs", "What became of the runs, for each scheme and macro step."),
         _ => (
-            "case",
-            "Largest stable macro step (ms)",
-            "The largest macro step, ms, up to which all runs complete, for each scheme and case; colour: how far up the case's own macro steps that is.",
-            // Names of cases are read upwards.
-            60.0 + 5.6 * problems.iter().map(|(case, set)| case.len() + set.len()).max().unwrap_or(0) as f64,
+            "limit",
+            "Limits by scheme",
+            "The number of cases by their largest usable macro step, for each scheme; a scheme that no step tried makes fail is counted last.",
         ),
     };
-    let height = (below + 36.0 + 19.0 * labels.len() as f64).clamp(240.0, 4000.0);
     list += &head("stability", "stability-map", caption);
     let _ = write!(
         list,
-        "source = \"runs.csv, columns label, macro_step_s, outcome\"\ntitle = \"{title}\"\nmetric = \"{judge}\"\nwrong_above = {wrong:e}\n\
-         hatch_label = \"stable, but the median error is above a tenth of the peak\"\nacross = \"{across}\"\nheight = {height}\nlabels = {named}\n"
+        "source = \"runs.csv, columns label, macro_step_s, outcome\"\ntitle = \"{title}\"\nmetric = \"{judge}\"\n\
+         wrong_above = {wrong:e}\nlabels = {named}\n[[figure.panels]]\nacross = \"{across}\"\n"
     );
     if let Some((metric, words)) = metric {
         let shown = &problems[..problems.len().min(MOST_PANELS)];

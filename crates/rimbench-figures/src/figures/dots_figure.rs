@@ -1,7 +1,7 @@
 //! A metric of many schemes at a few macro steps: a row per scheme, ranked, one sign per macro step.
 
 use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, OverPhases, Part, floor, over_phases, read_runs, style};
+use super::statistics::{Bars, ONLY, Only, OverPhases, Part, floor, name, over_phases, read_runs, style};
 use crate::chart::Axis;
 use crate::dots::{Dot, DotPanel, DotPlot, DotRow, Sign};
 use crate::drawing::Drawing;
@@ -18,6 +18,12 @@ keys! {
         labels: Vec<String> = LABELS,
         macro_steps_ms: Option<Vec<f64>> =
             key(Takes::Numbers, AUTOMATIC, "macro steps shown, ms; at most nine"),
+        bars: Bars = key(
+            Takes::Choice(&["range", "bootstrap"]),
+            Usual("\"range\""),
+            "from least to largest value, or the 95 % interval of the median by the bootstrap over cases (of one case: over runs)"
+        ),
+        runs: bool = key(Takes::Flag, Usual("false"), "every run as a faint mark; needs a single macro step"),
         note: Option<String> = NOTE,
         panels: Vec<DotsPanel> = panels(DotsPanel::KEYS),
     }
@@ -61,7 +67,7 @@ impl DotsFigure {
             let of_label = |label: &&str| -> Result<Vec<Dot>> {
                 let rows = runs.of_label(label);
                 let step_of = |row: usize| runs.macro_step_ms(row);
-                let points = over_phases(&rows, step_of, &spec.metric, Part::Absolute, Bars::Range)?;
+                let points = over_phases(&rows, step_of, &spec.metric, Part::Absolute, self.bars)?;
                 let tried = |step: f64| rows.select(|row| step_of(row) == step).share_completed().is_some();
                 let dot = |index: usize| {
                     let step = steps.get(index).copied();
@@ -87,21 +93,30 @@ impl DotsFigure {
         };
         let quantity = if alike { format!("macro step H ({unit})") } else { "macro step, by number".to_owned() };
         let row = |&index: &usize| DotRow {
-            label: styles.shown_name(labels[index]),
+            label: name(&all, labels[index], styles),
             name: labels[index].to_owned(),
             color: style(&all, labels[index], styles).color,
         };
-        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>)| {
+        let marks = |spec: &DotsPanel, runs: &Runs<'_>| -> Result<Vec<Vec<f64>>> {
+            let column = table.column(&spec.metric)?;
+            let of_row = |&row: &usize| {
+                let own = runs.of_label(labels[row]);
+                own.completed().rows().iter().map(|&row| table.number(row, column)).collect()
+            };
+            Ok(if self.runs { order.iter().map(of_row).collect() } else { Vec::new() })
+        };
+        let panel = |((spec, runs), dots): ((&DotsPanel, &Runs<'_>), Vec<Vec<Dot>>)| -> Result<DotPanel> {
             let dots: Vec<Vec<Dot>> = order.iter().map(|&index| dots[index].clone()).collect();
             let least =
                 dots.iter().flatten().map(|dot| dot.value).filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
             let lowest = spec.range.map_or(least, |[low, _]| low);
-            DotPanel {
+            Ok(DotPanel {
                 title: spec.title.clone(),
                 axis: Axis::log10(&spec.label).within(spec.range),
                 dots,
+                marks: marks(spec, runs)?,
                 floor: floor(runs, &spec.metric).filter(|floor| *floor > lowest),
-            }
+            })
         };
         let drawing = DotPlot {
             width: self.width,
@@ -109,7 +124,7 @@ impl DotsFigure {
             quantity,
             signs: (0..most).map(sign).collect(),
             rows: order.iter().map(row).collect(),
-            panels: self.panels.iter().zip(&parts).zip(dots).map(panel).collect(),
+            panels: self.panels.iter().zip(&parts).zip(dots).map(panel).collect::<Result<_>>()?,
         }
         .draw_if_it_fits()?;
         Ok(drawing.noted(self.note.as_deref().unwrap_or_default()))

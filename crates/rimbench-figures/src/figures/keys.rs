@@ -193,7 +193,16 @@ pub const COMMON: &[Key] = &[
         ..key(Takes::Experiment, Needed, "whose results it reads, and beside which it is written")
     },
     Key { name: "source", ..key(Takes::Text, Usual("\"runs.csv\""), "the files it reads, for the reader") },
-    Key { name: "caption", ..key(Takes::Text, Usual("\"\""), "what the reader sees") },
+    Key { name: "title", ..key(Takes::Text, Usual("\"\""), "what is found, above the picture") },
+    Key {
+        name: "subtitle",
+        ..key(Takes::Text, Usual("\"\""), "what is drawn, and under which conditions, below the title")
+    },
+    Key {
+        name: "claims",
+        ..key(Takes::Labels, Usual("[]"), "claims of its experiments that the title says in words, by their ids")
+    },
+    Key { name: "caption", ..key(Takes::Text, Usual("\"\""), "how to read it") },
     Key { name: "width", ..WIDTH },
 ];
 

@@ -11,7 +11,6 @@ mod dots_figure;
 mod keys;
 mod manoeuvre_figure;
 mod parameter_figure;
-mod phase_figure;
 mod profile_figure;
 mod stability_figure;
 mod statistics;
@@ -59,7 +58,13 @@ pub struct FigureEntry {
     pub experiment: String,
     /// Files it reads, relative to the experiment's folder.
     pub source: String,
-    /// What the reader sees.
+    /// What is found, above the picture.
+    pub title: String,
+    /// What is drawn, and under which conditions.
+    pub subtitle: String,
+    /// Claims that the title says in words.
+    pub claims: Vec<String>,
+    /// How to read it.
     pub caption: String,
     /// What kind of figure it is, with its options.
     #[serde(flatten)]
@@ -107,11 +112,8 @@ kinds! {
     "sweep"
     /// A metric against the macro step.
     Sweep(sweep_figure::SweepFigure),
-    "phases"
-    /// Metrics of each scheme over the phase ensemble.
-    Phases(phase_figure::PhaseFigure),
     "stability-map"
-    /// Fraction of phases that are stable: scheme × macro step.
+    /// What became of the runs by scheme and macro step, or the number of cases by scheme and limit.
     StabilityMap(stability_figure::StabilityFigure),
     "work-precision"
     /// An error metric against cost.
@@ -320,7 +322,7 @@ impl FigureEntry {
         // Half a file, or one that was edited, is no source of a figure.
         checksums::verify(&folder)?;
         self.check_labels(&folder)?;
-        let mut drawing = self.kind.draw(&folder, styles)?;
+        let mut drawing = self.kind.draw(&folder, styles)?.headed(&self.title, &self.subtitle);
         // A picture without a heading has a name all the same, for those who do not see it.
         if drawing.title.trim_matches([';', ' ']).is_empty() {
             let sentence = self.caption.split(". ").next().unwrap_or_default();

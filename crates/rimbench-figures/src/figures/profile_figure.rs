@@ -131,6 +131,7 @@ impl ProfileFigure {
             title: spec.title.clone(),
             axis: Axis::linear("share of problems").range(-0.03, 1.03),
             dots: order.iter().map(|&row| shares[row].iter().map(dot).collect()).collect(),
+            marks: Vec::new(),
             floor: None,
         };
         let first = self.panels.first().map_or("", |spec| spec.label.as_str());

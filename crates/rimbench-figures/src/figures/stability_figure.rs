@@ -1,11 +1,14 @@
-//! Which scheme is stable at which macro step: fraction of phases that complete, hatched where stable but wrong.
+//! Which scheme is stable at which macro step: signs per macro step, or how many cases have which limit; the largest usable step on top.
 
 use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, Part, over_phases, read_runs, style};
+use super::statistics::{Bars, ONLY, Only, Part, name, over_phases, read_runs, style};
+use crate::dots::DotRow;
 use crate::drawing::Drawing;
-use crate::heatmap::{Cell, Heatmap, Row};
+use crate::matrix::{Cell, Column, Matrix, MatrixPanel};
 use crate::style::Styles;
 use rimbench_core::error::Result;
+use rimbench_results::checksums;
+use rimbench_results::results_table::ResultsTable;
 use rimbench_statistics::Runs;
 use serde::Deserialize;
 use std::path::Path;
@@ -14,130 +17,170 @@ keys! {
     /// Options of a stability map.
     pub struct StabilityFigure {
         width: f64 = WIDTH,
-        height: f64 = HEIGHT,
-        title: String = TITLE,
         metric: String = key(
             Takes::Text,
             Usual("\"force_error_rms_of_peak\""),
             "what says whether a stable run is right"
         ),
         wrong_above: f64 =
-            key(Takes::Positive, Usual("0.1"), "a cell whose median metric is above this is hatched"),
-        hatch_label: String =
-            key(Takes::Text, Usual("\"stable, but wrong\""), "what hatching means, in words"),
-        across: Across = key(
-            Takes::Choice(&["macro-step", "case"]),
-            Usual("\"macro-step\""),
-            "columns: macro steps, or cases, each with its own macro steps, of which a cell has the largest up to which all runs completed"
-        ),
-        only: Only = ONLY,
+            key(Takes::Positive, Usual("0.1"), "runs whose median metric is above this are wrong"),
+        wrong_label: String =
+            key(Takes::Text, Usual("\"all complete, but the median error is above a tenth of the peak\""), "what wrong means, in words"),
         labels: Vec<String> = LABELS,
+        panels: Vec<StabilityPanel> = panels(StabilityPanel::KEYS),
     }
 }
 
-/// What the columns of a stability map are.
+keys! {
+    struct StabilityPanel {
+        title: String = TITLE,
+        of: Option<String> = key(Takes::Experiment, Then("that of the figure"), "whose results the panel shows"),
+        across: Across = key(
+            Takes::Choice(&["macro-step", "limit"]),
+            Usual("\"macro-step\""),
+            "columns: macro steps, each with what became of the runs; or limits, each with the number of cases whose largest usable macro step it is"
+        ),
+        only: Only = ONLY,
+    }
+}
+
+/// What the columns of a panel are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Across {
-    /// Macro steps; a cell is the share of the runs that completed.
     #[default]
     MacroStep,
-    /// Cases with their parameters, each with a grid of macro steps of its own; a cell is how far up that grid all runs completed.
-    Case,
+    Limit,
 }
 
+/// A panel before its rows are ranked: columns, and of each label its cells and how far it comes, from 0 to 1.
+type Ranked = (Vec<Column>, String, Vec<(Vec<Cell>, f64)>);
+
 impl StabilityFigure {
-    /// Draws the map from `runs.csv`. Hatched: all phases complete, and the median of the metric is above the bound.
+    /// Draws the matrix from `runs.csv`.
     ///
     /// # Errors
     /// [`Error::File`](rimbench_core::error::Error::File) for a column that is not there.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        if self.across == Across::Case {
-            return self.by_case(folder, styles);
-        }
-        let table = read_runs(folder)?;
-        let runs = self.only.one_of(&Runs::of(&table)?)?;
-        let columns: Vec<f64> = runs.by(|row| runs.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();
-        let mut map = Heatmap {
-            width: self.width,
-            height: self.height,
-            title: self.title.clone(),
-            x_label: "macro step H (ms)".to_owned(),
-            value_label: "fraction of phases stable".to_owned(),
-            skipped_label: "not run".to_owned(),
-            hatch_label: self.hatch_label.clone(),
-            show_values: true,
-            rows: Vec::new(),
-            columns,
-            names: Vec::new(),
+        let results = folder.ancestors().nth(2).unwrap_or(folder);
+        let read = |panel: &StabilityPanel| -> Result<ResultsTable> {
+            let folder = panel.of.as_ref().map_or_else(|| folder.to_owned(), |name| results.join(name));
+            checksums::verify(&folder)?;
+            read_runs(&folder)
         };
-        for label in runs.labels(&self.labels) {
-            let rows = runs.of_label(label);
-            let cell = |&step: &f64| -> Result<Cell> {
-                let here = rows.select(|row| runs.macro_step_ms(row) == step);
-                let value = here.share_completed();
-                let errors = over_phases(&here, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
-                let wrong = errors.first().is_some_and(|error| error.median > self.wrong_above);
-                Ok(Cell { value, shown: None, hatched: value == Some(1.0) && wrong })
+        let tables = self.panels.iter().map(read).collect::<Result<Vec<_>>>()?;
+        let all = tables.iter().map(Runs::of).collect::<Result<Vec<_>>>()?;
+        let labels = all[0].labels(&self.labels);
+        let mut panels = Vec::new();
+        let mut reach = vec![0.0; labels.len()];
+        for (spec, runs) in self.panels.iter().zip(&all) {
+            let (columns, quantity, rows) = match spec.across {
+                Across::MacroStep => self.by_step(&spec.only.one_of(runs)?, &labels)?,
+                Across::Limit => self.by_limit(&spec.only.of(runs)?, &labels)?,
             };
-            let cells = map.columns.iter().map(cell).collect::<Result<_>>()?;
-            let color = style(&runs, label, styles).color;
-            map.rows.push(Row { label: styles.shown_name(label), color, cells });
+            rows.iter().zip(&mut reach).for_each(|((_, own), reach)| *reach += own);
+            let cells = rows.into_iter().map(|(cells, _)| cells).collect();
+            panels.push(MatrixPanel { title: spec.title.clone(), quantity, columns, cells });
         }
-        map.draw_if_it_fits()
+        let mut order: Vec<usize> = (0..labels.len()).collect();
+        order.sort_by(|&a, &b| reach[b].total_cmp(&reach[a]));
+        for panel in &mut panels {
+            panel.cells = order.iter().map(|&row| panel.cells[row].clone()).collect();
+        }
+        let row = |&index: &usize| DotRow {
+            label: name(&all[0], labels[index], styles),
+            name: labels[index].to_owned(),
+            color: style(&all[0], labels[index], styles).color,
+        };
+        let rows = order.iter().map(row).collect();
+        Matrix { width: self.width, wrong: self.wrong_label.clone(), rows, panels }.draw_if_it_fits()
     }
 
-    /// Draws the map with a column for each case: how far up its own grid of macro steps all runs completed, and that step in numbers.
-    fn by_case(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let table = read_runs(folder)?;
-        let runs = self.only.of(&Runs::of(&table)?)?;
-        let problems = runs.problems();
-        let several = |case: &str| problems.iter().filter(|[other, _]| *other == case).count() > 1;
-        let (mut parts, mut names) = (Vec::new(), Vec::new());
-        for &[case, set] in &problems {
-            let part = runs.select(|row| runs.problem(row) == [case, set]);
-            let steps: Vec<f64> = part.by(|row| part.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect();
-            let unit = if steps.last().is_some_and(|longest| *longest < 0.1) { " (µs)" } else { "" };
-            let set = if several(case) && !set.is_empty() { format!(", {set}") } else { String::new() };
-            names.push(format!("{case}{set}{unit}"));
-            parts.push((part, steps, if unit.is_empty() { 1.0 } else { 1e3 }));
-        }
-        let mut map = Heatmap {
-            width: self.width,
-            height: self.height,
-            title: self.title.clone(),
-            x_label: String::new(),
-            value_label: "share of its macro steps up to there".to_owned(),
-            skipped_label: "not run".to_owned(),
-            hatch_label: self.hatch_label.clone(),
-            show_values: true,
-            rows: Vec::new(),
-            columns: (0..names.len()).map(|index| index as f64 + 1.0).collect(),
-            names,
-        };
-        for label in runs.labels(&self.labels) {
-            let cell = |(part, steps, factor): &(Runs<'_>, Vec<f64>, f64)| -> Result<Cell> {
-                let rows = part.of_label(label);
-                let at = |step: f64| rows.select(|row| part.macro_step_ms(row) == step);
-                let tried: Vec<f64> =
-                    steps.iter().copied().filter(|&step| at(step).share_completed().is_some()).collect();
-                if tried.is_empty() {
-                    return Ok(Cell::default());
+    /// What became of the runs of one label at one macro step.
+    fn cell(&self, runs: &Runs<'_>, step: f64) -> Result<Cell> {
+        let here = runs.select(|row| runs.macro_step_ms(row) == step);
+        Ok(match here.share_completed() {
+            None => Cell::NotRun,
+            Some(share) if share < 1.0 => Cell::Lost(1.0 - share),
+            Some(_) => {
+                let errors = over_phases(&here, |_| step, &self.metric, Part::Absolute, Bars::Range)?;
+                match errors.first().is_some_and(|error| error.median > self.wrong_above) {
+                    true => Cell::Wrong,
+                    false => Cell::Right,
                 }
-                let stable = |step: &&f64| at(**step).share_completed() == Some(1.0);
-                let good = tried.iter().take_while(stable).count();
-                let Some(&longest) = tried[..good].last() else {
-                    return Ok(Cell { value: Some(0.0), shown: Some(0.0), hatched: false });
-                };
-                let errors = over_phases(&at(longest), |_| longest, &self.metric, Part::Absolute, Bars::Range)?;
-                let hatched = errors.first().is_some_and(|error| error.median > self.wrong_above);
-                let shown = Some((longest * factor * 1e6).round() / 1e6);
-                Ok(Cell { value: Some(good as f64 / tried.len() as f64), shown, hatched })
-            };
-            let cells = parts.iter().map(cell).collect::<Result<_>>()?;
-            let color = style(&runs, label, styles).color;
-            map.rows.push(Row { label: styles.shown_name(label), color, cells });
-        }
-        map.draw_if_it_fits()
+            }
+        })
     }
+
+    fn by_step(&self, runs: &Runs<'_>, labels: &[&str]) -> Result<Ranked> {
+        let steps = steps_of(runs);
+        let unit = if steps.last().is_some_and(|longest| *longest < 0.1) { "µs" } else { "ms" };
+        let row = |label: &&str| -> Result<(Vec<Cell>, f64)> {
+            let own = runs.of_label(label);
+            let cells = steps.iter().map(|&step| self.cell(&own, step)).collect::<Result<Vec<_>>>()?;
+            let usable = cells.iter().take_while(|cell| **cell == Cell::Right).count() as f64;
+            // Of equals the one that stays stable longer, then the one that loses fewer runs.
+            let kept = cells.iter().map(|cell| match cell {
+                Cell::Right | Cell::Wrong => 1.0,
+                Cell::Lost(share) => 0.5 * (1.0 - share),
+                _ => 0.0,
+            });
+            let count = cells.len().max(1) as f64;
+            let kept = kept.sum::<f64>() / count;
+            Ok((cells, usable / count + 0.01 * kept))
+        };
+        let rows = labels.iter().map(row).collect::<Result<_>>()?;
+        let factor = if unit == "µs" { 1e3 } else { 1.0 };
+        let column = |step: &f64| Column { label: rounded(step * factor), value: *step };
+        Ok((steps.iter().map(column).collect(), format!("macro step H ({unit})"), rows))
+    }
+
+    /// Counts the cases by the largest usable macro step that each allows; the last column are those in which no step tried fails.
+    fn by_limit(&self, runs: &Runs<'_>, labels: &[&str]) -> Result<Ranked> {
+        let mut limits: Vec<Vec<(f64, f64)>> = vec![Vec::new(); labels.len()];
+        for problem in runs.problems() {
+            let part = runs.select(|row| runs.problem(row) == problem);
+            let steps = steps_of(&part);
+            for (label, limits) in labels.iter().zip(&mut limits) {
+                let own = part.of_label(label);
+                let cells = steps.iter().map(|&step| self.cell(&own, step)).collect::<Result<Vec<_>>>()?;
+                let tried: Vec<(f64, Cell)> =
+                    steps.iter().copied().zip(cells).filter(|(_, cell)| *cell != Cell::NotRun).collect();
+                let good = tried.iter().take_while(|(_, cell)| *cell == Cell::Right).count();
+                let limit = match good {
+                    _ if tried.is_empty() => continue,
+                    0 => 0.0,
+                    all if all == tried.len() => f64::INFINITY,
+                    some => tried[some - 1].0,
+                };
+                limits.push((limit, good as f64 / tried.len() as f64));
+            }
+        }
+        let mut values: Vec<f64> = limits.iter().flatten().map(|limit| limit.0).chain([0.0, f64::INFINITY]).collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        let label = |value: &f64| match *value {
+            0.0 => "none".to_owned(),
+            value if value.is_infinite() => "all tried".to_owned(),
+            value if value < 0.1 => format!("{} µs", rounded(value * 1e3)),
+            value => rounded(value),
+        };
+        let row = |limits: &Vec<(f64, f64)>| {
+            let count = |value: &f64| Cell::Count(limits.iter().filter(|limit| limit.0 == *value).count());
+            let mean = limits.iter().map(|limit| limit.1).sum::<f64>() / limits.len().max(1) as f64;
+            (values.iter().map(count).collect(), mean)
+        };
+        let column = |(index, value)| Column { label: label(value), value: index as f64 };
+        let columns = values.iter().enumerate().map(column).collect();
+        Ok((columns, "largest usable macro step (ms)".to_owned(), limits.iter().map(row).collect()))
+    }
+}
+
+/// The macro steps of some runs, ms, ascending.
+fn steps_of(runs: &Runs<'_>) -> Vec<f64> {
+    runs.by(|row| runs.macro_step_ms(row)).into_iter().map(|(step, _)| step).collect()
+}
+
+fn rounded(value: f64) -> String {
+    format!("{}", (value * 1e6).round() / 1e6)
 }

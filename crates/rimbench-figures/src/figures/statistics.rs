@@ -156,6 +156,24 @@ pub fn style(runs: &Runs<'_>, label: &str, styles: &Styles) -> SeriesStyle {
     scheme.map_or_else(|| styles.of_label(label), |scheme| styles.of_row(label, scheme))
 }
 
+/// What a figure calls a label: its scheme and its variants in words. What a label begins with stands for its scheme where no label that
+/// begins otherwise has the same one, as in `gap/profile`.
+pub fn name(runs: &Runs<'_>, label: &str, styles: &Styles) -> String {
+    let scheme = |label: &str| {
+        let row = runs.of_label(label).rows().first().copied()?;
+        Some(runs.table().text(row, runs.table().column("scheme").ok()?))
+    };
+    let begins = |label: &str| label.split('/').next().unwrap_or_default().to_owned();
+    match (label.split_once('/'), scheme(label)) {
+        (Some((first, variant)), Some(own)) if first != own => {
+            let same = |other: &&str| begins(other) != first && scheme(other) == Some(own);
+            let is_shared = runs.labels(&[]).iter().any(same);
+            styles.shown_name(&if is_shared { label.to_owned() } else { format!("{own}/{variant}") })
+        }
+        _ => styles.shown_name(label),
+    }
+}
+
 /// A metric, or [`FRACTION_STABLE`], over the runs with one abscissa, by ascending abscissa, with least and most as `bars` says. Runs that did
 /// not complete are left out of a metric and counted as lost; where none is left, the point is NaN and breaks the line.
 pub fn over_phases(

@@ -2,8 +2,8 @@
 
 use super::band_spec::{BAND, BandSpec};
 use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, OverPhases, Part, floor, over_phases, read_runs, style};
-use crate::chart::{Axis, Band, Figure, Guide, Losses, Mode, Panel, Series};
+use super::statistics::{Bars, ONLY, Only, OverPhases, Part, floor, name, over_phases, read_runs, style};
+use crate::chart::{Axis, Band, Figure, Guide, LegendPlace, Losses, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::{SeriesStyle, Styles};
 use crate::ticks::signed;
@@ -71,7 +71,7 @@ impl SweepFigure {
         let table = read_runs(folder)?;
         let all = Runs::of(&table)?;
         let columns = self.columns.unwrap_or(self.panels.len());
-        let mut figure = Figure::new(self.width, self.height).columns(columns);
+        let mut figure = Figure::new(self.width, self.height).columns(columns).legend(LegendPlace::Lines);
         for spec in &self.panels {
             let runs = spec.only.one_of(&all)?;
             let runs = if spec.without_exact { runs.without_exact()? } else { runs };
@@ -99,17 +99,18 @@ impl SweepFigure {
                 let order = if has_order { spec.order(&runs.of_label(label))? } else { None };
                 let levels_off = spec.levels_off(&points);
                 let lost = spec.fitted(&points).any(|point| point.lost > 0.0);
+                let shown = name(&runs, label, styles);
                 let entry = match order {
                     _ if all.of_label(label).share_completed() == Some(0.0) => {
-                        format!("{}: never stable", styles.shown_name(label))
+                        format!("{shown}: never stable")
                     }
-                    Some(_) if levels_off => format!("{}, levels off", styles.shown_name(label)),
+                    Some(_) if levels_off => format!("{shown}, levels off"),
                     Some(order) => {
                         let order = signed(format!("{order:.2}"));
                         let lost = if lost { " where not diverged" } else { "" };
-                        format!("{}, order {order}{lost}", styles.shown_name(label))
+                        format!("{shown}, order {order}{lost}")
                     }
-                    None => styles.shown_name(label),
+                    None => shown,
                 };
                 let points: Vec<OverPhases> =
                     points.into_iter().map(|point| OverPhases { x: point.x * factor, ..point }).collect();

@@ -79,7 +79,7 @@ impl TraceFigure {
             }
             let cut: Vec<String> = traces
                 .iter()
-                .filter_map(|(label, trace)| spec.what_is_cut(label, trace).transpose())
+                .filter_map(|(label, trace)| spec.what_is_cut(&styles.shown_name(label), trace).transpose())
                 .collect::<Result<_>>()?;
             for (line, text) in cut.into_iter().enumerate() {
                 panel = panel.note(text, (0.03, 0.04 + 0.06 * line as f64));
@@ -96,14 +96,14 @@ impl TraceFigure {
 
 impl TracePanel {
     /// Says how far a series goes beyond a linear axis.
-    fn what_is_cut(&self, label: &str, trace: &ResultsTable) -> Result<Option<String>> {
+    fn what_is_cut(&self, name: &str, trace: &ResultsTable) -> Result<Option<String>> {
         let Some([lowest, highest]) = self.range.filter(|_| !self.log) else { return Ok(None) };
         let shown = |t: f64| self.time_s.is_none_or(|[from, to]| (from..=to).contains(&t));
         let points = trace.pairs("time_s", &self.column)?;
         let values = points.iter().filter(|(t, y)| shown(*t) && y.is_finite()).map(|(_, y)| *y);
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
         let cut = low < lowest || high > highest;
-        Ok(cut.then(|| format!("{label} cut: {} … {}", signed(format!("{low:.0}")), signed(format!("{high:.0}")))))
+        Ok(cut.then(|| format!("{name} cut: {} … {}", signed(format!("{low:.0}")), signed(format!("{high:.0}")))))
     }
 }
 

@@ -3,8 +3,8 @@
 
 use super::cost::Cost;
 use super::keys::*;
-use super::statistics::{Bars, ONLY, Only, Part, over_phases, read_runs, style};
-use crate::chart::{Axis, Figure, Mode, Panel, Series};
+use super::statistics::{Bars, ONLY, Only, Part, name, over_phases, read_runs, style};
+use crate::chart::{Axis, Figure, LegendPlace, Mode, Panel, Series};
 use crate::drawing::Drawing;
 use crate::style::Styles;
 use rimbench_core::error::Result;
@@ -49,7 +49,9 @@ impl WorkPrecisionFigure {
         let column = table.column("step_tolerance").ok();
         let of_row = |row: usize| column.map(|column| table.number(row, column));
         let tolerance = |row: usize| of_row(row).filter(|tolerance| tolerance.is_finite()).unwrap_or(0.0);
-        let mut figure = Figure::new(self.width, self.height).columns(self.columns.unwrap_or(self.panels.len()));
+        let mut figure = Figure::new(self.width, self.height)
+            .columns(self.columns.unwrap_or(self.panels.len()))
+            .legend(LegendPlace::Lines);
         for spec in &self.panels {
             let runs = spec.only.one_of(&all)?;
             let work = cost.of_runs(&spec.cost, &table)?;
@@ -85,7 +87,7 @@ impl WorkPrecisionFigure {
                     Some(share) if share < 1.0 => ": some runs diverged",
                     Some(_) => "",
                 };
-                let entry = format!("{}{lost}", styles.shown_name(label));
+                let entry = format!("{}{lost}", name(&runs, label, styles));
                 let series = Series::new(entry, points, style(&runs, label, styles)).mode(Mode::LineMarkers);
                 panel = panel.series(series.named(label).notes(steps).tags(tags));
             }
