@@ -126,12 +126,13 @@ macro_rules! choices {
 ///         modes: u32 = 4, 1..=20, "number of modes";                      // default, valid values
 ///         length_m: f64 = 2.0, Positive, "length" study 1.0..3.0;         // and a sensible range for studies
 ///         density_kg_m3: f64 = 7800.0, Positive, "density" from "steel";  // a source of its own
+///         tilt_rad: f64 = 0.0, Finite, "slope" when support = "clamped";  // of use with that choice only
 ///         /// Two parameters of a set that cases share, with a default of this case.
 ///         contacts: Contacts only { stabilisation; restitution = 0.5 };
 ///     }
 /// }
 /// let names: Vec<_> = Beam::declared().into_iter().map(|parameter| parameter.name).collect();
-/// assert_eq!(names, ["support", "modes", "length_m", "density_kg_m3", "stabilisation", "restitution"]);
+/// assert_eq!(names, ["support", "modes", "length_m", "density_kg_m3", "tilt_rad", "stabilisation", "restitution"]);
 /// ```
 /// The valid values of an `f64` are a [`Range`](crate::cases::Range) without its path. A set is taken whole (`carriage: Carriage;`), with
 /// changes (`Carriage { base_damping_n_s_m = 5.0 }`), in part and in this order (`only { … }`), or less some (`without { … }`), and
@@ -145,7 +146,8 @@ macro_rules! parameters {
             $(
                 $(#[$group:meta])*
                 $field:ident: $kind:ident $(from $whole:literal)?
-                $(= $default:expr, $valid:expr, $about:literal $(study $least:literal .. $most:literal)? $(from $own:literal)?)?
+                $(= $default:expr, $valid:expr, $about:literal $(study $least:literal .. $most:literal)?
+                    $(when $($with:ident = $needed:literal),+)? $(from $own:literal)?)?
                 $([$($choice:ident),+], $meaning:literal $(from $origin:literal)?)?
                 $({ $($changes:tt)* })?
                 $(only { $($only:tt)* })?
@@ -169,7 +171,7 @@ macro_rules! parameters {
             fn declared() -> Vec<$crate::cases::Parameter> {
                 let mut list = Vec::new();
                 $($crate::parameter_field!(declare list $source $field $kind from [$($whole)?]
-                    $(number [$default] [$valid] [$about] [$($least, $most)?] [$($own)?])?
+                    $(number [$default] [$valid] [$about] [$($least, $most)?] [$($($with $needed)+)?] [$($own)?])?
                     $(choice [$($choice)+] [$meaning] [$($origin)?])?
                     $(changes { $($changes)* })?
                     $(only { $($only)* })?
@@ -192,12 +194,17 @@ macro_rules! parameters {
 #[macro_export]
 macro_rules! parameter_field {
     (declare $list:ident $source:literal $field:ident $kind:ident from []
-        number [$default:expr] [$valid:expr] [$about:literal] [$($least:literal, $most:literal)?] [$($own:literal)?]) => {{
+        number [$default:expr] [$valid:expr] [$about:literal] [$($least:literal, $most:literal)?]
+        [$($with:ident $needed:literal)*] [$($own:literal)?]) => {{
         #[allow(unused_imports)]
         use $crate::cases::Range::*;
         let sources = [$($own,)? $source];
         let parameter = $crate::cases::Parameter::of::<$kind>(stringify!($field), $default, $valid, $about, sources[0]);
-        $list.push($crate::cases::Parameter { study: [$([$least, $most])?].first().copied(), ..parameter });
+        $list.push($crate::cases::Parameter {
+            study: [$([$least, $most])?].first().copied(),
+            only_with: &[$([stringify!($with), $needed]),*],
+            ..parameter
+        });
     }};
     (declare $list:ident $source:literal $field:ident $kind:ident from []
         choice [$first:ident $($choice:ident)*] [$about:literal] [$($own:literal)?]) => {{
@@ -254,7 +261,10 @@ mod tests {
         for case in standard_cases() {
             let names: BTreeSet<&Name> = case.parameters.iter().map(|parameter| &parameter.name).collect();
             assert_eq!(names.len(), case.parameters.len(), "{}: a parameter stands twice", case.name);
-            for Parameter { name, study, .. } in &case.parameters {
+            for Parameter { name, study, only_with, .. } in &case.parameters {
+                for [choice, needed] in *only_with {
+                    case.default_parameters().set(choice, needed).unwrap();
+                }
                 let Some([least, most]) = study else { continue };
                 let mut parameters = case.default_parameters();
                 assert!(least < most, "{}: {name}", case.name);

@@ -32,7 +32,8 @@ parameters! {
     struct Lift from "LIM cosim-benchmarks" {
         manoeuvre: Manoeuvre [M1, M2], "steps (m1) or sine (m2) of the spool";
         coupling: Coupling [ForceDisplacement, PressureDisplacement], "what the cylinder puts out: its force or its pressures";
-        stale_feedthrough: bool = false, [false, true], "make the force with the velocity given for the step before";
+        stale_feedthrough: bool = false, [false, true], "make the force with the velocity given for the step before"
+            when coupling = "force-displacement", published_driver = "false";
         published_driver: bool = false, [false, true], "all quirks of the published driver: stale feedthrough, hydraulics one micro step ahead, rows late";
         link_1_length_m: f64 = 1.0, Positive, "length L of link 1";
         link_2_length_m: f64 = 0.5, Positive, "length L_h of link 2";

@@ -22,6 +22,8 @@ pub struct Parameter {
     pub source: Name,
     /// A sensible range for studies, narrower than what is valid, where one is declared.
     pub study: Option<[f64; 2]>,
+    /// The values of other parameters, `[name, value]`, without which it has no use.
+    pub only_with: &'static [[&'static str; 2]],
 }
 
 impl Parameter {
@@ -42,7 +44,7 @@ impl Parameter {
         }
         let unit = if matches!(range, Range::OneOf(_)) { "-" } else { unit_of(name) };
         let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
-        Parameter { name, unit, default, range, about, source, study: None }
+        Parameter { name, unit, default, range, about, source, study: None, only_with: &[] }
     }
 
     /// Declares a numeric parameter.
@@ -55,7 +57,7 @@ impl Parameter {
         source: impl Into<Name>,
     ) -> Self {
         let (name, unit, about, source) = (name.into(), unit.into(), about.into(), source.into());
-        Parameter { name, unit, default: Value::Number(default), range, about, source, study: None }
+        Parameter { name, unit, default: Value::Number(default), range, about, source, study: None, only_with: &[] }
     }
 
     /// Declares a parameter that is one of `names`; the first is the default.
@@ -78,6 +80,7 @@ impl Parameter {
             about: about.into(),
             source: source.into(),
             study: None,
+            only_with: &[],
         }
     }
 }
@@ -100,14 +103,6 @@ impl PartialEq for Parameters {
         self.case == other.case && self.declared == other.declared && self.values == other.values
     }
 }
-
-/// Parameters that have a use with one choice only: case, parameter, the choice and its value.
-const ONLY_WITH: [(&str, &str, &str, &str); 4] = [
-    ("linear-oscillator", "damping_n_s_m", "variant", "1"),
-    ("quarter-car", "damper_shape", "damper", "nonlinear"),
-    ("hydraulic-crane", "stale_feedthrough", "coupling", "force-displacement"),
-    ("hydraulic-crane", "stale_feedthrough", "published_driver", "false"),
-];
 
 impl Parameters {
     /// Sets all to their defaults.
@@ -149,19 +144,16 @@ impl Parameters {
     /// # Errors
     /// [`Error::Incompatible`], naming the parameter and the choice that it belongs to.
     pub fn check_used(&self) -> Result<()> {
-        let changed = |name: &str| {
-            let mut all = self.iter();
-            all.find(|(parameter, value)| parameter.name == name && parameter.default != **value)
-                .map(|(_, value)| value)
-        };
-        for (_, name, choice, needed) in ONLY_WITH.iter().filter(|(case, ..)| *case == self.case) {
-            let chosen =
-                self.iter().find(|(parameter, _)| parameter.name == *choice).map(|(_, value)| value.to_string());
-            let (Some(value), Some(chosen)) = (changed(name), chosen) else { continue };
-            if chosen != *needed {
-                let message =
-                    format!("{name} = {value} has no effect with {choice} = {chosen}: set {choice} = {needed}");
-                return Err(Error::Incompatible(message));
+        for (Parameter { name, only_with, .. }, value) in self.iter().filter(|(known, value)| known.default != **value)
+        {
+            for [choice, needed] in *only_with {
+                let chosen =
+                    self.iter().find(|(parameter, _)| parameter.name == *choice).map(|(_, chosen)| chosen.to_string());
+                if let Some(chosen) = chosen.filter(|chosen| chosen != needed) {
+                    let message =
+                        format!("{name} = {value} has no effect with {choice} = {chosen}: set {choice} = {needed}");
+                    return Err(Error::Incompatible(message));
+                }
             }
         }
         Ok(())

@@ -9,7 +9,7 @@ use super::log::{End, Log};
 use super::micro_log::micro_log;
 use super::pair_state::PairState;
 use super::report::Report;
-use super::run_control::RunControl;
+use super::run_control::{RunControl, Timer};
 use super::setup::Setup;
 use super::step_size_control::{ErrorEstimate, MacroInterval, StepSizeControl};
 use super::subsystem::Sides;
@@ -30,21 +30,18 @@ pub fn cosimulate(
 ) -> Report {
     let inside = supervision.inside.then(|| micro_log(setup, &sides));
     let state = &mut PairState { inside, ..PairState::new(setup, sides.lend(), attachments) };
-    cover(|pair, interval| pair.advance(interval), setup, sides, scheme, state, supervision, observe)
+    let pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
+    cover(|pair, interval| pair.advance(interval), pair, supervision.timer, observe)
 }
 
-/// Runs two subsystems with every macro step covered by `advance`.
+/// Runs a pair with every macro step covered by `advance`.
 pub(crate) fn cover(
     advance: impl Fn(&mut CoupledPair<'_>, MacroInterval) -> Result<(), Failure>,
-    setup: &Setup,
-    sides: Sides<'_>,
-    scheme: &mut dyn CouplingScheme,
-    state: &mut PairState,
-    supervision: RunControl<'_>,
+    mut pair: CoupledPair<'_>,
+    timer: Option<Timer>,
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
-    let mut log = Log::new(supervision.timer, setup);
-    let mut pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
+    let mut log = Log::new(timer, pair.setup);
     let ended = macro_steps(&mut pair, CoupledPair::lend, advance, &mut log, observe);
     let work = pair.work();
     log.report(&mut pair, work, ended)

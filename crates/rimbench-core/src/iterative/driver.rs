@@ -4,8 +4,8 @@ use super::copied_pair::CopiedPair;
 use super::iteration::Iteration;
 use super::waveform::Waveform;
 use crate::cosim::{
-    CommunicationPoint, CoupledPair, CouplingScheme, ExchangeData, Log, MacroInterval, MechanicsSteps, PairState,
-    Report, RunControl, Setup, Sides, StepRule, cover, macro_steps,
+    CommunicationPoint, CoupledPair, Log, MacroInterval, MechanicsSteps, Report, Setup, StepRule, Timer, cover,
+    macro_steps,
 };
 use crate::error::Failure;
 
@@ -33,53 +33,31 @@ pub struct StepDoubling {
 }
 
 impl IterativeDriver {
-    /// Runs two subsystems coupled by a scheme, beside the explicit loop ([`cosimulate`](crate::cosim::cosimulate)); with `doubling` the
-    /// length of the macro steps is found by trying.
+    /// The steps that the sides take: together the mechanics takes every micro step.
+    pub(crate) fn setup(self, setup: &Setup) -> Setup {
+        let mechanics_steps = match self {
+            IterativeDriver::Monolithic | IterativeDriver::Waveform(_) => MechanicsSteps::AsActuator,
+            IterativeDriver::Explicit | IterativeDriver::Iterated(_) => setup.mechanics_steps,
+        };
+        Setup { mechanics_steps, ..setup.clone() }
+    }
+
+    /// Runs a pair beside the explicit loop ([`cosimulate`](crate::cosim::cosimulate)); with `doubling` the length of the macro steps is
+    /// found by trying.
     ///
     /// What goes on with copies (iterated or doubled steps) leaves the subsystems given where they were: what is to be known of
     /// them then is what `observe` sees and what the report holds.
-    #[expect(clippy::too_many_arguments, reason = "those of `cosimulate`, and by what")]
-    pub fn run(
+    pub(crate) fn run(
         self,
         doubling: Option<StepDoubling>,
-        setup: &Setup,
-        mut sides: Sides<'_>,
-        scheme: &mut dyn CouplingScheme,
-        attachments: ExchangeData,
-        supervision: RunControl<'_>,
+        mut given: CoupledPair<'_>,
+        timer: Option<Timer>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
-        // Together the mechanics takes every micro step.
-        let setup = &match self {
-            IterativeDriver::Monolithic | IterativeDriver::Waveform(_) => {
-                Setup { mechanics_steps: MechanicsSteps::AsActuator, ..setup.clone() }
-            }
-            IterativeDriver::Explicit | IterativeDriver::Iterated(_) => setup.clone(),
-        };
-        match (self, doubling) {
-            (IterativeDriver::Monolithic, None) => {
-                let advance = |pair: &mut CoupledPair<'_>, interval| pair.advance_together(interval);
-                let state = &mut PairState::new(setup, sides.lend(), attachments);
-                cover(advance, setup, sides, scheme, state, supervision, observe)
-            }
-            _ => self.run_copies(doubling, setup, sides, scheme, attachments, supervision, observe),
+        if self == IterativeDriver::Monolithic && doubling.is_none() {
+            return cover(|pair, interval| pair.advance_together(interval), given, timer, observe);
         }
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "those of `run`")]
-    fn run_copies(
-        self,
-        doubling: Option<StepDoubling>,
-        setup: &Setup,
-        mut sides: Sides<'_>,
-        scheme: &mut dyn CouplingScheme,
-        attachments: ExchangeData,
-        supervision: RunControl<'_>,
-        observe: &mut dyn FnMut(CommunicationPoint<'_>),
-    ) -> Report {
-        let mut log = Log::new(supervision.timer, setup);
-        let state = &mut PairState::new(setup, sides.lend(), attachments);
-        let mut given = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
+        let mut log = Log::new(timer, given.setup);
         let mut pair = match CopiedPair::of(&given) {
             Ok(pair) => pair,
             Err(failure) => {

@@ -1,6 +1,9 @@
 //! A scheme that has been built for two subsystems, ready to run.
 
-use crate::cosim::{CommunicationPoint, CouplingScheme, ExchangeData, Report, RunControl, Setup, Sides, cosimulate};
+use crate::cosim::{
+    CommunicationPoint, CoupledPair, CouplingScheme, ExchangeData, PairState, Report, RunControl, Setup, Sides,
+    cosimulate,
+};
 use crate::iterative::{IterativeDriver, StepDoubling};
 
 /// A scheme with room for what its subsystems exchange, and by what it is run.
@@ -14,18 +17,22 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// Runs the two subsystems that the scheme was built for: by the loop ([`cosimulate`]), or on copies beside it ([`IterativeDriver::run`]).
+    /// Runs the two subsystems that the scheme was built for: by the loop ([`cosimulate`]), or beside it, as an
+    /// [`IterativeDriver`] has it.
     pub fn run(
         mut self,
         setup: &Setup,
         doubling: Option<StepDoubling>,
-        sides: Sides<'_>,
+        mut sides: Sides<'_>,
         supervision: RunControl<'_>,
         observe: &mut dyn FnMut(CommunicationPoint<'_>),
     ) -> Report {
         if self.driver == IterativeDriver::Explicit && doubling.is_none() {
             return cosimulate(setup, sides, &mut *self.scheme, self.attachments, supervision, observe);
         }
-        self.driver.run(doubling, setup, sides, &mut *self.scheme, self.attachments, supervision, observe)
+        let setup = &self.driver.setup(setup);
+        let state = &mut PairState::new(setup, sides.lend(), self.attachments);
+        let pair = CoupledPair { setup, sides, scheme: &mut *self.scheme, state, stop: supervision.stop };
+        self.driver.run(doubling, pair, supervision.timer, observe)
     }
 }

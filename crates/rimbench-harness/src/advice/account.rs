@@ -9,7 +9,7 @@ impl Search<'_> {
     /// All that is to be said of a leader.
     pub(super) fn choice(&self, index: usize) -> Result<Choice> {
         let candidate = &self.candidates[index];
-        let step = candidate.met.unwrap_or(0);
+        let step = candidate.leading_step();
         let macro_step = self.question.macro_steps[step];
         let mut runs = self.probes(&[(candidate, macro_step)], self.phases)?.remove(0).map_err(Error::Incompatible)?;
         let kept_aside = runs.split_off(self.question.phases);

@@ -95,6 +95,11 @@ pub(super) fn all(question: &Question<'_>) -> Result<(Vec<Candidate>, Vec<Fallen
 }
 
 impl Candidate {
+    /// The longest macro step at which a leader, or its rival, meets the question: both have one.
+    pub(super) fn leading_step(&self) -> usize {
+        self.met.expect("leaders and their rivals are of those that meet the question")
+    }
+
     fn new(request: RunRequest, first: RunSpec, macro_steps: &[f64]) -> Self {
         Candidate {
             request,

@@ -173,7 +173,7 @@ impl<'a> Search<'a> {
     fn rival(&self, index: usize, [best, runner_up]: Leaders) -> (Option<usize>, Option<f64>) {
         let own = |best: &usize| self.candidates[*best].scheme() == self.candidates[index].scheme();
         let rival = best.filter(own).or(runner_up);
-        (rival, rival.map(|rival| self.cost_at(rival, self.candidates[rival].met.unwrap_or(0))))
+        (rival, rival.map(|rival| self.cost_at(rival, self.candidates[rival].leading_step())))
     }
 
     /// The macro step to try next of a form; none if it cannot become better than what has been found.
