@@ -1,50 +1,29 @@
 //! The library of an FMU, loaded into this process.
-//!
-//! Types and names are those of the standards' `fmi3FunctionTypes.h` and `fmi2FunctionTypes.h`, by hand.
 
 #![allow(unsafe_code, reason = "functions of a library that others wrote")]
 
-mod functions;
 mod probing;
+mod three;
+mod two;
+mod version;
 
-use self::functions::{Derivative, Functions, Numbers, StateFunctions, Step};
 use self::probing::Probed;
-use super::host::{Ask, Host, Plan, Probe, Scaled, Start};
-use libloading::Library;
+use self::three::Three;
+use self::two::Two;
+use self::version::{Common, Instance, Keep, Made, Opened, Version};
+use super::host::{Ask, Host, Plan, Probe, Scaled};
 use std::cell::Cell;
-use std::ffi::{CString, c_char, c_int, c_void};
-use std::fmt::Display;
+use std::ffi::{c_char, c_int, c_void};
 use std::mem::ManuallyDrop;
 use std::ptr;
 use std::sync::Mutex;
 
-type Instance = *mut c_void;
-type Keep = *mut c_void;
 /// How much of the end of the log of one call is repeated, characters.
 const LONGEST_LOG: usize = 400;
 
 /// Statuses after which little, or nothing, may be asked of an instance.
 const ERROR: c_int = 3;
 const FATAL: c_int = 4;
-
-type Log3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
-
-/// What a library calls with printf's arguments in FMI 2.0; of these only the text is used.
-type Log2 = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
-
-#[repr(C)]
-struct Callbacks2 {
-    log: Log2,
-    allocate: unsafe extern "C" fn(usize, usize) -> *mut c_void,
-    free: unsafe extern "C" fn(*mut c_void),
-    finished: *const c_void,
-    environment: *mut c_void,
-}
-
-unsafe extern "C" {
-    fn calloc(count: usize, size: usize) -> *mut c_void;
-    fn free(memory: *mut c_void);
-}
 
 #[cfg(unix)]
 mod system {
@@ -92,51 +71,6 @@ unsafe fn note(said: *mut c_void, message: *const c_char) {
     }
 }
 
-unsafe extern "C" fn log_3(environment: *mut c_void, _status: c_int, _category: *const c_char, message: *const c_char) {
-    // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the standard has it.
-    unsafe { note(environment, message) };
-}
-
-unsafe extern "C" fn log_2(
-    environment: *mut c_void,
-    _name: *const c_char,
-    _status: c_int,
-    _category: *const c_char,
-    message: *const c_char,
-) {
-    // SAFETY: the library hands on the environment that it was given, which is a `Said`, and a text, as the standard has it.
-    unsafe { note(environment, message) };
-}
-
-/// A folder as FMI 2.0 wants it: a URI, in which all but a few characters are written as `%` and their code.
-fn uri(folder: &std::path::Path) -> String {
-    let path = folder.display().to_string();
-    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"/-._~:".contains(&byte);
-    let written = |byte: u8| if plain(byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") };
-    format!("file://{}", path.bytes().map(written).collect::<String>())
-}
-
-/// What an error says, with what is behind it; one line.
-fn why(error: &dyn std::error::Error) -> String {
-    let behind = error.source().map_or(String::new(), |source| format!(" ({source})"));
-    format!("{error}{behind}").replace('\n', " ")
-}
-
-/// Loads a library for good, its symbols for all that are loaded after it.
-#[cfg(unix)]
-fn load_for_all(library: &std::path::Path) -> Result<(), libloading::Error> {
-    use libloading::os::unix::{Library, RTLD_GLOBAL, RTLD_NOW};
-    // SAFETY: whoever names a library trusts it.
-    unsafe { Library::open(Some(library), RTLD_NOW | RTLD_GLOBAL) }.map(std::mem::forget)
-}
-
-/// Loads a library for good.
-#[cfg(not(unix))]
-fn load_for_all(library: &std::path::Path) -> Result<(), libloading::Error> {
-    // SAFETY: whoever names a library trusts it.
-    unsafe { Library::new(library) }.map(std::mem::forget)
-}
-
 /// A copy of an FMU's state.
 #[derive(Default)]
 struct Slot {
@@ -149,8 +83,9 @@ struct Slot {
 /// An FMU in this process.
 pub(super) struct Loaded {
     plan: Plan,
-    functions: Functions,
     instance: Instance,
+    common: Common,
+    version: ManuallyDrop<Box<dyn Version>>,
     copies: Vec<Slot>,
     present: usize,
     inputs: Vec<u32>,
@@ -161,8 +96,7 @@ pub(super) struct Loaded {
     truths: Vec<u8>,
     integers: Vec<i32>,
     said: ManuallyDrop<Box<Said>>,
-    callbacks: ManuallyDrop<Option<Box<Callbacks2>>>,
-    library: ManuallyDrop<Library>,
+    opened: ManuallyDrop<Opened>,
     probed: Probed,
     /// Whether it has come to step mode, from which it may be asked to terminate.
     stepping: bool,
@@ -178,147 +112,19 @@ impl Loaded {
     pub(super) fn new(plan: Plan) -> Result<Self, String> {
         let said = Box::new(Said::default());
         let environment: *mut c_void = (&raw const *said).cast_mut().cast();
-        let file = plan.file.display().to_string();
-        let wrong = |message: &dyn Display| format!("{file}: {message}");
-        plan.needs.iter().try_for_each(|needed| {
-            load_for_all(needed).map_err(|error| {
-                wrong(&format!("needs = {}, which cannot be loaded: {}", needed.display(), why(&error)))
-            })
-        })?;
-        // SAFETY: what a library does when it is loaded is its own business; whoever names an FMU trusts it.
-        let library = unsafe { Library::new(&plan.library) }
-            .map_err(|error| wrong(&format!("its library cannot be loaded: {}", why(&error))))?;
-        /// A function by its name.
-        macro_rules! function {
-            ($name:literal) => {
-                // SAFETY: the type is that of the standard for this name.
-                *unsafe { library.get($name) }.map_err(|error| {
-                    wrong(&format!("its library has no {}: {}", String::from_utf8_lossy($name), why(&error)))
-                })?
-            };
-        }
-        let two = plan.version_2;
-        let functions = if two {
-            Functions {
-                free: function!(b"fmi2FreeInstance"),
-                terminate: function!(b"fmi2Terminate"),
-                exit_initialization: function!(b"fmi2ExitInitializationMode"),
-                numbers: Numbers::Two { get: function!(b"fmi2GetReal"), set: function!(b"fmi2SetReal") },
-                step: Step::Two(function!(b"fmi2DoStep")),
-                state: None,
-                derivative: if plan.derivatives {
-                    Some(Derivative::Two(function!(b"fmi2GetDirectionalDerivative")))
-                } else {
-                    None
-                },
-                booleans: None,
-                integers: None,
-            }
-        } else {
-            Functions {
-                free: function!(b"fmi3FreeInstance"),
-                terminate: function!(b"fmi3Terminate"),
-                exit_initialization: function!(b"fmi3ExitInitializationMode"),
-                numbers: Numbers::Three { get: function!(b"fmi3GetFloat64"), set: function!(b"fmi3SetFloat64") },
-                step: Step::Three(function!(b"fmi3DoStep")),
-                state: None,
-                derivative: if plan.derivatives {
-                    Some(Derivative::Three(function!(b"fmi3GetDirectionalDerivative")))
-                } else {
-                    None
-                },
-                booleans: if plan.model.is_some() { Some(function!(b"fmi3GetBoolean")) } else { None },
-                integers: if plan.model.as_ref().is_some_and(|model| !model.states.is_empty() || model.kinks.is_some())
-                {
-                    Some(function!(b"fmi3GetInt32"))
-                } else {
-                    None
-                },
-            }
-        };
-        let state = match (plan.keeps_state, two) {
-            (false, _) => None,
-            (true, true) => Some(StateFunctions {
-                get: function!(b"fmi2GetFMUstate"),
-                set: function!(b"fmi2SetFMUstate"),
-                free: function!(b"fmi2FreeFMUstate"),
-            }),
-            (true, false) => Some(StateFunctions {
-                get: function!(b"fmi3GetFMUState"),
-                set: function!(b"fmi3SetFMUState"),
-                free: function!(b"fmi3FreeFMUState"),
-            }),
-        };
-        let functions = Functions { state, ..functions };
-        let text = |text: &str| CString::new(text).map_err(|_| wrong(&"a text has a zero in it"));
-        let (name, token) = (text("rimbench")?, text(&plan.token)?);
-        let resources = plan.resources.display();
-        let mut callbacks = None;
-        let instance = if two {
-            let resources = text(&uri(&plan.resources))?;
-            let given = callbacks.insert(Box::new(Callbacks2 {
-                log: log_2,
-                allocate: calloc,
-                free,
-                finished: ptr::null(),
-                environment,
-            }));
-            type Instantiate = unsafe extern "C" fn(
-                *const c_char,
-                c_int,
-                *const c_char,
-                *const c_char,
-                *const Callbacks2,
-                c_int,
-                c_int,
-            ) -> Instance;
-            let instantiate: Instantiate = function!(b"fmi2Instantiate");
-            // SAFETY: types of the standard; the callbacks live as long as the instance. 1: fmi2CoSimulation.
-            unsafe { instantiate(name.as_ptr(), 1, token.as_ptr(), resources.as_ptr(), &raw const **given, 0, 0) }
-        } else {
-            let resources = text(&format!("{resources}/"))?;
-            type Instantiate = unsafe extern "C" fn(
-                *const c_char,
-                *const c_char,
-                *const c_char,
-                bool,
-                bool,
-                bool,
-                bool,
-                *const u32,
-                usize,
-                *mut c_void,
-                Option<Log3>,
-                *const c_void,
-            ) -> Instance;
-            let instantiate: Instantiate = function!(b"fmi3InstantiateCoSimulation");
-            // SAFETY: types of the standard; what `environment` points to lives as long as the instance.
-            unsafe {
-                instantiate(
-                    name.as_ptr(),
-                    token.as_ptr(),
-                    resources.as_ptr(),
-                    false,
-                    false,
-                    false,
-                    false,
-                    ptr::null(),
-                    0,
-                    environment,
-                    Some(log_3),
-                    ptr::null(),
-                )
-            }
-        };
+        let opened = Opened::new(&plan)?;
+        let make = if plan.version_2 { Two::make } else { Three::make };
+        let Made { instance, common, version } = make(&opened, &plan, environment)?;
         if instance.is_null() {
             let said = said.lock().map(|said| said.clone()).unwrap_or_default();
             let said = if said.is_empty() { "it does not say why".to_owned() } else { said };
-            return Err(wrong(&format!("no instance can be made: {said}")));
+            return Err(opened.wrong(format_args!("no instance can be made: {said}")));
         }
         let references = |list: &[Scaled]| list.iter().map(|variable| variable.reference).collect::<Vec<_>>();
         let mut loaded = Loaded {
-            functions,
             instance,
+            common,
+            version: ManuallyDrop::new(version),
             copies: vec![Slot { kept: None, used: true }],
             present: 0,
             inputs: references(&plan.inputs),
@@ -329,8 +135,7 @@ impl Loaded {
             truths: Vec::new(),
             integers: Vec::new(),
             said: ManuallyDrop::new(said),
-            callbacks: ManuallyDrop::new(callbacks),
-            library: ManuallyDrop::new(library),
+            opened: ManuallyDrop::new(opened),
             probed: Probed::default(),
             stepping: false,
             worst: Cell::new(0),
@@ -343,87 +148,15 @@ impl Loaded {
 
     /// From instantiation to step mode.
     fn begin(&mut self) -> Result<(), String> {
-        let (instance, two) = (self.instance, self.plan.version_2);
-        let starts = self.plan.starts.clone();
-        for start in &starts {
-            self.set_start(start)?;
+        for start in &self.plan.starts {
+            let status = self.version.set_start(&self.opened, self.instance, start)?;
+            self.check(status, "setting a start value")?;
         }
-        let status = if two {
-            type Setup = unsafe extern "C" fn(Instance, c_int, f64, f64, c_int, f64) -> c_int;
-            type Enter = unsafe extern "C" fn(Instance) -> c_int;
-            let (setup, enter): (Setup, Enter) =
-                (self.find(b"fmi2SetupExperiment")?, self.find(b"fmi2EnterInitializationMode")?);
-            // SAFETY: the types are those of the standard for these names, and the instance is alive and has just been made.
-            let status = unsafe { setup(instance, 0, 0.0, 0.0, 0, 0.0) };
-            self.check(status, "fmi2SetupExperiment")?;
-            // SAFETY: as above, and the experiment has been set up.
-            unsafe { enter(instance) }
-        } else {
-            type Enter = unsafe extern "C" fn(Instance, bool, f64, f64, bool, f64) -> c_int;
-            let enter: Enter = self.find(b"fmi3EnterInitializationMode")?;
-            // SAFETY: the type is that of the standard for this name, and the instance is alive and has just been made.
-            unsafe { enter(instance, false, 0.0, 0.0, false, 0.0) }
-        };
-        self.check(status, "EnterInitializationMode")?;
+        let (status, what) = self.version.enter(&self.opened, self.instance)?;
+        self.check(status, what)?;
         // SAFETY: the instance is alive and being initialised.
-        let status = unsafe { (self.functions.exit_initialization)(instance) };
+        let status = unsafe { (self.common.exit_initialization)(self.instance) };
         self.check(status, "ExitInitializationMode")
-    }
-
-    fn find<F: Copy>(&self, name: &[u8]) -> Result<F, String> {
-        // SAFETY: callers give the type that the standard has for the name.
-        let found = unsafe { self.library.get::<F>(name) };
-        found.map(|function| *function).map_err(|error| {
-            format!(
-                "{}: its library has no {}: {}",
-                self.plan.file.display(),
-                String::from_utf8_lossy(name),
-                why(&error)
-            )
-        })
-    }
-
-    fn set_start(&mut self, start: &Start) -> Result<(), String> {
-        let (instance, two) = (self.instance, self.plan.version_2);
-        type Set2<T> = unsafe extern "C" fn(Instance, *const u32, usize, *const T) -> c_int;
-        type Set3<T> = unsafe extern "C" fn(Instance, *const u32, usize, *const T, usize) -> c_int;
-        let status = match (start, two) {
-            (Start::Number(at, value), _) => return self.set(&[*at], &[*value]),
-            (Start::Integer(at, value), true) => {
-                let set = self.find::<Set2<c_int>>(b"fmi2SetInteger")?;
-                // SAFETY: the type is that of the standard for this name, the instance is alive; one reference, one value.
-                unsafe { set(instance, at, 1, value) }
-            }
-            (Start::Integer(at, value), false) => {
-                let set = self.find::<Set3<i32>>(b"fmi3SetInt32")?;
-                // SAFETY: as above.
-                unsafe { set(instance, at, 1, value, 1) }
-            }
-            (Start::Boolean(at, value), true) => {
-                let set = self.find::<Set2<c_int>>(b"fmi2SetBoolean")?;
-                // SAFETY: as above; truths are whole numbers in FMI 2.0.
-                unsafe { set(instance, at, 1, &c_int::from(*value)) }
-            }
-            (Start::Boolean(at, value), false) => {
-                let set = self.find::<Set3<bool>>(b"fmi3SetBoolean")?;
-                // SAFETY: as above.
-                unsafe { set(instance, at, 1, value, 1) }
-            }
-            (Start::Text(at, value), two) => {
-                let text = CString::new(value.as_str()).map_err(|_| "a start value has a zero in it")?;
-                let pointer = text.as_ptr();
-                if two {
-                    let set = self.find::<Set2<*const c_char>>(b"fmi2SetString")?;
-                    // SAFETY: as above; the text ends in zero and outlives the call.
-                    unsafe { set(instance, at, 1, &pointer) }
-                } else {
-                    let set = self.find::<Set3<*const c_char>>(b"fmi3SetString")?;
-                    // SAFETY: as above; the text ends in zero and outlives the call.
-                    unsafe { set(instance, at, 1, &pointer, 1) }
-                }
-            }
-        };
-        self.check(status, "setting a start value")
     }
 
     /// A status as a result: `OK` and `Warning` are none.
@@ -440,7 +173,7 @@ impl Loaded {
             .unwrap_or("a status that there is not");
         let said = self.said.lock().map(|mut said| std::mem::take(&mut *said)).unwrap_or_default();
         let said = if said.is_empty() { String::new() } else { format!(": {said}") };
-        Err(format!("{}: {what} returned {name}{said}", self.plan.file.display()))
+        Err(self.opened.wrong(format_args!("{what} returned {name}{said}")))
     }
 
     fn set(&self, references: &[u32], values: &[f64]) -> Result<(), String> {
@@ -451,14 +184,7 @@ impl Loaded {
         if n == 0 {
             return Ok(());
         }
-        let status = match self.functions.numbers {
-            // SAFETY: the instance is alive, and there is one value for each reference.
-            Numbers::Two { set, .. } => unsafe { set(self.instance, references.as_ptr(), n, values.as_ptr()) },
-            // SAFETY: the instance is alive, and each pointer goes with its count.
-            Numbers::Three { set, .. } => unsafe {
-                set(self.instance, references.as_ptr(), n, values.as_ptr(), values.len())
-            },
-        };
+        let status = self.version.set(self.instance, references, values);
         self.check(status, "setting a number")
     }
 
@@ -466,15 +192,7 @@ impl Loaded {
         if references.is_empty() {
             return Ok(());
         }
-        let n = references.len();
-        let status = match self.functions.numbers {
-            // SAFETY: the instance is alive; FMI 2.0 has no arrays, and callers make room for a number for each reference.
-            Numbers::Two { get, .. } => unsafe { get(self.instance, references.as_ptr(), n, values.as_mut_ptr()) },
-            // SAFETY: the instance is alive, and each pointer goes with its count.
-            Numbers::Three { get, .. } => unsafe {
-                get(self.instance, references.as_ptr(), n, values.as_mut_ptr(), values.len())
-            },
-        };
+        let status = self.version.get(self.instance, references, values);
         self.check(status, "getting a number")
     }
 
@@ -517,7 +235,7 @@ impl Loaded {
 
     /// Keeps the present state under a number.
     fn store(&mut self, id: usize) -> Result<(), String> {
-        let Some(functions) = &self.functions.state else { return Err("it keeps no state".to_owned()) };
+        let Some(functions) = &self.common.state else { return Err("it keeps no state".to_owned()) };
         let mut kept = self.copies[id].kept.unwrap_or(ptr::null_mut());
         // SAFETY: the instance is alive; `kept` is null or a state of it that has not been freed.
         let status = unsafe { (functions.get)(self.instance, &raw mut kept) };
@@ -526,7 +244,7 @@ impl Loaded {
     }
 
     fn release(&mut self, kept: Option<Keep>) {
-        if let (Some(functions), Some(mut kept)) = (&self.functions.state, kept) {
+        if let (Some(functions), Some(mut kept)) = (&self.common.state, kept) {
             // SAFETY: the instance is alive; the state is one of it, and who hands it over has it no more. What cannot be freed is the
             // FMU's loss.
             let _ = unsafe { (functions.free)(self.instance, &raw mut kept) };
@@ -540,21 +258,10 @@ impl Loaded {
         let (rows, columns) = (unknowns.len(), self.inputs.len());
         let from = output.len();
         output.resize(from + rows * columns, 0.0);
-        let Some(derivative) = self.functions.derivative else {
-            return Err("it has no directional derivatives".to_owned());
-        };
         let mut column = vec![0.0; rows];
         for (at, (input, scale)) in self.inputs.iter().zip(&self.plan.inputs).enumerate() {
-            let status = match derivative {
-                // SAFETY: the instance is alive; `rows` unknowns with room for as many numbers, one input with one seed.
-                Derivative::Two(call) => unsafe {
-                    call(self.instance, unknowns.as_ptr(), rows, input, 1, &1.0, column.as_mut_ptr())
-                },
-                // SAFETY: as above, and each pointer goes with its count.
-                Derivative::Three(call) => unsafe {
-                    call(self.instance, unknowns.as_ptr(), rows, input, 1, &1.0, 1, column.as_mut_ptr(), rows)
-                },
-            };
+            let status = self.version.derivative(self.instance, unknowns, *input, &mut column);
+            let status = status.ok_or("it has no directional derivatives")?;
             self.check(status, "a directional derivative")?;
             for (row, (value, own)) in column.iter().zip(scales).enumerate() {
                 output[from + row * columns + at] = value * (own.factor / scale.factor);
@@ -564,7 +271,7 @@ impl Loaded {
     }
 
     fn set_state(&self, kept: Option<Keep>) -> Result<(), String> {
-        let (Some(functions), Some(kept)) = (&self.functions.state, kept) else {
+        let (Some(functions), Some(kept)) = (&self.common.state, kept) else {
             return Err("it keeps no state".to_owned());
         };
         // SAFETY: the instance is alive, and `kept` is a state of it that has not been freed: only `release` frees, as its last use.
@@ -588,23 +295,20 @@ impl Loaded {
             output.resize(from + count, 0.0);
             self.get(&[reference], &mut output[from..])
         };
-        let mut append_integers = |output: &mut Vec<f64>, reference: u32, count: usize| {
-            let Some(get) = self.functions.integers else { return Err("it gives no whole numbers".to_owned()) };
+        let mut append_integers = |output: &mut Vec<f64>, reference: u32, count: usize| -> Result<(), String> {
             integers.clear();
             integers.resize(count, 0);
-            // SAFETY: the instance is alive; one reference, and room for `count` numbers.
-            let status = unsafe { get(self.instance, &reference, 1, integers.as_mut_ptr(), count) };
+            let status =
+                self.version.integers(self.instance, reference, integers).ok_or("it gives no whole numbers")?;
             self.check(status, "getting a whole number")?;
             output.extend(integers.iter().map(|number| f64::from(*number)));
             Ok(())
         };
         model.numbers.iter().try_for_each(|part| append(output, part))?;
         for &(reference, count) in &model.truths {
-            let Some(get) = self.functions.booleans else { return Err("it gives no truths".to_owned()) };
             truths.clear();
             truths.resize(count, 0);
-            // SAFETY: the instance is alive; one reference, and room for `count` bytes, which any bits may fill.
-            let status = unsafe { get(self.instance, &reference, 1, truths.as_mut_ptr(), count) };
+            let status = self.version.truths(self.instance, reference, truths).ok_or("it gives no truths")?;
             self.check(status, "getting a truth")?;
             output.extend(truths.iter().map(|truth| f64::from(u8::from(*truth != 0))));
         }
@@ -620,27 +324,7 @@ impl Loaded {
     }
 
     fn step(&mut self, t: f64, h: f64) -> Result<(), String> {
-        let status = match self.functions.step {
-            // SAFETY: the instance is alive and has been initialised.
-            Step::Two(call) => unsafe { call(self.instance, t, h, 0) },
-            Step::Three(call) => {
-                let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, t);
-                // SAFETY: the instance is alive and has been initialised; there is room for all four that it tells, bytes being bytes
-                // whatever it takes for a truth.
-                let status = unsafe {
-                    call(self.instance, t, h, false, &raw mut event, &raw mut terminate, &raw mut early, &raw mut last)
-                };
-                if (0..=1).contains(&status) && (terminate != 0 || early != 0) {
-                    let what = if terminate != 0 {
-                        "wants the simulation to end"
-                    } else {
-                        "returned before the end of its step"
-                    };
-                    return Err(format!("{}: it {what} at {last} s", self.plan.file.display()));
-                }
-                status
-            }
-        };
+        let status = self.version.step(self.instance, t, h).map_err(|why| self.opened.wrong(why))?;
         self.check(status, "DoStep")
     }
 }
@@ -649,10 +333,7 @@ impl Host for Loaded {
     fn ask(&mut self, ask: Ask, id: u32, input: &[f64], output: &mut Vec<f64>) -> Result<(), String> {
         output.clear();
         if self.worst.get() == FATAL {
-            return Err(format!(
-                "{}: it has returned Fatal before: nothing more can be asked of it",
-                self.plan.file.display()
-            ));
+            return Err(self.opened.wrong("it has returned Fatal before: nothing more can be asked of it"));
         }
         // What it said of calls that went well explains no other.
         if let Ok(mut said) = self.said.lock() {
@@ -741,27 +422,12 @@ impl Drop for Loaded {
         // called from it. Nothing is dropped twice: `self` is not used again.
         unsafe {
             if self.stepping && self.worst.get() < ERROR {
-                let _ = (self.functions.terminate)(self.instance);
+                let _ = (self.common.terminate)(self.instance);
             }
-            (self.functions.free)(self.instance);
-            ManuallyDrop::drop(&mut self.callbacks);
+            (self.common.free)(self.instance);
+            ManuallyDrop::drop(&mut self.version);
             ManuallyDrop::drop(&mut self.said);
-            ManuallyDrop::drop(&mut self.library);
+            ManuallyDrop::drop(&mut self.opened);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_folder_of_any_name_is_a_uri() {
-        let folder = std::path::Path::new("/models/my models/50 % é/resources");
-        assert_eq!(uri(folder), "file:///models/my%20models/50%20%25%20%C3%A9/resources");
-        assert_eq!(
-            uri(std::path::Path::new("/models/rimbench-fmu-x1/resources")),
-            "file:///models/rimbench-fmu-x1/resources"
-        );
     }
 }

@@ -9,8 +9,10 @@
 mod archive;
 mod case_file;
 mod description;
+mod finder;
 mod host;
 mod library;
+mod member;
 mod probing;
 #[cfg(unix)]
 mod process;

@@ -92,7 +92,7 @@ impl Loaded {
     /// Keeps the present state, with these inputs, as that from which probing goes out.
     fn keep_for_probing(&mut self, probed: &mut Probed, u: &[f64]) -> Result<(), String> {
         self.put(u)?;
-        let Some(functions) = &self.functions.state else { return Err("it keeps no state".to_owned()) };
+        let Some(functions) = &self.common.state else { return Err("it keeps no state".to_owned()) };
         let mut kept = probed.kept.unwrap_or(ptr::null_mut());
         // SAFETY: the instance is alive; `kept` is null or a state of it that has not been freed.
         let status = unsafe { (functions.get)(self.instance, &raw mut kept) };
@@ -170,6 +170,8 @@ impl Loaded {
 
 #[cfg(all(test, unix))]
 mod tests {
+    use super::super::super::host::Start;
+    use super::super::version::StateFunctions;
     use super::super::*;
 
     const STEP: f64 = 1e-3;
@@ -222,41 +224,6 @@ mod tests {
     unsafe extern "C" fn well(_: Instance) -> c_int {
         0
     }
-    unsafe extern "C" fn get(instance: Instance, _: *const u32, n: usize, values: *mut f64, _: usize) -> c_int {
-        // SAFETY: `Loaded` has this guest for its instance, and hands over room for `n` values, all set.
-        let (guest, values) = unsafe { (called(instance), std::slice::from_raw_parts_mut(values, n)) };
-        values.copy_from_slice(&(guest.say)(guest.x, guest.u));
-        0
-    }
-    unsafe extern "C" fn set(instance: Instance, _: *const u32, _: usize, values: *const f64, _: usize) -> c_int {
-        // SAFETY: `Loaded` has this guest for its instance, and hands over its one input.
-        unsafe { called(instance).u = *values };
-        0
-    }
-    unsafe extern "C" fn step(
-        instance: Instance,
-        _: f64,
-        h: f64,
-        _: bool,
-        _: *mut u8,
-        _: *mut u8,
-        _: *mut u8,
-        _: *mut f64,
-    ) -> c_int {
-        // SAFETY: `Loaded` has this guest for its instance.
-        let guest = unsafe { called(instance) };
-        guest.longest = guest.longest.max(h);
-        match &mut guest.fault {
-            Some((0, status)) => {
-                guest.fatal = *status == FATAL;
-                return *status;
-            }
-            Some((left, _)) => *left -= 1,
-            None => {}
-        }
-        guest.x = (guest.advance)(guest.x, guest.u, h);
-        0
-    }
     unsafe extern "C" fn get_state(instance: Instance, kept: *mut Keep) -> c_int {
         // SAFETY: `Loaded` has this guest for its instance.
         let guest = unsafe { called(instance) };
@@ -284,6 +251,46 @@ mod tests {
         0
     }
 
+    struct OfGuest;
+
+    impl Version for OfGuest {
+        fn enter(&self, _: &Opened, _: Instance) -> Result<(c_int, &'static str), String> {
+            Ok((0, ""))
+        }
+        fn set_start(&self, _: &Opened, _: Instance, _: &Start) -> Result<c_int, String> {
+            Ok(0)
+        }
+        fn set(&self, instance: Instance, _: &[u32], values: &[f64]) -> c_int {
+            // SAFETY: `Loaded` has this guest for its instance.
+            unsafe { called(instance).u = values[0] };
+            0
+        }
+        fn get(&self, instance: Instance, _: &[u32], values: &mut [f64]) -> c_int {
+            // SAFETY: as above.
+            let guest = unsafe { called(instance) };
+            values.copy_from_slice(&(guest.say)(guest.x, guest.u));
+            0
+        }
+        fn step(&self, instance: Instance, _: f64, h: f64) -> Result<c_int, String> {
+            // SAFETY: as above.
+            let guest = unsafe { called(instance) };
+            guest.longest = guest.longest.max(h);
+            match &mut guest.fault {
+                Some((0, status)) => {
+                    guest.fatal = *status == FATAL;
+                    return Ok(*status);
+                }
+                Some((left, _)) => *left -= 1,
+                None => {}
+            }
+            guest.x = (guest.advance)(guest.x, guest.u, h);
+            Ok(0)
+        }
+        fn derivative(&self, _: Instance, _: &[u32], _: u32, _: &mut [f64]) -> Option<c_int> {
+            None
+        }
+    }
+
     /// As an actuator with direct feedthrough, probed by [`STEP`] and [`CHANGE`]; `guest` outlives it.
     fn loaded(guest: &mut Guest) -> Loaded {
         let plain = |reference| Scaled { reference, factor: 1.0, offset: 0.0 };
@@ -308,17 +315,13 @@ mod tests {
             work: None,
         };
         Loaded {
-            functions: Functions {
+            common: Common {
                 free: nothing,
                 terminate: well,
                 exit_initialization: well,
-                numbers: Numbers::Three { get, set },
-                step: Step::Three(step),
                 state: Some(StateFunctions { get: get_state, set: set_state, free: free_state }),
-                derivative: None,
-                booleans: None,
-                integers: None,
             },
+            version: ManuallyDrop::new(Box::new(OfGuest)),
             instance: (&raw mut *guest).cast(),
             copies: vec![Slot { kept: None, used: true }],
             present: 0,
@@ -330,8 +333,10 @@ mod tests {
             truths: Vec::new(),
             integers: Vec::new(),
             said: ManuallyDrop::new(Box::new(Said::default())),
-            callbacks: ManuallyDrop::new(None),
-            library: ManuallyDrop::new(libloading::os::unix::Library::this().into()),
+            opened: ManuallyDrop::new(Opened {
+                library: libloading::os::unix::Library::this().into(),
+                file: "guest.fmu".to_owned(),
+            }),
             probed: Probed::default(),
             stepping: true,
             worst: Cell::new(0),
