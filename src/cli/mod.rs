@@ -17,6 +17,7 @@ mod number;
 mod paper;
 mod perf;
 mod perf_compare;
+mod perf_measuring;
 mod plan;
 mod progress;
 mod project;

@@ -1,6 +1,7 @@
 //! `rimbench perf`: has the program become slower?
 
 use super::perf_compare::Compare;
+use super::perf_measuring::{HISTORY, Measuring};
 use super::screen::Table;
 use super::{Format, print};
 use anyhow::Context;
@@ -11,7 +12,7 @@ use rimbench::error::Error;
 use rimbench::figures::render;
 use rimbench::harness::Provenance;
 use rimbench::perf::{
-    self, BENCHMARKS, History, PerStep, Plan, Program, Row, benchmark_by_name, callgrind, draw_history, history_steps,
+    self, BENCHMARKS, History, PerStep, Program, Row, benchmark_by_name, draw_history, history_steps,
 };
 use rimbench::statistics::quantile;
 use std::path::{Path, PathBuf};
@@ -54,50 +55,6 @@ impl Perf {
         Ok(ExitCode::SUCCESS)
     }
 }
-
-/// How to measure, shared by `record` and `compare --rev`.
-#[derive(Debug, Args)]
-pub(super) struct Measuring {
-    /// Only this benchmark; may be repeated
-    #[arg(long = "benchmark", value_name = "NAME")]
-    benchmarks: Vec<String>,
-    /// Rounds of the wall times; 0 measures none
-    #[arg(long, value_name = "N", default_value = "12")]
-    pub(super) rounds: u32,
-    /// Program that counts instructions
-    #[arg(long, value_name = "FILE", default_value = "valgrind")]
-    valgrind: PathBuf,
-    /// Do not count instructions
-    #[arg(long)]
-    without_instructions: bool,
-}
-
-impl Measuring {
-    /// The plan, from the benchmarks there are. Says so if valgrind is missing.
-    pub(super) fn plan(&self, known: &[String]) -> anyhow::Result<Plan> {
-        for name in &self.benchmarks {
-            if !known.contains(name) {
-                return Err(Error::unknown("benchmark", name, known.iter().map(String::as_str)).into());
-            }
-        }
-        if self.rounds == 1 {
-            return Err(Error::invalid("--rounds", self.rounds, "0, or at least 2: one round has no spread").into());
-        }
-        let benchmarks = if self.benchmarks.is_empty() { known.to_vec() } else { self.benchmarks.clone() };
-        let valgrind = match callgrind::find(&self.valgrind) {
-            _ if self.without_instructions => None,
-            Ok(()) => Some(self.valgrind.clone()),
-            Err(note) => {
-                eprintln!("note: {note}");
-                None
-            }
-        };
-        Ok(Plan { benchmarks, rounds: self.rounds, valgrind })
-    }
-}
-
-/// Where the history is kept, below the current folder.
-pub(super) const HISTORY: &str = "results/perf/history.csv";
 
 /// Arguments of `perf record`.
 #[derive(Debug, Args)]

@@ -1,6 +1,6 @@
 //! `rimbench perf compare`: records of a history, or git revisions built side by side.
 
-use super::perf::{HISTORY, Measuring};
+use super::perf_measuring::{HISTORY, Measuring};
 use super::print;
 use anyhow::Context;
 use clap::{Args, ValueEnum};

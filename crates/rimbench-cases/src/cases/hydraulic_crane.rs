@@ -8,7 +8,7 @@
 //! feedthrough and a zero-order hold, `force-displacement` is the same map as `pressure-displacement`: what separates the published stability limits
 //! of the two is the stale velocity alone.
 
-use super::hydraulic_crane_reference::solve;
+use super::hydraulic_crane_reference::{Parts, solve};
 use super::prelude::*;
 use rimbench_core::cosim::{PerSide, Subsystem};
 use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
@@ -69,16 +69,6 @@ pub(super) fn entry() -> Case {
             build,
         )
     }
-}
-
-/// What both the co-simulation and the reference are made from.
-#[derive(Clone)]
-pub(super) struct Parts {
-    pub(super) crane: Crane,
-    pub(super) cylinder: HydraulicCylinder,
-    pub(super) spool: Spool,
-    pub(super) piston_area: f64,
-    pub(super) viscous_friction: f64,
 }
 
 fn parts(p: &Lift) -> Result<Parts> {

@@ -1,6 +1,6 @@
 //! The crane as one system of ordinary differential equations, by the trapezoidal rule.
 
-use super::hydraulic_crane::Parts;
+use crate::models::{Crane, HydraulicCylinder, Spool};
 use nalgebra::{LU, SMatrix, SVector, U6};
 use rimbench_core::cosim::{StopFlag, Trajectory};
 use rimbench_core::error::{Cause, Failure};
@@ -20,6 +20,16 @@ const QUICK: usize = 4;
 
 /// Then the iteration has failed.
 const MOST: usize = 60;
+
+/// What both the co-simulation and the reference are made from.
+#[derive(Clone)]
+pub(super) struct Parts {
+    pub(super) crane: Crane,
+    pub(super) cylinder: HydraulicCylinder,
+    pub(super) spool: Spool,
+    pub(super) piston_area: f64,
+    pub(super) viscous_friction: f64,
+}
 
 /// Integrates the whole crane, and writes a row wherever one is due.
 ///

@@ -1,7 +1,7 @@
 //! What a metric may look at.
 
 use super::contact_phase::ContactInterval;
-use super::friction::FrictionPhase;
+use super::friction_phase::FrictionPhase;
 use rimbench_core::cosim::{Report, Trajectory};
 use rimbench_statistics::Floor;
 

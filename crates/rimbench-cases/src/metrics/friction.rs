@@ -1,60 +1,10 @@
 //! What contacts with friction do, held against the reference: who sticks when.
-//!
-//! A contact is open, sticks, or slides one way or the other, as the *solver* of the last step has it; a slow slide is a slide. The state of a
-//! row is that of the step which ends there, so it holds from the row before. Run and reference are read by the same rule, the
-//! reference at its own sampling; only what the run lived to see counts.
+//! Only what the run lived to see counts.
 
 use super::contact_phase::CHATTER;
 use super::event::matched;
 use super::evidence::{Evidence, Metric};
-use rimbench_core::cosim::Trajectory;
-use rimbench_core::mechanics::CONTACT_STATE;
-
-/// Whether a column holds the state of a contact with friction.
-pub(crate) fn is_state(column: &str) -> bool {
-    column.starts_with(CONTACT_STATE)
-}
-
-/// A time during which a contact does not change its state.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FrictionPhase {
-    since: f64,
-    state: State,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum State {
-    Open,
-    Stick,
-    /// Forwards, or backwards.
-    Slip(bool),
-}
-
-impl State {
-    /// The state of a column: see `friction_observables` of the mechanics.
-    fn of(value: f64) -> Self {
-        match value {
-            1.0 => State::Stick,
-            2.0 => State::Slip(true),
-            3.0 => State::Slip(false),
-            _ => State::Open,
-        }
-    }
-}
-
-/// Returns what the contact with the state column `column` does, phase by phase.
-pub fn friction_phases(trajectory: &Trajectory, column: usize) -> Vec<FrictionPhase> {
-    let mut phases: Vec<FrictionPhase> = Vec::new();
-    let mut before = None;
-    for row in trajectory.rows() {
-        let state = State::of(row[column]);
-        if phases.last().is_none_or(|last| last.state != state) {
-            phases.push(FrictionPhase { since: before.unwrap_or(row[0]), state });
-        }
-        before = Some(row[0]);
-    }
-    phases
-}
+use super::friction_phase::{FrictionPhase, State};
 
 pub(super) const WRONG_STATE: Metric = Metric {
     name: "wrong_friction_state_share",
@@ -177,8 +127,9 @@ fn reversals(phases: &[FrictionPhase]) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::friction_phase::friction_phases;
     use super::*;
-    use rimbench_core::cosim::{Outcome, Report};
+    use rimbench_core::cosim::{Outcome, Report, Trajectory};
 
     /// Rows at times `step` apart up to `end`; the state is that of the interval before.
     fn trajectory(step: f64, end: f64, state: impl Fn(f64) -> f64) -> Trajectory {

@@ -10,6 +10,7 @@ mod energy;
 mod event;
 mod evidence;
 mod friction;
+mod friction_phase;
 mod impulse;
 mod inside;
 mod pace;
@@ -19,8 +20,8 @@ mod tests;
 pub use contact_phase::{ContactInterval, contact_intervals};
 pub(crate) use event::touch_downs;
 pub use evidence::{Evidence, Inside, InterfaceRow, Metric};
-pub(crate) use friction::is_state;
-pub use friction::{FrictionPhase, friction_phases};
+pub(crate) use friction_phase::is_state;
+pub use friction_phase::{FrictionPhase, friction_phases};
 pub(crate) use impulse::impulse_column;
 use rimbench_statistics::Floor;
 

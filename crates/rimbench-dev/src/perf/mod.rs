@@ -10,7 +10,7 @@
 //!
 //! | file | concept |
 //! |---|---|
-//! | `suite`, `kernels` | what is measured, with the answer each benchmark must give |
+//! | `benchmark`, `suite`, `kernels` | what is measured, with the answer each benchmark must give |
 //! | `yardstick` | a piece of work that never changes, timed beside every benchmark |
 //! | [`callgrind`], `sample` | one measurement by a program, in a process of its own |
 //! | `record` | the suite measured in interleaved pairs |
@@ -21,8 +21,8 @@
 //! | `revision` | two git revisions, built side by side |
 //! | `plot` | the history as a figure |
 
+mod benchmark;
 pub mod callgrind;
-
 mod comparison;
 mod comparison_text;
 mod decision;
@@ -38,6 +38,7 @@ mod steps;
 mod suite;
 mod yardstick;
 
+pub use benchmark::{Benchmark, Work};
 pub use comparison::{Comparison, Paired, compare_pairs, compare_records};
 pub use decision::{Finding, Verdict, decide_counter, decide_instructions, decide_time};
 pub use history::{COUNTERS, History, Row};
@@ -48,4 +49,4 @@ pub use record::{Plan, Recording, Round, measure_rounds, paired_ratio, placebo_r
 pub use revision::{Checkout, Repository};
 pub use sample::{Program, Sample, measure};
 pub use steps::{Step, steps};
-pub use suite::{BENCHMARKS, Benchmark, Work, benchmark_by_name};
+pub use suite::{BENCHMARKS, benchmark_by_name};

@@ -1,6 +1,6 @@
 //! One measurement, by a program in a process of its own: this program, or the same suite of another revision.
 
-use super::suite::Benchmark;
+use super::benchmark::Benchmark;
 use super::yardstick::yardstick;
 use rimbench_core::error::{Error, Result};
 use rimbench_harness::BuildInfo;

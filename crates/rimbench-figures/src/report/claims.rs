@@ -24,6 +24,15 @@ impl Verdict {
         }
     }
 
+    /// Failures first.
+    fn rank(self) -> u8 {
+        match self {
+            Verdict::NotReproduced => 0,
+            Verdict::NotMeasured => 1,
+            Verdict::Reproduced => 2,
+        }
+    }
+
     fn words(self) -> &'static str {
         match self {
             Verdict::Reproduced => "reproduced",
@@ -207,20 +216,11 @@ pub(super) fn marks(report: &Report<'_>) -> String {
     if claims.is_empty() {
         return unchecked;
     }
-    claims.sort_by_key(|(_, claim)| match claim.verdict {
-        Verdict::NotReproduced => 0,
-        Verdict::NotMeasured => 1,
-        Verdict::Reproduced => 2,
+    claims.sort_by_key(|(_, claim)| claim.verdict.rank());
+    let parts = [("the paper’s", true), ("ours", false)].map(|(name, of_paper)| match tally(report, Some(of_paper)) {
+        [_, 0] => String::new(),
+        [good, all] => format!("{name} {good} of {all}"),
     });
-    let good = |of_paper: Option<bool>| {
-        let wanted = |claim: &Claim| of_paper.is_none_or(|of_paper| claim.of_paper == of_paper);
-        let all: Vec<&Claim> = claims.iter().map(|(_, claim)| *claim).filter(|claim| wanted(claim)).collect();
-        (all.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count(), all.len())
-    };
-    let part = |name: &str, (good, all): (usize, usize)| {
-        if all == 0 { String::new() } else { format!("{name} {good} of {all}") }
-    };
-    let parts = [part("the paper’s", good(Some(true))), part("ours", good(Some(false)))];
     // They are in the table, and elsewhere they count.
     let superseded = self::claims(report).filter(|(_, claim)| !claim.counts()).count();
     let more = if superseded == 0 { String::new() } else { format!("{superseded} more are superseded") };
@@ -247,12 +247,17 @@ pub(super) fn marks(report: &Report<'_>) -> String {
 
 /// How many of the claims reproduce, superseded ones aside; nothing where there is none.
 pub(super) fn score(report: &Report<'_>) -> String {
-    let counted: Vec<&Claim> = claims(report).map(|(_, claim)| claim).filter(|claim| claim.counts()).collect();
-    let reproduced = counted.iter().filter(|claim| claim.verdict == Verdict::Reproduced).count();
-    match counted.len() {
-        0 => String::new(),
-        all => format!("{reproduced} of {all} claims reproduce"),
+    match tally(report, None) {
+        [_, 0] => String::new(),
+        [reproduced, all] => format!("{reproduced} of {all} claims reproduce"),
     }
+}
+
+/// How many of the claims that count reproduce, and how many there are: the paper's, ours, or all.
+fn tally(report: &Report<'_>, of_paper: Option<bool>) -> [usize; 2] {
+    let wanted = |claim: &&Claim| claim.counts() && of_paper.is_none_or(|of_paper| claim.of_paper == of_paper);
+    let counted = claims(report).map(|(_, claim)| claim).filter(wanted);
+    counted.fold([0, 0], |[good, all], claim| [good + usize::from(claim.verdict == Verdict::Reproduced), all + 1])
 }
 
 /// Claims that could not be checked, a line for each study that has some.
@@ -292,12 +297,7 @@ pub(super) fn section(report: &Report<'_>) -> String {
         let mut rows: Vec<(u8, String)> = Vec::new();
         for (index, study) in report.studies.iter().enumerate() {
             for (number, claim) in study.claims.iter().enumerate().filter(|(_, claim)| claim.of_paper == of_paper) {
-                let rank = match (claim.counts(), claim.verdict) {
-                    (false, _) => 3,
-                    (_, Verdict::NotReproduced) => 0,
-                    (_, Verdict::NotMeasured) => 1,
-                    (_, Verdict::Reproduced) => 2,
-                };
+                let rank = if claim.counts() { claim.verdict.rank() } else { 3 };
                 rows.push((rank, claim.row(study, [index, number])));
             }
         }

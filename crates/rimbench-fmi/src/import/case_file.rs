@@ -1,24 +1,12 @@
 //! A case file that names two FMUs.
 
-use super::member::{FmuMember, Process};
-use crate::export::side_name;
-use rimbench_cases::cases::{
-    Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameter, Parameters, PossibleSteps, Range,
-};
-use rimbench_core::complementarity::SolverEntry;
-use rimbench_core::cosim::{PerSide, Side, check_coupling};
-use rimbench_core::error::{Error, Result};
-use rimbench_core::name::{Name, check_new_name};
-use rimbench_results::input::read_text;
+use rimbench_cases::cases::{Parameter, Range};
+use rimbench_core::cosim::Side;
 use rimbench_results::schema::schema_of;
-use rimbench_results::text_place::said_at;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::time::Duration;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// A case file as it is written.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -155,139 +143,10 @@ pub(super) struct ParameterTable {
 const DIGEST: &str = "fmu_digest";
 
 /// Shortest time that a process is given for an answer, s.
-const SHORTEST_ANSWER: f64 = 1e-3;
-
-/// Reads a case file with its FMUs, and tries both sides once. `program` is rimbench itself, for FMUs in processes of their own; without
-/// it they all run in this one.
-///
-/// # Errors
-/// [`Error::File`] naming the case file or the FMU, what is wrong with it, and what would be valid.
-pub fn read_case(path: &Path, program: Option<&Path>) -> Result<Case> {
-    let wrong = |message: String| Error::file(path, message);
-    let text = read_text(path)?;
-    let file: CaseFile = toml::from_str(&text)
-        .map_err(|error| wrong(format!("is no case of FMUs: {}", said_at(&text, error.span(), error.message()))))?;
-    check_new_name("case", &file.name, std::iter::empty()).map_err(|error| wrong(error.to_string()))?;
-    let times = [
-        ("duration_s".to_owned(), Some(file.duration_s)),
-        ("macro_step_s".to_owned(), Some(file.macro_step_s)),
-        ("micro_step_s".to_owned(), file.micro_step_s),
-        ("reference_step_s".to_owned(), file.reference_step_s),
-    ];
-    let probes =
-        Side::BOTH.map(|side| (format!("probe_step_s of [{}]", side_name(side)), file.side(side).probe_step_s));
-    for (key, value) in times.into_iter().chain(probes).filter_map(|(key, value)| Some((key, value?))) {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(wrong(Error::invalid(key, value, "a finite time above 0 s").to_string()));
-        }
-    }
-    let patience = file.answer_within_s;
-    if !(patience.is_finite() && patience >= SHORTEST_ANSWER) {
-        let valid = format!("a finite time of at least {SHORTEST_ANSWER} s");
-        return Err(wrong(Error::invalid("answer_within_s", patience, valid).to_string()));
-    }
-    let micro_step_s = file.micro_step_s.unwrap_or(file.macro_step_s);
-    if micro_step_s > file.macro_step_s {
-        let valid = format!("at most macro_step_s, {} s", file.macro_step_s);
-        return Err(wrong(Error::invalid("micro_step_s", micro_step_s, valid).to_string()));
-    }
-    file.parameters.iter().try_for_each(|(name, table)| check_parameter(name, table)).map_err(wrong)?;
-    if file.interface.is_empty() {
-        return Err(wrong("has no [[interface]]: at least one row couples the two sides".to_owned()));
-    }
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let rows = columns(&file.interface);
-    let member = |side: Side| {
-        FmuMember::open(&file, &folder.join(&file.side(side).fmu), side, &rows).map_err(|error| match error {
-            Error::File { .. } => error,
-            other => wrong(other.to_string()),
-        })
-    };
-    let members =
-        PerSide { mechanics: Arc::new(member(Side::Mechanics)?), actuator: Arc::new(member(Side::Actuator)?) };
-    check_coupling(members.as_ref().map(|member| &member.ports)).map_err(|error| {
-        wrong(format!(
-            "{error}; `direct_feedthrough = false` says of a side that its outputs do not depend on its inputs at once"
-        ))
-    })?;
-    let interface_columns = rows
-        .iter()
-        .map(|[position, velocity, force]| InterfaceColumns::new(position.clone(), velocity.clone(), force.clone()));
-    let interface_columns = interface_columns.collect();
-    let mut trace: Vec<Name> = vec!["time_s".into()];
-    trace.extend(rows.iter().flatten().cloned().map(Name::from));
-    trace.extend(["force_to_mechanics_n", "force_2_to_mechanics_n"].into_iter().take(rows.len()).map(Name::from));
-    for side in Side::BOTH {
-        trace.extend(members[side].offers.observables.iter().cloned());
-    }
-    if let Some(name) = trace.iter().find(|name| !can_name_a_column(name)) {
-        return Err(wrong(format!(
-            "a column of the trace is named {:?}; valid: a name without commas, quotes and line breaks",
-            name.to_string()
-        )));
-    }
-    let mut seen = BTreeSet::new();
-    if let Some(twice) = trace.iter().find(|name| !seen.insert((*name).clone())) {
-        return Err(wrong(format!("two columns of the trace are named `{twice}`")));
-    }
-    let mut hash = Sha256::new();
-    hash.update(&text);
-    Side::BOTH.into_iter().for_each(|side| hash.update(&members[side].unpacked.digest));
-    let digest = hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    let process = match (file.process, program) {
-        (ProcessKind::Own, Some(program)) => Process::Own {
-            program: program.to_owned(),
-            // What is longer is for ever.
-            answer_within: Duration::from_secs_f64(patience.min(1e9)),
-        },
-        _ => Process::Same,
-    };
-    let steps = members.as_ref().map(|member| {
-        let description = &member.unpacked.description;
-        PossibleSteps { equal: !description.any_step, multiple_of: description.internal_step }
-    });
-    let macro_step_s = file.macro_step_s;
-    let reference_step_s = file.reference_step_s.unwrap_or(0.5 * micro_step_s);
-    for side in Side::BOTH {
-        // The finest of the three solutions takes a quarter of the step.
-        if let Some(unit) = steps[side].multiple_of.filter(|_| !steps[side].allows(0.25 * reference_step_s)) {
-            let valid = format!(
-                "a multiple of {:e} s: the FMU of the {} takes multiples of {unit:e} s",
-                4.0 * unit,
-                side_name(side)
-            );
-            return Err(wrong(Error::invalid("reference_step_s", reference_step_s, valid).to_string()));
-        }
-    }
-    let defaults = CaseDefaults {
-        duration_s: file.duration_s,
-        macro_step_s,
-        micro_step_s,
-        reference_step_s,
-        reference_sampling_s: micro_step_s,
-    };
-    let build = move |parameters: &Parameters, _: &_| -> Result<CoupledSystem> {
-        let made = |side: Side| members[side].side(parameters, &process, macro_step_s).map_err(Error::Incompatible);
-        Ok(CoupledSystem::of(PerSide { mechanics: made(Side::Mechanics)?, actuator: made(Side::Actuator)? }))
-    };
-    let about = if file.about.is_empty() { format!("FMUs of {}", path.display()) } else { file.about.clone() };
-    let case = Case {
-        trace_columns: trace,
-        interface_columns,
-        steps,
-        ..Case::with_parameters(file.name.clone(), about, defaults, parameters(&file, digest), build)
-    };
-    (case.build)(&case.default_parameters(), &SolverEntry::active_set())?;
-    Ok(case)
-}
-
-/// Whether a name stands in a table of comma-separated values as it is.
-fn can_name_a_column(name: &str) -> bool {
-    !name.trim().is_empty() && !name.contains([',', '"']) && !name.contains(char::is_control)
-}
+pub(super) const SHORTEST_ANSWER: f64 = 1e-3;
 
 /// Checks what of a parameter needs no FMU.
-fn check_parameter(name: &str, table: &ParameterTable) -> std::result::Result<(), String> {
+pub(super) fn check_parameter(name: &str, table: &ParameterTable) -> std::result::Result<(), String> {
     if name == DIGEST {
         return Err(format!("[parameters.{name}]: that name is taken by the hash of FMUs"));
     }
@@ -303,7 +162,7 @@ fn check_parameter(name: &str, table: &ParameterTable) -> std::result::Result<()
 }
 
 /// Names of position, velocity and force of each row.
-fn columns(rows: &[Row]) -> Vec<[String; 3]> {
+pub(super) fn columns(rows: &[Row]) -> Vec<[String; 3]> {
     let named = rows.iter().enumerate().map(|(index, row)| {
         let number = if rows.len() == 1 { String::new() } else { format!("_{}", index + 1) };
         let usual = || ["position", "velocity", "force"].iter().zip(["m", "m_s", "n"]);
@@ -314,7 +173,7 @@ fn columns(rows: &[Row]) -> Vec<[String; 3]> {
 }
 
 /// Parameters of a case: those of its file, and one that says what it is made from, so that results of other FMUs are not taken for its.
-fn parameters(file: &CaseFile, digest: String) -> Vec<Parameter> {
+pub(super) fn parameters(file: &CaseFile, digest: String) -> Vec<Parameter> {
     let given = file.parameters.iter().map(|(name, table)| {
         let unit = if table.unit.is_empty() { "-" } else { &table.unit };
         let about = if table.about.is_empty() { "a parameter of an FMU" } else { &table.about };

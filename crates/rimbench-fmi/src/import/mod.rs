@@ -7,6 +7,7 @@
 //! ```
 
 mod archive;
+mod case;
 mod case_file;
 mod description;
 mod finder;
@@ -21,6 +22,7 @@ mod process;
 mod process;
 mod side;
 
-pub use case_file::{case_file_schema, read_case};
+pub use case::read_case;
+pub use case_file::case_file_schema;
 pub use probing::{ProbeQuality, take_probe_errors};
 pub use process::{WORKER, serve};
