@@ -406,7 +406,7 @@ fn jointed(links: u32, pieces: u32, known: bool) -> Linearisation {
 /// Time of one elimination with the velocities after it, s; what these are.
 fn eliminate(eq3: &Linearisation) -> (f64, Vec<f64>) {
     let mut elimination = Elimination::new(eq3);
-    let mut model = match Elimination::meeting(eq3) {
+    let mut model = match Elimination::delassus_pattern(eq3) {
         Some(meeting) => ReducedInterfaceModel::zeros_of(meeting, 1),
         None => ReducedInterfaceModel::zeros(eq3.unilateral.len(), 1),
     };

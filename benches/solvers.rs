@@ -13,7 +13,7 @@
 //! Every answer is checked before anything is timed.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use rimbench::complementarity::{ActiveSet, ComplementaritySolver, Lcp, natural_residual};
+use rimbench::complementarity::{ActiveSet, ComplementaritySolver, Lcp};
 use rimbench::corpus::{ContactProblem, Corpus};
 use std::hint::black_box;
 use std::path::Path;
@@ -81,7 +81,7 @@ fn compare(c: &mut Criterion, title: &str, sequences: &[Sequence], names: &[&str
         let mut z = vec![0.0; n];
         for (m, q) in &problems {
             solver.solve(Lcp::new(m, q), &mut z).expect("the problem has a solution");
-            assert!(natural_residual(Lcp::new(m, q), &z) <= solver.tolerance(), "{name}");
+            assert!(Lcp::new(m, q).natural_residual(&z) <= solver.tolerance(), "{name}");
         }
         group.bench_function(*name, |bencher| {
             bencher.iter(|| {

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, SolverEntry, Unsolved, natural_residual};
+use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, SolverEntry, Unsolved};
 use rimbench::panel::ENUMERATION_LIMIT;
 
 /// A problem `M = Bᵀ B`, `q`, with `B` rank×n by rows.
@@ -58,7 +58,7 @@ fn solve(entry: &SolverEntry, lcp: Lcp<'_>) -> Result<Vec<f64>, Unsolved> {
     let mut solver = entry.checked(lcp.size());
     let stats = solver.solve(lcp, &mut z)?;
     assert!(stats.residual <= entry.tolerance);
-    assert_eq!(stats.residual, natural_residual(lcp, &z), "{}", entry.name);
+    assert_eq!(stats.residual, lcp.natural_residual(&z), "{}", entry.name);
     Ok(z)
 }
 
@@ -146,8 +146,8 @@ fn input_that_is_not_finite_fails_and_leaves_the_solver_usable() {
                 assert!(solver.solve(Lcp::new(&m, &[-1.0, -1.0]), &mut z).is_err(), "{} {m:?}", entry.name);
                 assert!(solver.solve(Lcp::new(&m, &[1.0, 1.0]), &mut z).is_err(), "{} {m:?}", entry.name);
             }
-            assert!(solver.solve(Lcp::new(good.m, &[bad, -1.0]), &mut z).is_err(), "{}", entry.name);
-            assert!(solver.solve(Lcp::new(good.m, &[bad, 1.0]), &mut z).is_err(), "{}", entry.name);
+            assert!(solver.solve(Lcp::new(good.h(), &[bad, -1.0]), &mut z).is_err(), "{}", entry.name);
+            assert!(solver.solve(Lcp::new(good.h(), &[bad, 1.0]), &mut z).is_err(), "{}", entry.name);
         }
         solver.solve(good, &mut z).unwrap();
         assert_close(&entry.name, "z", &z, &[4.0 / 3.0, 7.0 / 3.0], comparison_tolerance(entry));
@@ -202,7 +202,7 @@ fn attempt(name: &str, m: &[f64], q: &[f64]) -> (SolveStats, bool) {
         Err(_) => SolveStats { residual: f64::INFINITY, ..SolveStats::default() },
     };
     if stats.residual == 0.0 {
-        stats.residual = natural_residual(lcp, &z);
+        stats.residual = lcp.natural_residual(&z);
     }
     (stats, stats.residual <= entry.tolerance)
 }

@@ -299,8 +299,8 @@ fn jointed_systems(rng: &mut Pcg64, groups: usize, bodies: usize, friction: bool
 /// A model of a system, of the kind that its elimination fills.
 fn model_for(eq3: &Linearisation) -> ReducedInterfaceModel {
     let (n_u, n_i) = (eq3.unilateral.len(), eq3.interface.len());
-    match Elimination::meeting(eq3) {
-        Some(meeting) => ReducedInterfaceModel::zeros_of(meeting, n_i),
+    match Elimination::delassus_pattern(eq3) {
+        Some(pattern) => ReducedInterfaceModel::zeros_of(pattern, n_i),
         None if eq3.tangential.is_empty() => ReducedInterfaceModel::zeros(n_u, n_i),
         None => ReducedInterfaceModel::zeros_with_friction(&vec![0.3; n_u], n_i),
     }
@@ -331,7 +331,7 @@ fn joints_that_keep_what_they_know_must_give_what_they_give_with_all_entries() {
             (model, velocity, p_b, elimination.start_velocity.clone(), elimination.free_acceleration.clone())
         });
         // Few of many meet where groups are small.
-        assert_eq!(known.0.meeting().is_some(), groups >= 40, "{groups} groups of {bodies}");
+        assert_eq!(known.0.delassus_pattern().is_some(), groups >= 40, "{groups} groups of {bodies}");
         let entries = |model: &ReducedInterfaceModel| -> Vec<f64> {
             (0..rows * rows).map(|at| model.entry(at / rows, at % rows)).collect()
         };

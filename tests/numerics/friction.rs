@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
-    FrictionSolution, FrictionSolver, natural_residual,
+    FrictionSolution, FrictionSolver,
 };
 
 use ContactState::{Open, SlipNegative, SlipPositive, Stick};
@@ -37,7 +37,7 @@ impl Bodies {
     }
 
     fn problem(&self) -> FrictionProblem<'_> {
-        FrictionProblem { h: &self.h, b: &self.b, friction: &self.friction }
+        FrictionProblem::with_friction(&self.h, &self.b, &self.friction)
     }
 
     fn w(&self, impulses: &[f64]) -> Vec<f64> {
@@ -117,11 +117,11 @@ fn a_problem_in_which_friction_alone_must_push_apart_what_it_presses_together_ha
     let (_, p) = solved(jam.problem());
     assert!(jam.w(&p).iter().all(|w| w.abs() <= ROUND_OFF), "pushed along its line it stops: {p:?}");
     // The same with a gap term that wants it to open by more than its tangential row allows.
-    let impossible = FrictionProblem { h: &jam.h, b: &[-1.0, 2.0], friction: &[1.0] };
+    let impossible = FrictionProblem::with_friction(&jam.h, &[-1.0, 2.0], &[1.0]);
     let mut impulses = [0.0; 2];
     let failed = FrictionSolver::new(1, 1e-9).solve(impossible, &mut impulses);
     assert!(matches!(failed, Err(Unsolved::NotFound { residual }) if residual > 1e-3), "{failed:?}");
-    let undefined = FrictionProblem { h: &jam.h, b: &[f64::NAN, 2.0], friction: &[1.0] };
+    let undefined = FrictionProblem::with_friction(&jam.h, &[f64::NAN, 2.0], &[1.0]);
     assert_eq!(FrictionSolver::new(1, 1e-9).solve(undefined, &mut impulses), Err(Unsolved::NonFinite));
 }
 
@@ -183,7 +183,7 @@ fn all_methods_must_find_the_same_velocities_and_resultant_where_there_is_one_so
         let (mut states, mut impulses) = (vec![Open; n], vec![0.0; 2 * n]);
         // Lemke's promise holds however many there are.
         CopositiveLemke::new(n).attempt(bodies.problem(), &mut states, &mut impulses).unwrap();
-        assert!(natural_residual(bodies.problem(), &impulses) <= 1e-10, "{bodies:?}");
+        assert!(bodies.problem().natural_residual(&impulses) <= 1e-10, "{bodies:?}");
         let wanted = &solutions[0].impulses;
         if several(&bodies, &solutions) {
             continue;
@@ -253,15 +253,12 @@ fn the_states_of_the_last_problem_must_solve_the_next_in_one_go() {
 #[test]
 fn the_worst_violation_of_a_contact_must_decide_and_not_the_one_that_is_looked_at_first() {
     // Two points apart: the first touches with a pull of round-off and slides backwards, the second is pressed.
-    let points = FrictionProblem {
-        h: &[[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]].concat(),
-        b: &[1e-13, -1.0, -1.0, 0.0],
-        friction: &[0.5, 0.5],
-    };
+    let h = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]].concat();
+    let points = FrictionProblem::with_friction(&h, &[1e-13, -1.0, -1.0, 0.0], &[0.5, 0.5]);
     let (mut states, mut impulses) = ([SlipPositive, Stick], [0.0; 4]);
     let stats = ActiveStates::new(2).attempt(points, &mut states, &mut impulses).unwrap();
     assert!(stats.pivots > 0 && states[0] != SlipPositive, "it does not slide forwards: {states:?}");
-    assert!(natural_residual(points, &impulses) <= 1e-12);
+    assert!(points.natural_residual(&impulses) <= 1e-12);
 }
 
 #[test]
@@ -288,12 +285,12 @@ fn the_states_that_a_method_reports_must_be_those_of_its_impulses() {
         let problem = bodies.problem();
         let (mut states, mut impulses) = (vec![Open; n], vec![0.0; 2 * n]);
         let check = |name: &str, found: Result<SolveStats, Unsolved>, states: &[ContactState], impulses: &[f64]| {
-            if found.is_err() || natural_residual(problem, impulses) > 1e-9 {
+            if found.is_err() || problem.natural_residual(impulses) > 1e-9 {
                 return;
             }
             let scale = impulses.iter().fold(1e-300, |max: f64, p| max.max(p.abs()));
             for (c, state) in states.iter().enumerate() {
-                let (p_n, p_t, mu) = (impulses[c], impulses[n + c], problem.friction[c]);
+                let (p_n, p_t, mu) = (impulses[c], impulses[n + c], problem.cone.friction[c]);
                 let off = match state {
                     Open => p_n.abs() + p_t.abs(),
                     Stick => (p_t.abs() - mu * p_n).max(0.0),

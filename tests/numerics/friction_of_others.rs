@@ -8,7 +8,7 @@ use crate::support::*;
 use rimbench::complementarity::{SolveStats, Unsolved};
 use rimbench::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
-    FrictionSolver, natural_residual,
+    FrictionSolver,
 };
 use std::path::Path;
 
@@ -24,7 +24,7 @@ struct Planar {
 
 impl Planar {
     fn problem(&self) -> FrictionProblem<'_> {
-        FrictionProblem { h: &self.h, b: &self.b, friction: &self.friction }
+        FrictionProblem::with_friction(&self.h, &self.b, &self.friction)
     }
 }
 
@@ -80,7 +80,7 @@ fn residuals(planar: &Planar) -> [(&'static str, f64); 5] {
     let (problem, n) = (planar.problem(), planar.friction.len());
     let (mut states, mut p) = (vec![ContactState::Open; n], vec![0.0; 2 * n]);
     let judge =
-        |found: Result<SolveStats, Unsolved>, p: &[f64]| found.map_or(f64::INFINITY, |_| natural_residual(problem, p));
+        |found: Result<SolveStats, Unsolved>, p: &[f64]| found.map_or(f64::INFINITY, |_| problem.natural_residual(p));
     let found = ActiveStates::new(n).attempt(problem, &mut states, &mut p);
     let active = judge(found, &p);
     let found = Enumeration::new(n.min(ENUMERATION_LIMIT)).attempt(problem, 1e-12, &mut states, &mut p);

@@ -6,6 +6,7 @@ mod support;
 #[path = "../support/plain_wedge_box.rs"]
 mod plain_wedge_box;
 
+mod acceleration_jumps;
 mod adversaries;
 mod ceilings;
 mod complementarity;
@@ -27,7 +28,6 @@ mod friction_of_others;
 mod golden;
 mod hydraulic_line;
 mod impact;
-mod kinks;
 mod large_cases;
 mod many_contacts;
 mod model_steps;

@@ -32,7 +32,7 @@ fn the_model_of_a_heap_keeps_what_meets_and_says_what_the_whole_one_says() {
     {
         let spec = spec(case, &set, 0.1, 5e-3);
         let ((mut few, sparse), (mut all, whole)) = (mechanics(&spec), mechanics(&of_everything(&spec)));
-        assert!(sparse.meeting().is_some() && whole.meeting().is_none());
+        assert!(sparse.delassus_pattern().is_some() && whole.delassus_pattern().is_none());
         let rows = sparse.contacts() + sparse.interface();
         assert!(sparse.h.len() < rows * rows / 3, "{} of {}", sparse.h.len(), rows * rows);
         let near = |a: f64, b: f64, scale: f64, what: &str| {
@@ -100,5 +100,5 @@ fn few_contacts_keep_every_entry() {
     let spec = usual_spec("disc-row", "rim-nonsmooth-gap", 5e-3);
     let mut system = (spec.case.build)(&spec.parameters, &spec.solver).unwrap();
     let model = system.sides.mechanics.capabilities().empty_interface_model().unwrap();
-    assert!(model.meeting().is_none() && model.contacts() < 48);
+    assert!(model.delassus_pattern().is_none() && model.contacts() < 48);
 }

@@ -29,7 +29,8 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | [`complementarity`] | problems without friction: solvers that start from the last active set, the natural residual, the check |
+//! | [`problem`] | the contact problem: Delassus operator, cone, natural residual |
+//! | [`complementarity`] | problems without friction: solvers that start from the last active set, the check |
 //! | [`friction`] | problems with Coulomb friction in the plane, in the same way |
 //! | [`contact_law`] | gap term, impact and compliance: the parts of `b` and of the diagonal of `H` that a contact law gives |
 //! | [`affine_step`] | steps without a solve, as long as the active set stays |
@@ -42,6 +43,7 @@ pub mod complementarity;
 pub mod contact_law;
 pub mod friction;
 pub mod linear_algebra;
+pub mod problem;
 
 /// Hash of the sources of this crate, made when it was built.
 pub const SOURCES: &str = env!("RIMBENCH_CONTACT_SOURCES");

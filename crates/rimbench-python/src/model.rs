@@ -19,7 +19,7 @@ pub fn empty(object: &Bound<'_, PyAny>, interface: usize) -> PyResult<ReducedInt
     }
     let mut model = ReducedInterfaceModel::zeros(contacts, interface);
     // Nobody asks an object for them.
-    model.kinks.unknown = true;
+    model.acceleration_jumps.unknown = true;
     (model.stabilisation, model.restitution) = (stabilisation, restitution);
     Ok(model)
 }

@@ -142,7 +142,7 @@ fn without_sight(spec: &RunSpec, sides: Sides<'_>) -> Option<String> {
         return None;
     }
     let model = sides.mechanics.capabilities().empty_interface_model()?;
-    if piecewise && model.kinks.unknown {
+    if piecewise && model.acceleration_jumps.unknown {
         let why = "the mechanics' interface model does not say where its geometry has kinks";
         return Some(format!("model_motion = {}: {why}", options.motion));
     }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::complementarity::SparseActiveSet;
+use crate::complementarity::{SparseActiveSet, SparseLcp};
 use crate::contact_law::GapRates;
 use crate::linear_algebra::SymmetricPattern;
 use rand::{RngExt, SeedableRng};
@@ -44,7 +44,7 @@ fn row_of(active: usize) -> (DiscretisedModel, StepContactLaw, AffineStep<Sparse
     let mut impulses = vec![0.0; CONTACTS];
     let mut q = discretised.free_increment(CONTACTS).to_vec();
     q[active..].fill(1.0);
-    solver.solve(discretised.contact_rows().unwrap(), &q, &mut impulses).unwrap();
+    solver.solve(SparseLcp::by_pattern(discretised.contact_rows().unwrap(), &q), &mut impulses).unwrap();
     let mut step = AffineStep::new(CONTACTS, 1, SparseSetFactor::new(solver.factor(), CONTACTS, 1));
     step.linearise(&discretised, &law, (solver.factor(), &impulses), 0.0);
     assert!(step.is_known());

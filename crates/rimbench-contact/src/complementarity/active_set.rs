@@ -52,7 +52,7 @@ pub struct ActiveSet {
     /// The active set in the order of the factor.
     set: Buffer<usize, 8>,
     len: usize,
-    inside: Buffer<bool, 8>,
+    is_active: Buffer<bool, 8>,
     factor: Factor,
     /// The matrix the factor belongs to.
     factored: Buffer<f64, 64>,
@@ -76,7 +76,7 @@ impl ActiveSet {
             capacity: capacity.max(8),
             set: Buffer::new(capacity),
             len: 0,
-            inside: Buffer::new(capacity),
+            is_active: Buffer::new(capacity),
             factor: Factor::new(capacity),
             factored: Buffer::new(capacity * capacity),
             seen: false,
@@ -98,7 +98,7 @@ impl ActiveSet {
         self.n = n;
         self.capacity = self.capacity.max(n);
         self.set.grow(n);
-        self.inside.grow(n);
+        self.is_active.grow(n);
         self.factored.grow(n * n);
         self.rows.reserve(n);
         self.z_a.grow(n);
@@ -133,7 +133,7 @@ impl ActiveSet {
                 self.set[kept] = j;
                 kept += 1;
             } else {
-                self.inside[j] = false;
+                self.is_active[j] = false;
             }
         }
         self.len = kept;
@@ -171,7 +171,7 @@ impl ActiveSet {
                 WarmStart::Rejected => {}
             }
         }
-        self.solve_any(Lcp::new(lcp.m, lcp.q), z, again)
+        self.solve_any(Lcp::new(lcp.h(), lcp.b), z, again)
     }
 
     /// Apart from the usual case, which does not pay for its frame.
@@ -181,15 +181,15 @@ impl ActiveSet {
         if lcp.is_solved_by_zero()? {
             self.seen &= again;
             // Not `fill`: the library call it becomes costs 20 ns here, half of this path (`benches/solvers.rs`).
-            z.iter_mut().zip(lcp.q).for_each(|(z, q)| *z = 0.0 * q);
+            z.iter_mut().zip(lcp.b).for_each(|(z, q)| *z = 0.0 * q);
             return Ok(SolveStats::default());
         }
         if n != self.n {
             self.resize(n);
         }
-        let stats = SolveStats { factorisations: u32::from(self.factorise(lcp.m, again)), ..SolveStats::default() };
+        let stats = SolveStats { factorisations: u32::from(self.factorise(lcp.h(), again)), ..SolveStats::default() };
         if again && !self.rows_read {
-            self.rows.read(lcp.m, n);
+            self.rows.read(lcp.h(), n);
             self.rows_read = true;
         }
         self.pivot_to_solution(lcp, z, stats)
@@ -216,7 +216,7 @@ impl ComplementaritySolver for ActiveSet {
 
     fn reset(&mut self) {
         self.len = 0;
-        self.inside.fill(false);
+        self.is_active.fill(false);
         self.factor.clear(self.n);
         self.age = None;
         self.seen = false;

@@ -1,7 +1,6 @@
 //! The solver a simulation holds: checked after every problem, with a fallback, and counted.
 
-use super::natural_residual::natural_residual_of_rows;
-use super::{ComplementaritySolver, Lcp, Lemke, ProblemRecorder, SolveStats, Solver, Unsolved, natural_residual};
+use super::{ComplementaritySolver, Lcp, Lemke, ProblemRecorder, SolveStats, Solver, Unsolved};
 use crate::linear_algebra::SparseRows;
 
 /// Exact work counts of many solves.
@@ -54,7 +53,7 @@ impl SolverCounters {
 /// Of an attempt that failed.
 const NO_ANSWER: SolveStats = SolveStats { pivots: 0, factorisations: 0, fallback: false, residual: f64::INFINITY };
 
-/// A solver whose every answer is measured by [`natural_residual`], and replaced by the fallback's if it is not good
+/// A solver whose every answer is measured by the natural residual, and replaced by the fallback's if it is not good
 /// enough.
 ///
 /// Solving it means: `r(z) ≤ tolerance`, or [`Unsolved::NotFound`] with the smaller residual of the two attempts.
@@ -142,7 +141,7 @@ impl Checked {
             return Ok(SolveStats { pivots, factorisations, fallback: false, residual });
         }
         let proposed = SolveStats { pivots, factorisations, fallback: false, residual };
-        self.fall_back(Lcp::new(lcp.m, lcp.q), z, proposed)
+        self.fall_back(Lcp::new(lcp.h(), lcp.b), z, proposed)
     }
 
     /// Runs the fallback after `proposed`, the stats of an insufficient proposal in `z`.
@@ -153,7 +152,7 @@ impl Checked {
             self.counters.fallbacks += 1;
             if let Ok(stats) = lemke.attempt(lcp, z) {
                 self.counters.pivots += u64::from(stats.pivots);
-                let residual = natural_residual(lcp, z);
+                let residual = lcp.natural_residual(z);
                 if residual <= self.tolerance {
                     self.counters.worst_residual = self.counters.worst_residual.max(residual);
                     let pivots = proposed.pivots + stats.pivots;
@@ -167,12 +166,21 @@ impl Checked {
     }
 }
 
+/// The natural residual of a problem whose matrix is the one that `rows` has read: the same sums without their zeros.
+#[inline]
+fn residual_of_rows(lcp: Lcp<'_>, rows: &SparseRows, z: &[f64]) -> f64 {
+    if !rows.holds() {
+        return lcp.natural_residual(z);
+    }
+    lcp.residual_of(z, |i| rows.row(i).map(|(j, h_ij)| h_ij * z[j]).sum::<f64>() + lcp.b[i])
+}
+
 impl ComplementaritySolver for Checked {
     // Not inlined: solver, check and counters make one function in this package.
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         self.rows_read = false;
         let stats = match self.primary.attempt(lcp, z) {
-            Ok(stats) => SolveStats { residual: natural_residual(lcp, z), ..stats },
+            Ok(stats) => SolveStats { residual: lcp.natural_residual(z), ..stats },
             Err(_) => NO_ANSWER,
         };
         self.accept(lcp, z, stats)
@@ -180,11 +188,11 @@ impl ComplementaritySolver for Checked {
 
     fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         if !self.rows_read {
-            self.rows.read(lcp.m, lcp.size());
+            self.rows.read(lcp.h(), lcp.size());
             self.rows_read = true;
         }
         let stats = match self.primary.attempt_again(lcp, z) {
-            Ok(stats) => SolveStats { residual: natural_residual_of_rows(lcp, &self.rows, z), ..stats },
+            Ok(stats) => SolveStats { residual: residual_of_rows(lcp, &self.rows, z), ..stats },
             Err(_) => NO_ANSWER,
         };
         self.accept(lcp, z, stats)
@@ -288,6 +296,24 @@ mod tests {
             assert_eq!((asking.pivots, asking.factorisations), (told.pivots, told.factorisations));
             assert!(told.factorisations >= 2, "a changed matrix is factorised");
         }
+    }
+
+    #[test]
+    fn without_its_zeros_a_matrix_gives_the_same_residual() {
+        let n = 48;
+        // Integers below 2^50: every order of summation is exact.
+        let mut m: Vec<f64> = (0..n * n).map(|k: usize| [6.0, -2.0, 0.0][(k / n).abs_diff(k % n).min(2)]).collect();
+        let q: Vec<f64> = (0..n).map(|i| (i * 7 % 11) as f64 - 5.0).collect();
+        let z: Vec<f64> = (0..n).map(|i| (i * 5 % 7) as f64 - 1.0).collect();
+        let mut rows = SparseRows::new(n);
+        rows.read(&m, n);
+        let lcp = Lcp::new(&m, &q);
+        assert!(rows.holds() && lcp.natural_residual(&z) > 0.0);
+        assert_eq!(residual_of_rows(lcp, &rows, &z), lcp.natural_residual(&z));
+        m[n + 40] = f64::NAN;
+        rows.read(&m, n);
+        let (lcp, z) = (Lcp::new(&m, &q), vec![0.0; n]);
+        assert_eq!(residual_of_rows(lcp, &rows, &z), f64::INFINITY);
     }
 
     #[test]

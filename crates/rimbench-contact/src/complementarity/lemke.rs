@@ -17,7 +17,7 @@
 //! Stone, *The Linear Complementarity Problem* (1992), section 4.4 and, for the lexicographic rule, 4.9.
 
 use super::lemke_tableau::{LemkeTableau, PIVOT};
-use super::{ComplementaritySolver, Lcp, SolveStats, Unsolved, natural_residual};
+use super::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use crate::linear_algebra::{Buffer, Factor};
 
 /// Lemke's method. See the module for the algorithm.
@@ -59,16 +59,16 @@ impl Lemke {
         self.fresh.grow(n);
         self.afresh.grow(n);
         for i in 0..n {
-            let m_ii = lcp.m[i * n + i];
+            let m_ii = lcp.h()[i * n + i];
             self.scale[i] = if m_ii > 0.0 { 1.0 / m_ii.sqrt() } else { 1.0 };
         }
         let scale = &self.scale;
-        let q_max = (0..n).fold(f64::MIN_POSITIVE, |max, i| max.max((scale[i] * lcp.q[i]).abs()));
+        let q_max = (0..n).fold(f64::MIN_POSITIVE, |max, i| max.max((scale[i] * lcp.b[i]).abs()));
         self.tableau.start(n, |i, row| {
             for (j, entry) in row.iter_mut().enumerate() {
-                *entry = -scale[i] * lcp.m[i * n + j] * scale[j];
+                *entry = -scale[i] * lcp.h()[i * n + j] * scale[j];
             }
-            scale[i] * lcp.q[i] / q_max
+            scale[i] * lcp.b[i] / q_max
         });
         q_max
     }
@@ -81,8 +81,8 @@ impl Lemke {
         for r in 0..n {
             let Some(i) = self.tableau.basic(r) else { continue };
             z[i] = self.scale[i] * q_max * self.tableau.rhs(r);
-            let d = self.factor.border(lcp.m, &self.members[..len], i);
-            if d > PIVOT * lcp.m[i * n + i] {
+            let d = self.factor.border(lcp.h(), &self.members[..len], i);
+            if d > PIVOT * lcp.h()[i * n + i] {
                 self.factor.push(d);
                 self.members[len] = i;
                 len += 1;
@@ -92,7 +92,7 @@ impl Lemke {
         let fresh = &mut self.fresh[..n];
         fresh.fill(0.0);
         for (x, &i) in fresh.iter_mut().zip(set) {
-            *x = -lcp.q[i];
+            *x = -lcp.b[i];
         }
         self.factor.solve(&mut fresh[..len]);
         let afresh = &mut self.afresh[..n];
@@ -100,7 +100,7 @@ impl Lemke {
         for (x, &i) in fresh.iter().zip(set) {
             afresh[i] = x.max(0.0);
         }
-        if natural_residual(lcp, afresh) < natural_residual(lcp, z) {
+        if lcp.natural_residual(afresh) < lcp.natural_residual(z) {
             z.copy_from_slice(afresh);
         }
     }

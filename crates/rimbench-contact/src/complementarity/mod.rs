@@ -1,45 +1,49 @@
-//! Linear complementarity problems: `w = M z + q`, `0 ≤ w ⟂ z ≥ 0`.
+//! Contact problems without friction, as linear complementarity problems: `w = H P + b`, `0 ≤ w ⟂ P ≥ 0`.
 //!
-//! `M` is symmetric positive semidefinite, and in mechanics with more contacts than degrees of freedom it is singular
-//! as a rule (`M = H_uu = A_u G A_uᵀ`, 1/kg; `z` impulses, N·s; `w`, `q` velocities, m/s). Then `z` is not unique;
+//! `H` is symmetric positive semidefinite, and in mechanics with more contacts than degrees of freedom it is singular
+//! as a rule (`H = A_u G A_uᵀ`, 1/kg; `P` impulses, N·s; `w`, `b` velocities, m/s). Then `P` is not unique;
 //! `w` and the resultant are.
 //!
-//! | symbol | here | unit |
-//! |---|---|---|
-//! | `M` | matrix of the problem, n×n | 1/kg |
-//! | `q` | velocities without contact impulse | m/s |
-//! | `z`, `w` | impulses, velocities after them | N·s, m/s |
-//! | `A` | active set: the indices with `w = 0` and `z ≥ 0` free | |
-//! | `r` | natural residual, see [`natural_residual`] | |
+//! | symbol | of LCPs | here | unit |
+//! |---|---|---|---|
+//! | `H` | `M` | Delassus operator, n×n | 1/kg |
+//! | `b` | `q` | velocities without contact impulse | m/s |
+//! | `P`, `w` | `z`, `w` | impulses, velocities after them | N·s, m/s |
+//! | `A` | | active set: the indices with `w = 0` and `P ≥ 0` free | |
+//! | `r` | | [natural residual](ContactProblem::natural_residual) | |
 //!
-//! A solver only proposes a `z` ([`ComplementaritySolver::attempt`]); whether it is a solution is decided by
-//! [`natural_residual`], the same for all of them. Simulations use [`Checked`], which also knows the fallback. A solver is
+//! A solver only proposes impulses ([`ComplementaritySolver::attempt`]); whether they are a solution is decided by the natural
+//! residual, the same for all of them. Simulations use [`Checked`], which also knows the fallback. A solver is
 //! known by its [`SolverEntry`]; those that a program may choose from stand in its catalogue.
 
 mod active_set;
 mod checked;
 mod entry;
-mod lcp;
 mod lemke;
 mod lemke_tableau;
-mod natural_residual;
 mod problem_recorder;
 mod proximal_guess;
 mod solver;
 mod sparse_active_set;
-mod unsolved;
 
+pub use crate::problem::Unsolved;
 pub use active_set::ActiveSet;
 pub use checked::{Checked, SolverCounters};
 pub use entry::{BuildSolver, SolverEntry, standard_solvers};
-pub use lcp::{ImpulseSet, Lcp};
 pub use lemke::Lemke;
 pub(crate) use lemke_tableau::LemkeTableau;
-pub use natural_residual::natural_residual;
 pub use problem_recorder::{ProblemRecorder, RecordedProblem};
 pub use solver::Solver;
 pub use sparse_active_set::SparseActiveSet;
-pub use unsolved::Unsolved;
+
+use crate::linear_algebra::SymmetricRows;
+use crate::problem::{ContactProblem, DenseDelassus, Signorini};
+
+/// A linear complementarity problem with a full matrix.
+pub type Lcp<'a> = ContactProblem<'a, DenseDelassus<'a>, Signorini>;
+
+/// One whose matrix has a fixed pattern.
+pub type SparseLcp<'a> = ContactProblem<'a, SymmetricRows<'a>, Signorini>;
 
 /// What a solver did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -56,7 +60,7 @@ pub struct SolveStats {
 
 /// Solves linear complementarity problems of one size class, reusing its workspace.
 ///
-/// Per problem: [`solve`](Self::solve), or [`attempt`](Self::attempt) and then [`natural_residual`]. Every solver
+/// Per problem: [`solve`](Self::solve), or [`attempt`](Self::attempt) and then [`ContactProblem::natural_residual`]. Every solver
 /// answers `z = 0` when `q ≥ 0`. [`reset`](Self::reset) when the next problem has nothing to do with the last.
 pub trait ComplementaritySolver: Send {
     /// Writes a proposal to `z`; the residual in the returned stats is meaningless.
@@ -85,7 +89,7 @@ pub trait ComplementaritySolver: Send {
     /// enough is for the caller to say; [`Checked`] does.
     fn solve(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let mut stats = self.attempt(lcp, z)?;
-        stats.residual = natural_residual(lcp, z);
+        stats.residual = lcp.natural_residual(z);
         if stats.residual.is_finite() { Ok(stats) } else { Err(Unsolved::NonFinite) }
     }
 

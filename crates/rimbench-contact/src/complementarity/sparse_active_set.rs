@@ -12,7 +12,7 @@
 
 use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE};
 use super::proximal_guess::ProximalGuess;
-use super::{SolveStats, SolverCounters, Unsolved};
+use super::{SolveStats, SolverCounters, SparseLcp, Unsolved};
 use crate::linear_algebra::{SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
 
 /// Members that pull by at least this part of the worst (squared) leave together.
@@ -58,7 +58,7 @@ pub struct SparseActiveSet {
     next: Series,
     /// Contacts that may enter.
     violated: Vec<u32>,
-    /// `q + M z`, by contacts; the direction of a drive, by places in the factor, and marks, by contacts.
+    /// `q + M z`, by contacts; the direction of a drive, by positions in the factor, and marks, by contacts.
     w: Vec<f64>,
     p: Vec<f64>,
     /// The last answer.
@@ -213,19 +213,16 @@ impl SparseActiveSet {
     ///
     /// # Errors
     /// If none was found whose natural residual is within the tolerance, or `q` is not finite.
-    pub fn solve(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+    pub fn solve(&mut self, problem: SparseLcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        let (m, q) = (problem.delassus, problem.b);
         self.counters.solves += 1;
         let mut stats = SolveStats::default();
-        let (mut nonnegative, mut finite) = (true, 0.0);
-        for q in q {
-            nonnegative &= *q >= 0.0;
-            finite += q * 0.0;
-        }
-        if finite != 0.0 {
-            return self.failed(Unsolved::NonFinite);
-        }
+        let by_zero = match problem.is_solved_by_zero() {
+            Ok(by_zero) => by_zero,
+            Err(reason) => return self.failed(reason),
+        };
         let has_other = self.go_on();
-        if nonnegative {
+        if by_zero {
             z.fill(0.0);
             self.w.copy_from_slice(q);
             return Ok(stats);
@@ -233,7 +230,7 @@ impl SparseActiveSet {
         self.guessed = false;
         let fits = has_other && self.take_closer(m, q, z, &mut stats);
         let mut ended = if fits { Ok(()) } else { self.pivot(m, q, z, &mut stats) };
-        stats.residual = self.residual(m, q, z);
+        stats.residual = self.residual(problem, z);
         for from_nothing in [false, true] {
             if ended.is_ok() && stats.residual <= self.tolerance {
                 break;
@@ -247,7 +244,7 @@ impl SparseActiveSet {
             }
             self.age = None;
             ended = self.pivot(m, q, z, &mut stats);
-            stats.residual = self.residual(m, q, z);
+            stats.residual = self.residual(problem, z);
         }
         self.counters.pivots += u64::from(stats.pivots);
         self.counters.factorisations += u64::from(stats.factorisations);
@@ -268,18 +265,9 @@ impl SparseActiveSet {
     }
 
     /// The natural residual, with `w` computed anew from problem and answer.
-    fn residual(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &[f64]) -> f64 {
-        self.compute_velocities(m, q, z);
-        let (mut worst, mut scale, mut not_finite) = (0.0, f64::MIN_POSITIVE, 0.0);
-        for (i, (&w, (&z, &q))) in self.w.iter().zip(z.iter().zip(q)).enumerate() {
-            not_finite += w * 0.0;
-            let m_ii = m.diagonal(i);
-            let effect = if m_ii > 0.0 { m_ii * z } else { z };
-            let violation = if effect < w { effect } else { w }.abs();
-            worst = if violation > worst { violation } else { worst };
-            scale = if q.abs() > scale { q.abs() } else { scale };
-        }
-        if not_finite == 0.0 { worst / scale } else { f64::INFINITY }
+    fn residual(&mut self, problem: SparseLcp<'_>, z: &[f64]) -> f64 {
+        self.compute_velocities(problem.delassus, problem.b, z);
+        problem.residual_of(z, |row| self.w[row])
     }
 
     fn compute_velocities(&mut self, m: SymmetricRows<'_>, q: &[f64], z: &[f64]) {
@@ -466,13 +454,13 @@ impl SparseActiveSet {
         self.factor.response(m, j, &mut self.p);
         let (mut t, mut blocking) = (z[j], None);
         for (slot, &i) in self.set.iter().enumerate() {
-            let p = self.p[self.factor.place(i)];
+            let p = self.p[self.factor.position(i)];
             if p < 0.0 && p * p * m.diagonal(i) > NO_MOTION * m.diagonal(j) && z[i] < -t * p {
                 (t, blocking) = (-z[i] / p, Some(slot));
             }
         }
         for &i in &self.set {
-            z[i] = (z[i] + t * self.p[self.factor.place(i)]).max(0.0);
+            z[i] = (z[i] + t * self.p[self.factor.position(i)]).max(0.0);
         }
         z[j] -= t;
         match blocking {
@@ -525,7 +513,7 @@ impl SparseActiveSet {
         loop {
             let Self { factor, p, .. } = self;
             factor.response(m, j, p);
-            let d = m_jj - m.row(j).map(|(i, entry)| entry * p[factor.place(i)]).sum::<f64>();
+            let d = m_jj - m.row(j).map(|(i, entry)| entry * p[factor.position(i)]).sum::<f64>();
             let independent = d > DEPENDENT * m_jj;
             // After a tie w_j may be above zero, by rounding.
             let mut t = if independent { (-w_j / d).max(0.0) } else { f64::INFINITY };
@@ -576,7 +564,7 @@ fn velocity_of(m: SymmetricRows<'_>, q: &[f64], z: &[f64], i: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::complementarity::{ActiveSet, ComplementaritySolver, Lcp, natural_residual};
+    use crate::complementarity::{ActiveSet, ComplementaritySolver, Lcp};
     use rand::{RngExt, SeedableRng};
 
     /// Rows of a heap: each contact knows two bodies of two coordinates, and there are more contacts than coordinates.
@@ -623,10 +611,10 @@ mod tests {
                 }
                 let rows = SymmetricRows { pattern: &pattern, entries: &entries };
                 let (mut z, mut z_dense) = (vec![0.0; n], vec![0.0; n]);
-                let stats = sparse.solve(rows, &q, &mut z).unwrap();
+                let stats = sparse.solve(SparseLcp::by_pattern(rows, &q), &mut z).unwrap();
                 dense.attempt(Lcp::new(&m, &q), &mut z_dense).unwrap();
                 let lcp = Lcp::new(&m, &q);
-                let residual = natural_residual(lcp, &z);
+                let residual = lcp.natural_residual(&z);
                 assert!(residual < 1e-9 && (residual - stats.residual).abs() < 1e-12, "{n} {turn}: {residual:e}");
                 // w is unique where z is not.
                 for i in 0..n {
@@ -664,7 +652,7 @@ mod tests {
         let mut pivots_of = |series: [&[f64]; 3]| {
             solver.start_series();
             series.map(|q| {
-                let stats = solver.solve(m, q, &mut z).unwrap();
+                let stats = solver.solve(SparseLcp::by_pattern(m, q), &mut z).unwrap();
                 assert!(stats.residual < 1e-12);
                 assert_eq!(z.iter().filter(|z| **z > 0.0).count(), q.iter().filter(|q| **q < 0.0).count());
                 stats.pivots
@@ -692,13 +680,13 @@ mod tests {
         hit[0] = -1.0;
         let mut solver = SparseActiveSet::new(&pattern, 1e-9);
         let mut z = vec![0.0; n];
-        let stats = solver.solve(m, &hit, &mut z).unwrap();
+        let stats = solver.solve(SparseLcp::by_pattern(m, &hit), &mut z).unwrap();
         assert!(stats.pivots == 0 && stats.factorisations > 0 && z.iter().all(|z| *z > 0.0), "{stats:?}");
         // Nothing pushes for a while. That only one contact is hit is known from then on.
-        solver.solve(m, &vec![1.0; n], &mut z).unwrap();
+        solver.solve(SparseLcp::by_pattern(m, &vec![1.0; n]), &mut z).unwrap();
         solver.forget_matrix();
         solver.set.clear();
-        let stats = solver.solve(m, &hit, &mut z).unwrap();
+        let stats = solver.solve(SparseLcp::by_pattern(m, &hit), &mut z).unwrap();
         assert_eq!(stats.pivots as usize, n);
         assert!(stats.residual < 1e-12 && z.iter().all(|z| *z > 0.0));
     }
@@ -720,9 +708,9 @@ mod tests {
         let with = |q: [f64; 3]| [&q[..], &[1.0; 5]].concat();
         let mut solver = SparseActiveSet::new(&pattern, 1e-9);
         let mut z = vec![0.0; 8];
-        solver.solve(m, &with([-0.7161562335647664, 5.0, -0.5]), &mut z).unwrap();
+        solver.solve(SparseLcp::by_pattern(m, &with([-0.7161562335647664, 5.0, -0.5])), &mut z).unwrap();
         let tie = with([-0.7161562335647664, -3.414746619497626, 0.3580781167823832]);
-        let stats = solver.solve(m, &tie, &mut z).unwrap();
+        let stats = solver.solve(SparseLcp::by_pattern(m, &tie), &mut z).unwrap();
         assert!(stats.pivots == 2 && stats.residual < 1e-15, "{stats:?}");
     }
 
@@ -731,9 +719,9 @@ mod tests {
         let pattern = SymmetricPattern::new(&[vec![]]);
         let rows = SymmetricRows { pattern: &pattern, entries: &[2.0] };
         let mut solver = SparseActiveSet::new(&pattern, 1e-9);
-        assert_eq!(solver.solve(rows, &[f64::NAN], &mut [0.0]), Err(Unsolved::NonFinite));
+        assert_eq!(solver.solve(SparseLcp::by_pattern(rows, &[f64::NAN]), &mut [0.0]), Err(Unsolved::NonFinite));
         let mut z = [0.0];
-        solver.solve(rows, &[-4.0], &mut z).unwrap();
+        solver.solve(SparseLcp::by_pattern(rows, &[-4.0]), &mut z).unwrap();
         assert_eq!(z, [2.0]);
     }
 }

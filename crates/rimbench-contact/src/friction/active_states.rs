@@ -1,6 +1,5 @@
 //! The active set of a contact problem with friction: states instead of members.
 
-use super::natural_residual::violation;
 use super::{ContactState, FrictionProblem, StateSystem};
 use crate::complementarity::{SolveStats, Unsolved};
 
@@ -79,7 +78,7 @@ impl ActiveStates {
             }
             self.system.impulses(problem.b, impulses);
             problem.velocities(impulses, &mut self.w);
-            let worst = violation(problem, impulses, |row| self.w[row]);
+            let worst = problem.violation(impulses, |row| self.w[row]);
             let next = if worst <= negligible && slides_as_said(states, &self.w, negligible) {
                 None
             } else {
@@ -110,7 +109,7 @@ pub(super) fn solve_states(
 
 #[inline]
 fn factorise_states(system: &mut StateSystem, problem: FrictionProblem<'_>, states: &[ContactState]) {
-    system.factorise(problem.friction, states, |row| problem.row(row));
+    system.factorise(problem.cone.friction, states, |row| problem.delassus.row(row));
 }
 
 /// Whether contacts that slide do so in the direction of their state: of one that hardly presses no residual tells.
@@ -132,7 +131,7 @@ fn most_violated(
     let n = states.len();
     let (mut worst, mut change) = (negligible, None);
     for (contact, &state) in states.iter().enumerate() {
-        let (p_n, p_t, mu) = (impulses[contact], impulses[n + contact], problem.friction[contact]);
+        let (p_n, p_t, mu) = (impulses[contact], impulses[n + contact], problem.cone.friction[contact]);
         let (w_n, w_t) = (w[contact], w[n + contact]);
         // Without friction there is nothing to stick with.
         let closed = if mu > 0.0 { ContactState::Stick } else { ContactState::SlipPositive };
@@ -140,7 +139,7 @@ fn most_violated(
             ContactState::Open => (-w_n, closed),
             ContactState::Stick => {
                 let against = if p_t > 0.0 { ContactState::SlipNegative } else { ContactState::SlipPositive };
-                ((p_t.abs() - mu * p_n.max(0.0)) * problem.row(n + contact)[n + contact], against)
+                ((p_t.abs() - mu * p_n.max(0.0)) * problem.delassus.row(n + contact)[n + contact], against)
             }
             // Without friction one slip is as good as the other.
             _ if mu == 0.0 => (0.0, state),
@@ -148,7 +147,7 @@ fn most_violated(
             ContactState::SlipNegative => (w_t, ContactState::Stick),
         };
         // A closed contact can violate its state in two ways; a pull that is rounding must not hide that it slides the wrong way.
-        let pull = (-p_n * problem.row(contact)[contact], ContactState::Open);
+        let pull = (-p_n * problem.delassus.row(contact)[contact], ContactState::Open);
         for (violation, rather) in [own, pull] {
             if violation > worst {
                 (worst, change) = (violation, Some((contact, rather)));

@@ -1,6 +1,6 @@
 //! Gauss–Seidel by contact: each contact is solved exactly while the others stand still.
 
-use super::{ContactState, FrictionProblem, natural_residual};
+use super::{ContactState, FrictionProblem};
 use crate::complementarity::{SolveStats, Unsolved};
 
 /// Sweeps over all contacts after which the method gives up.
@@ -32,17 +32,17 @@ impl ContactSweeps {
         for sweep in 1..=MOST_SWEEPS {
             for contact in 0..n {
                 let pair = [contact, n + contact];
-                let h = pair.map(|row| pair.map(|column| problem.row(row)[column]));
+                let h = pair.map(|row| pair.map(|column| problem.delassus.row(row)[column]));
                 let others = |row: usize, own: [f64; 2]| {
-                    let all: f64 = problem.row(row).iter().zip(&*impulses).map(|(h, p)| h * p).sum();
+                    let all: f64 = problem.delassus.row(row).iter().zip(&*impulses).map(|(h, p)| h * p).sum();
                     problem.b[row] + all - own[0] * impulses[contact] - own[1] * impulses[n + contact]
                 };
                 let b = [others(contact, h[0]), others(n + contact, h[1])];
-                let (state, p) = one_contact(h, b, problem.friction[contact]);
+                let (state, p) = one_contact(h, b, problem.cone.friction[contact]);
                 states[contact] = state;
                 (impulses[contact], impulses[n + contact]) = (p[0], p[1]);
             }
-            residual = natural_residual(problem, impulses);
+            residual = problem.natural_residual(impulses);
             if residual <= tolerance {
                 return Ok(SolveStats { pivots: sweep, ..SolveStats::default() });
             }

@@ -16,7 +16,7 @@
 //! Anitescu, Potra, *Formulating dynamic multi-rigid-body contact problems with friction as solvable LCPs* (1997).
 
 use super::active_states::solve_states;
-use super::{ContactState, FrictionProblem, StateSystem, natural_residual};
+use super::{ContactState, FrictionProblem, StateSystem};
 use crate::complementarity::{LemkeTableau, SolveStats, Unsolved};
 
 /// Lemke's method on the copositive problem. See the module.
@@ -66,13 +66,13 @@ impl CopositiveLemke {
         let pivots = self.tableau.run()?;
         self.read(n, b_max, states, impulses);
         solve_states(&mut self.system, problem, states, &mut self.afresh[..2 * n]);
-        if natural_residual(problem, &self.afresh[..2 * n]) < natural_residual(problem, impulses) {
+        if problem.natural_residual(&self.afresh[..2 * n]) < problem.natural_residual(impulses) {
             impulses.copy_from_slice(&self.afresh[..2 * n]);
         } else {
             // A basis that is singular or degenerate: what its variables are worth says what the contacts do.
             for (contact, state) in states.iter_mut().enumerate() {
                 let (p_n, p_t) = (impulses[contact], impulses[n + contact]);
-                *state = ContactState::of_impulses(p_n, p_t, problem.friction[contact]);
+                *state = ContactState::of_impulses(p_n, p_t, problem.cone.friction[contact]);
             }
         }
         Ok(SolveStats { pivots, factorisations: 1, ..SolveStats::default() })
@@ -82,7 +82,7 @@ impl CopositiveLemke {
     fn start(&mut self, problem: FrictionProblem<'_>) -> f64 {
         let n = problem.contacts();
         for (contact, scale) in self.scale[..n].iter_mut().enumerate() {
-            let h = problem.row(contact)[contact];
+            let h = problem.delassus.row(contact)[contact];
             *scale = if h > 0.0 { 1.0 / h.sqrt() } else { 1.0 };
         }
         let scale = &self.scale;
@@ -92,14 +92,14 @@ impl CopositiveLemke {
             minus_m.fill(0.0);
             let (block, contact) = (i / n, i % n);
             if block == 3 {
-                minus_m[contact] = -problem.friction[contact];
+                minus_m[contact] = -problem.cone.friction[contact];
                 (minus_m[n + contact], minus_m[2 * n + contact]) = (1.0, 1.0);
                 return 0.0;
             }
             // Rows n, t, −t; columns likewise.
             let (row, sign) = if block == 2 { (n + contact, -1.0) } else { (block * n + contact, 1.0) };
             for other in 0..n {
-                let entry = |column: usize| -sign * scale[contact] * problem.row(row)[column] * scale[other];
+                let entry = |column: usize| -sign * scale[contact] * problem.delassus.row(row)[column] * scale[other];
                 minus_m[other] = entry(other);
                 minus_m[n + other] = entry(n + other);
                 minus_m[2 * n + other] = -entry(n + other);

@@ -1,7 +1,7 @@
 //! All combinations of states, one after the other.
 
 use super::active_states::solve_states;
-use super::{ContactState, FrictionProblem, StateSystem, natural_residual};
+use super::{ContactState, FrictionProblem, StateSystem};
 use crate::complementarity::{SolveStats, Unsolved};
 
 /// Contacts up to which all combinations are tried: 4⁵ are 1024.
@@ -101,11 +101,11 @@ impl Enumeration {
             let redundant = |(state, mu): (&ContactState, &f64)| {
                 *mu == 0.0 && matches!(state, ContactState::Stick | ContactState::SlipNegative)
             };
-            if states.iter().zip(problem.friction).any(redundant) {
+            if states.iter().zip(problem.cone.friction).any(redundant) {
                 continue;
             }
             solve_states(system, problem, states, trial);
-            if enough(states, trial, natural_residual(problem, trial)) {
+            if enough(states, trial, problem.natural_residual(trial)) {
                 return Ok(());
             }
         }

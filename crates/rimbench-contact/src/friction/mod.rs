@@ -14,11 +14,11 @@
 //! | `P`, `w` | impulses, velocities after them | N·s, m/s |
 //! | `μ` | coefficient of friction, one per contact | – |
 //! | `E_σ`, `F_σ` | rows that stand still, columns that push, for a combination σ of states; see [`StateSystem`] | |
-//! | `r` | natural residual, see [`natural_residual`] | |
+//! | `r` | [natural residual](crate::problem::ContactProblem::natural_residual) | |
 //!
 //! A coefficient at rest above that in motion is [`Stiction`]: each problem has the one of the two that its history says.
 //!
-//! Methods propose, [`natural_residual`] decides: [`FrictionSolver`] asks the warm active set first, then the others.
+//! Methods propose, the natural residual decides: [`FrictionSolver`] asks the warm active set first, then the others.
 //!
 //! | method | starts from | for |
 //! |---|---|---|
@@ -32,7 +32,6 @@ mod contact_state;
 mod contact_sweeps;
 mod copositive_lemke;
 mod enumeration;
-mod natural_residual;
 mod problem;
 mod solver;
 mod state_system;
@@ -43,7 +42,6 @@ pub use contact_state::ContactState;
 pub use contact_sweeps::ContactSweeps;
 pub use copositive_lemke::CopositiveLemke;
 pub use enumeration::{ENUMERATION_LIMIT, Enumeration, FrictionSolution};
-pub use natural_residual::natural_residual;
 pub use problem::FrictionProblem;
 pub use solver::FrictionSolver;
 pub use state_system::StateSystem;

@@ -1,55 +1,12 @@
 //! One contact problem with friction.
 
-use crate::complementarity::Unsolved;
+use crate::problem::{ContactProblem, Coulomb, DelassusOperator, DenseDelassus};
 
-/// One problem `w = H P + b` under Coulomb's law, normal rows before tangential ones.
-#[derive(Debug, Clone, Copy)]
-pub struct FrictionProblem<'a> {
-    /// `[H_nn H_nt; H_tn H_tt]`, 2n×2n, row-major, 1/kg; positive semidefinite.
-    pub h: &'a [f64],
-    /// `[b_n; b_t]`, length 2n, m/s; the normal part with its gap terms, the tangential one with none.
-    pub b: &'a [f64],
-    /// Coefficient of each contact, length n, not below 0.
-    pub friction: &'a [f64],
-}
+/// One problem `w = H P + b` under Coulomb's law, `H = [H_nn H_nt; H_tn H_tt]` and `b = [b_n; b_t]`: normal rows before tangential ones, the
+/// normal part of `b` with its gap terms, the tangential one with none.
+pub type FrictionProblem<'a> = ContactProblem<'a, DenseDelassus<'a>, Coulomb<'a>>;
 
-impl FrictionProblem<'_> {
-    /// Returns the number of contacts n.
-    ///
-    /// # Panics
-    /// If the lengths do not fit.
-    #[inline]
-    pub fn contacts(&self) -> usize {
-        let n = self.friction.len();
-        assert_eq!((self.b.len(), self.h.len()), (2 * n, 4 * n * n), "b has length 2n, and H is 2n×2n");
-        n
-    }
-
-    /// Returns one row of `H`.
-    #[inline]
-    pub fn row(&self, row: usize) -> &[f64] {
-        let n = self.b.len();
-        &self.h[row * n..(row + 1) * n]
-    }
-
-    /// Returns `‖b‖_∞`, m/s.
-    #[inline]
-    pub fn scale(&self) -> f64 {
-        self.b.iter().fold(0.0, |max: f64, b| if b.abs() > max { b.abs() } else { max })
-    }
-
-    /// Tells whether `P = 0` is a solution, that is `b_n ≥ 0`. Looks at `b` only.
-    ///
-    /// # Errors
-    /// [`Unsolved::NonFinite`] if `b` is not finite.
-    #[inline]
-    pub fn is_solved_by_zero(&self) -> Result<bool, Unsolved> {
-        if !self.b.iter().all(|b| b.is_finite()) {
-            return Err(Unsolved::NonFinite);
-        }
-        Ok(self.b[..self.friction.len()].iter().all(|b| *b >= 0.0))
-    }
-
+impl ContactProblem<'_, DenseDelassus<'_>, Coulomb<'_>> {
     /// Writes `w = H P + b`.
     #[inline]
     pub fn velocities(&self, impulses: &[f64], w: &mut [f64]) {
@@ -69,7 +26,7 @@ impl FrictionProblem<'_> {
 
     #[inline(always)]
     fn velocities_of(&self, n: usize, impulses: &[f64], w: &mut [f64]) {
-        let (h, b, impulses, w) = (&self.h[..n * n], &self.b[..n], &impulses[..n], &mut w[..n]);
+        let (h, b, impulses, w) = (&self.delassus.h[..n * n], &self.b[..n], &impulses[..n], &mut w[..n]);
         for (row, w) in w.iter_mut().enumerate() {
             // Two entries at once: their number is even.
             let (mut even, mut odd) = (0.0, 0.0);
@@ -88,7 +45,8 @@ impl FrictionProblem<'_> {
     /// one contact and a value above 0 there is exactly one; several contacts can be ambiguous before. +∞ without contacts.
     pub fn painleve_margin(&self) -> f64 {
         let n = self.contacts();
-        let of = |c: usize| 1.0 - self.friction[c] * (self.row(c)[n + c] / self.row(c)[c]).abs();
-        (0..n).filter(|&c| self.row(c)[c] > 0.0).map(of).fold(f64::INFINITY, f64::min)
+        let of =
+            |c: usize| 1.0 - self.cone.friction[c] * (self.delassus.row(c)[n + c] / self.delassus.diagonal(c)).abs();
+        (0..n).filter(|&c| self.delassus.diagonal(c) > 0.0).map(of).fold(f64::INFINITY, f64::min)
     }
 }

@@ -1,11 +1,9 @@
 //! The solver a simulation holds: checked after every problem, with fallbacks, and counted.
 
-use super::{
-    ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem, natural_residual,
-};
+use super::{ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem};
 use crate::complementarity::{ProblemRecorder, RecordedProblem, SolveStats, SolverCounters, Unsolved};
 
-/// Solves one problem after the other, each from the states of the last; every answer is measured by [`natural_residual`].
+/// Solves one problem after the other, each from the states of the last; every answer is measured by the natural residual.
 ///
 /// `P = 0` where that is a solution. Else the [`ActiveStates`]; where their answer is not good enough, [`Enumeration`] (up to five
 /// contacts), [`CopositiveLemke`] and [`ContactSweeps`] in turn. Free of allocation up to the number of contacts it was made for.
@@ -97,7 +95,7 @@ impl FrictionSolver {
     pub fn solve_again(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let solved = self.find(problem, impulses);
         if let Some((solver, witness)) = &self.witness {
-            let FrictionProblem { h, b, friction } = problem;
+            let (h, b, friction) = (problem.h(), problem.b, problem.cone.friction);
             witness.tell(RecordedProblem { solver: *solver, h, b, friction, impulses });
         }
         solved
@@ -156,7 +154,7 @@ impl FrictionSolver {
                 1 => self.lemke.attempt(problem, states, impulses),
                 _ => ContactSweeps.attempt(problem, wanted, states, impulses),
             };
-            let residual = natural_residual(problem, impulses);
+            let residual = problem.natural_residual(impulses);
             least = least.min(residual);
             if let (Ok(stats), true) = (attempted, residual <= self.tolerance) {
                 return Ok(self.accept(SolveStats { fallback: true, residual, ..stats }));

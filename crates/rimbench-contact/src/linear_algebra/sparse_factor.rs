@@ -14,12 +14,12 @@ use std::sync::Arc;
 /// Tinney, Walker 1967; George, Liu, *The evolution of the minimum degree ordering algorithm*, SIAM Review 31 (1989).
 #[derive(Debug)]
 pub struct EliminationOrder {
-    /// Row of the matrix at each place of the order, and place of each row.
+    /// Row of the matrix at each position of the order, and position of each row.
     row_at: Vec<u32>,
-    place_of: Vec<u32>,
-    /// Columns of L, places below the diagonal in order.
+    position_of: Vec<u32>,
+    /// Columns of L, positions below the diagonal in order.
     starts: Vec<usize>,
-    places: Vec<u32>,
+    positions: Vec<u32>,
     /// Rows of L, columns in order.
     row_starts: Vec<usize>,
     row_columns: Vec<u32>,
@@ -31,15 +31,15 @@ impl EliminationOrder {
         let n = pattern.size();
         let others = |i: usize| pattern.columns(i).iter().copied().filter(move |&j| j as usize != i);
         let mut known: Vec<Vec<u32>> = (0..n).map(|i| others(i).collect()).collect();
-        let mut place_of = vec![u32::MAX; n];
+        let mut position_of = vec![u32::MAX; n];
         let (mut row_at, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
         // By how many others they know; entries that are out of date are passed over.
         let mut waiting: BinaryHeap<_> = (0..n).map(|i| Reverse((known[i].len(), i))).collect();
         while let Some(Reverse((degree, next))) = waiting.pop() {
-            if place_of[next] != u32::MAX || degree != known[next].len() {
+            if position_of[next] != u32::MAX || degree != known[next].len() {
                 continue;
             }
-            place_of[next] = row_at.len() as u32;
+            position_of[next] = row_at.len() as u32;
             row_at.push(next as u32);
             let column = std::mem::take(&mut known[next]);
             for &i in &column {
@@ -48,16 +48,16 @@ impl EliminationOrder {
             }
             columns.push(column);
         }
-        let (mut starts, mut places) = (vec![0], Vec::new());
+        let (mut starts, mut positions) = (vec![0], Vec::new());
         let mut rows: Vec<Vec<u32>> = vec![Vec::new(); n];
         for (k, column) in columns.into_iter().enumerate() {
-            let mut column: Vec<u32> = column.into_iter().map(|i| place_of[i as usize]).collect();
+            let mut column: Vec<u32> = column.into_iter().map(|i| position_of[i as usize]).collect();
             column.sort_unstable();
-            for &place in &column {
-                rows[place as usize].push(k as u32);
-                places.push(place);
+            for &position in &column {
+                rows[position as usize].push(k as u32);
+                positions.push(position);
             }
-            starts.push(places.len());
+            starts.push(positions.len());
         }
         let mut row_starts = vec![0];
         let mut row_columns = Vec::new();
@@ -65,7 +65,7 @@ impl EliminationOrder {
             row_columns.extend(row);
             row_starts.push(row_columns.len());
         }
-        EliminationOrder { row_at, place_of, starts, places, row_starts, row_columns }
+        EliminationOrder { row_at, position_of, starts, positions, row_starts, row_columns }
     }
 
     /// The columns before `k` that have an entry in its row of L.
@@ -73,14 +73,14 @@ impl EliminationOrder {
         &self.row_columns[self.row_starts[k]..self.row_starts[k + 1]]
     }
 
-    /// Sorts rows of the matrix by their place in the order.
+    /// Sorts rows of the matrix by their position in the order.
     pub fn sort(&self, rows: &mut [u32]) {
-        rows.sort_unstable_by_key(|&row| self.place_of[row as usize]);
+        rows.sort_unstable_by_key(|&row| self.position_of[row as usize]);
     }
 
     /// Returns the number of entries of L below the diagonal.
     pub fn entries(&self) -> usize {
-        self.places.len()
+        self.positions.len()
     }
 }
 
@@ -101,29 +101,29 @@ fn merged(a: &[u32], b: &[u32], without: [u32; 2]) -> Vec<u32> {
     all
 }
 
-/// `x −= y l` over the places of the entries.
+/// `x −= y l` over the positions of the entries.
 #[inline(always)]
-fn scatter(l: &[f64], y: f64, places: &[u32], x: &mut [f64]) {
-    for (&place, l) in places.iter().zip(l) {
-        x[place as usize] -= l * y;
+fn scatter(l: &[f64], y: f64, positions: &[u32], x: &mut [f64]) {
+    for (&position, l) in positions.iter().zip(l) {
+        x[position as usize] -= l * y;
     }
 }
 
-/// `c − Σ l x` over the places of the entries. The first one is subtracted last: it is mostly that which has just been computed, and all
+/// `c − Σ l x` over the positions of the entries. The first one is subtracted last: it is mostly that which has just been computed, and all
 /// others need not wait for it.
 #[inline(always)]
-fn less_gathered(mut c: f64, l: &[f64], places: &[u32], x: &[f64]) -> f64 {
-    let (Some((&l_first, l)), Some((&first, places))) = (l.split_first(), places.split_first()) else { return c };
+fn less_gathered(mut c: f64, l: &[f64], positions: &[u32], x: &[f64]) -> f64 {
+    let (Some((&l_first, l)), Some((&first, positions))) = (l.split_first(), positions.split_first()) else { return c };
     let mut sums = [0.0; 2];
     let (l_pairs, l_rest) = l.as_chunks::<2>();
-    let (place_pairs, place_rest) = places.as_chunks::<2>();
-    for (l, places) in l_pairs.iter().zip(place_pairs) {
+    let (place_pairs, place_rest) = positions.as_chunks::<2>();
+    for (l, positions) in l_pairs.iter().zip(place_pairs) {
         for k in 0..2 {
-            sums[k] += l[k] * x[places[k] as usize];
+            sums[k] += l[k] * x[positions[k] as usize];
         }
     }
-    if let (&[l], &[place]) = (l_rest, place_rest) {
-        c -= l * x[place as usize];
+    if let (&[l], &[position]) = (l_rest, place_rest) {
+        c -= l * x[position as usize];
     }
     c - (sums[0] + sums[1]) - l_first * x[first as usize]
 }
@@ -144,12 +144,12 @@ fn less_gathered(mut c: f64, l: &[f64], places: &[u32], x: &[f64]) -> f64 {
 pub struct SparseFactor {
     order: Arc<EliminationOrder>,
     l: Vec<f64>,
-    places: Vec<u32>,
+    positions: Vec<u32>,
     /// How many entries each column has.
     counts: Vec<u32>,
     d: Vec<f64>,
-    inside: Vec<bool>,
-    /// By places; zero between calls.
+    active: Vec<bool>,
+    /// By positions; zero between calls.
     x: Vec<f64>,
     /// While factorising: the first column whose next entry is that of a row, the next such column after it, and where that entry stands.
     first: Vec<u32>,
@@ -166,10 +166,10 @@ impl SparseFactor {
         let (n, order) = (pattern.size(), pattern.elimination_order().clone());
         SparseFactor {
             l: vec![0.0; order.entries()],
-            places: vec![0; order.entries()],
+            positions: vec![0; order.entries()],
             counts: vec![0; n],
             d: vec![1.0; n],
-            inside: vec![false; n],
+            active: vec![false; n],
             x: vec![0.0; n],
             first: vec![NONE; n],
             next: vec![NONE; n],
@@ -189,7 +189,7 @@ impl SparseFactor {
     /// Tells whether a row of the matrix is in A.
     #[inline]
     pub fn contains(&self, row: usize) -> bool {
-        self.inside[self.order.place_of[row] as usize]
+        self.active[self.order.position_of[row] as usize]
     }
 
     /// Copies another factor, without allocating if it is of the same order.
@@ -201,11 +201,11 @@ impl SparseFactor {
         for k in 0..other.d.len() {
             let column = other.column(k);
             self.l[column.clone()].copy_from_slice(&other.l[column.clone()]);
-            self.places[column.clone()].copy_from_slice(&other.places[column]);
+            self.positions[column.clone()].copy_from_slice(&other.positions[column]);
         }
         self.counts.copy_from_slice(&other.counts);
         self.d.copy_from_slice(&other.d);
-        self.inside.copy_from_slice(&other.inside);
+        self.active.copy_from_slice(&other.active);
     }
 
     /// Where the entries of a column stand.
@@ -225,28 +225,28 @@ impl SparseFactor {
         wanted: impl Fn(usize) -> bool,
     ) -> usize {
         let mut others = false;
-        for (inside, &row) in self.inside.iter_mut().zip(&self.order.row_at) {
+        for (active, &row) in self.active.iter_mut().zip(&self.order.row_at) {
             let is_wanted = wanted(row as usize);
-            others |= is_wanted != *inside;
-            *inside = is_wanted;
+            others |= is_wanted != *active;
+            *active = is_wanted;
         }
         if others {
             (0..self.d.len()).for_each(|k| self.list_entries(k));
         }
-        let Self { order, l, places, counts, d, inside, x, first, next, at } = self;
-        let EliminationOrder { row_at, place_of, starts, .. } = &**order;
-        let (places, x) = (&places[..], &mut x[..]);
+        let Self { order, l, positions, counts, d, active, x, first, next, at } = self;
+        let EliminationOrder { row_at, position_of, starts, .. } = &**order;
+        let (positions, x) = (&positions[..], &mut x[..]);
         let (mut count, mut wanted) = (0, 0);
         for (k, &row) in row_at.iter().enumerate() {
-            if !inside[k] {
+            if !active[k] {
                 continue;
             }
             wanted += 1;
             let row = row as usize;
             for (other, entry) in m.row(row) {
-                let place = place_of[other] as usize;
-                if place >= k && inside[place] {
-                    x[place] = entry;
+                let position = position_of[other] as usize;
+                if position >= k && active[position] {
+                    x[position] = entry;
                 }
             }
             let mut waiting = std::mem::replace(&mut first[k], NONE);
@@ -256,25 +256,25 @@ impl SparseFactor {
                 let entries = at[j]..starts[j] + counts[j] as usize;
                 let y = l[entries.start] * d[j];
                 if y != 0.0 {
-                    scatter(&l[entries.clone()], y, &places[entries.clone()], x);
+                    scatter(&l[entries.clone()], y, &positions[entries.clone()], x);
                 }
                 at[j] += 1;
                 if at[j] < entries.end {
-                    next[j] = std::mem::replace(&mut first[places[at[j]] as usize], j as u32);
+                    next[j] = std::mem::replace(&mut first[positions[at[j]] as usize], j as u32);
                 }
             }
             let pivot = std::mem::take(&mut x[k]) + shift;
             let column = starts[k]..starts[k] + counts[k] as usize;
             // What is not a number is not more.
-            inside[k] = pivot > dependent * (m.diagonal(row) + shift);
-            let inverse = if inside[k] { 1.0 / pivot } else { 0.0 };
-            for (l, &place) in l[column.clone()].iter_mut().zip(&places[column.clone()]) {
-                *l = std::mem::take(&mut x[place as usize]) * inverse;
+            active[k] = pivot > dependent * (m.diagonal(row) + shift);
+            let inverse = if active[k] { 1.0 / pivot } else { 0.0 };
+            for (l, &position) in l[column.clone()].iter_mut().zip(&positions[column.clone()]) {
+                *l = std::mem::take(&mut x[position as usize]) * inverse;
             }
-            d[k] = if inside[k] { pivot } else { 1.0 };
-            if inside[k] {
+            d[k] = if active[k] { pivot } else { 1.0 };
+            if active[k] {
                 count += 1;
-                if let Some(&row) = places[column.clone()].first() {
+                if let Some(&row) = positions[column.clone()].first() {
                     (at[k], next[k]) = (column.start, std::mem::replace(&mut first[row as usize], k as u32));
                 }
             }
@@ -287,13 +287,13 @@ impl SparseFactor {
 
     /// Lists the rows of A in a column of L, and makes it that of a unit matrix if its row is not in A.
     fn list_entries(&mut self, k: usize) {
-        let Self { order, places, counts, d, inside, .. } = self;
+        let Self { order, positions, counts, d, active, .. } = self;
         let start = order.starts[k];
         let mut end = start;
-        if inside[k] {
-            for &place in &order.places[start..order.starts[k + 1]] {
-                places[end] = place;
-                end += usize::from(inside[place as usize]);
+        if active[k] {
+            for &position in &order.positions[start..order.starts[k + 1]] {
+                positions[end] = position;
+                end += usize::from(active[position as usize]);
             }
         } else {
             d[k] = 1.0;
@@ -303,13 +303,13 @@ impl SparseFactor {
 
     /// Takes the rows that were found to depend on others, and are not in A any more, out of all columns of L.
     fn drop_dependent(&mut self) {
-        let Self { order, l, places, counts, inside, .. } = self;
+        let Self { order, l, positions, counts, active, .. } = self;
         for (k, count) in counts.iter_mut().enumerate() {
             let start = order.starts[k];
             let mut end = start;
             for at in start..start + *count as usize {
-                if inside[k] && inside[places[at] as usize] {
-                    (l[end], places[end]) = (l[at], places[at]);
+                if active[k] && active[positions[at] as usize] {
+                    (l[end], positions[end]) = (l[at], positions[at]);
                     end += 1;
                 }
             }
@@ -319,72 +319,72 @@ impl SparseFactor {
 
     /// Takes up a row that is not in A and does not depend on it, with `shift` on its diagonal.
     pub fn enter(&mut self, m: SymmetricRows<'_>, row: usize, shift: f64) {
-        let Self { order, l, places, counts, d, inside, x, .. } = self;
-        let k = order.place_of[row] as usize;
-        debug_assert!(!inside[k], "row {row} is in the set");
-        inside[k] = true;
+        let Self { order, l, positions, counts, d, active, x, .. } = self;
+        let k = order.position_of[row] as usize;
+        debug_assert!(!active[k], "row {row} is in the set");
+        active[k] = true;
         for (other, entry) in m.row(row) {
-            let place = order.place_of[other] as usize;
-            if inside[place] {
-                x[place] = entry;
+            let position = order.position_of[other] as usize;
+            if active[position] {
+                x[position] = entry;
             }
         }
         for &j in order.columns_of(k) {
             let j = j as usize;
-            if !inside[j] {
+            if !active[j] {
                 continue;
             }
             let y = std::mem::take(&mut x[j]);
             let column = order.starts[j]..order.starts[j] + counts[j] as usize;
             let mut entry = 0.0;
             if y != 0.0 {
-                scatter(&l[column.clone()], y, &places[column.clone()], x);
+                scatter(&l[column.clone()], y, &positions[column.clone()], x);
                 entry = y / d[j];
                 x[k] -= y * entry;
             }
-            let at = column.start + places[column.clone()].partition_point(|&place| (place as usize) < k);
+            let at = column.start + positions[column.clone()].partition_point(|&position| (position as usize) < k);
             l.copy_within(at..column.end, at + 1);
-            places.copy_within(at..column.end, at + 1);
-            (l[at], places[at]) = (entry, k as u32);
+            positions.copy_within(at..column.end, at + 1);
+            (l[at], positions[at]) = (entry, k as u32);
             counts[j] += 1;
         }
         d[k] = std::mem::take(&mut x[k]) + shift;
         self.list_entries(k);
         let column = self.column(k);
-        for (&place, l) in self.places[column.clone()].iter().zip(&mut self.l[column]) {
-            *l = std::mem::take(&mut self.x[place as usize]) / self.d[k];
+        for (&position, l) in self.positions[column.clone()].iter().zip(&mut self.l[column]) {
+            *l = std::mem::take(&mut self.x[position as usize]) / self.d[k];
         }
         self.change_by_column(k, -self.d[k]);
     }
 
     /// Removes a row from A.
     pub fn leave(&mut self, row: usize) {
-        let k = self.order.place_of[row] as usize;
-        debug_assert!(self.inside[k], "row {row} is not in the set");
+        let k = self.order.position_of[row] as usize;
+        debug_assert!(self.active[k], "row {row} is not in the set");
         self.change_by_column(k, self.d[k]);
-        let Self { order, l, places, counts, d, inside, .. } = self;
+        let Self { order, l, positions, counts, d, active, .. } = self;
         for &j in order.columns_of(k) {
             let j = j as usize;
-            if inside[j] {
+            if active[j] {
                 let column = order.starts[j]..order.starts[j] + counts[j] as usize;
-                let at = column.start + places[column.clone()].partition_point(|&place| (place as usize) < k);
+                let at = column.start + positions[column.clone()].partition_point(|&position| (position as usize) < k);
                 l.copy_within(at + 1..column.end, at);
-                places.copy_within(at + 1..column.end, at);
+                positions.copy_within(at + 1..column.end, at);
                 counts[j] -= 1;
             }
         }
-        (counts[k], d[k], inside[k]) = (0, 1.0, false);
+        (counts[k], d[k], active[k]) = (0, 1.0, false);
     }
 
     /// Adds `α c cᵀ` to what follows column k of L, where c is that column.
     fn change_by_column(&mut self, k: usize, mut alpha: f64) {
         let column = self.column(k);
-        for (&place, l) in self.places[column.clone()].iter().zip(&self.l[column]) {
-            self.x[place as usize] = *l;
+        for (&position, l) in self.positions[column.clone()].iter().zip(&self.l[column]) {
+            self.x[position as usize] = *l;
         }
         let mut j = k;
         // The rows of a column are all on the way from the first of them to the last of all.
-        while let Some(&next) = self.places[self.column(j)].first() {
+        while let Some(&next) = self.positions[self.column(j)].first() {
             j = next as usize;
             let v = std::mem::take(&mut self.x[j]);
             if v == 0.0 {
@@ -395,10 +395,10 @@ impl SparseFactor {
             alpha *= self.d[j] / d;
             self.d[j] = d;
             let column = self.column(j);
-            let Self { l, places, x, .. } = self;
+            let Self { l, positions, x, .. } = self;
             let x = &mut x[..];
-            for (&place, l) in places[column.clone()].iter().zip(&mut l[column]) {
-                let x = &mut x[place as usize];
+            for (&position, l) in positions[column.clone()].iter().zip(&mut l[column]) {
+                let x = &mut x[position as usize];
                 *x -= v * *l;
                 *l += beta * *x;
             }
@@ -408,13 +408,13 @@ impl SparseFactor {
     /// Replaces `b` by `M_AA⁻¹ b_A`, zero elsewhere; `b` has an entry for each row of the matrix.
     pub fn solve(&mut self, b: &mut [f64]) {
         let mut x = std::mem::take(&mut self.x);
-        for ((x, &row), &inside) in x.iter_mut().zip(&self.order.row_at).zip(&self.inside) {
-            *x = if inside { b[row as usize] } else { 0.0 };
+        for ((x, &row), &active) in x.iter_mut().zip(&self.order.row_at).zip(&self.active) {
+            *x = if active { b[row as usize] } else { 0.0 };
         }
         for k in 0..x.len() {
             if x[k] != 0.0 {
                 let column = self.column(k);
-                scatter(&self.l[column.clone()], x[k], &self.places[column], &mut x);
+                scatter(&self.l[column.clone()], x[k], &self.positions[column], &mut x);
             }
         }
         self.solve_backward(&mut x);
@@ -424,38 +424,38 @@ impl SparseFactor {
         self.x = x;
     }
 
-    /// Writes `M_AA⁻¹ M_Aj` for a row j that is not in A, [by places](Self::place) of the order, zero elsewhere.
+    /// Writes `M_AA⁻¹ M_Aj` for a row j that is not in A, [by positions](Self::position) of the order, zero elsewhere.
     pub fn response(&self, m: SymmetricRows<'_>, j: usize, p: &mut [f64]) {
-        let Self { order, l, places, inside, .. } = self;
-        let k = order.place_of[j] as usize;
-        debug_assert!(!inside[k], "row {j} is in the set");
+        let Self { order, l, positions, active, .. } = self;
+        let k = order.position_of[j] as usize;
+        debug_assert!(!active[k], "row {j} is in the set");
         p.fill(0.0);
         for (row, entry) in m.row(j) {
-            let place = order.place_of[row] as usize;
-            p[place] = if inside[place] { entry } else { 0.0 };
+            let position = order.position_of[row] as usize;
+            p[position] = if active[position] { entry } else { 0.0 };
         }
         // What is reached from a row are the columns with an entry in it, and the way from the first of its own.
         for &column in order.columns_of(k) {
             let y = p[column as usize];
             if y != 0.0 {
                 let column = self.column(column as usize);
-                scatter(&l[column.clone()], y, &places[column], p);
+                scatter(&l[column.clone()], y, &positions[column], p);
             }
         }
-        let own = &order.places[order.starts[k]..order.starts[k + 1]];
-        let mut next = own.iter().find(|&&place| inside[place as usize]);
+        let own = &order.positions[order.starts[k]..order.starts[k + 1]];
+        let mut next = own.iter().find(|&&position| active[position as usize]);
         while let Some(&at) = next {
             let column = self.column(at as usize);
-            scatter(&l[column.clone()], p[at as usize], &places[column.clone()], p);
-            next = places[column].first();
+            scatter(&l[column.clone()], p[at as usize], &positions[column.clone()], p);
+            next = positions[column].first();
         }
         self.solve_backward(p);
     }
 
     /// Place of a row in the order of elimination.
     #[inline]
-    pub fn place(&self, row: usize) -> usize {
-        self.order.place_of[row] as usize
+    pub fn position(&self, row: usize) -> usize {
+        self.order.position_of[row] as usize
     }
 
     /// Rows of the matrix in the order of elimination.
@@ -463,13 +463,13 @@ impl SparseFactor {
         &self.order.row_at
     }
 
-    /// Replaces x by `L⁻ᵀ D⁻¹ x`, by places.
+    /// Replaces x by `L⁻ᵀ D⁻¹ x`, by positions.
     fn solve_backward(&self, x: &mut [f64]) {
-        let Self { order, l, places, counts, d, inside, .. } = self;
+        let Self { order, l, positions, counts, d, active, .. } = self;
         let columns = order.starts.iter().zip(counts).map(|(&start, &count)| start..start + count as usize);
         for (k, column) in columns.enumerate().rev() {
-            if inside[k] {
-                x[k] = less_gathered(x[k] / d[k], &l[column.clone()], &places[column], x);
+            if active[k] {
+                x[k] = less_gathered(x[k] / d[k], &l[column.clone()], &positions[column], x);
             }
         }
     }
@@ -478,20 +478,20 @@ impl SparseFactor {
     /// of `b` are read and replaced, and it costs no more than they do.
     pub fn solve_among(&mut self, rows: &[u32], b: &mut [f64]) {
         for &row in rows {
-            let k = self.order.place_of[row as usize] as usize;
+            let k = self.order.position_of[row as usize] as usize;
             let column = self.column(k);
-            self.x[k] += if self.inside[k] { b[row as usize] } else { 0.0 };
+            self.x[k] += if self.active[k] { b[row as usize] } else { 0.0 };
             if self.x[k] != 0.0 {
-                scatter(&self.l[column.clone()], self.x[k], &self.places[column], &mut self.x);
+                scatter(&self.l[column.clone()], self.x[k], &self.positions[column], &mut self.x);
             }
         }
         for &row in rows.iter().rev() {
-            let k = self.order.place_of[row as usize] as usize;
+            let k = self.order.position_of[row as usize] as usize;
             let column = self.column(k);
-            self.x[k] = less_gathered(self.x[k] / self.d[k], &self.l[column.clone()], &self.places[column], &self.x);
+            self.x[k] = less_gathered(self.x[k] / self.d[k], &self.l[column.clone()], &self.positions[column], &self.x);
         }
         for &row in rows {
-            b[row as usize] = std::mem::take(&mut self.x[self.order.place_of[row as usize] as usize]);
+            b[row as usize] = std::mem::take(&mut self.x[self.order.position_of[row as usize] as usize]);
         }
     }
 }
@@ -533,10 +533,11 @@ mod tests {
         assert!(factor.x.iter().all(|x| *x == 0.0) && factor.first.iter().all(|first| *first == NONE));
         let order = &factor.order;
         for k in 0..factor.d.len() {
-            let room = order.places[order.starts[k]..order.starts[k + 1]].iter().copied();
-            let expected: Vec<u32> = room.filter(|&place| factor.inside[k] && factor.inside[place as usize]).collect();
-            assert_eq!(factor.places[factor.column(k)], expected);
-            assert!(factor.inside[k] || factor.d[k] == 1.0);
+            let room = order.positions[order.starts[k]..order.starts[k + 1]].iter().copied();
+            let expected: Vec<u32> =
+                room.filter(|&position| factor.active[k] && factor.active[position as usize]).collect();
+            assert_eq!(factor.positions[factor.column(k)], expected);
+            assert!(factor.active[k] || factor.d[k] == 1.0);
         }
     }
 
@@ -582,7 +583,7 @@ mod tests {
                     let mut by_places = vec![f64::NAN; m.size()];
                     factor.response(m, row, &mut by_places);
                     let largest = p.iter().fold(0.0_f64, |largest, p| largest.max(p.abs()));
-                    assert!((0..m.size()).all(|i| (by_places[factor.place(i)] - p[i]).abs() <= 1e-12 * largest));
+                    assert!((0..m.size()).all(|i| (by_places[factor.position(i)] - p[i]).abs() <= 1e-12 * largest));
                     let d = m.diagonal(row) - m.row(row).map(|(i, entry)| entry * p[i]).sum::<f64>();
                     if d > 1e-2 * m.diagonal(row) {
                         factor.enter(m, row, 0.0);

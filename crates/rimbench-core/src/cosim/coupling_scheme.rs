@@ -118,7 +118,7 @@ pub trait CouplingScheme: Send {
     /// # Errors
     /// A [`Failure`] that ends the run and becomes its outcome.
     #[inline]
-    fn follow(&mut self, _feedthrough: &[f64]) -> Result<(), Failure> {
+    fn receive_feedthrough(&mut self, _feedthrough: &[f64]) -> Result<(), Failure> {
         Ok(())
     }
 

@@ -93,10 +93,10 @@ impl Condensation {
             let work = Work { states: Some(Box::new(StateWork::new(model))), ..Work::default() };
             return Condensation { work, ..Self::new(0, model.interface()) };
         }
-        let Some(meeting) = model.meeting() else { return Self::new(model.contacts(), model.interface()) };
+        let Some(pattern) = model.delassus_pattern() else { return Self::new(model.contacts(), model.interface()) };
         let mut condensation = Self::new(PSEUDO_INVERSE_LIMIT, model.interface());
         let work = &mut condensation.work;
-        work.factor = Some(SparseFactor::new(meeting));
+        work.factor = Some(SparseFactor::new(pattern));
         work.column = vec![0.0; model.contacts()];
         work.closed = vec![false; model.contacts()];
         condensation

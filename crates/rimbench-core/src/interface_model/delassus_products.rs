@@ -13,16 +13,16 @@ pub(super) struct DelassusProducts {
 }
 
 impl DelassusProducts {
-    /// Returns which rows meet: those that know one of the `places`, to which `place_of` sends the columns, in common.
+    /// Returns which rows meet: those that know one of the `places`, to which `position_of` sends the columns, in common.
     pub(super) fn pattern(
         starts: &[usize],
         columns: &[u32],
         places: usize,
-        place_of: impl Fn(usize) -> usize,
+        position_of: impl Fn(usize) -> usize,
     ) -> SymmetricPattern {
         let mut knowing = vec![Vec::new(); places];
         let known = |bounds: &[usize]| -> Vec<usize> {
-            columns[bounds[0]..bounds[1]].iter().map(|&column| place_of(column as usize)).collect()
+            columns[bounds[0]..bounds[1]].iter().map(|&column| position_of(column as usize)).collect()
         };
         for (row, bounds) in starts.windows(2).enumerate() {
             known(bounds).into_iter().for_each(|place| {

@@ -66,20 +66,20 @@ pub struct Elimination {
 impl Elimination {
     /// Makes the workspace for systems of the size of `linearisation`.
     pub fn new(linearisation: &Linearisation) -> Self {
-        Self::with_meeting(linearisation, Self::meeting(linearisation).as_deref())
+        Self::with_pattern(linearisation, Self::delassus_pattern(linearisation).as_deref())
     }
 
-    /// Makes the elimination for a system whose [meeting](Self::meeting) is known.
-    pub fn with_meeting(linearisation: &Linearisation, meeting: Option<&SymmetricPattern>) -> Self {
+    /// Makes the elimination for a system whose [pattern](Self::delassus_pattern) is known.
+    pub fn with_pattern(linearisation: &Linearisation, pattern: Option<&SymmetricPattern>) -> Self {
         let n = linearisation.velocities();
         let jointed = match linearisation.mass {
-            MassMatrix::Diagonal(_) => JointedElimination::new(linearisation, meeting).map(Box::new),
+            MassMatrix::Diagonal(_) => JointedElimination::new(linearisation, pattern).map(Box::new),
             MassMatrix::Dense(_) => None,
         };
         let n_b = if jointed.is_some() { 0 } else { linearisation.bilateral.len() };
         let rows = linearisation.unilateral.len() + linearisation.tangential.len() + linearisation.interface.len();
         let local = match &jointed {
-            None => meeting.and_then(|meeting| LocalElimination::new(linearisation, meeting)),
+            None => pattern.and_then(|pattern| LocalElimination::new(linearisation, pattern)),
             Some(_) => None,
         };
         let rows = if local.is_some() || jointed.is_some() { 0 } else { rows };
@@ -105,14 +105,14 @@ impl Elimination {
 
     /// Returns which contacts meet, if the rows of Eq. 3 keep only what they can know, the bilateral ones as well, and these leave few
     /// that meet; the system must then have a diagonal mass, and the model that is filled must be one of that meeting.
-    pub fn meeting(linearisation: &Linearisation) -> Option<Arc<SymmetricPattern>> {
+    pub fn delassus_pattern(linearisation: &Linearisation) -> Option<Arc<SymmetricPattern>> {
         let Linearisation { bilateral, unilateral, .. } = linearisation;
-        let meeting = if bilateral.is_empty() {
-            LocalElimination::meeting(unilateral, linearisation.velocities())
+        let pattern = if bilateral.is_empty() {
+            LocalElimination::delassus_pattern(unilateral, linearisation.velocities())
         } else {
-            JointedElimination::meeting(unilateral, bilateral, linearisation.velocities())
+            JointedElimination::delassus_pattern(unilateral, bilateral, linearisation.velocities())
         };
-        meeting.map(Arc::new)
+        pattern.map(Arc::new)
     }
 
     /// Fills `model` from Eq. 3 at velocity `v`, for a mechanics step `h` with joint stabilisation `γ`.

@@ -27,7 +27,7 @@ pub(super) struct JointedElimination {
     inverse_mass: Vec<f64>,
     rows: CsrRows,
     /// Where few of many contacts meet: of each contact the others before it, where their entry stands and where its mirror image.
-    meetings: Option<(Vec<usize>, Vec<[u32; 3]>)>,
+    products: Option<(Vec<usize>, Vec<[u32; 3]>)>,
     /// `S⁻¹ (A_b v + γ g_b / h)` and `S⁻¹ (A_b M⁻¹ f + Ȧ_b v)`.
     joint_start: Vec<f64>,
     joint_free: Vec<f64>,
@@ -39,7 +39,7 @@ pub(super) struct JointedElimination {
 
 impl JointedElimination {
     /// Returns which contacts meet, if those are few of many.
-    pub(super) fn meeting(contacts: &Rows, joints: &Rows, velocities: usize) -> Option<SymmetricPattern> {
+    pub(super) fn delassus_pattern(contacts: &Rows, joints: &Rows, velocities: usize) -> Option<SymmetricPattern> {
         let (starts, columns) = contacts.columns_by_row()?;
         let groups = Groups::of(joints, velocities)?;
         let places = groups.count() + velocities;
@@ -47,7 +47,7 @@ impl JointedElimination {
         let mut knowing = vec![(0_usize, usize::MAX); places];
         for (contact, bounds) in starts.windows(2).enumerate() {
             for &column in &columns[bounds[0]..bounds[1]] {
-                let (count, last) = &mut knowing[groups.place_of(column as usize)];
+                let (count, last) = &mut knowing[groups.position_of(column as usize)];
                 *count += usize::from(std::mem::replace(last, contact) != contact);
             }
         }
@@ -56,14 +56,14 @@ impl JointedElimination {
         if most > contacts.len() * contacts.len() / ENTRIES_PER_MEETING {
             return None;
         }
-        Some(DelassusProducts::pattern(starts, columns, places, |column| groups.place_of(column)))
+        Some(DelassusProducts::pattern(starts, columns, places, |column| groups.position_of(column)))
     }
 
     /// Makes room; none if the joints keep all their entries.
-    pub(super) fn new(eq3: &Linearisation, meeting: Option<&SymmetricPattern>) -> Option<Self> {
+    pub(super) fn new(eq3: &Linearisation, pattern: Option<&SymmetricPattern>) -> Option<Self> {
         let n = eq3.velocities();
         let joints = Joints::new(&eq3.bilateral, n)?;
-        let meetings = meeting.map(|pattern| {
+        let products = pattern.map(|pattern| {
             let (mut starts, mut entries) = (vec![0], Vec::new());
             for row in 0..pattern.size() {
                 for &column in pattern.columns(row).iter().filter(|&&column| column as usize <= row) {
@@ -80,7 +80,7 @@ impl JointedElimination {
         Some(JointedElimination {
             inverse_mass: vec![0.0; n],
             rows: CsrRows::with_room_for([&eq3.unilateral, &eq3.tangential, &eq3.interface], n),
-            meetings,
+            products,
             joint_start: vec![0.0; eq3.bilateral.len()],
             joint_free: vec![0.0; eq3.bilateral.len()],
             g: vec![0.0; n],
@@ -158,7 +158,7 @@ impl JointedElimination {
 
     /// Writes what the row has of `H` with itself and those before it, and its mirror image.
     fn write(&self, row: usize, model: &mut ReducedInterfaceModel) {
-        let Some((starts, meetings)) = &self.meetings else {
+        let Some((starts, products)) = &self.products else {
             let n = model.a.len();
             for column in 0..=row {
                 let entry = self.rows.along(column, &self.g);
@@ -168,7 +168,7 @@ impl JointedElimination {
         };
         let (n_u, n_i) = (model.contacts(), model.interface());
         if row < n_u {
-            for &[column, at, mirrored] in &meetings[starts[row]..starts[row + 1]] {
+            for &[column, at, mirrored] in &products[starts[row]..starts[row + 1]] {
                 let entry = self.rows.along(column as usize, &self.g);
                 (model.h[at as usize], model.h[mirrored as usize]) = (entry, entry);
             }

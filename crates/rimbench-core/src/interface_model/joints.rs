@@ -60,7 +60,7 @@ impl Groups {
     }
 
     /// Where rows meet: in a group, or in a velocity that no joint knows.
-    pub(super) fn place_of(&self, velocity: usize) -> usize {
+    pub(super) fn position_of(&self, velocity: usize) -> usize {
         self.of_velocity(velocity).unwrap_or(self.count + velocity)
     }
 }
@@ -81,7 +81,7 @@ pub(super) struct Joints {
     a: Vec<f64>,
     scaled: Vec<f64>,
     pattern: SymmetricPattern,
-    meetings: DelassusProducts,
+    products: DelassusProducts,
     s: Vec<f64>,
     factor: SparseFactor,
     /// Joints by groups, in the order of elimination, and where each group starts.
@@ -114,7 +114,7 @@ impl Joints {
             groups,
             a: vec![0.0; columns.len()],
             scaled: vec![0.0; columns.len()],
-            meetings: DelassusProducts::new(starts, columns, &pattern),
+            products: DelassusProducts::new(starts, columns, &pattern),
             s: vec![0.0; pattern.entries()],
             factor: SparseFactor::new(&pattern),
             pattern,
@@ -135,7 +135,7 @@ impl Joints {
         for ((scaled, a), &column) in self.scaled.iter_mut().zip(&self.a).zip(&self.columns) {
             *scaled = a * inverse_mass[column as usize];
         }
-        self.meetings.fill(&self.a, &self.scaled, &mut self.s);
+        self.products.fill(&self.a, &self.scaled, &mut self.s);
         let s = SymmetricRows { pattern: &self.pattern, entries: &self.s };
         let independent = self.factor.factorise(s, 0.0, DEPENDENT, |_| true);
         if independent == self.impulses.len() { Ok(()) } else { Err(Singular { matrix: "A_b M⁻¹ A_bᵀ" }) }

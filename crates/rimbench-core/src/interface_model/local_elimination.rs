@@ -14,7 +14,7 @@ use rimbench_contact::linear_algebra::SymmetricPattern;
 /// All of it costs as much as there are meetings, of which each contact of a heap has a few.
 #[derive(Debug, Clone)]
 pub(super) struct LocalElimination {
-    meetings: DelassusProducts,
+    products: DelassusProducts,
     inverse_mass: Vec<f64>,
     /// `A_u M⁻¹` and `M⁻¹ A_iᵀ`.
     scaled: Vec<f64>,
@@ -26,17 +26,17 @@ pub(super) struct LocalElimination {
 
 impl LocalElimination {
     /// Returns the contacts that meet: those that know a velocity in common.
-    pub(super) fn meeting(rows: &Rows, velocities: usize) -> Option<SymmetricPattern> {
+    pub(super) fn delassus_pattern(rows: &Rows, velocities: usize) -> Option<SymmetricPattern> {
         let (starts, columns) = rows.columns_by_row()?;
         Some(DelassusProducts::pattern(starts, columns, velocities, |column| column))
     }
 
     /// Lists the products of every meeting; none if the rows keep all their entries.
-    pub(super) fn new(eq3: &Linearisation, meeting: &SymmetricPattern) -> Option<Self> {
+    pub(super) fn new(eq3: &Linearisation, pattern: &SymmetricPattern) -> Option<Self> {
         let (starts, columns) = eq3.unilateral.columns_by_row()?;
         let (n, n_i) = (eq3.velocities(), eq3.interface.len());
         Some(LocalElimination {
-            meetings: DelassusProducts::new(starts, columns, meeting),
+            products: DelassusProducts::new(starts, columns, pattern),
             inverse_mass: vec![0.0; n],
             scaled: vec![0.0; columns.len()],
             interface: vec![0.0; n * n_i],
@@ -66,7 +66,7 @@ impl LocalElimination {
         for ((scaled, a), &column) in self.scaled.iter_mut().zip(a).zip(&self.columns) {
             *scaled = a * self.inverse_mass[column as usize];
         }
-        self.meetings.fill(a, &self.scaled, &mut model.h);
+        self.products.fill(a, &self.scaled, &mut model.h);
         for contact in 0..n_u {
             let entries = self.starts[contact]..self.starts[contact + 1];
             let known = a[entries.clone()].iter().zip(&self.columns[entries]);

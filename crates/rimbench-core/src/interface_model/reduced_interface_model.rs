@@ -33,7 +33,7 @@ pub struct ReducedInterfaceModel {
     /// Counts how often rows have come to stand for other contacts.
     listing: u64,
     /// Which contacts meet, where the model has many that do not.
-    meeting: Option<Arc<SymmetricPattern>>,
+    delassus_pattern: Option<Arc<SymmetricPattern>>,
     /// `H = [H_uu H_ui; H_iu H_ii]`, row-major. Where few of many contacts meet, the entries of `H_uu` that are not zero for good, then
     /// `H_ui` column by column, then `H_ii`: [`entry`](Self::entry) knows.
     pub h: Vec<f64>,
@@ -71,7 +71,7 @@ pub struct ReducedInterfaceModel {
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
     /// AccelerationJumps of the geometry that lie ahead, where they are asked for.
-    pub kinks: AccelerationJumps,
+    pub acceleration_jumps: AccelerationJumps,
     /// Whether it has contacts without listing them: those that push are in `h` and `a`, which hold as long as none opens or closes. Only
     /// schemes whose contacts are bilateral can do with that.
     pub smooth: bool,
@@ -100,7 +100,7 @@ impl ReducedInterfaceModel {
             interface,
             rows: n,
             listing: 0,
-            meeting: None,
+            delassus_pattern: None,
             h: vec![0.0; n * n],
             a: vec![0.0; n],
             w: vec![0.0; n],
@@ -117,15 +117,15 @@ impl ReducedInterfaceModel {
             states: Vec::new(),
             solved_states: Vec::new(),
             tangential_restitution: 0.0,
-            kinks: AccelerationJumps::default(),
+            acceleration_jumps: AccelerationJumps::default(),
             smooth: false,
         }
     }
 
-    /// Makes a zero model of contacts that meet as `meeting` says.
-    pub fn zeros_of(meeting: Arc<SymmetricPattern>, interface: usize) -> Self {
-        let contacts = meeting.size();
-        let entries = meeting.entries() + (contacts + interface) * interface;
+    /// Makes a zero model of contacts that meet as `pattern` says.
+    pub fn zeros_of(pattern: Arc<SymmetricPattern>, interface: usize) -> Self {
+        let contacts = pattern.size();
+        let entries = pattern.entries() + (contacts + interface) * interface;
         let zeros = ReducedInterfaceModel {
             a: vec![0.0; contacts + interface],
             w: vec![0.0; contacts + interface],
@@ -134,32 +134,32 @@ impl ReducedInterfaceModel {
             contacts,
             ..ReducedInterfaceModel::zeros(0, interface)
         };
-        ReducedInterfaceModel { h: vec![0.0; entries], meeting: Some(meeting), ..zeros }
+        ReducedInterfaceModel { h: vec![0.0; entries], delassus_pattern: Some(pattern), ..zeros }
     }
 
     /// Returns `H` and `a` as a linear model of contact rows and interface rows.
     #[inline]
     pub fn linear(&self) -> LinearModel<'_> {
         let (contact_rows, interface) = (self.interface_start(), self.interface);
-        LinearModel { h: &self.h, a: &self.a, contact_rows, interface, pattern: self.meeting.as_ref() }
+        LinearModel { h: &self.h, a: &self.a, contact_rows, interface, pattern: self.delassus_pattern.as_ref() }
     }
 
     /// Returns which contacts meet, where the model keeps nothing else.
     #[inline]
-    pub fn meeting(&self) -> Option<&Arc<SymmetricPattern>> {
-        self.meeting.as_ref()
+    pub fn delassus_pattern(&self) -> Option<&Arc<SymmetricPattern>> {
+        self.delassus_pattern.as_ref()
     }
 
     /// Returns `H_uu`, where few of many contacts meet.
     #[inline]
     pub fn contact_rows(&self) -> Option<SymmetricRows<'_>> {
-        self.meeting.as_deref().map(|pattern| SymmetricRows { pattern, entries: &self.h[..pattern.entries()] })
+        self.delassus_pattern.as_deref().map(|pattern| SymmetricRows { pattern, entries: &self.h[..pattern.entries()] })
     }
 
     /// Returns column `i` of `[H_ui; H_ii]`, where few of many contacts meet.
     #[inline]
     pub fn interface_column(&self, i: usize) -> Option<&[f64]> {
-        let (first, rows) = (self.meeting.as_ref()?.entries(), self.contacts + self.interface);
+        let (first, rows) = (self.delassus_pattern.as_ref()?.entries(), self.contacts + self.interface);
         Some(&self.h[first + i * rows..first + (i + 1) * rows])
     }
 
@@ -194,7 +194,7 @@ impl ReducedInterfaceModel {
     pub fn check(&self) -> std::result::Result<(), String> {
         const SLACK: f64 = 1e-6;
         let n = self.rows;
-        if self.meeting.is_some() || self.h.iter().any(|entry| !entry.is_finite()) {
+        if self.delassus_pattern.is_some() || self.h.iter().any(|entry| !entry.is_finite()) {
             return Ok(());
         }
         let at = |row: usize, column: usize| self.h[row * n + column];
@@ -257,18 +257,18 @@ impl ReducedInterfaceModel {
     }
 
     /// Goes over to contacts that meet otherwise, as many as before; the entries of `h` then mean nothing until they are written.
-    pub(crate) fn set_meeting(&mut self, meeting: Arc<SymmetricPattern>) {
-        debug_assert_eq!(meeting.size(), self.contacts);
-        self.h.resize(meeting.entries() + (self.contacts + self.interface) * self.interface, 0.0);
-        self.meeting = Some(meeting);
+    pub(crate) fn set_delassus_pattern(&mut self, pattern: Arc<SymmetricPattern>) {
+        debug_assert_eq!(pattern.size(), self.contacts);
+        self.h.resize(pattern.entries() + (self.contacts + self.interface) * self.interface, 0.0);
+        self.delassus_pattern = Some(pattern);
     }
 
     /// Copies another model of the same size without allocating, unless its contacts meet otherwise.
     pub fn copy_from(&mut self, other: &Self) {
-        if let Some(meeting) = &other.meeting
-            && self.meeting.as_ref().is_none_or(|own| !Arc::ptr_eq(own, meeting))
+        if let Some(pattern) = &other.delassus_pattern
+            && self.delassus_pattern.as_ref().is_none_or(|own| !Arc::ptr_eq(own, pattern))
         {
-            self.set_meeting(meeting.clone());
+            self.set_delassus_pattern(pattern.clone());
         }
         self.listing = other.listing;
         self.h.copy_from_slice(&other.h);
@@ -287,7 +287,7 @@ impl ReducedInterfaceModel {
         self.states.copy_from_slice(&other.states);
         self.solved_states.copy_from_slice(&other.solved_states);
         self.tangential_restitution = other.tangential_restitution;
-        self.kinks.copy_from(&other.kinks);
+        self.acceleration_jumps.copy_from(&other.acceleration_jumps);
     }
 
     /// Returns what contacts with friction did in the mechanics' last step.

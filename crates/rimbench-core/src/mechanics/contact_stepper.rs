@@ -77,8 +77,8 @@ impl ContactStepper {
         law: ContactLaw,
         solver: Checked,
     ) -> Self {
-        let pattern = Elimination::meeting(&eq3);
-        let (elimination, tolerance) = (Elimination::with_meeting(&eq3, pattern.as_deref()), solver.tolerance());
+        let pattern = Elimination::delassus_pattern(&eq3);
+        let (elimination, tolerance) = (Elimination::with_pattern(&eq3, pattern.as_deref()), solver.tolerance());
         let contacts = StepContacts::new(size.unilateral, pattern.as_deref(), solver);
         let mut eq4 = match pattern {
             Some(pattern) => ReducedInterfaceModel::zeros_of(pattern, size.interface),
@@ -208,7 +208,7 @@ impl ContactStepper {
 
     /// Returns an interface model of this system's size and law, zero.
     pub(super) fn empty_model(&self) -> ReducedInterfaceModel {
-        let mut model = match (self.eq4.meeting(), self.contacts.coulomb()) {
+        let mut model = match (self.eq4.delassus_pattern(), self.contacts.coulomb()) {
             (Some(pattern), _) => ReducedInterfaceModel::zeros_of(pattern.clone(), self.eq4.interface()),
             (None, Some(coulomb)) => coulomb.empty_model(self.eq4.interface()),
             (None, None) => ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface()),

@@ -12,7 +12,7 @@ const WIDE: u64 = 3;
 /// Bytes per contact where few meet: some 10 entries of `H_uu` and 30 of a factor, each in several copies with its place.
 const PER_CONTACT: u64 = 16 << 10;
 /// Bytes per entry of `H_uu` at most: more where many contacts share a velocity.
-const PER_MEETING: u64 = 400;
+const PER_PRODUCT: u64 = 400;
 /// Bytes per joint where only what is not zero is kept of them: some 5 entries of `S` and 10 of its factor, with their places.
 const PER_JOINT: u64 = 2 << 10;
 
@@ -63,12 +63,12 @@ impl Kept {
             tangential: Rows::default(),
             interface: Rows::default(),
         };
-        self.contacts.is_some() && Elimination::meeting(&eq3).is_some()
+        self.contacts.is_some() && Elimination::delassus_pattern(&eq3).is_some()
     }
 }
 
 /// Returns how many entries contacts with these columns meet in at most: the sum of k² over velocities that k contacts know.
-fn meetings_at_most(columns: &[Vec<usize>], velocities: usize) -> u64 {
+fn products_at_most(columns: &[Vec<usize>], velocities: usize) -> u64 {
     let mut knowing = vec![0_u64; velocities];
     columns.iter().flatten().for_each(|&column| knowing[column] += 1);
     knowing.iter().map(|k| k * k).sum()
@@ -112,8 +112,8 @@ pub fn bytes_needed(model: &impl MechanicalModel, law: ContactLaw, by_active_set
         None => (0, contacts + joints),
     };
     if kept.few_meet(size.velocities) {
-        let meetings = kept.contacts.as_ref().map_or(0, |columns| meetings_at_most(columns, size.velocities));
-        return of_joints + (size.unilateral as u64 * PER_CONTACT).max(meetings * PER_MEETING);
+        let products = kept.contacts.as_ref().map_or(0, |columns| products_at_most(columns, size.velocities));
+        return of_joints + (size.unilateral as u64 * PER_CONTACT).max(products * PER_PRODUCT);
     }
     of_joints + 8 * rows * (SQUARES * rows + WIDE * velocities)
 }

@@ -6,7 +6,7 @@
 mod contact_stepper;
 mod cubic;
 mod energy_ledger;
-mod kink_finder;
+mod jump_finder;
 mod mechanical_model;
 mod memory;
 mod monolithic;

@@ -4,7 +4,7 @@ use super::contact_stepper::{
     CONTACT_OBSERVABLES, ContactLaw, ContactStepper, Friction, ImplicitPart, friction_observables,
 };
 use super::energy_ledger::EnergyLedger;
-use super::kink_finder::KinkFinder;
+use super::jump_finder::JumpFinder;
 use super::mechanical_model::MechanicalModel;
 use super::memory::empty_equations;
 use super::second_order::{Excitation, SecondOrderSteps};
@@ -29,8 +29,8 @@ pub struct NonSmoothMechanics<M> {
     pub(super) stepper: ContactStepper,
     /// Where steps are of the second order.
     second_order: Option<Box<SecondOrderSteps>>,
-    /// Where the geometry has kinks.
-    kinks: Option<Box<KinkFinder>>,
+    /// Where the geometry has acceleration_jumps.
+    acceleration_jumps: Option<Box<JumpFinder>>,
     ports: Ports,
     observables: Vec<Name>,
     /// How many of them are the model's own, gaps, contact forces.
@@ -57,7 +57,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 solver,
             ),
             second_order: None,
-            kinks: KinkFinder::of(&model),
+            acceleration_jumps: JumpFinder::of(&model),
             ports,
             parts: [parts[0].len(), parts[1].len(), parts[2].len()],
             observables: parts.into_iter().flatten().chain(CONTACT_OBSERVABLES.map(Name::from)).collect(),
@@ -232,18 +232,19 @@ impl<M: MechanicalModel + Clone + 'static> Subsystem for NonSmoothMechanics<M> {
 impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
     fn empty_interface_model(&mut self) -> Option<ReducedInterfaceModel> {
         let mut model = self.stepper.empty_model();
-        model.kinks = AccelerationJumps::with_room(self.model.switches(), model.interface_start() + model.interface());
+        model.acceleration_jumps =
+            AccelerationJumps::with_room(self.model.switches(), model.interface_start() + model.interface());
         Some(model)
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
         self.find_stiff_forces_here();
         self.stepper.interface_model(h, model)?;
-        if model.kinks.requested
-            && let Some(finder) = &mut self.kinks
+        if model.acceleration_jumps.requested
+            && let Some(finder) = &mut self.acceleration_jumps
         {
             let ContactStepper { q, v, .. } = &self.stepper;
-            finder.find(&mut self.model, (q, v), &mut model.kinks);
+            finder.find(&mut self.model, (q, v), &mut model.acceleration_jumps);
         }
         Ok(true)
     }

@@ -94,7 +94,7 @@ impl CoulombContacts {
         b: &[f64],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
-        let problem = FrictionProblem { h: model.h_uu(), b, friction: &self.friction };
+        let problem = FrictionProblem::with_friction(model.h_uu(), b, &self.friction);
         // Coefficients that change make another problem of the same matrix.
         let same = !changed && self.stiction.is_none();
         if same { self.solver.solve_again(problem, impulses) } else { self.solver.solve(problem, impulses) }

@@ -117,7 +117,7 @@ impl SchemeEntry {
         let options = options.unwrap_or(&usual);
         let detection = self.detection(options.detection)?;
         if let Some(model) = &mut attachments.interface_model {
-            model.kinks.requested = options.motion == ModelMotion::Piecewise;
+            model.acceleration_jumps.requested = options.motion == ModelMotion::Piecewise;
         }
         let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
         if let Some(ModelConstruction { empty, options, .. }) = model {

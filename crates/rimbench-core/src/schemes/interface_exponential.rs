@@ -118,7 +118,7 @@ impl InterfaceExponential {
     }
 
     /// Brings the prediction of one side to a micro step and writes its polynomials.
-    fn follow(&mut self, side: Side, at: MicroStep) {
+    fn track(&mut self, side: Side, at: MicroStep) {
         let Follower { flow, index, state, rate, rows } = &mut self.followers[side];
         if at.index == 0 {
             flow.prepare(&self.generator, &self.constant, at.length);
@@ -169,7 +169,7 @@ impl CouplingScheme for InterfaceExponential {
             self.interpolated.mean(at, u);
             return Ok(());
         }
-        self.follow(to, at);
+        self.track(to, at);
         let (m, h) = (self.force.len(), at.length);
         let mean = |[c0, c1, c2, c3]: Cubic| c0 + h * (0.5 * c1 + h * (c2 / 3.0 + 0.25 * h * c3));
         let rows = &self.followers[to].rows;

@@ -92,10 +92,10 @@ impl MovingModel {
     fn pass_kinks(&mut self, at: MicroStep) -> bool {
         let (start, end) = (at.since_exchange, at.since_exchange + at.length);
         let near = |time: f64| time < end && time > start - 1.5 * at.length;
-        let passes = self.received.kinks.iter().any(|(time, _)| near(time));
+        let passes = self.received.acceleration_jumps.iter().any(|(time, _)| near(time));
         if passes {
             self.current.a.copy_from_slice(&self.received.a);
-            for (time, jumps) in self.received.kinks.iter().filter(|(time, _)| *time < end) {
+            for (time, jumps) in self.received.acceleration_jumps.iter().filter(|(time, _)| *time < end) {
                 let share = ((end - time) / at.length).min(1.0);
                 for (a, jump) in self.current.a.iter_mut().zip(jumps) {
                     *a += share * jump;

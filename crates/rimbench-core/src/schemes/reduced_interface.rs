@@ -179,7 +179,7 @@ impl CouplingScheme for ReducedInterface {
         Ok(())
     }
 
-    fn follow(&mut self, feedthrough: &[f64]) -> Result<(), Failure> {
+    fn receive_feedthrough(&mut self, feedthrough: &[f64]) -> Result<(), Failure> {
         if self.feedthrough.set(feedthrough, self.micro_step) { self.discretise() } else { Ok(()) }
     }
 

@@ -90,7 +90,7 @@ pub struct FrictionalProblem {
 impl FrictionalProblem {
     /// The problem as solvers take it.
     pub fn problem(&self) -> FrictionProblem<'_> {
-        FrictionProblem { h: &self.h, b: &self.b, friction: &self.friction }
+        FrictionProblem::with_friction(&self.h, &self.b, &self.friction)
     }
 }
 

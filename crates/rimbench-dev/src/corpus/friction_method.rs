@@ -4,7 +4,7 @@ use super::contact_problem::{Corpus, FrictionalProblem};
 use rimbench_core::complementarity::{SolveStats, Unsolved};
 use rimbench_core::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
-    FrictionSolver, natural_residual,
+    FrictionSolver,
 };
 use rimbench_core::name::{Name, by_name};
 
@@ -111,7 +111,7 @@ impl BareFriction {
             Method::Lemke(solver) => solver.attempt(problem, states, p),
             Method::Sweeps | Method::InTurn(_) => ContactSweeps.attempt(problem, wanted, states, p),
         };
-        let residual = natural_residual(problem, p);
+        let residual = problem.natural_residual(p);
         match attempted {
             // Sweeps that stop above what they were asked for may be good enough.
             Err(Unsolved::NotFound { .. }) if residual <= FrictionMethod::TOLERANCE => {

@@ -201,7 +201,7 @@ fn stretches_of(spec: &RunSpec, source: &str, mechanics_solvers: usize, budget: 
 }
 
 fn problem_of(lcp: Lcp<'_>) -> ContactProblem {
-    ContactProblem { m: lcp.m.into(), q: lcp.q.to_vec() }
+    ContactProblem { m: lcp.h().into(), q: lcp.b.to_vec() }
 }
 
 /// The same with friction, where a change is one of states.

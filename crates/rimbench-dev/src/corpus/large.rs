@@ -4,7 +4,7 @@ use crate::panel::Clarabel;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, simulate};
 use rimbench_core::complementarity::{
-    ComplementaritySolver, Lcp, Solver, SolverEntry, SparseActiveSet, Unsolved, natural_residual,
+    ComplementaritySolver, Lcp, Solver, SolverEntry, SparseActiveSet, SparseLcp, Unsolved,
 };
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
@@ -95,7 +95,7 @@ impl LargeCorpus {
         let forces: Vec<f64> = run.trajectory.column(column).collect();
         let mut mechanics = (spec.case.build)(&spec.parameters, &spec.solver)?.sides.mechanics;
         let mut model = mechanics.capabilities().empty_interface_model().ok_or_else(|| refused("has no model"))?;
-        let pattern = model.meeting().cloned().ok_or_else(|| refused("keeps every entry of its matrices"))?;
+        let pattern = model.delassus_pattern().cloned().ok_or_else(|| refused("keeps every entry of its matrices"))?;
         let steps = (spec.macro_step / spec.micro_step).round().max(1.0);
         let (h, steps) = (spec.macro_step / steps, steps as usize);
         let every = forces.len().div_ceil(STRETCHES).max(1);
@@ -217,7 +217,7 @@ impl Running {
         let stats = match self {
             Running::Sparse(solver) => {
                 solver.forget_matrix();
-                solver.solve(rows, q, z)?
+                solver.solve(SparseLcp::by_pattern(rows, q), z)?
             }
             Running::SparseClarabel(solver) => solver.attempt_rows(rows, q, z)?,
             Running::Dense(solver) => solver.attempt(Lcp::new(dense, q), z)?,
@@ -295,7 +295,7 @@ pub fn replay_large(
                     // The longest is also that of an answer that was none.
                     replay.longest_ns = replay.longest_ns.max(time);
                     let whole = if wants { dense.clone() } else { problem.dense(&corpus.pattern) };
-                    let residual = natural_residual(Lcp::new(&whole, &problem.q), &z);
+                    let residual = Lcp::new(&whole, &problem.q).natural_residual(&z);
                     let Ok(pivots) = found else { continue };
                     replay.pivots += u64::from(pivots);
                     if residual > contestant.tolerance() {

@@ -84,7 +84,7 @@ mod tests {
     fn every_problem_is_reported_with_its_solver() {
         let seen = Arc::new(Mutex::new(Vec::new()));
         let log = Arc::clone(&seen);
-        let (entry, built) = recording(move |solver, lcp, z| log.lock().unwrap().push((solver, lcp.q[0], z[0])));
+        let (entry, built) = recording(move |solver, lcp, z| log.lock().unwrap().push((solver, lcp.b[0], z[0])));
         let (mut first, mut second) = (entry.checked(1), entry.checked(1));
         let mut z = [0.0];
         second.solve(Lcp::new(&[2.0], &[-1.0]), &mut z).unwrap();

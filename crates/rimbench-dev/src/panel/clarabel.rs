@@ -179,11 +179,11 @@ impl ComplementaritySolver for Clarabel {
             return Ok(SolveStats::default());
         }
         lcp.require_finite_matrix()?;
-        let (scale, unit) = scaling(lcp.m.iter().step_by(n + 1).copied(), lcp.q);
+        let (scale, unit) = scaling(lcp.h().iter().step_by(n + 1).copied(), lcp.b);
         // M is symmetric, so column j of its upper triangle is the head of row j.
         let values = (0..n).flat_map(|j| (0..=j).map(move |i| (i, j)));
-        let values = values.map(|(i, j)| scale[i] * lcp.m[j * n + i] * scale[j]).collect();
-        self.solve_program((None, values), (&scale, unit), lcp.q, z)
+        let values = values.map(|(i, j)| scale[i] * lcp.h()[j * n + i] * scale[j]).collect();
+        self.solve_program((None, values), (&scale, unit), lcp.b, z)
     }
 
     fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
@@ -194,7 +194,6 @@ impl ComplementaritySolver for Clarabel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rimbench_core::complementarity::natural_residual;
 
     /// Two bodies apart; the second contact is degenerate if nothing moves it (`q_2 = 0`).
     #[test]
@@ -207,7 +206,7 @@ mod tests {
                 let asked = DefaultSettings { tol_gap_abs: gap, ..settings() };
                 solver.kept.as_mut().unwrap().2.update_settings(asked).unwrap();
                 solver.attempt(lcp, &mut z).unwrap();
-                natural_residual(lcp, &z)
+                lcp.natural_residual(&z)
             };
             let (degenerate, strict) = (residual([-1.0, 0.0]), residual([-1.0, 1.0]));
             assert!(degenerate <= gap.sqrt() && degenerate > 0.01 * gap.sqrt(), "{gap}: {degenerate}");

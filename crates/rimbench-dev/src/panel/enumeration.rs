@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved, natural_residual};
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 
 /// Largest `n` that is enumerated.
 pub const ENUMERATION_LIMIT: usize = 12;
@@ -49,16 +49,16 @@ impl ComplementaritySolver for Enumeration {
         if n > ENUMERATION_LIMIT {
             return Err(Unsolved::TooLarge { size: n });
         }
-        let scale: Vec<f64> = (0..n).map(|i| scale_of(lcp.m[i * n + i])).collect();
-        let mut least = natural_residual(lcp, z);
+        let scale: Vec<f64> = (0..n).map(|i| scale_of(lcp.h()[i * n + i])).collect();
+        let mut least = lcp.natural_residual(z);
         let mut proposal = vec![0.0; n];
         let mut stats = SolveStats { pivots: 1, ..SolveStats::default() };
         for members in 1_usize..1 << n {
             let set: Vec<usize> = (0..n).filter(|i| members >> i & 1 == 1).collect();
             let m_aa = DMatrix::from_fn(set.len(), set.len(), |r, c| {
-                scale[set[r]] * lcp.m[set[r] * n + set[c]] * scale[set[c]]
+                scale[set[r]] * lcp.h()[set[r] * n + set[c]] * scale[set[c]]
             });
-            let minus_q = DVector::from_fn(set.len(), |r, _| -scale[set[r]] * lcp.q[set[r]]);
+            let minus_q = DVector::from_fn(set.len(), |r, _| -scale[set[r]] * lcp.b[set[r]]);
             stats.pivots += 1;
             stats.factorisations += 1;
             // An overflow of the scaling: nothing to be found here, and the decomposition might never end.
@@ -70,7 +70,7 @@ impl ComplementaritySolver for Enumeration {
             for (&i, z_i) in set.iter().zip(&z_a) {
                 proposal[i] = (scale[i] * z_i).max(0.0);
             }
-            let residual = natural_residual(lcp, &proposal);
+            let residual = lcp.natural_residual(&proposal);
             if residual < least {
                 least = residual;
                 z.copy_from_slice(&proposal);

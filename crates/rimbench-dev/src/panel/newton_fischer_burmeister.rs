@@ -98,14 +98,14 @@ impl NewtonFischerBurmeister {
     fn start(&mut self, lcp: Lcp<'_>) -> f64 {
         let n = self.n;
         for i in 0..n {
-            let m_ii = lcp.m[i * n + i];
+            let m_ii = lcp.h()[i * n + i];
             self.scale[i] = if m_ii > 0.0 { m_ii.sqrt().recip() } else { 1.0 };
         }
-        let q_max = (0..n).fold(f64::MIN_POSITIVE, |max, i| max.max((self.scale[i] * lcp.q[i]).abs()));
+        let q_max = (0..n).fold(f64::MIN_POSITIVE, |max, i| max.max((self.scale[i] * lcp.b[i]).abs()));
         for i in 0..n {
-            self.q[i] = self.scale[i] * lcp.q[i] / q_max;
+            self.q[i] = self.scale[i] * lcp.b[i] / q_max;
             for j in 0..n {
-                self.m[i * n + j] = self.scale[i] * lcp.m[i * n + j] * self.scale[j];
+                self.m[i * n + j] = self.scale[i] * lcp.h()[i * n + j] * self.scale[j];
             }
             self.x[i] = self.last[i] / (self.scale[i] * q_max);
         }

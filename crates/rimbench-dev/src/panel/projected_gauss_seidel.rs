@@ -15,7 +15,7 @@
 //! convergence for semidefinite `M`: Luo, Tseng, *On the convergence of a matrix splitting algorithm for the symmetric
 //! monotone linear complementarity problem*, SIAM J. Control Optim. 29 (1991).
 
-use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved, natural_residual};
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench_core::linear_algebra::{Buffer, dot};
 
 /// Residual at which [`Sweeps::UntilSolved`] stops, a tenth of what is accepted.
@@ -57,9 +57,9 @@ impl ProjectedGaussSeidel {
     fn sweep(&self, lcp: Lcp<'_>, z: &mut [f64]) {
         let n = z.len();
         for i in 0..n {
-            let row = &lcp.m[i * n..(i + 1) * n];
+            let row = &lcp.h()[i * n..(i + 1) * n];
             if row[i] > 0.0 {
-                z[i] = (z[i] - (dot(row, z) + lcp.q[i]) / row[i]).max(0.0);
+                z[i] = (z[i] - (dot(row, z) + lcp.b[i]) / row[i]).max(0.0);
             }
         }
     }
@@ -88,7 +88,7 @@ impl ComplementaritySolver for ProjectedGaussSeidel {
             self.sweep(lcp, z);
             stats.pivots += 1;
             let check = self.sweeps != Sweeps::Fixed(most) && stats.pivots.is_multiple_of(BETWEEN_CHECKS);
-            if check && natural_residual(lcp, z) <= ENOUGH {
+            if check && lcp.natural_residual(z) <= ENOUGH {
                 break;
             }
         }

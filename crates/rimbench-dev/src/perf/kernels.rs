@@ -238,7 +238,7 @@ fn friction(
         for problem in 0..problems {
             let scale = 1.0 + f64::from(problem % 8) / 64.0;
             b.iter_mut().zip(&velocities).for_each(|(b, v)| *b = scale * v);
-            let problem = FrictionProblem { h: black_box(&h), b: &b, friction: &model.friction };
+            let problem = FrictionProblem::with_friction(black_box(&h), &b, &model.friction);
             let stats = solve(problem, &mut solver, &mut lemke, &mut impulses).map_err(broken)?;
             problem.velocities(&impulses, &mut w);
             lcp.solves += 1;

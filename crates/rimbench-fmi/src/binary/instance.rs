@@ -233,8 +233,8 @@ impl Instance {
         let built = self.built()?;
         let model = built.model.as_mut().ok_or("no interface model is offered with these parameters")?;
         if !built.model_known || (kinks && !built.kinks_known) {
-            model.kinks.clear();
-            model.kinks.requested = kinks;
+            model.acceleration_jumps.clear();
+            model.acceleration_jumps.requested = kinks;
             let offered = built.subsystem.capabilities().interface_model(h, model);
             if !offered.map_err(|failure| failure.to_string())? {
                 return Err("no interface model is offered in this state".to_owned());
@@ -293,14 +293,15 @@ impl Instance {
                         Model::FrictionInMotion => put(model.stiction.map_or(0.0, |stiction| stiction.in_motion))?,
                         Model::TangentialRestitution => put(model.tangential_restitution)?,
                         Model::KinkTime => {
-                            let times = model.kinks.iter().map(|(time, _)| time).chain(std::iter::repeat(0.0));
-                            times.take(model.kinks.places()).try_for_each(&mut put)?;
+                            let times =
+                                model.acceleration_jumps.iter().map(|(time, _)| time).chain(std::iter::repeat(0.0));
+                            times.take(model.acceleration_jumps.places()).try_for_each(&mut put)?;
                         }
                         Model::KinkJump => {
-                            let jumps = model.kinks.iter().flat_map(|(_, jumps)| jumps).copied();
+                            let jumps = model.acceleration_jumps.iter().flat_map(|(_, jumps)| jumps).copied();
                             jumps
                                 .chain(std::iter::repeat(0.0))
-                                .take(model.kinks.places() * rows)
+                                .take(model.acceleration_jumps.places() * rows)
                                 .try_for_each(&mut put)?;
                         }
                         Model::AtBound | Model::State | Model::SolvedState | Model::KinkCount => {
@@ -345,7 +346,7 @@ impl Instance {
                 Kind::Model(Model::SolvedState) => {
                     found.extend(self.model(false)?.solved_states.iter().map(|state| i32::from(*state as u8)));
                 }
-                Kind::Model(Model::KinkCount) => found.push(self.model(true)?.kinks.iter().count() as i32),
+                Kind::Model(Model::KinkCount) => found.push(self.model(true)?.acceleration_jumps.iter().count() as i32),
                 _ => return Err(format!("value reference {reference} is no Int32")),
             }
         }

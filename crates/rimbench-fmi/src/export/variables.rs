@@ -224,7 +224,7 @@ impl Variables {
                 let about = "Interface model: states from which the next contact problem starts, numbered likewise";
                 put("rim.solved_state", Kind::Model(Model::SolvedState), "", about, &[contacts]);
             }
-            let places = model.kinks.places();
+            let places = model.acceleration_jumps.places();
             if places > 0 {
                 let about = "Interface model: how many kinks of the geometry lie ahead";
                 put("rim.kink_count", Kind::Model(Model::KinkCount), "", about, &[]);

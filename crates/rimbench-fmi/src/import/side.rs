@@ -45,7 +45,7 @@ impl ModelSize {
         } else {
             ReducedInterfaceModel::zeros(contacts, interface)
         };
-        empty.kinks = AccelerationJumps::with_room(kinks, empty.interface_start() + interface);
+        empty.acceleration_jumps = AccelerationJumps::with_room(kinks, empty.interface_start() + interface);
         empty
     }
 }
@@ -122,7 +122,7 @@ impl ImportedSide {
     pub(super) fn with_smooth_model(self, interface: usize) -> Self {
         let mut side = self;
         let empty = side.model.insert(ReducedInterfaceModel::zeros(0, interface));
-        (empty.smooth, empty.kinks.unknown) = (true, true);
+        (empty.smooth, empty.acceleration_jumps.unknown) = (true, true);
         side
     }
 
@@ -141,7 +141,7 @@ impl ImportedSide {
     fn fill(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), String> {
         self.input.clear();
         self.input.push(h);
-        if model.kinks.requested {
+        if model.acceleration_jumps.requested {
             self.input.push(1.0);
         }
         self.ask(Ask::Model)?;
@@ -182,15 +182,15 @@ impl ImportedSide {
                 }
             }
         }
-        if model.kinks.requested && model.kinks.places() > 0 {
-            let (places, count) = (model.kinks.places(), next(1)?[0]);
+        if model.acceleration_jumps.requested && model.acceleration_jumps.places() > 0 {
+            let (places, count) = (model.acceleration_jumps.places(), next(1)?[0]);
             let (times, jumps) = (next(places)?, next(places * n)?);
             if !(0.0..=places as f64).contains(&count) {
                 return Err(format!("its interface model has {count} kinks ahead, and room for {places}"));
             }
-            model.kinks.clear();
+            model.acceleration_jumps.clear();
             for (time, jumps) in times.iter().zip(jumps.chunks_exact(n)).take(count as usize) {
-                model.kinks.add(*time).copy_from_slice(jumps);
+                model.acceleration_jumps.add(*time).copy_from_slice(jumps);
             }
         }
         model.mechanics_step = h;

@@ -14,7 +14,7 @@ impl ActiveSet {
     /// Removes the member at `position`.
     fn drop_member(&mut self, position: usize) {
         self.factor.remove(position);
-        self.inside[self.set[position]] = false;
+        self.is_active[self.set[position]] = false;
         self.set.copy_within(position + 1..self.len, position);
         self.z_a.copy_within(position + 1..self.len, position);
         self.len -= 1;
@@ -28,14 +28,14 @@ impl ActiveSet {
         loop {
             let z_a = &mut self.z_a[..self.len];
             for (z, &i) in z_a.iter_mut().zip(&self.set[..]) {
-                *z = -lcp.q[i];
+                *z = -lcp.b[i];
             }
             self.factor.solve(z_a);
             let (mut worst, mut position) = (0.0, None);
             for (k, &z) in z_a.iter().enumerate() {
                 if z < 0.0 {
                     let i = self.set[k];
-                    let score = z * z * lcp.m[i * self.n + i];
+                    let score = z * z * lcp.h()[i * self.n + i];
                     if position.is_none() || score > worst {
                         (worst, position) = (score, Some(k));
                     }
@@ -53,7 +53,7 @@ impl ActiveSet {
     fn most_violated(&mut self, lcp: Lcp<'_>, negligible: f64, bland: bool) -> Option<usize> {
         let n = self.n;
         let w = &mut self.w[..n];
-        w.copy_from_slice(lcp.q);
+        w.copy_from_slice(lcp.b);
         for (&z, &a) in self.z_a[..self.len].iter().zip(&self.set[..]) {
             if self.rows_read && self.rows.holds() {
                 for (j, m) in self.rows.row(a) {
@@ -61,21 +61,21 @@ impl ActiveSet {
                 }
                 continue;
             }
-            for (w, m) in w.iter_mut().zip(&lcp.m[a * n..(a + 1) * n]) {
+            for (w, m) in w.iter_mut().zip(&lcp.h()[a * n..(a + 1) * n]) {
                 *w += m * z;
             }
         }
         let mut best: Option<usize> = None;
         for j in 0..n {
-            if self.w[j] >= -negligible || self.inside[j] {
+            if self.w[j] >= -negligible || self.is_active[j] {
                 continue;
             }
-            let row = &lcp.m[j * n..(j + 1) * n];
+            let row = &lcp.h()[j * n..(j + 1) * n];
             let summed: f64 = self.active_set().iter().zip(&self.z_a[..]).map(|(&a, z)| row[a].abs() * z).sum();
             if self.w[j] >= -negligible - 16.0 * f64::EPSILON * summed {
                 continue;
             }
-            let better = best.is_none_or(|b| self.w[j].powi(2) * lcp.m[b * n + b] > self.w[b].powi(2) * row[j]);
+            let better = best.is_none_or(|b| self.w[j].powi(2) * lcp.h()[b * n + b] > self.w[b].powi(2) * row[j]);
             if better {
                 best = Some(j);
             }
@@ -88,18 +88,18 @@ impl ActiveSet {
 
     /// Raises `z_j` until `w_j = 0`, removing the members that reach zero on the way.
     fn drive(&mut self, lcp: Lcp<'_>, j: usize, pivots: &mut u32, bound: u32) -> Drive {
-        let (n, m_jj) = (self.n, lcp.m[j * self.n + j]);
+        let (n, m_jj) = (self.n, lcp.h()[j * self.n + j]);
         let (mut z_j, mut w_j) = (0.0, self.w[j]);
         loop {
             let len = self.len;
-            let d = self.factor.border(lcp.m, &self.set[..len], j);
+            let d = self.factor.border(lcp.h(), &self.set[..len], j);
             self.factor.direction(&mut self.p[..len]);
             let independent = d > DEPENDENT * m_jj;
             let mut t = if independent { -w_j / d } else { f64::INFINITY };
             let mut blocking = None;
             for k in 0..len {
                 let (p, a) = (self.p[k], self.set[k]);
-                if p > 0.0 && p * p * lcp.m[a * n + a] > NO_MOTION * m_jj && self.z_a[k] < t * p {
+                if p > 0.0 && p * p * lcp.h()[a * n + a] > NO_MOTION * m_jj && self.z_a[k] < t * p {
                     (t, blocking) = (self.z_a[k] / p, Some(k));
                 }
             }
@@ -123,7 +123,7 @@ impl ActiveSet {
                     self.factor.push(d);
                     self.set[len] = j;
                     self.z_a[len] = z_j;
-                    self.inside[j] = true;
+                    self.is_active[j] = true;
                     self.len += 1;
                     self.age = self.age.map(|age| age + 1);
                     return Drive::Completed;
@@ -140,7 +140,7 @@ impl ActiveSet {
         mut stats: SolveStats,
     ) -> Result<SolveStats, Unsolved> {
         let n = self.n;
-        let q_max = lcp.q.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
+        let q_max = lcp.b.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
         let (bland_after, bound) = (10 + 5 * n as u32, 50 * n as u32 + (1 << n.min(12)));
         loop {
             stats.pivots += self.make_feasible(lcp);

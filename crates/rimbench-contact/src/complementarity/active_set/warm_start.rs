@@ -22,7 +22,7 @@ impl ActiveSet {
     /// of [`Factor`](crate::linear_algebra::Factor) in the same order, so the digits are too.
     #[inline(always)]
     pub(super) fn solve_few(&self, lcp: Lcp<'_>, z: &mut [f64]) -> WarmStart {
-        let Lcp { m, q, .. } = lcp;
+        let (m, q) = (lcp.h(), lcp.b);
         match q.len() {
             0 => WarmStart::Zero,
             1 => self.of_size::<1>(m, q, z),
@@ -76,9 +76,9 @@ impl ActiveSet {
         }
         let q_max = q.iter().fold(0.0, |max: f64, q| if q.abs() > max { q.abs() } else { max });
         let mut holds = z_a.iter().fold(true, |pushes, z| pushes & (*z >= 0.0));
-        for (w, inside) in w.iter().zip(self.inside.first_chunk::<N>()?) {
+        for (w, is_active) in w.iter().zip(self.is_active.first_chunk::<N>()?) {
             // Members have w = 0 up to rounding.
-            holds &= inside | (*w >= -NEGLIGIBLE * q_max);
+            holds &= is_active | (*w >= -NEGLIGIBLE * q_max);
         }
         if !holds {
             return None;

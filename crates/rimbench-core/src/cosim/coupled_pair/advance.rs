@@ -76,7 +76,7 @@ impl CoupledPair<'_> {
                         return Err(Cause::NotOffered { what: NO_OUTPUT_RATES }.into());
                     }
                     rates.advance(0.5 * at.length, own);
-                    scheme.follow(&rates.feedthrough)?;
+                    scheme.receive_feedthrough(&rates.feedthrough)?;
                 }
             }
             scheme.input(Side::Actuator, at, own, u)?;

@@ -97,7 +97,7 @@ impl CoulombStep {
     ) -> Result<(), Failure> {
         self.problem.pose(terms, forces);
         let DenseProblem { h, b, w } = &mut self.problem;
-        let problem = FrictionProblem { h, b, friction: &self.friction };
+        let problem = FrictionProblem::with_friction(h, b, &self.friction);
         let solved = self.solver.solve(problem, impulses);
         problem.velocities(impulses, w);
         if let (Some(stiction), Solved::Velocity) = (self.law.stiction(), terms.solved) {
@@ -113,7 +113,7 @@ impl CoulombStep {
 
     /// Solves a trial with the right-hand side `b`, which leaves coefficients as they are; writes its velocities as well.
     pub(super) fn try_solve(&mut self, b: &[f64], impulses: &mut [f64], velocities: &mut [f64]) -> Result<(), Failure> {
-        let problem = FrictionProblem { h: &self.problem.h, b, friction: &self.friction };
+        let problem = FrictionProblem::with_friction(&self.problem.h, b, &self.friction);
         self.solver.solve(problem, impulses)?;
         problem.velocities(impulses, velocities);
         Ok(())

@@ -51,7 +51,7 @@ pub(in crate::mechanics) struct MidpointStep<'a> {
     /// Its length, s.
     pub(in crate::mechanics) h: f64,
     /// The rate at which joint errors decay, 1/s.
-    pub(in crate::mechanics) drift: f64,
+    pub(in crate::mechanics) stabilisation_rate: f64,
     /// The velocity at which the forces of Eq. 3 are taken.
     pub(in crate::mechanics) v_m: &'a [f64],
     /// Mean interface forces, N.
@@ -66,7 +66,7 @@ impl ContactStepper {
     /// ```text
     /// v⁺ = v̂ + h α + G (A_uᵀ P_u + A_iᵀ h λ)      M, f, A at the middle       q⁺ = q + ½h (v + v⁺)
     /// 0 ≤ A_u v⁺ + ½h Ȧ_u v + term ⟂ P_u ≥ 0      for the contacts of `set`
-    /// A_b v⁺ + ½h Ȧ_b v + drift g_b = 0
+    /// A_b v⁺ + ½h Ȧ_b v + stabilisation_rate g_b = 0
     /// ```
     /// Eq. 3 must be that of the middle, its convective terms halved, with the joint errors of the start. Stiff forces are taken
     /// implicitly ([`ImplicitPart`](super::ImplicitPart)). With moments κ the position follows from the velocity `v′` that impulses
@@ -98,8 +98,8 @@ impl ContactStepper {
 
     /// Finds velocity and impulses at the end of the step.
     fn solve_middle(&mut self, step: MidpointStep<'_>, set: &mut ActiveProblem) -> Result<(), Failure> {
-        let MidpointStep { h, drift, force, moment, .. } = step;
-        self.elimination.reduce(&self.eq3, &self.v, h, drift * h, &mut self.eq4)?;
+        let MidpointStep { h, stabilisation_rate, force, moment, .. } = step;
+        self.elimination.reduce(&self.eq3, &self.v, h, stabilisation_rate * h, &mut self.eq4)?;
         self.counters.eliminations += 1;
         let n_u = self.eq4.contacts();
         if let Some(moment) = moment {

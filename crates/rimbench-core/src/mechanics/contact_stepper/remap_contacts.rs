@@ -20,13 +20,13 @@ impl ContactStepper {
             // What a row no longer knows must be zero.
             None => self.eq3.unilateral = Rows::zeros(rows, velocities),
         }
-        let pattern = Elimination::meeting(&self.eq3);
-        self.elimination = Elimination::with_meeting(&self.eq3, pattern.as_deref());
+        let pattern = Elimination::delassus_pattern(&self.eq3);
+        self.elimination = Elimination::with_pattern(&self.eq3, pattern.as_deref());
         if let StepContacts::Sparse { solver, .. } = &mut self.contacts {
             let few = "contacts that are listed anew meet so often that there is no room for them";
             let pattern = pattern.ok_or_else(|| Failure::reported(few))?;
             solver.change_pattern(&pattern);
-            self.eq4.set_meeting(pattern);
+            self.eq4.set_delassus_pattern(pattern);
         }
         self.eq4.count_version();
         self.forget_reduction();

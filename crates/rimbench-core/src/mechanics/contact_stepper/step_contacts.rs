@@ -8,7 +8,9 @@ use super::coulomb::CoulombStep;
 use super::{ContactLaw, Rebounding};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
-use rimbench_contact::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet};
+use rimbench_contact::complementarity::{
+    Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet, SparseLcp,
+};
 use rimbench_contact::contact_law::{Solved, gap_velocity};
 use rimbench_contact::linear_algebra::{SymmetricPattern, body_dot};
 
@@ -138,7 +140,8 @@ impl StepContacts {
                     b.iter_mut().zip(column).for_each(|(b, h)| *b += h * force);
                 }
                 solver.forget_matrix();
-                solver.solve(terms.eq4.contact_rows().expect("Eq. 4 is sparse"), b, impulses)?;
+                let rows = terms.eq4.contact_rows().expect("Eq. 4 is sparse");
+                solver.solve(SparseLcp::by_pattern(rows, b), impulses)?;
             }
             StepContacts::Coulomb(contacts) => contacts.solve(terms, impulses, forces)?,
         }
@@ -173,7 +176,8 @@ impl StepContacts {
                 }
             }
             StepContacts::Sparse { solver, .. } => {
-                solver.solve(eq4.contact_rows().expect("Eq. 4 is sparse"), b, impulses)?;
+                let rows = eq4.contact_rows().expect("Eq. 4 is sparse");
+                solver.solve(SparseLcp::by_pattern(rows, b), impulses)?;
                 velocities.copy_from_slice(solver.velocities());
             }
             StepContacts::Coulomb(contacts) => contacts.try_solve(b, impulses, velocities)?,

@@ -189,13 +189,13 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         self.linearise_at(q_m, v_m);
         self.find_stiff_forces(q_m, v_m);
         let stabilisation = self.stepper.stabilisation();
-        // However short a piece is, a drift decays as slowly as in the whole step: a piece of a nanosecond would make metres per
+        // However short a piece is, a stabilisation_rate decays as slowly as in the whole step: a piece of a nanosecond would make metres per
         // second of a nanometre.
-        let drift = stabilisation / *length;
+        let stabilisation_rate = stabilisation / *length;
         set.clear();
         for (contact, &gap) in start.gap.iter().enumerate() {
             match law {
-                SubStepContacts::Resting if resting[contact] => set.push(contact, drift * gap),
+                SubStepContacts::Resting if resting[contact] => set.push(contact, stabilisation_rate * gap),
                 SubStepContacts::Resting => {}
                 SubStepContacts::Gap => set.push(contact, gap_velocity(gap, h, h, stabilisation)),
             }
@@ -207,7 +207,8 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         eq3.bilateral.position.copy_from_slice(&start.joint_error);
         let turned = self.stepper.kinetic_energy() - before;
         let moment = joint.moment_known.then_some(&joint.moment[..]);
-        self.stepper.advance_from_middle(MidpointStep { h, drift, v_m, force: &joint.force, moment }, set)?;
+        self.stepper
+            .advance_from_middle(MidpointStep { h, stabilisation_rate, v_m, force: &joint.force, moment }, set)?;
         let rows = &self.stepper.eq3.unilateral;
         for (contact, w) in row_velocity.iter_mut().enumerate() {
             *w = rows.velocity(contact, &self.stepper.v) + h * rows.convective[contact];

@@ -5,7 +5,9 @@ use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::affine_step::{ActiveSetFactor, DenseFactor, ModeFactor, SparseSetFactor};
-use rimbench_contact::complementarity::{Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet};
+use rimbench_contact::complementarity::{
+    Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet, SparseLcp,
+};
 
 /// A solver of `w⁺ = H P + b`, `K ∋ P ⟂ w⁺ ∈ K*`; it determines the cone K and the form of H.
 pub(crate) trait ContactSolver: Clone {
@@ -104,7 +106,7 @@ impl ContactSolver for SparseActiveSet {
             // Macro steps begin alike: with penetrations, and with the force of the point itself.
             self.start_series();
         }
-        self.solve(rows, b, impulses)?;
+        self.solve(SparseLcp::by_pattern(rows, b), impulses)?;
         Ok(())
     }
 

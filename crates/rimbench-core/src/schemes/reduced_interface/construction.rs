@@ -101,13 +101,13 @@ fn model_contacts(
     let affine = is_affine(contacts, empty, options);
     // The set is all contacts, and the model has no more of them than its pattern.
     let all = matches!(detection, None | Some(ContactDetection::MechanicsLaw));
-    if let Some(pattern) = empty.meeting().filter(|_| affine && all) {
+    if let Some(pattern) = empty.delassus_pattern().filter(|_| affine && all) {
         let solver = SparseActiveSet::new(pattern, options.solver.tolerance);
         let step = AffineStep::new(n_u, n_i, SparseSetFactor::new(solver.factor(), n_u, n_i));
         let contacts = Complementarity::new(solver, Some(step), empty);
         return Ok((ModelContacts::Sparse(Box::new(contacts)), DiscretisedModel::by_pattern(pattern.clone(), n_i)));
     }
-    if empty.meeting().is_some() {
+    if empty.delassus_pattern().is_some() {
         must_hold_every_entry(n_u, MEMORY_LIMIT)?;
     }
     let solved = if contacts.are_bilateral() {

@@ -111,8 +111,8 @@ fn accelerations_must_jump_at_a_kink_and_by_the_share_of_the_step_behind_it() {
     let mut model = ReducedInterfaceModel::zeros(1, 1);
     model.h.copy_from_slice(&[1.0, 0.5, 0.5, 1.0]);
     model.a.copy_from_slice(&[-1.0, 0.0]);
-    model.kinks = crate::interface_model::AccelerationJumps::with_room(1, 2);
-    model.kinks.add(1.25e-3).copy_from_slice(&[0.8, 0.0]);
+    model.acceleration_jumps = crate::interface_model::AccelerationJumps::with_room(1, 2);
+    model.acceleration_jumps.add(1.25e-3).copy_from_slice(&[0.8, 0.0]);
     let velocities = |motion| {
         let mut scheme = tracking(&model, motion);
         [0, 1, 2, 3].map(|index| micro_step(&mut scheme, index)[1])
@@ -135,8 +135,8 @@ fn accelerations_along_the_surface_must_jump_at_a_kink_like_those_off_it() {
     let mut model = ReducedInterfaceModel::zeros_with_friction(&[1.0], 1);
     model.h.copy_from_slice(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.5, 0.0, 0.5, 1.0]);
     model.a.copy_from_slice(&[-1.0, 0.5, 0.0]);
-    model.kinks = crate::interface_model::AccelerationJumps::with_room(1, 3);
-    model.kinks.add(1.25e-3).copy_from_slice(&[0.0, -0.4, 0.0]);
+    model.acceleration_jumps = crate::interface_model::AccelerationJumps::with_room(1, 3);
+    model.acceleration_jumps.add(1.25e-3).copy_from_slice(&[0.0, -0.4, 0.0]);
     let velocities = |motion| {
         let mut scheme = tracking(&model, motion);
         [0, 1, 2, 3].map(|index| micro_step(&mut scheme, index)[1])

@@ -9,18 +9,18 @@ const ASIDE: f64 = 1e-8;
 
 /// Room to evaluate the rows of a model where it is not yet.
 #[derive(Debug, Clone)]
-pub(super) struct KinkFinder {
+pub(super) struct JumpFinder {
     switches: Vec<[f64; 2]>,
     q: Vec<f64>,
     rows: [Rows; 3],
 }
 
-impl KinkFinder {
+impl JumpFinder {
     /// Makes room, if the model has switches.
     pub(super) fn of<M: MechanicalModel>(model: &M) -> Option<Box<Self>> {
         let (ModelSize { velocities: n, unilateral, interface, .. }, switches) = (model.size(), model.switches());
         (switches > 0).then(|| {
-            Box::new(KinkFinder {
+            Box::new(JumpFinder {
                 switches: vec![[0.0; 2]; switches],
                 q: vec![0.0; n],
                 rows: [unilateral, model.tangential_rows(), interface].map(|count| Rows::zeros(count, n)),
@@ -34,7 +34,7 @@ impl KinkFinder {
         &mut self,
         model: &mut M,
         (q, v): (&[f64], &[f64]),
-        kinks: &mut AccelerationJumps,
+        acceleration_jumps: &mut AccelerationJumps,
     ) {
         model.switch_values(q, v, &mut self.switches);
         let mut looked = false;
@@ -44,7 +44,7 @@ impl KinkFinder {
                 continue;
             }
             let (time, aside) = (-value / rate, (ASIDE / rate).abs());
-            let jumps = kinks.add(time);
+            let jumps = acceleration_jumps.add(time);
             for (time, sign) in [(time - aside, -1.0), (time + aside, 1.0)] {
                 for (at, (q, v)) in self.q.iter_mut().zip(q.iter().zip(v)) {
                     *at = q + time * v;

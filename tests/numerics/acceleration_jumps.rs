@@ -18,11 +18,12 @@ fn the_kink_of_a_road_lies_where_the_car_will_be_and_bends_the_gap_by_its_curvat
     let mut model = mechanics.empty_interface_model().unwrap();
     // Nobody asks.
     assert!(mechanics.interface_model(5e-3, &mut model).unwrap());
-    assert_eq!(model.kinks.iter().count(), 0);
+    assert_eq!(model.acceleration_jumps.iter().count(), 0);
     let quiet = model.clone();
-    model.kinks.requested = true;
+    model.acceleration_jumps.requested = true;
     assert!(mechanics.interface_model(5e-3, &mut model).unwrap());
-    let kinks: Vec<(f64, Vec<f64>)> = model.kinks.iter().map(|(time, jumps)| (time, jumps.to_vec())).collect();
+    let kinks: Vec<(f64, Vec<f64>)> =
+        model.acceleration_jumps.iter().map(|(time, jumps)| (time, jumps.to_vec())).collect();
     assert_eq!(kinks.len(), 2);
     let (start, speed) = (number("road_start_m"), number("speed_m_s"));
     let axles = number("front_axle_m") + number("rear_axle_m");
@@ -36,7 +37,7 @@ fn the_kink_of_a_road_lies_where_the_car_will_be_and_bends_the_gap_by_its_curvat
         assert!(jumps[1 - axle].abs() < 1.0001 * smooth && jumps[2..] == [0.0, 0.0], "{jumps:?}");
     }
     // The rest of the model is what it was, to the bit, and stays so.
-    model.kinks.clone_from(&quiet.kinks);
+    model.acceleration_jumps.clone_from(&quiet.acceleration_jumps);
     assert_eq!(model, quiet);
 }
 
@@ -89,9 +90,10 @@ fn a_kink_must_bend_each_row_by_its_own_curvature_with_friction_and_without() {
             mechanics = mechanics.with_friction(law).unwrap();
         }
         let mut model = mechanics.empty_interface_model().unwrap();
-        model.kinks.requested = true;
+        model.acceleration_jumps.requested = true;
         assert!(mechanics.interface_model(1e-3, &mut model).unwrap());
-        let kinks: Vec<(f64, Vec<f64>)> = model.kinks.iter().map(|(time, jumps)| (time, jumps.to_vec())).collect();
+        let kinks: Vec<(f64, Vec<f64>)> =
+            model.acceleration_jumps.iter().map(|(time, jumps)| (time, jumps.to_vec())).collect();
         assert_eq!(kinks.len(), 1);
         assert_relative_eq!(kinks[0].0, 0.75 / 0.5, max_relative = 1e-14);
         kinks[0].1.clone()

@@ -1,0 +1,245 @@
+//! One contact problem, and how far an answer is from solving it.
+
+use super::Unsolved;
+use super::{Cone, Coulomb, DelassusOperator, DenseDelassus, Signorini};
+use crate::linear_algebra::SymmetricRows;
+
+/// One problem `w = H P + b`, `K ∋ P ⟂ w ∈ K*`.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactProblem<'a, H, K> {
+    /// H, n×n, 1/kg.
+    pub delassus: H,
+    /// Velocities without contact impulses, with the terms of the contact law, length n, m/s.
+    pub b: &'a [f64],
+    /// K.
+    pub cone: K,
+}
+
+impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
+    /// Returns the number of contacts.
+    #[inline(always)]
+    pub fn contacts(&self) -> usize {
+        self.b.len() / K::ROWS
+    }
+
+    /// Returns `‖b‖_∞`, m/s.
+    #[inline(always)]
+    pub fn scale(&self) -> f64 {
+        self.b.iter().fold(0.0, |max: f64, b| if b.abs() > max { b.abs() } else { max })
+    }
+
+    /// Tells whether `P = 0` is a solution, that is `b_n ≥ 0`. Looks at `b` only.
+    ///
+    /// # Errors
+    /// [`Unsolved::NonFinite`] if `b` is not finite.
+    #[inline]
+    pub fn is_solved_by_zero(&self) -> Result<bool, Unsolved> {
+        let (mut finite, mut nonnegative) = (true, true);
+        let contacts = self.contacts();
+        for (row, b) in self.b.iter().enumerate() {
+            finite &= b.is_finite();
+            nonnegative &= *b >= 0.0 || row >= contacts;
+        }
+        if finite { Ok(nonnegative) } else { Err(Unsolved::NonFinite) }
+    }
+
+    /// Measures how far `P` is from solving the problem, in velocities relative to the largest entry of `b`.
+    ///
+    /// ```text
+    /// w = H P + b        r = max_c |natural map of contact c| / max(‖b‖_∞, tiny)
+    /// ```
+    /// `r = 0` if and only if `P` solves the problem exactly. The natural map of [`Signorini`] is `min(H_nn P_n, w_n)`; [`Coulomb`] adds
+    /// the distance of `P_t` from its projection. `H_nn P_n` is the velocity the impulse alone would cause, so every term is one: a change
+    /// of the unit of mass (`H → H/s`, `P → s P`) or of velocity leaves `r` unchanged, and a negative impulse, a penetrating velocity, an
+    /// impulse at an opening contact and friction along the motion count alike. A row with `H_ii ≤ 0` (in a semidefinite matrix a row of
+    /// zeros) is measured with the impulse itself.
+    ///
+    /// `w` is recomputed from `H`, `b` and `P`; nothing is taken from the solver. Anything that is not finite makes the result infinite.
+    ///
+    /// # Shapes and units
+    /// `impulses` n (N·s); returns a pure number.
+    /// # Panics
+    /// If the lengths do not fit.
+    /// # Source
+    /// Cottle, Pang, Stone, *The Linear Complementarity Problem* (1992), section 5.10 (`min(z, w)`); the weight `H_ii` is ours.
+    #[inline(always)]
+    pub fn natural_residual(&self, impulses: &[f64]) -> f64 {
+        assert!(
+            impulses.len() == self.b.len() && self.b.len() == self.delassus.size(),
+            "one impulse per row of H and b"
+        );
+        H::natural_residual(self, impulses)
+    }
+
+    /// Returns [`natural_residual`](Self::natural_residual) where the velocities `H P + b` are at hand.
+    #[inline(always)]
+    pub fn residual_of(&self, impulses: &[f64], velocity: impl Fn(usize) -> f64) -> f64 {
+        let violation = self.violation(impulses, velocity);
+        // ‖b‖_∞ may be infinite, too.
+        if violation.is_finite() { violation / self.scale().max(f64::MIN_POSITIVE) } else { f64::INFINITY }
+    }
+
+    /// Returns `r ‖b‖_∞`, m/s; infinite where something is not finite.
+    #[inline(always)]
+    pub(crate) fn violation(&self, impulses: &[f64], velocity: impl Fn(usize) -> f64) -> f64 {
+        let weight = |row: usize| {
+            let h = self.delassus.diagonal(row);
+            if h > 0.0 { h } else { 1.0 }
+        };
+        // Stays zero as long as every w is finite; a NaN anywhere in H, b or P reaches w.
+        let (mut worst, mut not_finite) = (0.0, 0.0);
+        for contact in 0..self.contacts() {
+            let violation = self.cone.violation(contact, self.contacts(), weight, impulses, &velocity);
+            not_finite += violation * 0.0;
+            worst = if violation > worst { violation } else { worst };
+        }
+        if not_finite == 0.0 { worst } else { f64::INFINITY }
+    }
+}
+
+impl<'a, K: Cone> ContactProblem<'a, DenseDelassus<'a>, K> {
+    /// Returns n.
+    ///
+    /// # Panics
+    /// If `H` is not `n×n`.
+    #[inline]
+    pub fn size(&self) -> usize {
+        let n = self.b.len();
+        assert_eq!(self.delassus.h.len(), n * n, "H is n×n and b has length n");
+        n
+    }
+
+    /// Returns the entries of H, row by row, 1/kg.
+    #[inline(always)]
+    pub const fn h(&self) -> &'a [f64] {
+        self.delassus.h
+    }
+
+    /// Checks every entry of `H`.
+    ///
+    /// # Errors
+    /// [`Unsolved::NonFinite`].
+    pub fn require_finite_matrix(&self) -> Result<(), Unsolved> {
+        if self.delassus.h.iter().all(|h| h.is_finite()) { Ok(()) } else { Err(Unsolved::NonFinite) }
+    }
+}
+
+impl<'a> ContactProblem<'a, DenseDelassus<'a>, Signorini> {
+    /// Poses a problem whose impulses are non-negative.
+    #[inline(always)]
+    pub const fn new(h: &'a [f64], b: &'a [f64]) -> Self {
+        ContactProblem { delassus: DenseDelassus { h, rows: b.len() }, b, cone: Signorini }
+    }
+}
+
+impl<'a> ContactProblem<'a, SymmetricRows<'a>, Signorini> {
+    /// Poses a problem whose matrix has a fixed pattern.
+    #[inline(always)]
+    pub const fn by_pattern(h: SymmetricRows<'a>, b: &'a [f64]) -> Self {
+        ContactProblem { delassus: h, b, cone: Signorini }
+    }
+}
+
+impl<'a> ContactProblem<'a, DenseDelassus<'a>, Coulomb<'a>> {
+    /// Poses a problem with friction: `h` is `[H_nn H_nt; H_tn H_tt]`, 2n×2n, `b` is `[b_n; b_t]`, and `friction` has a coefficient per
+    /// contact.
+    ///
+    /// # Panics
+    /// If the lengths do not fit.
+    #[inline(always)]
+    pub fn with_friction(h: &'a [f64], b: &'a [f64], friction: &'a [f64]) -> Self {
+        let rows = b.len();
+        assert_eq!((rows, h.len()), (2 * friction.len(), rows * rows), "b has length 2n, and H is 2n×2n");
+        ContactProblem { delassus: DenseDelassus { h, rows }, b, cone: Coulomb { friction } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const M: [f64; 4] = [2.0, 1.0, 1.0, 2.0];
+
+    fn residual(q: [f64; 2], z: [f64; 2]) -> f64 {
+        ContactProblem::new(&M, &q).natural_residual(&z)
+    }
+
+    #[test]
+    fn a_solution_has_residual_zero() {
+        assert_eq!(residual([-5.0, -6.0], [4.0 / 3.0, 7.0 / 3.0]), 0.0);
+        assert_eq!(residual([3.0, 0.0], [0.0, 0.0]), 0.0);
+        assert_eq!(ContactProblem::new(&[], &[]).natural_residual(&[]), 0.0);
+    }
+
+    #[test]
+    fn each_kind_of_violation_counts_in_velocities() {
+        assert_eq!(residual([-4.0, 1.0], [0.0, 0.0]), 1.0, "penetrating velocity");
+        assert_eq!(residual([4.0, 8.0], [-1.0, 0.0]), 2.0 / 8.0, "pulling impulse");
+        assert_eq!(residual([4.0, 8.0], [0.5, 0.0]), 1.0 / 8.0, "impulse at an opening contact");
+    }
+
+    #[test]
+    fn the_unit_of_mass_does_not_matter() {
+        let (q, z) = ([-5.0, 1.0], [2.0, 0.5]);
+        let heavy: Vec<f64> = M.iter().map(|m| m / 1024.0).collect();
+        let scaled = ContactProblem::new(&heavy, &q).natural_residual(&z.map(|z| z * 1024.0));
+        assert_eq!(scaled, residual(q, z));
+    }
+
+    #[test]
+    fn whatever_is_not_finite_is_infinitely_wrong() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(residual([bad, 1.0], [0.0, 0.0]), f64::INFINITY);
+            assert_eq!(residual([1.0, 1.0], [0.0, bad]), f64::INFINITY);
+            let m = [2.0, bad, bad, 2.0];
+            assert_eq!(ContactProblem::new(&m, &[1.0, 1.0]).natural_residual(&[0.0, 0.0]), f64::INFINITY);
+        }
+    }
+
+    #[test]
+    fn a_row_of_zeros_is_measured_with_its_impulse() {
+        let lcp = ContactProblem::new(&[0.0], &[1.0]);
+        assert_eq!(lcp.natural_residual(&[0.0]), 0.0);
+        assert_eq!(lcp.natural_residual(&[-0.5]), 0.5);
+    }
+
+    /// A point of 0.5 kg.
+    const POINT: [f64; 4] = [2.0, 0.0, 0.0, 2.0];
+
+    fn with_friction(b: [f64; 2], p: [f64; 2]) -> f64 {
+        ContactProblem::with_friction(&POINT, &b, &[0.5]).natural_residual(&p)
+    }
+
+    #[test]
+    fn with_friction_a_solution_has_residual_zero_in_every_state() {
+        assert_eq!(with_friction([1.0, 8.0], [0.0, 0.0]), 0.0, "open");
+        assert_eq!(with_friction([-4.0, 1.0], [2.0, -0.5]), 0.0, "stick");
+        assert_eq!(with_friction([-4.0, 8.0], [2.0, -1.0]), 0.0, "slip forwards");
+        assert_eq!(with_friction([-4.0, -8.0], [2.0, 1.0]), 0.0, "slip backwards");
+        assert_eq!(ContactProblem::with_friction(&[], &[], &[]).natural_residual(&[]), 0.0);
+    }
+
+    #[test]
+    fn with_friction_each_kind_of_violation_counts_in_velocities() {
+        assert_eq!(with_friction([-4.0, 0.0], [0.0, 0.0]), 1.0, "penetrating velocity");
+        assert_eq!(with_friction([4.0, 0.0], [-1.0, 0.0]), 2.0 / 4.0, "pulling impulse");
+        assert_eq!(
+            with_friction([-4.0, 1.0], [2.0, 0.0]),
+            1.0 / 4.0,
+            "slides without friction although it would stick"
+        );
+        assert_eq!(with_friction([-4.0, 8.0], [2.0, -2.0]), 2.0 / 8.0, "friction beyond its cone");
+        assert_eq!(with_friction([-4.0, 8.0], [2.0, 1.0]), 4.0 / 8.0, "friction along the motion");
+        assert_eq!(with_friction([4.0, 8.0], [0.0, -1.0]), 2.0 / 8.0, "friction at an open contact");
+    }
+
+    #[test]
+    fn with_friction_whatever_is_not_finite_is_infinitely_wrong() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(with_friction([bad, 1.0], [0.0, 0.0]), f64::INFINITY);
+            assert_eq!(with_friction([1.0, bad], [0.0, 0.0]), f64::INFINITY);
+            assert_eq!(with_friction([1.0, 1.0], [bad, 0.0]), f64::INFINITY);
+            assert_eq!(with_friction([1.0, 1.0], [0.0, bad]), f64::INFINITY);
+        }
+    }
+}
