@@ -49,7 +49,7 @@ const QUARTILES: [&str; 3] = ["_q1", "_median", "_q3"];
 pub struct SummaryRow {
     /// Values of [`SUMMARY_KEYS`].
     pub keys: [String; SUMMARY_KEYS.len()],
-    /// Number of runs.
+    /// Number of runs, where settings are pooled less those that were skipped.
     pub runs: usize,
     /// How many of them completed.
     pub completed: usize,
@@ -85,6 +85,8 @@ pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<Summar
     let metrics = SUMMARY_METRICS.map(|name| table.column(name).ok().filter(|_| is_kept(&name)));
     let row = |(keys, runs): ([String; SUMMARY_KEYS.len()], Runs<'_>)| {
         let completed = runs.completed();
+        // Of settings without a reference there is nothing to tell.
+        let tried = runs.select(|row| !runs.is_skipped(row));
         let pool =
             |column: Option<usize>| completed.pool(|row| column.map_or(f64::NAN, |column| table.number(row, column)));
         let worst = || {
@@ -95,7 +97,7 @@ pub fn summarise(table: &ResultsTable, pooled: &PooledSets) -> Result<Vec<Summar
         };
         SummaryRow {
             keys,
-            runs: runs.rows().len(),
+            runs: if pooled.is_empty() { runs.rows().len() } else { tried.rows().len() },
             completed: completed.rows().len(),
             quartiles: metrics.map(|column| pool(column).quartiles()),
             worst: (!pooled.is_empty()).then(worst),
@@ -268,7 +270,7 @@ mod tests {
             "run_id,label,case,set,macro_step_s,step_tolerance,outcome,force_error_rms_n,force_error_rms_of_peak\n",
         );
         let mut pooled = PooledSets::new();
-        for (mass, outcome) in [(1, "completed"), (2, "completed"), (3, "completed"), (4, "diverged")] {
+        for (mass, outcome) in [(1, "completed"), (2, "completed"), (3, "completed"), (4, "diverged"), (5, "skipped")] {
             for case in ["a", "b"] {
                 let set = format!("e=0.3 mass={mass}");
                 runs += &format!("r,x,{case},{set},0.005,,{outcome},9,0.0{mass}\n");
