@@ -1,10 +1,11 @@
-//! Fast, checked answers to many small contact problems, each close to the one before.
+//! Fast, checked solutions of many small contact problems, each close to the last one.
 //!
 //! ```text
-//! w⁺ = H P + b        K ∋ P ⟂ w⁺ ∈ K*
+//! w⁺ = H P + b        K ∋ P ⟂ w⁺ + s ∈ K*        s_n = μ |w_t⁺| with friction, otherwise 0
 //! ```
-//! `H` is the Delassus operator `A M⁻¹ Aᵀ` (1/kg), `b` the velocity without contact impulses and the contact law (m/s), `P` the impulses
-//! (N·s), and K the cone that they live in: `P ≥ 0` (Signorini), or `|P_t| ≤ μ P_n` (Coulomb, in the plane).
+//! `H` is the Delassus operator `A M⁻¹ Aᵀ` (1/kg), `b` the velocity without contact impulses, plus the term of the contact law (m/s), `P`
+//! the impulses (N·s), s De Saxcé's correction, and K the cone of the impulses: `P ≥ 0` (Signorini), or `|P_t| ≤ μ P_n` (Coulomb, in the
+//! plane). In a reduced interface model this is Eq. 4 of Raoofian, Kövecses, Teichmann: `H = H_uu`, `P = h λ_u⁺`.
 //!
 //! ```
 //! use rimbench_contact::complementarity::{ComplementaritySolver, Lcp, SolverEntry, Unsolved};

@@ -54,24 +54,24 @@ pub struct SolveStats {
     pub factorisations: u32,
     /// True if the fallback found the answer.
     pub fallback: bool,
-    /// Natural residual, recomputed from `M`, `q`, `z` after the solve.
+    /// Natural residual, recomputed from `H`, `b` and `P` after the solve.
     pub residual: f64,
 }
 
 /// Solves linear complementarity problems of one size class, reusing its workspace.
 ///
 /// Per problem: [`solve`](Self::solve), or [`attempt`](Self::attempt) and then [`ContactProblem::natural_residual`]. Every solver
-/// answers `z = 0` when `q ≥ 0`. [`reset`](Self::reset) when the next problem has nothing to do with the last.
+/// answers `P = 0` when `b ≥ 0`. [`reset`](Self::reset) when the next problem has nothing to do with the last.
 pub trait ComplementaritySolver: Send {
-    /// Writes a proposal to `z`; the residual in the returned stats is meaningless.
+    /// Writes a proposal for P to `z`; the residual in the returned stats is meaningless.
     ///
     /// # Errors
     /// If the algorithm ended without an answer; `z` then holds something finite or is to be ignored.
     /// # Panics
-    /// If the lengths of `M`, `q` and `z` do not fit.
+    /// If the lengths of `H`, `b` and `z` do not fit.
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved>;
 
-    /// [`attempt`](Self::attempt) of a problem whose `M` is to the last bit that of the call before; only `q` may differ.
+    /// [`attempt`](Self::attempt) of a problem whose `H` is to the last bit that of the call before; only `b` may differ.
     ///
     /// The problems of one macro step share their matrix, and with many contacts finding that out takes longer than the
     /// solution (`benches/solvers.rs`, against size).
@@ -82,7 +82,7 @@ pub trait ComplementaritySolver: Send {
         self.attempt(lcp, z)
     }
 
-    /// Writes a solution to `z` and reports its natural residual, recomputed here and not by the solver.
+    /// Writes a solution P to `z` and reports its natural residual, recomputed here and not by the solver.
     ///
     /// # Errors
     /// If the algorithm ended without an answer, or with one that is not finite. Whether a finite residual is small

@@ -1,11 +1,15 @@
-//! The set K that the impulses of a contact live in.
+//! The cone K of the impulses of a contact, and the law that belongs to it.
 
 /// A cone K of impulses, contact by contact, with its natural map.
+///
+/// ```text
+/// K ∋ P ⟂ w + s ∈ K*        s = 0 (Signorini), s_n = μ |w_t| (Coulomb; De Saxcé's correction, as friction is not associated)
+/// ```
 pub trait Cone: Copy {
     /// Rows of a contact; of all contacts the normal rows come first.
     const ROWS: usize;
 
-    /// Measures how far a contact is from `K ∋ P ⟂ w ∈ K*`, m/s; NaN where its velocity is not finite.
+    /// Measures how far a contact is from solving this, m/s; NaN where its velocity is not finite.
     ///
     /// `weight` gives H_ii of a row (1/kg), so that all terms are velocities, and `velocity` w of a row (m/s).
     fn violation(
@@ -18,14 +22,14 @@ pub trait Cone: Copy {
     ) -> f64;
 }
 
-/// Contacts that push and do not pull: `P ≥ 0`.
+/// Contacts without friction, `0 ≤ w ⟂ P ≥ 0`: they push and do not pull.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Signorini;
 
 impl Cone for Signorini {
     const ROWS: usize = 1;
 
-    /// `|min(H_nn P_n, w_n)|`.
+    /// Returns `|min(H_nn P_n, w_n)|`.
     #[inline(always)]
     fn violation(
         &self,
@@ -39,7 +43,7 @@ impl Cone for Signorini {
     }
 }
 
-/// Contacts with Coulomb friction in the plane: `|P_t| ≤ μ P_n`.
+/// Contacts with Coulomb friction in the plane: `0 ≤ w_n ⟂ P_n ≥ 0`, `|P_t| ≤ μ P_n`, `w_t P_t = −μ P_n |w_t|`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coulomb<'a> {
     /// Coefficient μ of each contact, not below 0.
@@ -49,7 +53,7 @@ pub struct Coulomb<'a> {
 impl Cone for Coulomb<'_> {
     const ROWS: usize = 2;
 
-    /// `max( |min(H_nn P_n, w_n)|,  H_tt |P_t − proj_[±μ P_n](P_t − w_t / H_tt)| )`, the interval being 0 for an impulse that pulls.
+    /// Returns `max( |min(H_nn P_n, w_n)|,  H_tt |P_t − proj_[±μ P_n](P_t − w_t / H_tt)| )`, the interval being 0 for an impulse that pulls.
     #[inline(always)]
     fn violation(
         &self,
@@ -63,20 +67,21 @@ impl Cone for Coulomb<'_> {
         let (p_n, p_t) = (impulses[normal], impulses[tangential]);
         let (h_tt, w_t) = (weight(tangential), velocity(tangential));
         let bound = self.friction[contact] * larger(0.0, p_n);
-        let wanted = p_t - w_t / h_tt;
-        let wanted = if wanted > bound { bound } else { wanted };
-        let projected = if wanted < -bound { -bound } else { wanted };
-        let in_plane = h_tt * (p_t - projected).abs();
-        larger(normal_violation(weight(normal) * p_n, velocity(normal)), in_plane) + w_t * 0.0
+        let free = p_t - w_t / h_tt;
+        let projected = if free > bound { bound } else { free };
+        let projected = if projected < -bound { -bound } else { projected };
+        let tangential_violation = h_tt * (p_t - projected).abs();
+        larger(normal_violation(weight(normal) * p_n, velocity(normal)), tangential_violation) + w_t * 0.0
     }
 }
 
+/// Returns `|min(H_nn P_n, w_n)|`, or NaN where `w_n` is not finite.
 #[inline(always)]
-fn normal_violation(effect: f64, w: f64) -> f64 {
-    if effect < w { effect } else { w }.abs() + w * 0.0
+fn normal_violation(h_p: f64, w: f64) -> f64 {
+    if h_p < w { h_p } else { w }.abs() + w * 0.0
 }
 
-/// Keeps a NaN in the first place, unlike `f64::max`.
+/// Returns the larger one, or a NaN in the first place, unlike `f64::max`.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }

@@ -1,15 +1,15 @@
-//! One contact problem, and how far an answer is from solving it.
+//! One contact problem, and the natural residual of an answer.
 
 use super::Unsolved;
 use super::{Cone, Coulomb, DelassusOperator, DenseDelassus, Signorini};
 use crate::linear_algebra::SymmetricRows;
 
-/// One problem `w = H P + b`, `K ∋ P ⟂ w ∈ K*`.
+/// One problem `w = H P + b`, `K ∋ P ⟂ w + s ∈ K*`, see [`Cone`].
 #[derive(Debug, Clone, Copy)]
 pub struct ContactProblem<'a, H, K> {
-    /// H, n×n, 1/kg.
+    /// H over all rows, 1/kg.
     pub delassus: H,
-    /// Velocities without contact impulses, with the terms of the contact law, length n, m/s.
+    /// Velocities without contact impulses, plus the terms of the contact law, one per row, m/s.
     pub b: &'a [f64],
     /// K.
     pub cone: K,
@@ -98,7 +98,7 @@ impl<H: DelassusOperator, K: Cone> ContactProblem<'_, H, K> {
 }
 
 impl<'a, K: Cone> ContactProblem<'a, DenseDelassus<'a>, K> {
-    /// Returns n.
+    /// Returns the number of rows n.
     ///
     /// # Panics
     /// If `H` is not `n×n`.
@@ -115,7 +115,7 @@ impl<'a, K: Cone> ContactProblem<'a, DenseDelassus<'a>, K> {
         self.delassus.h
     }
 
-    /// Checks every entry of `H`.
+    /// Checks that every entry of `H` is finite.
     ///
     /// # Errors
     /// [`Unsolved::NonFinite`].
@@ -141,7 +141,7 @@ impl<'a> ContactProblem<'a, SymmetricRows<'a>, Signorini> {
 }
 
 impl<'a> ContactProblem<'a, DenseDelassus<'a>, Coulomb<'a>> {
-    /// Poses a problem with friction: `h` is `[H_nn H_nt; H_tn H_tt]`, 2n×2n, `b` is `[b_n; b_t]`, and `friction` has a coefficient per
+    /// Poses a problem with friction: `h` is `[H_nn H_nt; H_tn H_tt]`, 2n×2n, `b` is `[b_n; b_t]`, and `friction` the coefficient μ of each
     /// contact.
     ///
     /// # Panics
@@ -158,10 +158,10 @@ impl<'a> ContactProblem<'a, DenseDelassus<'a>, Coulomb<'a>> {
 mod tests {
     use super::*;
 
-    const M: [f64; 4] = [2.0, 1.0, 1.0, 2.0];
+    const H: [f64; 4] = [2.0, 1.0, 1.0, 2.0];
 
-    fn residual(q: [f64; 2], z: [f64; 2]) -> f64 {
-        ContactProblem::new(&M, &q).natural_residual(&z)
+    fn residual(b: [f64; 2], p: [f64; 2]) -> f64 {
+        ContactProblem::new(&H, &b).natural_residual(&p)
     }
 
     #[test]
@@ -180,10 +180,10 @@ mod tests {
 
     #[test]
     fn the_unit_of_mass_does_not_matter() {
-        let (q, z) = ([-5.0, 1.0], [2.0, 0.5]);
-        let heavy: Vec<f64> = M.iter().map(|m| m / 1024.0).collect();
-        let scaled = ContactProblem::new(&heavy, &q).natural_residual(&z.map(|z| z * 1024.0));
-        assert_eq!(scaled, residual(q, z));
+        let (b, p) = ([-5.0, 1.0], [2.0, 0.5]);
+        let heavy: Vec<f64> = H.iter().map(|h| h / 1024.0).collect();
+        let scaled = ContactProblem::new(&heavy, &b).natural_residual(&p.map(|p| p * 1024.0));
+        assert_eq!(scaled, residual(b, p));
     }
 
     #[test]
@@ -191,8 +191,8 @@ mod tests {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!(residual([bad, 1.0], [0.0, 0.0]), f64::INFINITY);
             assert_eq!(residual([1.0, 1.0], [0.0, bad]), f64::INFINITY);
-            let m = [2.0, bad, bad, 2.0];
-            assert_eq!(ContactProblem::new(&m, &[1.0, 1.0]).natural_residual(&[0.0, 0.0]), f64::INFINITY);
+            let h = [2.0, bad, bad, 2.0];
+            assert_eq!(ContactProblem::new(&h, &[1.0, 1.0]).natural_residual(&[0.0, 0.0]), f64::INFINITY);
         }
     }
 

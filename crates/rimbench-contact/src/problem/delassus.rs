@@ -1,4 +1,4 @@
-//! The operator `H = A M⁻¹ Aᵀ` over the rows of contacts.
+//! The operator `H = A M⁻¹ Aᵀ` over the rows of contacts; where joints are eliminated `H_uu = A_u G A_uᵀ`, Eq. 4.
 
 use super::{Cone, ContactProblem};
 use crate::linear_algebra::{SymmetricRows, dot};
@@ -11,10 +11,10 @@ pub trait DelassusOperator: Copy {
     /// Returns H_ii, 1/kg.
     fn diagonal(&self, row: usize) -> f64;
 
-    /// Returns one row of `H P + b`, m/s, summed in the order of this form of H.
+    /// Returns one row of `w = H P + b`, m/s, summed in the order of this form of H.
     fn velocity(&self, row: usize, b: &[f64], impulses: &[f64]) -> f64;
 
-    /// Computes [`ContactProblem::natural_residual`], which a form of H may know how to do faster.
+    /// Computes [`ContactProblem::natural_residual`]; a form of H may have a faster way.
     #[inline(always)]
     fn natural_residual<K: Cone>(problem: &ContactProblem<'_, Self, K>, impulses: &[f64]) -> f64 {
         problem.residual_of(impulses, |row| problem.delassus.velocity(row, problem.b, impulses))
@@ -71,8 +71,8 @@ impl DelassusOperator for DenseDelassus<'_> {
     }
 }
 
-/// All rows side by side, one impulse after the other. A function per size, or the saving is lost in one large frame; slices one by one,
-/// for the problem as one would go through memory.
+/// Computes all rows at once, column by column of H. One function per size, as one large stack frame would lose the saving; the problem
+/// comes as slices, as it would be passed through memory as one.
 #[inline(never)]
 fn of_few<const N: usize, K: Cone>(h: &[f64], b: &[f64], cone: K, impulses: &[f64]) -> f64 {
     let (h, b, impulses) = (&h[..N * N], &b[..N], &impulses[..N]);

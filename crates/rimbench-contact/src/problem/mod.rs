@@ -1,4 +1,4 @@
-//! The contact problem `w⁺ = H P + b`, `K ∋ P ⟂ w⁺ ∈ K*`: an operator H, a right-hand side, a cone K, and the one measure of an answer.
+//! The contact problem `w⁺ = H P + b`, `K ∋ P ⟂ w⁺ + s ∈ K*` ([`Cone`]): operator H, right-hand side b, cone K, and the natural residual.
 
 mod cone;
 mod contact_problem;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Why a solver has no answer. Small and copied freely: a proposal that fails is replaced by the fallback's, in the hot path.
+/// Says why a solver has no answer. Small, as it is returned in the hot path, before the fallback.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unsolved {
     /// The algorithm ended without an answer, or with one that is not good enough.
@@ -14,7 +14,7 @@ pub enum Unsolved {
     NonFinite,
     /// The solver refuses problems of this size.
     TooLarge {
-        /// Number of contacts n.
+        /// Number of contacts.
         size: usize,
     },
 }

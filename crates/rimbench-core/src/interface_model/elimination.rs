@@ -23,8 +23,8 @@ use std::sync::Arc;
 ///
 /// With `Y` no row needs a solve of its own: two products with `n_b` rows replace forward and backward substitution.
 ///
-/// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row knows few of
-/// the bodies, so blocks outside its support are skipped; one or two bodies are a single block, unrolled, three times
+/// Rows are handled in blocks of `L` velocities, `L` known to the compiler: 3 is a planar body, and a row has few of
+/// the bodies in its support, so that other blocks are skipped; one or two bodies are a single block, unrolled, three times
 /// as fast as loops of unknown length (`benches/kernels.rs`); any other system has blocks of 1. The text is the same
 /// for all.
 /// # Shapes and units
@@ -44,9 +44,9 @@ pub struct Elimination {
     schur: Cholesky,
     /// `Y`, n_b×n.
     y: Vec<f64>,
-    /// In place of all that follows, where few of many contacts meet.
+    /// In place of all that follows, where `H_uu` is sparse.
     local: Option<LocalElimination>,
-    /// In place of all, where joints by the dozen know few velocities each.
+    /// In place of all, where there are many joints with few non-zeros each.
     jointed: Option<Box<JointedElimination>>,
     /// `G A_xᵀ`, transposed; (n_u+n_i)×n.
     g_rows: Vec<f64>,
@@ -103,8 +103,8 @@ impl Elimination {
         }
     }
 
-    /// Returns which contacts meet, if the rows of Eq. 3 keep only what they can know, the bilateral ones as well, and these leave few
-    /// that meet; the system must then have a diagonal mass, and the model that is filled must be one of that meeting.
+    /// Returns the pattern of `H_uu`, if unilateral and bilateral rows of Eq. 3 keep only their non-zeros and it is then sparse; the mass must
+    /// be diagonal, and the model that is filled must have this pattern.
     pub fn delassus_pattern(linearisation: &Linearisation) -> Option<Arc<SymmetricPattern>> {
         let Linearisation { bilateral, unilateral, .. } = linearisation;
         let pattern = if bilateral.is_empty() {
@@ -224,7 +224,7 @@ impl Elimination {
         let first = model.interface_start();
         let (start, free) = (blocks::<L>(&self.start_velocity), blocks::<L>(&self.free_acceleration));
         let (y, inverse_mass) = (blocks::<L>(&self.y), blocks::<L>(&self.inverse_mass));
-        // Then a row of G A_xᵀ has the support of its row of A, and rows without a common body do not know each other.
+        // Then a row of G A_xᵀ has the support of its row of A, and rows without a common body have `H_xy = 0`.
         let local = n_b == 0 && self.mass_factor.is_none();
         for row in 0..rows {
             let (source, index) = if row < n_u {

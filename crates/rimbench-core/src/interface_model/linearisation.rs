@@ -49,7 +49,7 @@ impl Rows {
         self.known.as_ref().map(|(starts, columns)| (&starts[..], &columns[..]))
     }
 
-    /// Writes one entry: that in `column`, which is the `slot`-th of the columns that the row can know.
+    /// Writes the entry in `column`, which is the `slot`-th of the row's non-zeros.
     #[inline]
     pub fn set(&mut self, index: usize, slot: usize, column: usize, value: f64) {
         let at = match &self.known {

@@ -1,6 +1,6 @@
 //! The reduced interface model: a mechanical system as seen through its interface (paper Eqs. 3 and 4).
 //!
-//! The road through this room is the one of the paper: [`Linearisation`] holds Eq. 3 at one state, [`Elimination`]
+//! The steps are those of the paper: [`Linearisation`] holds Eq. 3 at one state, [`Elimination`]
 //! removes velocities and bilateral impulses, [`ReducedInterfaceModel`] is what is left (Eq. 4), and [`condense`]
 //! turns a set of contacts into bilateral constraints, which gives the effective mass.
 //!
@@ -15,7 +15,7 @@
 //! | `a_x` | n_x | m/s² | free acceleration of the rows `x` |
 //! | `w_x` | n_x | m/s | velocity of the rows `x` |
 //! | `g` | n_u | m | gaps |
-//! | `P_u` | n_u | N·s | contact impulses |
+//! | `P_u` | n_u | N·s | contact impulses, `h λ_u⁺` in the paper |
 //! | `A_t`, `P_t` | n_u×n, n_u | –, N·s | tangential rows and impulses, where there is friction |
 //! | `λ_i` | n_i | N | interface forces |
 

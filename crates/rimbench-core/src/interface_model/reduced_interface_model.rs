@@ -32,10 +32,10 @@ pub struct ReducedInterfaceModel {
     rows: usize,
     /// Counts how often rows have come to stand for other contacts.
     listing: u64,
-    /// Which contacts meet, where the model has many that do not.
+    /// The non-zeros of `H_uu`, where it is sparse.
     delassus_pattern: Option<Arc<SymmetricPattern>>,
-    /// `H = [H_uu H_ui; H_iu H_ii]`, row-major. Where few of many contacts meet, the entries of `H_uu` that are not zero for good, then
-    /// `H_ui` column by column, then `H_ii`: [`entry`](Self::entry) knows.
+    /// `H = [H_uu H_ui; H_iu H_ii]`, row-major. Where `H_uu` is sparse, its non-zeros, then `H_ui` column by column, then `H_ii`:
+    /// see [`entry`](Self::entry).
     pub h: Vec<f64>,
     /// Free accelerations `[a_u; a_i]`.
     pub a: Vec<f64>,
@@ -52,28 +52,28 @@ pub struct ReducedInterfaceModel {
     pub stabilisation: f64,
     /// Restitution e of contacts that close.
     pub restitution: f64,
-    /// Approach of each contact that the mechanics' steps make by themselves, m/s, see [`discretisation_approach`](rimbench_contact::contact_law::discretisation_approach); empty where
-    /// nothing bounces, or where it is not known.
+    /// Approach w₀ of each contact caused by the mechanics' discretisation, m/s; empty where nothing rebounds, or where it is not known. See
+    /// [`discretisation_approach`](rimbench_contact::contact_law::discretisation_approach).
     pub discretisation_approach: Vec<f64>,
     /// The mechanics' own step, s.
     pub mechanics_step: f64,
-    /// Spring and damper of contacts that give way; none where they are rigid.
+    /// Spring and damper of compliant contacts; none where they are rigid.
     pub spring: Option<ContactSpring>,
     /// Coefficient of friction of each contact in the step that starts here; empty where there is no friction.
     pub friction: Vec<f64>,
     /// The coefficients at rest and in motion, where they differ: `friction` then is what the last step has left of them.
     pub stiction: Option<Stiction>,
-    /// What each contact did in the mechanics' last step, of those at their bound what they do along the surface; empty without friction.
+    /// State of each contact in the mechanics' last step: open, or, at its bound, stick or slip; empty without friction.
     pub states: Vec<ContactState>,
-    /// Those from which the mechanics' next contact problem starts, as its solver found them in the last. They differ from `states` for a
-    /// contact that is closed and carries nothing. Of several solutions a solver that starts here reaches the same; empty without friction.
+    /// States from which the mechanics' next contact problem starts, as its solver found them in the last. They differ from `states` for a
+    /// contact that is closed without an impulse. Of several solutions a solver that starts here reaches the same; empty without friction.
     pub solved_states: Vec<ContactState>,
     /// Restitution along the surface of contacts that close.
     pub tangential_restitution: f64,
-    /// AccelerationJumps of the geometry that lie ahead, where they are asked for.
+    /// Coming jumps of `a`, from the curvature of the geometry, where they are asked for.
     pub acceleration_jumps: AccelerationJumps,
     /// Whether it has contacts without listing them: those that push are in `h` and `a`, which hold as long as none opens or closes. Only
-    /// schemes whose contacts are bilateral can do with that.
+    /// schemes whose contacts are bilateral can use it.
     pub smooth: bool,
 }
 
@@ -122,7 +122,7 @@ impl ReducedInterfaceModel {
         }
     }
 
-    /// Makes a zero model of contacts that meet as `pattern` says.
+    /// Makes a zero model whose `H_uu` has this pattern.
     pub fn zeros_of(pattern: Arc<SymmetricPattern>, interface: usize) -> Self {
         let contacts = pattern.size();
         let entries = pattern.entries() + (contacts + interface) * interface;
@@ -144,19 +144,19 @@ impl ReducedInterfaceModel {
         LinearModel { h: &self.h, a: &self.a, contact_rows, interface, pattern: self.delassus_pattern.as_ref() }
     }
 
-    /// Returns which contacts meet, where the model keeps nothing else.
+    /// Returns the pattern of `H_uu`, where it is sparse.
     #[inline]
     pub fn delassus_pattern(&self) -> Option<&Arc<SymmetricPattern>> {
         self.delassus_pattern.as_ref()
     }
 
-    /// Returns `H_uu`, where few of many contacts meet.
+    /// Returns `H_uu`, where it is sparse.
     #[inline]
     pub fn contact_rows(&self) -> Option<SymmetricRows<'_>> {
         self.delassus_pattern.as_deref().map(|pattern| SymmetricRows { pattern, entries: &self.h[..pattern.entries()] })
     }
 
-    /// Returns column `i` of `[H_ui; H_ii]`, where few of many contacts meet.
+    /// Returns column `i` of `[H_ui; H_ii]`, where `H_uu` is sparse.
     #[inline]
     pub fn interface_column(&self, i: usize) -> Option<&[f64]> {
         let (first, rows) = (self.delassus_pattern.as_ref()?.entries(), self.contacts + self.interface);
@@ -187,7 +187,7 @@ impl ReducedInterfaceModel {
         self.contacts + self.friction.len()
     }
 
-    /// Checks what no mechanics can have: a dense `H` that is not symmetric, or not positive semidefinite. For models from outside.
+    /// Checks that a dense `H` is symmetric and positive semidefinite, as for every mechanics. For models from outside.
     ///
     /// # Errors
     /// What is wrong, with the rows. Numbers that are not finite end a run in any case, and pass here.
@@ -251,19 +251,19 @@ impl ReducedInterfaceModel {
         self.listing == other.listing
     }
 
-    /// Says that rows stand for other contacts than before.
+    /// Records that rows stand for other contacts than before.
     pub(crate) fn count_version(&mut self) {
         self.listing += 1;
     }
 
-    /// Goes over to contacts that meet otherwise, as many as before; the entries of `h` then mean nothing until they are written.
+    /// Replaces the pattern of `H_uu` by one of the same size; the entries of `h` are then invalid until they are written.
     pub(crate) fn set_delassus_pattern(&mut self, pattern: Arc<SymmetricPattern>) {
         debug_assert_eq!(pattern.size(), self.contacts);
         self.h.resize(pattern.entries() + (self.contacts + self.interface) * self.interface, 0.0);
         self.delassus_pattern = Some(pattern);
     }
 
-    /// Copies another model of the same size without allocating, unless its contacts meet otherwise.
+    /// Copies another model of the same size without allocating, unless its pattern differs.
     pub fn copy_from(&mut self, other: &Self) {
         if let Some(pattern) = &other.delassus_pattern
             && self.delassus_pattern.as_ref().is_none_or(|own| !Arc::ptr_eq(own, pattern))
@@ -290,7 +290,7 @@ impl ReducedInterfaceModel {
         self.acceleration_jumps.copy_from(&other.acceleration_jumps);
     }
 
-    /// Returns what contacts with friction did in the mechanics' last step.
+    /// Returns states and coefficients of contacts with friction in the mechanics' last step.
     #[inline]
     pub fn modes(&self) -> ContactModes<'_> {
         ContactModes { states: &self.states, friction: &self.friction }
@@ -302,13 +302,14 @@ impl ReducedInterfaceModel {
         list.extend((0..self.contacts).filter(|&contact| self.at_bound[contact]));
     }
 
-    /// Lists those and, where contacts bounce, those that may have rebounded in it, for models whose contacts may open.
+    /// Lists the closed contacts and, where contacts rebound, those that may have rebounded in the last step, for unilateral models.
     ///
     /// ```text
     /// w > 0,  g ≤ 2 h w
     /// ```
     /// A rebound leaves a gap of at most `(e² + ½e (1 + e)) h |w⁻| ≤ 2 h w`, see
-    /// [`landing_velocity`](rimbench_contact::contact_law::landing_velocity). Most are back within a macro step; to what is not a condition on closing does nothing.
+    /// [`landing_velocity`](rimbench_contact::contact_law::landing_velocity). Most close again within a macro step; for the
+    /// others the condition on closing has no effect.
     pub fn closed_and_leaving_contacts(&self, list: &mut Vec<usize>) {
         let bounces = self.restitution > 0.0 && self.spring.is_none() && !self.has_friction();
         let leaves = |contact: usize| {
@@ -319,13 +320,13 @@ impl ReducedInterfaceModel {
         list.extend((0..self.contacts).filter(|&contact| self.at_bound[contact] || leaves(contact)));
     }
 
-    /// Returns the approach of a contact that is no impact, m/s.
+    /// Returns the largest approach w₀ of a contact that is no impact, m/s.
     #[inline]
     pub fn own_approach_of(&self, contact: usize) -> f64 {
         self.discretisation_approach.get(contact).copied().unwrap_or(0.0)
     }
 
-    /// The gap term of the mechanics' own next step for one contact, m/s; see [`gap_velocity`].
+    /// Returns the gap term of the mechanics' own next step for one contact, m/s; see [`gap_velocity`].
     #[inline]
     pub fn step_gap_velocity(&self, contact: usize) -> f64 {
         match self.spring {

@@ -1,10 +1,11 @@
-//! One step of Eq. 1–3 through the reduced model of Eq. 4, once Eq. 3 is at hand: what does not depend on the mechanical model.
+//! One step of Eqs. 1 to 3 for any mechanical model: Eq. 3 is reduced to Eq. 4, whose contact problem is solved.
 //!
 //! ```text
-//! reduce      Eq. 3 at (q, v) → Eq. 4: H, a, w, g
-//! contacts    w⁺ = w + h a + H [P; hλ]        K ∋ P ⟂ w⁺ + contact law ∈ K*
-//! velocities  v⁺ = v̂ + h α + G Aᵀ [P; hλ]     q⁺ = q + h v⁺
+//! Eq. 3 → 4         H, a, w, g at (q, v)                b = w + h a in the paper
+//! contact problem   w⁺ = w + h a + H [P; h λ_i]         0 ≤ w_n⁺ + t_n ⟂ P_n ≥ 0; t: gap or impact term
+//! Eq. 1             v⁺ = v̂ + h α + G Aᵀ [P; h λ_i]      q⁺ = q + h v⁺: N = 1
 //! ```
+//! `P = h λ_u⁺`, with friction `[P_n; P_t]` under Coulomb's law; v̂, α and G are those of [`Elimination`].
 
 mod closed_contacts;
 mod contact_law;
@@ -24,7 +25,7 @@ pub(super) use implicit_step::ImplicitPart;
 pub(super) use midpoint_step::{ActiveProblem, MidpointStep};
 pub(super) use observables::CONTACT_OBSERVABLES;
 
-use self::energy::EnergyBooks;
+use self::energy::EnergyBalance;
 use self::rebounding::Rebounding;
 use self::step_contacts::{ContactTerms, StepContacts};
 use super::mechanical_model::ModelSize;
@@ -44,32 +45,33 @@ pub(super) struct ContactStepper {
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     v_next: Vec<f64>,
-    /// The velocity by which positions change, where a contact rebounds or the force varies within the step.
-    pub(super) v_reached: Vec<f64>,
+    /// v′ of `q⁺ = q + h v′` where a contact rebounds, of `q⁺ = q + ½h (v + v′)` where the force varies within a midpoint step.
+    pub(super) v_displacement: Vec<f64>,
     pub(super) eq3: Linearisation,
     elimination: Elimination,
     /// Where steps of the second order take stiff forces implicitly.
     pub(super) implicit: Option<Box<ImplicitPart>>,
     pub(super) eq4: ReducedInterfaceModel,
-    /// Step for which `eq4` belongs to the present state, if it does.
+    /// Step h for which `eq4` is reduced from `eq3` at `(q, v)`; none once the state has changed.
     reduced_for: Option<f64>,
     contacts: StepContacts,
     rebounding: Rebounding,
     /// Whether `eq4.at_bound` has been found from the last step.
     closed_known: bool,
-    /// `[P_u; h λ_i]`; with friction `[P_u; P_t; h λ_i]`.
+    /// `[P_u; h λ_i]`, `P_u = h λ_u⁺`; with friction `[P_u; P_t; h λ_i]`.
     impulses: Vec<f64>,
+    /// `h λ_b⁺`.
     p_b: Vec<f64>,
     /// Length of the last step, s; infinite before the first, so that forces then are zero.
     last_step: f64,
     closed: Vec<usize>,
     condensation: Condensation,
-    pub(super) energy: EnergyBooks,
+    pub(super) energy: EnergyBalance,
     counters: SubsystemCounters,
 }
 
 impl ContactStepper {
-    /// Makes the stepper of a system of this size, with room for Eq. 3 at hand, at its start state.
+    /// Makes the stepper of a system of this size at its start state `(q, v)`; `eq3` gives the form of Eq. 3, still empty.
     pub(super) fn new(
         size: ModelSize,
         eq3: Linearisation,
@@ -88,7 +90,7 @@ impl ContactStepper {
         let mut stepper = ContactStepper {
             law,
             v_next: v.clone(),
-            v_reached: v.clone(),
+            v_displacement: v.clone(),
             elimination,
             implicit: None,
             condensation: Condensation::of(&eq4),
@@ -101,7 +103,7 @@ impl ContactStepper {
             p_b: vec![0.0; size.bilateral],
             last_step: f64::INFINITY,
             closed: Vec::with_capacity(size.unilateral),
-            energy: EnergyBooks::new(size.velocities),
+            energy: EnergyBalance::new(size.velocities),
             counters: SubsystemCounters::default(),
             q,
             v,
@@ -111,14 +113,14 @@ impl ContactStepper {
         stepper
     }
 
-    /// Reserves the rows that contacts have by now, where they rebound.
+    /// Reserves rebounds for the present rows of the contacts, where they rebound.
     fn reserve_rebounds(&mut self, tolerance: f64) {
         if self.law.rebounds() {
             self.rebounding = Rebounding::new(self.eq4.contacts(), self.eq4.interface_start(), tolerance);
         }
     }
 
-    /// Makes Eq. 4 at the present state for a step `h`, unless it is there already.
+    /// Reduces Eq. 3 at the present state to Eq. 4 for a step `h`, unless that is done.
     pub(super) fn reduce(&mut self, h: f64) -> Result<(), Failure> {
         if self.reduced_for == Some(h) {
             return Ok(());
@@ -138,7 +140,7 @@ impl ContactStepper {
         Ok(())
     }
 
-    /// Advances velocities and positions by one step; Eq. 3 stays that of the state before.
+    /// Advances velocities and positions by one step (Eq. 1); Eq. 3 stays that of the state before.
     pub(super) fn advance(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
         self.reduce(h)?;
         self.solve_contacts(lambda, h)?;
@@ -146,8 +148,8 @@ impl ContactStepper {
         self.elimination.bilateral_impulses(h, &self.impulses, &mut self.p_b);
         self.book_energy(h);
         std::mem::swap(&mut self.v, &mut self.v_next);
-        let reached = if self.rebounding.any() { &self.v_reached } else { &self.v };
-        for (q, v) in self.q.iter_mut().zip(reached) {
+        let v_displacement = if self.rebounding.any() { &self.v_displacement } else { &self.v };
+        for (q, v) in self.q.iter_mut().zip(v_displacement) {
             *q += h * v;
         }
         self.last_step = h;
@@ -163,7 +165,7 @@ impl ContactStepper {
         Ok(())
     }
 
-    /// Solves the contact problem of one step; `impulses` then holds `[P_u; h λ_i]`.
+    /// Solves the contact problem of one step, and writes `[P_u; h λ_i]` to `impulses`.
     fn solve_contacts(&mut self, lambda: &[f64], h: f64) -> Result<(), Failure> {
         let first = self.eq4.interface_start();
         for (impulse, force) in self.impulses[first..].iter_mut().zip(lambda) {
@@ -174,28 +176,28 @@ impl ContactStepper {
             rebounding.find(law, eq4, &impulses[first..], h, contacts)?;
         }
         if self.eq4.stiction.is_some() && self.last_step.is_infinite() {
-            // Contacts that stand still before the first step have their coefficient at rest.
+            // Before the first step contacts without tangential velocity have the coefficient at rest.
             self.find_closed();
         }
         let ContactStepper { rebounding, law, eq4, impulses, contacts, .. } = self;
         let terms = ContactTerms { law, eq4, rebounding, h, solved: Solved::Velocity };
         if rebounding.any() {
             contacts.solve(ContactTerms { solved: Solved::Way, ..terms }, impulses)?;
-            self.elimination.velocity_after(h, impulses, &mut self.v_reached);
+            self.elimination.velocity_after(h, impulses, &mut self.v_displacement);
         }
         contacts.solve(terms, impulses)?;
         self.energy.damper_loss = contacts.damper_loss(terms, impulses, self.energy.damper_loss);
         Ok(())
     }
 
-    /// Books the work of one step.
+    /// Adds the work of one step to the energy balance.
     fn book_energy(&mut self, h: f64) {
         let contacts = &self.impulses[..self.eq4.interface_start()];
         let slip = self.contacts.coulomb().map_or(0.0, |coulomb| coulomb.slip(&contacts[self.eq4.contacts()..]));
         self.energy.book(&self.eq3, (&self.v, &self.v_next), (&self.impulses, &self.p_b), slip, h);
     }
 
-    /// Writes the interface model at the present state for a step `h`.
+    /// Writes the interface model, Eq. 4 at the present state, for a step `h`.
     pub(super) fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<(), Failure> {
         self.reduce_for_model(h)?;
         self.find_closed();
@@ -206,7 +208,7 @@ impl ContactStepper {
         Ok(())
     }
 
-    /// Returns an interface model of this system's size and law, zero.
+    /// Returns an interface model of this system's size and contact law, its entries zero.
     pub(super) fn empty_model(&self) -> ReducedInterfaceModel {
         let mut model = match (self.eq4.delassus_pattern(), self.contacts.coulomb()) {
             (Some(pattern), _) => ReducedInterfaceModel::zeros_of(pattern.clone(), self.eq4.interface()),
@@ -217,22 +219,22 @@ impl ContactStepper {
         model
     }
 
-    /// Forgets Eq. 4: Eq. 3 is that of a new state.
+    /// Marks Eq. 4 as outdated, as Eq. 3 is that of a new state.
     pub(super) fn forget_reduction(&mut self) {
         self.reduced_for = None;
     }
 
-    /// Returns the contact impulses of the last step, N·s. Not unique where contacts are redundant.
+    /// Returns the contact impulses `h λ_u⁺` of the last step, N·s, which are not unique where contacts are redundant.
     pub(super) fn contact_impulses(&self) -> &[f64] {
         &self.impulses[..self.eq3.unilateral.len()]
     }
 
-    /// Returns the work counts.
+    /// Returns how many steps, eliminations and contact problems there were.
     pub(super) fn counters(&self) -> SubsystemCounters {
         SubsystemCounters { solver: self.contacts.counters(), ..self.counters }
     }
 
-    /// Writes position and velocity of the interface rows.
+    /// Writes position and velocity `w_i = A_i v` of the interface rows.
     pub(super) fn interface_motion(&self, y: &mut [f64]) {
         let n_i = self.eq3.interface.len();
         y[..n_i].copy_from_slice(&self.eq3.interface.position);
@@ -251,7 +253,7 @@ impl ContactStepper {
         self.law.spring.is_some()
     }
 
-    /// Tells whether only the non-zeros of the contacts' matrix are kept.
+    /// Tells whether only the non-zeros of `H_uu` are kept.
     pub(super) fn is_sparse(&self) -> bool {
         self.contacts.is_sparse()
     }

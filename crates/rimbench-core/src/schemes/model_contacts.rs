@@ -1,9 +1,9 @@
-//! The contacts of a reduced interface model within its micro steps: the second line of Eq. 4.
+//! The contacts of a reduced interface model within its micro steps: the complementarity condition of Eq. 4, with a gap term t.
 //!
 //! ```text
 //! w⁺ = w + δ a + δ H_·i λ + H_·u P_u        0 ≤ w_u⁺ + t(g) ⟂ P_u ≥ 0
 //! ```
-//! [`ModelContacts`] has one variant for each way to answer it. Closed contacts of the smooth model are condensed away beforehand. All
+//! [`ModelContacts`] has one variant for each way to solve it. Closed contacts of the smooth model are condensed away beforehand. All
 //! others pose a complementarity problem in each micro step ([`Complementarity`]), and differ in the cone of `P_u` and in the form of the
 //! Delassus matrix `H_uu` ([`ContactSolver`]). The match is made once per micro step; below it everything is static.
 
@@ -247,10 +247,10 @@ fn impact_step(FrozenModel { law, received, .. }: FrozenModel<'_>, tolerance: f6
     }
 }
 
-/// How the contacts of the model are answered.
+/// How the impulses of the model's contacts are found.
 #[derive(Clone)]
 pub(super) enum ModelContacts {
-    /// Condensed away beforehand: closed, or left out.
+    /// Bilateral contacts are eliminated beforehand, the others left out.
     Bilateral,
     /// Without friction, every entry of `H_uu` kept.
     Signorini(Box<Complementarity<Signorini>>),

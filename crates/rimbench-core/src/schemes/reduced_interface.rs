@@ -1,13 +1,14 @@
 //! The actuator moves together with a reduced interface model of the mechanics: what all RIM schemes share.
 //!
-//! At each communication point the model `H, a, w, g` arrives and is frozen (or moves). In each micro step δ the actuator's own force λ
-//! drives the model, and the model answers with the interface velocity and position, Eq. 4 over δ:
+//! At each communication point `t_k` the model `H, a, w, g` arrives; [`MovingModel`] holds or extrapolates it. In each micro step δ the
+//! force λ of the actuator at its start drives the model, which answers with interface velocity and position: Eq. 4 over δ, with
+//! `b = w + δ a` and `P_u = δ λ_u⁺`.
 //!
 //! ```text
 //! w_u⁺ = w_u + δ a_u + H_uu P_u + δ H_ui λ        w_i⁺ = w_i + δ a_i + H_iu P_u + δ H_ii λ        s⁺ = s + δ w_i⁺
 //! ```
-//! The schemes differ in one decision only, [`Contacts`]: what `P_u` is ([`ModelContacts`] finds it). Which contacts there are is
-//! decided by [`ContactSet`].
+//! The schemes differ in one decision only, [`Contacts`]: the condition on `w_u⁺` and `P_u` ([`ModelContacts`] solves it).
+//! [`ContactSet`] detects the contacts of the macro step. Micro steps of the second order are in [`second_order`].
 
 mod construction;
 mod contact_set;
@@ -43,10 +44,10 @@ pub(super) struct ReducedInterface {
     model: MovingModel,
     /// Eq. 4 over one micro step, for the contacts of the set.
     discretised: DiscretisedModel,
-    /// Where contacts are bilateral: Eq. 4 without them.
+    /// Where contacts are bilateral: Eq. 4 with their impulses eliminated.
     condensation: Condensation,
     redundancy: Redundancy,
-    /// With friction: what the contacts do, as the scheme found it last.
+    /// With friction: stick or slip of each contact, as the scheme found it last.
     modes: RecordedModes,
     /// Finds `P_u`.
     contacts: ModelContacts,
@@ -56,16 +57,17 @@ pub(super) struct ReducedInterface {
     state: ModelState,
     /// The actuator's force at the last communication point.
     force: Vec<f64>,
-    /// Where micro steps are of the second order: the part of the force that depends on the motion.
+    /// Where micro steps are of the second order: the derivative of the force with respect to the motion.
     feedthrough: ImplicitFeedthrough,
     micro_step: f64,
     mass: EffectiveMass,
 }
 
 impl ReducedInterface {
-    /// Sets the model to its start at the communication point, once the set of contacts is known.
+    /// Starts the macro step from `w`, `g` and `s` of the received model, once its contacts are detected.
     fn begin(&mut self) -> Result<(), Failure> {
         if self.set.has_changed() {
+            // `H` and `a` of two communication points have no rate across a change of contacts.
             self.model.freeze();
         }
         self.contacts.set_contacts(self.set.contacts(), &self.model.received);
@@ -87,7 +89,7 @@ impl ReducedInterface {
         Ok(())
     }
 
-    /// Discretises Eq. 4 as it stands over one micro step: `δ a`, `δ H_·i`, `H_·u`.
+    /// Discretises Eq. 4 over one micro step: `δ a`, `δ H_·i`, `H_·u`; the compliance of contacts goes to the diagonal of `H_uu`.
     fn discretise(&mut self) -> Result<(), Failure> {
         self.contacts.change_matrix(&self.law, &mut self.state);
         let bilateral = matches!(self.contacts, ModelContacts::Bilateral);
@@ -110,7 +112,7 @@ impl ReducedInterface {
         Ok(())
     }
 
-    /// Takes one micro step of Eq. 4 under the force `lambda` (N); the velocities before it are then in `state.next`.
+    /// Takes one micro step of Eq. 4 under the force `lambda` (N): `w⁺` is then in `state.w`, and `w` in `state.next`.
     #[inline(always)]
     fn step(&mut self, lambda: &[f64], at: MicroStep) -> Result<(), Failure> {
         let ReducedInterface { discretised, law, set, model, contacts, state, .. } = self;
@@ -125,7 +127,7 @@ impl ReducedInterface {
         Ok(())
     }
 
-    /// Records what the contacts did in the first micro step, before its velocities change places.
+    /// Records which contacts carried impulse in the first micro step, and stick or slip, before `w` and `w⁺` are swapped.
     #[inline(never)]
     fn record_first_step(&mut self) {
         let ReducedInterface { discretised, set, modes, contacts, state, mass, .. } = self;
@@ -144,7 +146,7 @@ impl CouplingScheme for ReducedInterface {
             self.modes.start_from(model);
             self.model.receive(sample.time, model);
             self.micro_step = sample.actuator_micro_step;
-            // Which contacts carry impulse depends on the force, which arrives next.
+            // The contacts that carry impulse depend on the force, which arrives next.
             return if self.set.waits_for_force() { Ok(()) } else { self.begin() };
         }
         self.force.copy_from_slice(sample.y);
@@ -172,6 +174,7 @@ impl CouplingScheme for ReducedInterface {
         let (n, n_i) = (self.discretised.contacts(), own.len());
         let (u_position, u_velocity) = u.split_at_mut(n_i);
         for (i, w) in self.state.w[n..n + n_i].iter().enumerate() {
+            // s⁺ = s + δ w_i⁺
             self.state.position[i] += at.length * w;
             u_position[i] = self.state.position[i];
             u_velocity[i] = *w;

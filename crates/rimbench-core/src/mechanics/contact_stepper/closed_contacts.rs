@@ -8,10 +8,10 @@ impl ContactStepper {
     /// Finds the contacts whose row was at its bound in the last step, loaded or not.
     ///
     /// ```text
-    /// H_α· P + b_α ≤ τ ‖b‖_∞        τ the tolerance of the solver
+    /// w_α⁺ + t_α = H_α· P + b_α ≤ τ ‖b‖_∞        τ the tolerance of the solver
     /// ```
     /// `w⁺` is unique where impulses are not, so that it does not matter which of several redundant contacts the solver loads. A
-    /// contact that rebounded is on its way out. Before the first step: gaps up to [`TOUCHING`].
+    /// contact that rebounded is open. Before the first step: gaps up to [`TOUCHING`].
     pub(super) fn find_closed(&mut self) {
         if std::mem::replace(&mut self.closed_known, true) {
             return;

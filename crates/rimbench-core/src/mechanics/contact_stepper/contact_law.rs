@@ -11,8 +11,7 @@ pub struct ContactLaw {
     /// Restitution e ∈ [0, 1] of a contact that is hit and whose rebound lasts: `w⁺ + e w⁻ ≥ 0`, see
     /// [`Rebounds`](rimbench_contact::contact_law::Rebounds).
     pub restitution: f64,
-    /// Spring and damper of compliant contacts; none for rigid ones. With a spring, γ acts on joints only, and nothing rebounds but what the
-    /// spring throws back.
+    /// Spring and damper of compliant contacts; none for rigid ones. With a spring, γ acts on joints only, and e has no effect.
     pub spring: Option<ContactSpring>,
 }
 
@@ -22,7 +21,7 @@ impl ContactLaw {
         self.restitution > 0.0 && self.spring.is_none()
     }
 
-    /// Writes the law to a model.
+    /// Writes restitution and spring to an interface model.
     pub(super) fn apply_to(&self, model: &mut ReducedInterfaceModel) {
         model.restitution = self.restitution;
         model.spring = self.spring;

@@ -35,14 +35,14 @@ impl Friction {
     }
 }
 
-/// The contact problem of a step with friction, its solver, and the modes and coefficients that it has left.
+/// The contact problem of a step with friction and its solver, and the state and coefficient of each contact after it.
 #[derive(Debug, Clone)]
 pub(in crate::mechanics) struct CoulombStep {
     law: Friction,
     solver: FrictionSolver,
-    /// `[H_nn H_nt; H_tn H_tt]` and `[b_n; b_t]` of the last step, and `H P + b`.
+    /// `[H_nn H_nt; H_tn H_tt]`, `[b_n; b_t]` and `H P + b` of the last step.
     pub(super) problem: DenseProblem,
-    /// Coefficient of each contact in the step that comes, and in the last step its mode.
+    /// Coefficient of each contact in the next step, and its state (open, stick or slip) in the last one.
     friction: Vec<f64>,
     states: Vec<ContactState>,
 }
@@ -56,7 +56,7 @@ impl CoulombStep {
         empty
     }
 
-    /// Returns what the contacts did in the last step.
+    /// Returns the states of the contacts in the last step, with their coefficients.
     pub(super) fn modes(&self) -> ContactModes<'_> {
         ContactModes { states: &self.states, friction: &self.friction }
     }
@@ -74,7 +74,7 @@ impl CoulombStep {
         self.solver.counters()
     }
 
-    /// Returns the velocity up to which the solution of the last step stands still, m/s: the solver's tolerance.
+    /// Returns the velocity up to which a contact sticks in the solution of the last step, `τ ‖b‖_∞` with the solver's tolerance τ, m/s.
     pub(super) fn rounding_velocity(&self) -> f64 {
         self.solver.tolerance() * self.problem.b.iter().fold(0.0, |max: f64, b| max.max(b.abs()))
     }
@@ -87,15 +87,10 @@ impl CoulombStep {
     /// Solves the contacts of one step.
     ///
     /// ```text
-    /// b_n = w_n + h a_n + H_ni h λ_i + gap term        b_t = w_t + h a_t + H_ti h λ_i, + e w_t of a contact that rebounds
+    /// b_n = w_n + h a_n + H_ni h λ_i + t_n        b_t = w_t + h a_t + H_ti h λ_i, + e w_t of a contact that rebounds
     /// ```
-    pub(super) fn solve(
-        &mut self,
-        terms: ContactTerms<'_>,
-        impulses: &mut [f64],
-        forces: &[f64],
-    ) -> Result<(), Failure> {
-        self.problem.pose(terms, forces);
+    pub(super) fn solve(&mut self, terms: ContactTerms<'_>, impulses: &mut [f64], p_i: &[f64]) -> Result<(), Failure> {
+        self.problem.pose(terms, p_i);
         let DenseProblem { h, b, w } = &mut self.problem;
         let problem = FrictionProblem::with_friction(h, b, &self.friction);
         let solved = self.solver.solve(problem, impulses);
@@ -119,9 +114,9 @@ impl CoulombStep {
         Ok(())
     }
 
-    /// Finds what the contacts at their bound in the last step did along the surface; before the first step, how they move.
+    /// Finds whether the contacts closed in the last step stick or slip; before the first step, from their velocities.
     ///
-    /// Loaded ones are in the mode that the solver found; those at their bound without load as they move, to the solver's tolerance.
+    /// Loaded ones have the state that the solver found; closed ones without load that of their velocity, to the solver's tolerance.
     pub(super) fn find_modes(&mut self, eq4: &ReducedInterfaceModel, started: bool) {
         let (n, rounding) = (self.friction.len(), self.rounding_velocity());
         for contact in 0..n {
@@ -142,14 +137,14 @@ impl CoulombStep {
     }
 }
 
-/// With this the names of observables begin that are the state of a contact with friction: 0 open, 1 stick, 2 slip forwards, 3 slip backwards.
+/// Begins the names of observables that are the state of a contact with friction: 0 open, 1 stick, 2 slip forwards, 3 slip backwards.
 pub const CONTACT_STATE: &str = "contact_state_";
 
-/// Names what is observed of contacts with friction besides: from `contact_force_left_n` the friction force `friction_force_left_n` and the state
+/// Names the additional observables of contacts with friction: from `contact_force_left_n` the friction force `friction_force_left_n` and the state
 /// `contact_state_left`, and how many contacts stick.
 ///
-/// The state is 0 for open, 1 for stick, 2 for slip forwards, 3 for slip backwards, as the solver of the last step has it; of a contact that is
-/// closed and carries nothing, or that is redundant, as it moves, to the tolerance of the solver.
+/// The state is that of the solver in the last step; of a contact that is closed without an impulse, or redundant, that of its velocity, to
+/// the tolerance of the solver.
 pub(in crate::mechanics) fn friction_observables(force_names: &[Name]) -> Vec<Name> {
     let contact = |name: &Name| {
         let name = name.strip_prefix("contact_").unwrap_or(name);
@@ -165,7 +160,7 @@ impl ContactStepper {
     /// Gives the contacts friction.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] or [`Error::InvalidValue`] for a law that cannot be, or a system that has no friction to offer.
+    /// [`Error::Incompatible`] or [`Error::InvalidValue`] for an impossible law, or a system that cannot have friction.
     pub(in crate::mechanics) fn add_friction(&mut self, friction: Friction, tangential_rows: usize) -> Result<()> {
         let Friction { coefficient, at_rest, restitution } = friction;
         if !(coefficient.is_finite() && coefficient >= 0.0) {
@@ -230,8 +225,8 @@ impl ContactStepper {
         &self.impulses[self.eq4.contacts()..self.eq4.interface_start()]
     }
 
-    /// Writes what is observed of contacts with friction besides: friction forces, then states, then how many stick. Closed contacts must be
-    /// known.
+    /// Writes the additional observables of contacts with friction: friction forces, states, and how many stick. Closed contacts must be
+    /// found before.
     pub(in crate::mechanics) fn observe_friction(&self, row: &mut [f64]) {
         let (forces, rest) = row.split_at_mut(row.len() / 2);
         let (states, sticking) = rest.split_at_mut(forces.len());

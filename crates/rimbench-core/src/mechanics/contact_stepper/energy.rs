@@ -1,4 +1,4 @@
-//! The energy books of a stepper.
+//! The energy balance of a stepper.
 
 use super::ContactStepper;
 use crate::cosim::EnergyAccount;
@@ -9,7 +9,7 @@ use rimbench_contact::linear_algebra::body_dot;
 
 /// Work and losses since the start.
 #[derive(Debug, Clone)]
-pub(in crate::mechanics) struct EnergyBooks {
+pub(in crate::mechanics) struct EnergyBalance {
     pub(in crate::mechanics) ledger: EnergyLedger,
     /// Energy that the dampers of compliant contacts took, J.
     pub(super) damper_loss: f64,
@@ -18,14 +18,14 @@ pub(in crate::mechanics) struct EnergyBooks {
     v_change: Vec<f64>,
 }
 
-impl EnergyBooks {
+impl EnergyBalance {
     /// Reserves `velocities` velocities.
     pub(super) fn new(velocities: usize) -> Self {
         let zeros = vec![0.0; velocities];
-        EnergyBooks { ledger: EnergyLedger::default(), damper_loss: 0.0, v_mean: zeros.clone(), v_change: zeros }
+        EnergyBalance { ledger: EnergyLedger::default(), damper_loss: 0.0, v_mean: zeros.clone(), v_change: zeros }
     }
 
-    /// Books the work of one step of `h` (s) with the impulses `[P_u; P_t; h λ_i]` and those of joints; `slip` is `Σ w_t⁺ P_t`, J.
+    /// Adds the work of one step of `h` (s) with the impulses `[P_u; P_t; h λ_i]` and `P_b` of joints; `slip` is `Σ w_t⁺ P_t`, J.
     ///
     /// Impulses are paired with `v̄ = ½ (v⁺ + v⁻)`, and `T⁺ − T⁻ = v̄ᵀ M (v⁺ − v⁻)`.
     pub(super) fn book(
@@ -36,7 +36,7 @@ impl EnergyBooks {
         slip: f64,
         h: f64,
     ) {
-        let EnergyBooks { ledger, v_mean, v_change, .. } = self;
+        let EnergyBalance { ledger, v_mean, v_change, .. } = self;
         for ((mean, change), (v, v_next)) in v_mean.iter_mut().zip(&mut *v_change).zip(v.iter().zip(v_next)) {
             *mean = 0.5 * (v + v_next);
             *change = v_next - v;
@@ -47,9 +47,9 @@ impl EnergyBooks {
             acting.map(|(index, impulse)| rows.velocity(index, v_mean) * impulse).sum()
         };
         let (normal, rest) = impulses.split_at(eq3.unilateral.len());
-        let (tangential, forces) = rest.split_at(eq3.tangential.len());
+        let (tangential, p_i) = rest.split_at(eq3.tangential.len());
         let mut interface = 0.0;
-        for (row, impulse) in forces.iter().enumerate() {
+        for (row, impulse) in p_i.iter().enumerate() {
             interface += eq3.interface.velocity(row, v_mean) * impulse;
         }
         ledger.book(EnergyLedger {
@@ -66,8 +66,8 @@ impl EnergyBooks {
 
     /// Returns the energy account, from changes of kinetic, potential and spring energy since the start (J).
     ///
-    /// Of compliant contacts the loss is that of the dampers, and the springs are part of the stored energy. The error that the step makes
-    /// in both belongs to the integration.
+    /// Of compliant contacts the loss is that of the dampers, and the springs are part of the stored energy. The error of the step in
+    /// both is counted as that of the integration.
     fn account(&self, spring: Option<ContactSpring>, kinetic: f64, potential: f64, springs: f64) -> EnergyAccount {
         let account = self.ledger.account(kinetic + potential, potential);
         if spring.is_none() {

@@ -9,7 +9,7 @@ use rimbench_contact::linear_algebra::Cholesky;
 /// How far the limit of the explicit rule must be from a step that it takes: at `hω = 2/1.25` both rules are equally wrong.
 const MARGIN: f64 = 1.25;
 
-/// What takes the place of mass and forces where stiff forces are taken implicitly, in steps too long for the explicit rule.
+/// The `M̂` and `f̂ = f_a − ĉ` of Eq. 1 where stiff forces are taken implicitly, in steps too long for the explicit rule.
 ///
 /// ```text
 /// M (v⁺ − v) = h f(q̄, v̄) + Aᵀ P            q̄ = q + ½h v̄,  v̄ = ½ (v + v⁺)
@@ -27,7 +27,7 @@ const MARGIN: f64 = 1.25;
 pub(in crate::mechanics) struct ImplicitPart {
     /// `K` and `D` where the forces are taken.
     pub(in crate::mechanics) forces: StiffForces,
-    /// `M̂` and its elimination; while they are in use, what they stand for.
+    /// `M̂` and its elimination; `M` and that of `M` while those are in use.
     mass: MassMatrix,
     elimination: Elimination,
     /// Whether a step of the length asked for last takes the forces implicitly.
@@ -57,7 +57,7 @@ impl ImplicitPart {
         }
     }
 
-    /// The part, if there is one and the step needs it.
+    /// Returns the part, if there is one and the step needs it.
     fn in_use(part: &mut Option<Box<Self>>) -> Option<&mut Self> {
         part.as_deref_mut().filter(|part| part.is_in_use)
     }
@@ -70,7 +70,7 @@ impl ImplicitPart {
         self.mass.add(k, &self.forces.stiffness);
     }
 
-    /// Finds out whether a step of `h` (s) is beyond what the explicit rule should take.
+    /// Finds out whether a step of `h` (s) is too long for the explicit rule.
     fn choose(&mut self, mass: &MassMatrix, h: f64) {
         let h = MARGIN * h;
         self.add_up(mass, -h, -0.25 * h * h);
@@ -83,7 +83,7 @@ impl ImplicitPart {
         };
     }
 
-    /// Puts `M̂` in the place of `M`, or `M` back.
+    /// Exchanges `M̂` and `M`.
     fn exchange(&mut self, mass: &mut MassMatrix, elimination: &mut Elimination) {
         std::mem::swap(&mut self.mass, mass);
         std::mem::swap(&mut self.elimination, elimination);
@@ -127,10 +127,10 @@ impl ContactStepper {
         part.forces.stiffness.add_product(-0.25 * h, &part.change, &mut self.eq3.force);
     }
 
-    /// Makes Eq. 4 at the present state as a step of `h` (s) finds it, unless it is there already.
+    /// Reduces Eq. 3 at the present state to Eq. 4 with the `M̂` of a step of `h` (s), unless that is done.
     ///
     /// ```text
-    /// f̂ = f − ½h K v        what the force comes to in the middle of the step, but for what M̂ has of it
+    /// f̂ = f − ½h K v        force in the middle of the step, without the part in M̂
     /// ```
     /// Over the whole step the model then ends where the step does, to the order of the step.
     pub(super) fn reduce_for_model(&mut self, h: f64) -> Result<(), Failure> {

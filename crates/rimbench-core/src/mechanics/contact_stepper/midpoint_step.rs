@@ -1,4 +1,4 @@
-//! One step by the midpoint rule, and one impact, once Eq. 3 is at hand.
+//! One step by the midpoint rule, and one impact, each from Eq. 3 at a given state.
 
 use super::ContactStepper;
 use crate::error::Failure;
@@ -61,7 +61,7 @@ pub(in crate::mechanics) struct MidpointStep<'a> {
 }
 
 impl ContactStepper {
-    /// Advances by one step.
+    /// Advances by one step of the midpoint rule.
     ///
     /// ```text
     /// v⁺ = v̂ + h α + G (A_uᵀ P_u + A_iᵀ h λ)      M, f, A at the middle       q⁺ = q + ½h (v + v⁺)
@@ -70,7 +70,7 @@ impl ContactStepper {
     /// ```
     /// Eq. 3 must be that of the middle, its convective terms halved, with the joint errors of the start. Stiff forces are taken
     /// implicitly ([`ImplicitPart`](super::ImplicitPart)). With moments κ the position follows from the velocity `v′` that impulses
-    /// `h λ + 2κ/h` would leave: of a free body this adds `G A_iᵀ κ`, what the course of the force displaces it by.
+    /// `h λ + 2κ/h` would leave: of a free body this adds `G A_iᵀ κ`, its displacement by the variation of the force.
     pub(in crate::mechanics) fn advance_from_middle(
         &mut self,
         step: MidpointStep<'_>,
@@ -82,9 +82,9 @@ impl ContactStepper {
         self.end_implicit(h);
         solved?;
         self.book_energy(h);
-        let reached = if step.moment.is_some() { &self.v_reached } else { &self.v_next };
-        for (q, (v, reached)) in self.q.iter_mut().zip(self.v.iter().zip(reached)) {
-            *q += 0.5 * h * (v + reached);
+        let v_displacement = if step.moment.is_some() { &self.v_displacement } else { &self.v_next };
+        for (q, (v, v_displacement)) in self.q.iter_mut().zip(self.v.iter().zip(v_displacement)) {
+            *q += 0.5 * h * (v + v_displacement);
         }
         std::mem::swap(&mut self.v, &mut self.v_next);
         self.last_step = h;
@@ -107,7 +107,7 @@ impl ContactStepper {
                 *impulse = h * force + 2.0 * moment / h;
             }
             self.solve_set(h, set)?;
-            self.elimination.velocity_after(h, &self.impulses, &mut self.v_reached);
+            self.elimination.velocity_after(h, &self.impulses, &mut self.v_displacement);
         }
         for (impulse, force) in self.impulses[n_u..].iter_mut().zip(force) {
             *impulse = h * force;
@@ -118,7 +118,7 @@ impl ContactStepper {
         Ok(())
     }
 
-    /// Lets the contacts of `set` collide where the system stands; their terms are made here.
+    /// Solves the impact of the contacts of `set` at the present state, and writes their terms.
     ///
     /// ```text
     /// v⁺ = v̂ + G A_uᵀ P_u        0 ≤ w⁺ + e w⁻ ⟂ P ≥ 0
@@ -144,7 +144,7 @@ impl ContactStepper {
         Ok(())
     }
 
-    /// Solves the contacts of `set` over a step of `h` (s; 0 for an impact), and puts their impulses among all.
+    /// Solves the contact problem of `set` over a step of `h` (s; 0 for an impact), and writes its impulses to `impulses`.
     fn solve_set(&mut self, h: f64, set: &mut ActiveProblem) -> Result<(), Failure> {
         let (n_u, n, m) = (self.eq4.contacts(), self.impulses.len(), set.contacts.len());
         self.impulses[..n_u].fill(0.0);

@@ -5,15 +5,14 @@ use crate::interface_model::{Redundancy, condense_in_modes};
 
 /// Observables that every model with contacts has.
 ///
-/// Closed are contacts whose row was at its bound in the last step, whatever a scheme counts as closed. `effective_mass_kg` is that of
-/// the closed contacts; `active_effective_mass_kg` that of the contacts that carried impulse
-/// in the last step. The sum of contact forces is also there for contacts that have no name of their own.
+/// Closed contacts c are those whose row was at its bound in the last step, whatever a scheme counts as closed. `rank_h_uu` is the rank
+/// of `H_cc`, and `effective_mass_kg` is `(H_ii − H_ic H_cc⁺ H_ci)⁻¹`, as in the source paper's Fig. 2; `active_effective_mass_kg` takes
+/// the contacts that carried impulse for c. The sum of contact forces includes contacts without a column of their own.
 pub(in crate::mechanics) const CONTACT_OBSERVABLES: [&str; 5] =
     ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg", "contact_force_sum_n"];
 
 impl ContactStepper {
-    /// Writes gaps, contact forces of the last step, and what the contacts do to the interface, in the order of
-    /// [`CONTACT_OBSERVABLES`]; `h` is the step that follows.
+    /// Writes gaps, contact forces `λ_u = P_u/h` of the last step, and to `contact` the [`CONTACT_OBSERVABLES`]; `h` is the next step.
     pub(in crate::mechanics) fn observe(&mut self, h: f64, gaps: &mut [f64], forces: &mut [f64], contact: &mut [f64]) {
         let n_u = self.eq3.unilateral.len();
         gaps.copy_from_slice(&self.eq3.unilateral.position[..gaps.len()]);
@@ -34,7 +33,7 @@ impl ContactStepper {
         contact[3] = contact[2];
         if self.last_step.is_finite() {
             let active = (0..n_u).filter(|&contact| self.impulses[contact] > 0.0);
-            // Mostly the contacts that are closed, or none.
+            // Mostly these are the closed contacts.
             if !active.clone().eq(self.closed.iter().copied()) {
                 self.closed.clear();
                 self.closed.extend(active);

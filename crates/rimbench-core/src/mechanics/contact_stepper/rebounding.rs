@@ -8,14 +8,14 @@ use rimbench_contact::contact_law::{
     GapRates, ImpactRows, ImpactStep, Rebounds, Solved, discretisation_approach, rounding_velocity,
 };
 
-/// The rebounds of a step, with what must be known of the steps before it. Empty where nothing rebounds.
+/// The rebounds of a step, with approaches and touching contacts of the steps before it. Empty where nothing rebounds.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rebounding {
     rebounds: Rebounds,
     tolerance: f64,
     /// Velocities of the contacts' rows without contact forces, m/s.
     free: Vec<f64>,
-    /// Approach that the discretisation makes of each contact in the step to come and in the last two, m/s.
+    /// Approach of each contact caused by the discretisation in the next step and in the last two, m/s.
     approach: [Vec<f64>; 3],
     /// Contacts that touched in the last step and in the one before: at their bound, or rebounding.
     touched: [Vec<bool>; 2],
@@ -39,13 +39,13 @@ impl Rebounding {
         self.rebounds.any()
     }
 
-    /// Tells whether this contact does.
+    /// Tells whether this contact rebounds in the step.
     #[inline]
     pub(super) fn rebounds(&self, contact: usize) -> bool {
         self.rebounds.rebounds(contact)
     }
 
-    /// How contacts rebound in a step of `h` (s).
+    /// Returns the impact law over a step of `h` (s).
     fn impact_step(&self, law: &ContactLaw, h: f64) -> ImpactStep {
         ImpactStep {
             restitution: law.restitution,
@@ -83,7 +83,7 @@ impl Rebounding {
         self.rebounds.term_along(&self.impact_step(law, h), contact, w)
     }
 
-    /// Finds the contacts that rebound in a step of `h` (s) under the interface impulses `forces` (N·s).
+    /// Finds the contacts that rebound in a step of `h` (s) under the interface impulses `p_i` (N·s).
     ///
     /// # Errors
     /// As the contact solver reports, which is asked once there are contacts that are hit.
@@ -91,14 +91,14 @@ impl Rebounding {
         &mut self,
         law: &ContactLaw,
         eq4: &ReducedInterfaceModel,
-        forces: &[f64],
+        p_i: &[f64],
         h: f64,
         contacts: &mut StepContacts,
     ) -> Result<(), Failure> {
         let (rows, step) = (eq4.interface_start(), self.impact_step(law, h));
         for (row, free) in self.free.iter_mut().enumerate() {
             *free = eq4.w[row] + h * eq4.a[row];
-            for (i, impulse) in forces.iter().enumerate() {
+            for (i, impulse) in p_i.iter().enumerate() {
                 *free += eq4.entry(row, rows + i) * impulse;
             }
         }
@@ -122,10 +122,10 @@ impl Rebounding {
         }
     }
 
-    /// Writes to Eq. 4 of a step `h` (s) the approach that discretisation makes of contacts at rest, with the velocities `v`.
+    /// Writes to Eq. 4 of a step `h` (s) the approach w₀ of contacts at rest that the discretisation causes, at the velocities `v`.
     ///
-    /// It is met to rounding, so that this comes on top. Where it is zero a rebound of rounding is rounding. Contacts that touched in
-    /// neither of the last two steps do not rest: with any approach, they are hit.
+    /// Where w₀ is not zero, rounding is added. Contacts that touched in neither of the last two steps do not rest: any approach is an
+    /// impact.
     pub(super) fn write_approach(&mut self, eq3: &Linearisation, v: &[f64], h: f64, eq4: &mut ReducedInterfaceModel) {
         let rows = eq4.w.iter().zip(&eq4.a).map(|(w, a)| (*w, h * a));
         let rounding = rounding_velocity(self.tolerance, rows.take(eq4.interface_start()));
@@ -143,7 +143,7 @@ impl Rebounding {
         }
     }
 
-    /// Goes on to the next step.
+    /// Makes the present step the last one.
     pub(super) fn rotate(&mut self) {
         self.approach.rotate_right(1);
         self.touched.rotate_right(1);

@@ -6,18 +6,18 @@ use crate::error::Failure;
 use crate::interface_model::{Elimination, Rows};
 
 impl ContactStepper {
-    /// Goes over to rows that stand for other contacts, after a step; `columns` are those of the velocities that they can know. A contact that
-    /// was closed or hit in the step must have kept its row.
+    /// Replaces the rows by those of other contacts, after a step; `columns` are those of their non-zeros. A contact that was closed or hit in
+    /// the step must have kept its row.
     ///
     /// # Errors
-    /// If they now meet so often that entries which are zero for good are few.
+    /// If the pattern of `H_uu` is no longer sparse.
     pub(in crate::mechanics) fn remap_contacts(&mut self, columns: Option<&[Vec<usize>]>) -> Result<(), Failure> {
-        // It follows from the problem of the rows as they were.
+        // The closed contacts follow from the contact problem of the old rows.
         self.find_closed();
         let (rows, velocities) = (self.eq3.unilateral.len(), self.eq3.velocities());
         match columns.filter(|_| self.contacts.is_sparse()) {
             Some(columns) => self.eq3.unilateral = Rows::in_columns(velocities, columns),
-            // What a row no longer knows must be zero.
+            // Entries of the old rows must not remain.
             None => self.eq3.unilateral = Rows::zeros(rows, velocities),
         }
         let pattern = Elimination::delassus_pattern(&self.eq3);

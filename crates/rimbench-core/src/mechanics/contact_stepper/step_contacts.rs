@@ -1,8 +1,9 @@
-//! The contact problem of one step: posed from Eq. 4 and the contact law, and solved.
+//! The contact problem of one step, Eq. 4 with the contact law: its right-hand side, and its solution.
 //!
 //! ```text
-//! b = w + h a + H_·i hλ + contact law        w⁺ = H P + b        K ∋ P ⟂ w⁺ ∈ K*
+//! b = w + h a + H_·i h λ_i + t        w⁺ + t = H P + b        0 ≤ w_n⁺ + t_n ⟂ P_n ≥ 0, with friction Coulomb's law for P_t
 //! ```
+//! t is the gap term, or the impact term of a contact that rebounds. In the paper `b_u = w_u + h a_u`, λ_i is unknown, and `t = 0`.
 
 use super::coulomb::CoulombStep;
 use super::{ContactLaw, Rebounding};
@@ -14,7 +15,7 @@ use rimbench_contact::complementarity::{
 use rimbench_contact::contact_law::{Solved, gap_velocity};
 use rimbench_contact::linear_algebra::{SymmetricPattern, body_dot};
 
-/// Contact law and Eq. 4 of a step, from which the right-hand side of its contact problem follows.
+/// Contact law and Eq. 4 of a step, which determine the right-hand side of its contact problem.
 #[derive(Clone, Copy)]
 pub(super) struct ContactTerms<'a> {
     pub(super) law: &'a ContactLaw,
@@ -26,26 +27,26 @@ pub(super) struct ContactTerms<'a> {
 }
 
 impl ContactTerms<'_> {
-    /// Returns the gap term of a contact, or the impact term of one that rebounds, m/s.
+    /// Returns `t_n` of a contact: the gap term, or the impact term of one that rebounds, m/s.
     pub(super) fn normal(&self, contact: usize) -> f64 {
         let ContactTerms { law, eq4, rebounding, h, solved } = *self;
         let gap_term = gap_velocity(eq4.gap[contact], h, h, law.stabilisation);
         rebounding.normal_term(law, contact, gap_term, (eq4.w[contact], h), solved)
     }
 
-    /// Returns the impact term of a stacked tangential row, m/s.
+    /// Returns `t_t` of a stacked tangential row, its impact term, m/s.
     pub(super) fn tangential(&self, row: usize) -> f64 {
         self.rebounding.tangential_term(self.law, row - self.eq4.contacts(), (self.eq4.w[row], self.h))
     }
 
-    /// Returns `b` of one stacked row, `forces` being `h λ_i`.
-    pub(super) fn row(&self, row: usize, h_i: &[f64], forces: &[f64], term: f64) -> f64 {
+    /// Returns `b` of one stacked row with its term t, `p_i` being `h λ_i`.
+    pub(super) fn row(&self, row: usize, h_i: &[f64], p_i: &[f64], term: f64) -> f64 {
         let free = self.eq4.w[row] + self.h * self.eq4.a[row];
-        free + body_dot(h_i, forces) + term
+        free + body_dot(h_i, p_i) + term
     }
 }
 
-/// A contact problem with a dense Delassus matrix: `H`, `b`, and `w⁺ = H P + b`.
+/// A contact problem with a dense Delassus matrix: `H`, `b`, and `w = H P + b`.
 #[derive(Debug, Clone)]
 pub(super) struct DenseProblem {
     pub(super) h: Vec<f64>,
@@ -58,13 +59,13 @@ impl DenseProblem {
         DenseProblem { h: vec![0.0; rows * rows], b: vec![0.0; rows], w: vec![0.0; rows] }
     }
 
-    /// Poses the problem; tangential rows come after the normal ones.
-    pub(super) fn pose(&mut self, terms: ContactTerms<'_>, forces: &[f64]) {
+    /// Writes `H` and `b`; tangential rows come after the normal ones.
+    pub(super) fn pose(&mut self, terms: ContactTerms<'_>, p_i: &[f64]) {
         let (rows, stacked, n) = (self.b.len(), terms.eq4.a.len(), terms.eq4.contacts());
         for row in 0..rows {
             let (h_cc, h_ci) = terms.eq4.h[row * stacked..(row + 1) * stacked].split_at(rows);
             let term = if row < n { terms.normal(row) } else { terms.tangential(row) };
-            self.b[row] = terms.row(row, h_ci, forces, term);
+            self.b[row] = terms.row(row, h_ci, p_i, term);
             let out = &mut self.h[row * rows..(row + 1) * rows];
             // A few entries are copied faster one by one than by a call.
             if rows < 6 { out.iter_mut().zip(h_cc).for_each(|(out, h)| *out = *h) } else { out.copy_from_slice(h_cc) }
@@ -79,7 +80,8 @@ impl DenseProblem {
         }
     }
 
-    /// Replaces the rigid law by spring and damper.
+    /// Replaces the gap term by that of spring and damper, and adds their compliance to the diagonal of `H`, see
+    /// [`ContactSpring`](rimbench_contact::contact_law::ContactSpring).
     fn add_compliance(&mut self, terms: ContactTerms<'_>) {
         let Some(spring) = terms.law.spring else { return };
         let (n, rates) = (self.b.len(), spring.gap_rates(terms.h));
@@ -118,16 +120,16 @@ impl StepContacts {
         }
     }
 
-    /// Solves for the contact impulses of one step; `impulses` holds `h λ_i` behind them already.
+    /// Solves for the contact impulses of one step, the first of `impulses`; the others are `h λ_i`, given.
     ///
     /// # Errors
     /// As the contact solver reports.
     #[inline]
     pub(super) fn solve(&mut self, terms: ContactTerms<'_>, impulses: &mut [f64]) -> Result<(), Failure> {
-        let (impulses, forces) = impulses.split_at_mut(terms.eq4.interface_start());
+        let (impulses, p_i) = impulses.split_at_mut(terms.eq4.interface_start());
         match self {
             StepContacts::Signorini { problem, solver } => {
-                problem.pose(terms, forces);
+                problem.pose(terms, p_i);
                 problem.add_compliance(terms);
                 solver.solve(Lcp::new(&problem.h, &problem.b), impulses)?;
             }
@@ -135,15 +137,15 @@ impl StepContacts {
                 for (contact, b) in b.iter_mut().enumerate() {
                     *b = terms.eq4.w[contact] + terms.h * terms.eq4.a[contact] + terms.normal(contact);
                 }
-                for (i, &force) in forces.iter().enumerate() {
+                for (i, &impulse) in p_i.iter().enumerate() {
                     let column = terms.eq4.interface_column(i).expect("Eq. 4 is sparse");
-                    b.iter_mut().zip(column).for_each(|(b, h)| *b += h * force);
+                    b.iter_mut().zip(column).for_each(|(b, h)| *b += h * impulse);
                 }
                 solver.forget_matrix();
                 let rows = terms.eq4.contact_rows().expect("Eq. 4 is sparse");
                 solver.solve(SparseLcp::by_pattern(rows, b), impulses)?;
             }
-            StepContacts::Coulomb(contacts) => contacts.solve(terms, impulses, forces)?,
+            StepContacts::Coulomb(contacts) => contacts.solve(terms, impulses, p_i)?,
         }
         Ok(())
     }
@@ -185,7 +187,7 @@ impl StepContacts {
         Ok(())
     }
 
-    /// Returns `w⁺` of the last step, m/s, normal rows first, and the part of it that is rounding: the solver's tolerance times `‖b‖_∞`.
+    /// Returns `w⁺ + t = H P + b` of the last step, m/s, normal rows first, and up to where it is rounding: the tolerance times `‖b‖_∞`.
     pub(super) fn velocities_after(&mut self, impulses: &[f64]) -> (&[f64], f64) {
         let scale = |b: &[f64]| b.iter().fold(0.0, |max, b| if b.abs() > max { b.abs() } else { max });
         match self {
@@ -205,7 +207,7 @@ impl StepContacts {
         }
     }
 
-    /// Returns the energy that the dampers of compliant contacts took in the step just solved, J.
+    /// Returns `total` plus the energy dissipated by the dampers of compliant contacts in the step just solved, J.
     pub(super) fn damper_loss(&self, terms: ContactTerms<'_>, impulses: &[f64], mut total: f64) -> f64 {
         let (Some(spring), StepContacts::Signorini { problem: DenseProblem { h, b, .. }, .. }) =
             (terms.law.spring, self)

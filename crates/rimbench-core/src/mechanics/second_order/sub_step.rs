@@ -237,8 +237,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             let (gap, w) = (steps.start.gap[contact], steps.start.w[contact]);
             let (gap_after, w_after) = (rows.position[contact], rows.velocity(contact, &self.stepper.v));
             let moment_known = steps.joint.moment_known;
-            let reached = if moment_known { rows.velocity(contact, &self.stepper.v_reached) } else { w_after };
-            steps.gap_error[contact] = (gap_after - gap - 0.5 * h * (w + reached)).abs() / h.powi(3);
+            let w_displacement =
+                if moment_known { rows.velocity(contact, &self.stepper.v_displacement) } else { w_after };
+            steps.gap_error[contact] = (gap_after - gap - 0.5 * h * (w + w_displacement)).abs() / h.powi(3);
             steps.velocity_error[contact] = (w_after - steps.row_velocity[contact]).abs() / h.powi(2);
         }
         steps.passed = None;

@@ -9,7 +9,7 @@ use rimbench_contact::complementarity::{
     Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet, SparseLcp,
 };
 
-/// A solver of `w⁺ = H P + b`, `K ∋ P ⟂ w⁺ ∈ K*`; it determines the cone K and the form of H.
+/// A solver of `w⁺ = H P + b`, a [`ContactProblem`](rimbench_contact::problem::ContactProblem); it determines the cone K and the form of H.
 pub(crate) trait ContactSolver: Clone {
     /// `H_AA` of its active sets, for micro steps that keep the set.
     type Factor: ActiveSetFactor;

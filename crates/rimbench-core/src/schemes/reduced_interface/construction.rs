@@ -1,4 +1,4 @@
-//! How a scheme is made from a kind of contacts, options, and the size of the model.
+//! Construction of a scheme from the treatment of contacts, the options, and the size of the model.
 
 use super::super::active_contacts::ActiveContacts;
 use super::super::construction::{Construction, ModelConstruction};
@@ -33,13 +33,13 @@ const SQUARES: u64 = 12;
 /// How contacts enter the model within the macro step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in super::super) enum Contacts {
-    /// Contacts closed at `t_k` are bilateral: `w_c⁺ = 0`, eliminated beforehand.
+    /// The paper's smooth model: contacts closed at `t_k` are bilateral, `w_c⁺ = 0`, and eliminated beforehand.
     Bilateral,
     /// Contacts that carry impulse at `t_k` are bilateral, the others are left out.
     BilateralActive,
-    /// Contacts closed at `t_k` may open: `0 ≤ w_u⁺ ⟂ P_u ≥ 0`, or the law that comes with their detection.
+    /// The paper's non-smooth model, Eq. 4: contacts closed at `t_k` may open, `0 ≤ w_u⁺ ⟂ P_u ≥ 0`, or with a [`GapTerm`].
     Unilateral,
-    /// All contacts are there with their gaps: `0 ≤ w_u⁺ + g/δ ⟂ P_u ≥ 0`, `g⁺ = g + δ w_u⁺`.
+    /// All contacts may also close: `0 ≤ w_u⁺ + g/δ ⟂ P_u ≥ 0`, `g⁺ = g + δ w_u⁺`.
     UnilateralWithGaps,
 }
 
@@ -50,7 +50,7 @@ impl Contacts {
 }
 
 impl GapTerm {
-    /// Returns what gaps do with these contacts; compliant ones press by their gap.
+    /// Returns the gap term of these contacts; the force of compliant ones follows from their gap.
     pub(super) fn of(contacts: Contacts, detection: Option<ContactDetection>, compliant: bool) -> Self {
         match (contacts, detection) {
             (Contacts::UnilateralWithGaps, _) => GapTerm::Tracked,
@@ -80,9 +80,9 @@ pub(super) fn must_hold_every_entry(contacts: usize, limit: u64) -> Result<()> {
     )))
 }
 
-/// Tells whether micro steps of one active set are affine in state and force.
+/// Tells whether micro steps that keep their active set are affine in state and force.
 fn is_affine(contacts: Contacts, empty: &ReducedInterfaceModel, options: &ModelOptions) -> bool {
-    // A solver that was asked for by name is given every problem; a coefficient at rest changes from micro step to micro step.
+    // A solver chosen by name solves every problem; with stiction the coefficient of friction changes between micro steps.
     !contacts.are_bilateral()
         && options.motion != ModelMotion::Extrapolated
         && options.solver.goes_by_active_sets()
@@ -90,7 +90,7 @@ fn is_affine(contacts: Contacts, empty: &ReducedInterfaceModel, options: &ModelO
         && empty.stiction.is_none()
 }
 
-/// Makes the solver of the contacts, and the model over a micro step that goes with it.
+/// Makes the solver of the contacts, and the discretised model that it works on.
 fn model_contacts(
     contacts: Contacts,
     detection: Option<ContactDetection>,
@@ -99,7 +99,7 @@ fn model_contacts(
 ) -> Result<(ModelContacts, DiscretisedModel)> {
     let (n_u, n_i, first) = (empty.contacts(), empty.interface(), empty.interface_start());
     let affine = is_affine(contacts, empty, options);
-    // The set is all contacts, and the model has no more of them than its pattern.
+    // All contacts are in the set, so that the pattern of the mechanics is that of the model.
     let all = matches!(detection, None | Some(ContactDetection::MechanicsLaw));
     if let Some(pattern) = empty.delassus_pattern().filter(|_| affine && all) {
         let solver = SparseActiveSet::new(pattern, options.solver.tolerance);
@@ -124,7 +124,7 @@ fn model_contacts(
 }
 
 impl ReducedInterface {
-    /// Describes the scheme with contacts of this kind.
+    /// Describes the scheme with this treatment of contacts.
     pub(in super::super) fn entry(name: &'static str, about: &'static str, contacts: Contacts) -> SchemeEntry {
         let usual = |default| Some(DetectionRule { default, has_law: contacts != Contacts::Bilateral });
         SchemeEntry {

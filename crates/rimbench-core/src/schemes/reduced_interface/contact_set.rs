@@ -1,4 +1,4 @@
-//! The contacts that a model has within a macro step.
+//! The contacts that a model contains within a macro step.
 
 use super::super::active_contacts::ActiveContacts;
 use super::super::contact_detection::ContactDetection;
@@ -9,7 +9,7 @@ use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::complementarity::SolverCounters;
 
-/// Detects contacts at a communication point, and keeps those of the one before.
+/// Detects the contacts at a communication point, and remembers those of the last one.
 #[derive(Clone)]
 pub(super) struct ContactSet {
     kind: Contacts,
@@ -21,7 +21,7 @@ pub(super) struct ContactSet {
 }
 
 impl ContactSet {
-    /// Reserves the contacts of models of the size that `active` has.
+    /// Reserves up to `contacts` contacts.
     pub(super) fn new(
         kind: Contacts,
         detection: Option<ContactDetection>,
@@ -48,7 +48,7 @@ impl ContactSet {
         self.kind == Contacts::BilateralActive
     }
 
-    /// Detects the contacts of a model that arrives.
+    /// Detects the contacts of a received model.
     pub(super) fn detect(&mut self, model: &ReducedInterfaceModel) {
         std::mem::swap(&mut self.contacts, &mut self.previous);
         match self.detection {
@@ -64,7 +64,7 @@ impl ContactSet {
         }
     }
 
-    /// Keeps the contacts that carry impulse with the actuator's force `lambda` (N), and records their modes.
+    /// Keeps the contacts that carry impulse under the actuator's force `lambda` (N), and records whether they stick or slip.
     ///
     /// # Errors
     /// As the contact solver reports.
@@ -78,7 +78,7 @@ impl ContactSet {
         let MovingModel { received, current, .. } = model;
         self.active.keep(&mut self.contacts, received, lambda, by_law, modes)?;
         if by_law {
-            // Bilateral contacts then move by the law: w_c⁺ = −gap term.
+            // Bilateral contacts then follow the gap law: w_c⁺ = −t.
             for &contact in &self.contacts {
                 current.w[contact] += received.step_gap_velocity(contact);
             }

@@ -1,20 +1,20 @@
-//! The mass that the actuator pushes.
+//! The effective mass of the model (source paper, Fig. 2).
 
 use crate::interface_model::{Condensation, ContactModes, ReducedInterfaceModel, Redundancy, condense_in_modes};
 
-/// The effective mass with the contacts that carried impulse.
+/// The effective mass `m_eff = (H_ii − H_ic H_cc⁺ H_ci)⁻¹`, c being the contacts that carried impulse.
 #[derive(Clone)]
 pub(super) struct EffectiveMass {
-    /// Where contacts are bilateral: that of the communication point, kg.
+    /// Where contacts are bilateral: the effective mass at the communication point, kg.
     pub(super) bilateral: f64,
     /// Contacts that carried impulse in the first micro step since the communication point; until it is solved, in the last one before.
     strongly_active: Vec<usize>,
-    /// The model with those contacts closed.
+    /// The model with those contacts bilateral.
     condensation: Condensation,
 }
 
 impl EffectiveMass {
-    /// Reserves models like `empty`.
+    /// Reserves room for models of the size of `empty`.
     pub(super) fn new(empty: &ReducedInterfaceModel) -> Self {
         EffectiveMass {
             bilateral: f64::NAN,
@@ -30,7 +30,7 @@ impl EffectiveMass {
         self.strongly_active.extend(active.map(|(&contact, _)| contact));
     }
 
-    /// Returns the effective mass (kg) of `model` with those contacts closed in these modes.
+    /// Returns the effective mass (kg) of `model` with the recorded contacts bilateral, sticking or slipping as `modes` says.
     pub(super) fn of_strongly_active(
         &mut self,
         model: &ReducedInterfaceModel,

@@ -1,17 +1,17 @@
-//! The contact law of the model's micro steps, from that of the mechanics.
+//! The contact law of the model's micro steps, from that of the mechanics. Eq. 4 has no gap term.
 
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::StepContactLaw;
 use rimbench_contact::contact_law::GapRates;
 
-/// What the gaps do in the complementarity condition of a micro step.
+/// The gap term t in the complementarity condition of a micro step, `0 ≤ w_u⁺ + t ⟂ P_u ≥ 0`; see [`GapRates`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum GapTerm {
-    /// Nothing: `w_u⁺ ≥ 0`.
+    /// `t = 0`, as in Eq. 4.
     None,
-    /// They stay as at `t_k`, with the mechanics' own step.
+    /// The gaps of `t_k` over the mechanics' step, `t = g/h` where open.
     Frozen,
-    /// They move with the model.
+    /// The gaps of the model, `g⁺ = g + δ w_u⁺`, over the micro step, `t = g/δ` where open.
     Tracked,
 }
 
