@@ -2,7 +2,7 @@
 //! `cargo run --release --example custom_scheme RESULTS experiments/paper/*.toml`
 
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{CouplingScheme, MicroStep, PerSide, Sample, SchemeReport, Side};
+use rimbench::cosim::{CouplingScheme, MicroStep, PerSide, Sample, Side};
 use rimbench::error::{Failure, Result};
 use rimbench::harness::{Experiment, compare};
 use rimbench::schemes::SchemeEntry;
@@ -21,9 +21,6 @@ impl CouplingScheme for SmoothedHold {
     fn input(&mut self, to: Side, _: MicroStep, _own: &[f64], u: &mut [f64]) -> Result<(), Failure> {
         u.copy_from_slice(&self.0[to.other()]);
         Ok(())
-    }
-    fn report(&mut self) -> SchemeReport {
-        SchemeReport::default()
     }
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
         Some(Box::new(self.clone()))

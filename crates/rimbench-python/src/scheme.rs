@@ -5,7 +5,7 @@ use crate::model;
 use crate::numbers::{copied, fill, method};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rimbench::cosim::{CouplingScheme, MicroStep, Ports, Sample, SchemeReport, Side};
+use rimbench::cosim::{CouplingScheme, MicroStep, Ports, Sample, Side};
 use rimbench::error::Failure;
 use rimbench::schemes::{Family, Requirement, SchemeEntry};
 use std::sync::Arc;
@@ -121,10 +121,6 @@ impl CouplingScheme for SchemeObject {
             fill(&value, "input", u)
         };
         Python::attach(|py| call(py).map_err(|error| errors::failure(py, error)))
-    }
-
-    fn report(&mut self) -> SchemeReport {
-        SchemeReport::default()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

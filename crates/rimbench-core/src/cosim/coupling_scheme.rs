@@ -141,7 +141,9 @@ pub trait CouplingScheme: Send {
     }
 
     /// Reports on the scheme's own picture of the other side. Looks at what was solved; solves no contact problem.
-    fn report(&mut self) -> SchemeReport;
+    fn report(&mut self) -> SchemeReport {
+        SchemeReport::default()
+    }
 
     /// A copy in the present state, or nothing if the scheme cannot be copied.
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>>;

@@ -16,7 +16,7 @@
 
 use super::entry::SchemeEntry;
 use super::input_polynomial::shifted;
-use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, Side};
 use crate::error::Failure;
 
 pub(super) fn entry() -> SchemeEntry {
@@ -60,10 +60,6 @@ impl CouplingScheme for ExtrapolatedInterpolation {
             *course = shifted([*c0, c1 / h, c2 / h2, c3 / (h * h2)], at.since_exchange);
         }
         true
-    }
-
-    fn report(&mut self) -> SchemeReport {
-        SchemeReport::default()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

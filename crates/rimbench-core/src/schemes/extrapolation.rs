@@ -1,7 +1,7 @@
 //! Polynomial extrapolation through the last communication points, shared by the holds of order 0, 1 and 2.
 
 use super::input_polynomial::InputPolynomial;
-use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Ports, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Ports, Sample, Side};
 use crate::error::Failure;
 
 /// Extrapolates the inputs of both sides with a polynomial of fixed degree.
@@ -45,10 +45,6 @@ impl CouplingScheme for Extrapolation {
 
     fn course(&self, to: Side, at: MicroStep, course: &mut [Cubic]) -> bool {
         self.sent[to.other()].1.within(at, course)
-    }
-
-    fn report(&mut self) -> SchemeReport {
-        SchemeReport::default()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

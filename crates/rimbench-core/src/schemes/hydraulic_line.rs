@@ -25,7 +25,7 @@
 use super::construction::sent_lines;
 use super::entry::{Gain, SchemeEntry};
 use super::requirement::Requirement;
-use crate::cosim::{CouplingScheme, LineForces, MicroStep, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, LineForces, MicroStep, Sample, Side};
 use crate::error::Failure;
 
 pub(super) fn entry() -> SchemeEntry {
@@ -82,10 +82,6 @@ impl CouplingScheme for HydraulicLine {
             *force -= impedance * velocity;
         }
         Ok(())
-    }
-
-    fn report(&mut self) -> SchemeReport {
-        SchemeReport::default()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

@@ -28,7 +28,7 @@ use super::construction::Construction;
 use super::entry::{Gain, SchemeEntry};
 use super::output_integral::OutputIntegral;
 use super::requirement::Requirement;
-use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, Cubic, MicroStep, PerSide, Sample, Side};
 use crate::error::Failure;
 
 /// α of the published method.
@@ -114,10 +114,6 @@ impl CouplingScheme for Nepce {
             *row = [start, variable.slope, 0.0, 0.0];
         }
         true
-    }
-
-    fn report(&mut self) -> SchemeReport {
-        SchemeReport::default()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

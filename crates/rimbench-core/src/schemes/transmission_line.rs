@@ -32,7 +32,7 @@
 use super::construction::sent;
 use super::entry::{Gain, SchemeEntry};
 use super::requirement::Requirement;
-use crate::cosim::{CouplingScheme, MicroStep, OutputRates, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, MicroStep, OutputRates, Sample, Side};
 use crate::error::Failure;
 
 /// Default of γ: added mass and added compliance of equal weight.
@@ -214,10 +214,6 @@ impl CouplingScheme for TransmissionLine {
             (u[i], u[m + i]) = (line.length, velocity);
         }
         Ok(())
-    }
-
-    fn report(&mut self) -> SchemeReport {
-        SchemeReport::default()
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {
