@@ -9,19 +9,25 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rimbench::cases::Case;
+use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
 use rimbench::complementarity::{SolveStats, SolverEntry};
 use rimbench::corpus::{Replay, Solve, Start, draw_profile};
+use rimbench::cosim::{Bounds, StopFlag};
 use rimbench::error::Error;
+use rimbench::figures::case_picture::picture;
 use rimbench::figures::chart::{Axis, Figure, Guide, Inset, LegendPlace, Mode, Panel, Series};
 use rimbench::figures::dots::DotRow;
 use rimbench::figures::drawing::{Drawing, Shape};
 use rimbench::figures::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
 use rimbench::figures::matrix::{Cell, Column, Matrix, MatrixPanel};
-use rimbench::figures::render;
+use rimbench::figures::render::{self, svg};
 use rimbench::figures::style::{SeriesStyle, Styles};
+
 use rimbench::figures::{FigureList, MadeFigures};
 use rimbench::name::Name;
+use rimbench::runs::{RunRequest, simulate};
 
 /// Every solver on 60 made-up problems, warm and cold: each slower than the one before, and the last three fail on some.
 fn replays() -> Vec<Replay> {
@@ -753,6 +759,43 @@ fn every_title_of_a_figure_rests_on_claims_that_reproduce_and_every_figure_is_on
     }
     assert!(faults.is_empty(), "{faults:#?}");
     assert!(verdicts.values().any(|verdict| verdict == "not-reproduced"), "no title could fail");
+}
+
+/// What a case looks like at the start, by a run of one macro step.
+fn case_picture(catalogue: &Catalogue, case: &Case) -> String {
+    let drawing = (case.drawing)(&case.default_parameters()).expect("a drawing");
+    let macro_step_s = case.defaults.macro_step_s;
+    let request =
+        RunRequest { duration_s: Some(macro_step_s), ..RunRequest::of(case.name.to_string(), "zero-order-hold") };
+    let spec = request.resolve(catalogue).unwrap();
+    let run = simulate(&spec, Bounds::default(), None, StopFlag::never()).unwrap().trajectory;
+    let value =
+        |column: &str| run.columns().iter().position(|name| name == column).map_or(f64::NAN, |at| run.data()[at]);
+    svg(&picture(case, &drawing, &value))
+}
+
+/// `RIMBENCH_FILL_PAGES=1` writes them.
+#[test]
+fn every_case_has_its_picture_in_the_book() {
+    let (catalogue, folder) = (Catalogue::standard(), root().join("docs/cases/pictures"));
+    let pages: String =
+        files(&root().join("docs/cases"), "md").iter().map(|page| std::fs::read_to_string(page).unwrap()).collect();
+    let mut faults = Vec::new();
+    for case in catalogue.cases() {
+        let (path, made) = (folder.join(format!("{}.svg", case.name)), case_picture(&catalogue, case));
+        assert!(!made.contains("NaN"), "{}", case.name);
+        if std::env::var_os("RIMBENCH_FILL_PAGES").is_some() {
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(&path, &made).unwrap();
+        }
+        if std::fs::read_to_string(&path).ok().as_ref() != Some(&made) {
+            faults.push(format!("{} is not what its drawing says", path.display()));
+        }
+        if !pages.contains(&format!("](pictures/{}.svg)", case.name)) {
+            faults.push(format!("no page shows {}", case.name));
+        }
+    }
+    assert!(faults.is_empty(), "RIMBENCH_FILL_PAGES=1 makes them: {faults:#?}");
 }
 
 /// Every figure of the list: in the legend no two rows have the same line and sign.

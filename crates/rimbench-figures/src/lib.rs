@@ -11,6 +11,7 @@
 //! | `figure`, `panel`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
 //! | `scale`, [`ticks`], `clip`, `marker`, `hatch` | value to position, round numbers, edges, signs, shading |
 //! | [`dots`] | ranked dot plots: a row per scheme |
+//! | [`case_picture`] | a case as it says that it looks |
 //! | [`matrix`] | which scheme is stable at which macro step: a sign per cell |
 //! | [`manoeuvre`], `wedge_box` | the wedge box at a row of instants |
 //! | [`animation`] | the wedge box in motion, as an image that moves without a script |
@@ -31,6 +32,7 @@
 //! part that simulates (`live_part`).
 
 pub mod animation;
+pub mod case_picture;
 pub mod chart;
 pub mod days;
 pub mod dots;

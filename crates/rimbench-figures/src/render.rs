@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::drawing::Drawing;
 use super::paint::{self, Pixels};
 use super::vector;
+pub use super::vector::svg;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::atomic_file::write_atomically;
 
@@ -27,12 +28,20 @@ pub struct FigureFiles {
 /// [`Error::File`] if the folder cannot be written to.
 pub fn write(drawing: &Drawing, folder: &Path, name: &str) -> Result<FigureFiles> {
     let files = FigureFiles { svg: folder.join(format!("{name}.svg")), png: folder.join(format!("{name}.png")) };
-    let undrawn = |path: &Path, message: String| Error::file(path, format!("cannot write the figure: {message}"));
     let svg = vector::svg(drawing);
     write_atomically(&files.svg, |file| file.write_all(svg.as_bytes()))?;
-    let pixels = paint::pixels(drawing, PNG_SCALE).map_err(|message| undrawn(&files.png, message))?;
-    write_atomically(&files.png, |file| encode(&pixels, file).map_err(std::io::Error::other))?;
+    write_png(drawing, &files.png, PNG_SCALE)?;
     Ok(files)
+}
+
+/// Writes the pixel image alone.
+///
+/// # Errors
+/// [`Error::File`] if it cannot be written.
+pub fn write_png(drawing: &Drawing, path: &Path, scale: f64) -> Result<()> {
+    let undrawn = |message: String| Error::file(path, format!("cannot write the figure: {message}"));
+    let pixels = paint::pixels(drawing, scale).map_err(undrawn)?;
+    write_atomically(path, |file| encode(&pixels, file).map_err(std::io::Error::other))
 }
 
 /// Encodes pixels as PNG, quickly: the file is some tenths larger than it could be.

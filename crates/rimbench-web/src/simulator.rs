@@ -80,7 +80,7 @@ impl Simulator {
 
     fn cases(&self) -> Answer {
         let one = |case: &Arc<Case>| {
-            let drawing = (case.drawing)(&case.default_parameters())?;
+            let drawing = (case.drawing)(&case.default_parameters()).filter(|drawing| drawing.is_live)?;
             let refuses = |scheme: &&str| {
                 let lines = [format!("case {}", case.name), format!("scheme {scheme}")];
                 self.spec(lines.iter().map(String::as_str)).is_err()

@@ -43,6 +43,19 @@ pub(super) fn entry() -> Case {
         drawing_columns: words("carriage_velocity_m_s contact_force_stop_1_n contact_force_stop_2_n"),
         interface_columns: carriage::interface(),
         reference: reference(),
+        drawing: drawn(|p: &Beam| {
+            let (frames, mut shapes) = carriage::springs([p.actuator_position_m, 0.0], [0.0, 1.0], 0.25, Some(0.0));
+            let stop = |x: f64, clearance: f64| wall([x - 0.02, -clearance - 0.2], [x + 0.02, -clearance]);
+            let half = 0.5 * p.thickness_m;
+            let beam = [[0.0, -half], [p.length_m, -half], [p.length_m, half], [0.0, half]].map(|point| (point, None));
+            shapes.extend([
+                wall([-0.08, -0.15], [0.0, 0.15]),
+                stop(p.stop_1_position_m, p.stop_1_clearance_m),
+                stop(p.stop_2_position_m, p.stop_2_clearance_m),
+                Shape::Polygon(beam.to_vec(), Fill::Scheme),
+            ]);
+            Some(Drawing::still([[-0.15, p.length_m + 0.15], [-0.3, 0.6]], frames, shapes))
+        }),
         ..Case::new(
             "beam-on-stops",
             "Bending beam in N modes, pressed against two stops by a carriage on springs",

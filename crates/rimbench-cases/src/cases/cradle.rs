@@ -53,7 +53,6 @@ fn drawing(p: &Cradle) -> Drawing {
     };
     Drawing {
         view: [[-0.55, 0.42], [-0.1, 0.42]],
-        follow: None,
         frames: vec![
             frame("ball 1", "interface_position_m", 0.0, 0.0),
             frame("ball 2", "ball_2_x_m", 0.0, 0.0),
@@ -75,10 +74,7 @@ fn drawing(p: &Cradle) -> Drawing {
             ball("ball 3"),
         ],
         title: ["Newton's cradle", "Three balls under Moreau's impact law, the first held by a carriage on springs."],
-        force: "spring force",
-        in_kilonewtons: false,
-        contact: None,
-        schemes: ["zero-order-hold", "rim-nonsmooth"],
+        ..Drawing::default()
     }
 }
 

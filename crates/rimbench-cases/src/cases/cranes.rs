@@ -131,7 +131,6 @@ fn drawing(link: &Link, rest: &Rest, barrel: f64, floor: f64, [title, about]: [&
     let hook = [([length, 0.0], Some("link")), ([0.0, 0.0], Some("load"))];
     Drawing {
         view: [[-0.5, 1.7], [-0.7, 0.95]],
-        follow: None,
         frames: vec![frame("link", 0.0, 0.0, "theta_1_rad"), frame("load", "load_x_m", "load_y_m", 0.0)],
         shapes: vec![
             ground(&[[-5.0, floor - 0.08], [5.0, floor - 0.08]]),
@@ -150,8 +149,7 @@ fn drawing(link: &Link, rest: &Rest, barrel: f64, floor: f64, [title, about]: [&
         title: [title, about],
         force: "cylinder force",
         in_kilonewtons: true,
-        contact: None,
-        schemes: ["zero-order-hold", "rim-nonsmooth"],
+        ..Drawing::default()
     }
 }
 
@@ -204,6 +202,26 @@ pub(super) fn heap() -> Case {
             "gap_rope_m gap_floor_m gap_lowest_m contact_force_rope_n contact_force_floor_n closed_contacts \
              contact_force_sum_n largest_displacement_m",
         ),
+        drawing: drawn(|p: &Heap| {
+            let (link, radius) = (&p.link, p.disc_radius_m);
+            let (sin, cos) = libm::sincos(link.theta_1_start_rad);
+            let load = [link.link_1_length_m * cos, link.link_1_length_m * sin - link.rope_length_m + p.rope_slack_m];
+            let wall_at = |side: f64| load[0] + side * (radius * f64::from(p.columns) + p.wall_gap_m);
+            let [left, right, top] =
+                [wall_at(-1.0), wall_at(1.0), load[1] + radius * (1.0 + 2.0 * f64::from(p.layers))];
+            let mut drawing = drawing(link, &p.rest, p.cylinder.cylinder_length_m, -9.0, ["", ""]);
+            drawing.shapes.retain(|shape| !matches!(shape, Shape::Polygon(points, Fill::Scheme) if points.len() == 4));
+            drawing.shapes.extend([
+                disc(([0.0, 0.0], Some("load")), radius, Fill::Scheme),
+                wall([left - 0.02, load[1] - radius], [left, top]),
+                wall([right, load[1] - radius], [right + 0.02, top]),
+                wall([left - 0.02, load[1] - radius - 0.04], [right + 0.02, load[1] - radius]),
+            ]);
+            let others = centres(p.columns, p.layers, radius).into_iter();
+            let place = |[x, y]: [f64; 2]| ([load[0] + x, load[1] + y], None);
+            drawing.shapes.extend(others.map(|centre| disc(place(centre), radius, Fill::Metal)));
+            Some(Drawing { is_live: false, ..drawing })
+        }),
         interface_columns: hydraulics::interface(),
         ..Case::new(
             "crane-heap",

@@ -96,12 +96,37 @@ parameters! {
     }
 }
 
+/// Discs at the start between the blade on its cylinder, the floor and the wall.
+fn pushed(centres: &[[f64; 2]], radius: f64, wall_x: f64, length: f64) -> Drawing {
+    let top = centres.iter().map(|centre| centre[1]).fold(0.0, f64::max) + 1.5 * radius;
+    let blade = Some("blade");
+    let mut shapes = vec![
+        ground(&[[-5.0, 0.0], [wall_x, 0.0], [wall_x, top], [wall_x + 9.0, top]]),
+        Shape::Cylinder {
+            from: ([-length, radius], None),
+            to: ([0.0, radius], blade),
+            barrel: 0.65 * length,
+            width: 0.12,
+        },
+        Shape::Polygon(rectangle("blade", [-0.03, 0.5 * top], [0.06, top]), Fill::Metal),
+    ];
+    shapes.extend(centres.iter().map(|centre| disc((*centre, None), radius, Fill::Scheme)));
+    let view = [[-length - 0.1, wall_x + 0.15], [-0.15, top + 0.1]];
+    Drawing::still(view, vec![frame("blade", "blade_x_m", 0.0, 0.0)], shapes)
+}
+
 /// x of the disc farthest to the right, m.
 fn last(centres: &[[f64; 2]]) -> f64 {
     centres.iter().map(|centre| centre[0]).fold(f64::NEG_INFINITY, f64::max)
 }
 
 impl Loader {
+    /// What it looks like at the start.
+    fn drawing(&self, centres: &[[f64; 2]]) -> Option<Drawing> {
+        let radius = self.disc.disc_radius_m;
+        Some(pushed(centres, radius, last(centres) + radius + self.wall_gap_m, self.actuator.actuator_length_m))
+    }
+
     /// Both sides for discs with these centres before the blade; the wall stands behind the last of them.
     fn push(&self, assembly: &Assembly<'_>, centres: Vec<[f64; 2]>, list: ContactList) -> Result<CoupledSystem> {
         let (radius, length) = (self.disc.disc_radius_m, self.actuator.actuator_length_m);
@@ -125,9 +150,33 @@ impl Loader {
     }
 }
 
+impl Row {
+    fn centres(&self) -> Vec<[f64; 2]> {
+        let (radius, gap) = (self.loader.disc.disc_radius_m, self.disc_gap_m);
+        (0..self.discs).map(|disc| [f64::from(disc) * (2.0 * radius + gap) + gap + radius, radius]).collect()
+    }
+}
+
+impl Pile {
+    fn centres(&self) -> Vec<[f64; 2]> {
+        let radius = self.loader.disc.disc_radius_m;
+        let mut centres = Vec::new();
+        for layer in 0..self.layers {
+            // Each second layer lies in the hollows of the one below.
+            let shift = layer % 2;
+            for column in 0..self.columns - shift {
+                let x = radius * f64::from(1 + shift + 2 * column);
+                centres.push([x, radius * (1.0 + 3.0_f64.sqrt() * f64::from(layer))]);
+            }
+        }
+        centres
+    }
+}
+
 /// A row of discs is pushed together and against a wall: each gap closes with an impact.
 pub(super) fn row() -> Case {
     recorded(Case {
+        drawing: drawn(|p: &Row| p.loader.drawing(&p.centres())),
         constant_mechanics: true,
         // Each disc on the floor, and between blade, discs and wall.
         reference: reference_of(|p: &Row| 2 * p.discs as usize + 1),
@@ -135,12 +184,7 @@ pub(super) fn row() -> Case {
             "disc-row",
             "A loader's blade pushes a row of discs together and against a wall (a contact chain)",
             times(1.0, 5e-3, 5e-5, [1e-4, 2e-4]),
-            |p: &Row, assembly| {
-                let (radius, gap) = (p.loader.disc.disc_radius_m, p.disc_gap_m);
-                let place = |disc: u32| [f64::from(disc) * (2.0 * radius + gap) + gap + radius, radius];
-                let centres = (0..p.discs).map(place).collect();
-                p.loader.push(assembly, centres, ContactList::Neighbours)
-            },
+            |p: &Row, assembly| p.loader.push(assembly, p.centres(), ContactList::Neighbours),
         )
     })
 }
@@ -149,23 +193,12 @@ pub(super) fn row() -> Case {
 pub(super) fn pile() -> Case {
     recorded(Case {
         purpose: Purpose::Speed,
+        drawing: drawn(|p: &Pile| p.loader.drawing(&p.centres())),
         ..Case::new(
             "disc-pile",
             "A loader's blade pushes a heap of discs against a wall (62 contacts; thousands by its parameters)",
             times(0.5, 5e-3, 5e-5, [1e-4, 2e-4]),
-            |p: &Pile, assembly| {
-                let radius = p.loader.disc.disc_radius_m;
-                let mut centres = Vec::new();
-                for layer in 0..p.layers {
-                    // Each second layer lies in the hollows of the one below.
-                    let shift = layer % 2;
-                    for column in 0..p.columns - shift {
-                        let x = radius * f64::from(1 + shift + 2 * column);
-                        centres.push([x, radius * (1.0 + 3.0_f64.sqrt() * f64::from(layer))]);
-                    }
-                }
-                p.loader.push(assembly, centres, p.contact_list)
-            },
+            |p: &Pile, assembly| p.loader.push(assembly, p.centres(), p.contact_list),
         )
     })
 }
@@ -175,6 +208,13 @@ pub(super) fn pile() -> Case {
 pub(super) fn packed_box() -> Case {
     recorded(Case {
         purpose: Purpose::Speed,
+        drawing: drawn(|p: &Packed| {
+            let radius = p.disc.disc_radius_m;
+            let [centres, bumps] = packing(p.columns, p.layers, p.packing_angle_rad, radius);
+            let mut drawing = pushed(&centres, radius, last(&centres) + radius, p.actuator.actuator_length_m);
+            drawing.shapes.splice(0..0, bumps.into_iter().map(|bump| disc((bump, None), radius, Fill::Ground)));
+            Some(drawing)
+        }),
         ..Case::new(
             "packed-box",
             "Discs packed in a box, one wall of which a cylinder holds (36 forces at rest in closed form; thousands by its parameters)",

@@ -35,6 +35,16 @@ pub(super) fn entry() -> Case {
         drawing_columns: words("carriage_velocity_m_s"),
         interface_columns: carriage::interface(),
         reference: reference(),
+        drawing: drawn(|p: &Bar| {
+            let (frames, mut shapes) =
+                carriage::springs([0.0, 0.0], [0.0, 1.0], 0.25, Some(p.carriage.base_position_m));
+            let node = |index: u32| p.start_gap_m - p.length_m * f64::from(index) / f64::from(p.elements);
+            let line = |index: u32| Shape::Line(points("body", [[-0.06, node(index)], [0.06, node(index)]]));
+            shapes.push(ground(&[[-5.0, 0.0], [5.0, 0.0]]));
+            shapes.push(Shape::Polygon(rectangle("body", [0.0, -0.5 * p.length_m], [0.12, p.length_m]), Fill::Scheme));
+            shapes.extend((1..p.elements).map(line));
+            Some(Drawing::still([[-0.95, 0.95], [-0.12, 1.65]], frames, shapes))
+        }),
         ..Case::new(
             "elastic-bar",
             "Elastic bar of N elements that falls on a rigid floor under a carriage on springs (wave theory)",

@@ -34,6 +34,17 @@ pub(super) fn entry() -> Case {
         ),
         interface_columns: carriage::interface(),
         constant_mechanics: true,
+        drawing: drawn(|p: &ChainOnScale| {
+            let (frames, mut shapes) = carriage::springs([0.0, 0.0], [0.0, -1.0], 0.25, Some(0.0));
+            let link = p.chain_length_m / f64::from(p.links);
+            let (radius, top) = (0.5 * p.bead_share * link, p.drop_height_m + p.chain_length_m);
+            shapes.push(Shape::Polygon(rectangle("body", [0.0, -0.02], [0.5, 0.04]), Fill::Metal));
+            shapes
+                .push(Shape::Line([p.drop_height_m + 0.5 * link, top - 0.5 * link].map(|y| ([0.0, y], None)).to_vec()));
+            let bead = |index: u32| ([0.0, p.drop_height_m + (f64::from(index) + 0.5) * link], None);
+            shapes.extend((0..p.links).map(|index| disc(bead(index), 1.6 * radius, Fill::Scheme)));
+            Some(Drawing::still([[-1.0, 1.0], [-0.6, top + 0.1]], frames, shapes))
+        }),
         ..Case::new(
             "falling-chain",
             "A chain falls on a scale: three times the weight of what lies on it (39 contacts; thousands by its parameters)",

@@ -111,7 +111,6 @@ fn drawing(p: &Clamp) -> Drawing {
     };
     Drawing {
         view: [[-0.75, 0.8], [-0.1, 0.6]],
-        follow: None,
         frames: vec![
             frame("left jaw", "left_jaw_x_m", 0.0, 0.0),
             frame("right jaw", "right_jaw_x_m", 0.0, 0.0),
@@ -132,8 +131,8 @@ fn drawing(p: &Clamp) -> Drawing {
         title: ["Gripper", "Two cylinders close two jaws on a box, squeeze it, and let it go."],
         force: "left cylinder's force",
         in_kilonewtons: true,
-        contact: None,
         schemes: ["rim-smooth", "rim-nonsmooth"],
+        ..Drawing::default()
     }
 }
 

@@ -122,8 +122,7 @@ fn drawing(p: &Car) -> Drawing {
         ],
         force: "front strut's force",
         in_kilonewtons: true,
-        contact: None,
-        schemes: ["zero-order-hold", "rim-nonsmooth"],
+        ..Drawing::default()
     }
 }
 

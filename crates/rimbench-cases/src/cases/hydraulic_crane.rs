@@ -62,6 +62,35 @@ pub(super) fn entry() -> Case {
         ),
         interface_columns: hydraulics::interface(),
         reference: Arc::new(own_reference),
+        drawing: drawn(|p: &Lift| {
+            let length = p.link_1_length_m;
+            let frames = vec![
+                frame("link 1", 0.0, 0.0, "theta_1_rad"),
+                Frame {
+                    name: "joint",
+                    parent: Some("link 1"),
+                    pose: [length.into(), 0.0.into(), Channel::Column("theta_1_rad", -1.0, 0.0)],
+                },
+                Frame { name: "link 2", parent: Some("joint"), pose: [0.0.into(), 0.0.into(), "theta_2_rad".into()] },
+            ];
+            let bar = [[0.0, -0.03], [length, -0.03], [length, 0.03], [0.0, 0.03]];
+            let end = [p.link_2_length_m, 0.0];
+            let shapes = vec![
+                Shape::Cylinder {
+                    from: ([p.pin_x_m, 0.0], None),
+                    to: ([0.5 * length, 0.0], Some("link 1")),
+                    barrel: 0.8 * p.cylinder.cylinder_length_m,
+                    width: 0.07,
+                },
+                Shape::Polygon(points("link 1", bar), Fill::Metal),
+                Shape::Line(vec![([0.0, 0.0], Some("link 2")), (end, Some("link 2"))]),
+                disc(([0.0, 0.0], None), 0.05, Fill::Metal),
+                disc(([length, 0.0], Some("link 1")), 0.05, Fill::Metal),
+                disc((end, Some("link 2")), 0.09, Fill::Scheme),
+                wall([-0.2, -0.09], [1.2 * p.pin_x_m, -0.05]),
+            ];
+            Some(Drawing::still([[-0.5, 1.7], [-0.25, 0.95]], frames, shapes))
+        }),
         ..Case::new(
             "hydraulic-crane",
             "Two-link crane with one hydraulic cylinder (LIM benchmark; published monolithic and Jacobi data)",

@@ -60,7 +60,7 @@ mod prelude {
     pub(super) use super::contacts::{Contacts, reference};
     pub(super) use super::declaration::{ParameterSet, choices, named, parameters};
     pub(super) use super::drawing::{
-        Channel, Drawing, Fill, Frame, Shape, drawn, frame, ground, points, rectangle, upward,
+        Channel, Drawing, Fill, Frame, Shape, disc, drawn, frame, ground, points, rectangle, upward, wall,
     };
     pub(super) use super::hydraulics::{self, Cylinder, Oil, Ramp};
     pub(super) use super::parameters::Parameters;

@@ -83,7 +83,6 @@ fn drawing(p: &Block, barrel: f64) -> Drawing {
     let height = b.mul_add(-sin, h * cos) + sin * p.attachment_x_m + cos * p.attachment_y_m;
     Drawing {
         view: [[-1.5, 0.75], [-0.12, 1.12]],
-        follow: None,
         frames: vec![frame("block", "box_x_m", "box_y_m", "box_angle_rad")],
         shapes: vec![
             ground(&[[-5.0, 0.0], [5.0, 0.0]]),
@@ -101,7 +100,7 @@ fn drawing(p: &Block, barrel: f64) -> Drawing {
         force: "cylinder force",
         in_kilonewtons: true,
         contact: Some(["bounces", "stays down"]),
-        schemes: ["zero-order-hold", "rim-nonsmooth"],
+        ..Drawing::default()
     }
 }
 

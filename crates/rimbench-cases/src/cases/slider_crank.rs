@@ -75,7 +75,6 @@ fn drawing(p: &Crank) -> Drawing {
         |name, x: f64, radius| Shape::Disc { at: ([x, 0.0], Some(name)), radius, spoke: false, fill: Fill::Metal };
     Drawing {
         view: [[-0.2, rod + crank + 0.1], [-0.2, 0.2]],
-        follow: None,
         frames: vec![
             frame("crank", 0.0, 0.0, "crank_angle_rad"),
             // The rod's angle is that of the world: its frame stands at the pin, turned back by the crank's.
@@ -102,9 +101,7 @@ fn drawing(p: &Crank) -> Drawing {
             "A motor turns a crank; the slider knocks about in a guide with a millimetre of play.",
         ],
         force: "shaft force at the pin",
-        in_kilonewtons: false,
-        contact: None,
-        schemes: ["zero-order-hold", "rim-nonsmooth"],
+        ..Drawing::default()
     }
 }
 

@@ -64,6 +64,7 @@ fn entry<P: ParameterSet>(
     duration: f64,
     (start, stops): (&'static str, &'static [&'static str]),
     mass: fn(&P) -> DrivenMass,
+    drawing: fn(&P) -> Drawing,
 ) -> Case {
     let checked = move |p: &P| {
         let mass = mass(p);
@@ -76,6 +77,7 @@ fn entry<P: ParameterSet>(
         interface_columns: carriage::interface(),
         reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(solution(checked(&P::read(parameters))?)))),
         constant_mechanics: true,
+        drawing: drawn(move |p: &P| Some(drawing(p))),
         ..Case::new(name, about, times(duration, 5e-3, 5e-4, [1e-4, 2e-4]), move |p: &P, assembly| {
             let forces = stops.iter().map(|stop| format!("contact_force_{stop}_n").into()).collect();
             let mass = checked(p)?;
@@ -154,6 +156,12 @@ pub(super) fn bouncing_ball() -> Case {
         3.0,
         ("start_height_m", &["floor"]),
         ball,
+        |p| {
+            let (frames, mut shapes) =
+                carriage::springs([0.0, 0.06], [0.0, 1.0], 0.3, Some(p.carriage.base_position_m));
+            shapes.extend([ground(&[[-5.0, 0.0], [5.0, 0.0]]), disc(([0.0, 0.0], Some("body")), 0.06, Fill::Scheme)]);
+            Drawing::still([[-1.0, 1.0], [-0.15, 1.75]], frames, shapes)
+        },
     )
 }
 
@@ -183,6 +191,16 @@ pub(super) fn impact_oscillator() -> Case {
         4.0,
         ("start_position_m", &["stop"]),
         shaken,
+        |p| {
+            let (frames, mut shapes) = carriage::springs([0.0, 0.0], [-1.0, 0.0], 0.4, None);
+            // The edge of the mass comes to the stop.
+            let edge = p.stop_position_m + 0.06;
+            shapes.extend([
+                wall([edge, -0.16], [edge + 0.04, 0.16]),
+                Shape::Polygon(rectangle("body", [0.0, 0.0], [0.12, 0.12]), Fill::Scheme),
+            ]);
+            Drawing::still([[-0.6, 0.3], [-0.2, 0.2]], frames, shapes)
+        },
     )
 }
 
@@ -215,6 +233,19 @@ pub(super) fn slider() -> Case {
             stops: [1.0, -1.0].map(|side| Stop { side, position: -side * p.clearance_m }).to_vec(),
             restitution: p.contacts.restitution,
             actuator: p.carriage.spring_actuator(),
+        },
+        |p| {
+            let (frames, mut shapes) =
+                carriage::springs([0.0, 0.0], [-1.0, 0.0], 0.35, Some(p.carriage.base_position_m));
+            let edge = p.clearance_m + 0.06;
+            // The springs go past the left stop.
+            shapes.extend([
+                wall([-edge - 0.04, 0.07], [-edge, 0.16]),
+                wall([-edge - 0.04, -0.16], [-edge, -0.07]),
+                wall([edge, -0.16], [edge + 0.04, 0.16]),
+                Shape::Polygon(rectangle("body", [0.0, 0.0], [0.12, 0.24]), Fill::Scheme),
+            ]);
+            Drawing::still([[-0.85, 0.35], [-0.22, 0.22]], frames, shapes)
         },
     )
 }

@@ -32,6 +32,23 @@ pub(super) fn entry() -> Case {
         ),
         interface_columns: carriage::interface(),
         constant_mechanics: true,
+        drawing: drawn(|p: &Towed| {
+            Some(Drawing {
+                view: [[-0.25, 0.85], [-0.1, 0.3]],
+                frames: vec![
+                    frame("block", "interface_position_m", 0.08, 0.0),
+                    frame("end", Channel::Column("time_s", p.towing_speed_m_s, 0.35), 0.08, 0.0),
+                ],
+                shapes: vec![
+                    ground(&[[-5.0, 0.0], [5.0, 0.0]]),
+                    Shape::Spring(([0.1, 0.0], Some("block")), ([0.0, 0.0], Some("end")), 0.05),
+                    Shape::Polygon(rectangle("block", [0.0, 0.0], [0.2, 0.16]), Fill::Scheme),
+                    Shape::Polygon(points("end", [[0.0, -0.03], [0.06, 0.0], [0.0, 0.03]]), Fill::Metal),
+                ],
+                title: ["Towed block", "A spring tows a block over a rough floor: it sticks and slips in turn."],
+                ..Drawing::default()
+            })
+        }),
         reference: Arc::new(|parameters| Ok(ReferenceMethod::Exact(exact(&Towed::read(parameters))))),
         ..Case::new(
             "towed-block",

@@ -78,11 +78,39 @@ fn entry<P: ParameterSet>(
             .map(|[column, initial]| StateVariable { initial: initial.into(), column: column.into() })
             .to_vec(),
         reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(masses(&P::read(parameters)).exact()))),
+        drawing: drawn(move |p: &P| Some(drawing(&masses(p)))),
         ..Case::new(name, about, times, move |p: &P, _| {
             let (coupling, integrator) = how(p);
             masses(p).system(coupling, integrator.of_side())
         })
     }
+}
+
+/// Two masses in a line, with the springs that there are.
+fn drawing(masses: &TwoMasses) -> Drawing {
+    // Large enough for where they start.
+    let size = masses.bodies.iter().fold(1.0, |size: f64, body| size.max(1.0 + 3.0 * body.start[0].abs()));
+    let at = |x: f64| Channel::Fixed(x * size);
+    let moved = |column, x: f64| Channel::Column(column, 1.0, x * size);
+    let frames = vec![
+        frame("mass 1", moved("x1_m", -0.25), 0.0, 0.0),
+        frame("mass 2", moved("x2_m", 0.25), 0.0, 0.0),
+        frame("wall 1", at(-0.82), 0.0, 0.0),
+        frame("wall 2", at(0.82), 0.0, 0.0),
+    ];
+    let side = |name: &'static str, x: f64| ([x * size, 0.0], Some(name));
+    let mut shapes = vec![Shape::Spring(side("mass 1", 0.08), side("mass 2", -0.08), 0.06 * size)];
+    for (body, (mass, wall, towards)) in
+        masses.bodies.iter().zip([("mass 1", "wall 1", -1.0), ("mass 2", "wall 2", 1.0)])
+    {
+        if body.stiffness > 0.0 {
+            shapes.push(Shape::Spring(side(wall, -0.02 * towards), side(mass, 0.08 * towards), 0.06 * size));
+            shapes.push(Shape::Polygon(rectangle(wall, [0.0, 0.0], [0.04 * size, 0.28 * size]), Fill::Ground));
+        }
+    }
+    let block = |name| Shape::Polygon(rectangle(name, [0.0, 0.0], [0.16 * size, 0.16 * size]), Fill::Scheme);
+    shapes.extend([block("mass 1"), block("mass 2")]);
+    Drawing::still([[-0.9 * size, 0.9 * size], [-0.2 * size, 0.2 * size]], frames, shapes)
 }
 
 parameters! {

@@ -228,6 +228,7 @@ fn drawing(model: &WedgeBox, [width, height]: [f64; 2], barrel: f64, [title, abo
         in_kilonewtons: true,
         contact: Some(["lifts off", "stays down"]),
         schemes: ["rim-smooth", "rim-nonsmooth"],
+        ..Drawing::default()
     }
 }
 

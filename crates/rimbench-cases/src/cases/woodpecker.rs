@@ -44,6 +44,7 @@ pub(super) fn entry() -> Case {
         ),
         interface_columns: carriage::interface(),
         constant_mechanics: true,
+        drawing: drawn(|p: &Toy| Some(drawing(p))),
         reference: reference(),
         ..Case::new(
             "woodpecker",
@@ -51,6 +52,45 @@ pub(super) fn entry() -> Case {
             times(0.3, 5e-4, 1e-5, [1e-5, 5e-5]),
             build,
         )
+    }
+}
+
+fn drawing(p: &Toy) -> Drawing {
+    let [inner, half, outer] = [p.sleeve_radius_m, p.sleeve_half_height_m, p.sleeve_radius_m + 1.5e-3];
+    let side = |from: f64, to: f64| {
+        Shape::Polygon(points("sleeve", [[from, -half], [to, -half], [to, half], [from, half]]), Fill::Metal)
+    };
+    let (back, beak) = (p.bird_distance_m, [p.bird_distance_m - p.beak_length_m, p.beak_height_m]);
+    let body = [
+        [back - 4e-3, -1.2e-2],
+        [back + 5e-3, -8e-3],
+        [back + 6e-3, 8e-3],
+        [back, 2.2e-2],
+        beak,
+        [back - 5e-3, 1.6e-2],
+    ];
+    Drawing {
+        view: [[-0.03, 0.05], [-0.028, 0.032]],
+        frames: vec![
+            frame("sleeve", 0.0, 0.0, "sleeve_angle_rad"),
+            Frame {
+                name: "bird",
+                parent: None,
+                pose: [p.spring_distance_m.into(), 0.0.into(), "bird_angle_rad".into()],
+            },
+        ],
+        shapes: vec![
+            wall([-p.pole_radius_m, -1.0], [p.pole_radius_m, 1.0]),
+            side(-outer, -inner),
+            side(inner, outer),
+            Shape::Spring(([outer, 0.0], Some("sleeve")), ([back - 4e-3, 0.0], Some("bird")), 3e-3),
+            Shape::Polygon(points("bird", body), Fill::Scheme),
+        ],
+        title: [
+            "Woodpecker",
+            "A bird on a spring pecks its way down a pole, seen from the sleeve that jams and lets go.",
+        ],
+        ..Drawing::default()
     }
 }
 

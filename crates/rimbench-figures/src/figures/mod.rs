@@ -18,6 +18,8 @@ mod sweep_figure;
 mod trace_figure;
 mod work_precision_figure;
 
+pub(crate) use trace_figure::trace_path;
+
 use super::drawing::Drawing;
 use super::render;
 use super::style::Styles;
