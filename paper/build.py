@@ -1,6 +1,7 @@
 """Builds the report with the Python package `typst`: python3 paper/build.py [OUT.pdf]
 
-Nothing else is read than the folders `paper` and `results` and the typeface of the figures; no network, no system font.
+Nothing else is read than the folders `paper` and `results`, CITATION.cff, one picture of the book and the typeface of the figures; no network,
+no system font.
 """
 
 import sys
