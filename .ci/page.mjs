@@ -3,6 +3,7 @@
 //   node .ci/page.mjs digits MODULE PROGRAM           every scheme in the module against the program, bit by bit (needs node alone)
 //   node .ci/page.mjs browse REPORT PROGRAM [FOLDER]  drags, plays and scrubs in headless Chromium, follows a claim to its run, sorts,
 //                                                     filters, compares digits, looks for faults of accessibility, leaves pictures (needs puppeteer-core and axe-core; NODE_PATH)
+//   node .ci/page.mjs bounds REPORT                   height, tab stops, names of pictures, and faults of accessibility at 390 px, before anything is opened
 import { execFileSync } from "node:child_process";
 import { createRequire } from "node:module";
 import fs from "node:fs";
@@ -53,11 +54,43 @@ async function digits() {
   console.log(`${equal} of ${runs} runs have the same digits in the module and in the program`);
 }
 
-async function browse() {
-  const require = createRequire(path.join(process.env.NODE_PATH ?? "", "/"));
+const require = createRequire(path.join(process.env.NODE_PATH ?? "", "/"));
+
+async function chromium() {
   const { default: puppeteer } = await import(require.resolve("puppeteer-core"));
   const executablePath = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(fs.existsSync);
-  const browser = await puppeteer.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu"] });
+  return puppeteer.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu"] });
+}
+
+// The page of all results: at most 12 000 px and 60 tab stops before anything is opened.
+async function bounds() {
+  const browser = await chromium();
+  const page = await browser.newPage();
+  await page.setViewport({ width: 1440, height: 900 });
+  await page.goto(`file://${path.resolve(subject)}`);
+  await page.waitForFunction(() => document.body.dataset.runs === "ready" && document.body.dataset.figures === "ready");
+  const { height, stops, unnamed } = await page.evaluate(() => {
+    const reachable = [...document.querySelectorAll("a[href],button,input,select,textarea,summary,[tabindex]")];
+    const pictures = [...document.querySelectorAll("svg[role=img]")];
+    return {
+      height: document.documentElement.scrollHeight,
+      stops: reachable.filter((element) => element.tabIndex >= 0 && !element.disabled && element.checkVisibility()).length,
+      unnamed: pictures.filter((svg) => !svg.querySelector(":scope>title")?.textContent || !svg.querySelector(":scope>desc")?.textContent).length,
+    };
+  });
+  console.log(`${height} px, ${stops} tab stops`);
+  if (height > 12000) fail(`${height} px before anything is opened`);
+  if (stops > 60) fail(`${stops} tab stops before anything is opened`);
+  if (unnamed) fail(`${unnamed} pictures without title or description`);
+  await page.setViewport({ width: 390, height: 844 });
+  await page.addScriptTag({ path: require.resolve("axe-core") });
+  const found = await page.evaluate(async () => (await window.axe.run()).violations.map((violation) => `${violation.id}: ${violation.nodes[0].html}`));
+  if (found.length) fail(`at 390 px: ${found.join("; ")}`);
+  await browser.close();
+}
+
+async function browse() {
+  const browser = await chromium();
   await without(browser);
   const page = await browser.newPage();
   page.on("pageerror", (error) => fail(`the page breaks off: ${error}`));
@@ -197,8 +230,8 @@ async function follow(page) {
   if (await page.$eval("#run", (drawer) => drawer.open)) fail("Escape leaves the drawer open");
   // A figure answers to the keyboard, and has its data behind it.
   await page.$$eval("figure.plot", (all) => all.at(-1).scrollIntoView());
-  await wait(() => document.querySelector("figure.plot .canvas[tabindex]"));
-  await page.$eval("figure.plot .canvas[tabindex]", (canvas) => canvas.focus());
+  await wait(() => document.querySelector("figure.plot .canvas[role=group]"));
+  await page.$eval("figure.plot .canvas[role=group]", (canvas) => canvas.focus());
   await page.keyboard.press("ArrowRight");
   const tip = await page.$eval("#tip", (tip) => (tip.hidden ? "" : tip.textContent));
   if (!tip.includes(":")) fail("an arrow key shows no value");
@@ -229,4 +262,4 @@ async function without(browser) {
   await page.close();
 }
 
-await { digits, browse }[mode]();
+await { digits, browse, bounds }[mode]();

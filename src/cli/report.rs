@@ -12,6 +12,8 @@ use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Result;
 use rimbench::figures::FigureList;
+use rimbench::figures::case_picture::preview;
+use rimbench::figures::render::write_png;
 use rimbench::figures::report::{Claim, Report, Study, Verdict, Written, find_studies};
 use rimbench::figures::style::Styles;
 use rimbench::harness::{CheckedClaim, Claimant, Experiment, Verdict as Checked, check_claims};
@@ -97,6 +99,13 @@ pub(super) fn write_page(catalogue: &Catalogue, folder: &Path) -> Result<(PathBu
         program: format!("rimbench {} of commit {}", BUILD.version, BUILD.git_revision),
         remarks: Vec::new(),
     };
+    let manoeuvre = report.studies.iter().find(|study| study.name == "paper/fig1" && study.is_shipped);
+    if let Some((study, case)) = manoeuvre.zip(catalogue.case("wedge-box").ok())
+        && let Some(drawing) = (case.drawing)(&case.default_parameters())
+        && let Ok(preview) = preview(&study.folder, &drawing, &styles)
+    {
+        write_png(&preview, &folder.join("preview.png"), 2.0)?;
+    }
     let path = folder.join("report.html");
     let written = report.write(&path)?;
     Ok((path, written, not_shown))

@@ -26,6 +26,14 @@ const page = (() => {
     return element;
   };
   const data = unpacked("data").then((response) => response.json());
+  // What a link leads to is opened, whatever it is folded into.
+  const reveal = (element) => {
+    for (let outer = element; outer; outer = outer.parentElement) if (outer.tagName === "DETAILS") outer.open = true;
+    element?.scrollIntoView();
+  };
+  const follow = () => /^#[\w-]+$/.test(location.hash) && reveal(document.getElementById(location.hash.slice(1)));
+  addEventListener("hashchange", follow);
+  follow();
   // A number for reading; what there is none of has a dash.
   const shown = (value, digits = 3) => {
     if (value === null || value === undefined || Number.isNaN(value)) return "–";
@@ -51,5 +59,5 @@ const page = (() => {
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   };
-  return { unpacked, simulator, facts, make, data, shown, copy, download };
+  return { reveal, unpacked, simulator, facts, make, data, shown, copy, download };
 })();

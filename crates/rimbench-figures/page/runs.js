@@ -110,7 +110,7 @@
       claim = { number, text, rows };
       for (const key of [...Object.keys(FILTERS), "text"]) $(`runs-${key}`).value = "";
       again();
-      $("runs").scrollIntoView();
+      page.reveal($("runs-work"));
       $("runs-body").querySelector("button")?.focus({ preventScroll: true });
     });
   }

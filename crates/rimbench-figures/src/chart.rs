@@ -317,8 +317,6 @@ pub enum LegendPlace {
     Below,
     /// Right of the last panel, each entry where its line ends; below where that leaves too little room.
     Lines,
-    /// Nowhere.
-    None,
 }
 
 /// A whole figure.

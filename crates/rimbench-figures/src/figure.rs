@@ -81,7 +81,6 @@ impl Figure {
             LegendPlace::Lines if rows == 1 && self.has_one_set_of_lines() => {
                 Legend::of(&self.panels, infinite).split()
             }
-            LegendPlace::None => Default::default(),
             _ => (Legend::default(), Legend::of(&self.panels, infinite)),
         };
         let legend_right = beside.column_width() + if beside.column_width() > 0.0 { BEFORE_LEGEND } else { 0.0 };

@@ -1,7 +1,7 @@
 //! The claims in the page: a mark each in the head, and in prose with what was measured against its bound.
 
-use super::Report;
 use super::store::{Claim, Study, Verdict};
+use super::{Report, folded};
 use crate::claims_table::significant;
 use crate::vector::escaped;
 use rimbench_core::numerics_version::NUMERICS_VERSION;
@@ -230,7 +230,8 @@ pub(super) fn marks(report: &Report<'_>) -> String {
         score(report),
         parts.into_iter().cloned().collect::<Vec<_>>().join("; ")
     );
-    for (study, claim) in claims {
+    // Of many the table says which.
+    for (study, claim) in claims.into_iter().filter(|_| !report.is_long()) {
         let _ = write!(
             text,
             "<li><a class=\"mark {}\" href=\"#{}\" title=\"{}\" aria-label=\"{}: {}\">{}</a></li>",
@@ -305,11 +306,13 @@ pub(super) fn section(report: &Report<'_>) -> String {
             continue;
         }
         rows.sort_by_key(|(rank, _)| *rank);
+        let count = rows.len();
         let rows: String = rows.into_iter().map(|(_, row)| row).collect();
-        let _ = write!(
-            text,
-            "<h3>{title}</h3>\n<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\"><table class=\"claims\"><thead><tr><th>Verdict</th><th>Claim</th><th>Measured against its bound</th><th>Leads to</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+        let table = format!(
+            "<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\"><table class=\"claims\"><thead><tr><th>Verdict</th><th>Claim</th><th>Measured against its bound</th><th>Leads to</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
         );
+        let words = format!("{title}: {count} claims, failures first");
+        let _ = write!(text, "<h3>{title}</h3>\n{}", folded(report.is_long(), &words, &table));
     }
     text + "</section>\n"
 }

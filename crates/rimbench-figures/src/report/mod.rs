@@ -32,6 +32,11 @@ pub const MOST_BYTES: usize = 2_000_000;
 /// What the page is, for those who find a link to it.
 const ABOUT: &str = "Two coupling schemes on a mechanical system with contact, simulated in this page. Drag the macro step and see which one fails.";
 
+/// The picture that a link shows; it lies beside the page, and a host puts its own address before the name.
+const PREVIEW: &str = "<meta property=\"og:type\" content=\"website\"><meta property=\"og:image\" content=\"preview.png\">\
+                       <meta property=\"og:image:width\" content=\"1200\"><meta property=\"og:image:height\" content=\"630\">\
+                       <meta name=\"twitter:card\" content=\"summary_large_image\">";
+
 /// What is said of figures that are packed.
 const PACKED: &str = "Figures of the studies are packed, so that the page is no larger than 2 MB, and need scripts: without, they stand in the \
                       folders of the studies, and a page of one group or one study has them.";
@@ -107,11 +112,20 @@ impl Report<'_> {
              <title>rimbench: {title}</title>\n\
              <meta name=\"description\" content=\"{ABOUT}\">\
              <meta property=\"og:title\" content=\"How long may the macro step be?\">\
-             <meta property=\"og:description\" content=\"{ABOUT}\">\n<style>{style}</style></head>\n<body>\n{body}{missing}</main>\n\
+             <meta property=\"og:description\" content=\"{ABOUT}\">{preview}\n<style>{style}</style></head>\n<body>\n{body}{missing}</main>\n\
              <script type=\"application/octet-stream\" id=\"data\">{data}</script>\n{scripts}</body></html>\n",
             title = self.title(),
+            preview = if self.text.is_some() { PREVIEW } else { "" },
             style = live_part::STYLE,
             missing = sections::missing(self, left_out),
         )
+    }
+}
+
+/// A part under words that open it, where it is folded.
+fn folded(is_folded: bool, words: &str, part: &str) -> String {
+    match is_folded {
+        true => format!("<details class=\"fold\"><summary>{words}</summary>\n{part}</details>\n"),
+        false => part.to_owned(),
     }
 }

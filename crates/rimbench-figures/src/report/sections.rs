@@ -1,7 +1,7 @@
 //! Head, text, studies, and what is missing.
 
 use super::store::{Made, Study};
-use super::{Report, claims, grid, history};
+use super::{Report, claims, folded, grid, history};
 use crate::days::day_of;
 use crate::live_part;
 use crate::vector::{self, escaped};
@@ -50,7 +50,16 @@ impl Report<'_> {
         let contents = parts.iter().filter(|(_, _, there)| *there);
         let contents: String =
             contents.map(|(anchor, title, _)| format!("<li><a href=\"#{anchor}\">{title}</a></li>")).collect();
-        let paper = if text.is_empty() { text } else { format!("<section id=\"paper\">\n{text}</section>\n") };
+        let is_long = self.is_long();
+        let paper = match text.as_str() {
+            "" => String::new(),
+            _ => format!("<section id=\"paper\">\n{}</section>\n", folded(is_long, "The paper, remade", &text)),
+        };
+        let runs = if is_long {
+            live_part::RUNS.replace("id=\"runs-fold\" open", "id=\"runs-fold\"")
+        } else {
+            live_part::RUNS.to_owned()
+        };
         let skip = format!("<a class=\"skip\" href=\"#{}\">Skip to {}</a>\n", skip.0, skip.1);
         let (title, live, made) = (self.title(), live_part::SECTION, self.made());
         let about = format!(
@@ -70,7 +79,12 @@ impl Report<'_> {
                 format!("<header>\n<h1>rimbench: {title}</h1>\n{about}</header>\n<main id=\"main\">\n{claims}{live}")
             }
         };
-        Ok(format!("{skip}{beginning}{paper}{grid}{studies}{}{history}", live_part::RUNS))
+        Ok(format!("{skip}{beginning}{paper}{grid}{studies}{runs}{history}"))
+    }
+
+    /// Whether there is so much that a reader first sees what there is: parts are folded.
+    pub(super) fn is_long(&self) -> bool {
+        self.studies.len() > 8
     }
 
     /// Figures that the text shows.
@@ -196,12 +210,17 @@ impl Report<'_> {
                 Some(planned) if planned > count => format!(" of {planned} planned"),
                 _ => String::new(),
             };
+            let (anchor, name, question) =
+                (study.anchor(), escaped(&study.name.replace('_', " ")), escaped(&study.question));
+            let head = match self.is_long() {
+                true => format!(
+                    "<details class=\"fold study\" id=\"{anchor}\"><summary>{name} <span>{question}</span></summary>"
+                ),
+                false => format!("<section id=\"{anchor}\" class=\"study\"><h3>{name}</h3>\n<p>{question}</p>"),
+            };
             let _ = write!(
                 text,
-                "<section id=\"{}\" class=\"study\"><h3>{}</h3>\n<p>{}</p>\n<p class=\"soft\">{count} runs{planned}: {}. {}</p>\n",
-                study.anchor(),
-                escaped(&study.name.replace('_', " ")),
-                escaped(&study.question),
+                "{head}\n<p class=\"soft\">{count} runs{planned}: {}. {}</p>\n",
                 if outcomes.is_empty() { "none".to_owned() } else { outcomes.join(", ") },
                 study.command("run"),
             );
@@ -221,7 +240,7 @@ impl Report<'_> {
                     false => text.push_str(&figure(study, made, packed)),
                 }
             }
-            text.push_str("</section>\n");
+            text.push_str(if self.is_long() { "</details>\n" } else { "</section>\n" });
         }
         text + "</section>\n"
     }
@@ -249,7 +268,7 @@ fn figure(study: &Study, (id, caption, made): &Made, packed: bool) -> String {
     };
     let source = if study.is_shipped { format!("experiments/{name}.toml") } else { name.clone() };
     format!(
-        "<figure id=\"figure-{id}\" class=\"{class}\"><div class=\"canvas\">{inside}</div><figcaption>{caption} \
+        "<figure id=\"figure-{id}\" class=\"{class}\"><div class=\"canvas\" tabindex=\"0\">{inside}</div><figcaption>{caption} \
          <em>From the results of {source}.</em></figcaption></figure>\n\n"
     )
 }
