@@ -97,17 +97,6 @@ impl Checked {
         self.witness.as_ref()
     }
 
-    /// Gives the workspace back; the next problem allocates it again.
-    #[inline]
-    pub fn without_workspace(self) -> Self {
-        let primary = match self.primary {
-            Solver::ActiveSet(_) => Solver::ActiveSet(Box::new(super::ActiveSet::new(0))),
-            other => other,
-        };
-        let fallback = self.fallback.map(|_| Lemke::new(0));
-        Checked { counters: self.counters, witness: self.witness, ..Checked::new(primary, fallback, self.tolerance) }
-    }
-
     /// Returns the natural residual up to which an answer is accepted.
     #[inline]
     pub fn tolerance(&self) -> f64 {

@@ -5,6 +5,8 @@
 /// ```text
 /// K ∋ P ⟂ w + s ∈ K*        s = 0 (Signorini), s_n = μ |w_t| (Coulomb; De Saxcé's correction, as friction is not associated)
 /// ```
+/// # Source
+/// De Saxcé, Feng, *The bipotential method* (Mathematical and Computer Modelling 28, 1998) for s.
 pub trait Cone: Copy {
     /// Rows of a contact; of all contacts the normal rows come first.
     const ROWS: usize;
