@@ -210,7 +210,10 @@ pub(super) fn heap() -> Case {
             let [left, right, top] =
                 [wall_at(-1.0), wall_at(1.0), load[1] + radius * (1.0 + 2.0 * f64::from(p.layers))];
             let mut drawing = drawing(link, &p.rest, p.cylinder.cylinder_length_m, -9.0, ["", ""]);
-            drawing.shapes.retain(|shape| !matches!(shape, Shape::Polygon(points, Fill::Scheme) if points.len() == 4));
+            drawing.shapes.retain(|shape| match shape {
+                Shape::Polygon(points, Fill::Scheme) => points.len() != 4,
+                shape => !matches!(shape, Shape::Arrow { .. }),
+            });
             drawing.shapes.extend([
                 disc(([0.0, 0.0], Some("load")), radius, Fill::Scheme),
                 wall([left - 0.02, load[1] - radius], [left, top]),
