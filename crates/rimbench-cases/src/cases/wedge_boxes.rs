@@ -218,8 +218,9 @@ fn drawing(model: &WedgeBox, [width, height]: [f64; 2], barrel: f64, [title, abo
         _ => Vec::new(),
     };
     shapes.extend(columns.into_iter().zip(&g.wedges).map(|(column, &tip)| upward(column, (tip, Some("box")), 1.5e-4)));
+    let rightmost = g.discs.iter().map(|disc| disc.pin[0] + disc.radius + 0.1).fold(0.3 + width / 2.0, f64::max);
     Drawing {
-        view: [[-1.55, 0.8 + width / 2.0 - 0.5], [-0.16, 0.92]],
+        view: [[-1.55, rightmost], [-0.16, 0.92]],
         follow: Some("box_x_m"),
         frames,
         shapes,
