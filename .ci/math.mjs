@@ -7,7 +7,27 @@ import fs from "node:fs";
 
 const katex = createRequire(import.meta.url)("katex");
 const formula = (tex, displayMode) =>
-  katex.renderToString(tex, { displayMode, output: "mathml", throwOnError: true, strict: "ignore" });
+  plain(aligned(katex.renderToString(tex, { displayMode, output: "mathml", throwOnError: true, strict: "ignore" })));
+
+// What Markdown would read as emphasis, strikes, code, links or escapes (the tilde over a letter is such) becomes an entity.
+const plain = (mathml) => mathml.replace(/[\\~_*`[\]]/g, (sign) => `&#${sign.charCodeAt(0)};`);
+
+// Chromium knows no `columnalign`, and centres every column of an `aligned`.
+function aligned(mathml) {
+  const tables = [];
+  return mathml.replace(/<mtable[^>]*>|<\/mtable>|<mtr>|<mtd>/g, (tag) => {
+    const table = tables.at(-1);
+    if (tag === "</mtable>") tables.pop();
+    else if (tag === "<mtr>") table.column = 0;
+    else if (tag !== "<mtd>") tables.push({ column: 0, pairs: tag.includes('columnalign="right left') });
+    else if (table.pairs) {
+      const [right, first] = [table.column % 2 === 0, table.column === 0];
+      table.column += 1;
+      return `<mtd style="text-align:${right ? "right" : "left"};padding:0.2em 0 0.2em ${right && !first ? "1.5em" : "0"}">`;
+    }
+    return tag;
+  });
+}
 
 // Code is left alone; a formula in a line is `$…$` in backquotes inside dollars, as forges read it: $`…`$.
 function rendered(text) {
