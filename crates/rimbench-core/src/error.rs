@@ -4,9 +4,9 @@
 //! command with exit code 2. `Failure` is written for a table: a run that diverged or left the validity of a model is
 //! a result, kept with its reason. A panic is neither; it is a defect of rimbench.
 
-use crate::name::Name;
 use rimbench_contact::complementarity::Unsolved;
 use rimbench_contact::linear_algebra::Singular;
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -105,7 +105,7 @@ pub enum Cause {
     /// A state outside the validity of a model: piston at the end of its stroke, pressure beyond the fluid law.
     OutOfRange {
         /// The quantity, with its unit, for example `pressure_1_pa`.
-        quantity: Name,
+        quantity: Cow<'static, str>,
         /// Its value.
         value: f64,
     },
@@ -117,7 +117,7 @@ pub enum Cause {
     /// A state or coupling variable that is not a finite number.
     NonFinite {
         /// The quantity.
-        quantity: Name,
+        quantity: Cow<'static, str>,
     },
     /// A matrix that must be positive definite is not (dependent bilateral rows, vanishing mass).
     Singular {
@@ -175,13 +175,13 @@ impl From<Singular> for Failure {
 impl Failure {
     /// Builds [`Cause::NonFinite`].
     #[cold]
-    pub fn non_finite(quantity: impl Into<Name>) -> Self {
+    pub fn non_finite(quantity: impl Into<Cow<'static, str>>) -> Self {
         Cause::NonFinite { quantity: quantity.into() }.into()
     }
 
     /// Builds [`Cause::OutOfRange`].
     #[cold]
-    pub fn out_of_range(quantity: impl Into<Name>, value: f64) -> Self {
+    pub fn out_of_range(quantity: impl Into<Cow<'static, str>>, value: f64) -> Self {
         Cause::OutOfRange { quantity: quantity.into(), value }.into()
     }
 

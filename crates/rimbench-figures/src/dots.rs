@@ -236,7 +236,7 @@ impl DotPlot {
                         drawing.line(vec![(x, y - 3.6), (x, y + 3.6)], mark);
                     }
                 }
-                data.push(self.draw_row(drawing, &map, &area, lost_left, y, row, dots));
+                data.push(self.draw_row(drawing, &map, (lost_left, y), row, dots));
             });
         }
         let x = if self.quantity.is_empty() { String::new() } else { self.quantity.clone() };
@@ -244,29 +244,26 @@ impl DotPlot {
     }
 
     /// Draws the signs of one row and returns its data.
-    #[allow(clippy::too_many_arguments)]
     fn draw_row(
         &self,
         drawing: &mut Drawing,
         map: &AxisMap,
-        area: &Rect,
-        lost_left: f64,
-        y: f64,
+        (lost_left, y): (f64, f64),
         row: &DotRow,
         dots: &[Dot],
     ) -> SeriesData {
-        let inside = |value: f64| map.position(value).filter(|at| (area.left..=area.right).contains(at));
+        let inside = |value: f64| map.position(value).filter(|at| (map.start..=map.end).contains(at));
         let height = |index: usize| y + APART * (index as f64 - 0.5 * (self.signs.len() as f64 - 1.0)).clamp(-2.0, 2.0);
         for (index, dot) in dots.iter().enumerate() {
             let ends = dot.range.map(|range| range.map(|end| map.position(end)));
             if let Some([Some(from), Some(to)]) = ends {
-                let ends = [from, to].map(|end| end.clamp(area.left, area.right));
+                let ends = [from, to].map(|end| end.clamp(map.start, map.end));
                 let bar = Stroke::solid(row.color, 0.7);
                 drawing.line(ends.map(|end| (end, height(index))).to_vec(), bar);
             }
         }
         if let Some(word) = without_sign(dots) {
-            drawing.text(Text::new(word, (area.left + 5.0, y), TICK_SIZE).colored(Color::SOFT_INK).centred());
+            drawing.text(Text::new(word, (map.start + 5.0, y), TICK_SIZE).colored(Color::SOFT_INK).centred());
         }
         let mut points = Vec::new();
         for (index, (dot, sign)) in dots.iter().zip(&self.signs).enumerate() {

@@ -2,6 +2,7 @@
 
 use crate::case::PyCase;
 use crate::errors::{RimbenchError, raised_so_far};
+use crate::everything;
 use crate::interruption::interruptible;
 use crate::scheme::PyScheme;
 use numpy::PyArray1;
@@ -20,15 +21,8 @@ use rimbench::metrics::METRICS;
 use rimbench::runs::{EvaluatedRun, Fact, FactValue, RunRequest, RunSpec, evaluate, simulate_inside};
 use std::ffi::CString;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, LazyLock};
-
-/// Everything that the command line can run by name.
-pub fn everything() -> &'static Catalogue {
-    static EVERYTHING: LazyLock<Catalogue> =
-        LazyLock::new(|| rimbench::everything().unwrap_or_else(|_| Catalogue::standard()));
-    &EVERYTHING
-}
 
 fn refused(error: Error) -> PyErr {
     RimbenchError::new_err(error.to_string())
@@ -191,17 +185,12 @@ pub fn simulate<'py>(
 
 /// The stability limit, as a dictionary.
 #[pyfunction]
-#[allow(clippy::too_many_arguments, reason = "arguments with names, of Python")]
 pub fn limit<'py>(
     py: Python<'py>,
     case: &Bound<'py, PyAny>,
     scheme: &Bound<'py, PyAny>,
     settings: &Bound<'py, PyDict>,
-    from_s: Option<f64>,
-    to_s: Option<f64>,
-    per_decade: usize,
-    phases: usize,
-    relative_tolerance: f64,
+    scan: (Option<f64>, Option<f64>, usize, usize, f64),
     method: &str,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -209,7 +198,8 @@ pub fn limit<'py>(
         return Err(refused(Error::invalid("method", method, "run, spectral")));
     }
     let asked = Asked::read(case, scheme, settings, &["macro_step_s", "phase"])?;
-    let scan = Scan { from: from_s, to: to_s, per_decade, phases };
+    let (from, to, per_decade, phases, relative_tolerance) = scan;
+    let scan = Scan { from, to, per_decade, phases };
     let cache = Cache::of_user();
     let (found, _) = interruptible(py, asked.of_python, progress.as_ref(), |stop, count| {
         let (grid, phases) = scan.resolve(&asked.request, &asked.catalogue)?;

@@ -1,7 +1,7 @@
 //! A case of which Python makes one side or both.
 
-use crate::calls::everything;
 use crate::errors::{self, RimbenchError, exception, with_raised};
+use crate::everything;
 use crate::subsystem::PySubsystem;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -15,20 +15,7 @@ use rimbench::runs::{Reference, RunRequest, RunSpec};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A case of which Python makes one side or both.
-///
-/// Parameters
-/// ----------
-/// name : kebab-case, not taken by a built-in case.
-/// like : a built-in case; what is not given here is as there: parameters, times, the other side, columns of the trace.
-/// mechanics, actuator : called with the parameters, a dictionary, whenever a new side is needed: when the case is made, for each run, and
-///     for each of the three solutions of an own reference; return an object with `outputs(u)` and `step(t, u, h)`.
-/// parameters : names (ending in their units) and defaults, for a case that is like no other; no option of a call may have such a name.
-/// interface : `(position, velocity, force)` names per interface row, for a case that is like no other: the mechanics puts out positions,
-///     then velocities, and gets forces.
-/// duration_s, macro_step_s, micro_step_s : times used unless others are asked for, s.
-/// reference_step_s : coarsest of the three steps of the reference, s; the micro step if not given.
-/// reference : "own", both sides in one loop with small steps; or "original", that of the case it is like.
-#[pyclass(frozen, name = "Case", module = "rimbench")]
+#[pyclass(frozen, subclass, name = "Case", module = "rimbench._native")]
 pub struct PyCase {
     pub case: Case,
     /// References of this case, for as long as it lives: on disk there are none of code that may change.
@@ -123,28 +110,22 @@ fn of_both(name: &str, description: Description, [mechanics, actuator]: [BuildSi
 #[pymethods]
 impl PyCase {
     #[new]
-    #[pyo3(signature = (name, *, like=None, mechanics=None, actuator=None, parameters=None, interface=None, duration_s=None,
-        macro_step_s=None, micro_step_s=None, reference_step_s=None, reference="own"))]
-    #[allow(clippy::too_many_arguments, reason = "arguments with names, of Python")]
     fn new(
         py: Python<'_>,
-        name: String,
+        name_and_reference: (String, String),
         like: Option<&str>,
-        mechanics: Option<Py<PyAny>>,
-        actuator: Option<Py<PyAny>>,
+        sides: (Option<Py<PyAny>>, Option<Py<PyAny>>),
         parameters: Option<&Bound<'_, PyDict>>,
         interface: Option<Vec<(String, String, String)>>,
-        duration_s: Option<f64>,
-        macro_step_s: Option<f64>,
-        micro_step_s: Option<f64>,
-        reference_step_s: Option<f64>,
-        reference: &str,
+        times_s: [Option<f64>; 4],
     ) -> PyResult<Self> {
+        let ((name, reference), (mechanics, actuator)) = (name_and_reference, sides);
+        let [duration_s, macro_step_s, micro_step_s, reference_step_s] = times_s;
         let refused = |message: String| RimbenchError::new_err(message);
         let wrong = |error: Error| exception(py, &error, None);
         let make = || -> PyResult<Case> {
-            if !["own", "original"].contains(&reference) {
-                return Err(refused(Error::invalid("reference", reference, "own, original").to_string()));
+            if !["own", "original"].contains(&&*reference) {
+                return Err(refused(Error::invalid("reference", &reference, "own, original").to_string()));
             }
             let given = PerSide { mechanics, actuator };
             let mut case = match like {

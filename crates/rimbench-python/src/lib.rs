@@ -14,6 +14,15 @@ mod scheme;
 mod subsystem;
 
 use pyo3::prelude::*;
+use rimbench::catalogue::Catalogue;
+use std::sync::LazyLock;
+
+/// Everything that the command line can run by name.
+fn everything() -> &'static Catalogue {
+    static EVERYTHING: LazyLock<Catalogue> =
+        LazyLock::new(|| rimbench::everything().unwrap_or_else(|_| Catalogue::standard()));
+    &EVERYTHING
+}
 
 #[pymodule(name = "_native")]
 fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -169,7 +169,7 @@ impl PyScheme {
             if interface_model { vec![Requirement::InterfaceModel, Requirement::NoFriction] } else { Vec::new() };
         let entry = SchemeEntry { order, samples, family, needs, ..entry };
         // A name that cannot be is found here and not in every run.
-        crate::calls::everything()
+        crate::everything()
             .clone()
             .add_scheme(entry.clone())
             .map_err(|error| RimbenchError::new_err(error.to_string()))?;

@@ -29,7 +29,6 @@ mod dense;
 mod discretised_model;
 mod factor;
 mod law;
-mod skip_bound;
 mod sparse;
 #[cfg(test)]
 mod tests;

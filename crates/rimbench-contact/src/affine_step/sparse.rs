@@ -1,9 +1,11 @@
 //! The active set of many contacts, of whose Delassus matrix only the non-zeros are kept.
 
+mod skip_bound;
+
 use super::discretised_model::DiscretisedModel;
-use super::skip_bound::SkipBound;
 use super::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw, add_multiple};
 use crate::linear_algebra::SparseFactor;
+use skip_bound::SkipBound;
 
 /// `H_AA = L D Lᵀ` by its pattern; conditions are checked over all contacts in order, which is several times as fast as by active ones.
 #[derive(Clone)]
@@ -14,10 +16,10 @@ pub(super) struct ManyContacts {
     factor: SparseFactor,
     column: Vec<f64>,
     /// 1 for active contacts, 0 for others.
-    pub(super) active: Vec<f64>,
+    active: Vec<f64>,
     /// Tangents of the impulses of all contacts, zero for inactive ones.
-    pub(super) impulses: Vec<f64>,
-    pub(super) bound: SkipBound,
+    impulses: Vec<f64>,
+    bound: SkipBound,
 }
 
 impl SparseSetFactor {

@@ -28,6 +28,6 @@ pub use dot::{body_dot, dot};
 pub use factor::Factor;
 pub use lu::Lu;
 pub use lu::largest_entry;
-pub use sparse_factor::{EliminationOrder, SparseFactor};
+pub use sparse_factor::SparseFactor;
 pub use sparse_rows::SparseRows;
-pub use symmetric_rows::{SymmetricPattern, SymmetricRows};
+pub use symmetric_rows::{EliminationOrder, SymmetricPattern, SymmetricRows};

@@ -1,6 +1,9 @@
 //! A symmetric matrix of which most entries are zero for good.
 
-use super::sparse_factor::EliminationOrder;
+mod elimination_order;
+
+pub use elimination_order::EliminationOrder;
+
 use std::sync::{Arc, OnceLock};
 
 /// Where the entries of a symmetric matrix stand: row by row, columns in order, the diagonal always among them.

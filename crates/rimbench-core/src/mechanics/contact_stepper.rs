@@ -9,7 +9,6 @@
 
 mod closed_contacts;
 mod contact_law;
-mod coulomb;
 mod energy;
 mod implicit_step;
 mod midpoint_step;
@@ -19,11 +18,11 @@ mod remap_contacts;
 mod step_contacts;
 
 pub use contact_law::ContactLaw;
-pub(super) use coulomb::friction_observables;
-pub use coulomb::{CONTACT_STATE, Friction};
 pub(super) use implicit_step::ImplicitPart;
 pub(super) use midpoint_step::{ActiveProblem, MidpointStep};
 pub(super) use observables::CONTACT_OBSERVABLES;
+pub(super) use step_contacts::friction_observables;
+pub use step_contacts::{CONTACT_STATE, Friction};
 
 use self::energy::EnergyBalance;
 use self::rebounding::Rebounding;

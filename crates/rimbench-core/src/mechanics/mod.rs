@@ -11,7 +11,6 @@ mod mechanical_model;
 mod memory;
 mod monolithic;
 mod non_smooth_mechanics;
-mod second_order;
 mod stiff_forces;
 
 pub use contact_stepper::{CONTACT_STATE, ContactLaw, Friction, MANY_CONTACTS};

@@ -1,5 +1,7 @@
 //! A mechanical model with contacts, offered as a subsystem.
 
+mod second_order;
+
 use super::contact_stepper::{
     CONTACT_OBSERVABLES, ContactLaw, ContactStepper, Friction, ImplicitPart, friction_observables,
 };
@@ -7,12 +9,12 @@ use super::energy_ledger::EnergyLedger;
 use super::jump_finder::JumpFinder;
 use super::mechanical_model::MechanicalModel;
 use super::memory::empty_equations;
-use super::second_order::{Excitation, SecondOrderSteps};
 use crate::cosim::{Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, Subsystem, SubsystemCounters};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{AccelerationJumps, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
 use rimbench_contact::complementarity::Checked;
+use second_order::{Excitation, SecondOrderSteps};
 
 /// Steps a mechanical model with contacts.
 ///
@@ -129,10 +131,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     }
 
     /// Does something with what steps of the second order remember; nothing where they are of the first.
-    pub(super) fn with_second_order<T>(
-        &mut self,
-        act: impl FnOnce(&mut Self, &mut SecondOrderSteps) -> T,
-    ) -> Option<T> {
+    fn with_second_order<T>(&mut self, act: impl FnOnce(&mut Self, &mut SecondOrderSteps) -> T) -> Option<T> {
         let mut steps = self.second_order.take()?;
         let result = act(self, &mut steps);
         self.second_order = Some(steps);

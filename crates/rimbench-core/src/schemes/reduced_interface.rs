@@ -19,7 +19,7 @@ mod second_order;
 #[cfg(test)]
 mod tests;
 
-pub(super) use construction::Contacts;
+pub(super) use contact_set::Contacts;
 
 use self::contact_set::ContactSet;
 use self::effective_mass::EffectiveMass;

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -19,10 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._native import Case, MicroStep, RimbenchError, Sample, Scheme, __version__, cases, metrics, schemes
+from ._native import MicroStep, RimbenchError, Sample, Scheme, __version__, cases, metrics, schemes
 
 if TYPE_CHECKING:
     import pandas
+    from typing_extensions import Self
+
+    from ._native import Subsystem
 
 __all__ = [
     "Case",
@@ -41,6 +44,42 @@ __all__ = [
     "schemes",
     "simulate",
 ]
+
+class Case(_native.Case):
+    """A case of which Python makes one side or both.
+
+    Parameters
+    ----------
+    name : kebab-case, not taken by a built-in case.
+    like : a built-in case; what is not given here is as there: parameters, times, the other side, columns of the trace.
+    mechanics, actuator : called with the parameters, a dictionary, whenever a new side is needed: when the case is made, for each run, and
+        for each of the three solutions of an own reference; return an object with `outputs(u)` and `step(t, u, h)`.
+    parameters : names (ending in their units) and defaults, for a case that is like no other; no option of a call may have such a name.
+    interface : `(position, velocity, force)` names per interface row, for a case that is like no other: the mechanics puts out positions,
+        then velocities, and gets forces.
+    duration_s, macro_step_s, micro_step_s : times used unless others are asked for, s.
+    reference_step_s : coarsest of the three steps of the reference, s; the micro step if not given.
+    reference : "own", both sides in one loop with small steps; or "original", that of the case it is like.
+    """
+
+    def __new__(
+        cls,
+        name: str,
+        *,
+        like: str | None = None,
+        mechanics: Callable[[dict[str, Any]], Subsystem] | None = None,
+        actuator: Callable[[dict[str, Any]], Subsystem] | None = None,
+        parameters: dict[str, float] | None = None,
+        interface: Sequence[tuple[str, str, str]] | None = None,
+        duration_s: float | None = None,
+        macro_step_s: float | None = None,
+        micro_step_s: float | None = None,
+        reference_step_s: float | None = None,
+        reference: Literal["own", "original"] = "own",
+    ) -> Self:
+        times_s = (duration_s, macro_step_s, micro_step_s, reference_step_s)
+        return super().__new__(cls, (name, reference), like, (mechanics, actuator), parameters, interface, times_s)
+
 
 #: Told how much is done of how much; `True` draws a bar on standard error.
 Progress = Callable[[int, int], object] | bool
@@ -180,7 +219,7 @@ def limit(
     **settings : as for `simulate`, without macro step and phase.
     """
     found = _native.limit(
-        case, scheme, settings, from_s, to_s, per_decade, phases, relative_tolerance, method, _told(progress)
+        case, scheme, settings, (from_s, to_s, per_decade, phases, relative_tolerance), method, _told(progress)
     )
     return Limit(**found)
 

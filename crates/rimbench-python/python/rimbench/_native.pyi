@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any, Literal, Protocol, TypedDict
 
 from numpy.typing import ArrayLike
+from typing_extensions import Self
 
 __version__: str
 
@@ -34,29 +35,18 @@ class CouplingScheme(Protocol):
         """The mean input of a side over a micro step; `own` is what that side puts out itself."""
 
 class Case:
-    """A case of which Python makes one side or both.
+    """What `rimbench.Case` is made of: name and reference, the case it is like, both sides, and times (s)."""
 
-    `like` names a built-in case: what is not given is as there. Without it give `mechanics`, `actuator`, `interface`, `duration_s` and
-    `macro_step_s`. `mechanics` and `actuator` are called with the parameters by name whenever a new side is needed, more than once per run.
-    `reference` is "own" (both sides in one loop with small steps, from `reference_step_s`) or "original" (that of the case it is like).
-    All times in s.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        *,
-        like: str | None = None,
-        mechanics: Callable[[dict[str, Any]], Subsystem] | None = None,
-        actuator: Callable[[dict[str, Any]], Subsystem] | None = None,
-        parameters: dict[str, float] | None = None,
-        interface: Sequence[tuple[str, str, str]] | None = None,
-        duration_s: float | None = None,
-        macro_step_s: float | None = None,
-        micro_step_s: float | None = None,
-        reference_step_s: float | None = None,
-        reference: Literal["own", "original"] = "own",
-    ) -> None: ...
+    def __new__(
+        cls,
+        name_and_reference: tuple[str, str],
+        like: str | None,
+        sides: tuple[Callable[[dict[str, Any]], Subsystem] | None, Callable[[dict[str, Any]], Subsystem] | None],
+        parameters: dict[str, float] | None,
+        interface: Sequence[tuple[str, str, str]] | None,
+        times_s: tuple[float | None, float | None, float | None, float | None],
+        /,
+    ) -> Self: ...
     @property
     def name(self) -> str: ...
 
@@ -154,11 +144,7 @@ def limit(
     case: str | Case,
     scheme: str | Scheme,
     settings: dict[str, Any],
-    from_s: float | None,
-    to_s: float | None,
-    per_decade: int,
-    phases: int,
-    relative_tolerance: float,
+    scan: tuple[float | None, float | None, int, int, float],
     method: str,
     progress: Callable[[int, int], object] | None,
     /,

@@ -5,10 +5,15 @@
 //! ```
 //! t is the gap term, or the impact term of a contact that rebounds. In the paper `b_u = w_u + h a_u`, λ_i is unknown, and `t = 0`.
 
-use super::coulomb::CoulombStep;
+mod coulomb;
+
+pub(in crate::mechanics) use coulomb::friction_observables;
+pub use coulomb::{CONTACT_STATE, Friction};
+
 use super::{ContactLaw, Rebounding};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
+use coulomb::CoulombStep;
 use rimbench_contact::complementarity::{
     Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet, SparseLcp,
 };

@@ -12,7 +12,7 @@ use super::super::moving_model::MovingModel;
 use super::super::recorded_modes::RecordedModes;
 use super::super::requirement::Requirement;
 use super::ReducedInterface;
-use super::contact_set::ContactSet;
+use super::contact_set::{ContactSet, Contacts};
 use super::effective_mass::EffectiveMass;
 use super::gap_law::GapTerm;
 use crate::cosim::{Sequence, Side};
@@ -29,25 +29,6 @@ pub(super) const SMOOTH_MARGIN: f64 = 1e-3;
 /// Square matrices over all contacts of a scheme that keeps every entry, at most: discretised and condensed forms, contact problems,
 /// workspaces of two solvers.
 const SQUARES: u64 = 12;
-
-/// How contacts enter the model within the macro step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in super::super) enum Contacts {
-    /// The paper's smooth model: contacts closed at `t_k` are bilateral, `w_c⁺ = 0`, and eliminated beforehand.
-    Bilateral,
-    /// Contacts that carry impulse at `t_k` are bilateral, the others are left out.
-    BilateralActive,
-    /// The paper's non-smooth model, Eq. 4: contacts closed at `t_k` may open, `0 ≤ w_u⁺ ⟂ P_u ≥ 0`, or with a [`GapTerm`].
-    Unilateral,
-    /// All contacts may also close: `0 ≤ w_u⁺ + g/δ ⟂ P_u ≥ 0`, `g⁺ = g + δ w_u⁺`.
-    UnilateralWithGaps,
-}
-
-impl Contacts {
-    fn are_bilateral(self) -> bool {
-        matches!(self, Contacts::Bilateral | Contacts::BilateralActive)
-    }
-}
 
 impl GapTerm {
     /// Returns the gap term of these contacts; the force of compliant ones follows from their gap.

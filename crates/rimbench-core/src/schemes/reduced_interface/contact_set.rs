@@ -4,10 +4,28 @@ use super::super::active_contacts::ActiveContacts;
 use super::super::contact_detection::ContactDetection;
 use super::super::moving_model::MovingModel;
 use super::super::recorded_modes::RecordedModes;
-use super::construction::Contacts;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::complementarity::SolverCounters;
+
+/// How contacts enter the model within the macro step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in super::super) enum Contacts {
+    /// The paper's smooth model: contacts closed at `t_k` are bilateral, `w_c⁺ = 0`, and eliminated beforehand.
+    Bilateral,
+    /// Contacts that carry impulse at `t_k` are bilateral, the others are left out.
+    BilateralActive,
+    /// The paper's non-smooth model, Eq. 4: contacts closed at `t_k` may open, `0 ≤ w_u⁺ ⟂ P_u ≥ 0`, or with a [`GapTerm`](super::gap_law::GapTerm).
+    Unilateral,
+    /// All contacts may also close: `0 ≤ w_u⁺ + g/δ ⟂ P_u ≥ 0`, `g⁺ = g + δ w_u⁺`.
+    UnilateralWithGaps,
+}
+
+impl Contacts {
+    pub(super) fn are_bilateral(self) -> bool {
+        matches!(self, Contacts::Bilateral | Contacts::BilateralActive)
+    }
+}
 
 /// Detects the contacts at a communication point, and remembers those of the last one.
 #[derive(Clone)]

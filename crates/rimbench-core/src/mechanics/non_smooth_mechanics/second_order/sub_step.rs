@@ -4,10 +4,10 @@ use super::SecondOrderSteps;
 use super::excitation::{Excitation, InterfaceTrajectory};
 use crate::cosim::JointActuator;
 use crate::error::{Cause, Failure};
+use crate::mechanics::NonSmoothMechanics;
 use crate::mechanics::contact_stepper::MidpointStep;
 use crate::mechanics::energy_ledger::EnergyLedger;
 use crate::mechanics::mechanical_model::{MechanicalModel, ModelSize};
-use crate::mechanics::non_smooth_mechanics::NonSmoothMechanics;
 use rimbench_contact::contact_law::gap_velocity;
 
 /// Iterations by which force and motion of a piece must agree, and how well (relative to the largest force so far).

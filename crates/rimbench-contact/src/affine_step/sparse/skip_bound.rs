@@ -16,8 +16,8 @@
 //! with s = `w + t`, which changes by the same amount in each micro step of a penetrated active contact, as `σ` shrinks by `1 − γδ/h`.
 //! Contacts for which the bounds do not suffice are looked at in every micro step. The others get velocity and gap once one is needed.
 
-use super::sparse::SparseSetFactor;
-use super::{ActiveSetFactor, AffineStep, StepContactLaw};
+use super::super::{ACCEPTED, AS_LEFT, ActiveSetFactor, AffineStep, StepContactLaw};
+use super::SparseSetFactor;
 
 /// D, as a part of the force.
 const RANGE: f64 = 0.125;
@@ -95,7 +95,7 @@ fn columns(of: &[f64], rows: usize) -> [&[f64]; 3] {
 impl AffineStep<SparseSetFactor> {
     /// Takes a micro step without a look at the contacts, if their bounds still hold; of `next` then only the interface row, behind those of
     /// the contacts, is that at its end.
-    pub(super) fn skip_one(&mut self, law: &StepContactLaw, force: f64, w: &[f64], next: &mut [f64]) -> bool {
+    pub(in super::super) fn skip_one(&mut self, law: &StepContactLaw, force: f64, w: &[f64], next: &mut [f64]) -> bool {
         let sigma = self.sigma * self.decay;
         let tolerance = self.tolerance(sigma, &[force]);
         let accepted = self.accepted(tolerance);
@@ -136,7 +136,7 @@ impl AffineStep<SparseSetFactor> {
 
     /// Ends the skips: velocities and gaps of all contacts are then those after the last micro step.
     #[inline(never)]
-    pub(super) fn end_skips(&mut self, law: &StepContactLaw, w: &mut [f64], gap: &mut [f64]) {
+    pub(in super::super) fn end_skips(&mut self, law: &StepContactLaw, w: &mut [f64], gap: &mut [f64]) {
         let n = self.rows;
         let many = &mut *self.factor.0;
         let bound = &mut many.bound;
@@ -159,7 +159,14 @@ impl AffineStep<SparseSetFactor> {
 
     /// Finds the bound for up to `steps` micro steps, after one under the force `lambda` that ended with velocities `w` and gaps `gap`.
     #[inline(never)]
-    pub(super) fn find_bound(&mut self, law: &StepContactLaw, lambda: &[f64], steps: usize, w: &[f64], gap: &[f64]) {
+    pub(in super::super) fn find_bound(
+        &mut self,
+        law: &StepContactLaw,
+        lambda: &[f64],
+        steps: usize,
+        w: &[f64],
+        gap: &[f64],
+    ) {
         let &[force] = lambda else { return };
         let (n, decay, sigma) = (self.rows, self.decay, self.sigma);
         let many = &mut *self.factor.0;
@@ -174,7 +181,7 @@ impl AffineStep<SparseSetFactor> {
         // The tolerance of the smallest force.
         let tolerance =
             SparseSetFactor::NEGLIGIBLE * (self.scales[0] + (force.abs() - range).max(0.0) * self.scales[2]);
-        let accepted = super::ACCEPTED / SparseSetFactor::NEGLIGIBLE * tolerance + super::AS_LEFT * self.violation_left;
+        let accepted = ACCEPTED / SparseSetFactor::NEGLIGIBLE * tolerance + AS_LEFT * self.violation_left;
         let (rates, count) = (law.rates, steps as f64);
         let (first, second) = (sigma * decay, sigma * decay * decay);
         let (mut to_come, mut all) = (first, 0.0);

@@ -1,7 +1,7 @@
 //! Contacts with friction in a step of the mechanics.
 
-use super::ContactStepper;
-use super::step_contacts::{ContactTerms, DenseProblem, StepContacts};
+use super::super::ContactStepper;
+use super::{ContactTerms, DenseProblem, StepContacts};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{Condensation, ContactModes, Elimination, ReducedInterfaceModel, Rows};
 use crate::name::Name;
@@ -49,7 +49,7 @@ pub(in crate::mechanics) struct CoulombStep {
 
 impl CoulombStep {
     /// Returns an interface model of these contacts, zero.
-    pub(super) fn empty_model(&self, interface: usize) -> ReducedInterfaceModel {
+    pub(in super::super) fn empty_model(&self, interface: usize) -> ReducedInterfaceModel {
         let mut empty = ReducedInterfaceModel::zeros_with_friction(&self.friction, interface);
         empty.tangential_restitution = self.law.restitution;
         empty.stiction = self.law.stiction();
@@ -57,12 +57,12 @@ impl CoulombStep {
     }
 
     /// Returns the states of the contacts in the last step, with their coefficients.
-    pub(super) fn modes(&self) -> ContactModes<'_> {
+    pub(in super::super) fn modes(&self) -> ContactModes<'_> {
         ContactModes { states: &self.states, friction: &self.friction }
     }
 
     /// Writes coefficients and modes to the model that is sent.
-    pub(super) fn write_modes(&self, model: &mut ReducedInterfaceModel, started: bool) {
+    pub(in super::super) fn write_modes(&self, model: &mut ReducedInterfaceModel, started: bool) {
         model.friction.copy_from_slice(&self.friction);
         model.states.copy_from_slice(&self.states);
         if started {
@@ -70,17 +70,17 @@ impl CoulombStep {
         }
     }
 
-    pub(super) fn counters(&self) -> SolverCounters {
+    pub(in super::super) fn counters(&self) -> SolverCounters {
         self.solver.counters()
     }
 
     /// Returns the velocity up to which a contact sticks in the solution of the last step, `τ ‖b‖_∞` with the solver's tolerance τ, m/s.
-    pub(super) fn rounding_velocity(&self) -> f64 {
+    pub(in super::super) fn rounding_velocity(&self) -> f64 {
         self.solver.tolerance() * self.problem.b.iter().fold(0.0, |max: f64, b| max.max(b.abs()))
     }
 
     /// Returns `Σ w_t⁺ P_t` of the last step with its friction impulses, J.
-    pub(super) fn slip(&self, impulses: &[f64]) -> f64 {
+    pub(in super::super) fn slip(&self, impulses: &[f64]) -> f64 {
         self.problem.w[self.friction.len()..].iter().zip(impulses).map(|(w, p)| w * p).sum()
     }
 
@@ -89,7 +89,12 @@ impl CoulombStep {
     /// ```text
     /// b_n = w_n + h a_n + H_ni h λ_i + t_n        b_t = w_t + h a_t + H_ti h λ_i, + e w_t of a contact that rebounds
     /// ```
-    pub(super) fn solve(&mut self, terms: ContactTerms<'_>, impulses: &mut [f64], p_i: &[f64]) -> Result<(), Failure> {
+    pub(in super::super) fn solve(
+        &mut self,
+        terms: ContactTerms<'_>,
+        impulses: &mut [f64],
+        p_i: &[f64],
+    ) -> Result<(), Failure> {
         self.problem.pose(terms, p_i);
         let DenseProblem { h, b, w } = &mut self.problem;
         let problem = FrictionProblem::with_friction(h, b, &self.friction);
@@ -107,7 +112,12 @@ impl CoulombStep {
     }
 
     /// Solves a trial with the right-hand side `b`, which leaves coefficients as they are; writes its velocities as well.
-    pub(super) fn try_solve(&mut self, b: &[f64], impulses: &mut [f64], velocities: &mut [f64]) -> Result<(), Failure> {
+    pub(in super::super) fn try_solve(
+        &mut self,
+        b: &[f64],
+        impulses: &mut [f64],
+        velocities: &mut [f64],
+    ) -> Result<(), Failure> {
         let problem = FrictionProblem::with_friction(&self.problem.h, b, &self.friction);
         self.solver.solve(problem, impulses)?;
         problem.velocities(impulses, velocities);
@@ -117,7 +127,7 @@ impl CoulombStep {
     /// Finds whether the contacts closed in the last step stick or slip; before the first step, from their velocities.
     ///
     /// Loaded ones have the state that the solver found; closed ones without load that of their velocity, to the solver's tolerance.
-    pub(super) fn find_modes(&mut self, eq4: &ReducedInterfaceModel, started: bool) {
+    pub(in super::super) fn find_modes(&mut self, eq4: &ReducedInterfaceModel, started: bool) {
         let (n, rounding) = (self.friction.len(), self.rounding_velocity());
         for contact in 0..n {
             let (w_t, found) = if started {

@@ -6,9 +6,9 @@ mod sub_step;
 
 pub(super) use excitation::Excitation;
 
-use super::contact_stepper::{ActiveProblem, ContactStepper};
-use super::mechanical_model::{MechanicalModel, ModelSize};
-use super::non_smooth_mechanics::NonSmoothMechanics;
+use super::super::contact_stepper::{ActiveProblem, ContactStepper};
+use super::super::mechanical_model::{MechanicalModel, ModelSize};
+use super::NonSmoothMechanics;
 use crate::cosim::{ForceCourse, JointActuator, JointSteps, SecondOrder, Sent};
 use crate::error::Failure;
 use crate::interface_model::TOUCHING;

@@ -4,9 +4,9 @@ use super::SecondOrderSteps;
 use super::excitation::Excitation;
 use super::sub_step::SubStepContacts;
 use crate::error::Failure;
+use crate::mechanics::NonSmoothMechanics;
 use crate::mechanics::cubic::HermiteCubic;
 use crate::mechanics::mechanical_model::MechanicalModel;
-use crate::mechanics::non_smooth_mechanics::NonSmoothMechanics;
 
 /// A rebound that would be over within this share of the step counts as rest; what is cut off is a hop of the height
 /// `REST² a h²/8`.
