@@ -55,7 +55,8 @@ impl Fmu {
             duration_s: self.duration,
             ..RunRequest::of(self.case, "zero-order-hold")
         };
-        let spec = request.resolve_built(catalogue)?;
+        let spec = request.resolve(catalogue)?;
+        spec.prepare()?;
         let side = match self.side {
             Side::Mechanics => cosim::Side::Mechanics,
             Side::Actuator => cosim::Side::Actuator,

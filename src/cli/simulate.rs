@@ -13,7 +13,7 @@ use rimbench::cosim::{Outcome, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
 use rimbench::harness::{Cache, column_in_words, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
-use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, evaluate, simulate_inside};
+use rimbench::runs::{EvaluatedRun, FactValue, Reference, RunRequest, RunSpec, evaluate};
 use rimbench::trace::{check_place_for_trace, write_trace};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -40,7 +40,8 @@ impl Simulate {
         let mut request = self.run.request()?;
         let asked = request.clone();
         let catalogue = with_files(catalogue, &mut request)?;
-        let spec = request.resolve_built(&catalogue)?;
+        let spec = request.resolve(&catalogue)?;
+        let prepared = spec.prepare()?;
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
             check_place_for_trace(path)?;
@@ -52,7 +53,7 @@ impl Simulate {
         complain(&cache);
         // Those of the reference are not of the run.
         take_probe_errors();
-        let result = simulate_inside(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
+        let result = prepared.simulate_inside(&reference, Some(monotonic_clock), stop)?;
         let probed = take_probe_errors();
         let run = evaluate(&spec, result, &reference)?;
         drop(alive);

@@ -123,7 +123,7 @@ fn every_parameter_reaches_the_run_and_the_reference() {
             request.duration_s = Some(duration);
             request.macro_step_s = Some(case.defaults.macro_step_s / finer);
             request.set = set.to_vec();
-            let spec = request.resolve_built(catalogue()).ok()?;
+            let spec = request.resolve(catalogue()).ok()?;
             let result = simulate(&spec, Default::default(), Some(monotonic_clock), StopFlag::never()).ok()?;
             let reference = rimbench::runs::Reference::exact(&spec, StopFlag::never()).ok()?;
             let reference = match reference {

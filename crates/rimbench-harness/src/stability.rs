@@ -94,7 +94,7 @@ impl Scan {
         let grid = logarithmic_grid(self.from.unwrap_or_else(|| shortest_macro_step(to)), to, self.per_decade)?;
         // The coarsest macro step must fit into the duration.
         let request = RunRequest { macro_step_s: Some(to), ..request.clone() };
-        request.resolve_built(catalogue).map_err(said_of_the_scan)?;
+        request.resolve(catalogue).and_then(|spec| spec.prepare().map(drop)).map_err(said_of_the_scan)?;
         Ok((grid, phase_ensemble(self.phases)))
     }
 }

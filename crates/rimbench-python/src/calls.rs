@@ -18,7 +18,7 @@ use rimbench::harness::{
     run_job_until, spectral_stability_limit, stability_limit,
 };
 use rimbench::metrics::METRICS;
-use rimbench::runs::{EvaluatedRun, Fact, FactValue, RunRequest, RunSpec, evaluate, simulate_inside};
+use rimbench::runs::{EvaluatedRun, Fact, FactValue, RunRequest, RunSpec, evaluate};
 use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -101,7 +101,8 @@ impl Asked {
 
     /// Runs and evaluates as the command `simulate` does.
     fn simulate(&self, stop: StopFlag<'_>, cache: &Cache) -> Result<(RunSpec, EvaluatedRun)> {
-        let spec = self.request.resolve_built(&self.catalogue)?;
+        let spec = self.request.resolve(&self.catalogue)?;
+        let prepared = spec.prepare()?;
         let own = self.case.as_ref().map(Py::get).filter(|_| spec.case.judged_by.is_none());
         let reference = match own.and_then(|case| case.reference(&spec)) {
             Some(reference) => reference,
@@ -116,7 +117,7 @@ impl Asked {
                 computed
             }
         };
-        let mut result = simulate_inside(&spec, reference.bounds(&spec)?, Some(monotonic_clock), stop)?;
+        let mut result = prepared.simulate_inside(&reference, Some(monotonic_clock), stop)?;
         // Raised where nothing can fail (an observation) and nothing was called any more that could.
         if let (Outcome::Completed, Some(message)) = (&result.report.outcome, raised_so_far()) {
             let at_s = result.report.ended_at_s;

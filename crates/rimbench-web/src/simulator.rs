@@ -4,7 +4,7 @@ use crate::gallery;
 use rimbench_cases::cases::Case;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::metrics::METRICS;
-use rimbench_cases::runs::{EvaluatedRun, Reference, RunRequest, RunSpec, evaluate, simulate_inside};
+use rimbench_cases::runs::{EvaluatedRun, Reference, RunRequest, RunSpec, evaluate};
 use rimbench_core::cosim::StopFlag;
 use rimbench_core::error::{Error, Result};
 use std::fmt::Write;
@@ -100,9 +100,7 @@ impl Simulator {
                 None => request.put(key, value.trim())?,
             }
         }
-        let spec = request.resolve(&self.catalogue)?;
-        spec.check()?;
-        Ok(spec)
+        request.resolve(&self.catalogue)
     }
 
     fn reference_of(&mut self, spec: &RunSpec) -> Result<&Reference> {
@@ -116,7 +114,7 @@ impl Simulator {
 
     fn run(&mut self, spec: &RunSpec) -> Result<Answer> {
         let reference = self.reference_of(spec)?;
-        let result = simulate_inside(spec, reference.bounds(spec)?, None, StopFlag::never())?;
+        let result = spec.prepare()?.simulate_inside(reference, None, StopFlag::never())?;
         let run = evaluate(spec, result, reference)?;
         Ok(Answer { words: words(spec, &run), numbers: run.trajectory.data().to_vec() })
     }
@@ -192,7 +190,7 @@ mod tests {
         let spec = request.resolve(&Catalogue::standard()).unwrap();
         assert_eq!(value(&answer, "run_id"), spec.id());
         let bounds = simulator.reference.as_ref().unwrap().1.bounds(&spec).unwrap();
-        let result = simulate_inside(&spec, bounds, None, StopFlag::never()).unwrap();
+        let result = rimbench_cases::runs::simulate_inside(&spec, bounds, None, StopFlag::never()).unwrap();
         assert_eq!(answer.numbers, result.trajectory.data());
         assert_eq!(value(&answer, "columns").split(' ').count(), result.trajectory.columns().len());
         // The error is that of the program, but for what the references differ by: 25 N, and at most a tenth of a newton.

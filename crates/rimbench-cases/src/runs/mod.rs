@@ -23,6 +23,6 @@ pub use latency::Latency;
 pub use predicted_growth::{LinearCoupling, Recurrence, predicted_growth};
 pub use reference::{DIVERGENCE_FACTOR, Reference};
 pub use request::{RunOption, RunRequest};
-pub use simulation::{Clock, RunResult, simulate, simulate_inside};
+pub use simulation::{Clock, PreparedRun, RunResult, simulate, simulate_inside};
 pub use spec::RunSpec;
 pub use step_control::{StepControl, StepControlKind};

@@ -2,7 +2,7 @@
 
 use super::spec::RunSpec;
 use super::spec::use_integrators;
-use crate::cases::{Case, ExactSolution, Recorder, ReferenceMethod};
+use crate::cases::{Case, CoupledSystem, ExactSolution, Recorder, ReferenceMethod};
 use crate::metrics::{
     ContactInterval, FrictionPhase, contact_intervals, friction_phases, impulse_column, is_state, touch_downs,
 };
@@ -176,8 +176,12 @@ impl Reference {
     /// # Errors
     /// Those of building the case.
     pub fn bounds(&self, spec: &RunSpec) -> Result<Bounds> {
-        let system = (spec.case.build)(&spec.parameters, &spec.solver)?;
-        let largest = |side: Side| {
+        Ok(self.bounds_of(&(spec.case.build)(&spec.parameters, &spec.solver)?))
+    }
+
+    /// Returns the bounds of a system that is at hand.
+    pub(super) fn bounds_of(&self, system: &CoupledSystem) -> Bounds {
+        PerSide::from_fn(|side: Side| {
             let outputs = system.sides[side].ports().outputs.iter();
             outputs
                 .map(|port| match self.trajectory.index_of(&port.name) {
@@ -185,8 +189,7 @@ impl Reference {
                     None => f64::INFINITY,
                 })
                 .collect()
-        };
-        Ok(PerSide::from_fn(largest))
+        })
     }
 
     /// When the contact of a gap column is closed, if the reference has that column.

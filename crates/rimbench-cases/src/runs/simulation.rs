@@ -1,11 +1,12 @@
 //! One run, from everything that determines it to what comes of it.
 
+use super::reference::Reference;
 use super::spec::RunSpec;
 use super::step_control::StepControl;
-use crate::cases::Recorder;
+use crate::cases::{CoupledSystem, Recorder};
 use rimbench_core::cosim::{
-    Bounds, MacroStep, Outcome, Report, RunControl, Setup, Sides, StopFlag, Timer, Trajectory, check_coupling,
-    counts_interface_work,
+    Bounds, CommunicationGrid, MacroStep, Outcome, Report, RunControl, Setup, Sides, StopFlag, Timer, Trajectory,
+    check_coupling, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
@@ -26,29 +27,58 @@ pub struct RunResult {
     pub wall: Duration,
 }
 
+/// A run that is checked, on its communication points, with both sides built.
+pub struct PreparedRun<'a> {
+    spec: &'a RunSpec,
+    grid: CommunicationGrid,
+    system: CoupledSystem,
+}
+
+impl RunSpec {
+    /// Checks the run and builds both sides: what cannot run is found before anything is computed.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid, and those of building the case.
+    pub fn prepare(&self) -> Result<PreparedRun<'_>> {
+        let grid = self.checked_grid()?;
+        Ok(PreparedRun { spec: self, grid, system: (self.case.build)(&self.parameters, &self.solver)? })
+    }
+}
+
+impl PreparedRun<'_> {
+    /// Runs, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate) against a reference,
+    /// whose bounds say beyond what it counts as diverged; with a `clock` macro steps are timed.
+    ///
+    /// # Errors
+    /// As for [`simulate`].
+    pub fn simulate_inside(self, of: &Reference, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
+        let bounds = of.bounds_of(&self.system);
+        run(self, bounds, clock, RunControl { stop, inside: true, ..RunControl::default() })
+    }
+}
+
 /// Runs one simulation. `bounds` say beyond what it counts as diverged; with a `clock` its macro steps are timed.
 ///
 /// # Errors
 /// Bad input only, such as a wall limit without a clock. A run that fails is a result, with its reason in [`Report::outcome`].
 pub fn simulate(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
-    run(spec, bounds, clock, RunControl { stop, ..RunControl::default() })
+    run(spec.prepare()?, bounds, clock, RunControl { stop, ..RunControl::default() })
 }
 
-/// The same, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate).
+/// Runs one simulation, and notes what the actuator did in each micro step.
 ///
 /// # Errors
 /// As for [`simulate`].
 pub fn simulate_inside(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, stop: StopFlag<'_>) -> Result<RunResult> {
-    run(spec, bounds, clock, RunControl { stop, inside: true, ..RunControl::default() })
+    run(spec.prepare()?, bounds, clock, RunControl { stop, inside: true, ..RunControl::default() })
 }
 
-fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: RunControl<'_>) -> Result<RunResult> {
-    spec.check()?;
+fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control: RunControl<'_>) -> Result<RunResult> {
+    let PreparedRun { spec, grid, mut system } = prepared;
     if spec.wall_limit.is_some() && clock.is_none() {
         return Err(Error::Incompatible("wall_limit_s needs a clock, and there is none here".to_owned()));
     }
-    let mut system = (spec.case.build)(&spec.parameters, &spec.solver)?;
-    let setup = spec.setup(bounds)?;
+    let setup = spec.setup_on(grid, bounds);
     check_coupling(system.sides.as_ref().map(|side| side.ports()))?;
     let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut sides = system.sides.lend();
@@ -73,8 +103,8 @@ fn run(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, supervision: RunCon
             let timer = clock.map(|now| Timer { now, latencies: true, wall_limit: spec.wall_limit });
             let doubling = spec.step_control.doubling(spec.scheme.order);
             let started = clock.map(|now| now());
-            let supervision = RunControl { timer, ..supervision };
-            let report = coupling.run(&setup, doubling, sides, supervision, &mut |point| {
+            let control = RunControl { timer, ..control };
+            let report = coupling.run(&setup, doubling, sides, control, &mut |point| {
                 recorder.record(point, &mut trajectory);
             });
             (report, clock.zip(started).map_or(Duration::ZERO, |(now, started)| now() - started))

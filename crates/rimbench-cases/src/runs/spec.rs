@@ -70,16 +70,6 @@ impl RunRequest {
         self.resolve_for(catalogue, case, &parameters)
     }
 
-    /// Does the same, and builds both sides once: parameters that make no system are found before anything is computed.
-    ///
-    /// # Errors
-    /// As [`resolve`](Self::resolve), and those of building the case.
-    pub fn resolve_built(&self, catalogue: &Catalogue) -> Result<RunSpec> {
-        let spec = self.resolve(catalogue)?;
-        (spec.case.build)(&spec.parameters, &spec.solver)?;
-        Ok(spec)
-    }
-
     /// Does the same for a case and parameters that are at hand, whatever the request says of them.
     ///
     /// # Errors
@@ -186,9 +176,26 @@ impl RunSpec {
     ///
     /// # Errors
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
-    pub fn check(&self) -> Result<()> {
+    fn check(&self) -> Result<()> {
+        self.checked_grid()?;
+        // A machine that cannot be built says so when it is built.
+        if let Some(model) = self.model.as_ref().filter(|model| model.depends_on_mechanics())
+            && let Ok(mut system) = (self.case.build)(&self.parameters, &self.solver)
+            && self.scheme.incompatibility(system.sides.lend()).is_none()
+        {
+            self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;
+        }
+        Ok(())
+    }
+
+    /// Checks everything that can be checked without either side, and returns the communication points.
+    ///
+    /// # Errors
+    /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid.
+    pub(super) fn checked_grid(&self) -> Result<CommunicationGrid> {
         self.parameters.check_used()?;
-        let macro_steps = self.grid()?.macro_steps();
+        let grid = self.grid()?;
+        let macro_steps = grid.macro_steps();
         if macro_steps < self.scheme.samples {
             return Err(Error::invalid(
                 "macro-step",
@@ -227,19 +234,11 @@ impl RunSpec {
                 self.mechanics_integrator
             )));
         }
-        // A machine that cannot be built says so when it is built.
-        let built = || (self.case.build)(&self.parameters, &self.solver).ok();
         if let Some(model) = &self.model {
             self.scheme.check_options(model)?;
             self.scheme.detection(model.detection)?;
-            if model.depends_on_mechanics()
-                && let Some(mut system) = built()
-                && self.scheme.incompatibility(system.sides.lend()).is_none()
-            {
-                self.scheme.couple(system.sides.lend(), Some(model), self.gain)?;
-            }
         }
-        Ok(())
+        Ok(grid)
     }
 
     /// Checks the steps of the reference: one that would never end is found before it is begun.
@@ -303,7 +302,7 @@ impl RunSpec {
     ///
     /// # Errors
     /// [`Error::InvalidValue`] for steps that are not positive, or a micro step above the macro step.
-    pub fn grid(&self) -> Result<CommunicationGrid> {
+    fn grid(&self) -> Result<CommunicationGrid> {
         let nonsense = !(self.macro_step > 0.0 && self.duration > 0.0 && self.duration.is_finite());
         if !nonsense && self.duration / self.macro_step > MOST_STEPS {
             let least = self.duration / MOST_STEPS;
@@ -346,10 +345,15 @@ impl RunSpec {
     /// Says what the macro loop of the run needs to know; `bounds` say beyond what it counts as diverged.
     ///
     /// # Errors
-    /// Those of [`RunSpec::grid`].
+    /// [`Error::InvalidValue`] for steps that are none.
     pub fn setup(&self, bounds: Bounds) -> Result<Setup> {
-        Ok(Setup {
-            grid: self.grid()?,
+        Ok(self.setup_on(self.grid()?, bounds))
+    }
+
+    /// Says the same on communication points that are at hand.
+    pub(super) fn setup_on(&self, grid: CommunicationGrid, bounds: Bounds) -> Setup {
+        Setup {
+            grid,
             step_rule: self.step_control.step_rule(self.defect_order()),
             micro_step: self.micro_step,
             mechanics_steps: self.mechanics_steps,
@@ -357,7 +361,7 @@ impl RunSpec {
             sequence: self.sequence,
             force_return: self.force_return,
             bounds,
-        })
+        }
     }
 }
 
