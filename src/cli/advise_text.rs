@@ -191,7 +191,7 @@ impl Asked<'_> {
         }
         let runs = self.advice.computed + self.advice.reused;
         lines.push(paragraph(
-            &format!("{runs} runs · --all for why not the others, the runs and the prices of work"),
+            &format!("{runs} runs of this one machine · --all for the others, the runs and their prices"),
             0,
         ));
         lines.join("\n")
