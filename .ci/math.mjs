@@ -1,13 +1,16 @@
 // Formulas of the book as MathML, which browsers show without a script or a font of the page. Needs katex (NODE_PATH).
 //
 //   node .ci/math.mjs               preprocessor of mdBook: ```math blocks and `$…$` of every chapter
-//   node .ci/math.mjs check FILE…   names every formula that is none
+//   node .ci/math.mjs check FILE…   names every formula that is none, or that is text
 import { createRequire } from "node:module";
 import fs from "node:fs";
 
 const katex = createRequire(import.meta.url)("katex");
 const formula = (tex, displayMode) =>
-  plain(aligned(katex.renderToString(tex, { displayMode, output: "mathml", throwOnError: true, strict: "ignore" })));
+  plain(apart(aligned(katex.renderToString(tex, { displayMode, output: "mathml", throwOnError: true, strict: "ignore" }))));
+
+// Without a font for mathematics Chromium draws an accent across its letter, and a bar over F cannot be seen.
+const apart = (mathml) => mathml.replaceAll(' accent="true"', ' accent="false"');
 
 // What Markdown would read as emphasis, strikes, code, links or escapes (the tilde over a letter is such) becomes an entity.
 const plain = (mathml) => mathml.replace(/[\\~_*`[\]]/g, (sign) => `&#${sign.charCodeAt(0)};`);
@@ -39,7 +42,10 @@ function rendered(text) {
 if (process.argv[2] === "check") {
   for (const file of process.argv.slice(3)) {
     try {
-      rendered(fs.readFileSync(file, "utf8"));
+      const text = fs.readFileSync(file, "utf8");
+      rendered(text);
+      const [, line] = text.match(/^```text\n(?:(?!```).*\n)*?(.*[⁺⁻ᵀ⟂≤≥Σ√∫½].*)$/mu) ?? [];
+      if (line) throw new Error(`a formula as text: ${line.trim()}`);
     } catch (error) {
       console.error(`error: ${file}: ${error.message}`);
       process.exitCode = 1;
