@@ -20,9 +20,7 @@
 //! order, its values are not. With the mechanics first its sample at t_{k+1} replaces the base, and only the force is corrected.
 //! **Known weakness**: after an impact it gives back the error of a motion that is over; jumps at every communication point; on the
 //! line the integral wants many micro steps, as its own error δ²H must stay below H³.
-//! **Source**: after Benedikt et al. 2013 (NEPCE), Sadjina & Pedersen 2019 (α, direct feedthrough); the formulas are second-hand,
-//! theirs were not read. Ours: that positions are corrected like forces and velocities, and on the line that the integral is freed of
-//! the late feedthrough.
+//! **Source**: after Benedikt et al. 2013 (NEPCE), Sadjina & Pedersen 2019; deviations are in `docs/schemes/nepce.md`.
 
 use super::construction::Construction;
 use super::entry::{Gain, SchemeEntry};

@@ -26,8 +26,8 @@
 //! **Needs** a force–displacement coupling, force return `held`, directional derivatives of the actuator (for K and D), an
 //! interface model (for H_ii, once). **Order** 1 in H. **Known weakness**: the added mass and compliance; the mechanics holds F₁
 //! over its own step with the velocity of its beginning, which is explicit: Z H_ii H must stay well below 2.
-//! **Source**: transmission line modelling after Krus et al. 1990 (HOPSAN), Braun & Krus 2016. Ours: the choice of Z, the straight
-//! waves, the use of directional derivatives.
+//! **Source**: transmission line modelling after Krus et al. 1990 (HOPSAN), Braun & Krus 2016; deviations are in
+//! `docs/schemes/transmission-line.md`.
 
 use super::construction::sent;
 use super::entry::{Gain, SchemeEntry};
