@@ -30,10 +30,8 @@ pub(super) fn entry() -> SchemeEntry {
         sequence: Sequence::GaussSeidel { first: Side::Actuator },
         needs: vec![Requirement::Copies],
         driver: IterativeDriver::Iterated(Iteration { tolerance: TOLERANCE, most_iterations: MOST_ITERATIONS }),
-        ..SchemeEntry::new(
-            "iterated-aitken",
-            "Ceiling: repeat each macro step to agreement, Aitken relaxation",
-            |construction| Ok(Extrapolation::boxed(1, construction.ports)),
-        )
+        ..SchemeEntry::new("iterated-aitken", "Ceiling: fixed-point iteration (Aitken)", |construction| {
+            Ok(Extrapolation::boxed(1, construction.ports))
+        })
     }
 }

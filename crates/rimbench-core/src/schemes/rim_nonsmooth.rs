@@ -16,7 +16,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         ..ReducedInterface::entry(
             "rim-nonsmooth",
-            "Reduced interface model; contacts closed at the communication point may open (the paper's proposal)",
+            "Non-smooth model: closed contacts may open (the paper's proposal)",
             Contacts::Unilateral,
         )
     }

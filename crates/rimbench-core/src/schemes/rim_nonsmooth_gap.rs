@@ -18,7 +18,7 @@ pub(super) fn entry() -> SchemeEntry {
         has_mechanics_law: true,
         ..ReducedInterface::entry(
             "rim-nonsmooth-gap",
-            "Reduced interface model; all contacts with their gaps, closing and opening at any micro step",
+            "Gap tracking: all contacts open and close",
             Contacts::UnilateralWithGaps,
         )
     }

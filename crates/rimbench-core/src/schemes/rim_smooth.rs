@@ -15,10 +15,6 @@ use super::reduced_interface::{Contacts, ReducedInterface};
 
 pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
-        ..ReducedInterface::entry(
-            "rim-smooth",
-            "Reduced interface model; contacts closed at the communication point are bilateral",
-            Contacts::Bilateral,
-        )
+        ..ReducedInterface::entry("rim-smooth", "Smooth model: closed contacts are bilateral", Contacts::Bilateral)
     }
 }

@@ -19,7 +19,7 @@ pub(super) fn entry() -> SchemeEntry {
     SchemeEntry {
         ..ReducedInterface::entry(
             "rim-smooth-active",
-            "Reduced interface model; contacts that carry impulse at the communication point are bilateral",
+            "Smooth model: loaded contacts are bilateral",
             Contacts::BilateralActive,
         )
     }

@@ -27,10 +27,8 @@ pub(super) fn entry() -> SchemeEntry {
         needs: vec![Requirement::Copies],
         driver: IterativeDriver::Waveform(Waveform { tolerance: TOLERANCE, most_iterations: MOST_ITERATIONS }),
         // Holds its samples; the driver does not ask for them.
-        ..SchemeEntry::new(
-            "waveform",
-            "Ceiling: repeat each macro step to agreement at every micro step",
-            |construction| Ok(Extrapolation::boxed(0, construction.ports)),
-        )
+        ..SchemeEntry::new("waveform", "Ceiling: waveform iteration over micro steps", |construction| {
+            Ok(Extrapolation::boxed(0, construction.ports))
+        })
     }
 }
