@@ -10,7 +10,7 @@ const formula = (tex, displayMode) =>
   plain(apart(aligned(katex.renderToString(tex, { displayMode, output: "mathml", throwOnError: true, strict: "ignore" }))));
 
 // Without a font for mathematics Chromium draws an accent across its letter, and a bar over F cannot be seen.
-const apart = (mathml) => mathml.replaceAll(' accent="true"', ' accent="false"');
+const apart = (mathml) => mathml.replace(/<mo[^>]*>(?=[ˉ˙¨^~ˇ]<)/g, '<mo style="padding-bottom:0.15em">');
 
 // What Markdown would read as emphasis, strikes, code, links or escapes (the tilde over a letter is such) becomes an entity.
 const plain = (mathml) => mathml.replace(/[\\~_*`[\]]/g, (sign) => `&#${sign.charCodeAt(0)};`);
