@@ -5,6 +5,7 @@ use super::number::{percent, seconds, with_digits};
 use super::progress::{Heartbeat, plain_time};
 use super::run_options::RunOptions;
 use super::screen::{Mood, Table, headline, row};
+use super::simulate::in_words;
 use super::{Format, complain, print, with_files};
 use clap::{Args, ValueEnum};
 use rimbench::catalogue::Catalogue;
@@ -127,8 +128,14 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
     };
     let mut lines = vec![headline(&verdict, about, mood)];
     let first = found.points.iter().find(|point| Some(point.macro_step) == found.first_unstable);
-    if let Some((point, failure)) = first.and_then(|point| Some((point, point.failure.as_ref()?))) {
-        lines.push(row(&format!("at {}", step(point.macro_step)), failure));
+    let why = |point: &StabilityPoint| match &point.outcome {
+        Some(outcome) => {
+            Some(in_words(outcome) + &outcome.at_s().map(|at| format!(" at {}", step(at))).unwrap_or_default())
+        }
+        None => point.failure.clone(),
+    };
+    if let Some((point, failure)) = first.and_then(|point| Some((point, why(point)?))) {
+        lines.push(row(&format!("at {}", step(point.macro_step)), &failure));
     }
     let tried = found.points.iter().map(|point| point.macro_step);
     let (least, most) = (tried.clone().fold(f64::INFINITY, f64::min), tried.fold(0.0, f64::max));
@@ -139,7 +146,7 @@ fn screen(found: &StabilityLimit, about: &str, phases: usize, all: bool) -> Stri
     if all {
         let mut table = Table::new(&["H", "stable", "first failure"]);
         for point in &found.points {
-            let failure = point.failure.clone().unwrap_or_default();
+            let failure = why(point).unwrap_or_default();
             table.add_row([step(point.macro_step), percent(point.fraction_stable), failure]);
         }
         lines.push(format!("\n{table}"));

@@ -13,6 +13,7 @@ use serde_json::Value;
 
 /// Arguments of `list`.
 #[derive(Debug, Args)]
+#[command(arg_required_else_help = true)]
 pub struct List {
     /// What to list
     what: What,

@@ -42,7 +42,7 @@ use rimbench::everything;
 use rimbench::fmi::import::{ProbeQuality, read_case};
 use rimbench::harness::{Cache, CheckedClaim, Verdict, in_shell};
 use rimbench::runs::RunRequest;
-use screen::{Mood, headline, paragraph};
+use screen::{Mood, headline, paragraph, width};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -111,10 +111,11 @@ fn command() -> clap::Command {
         commands += &format!("\n{title}:\n");
         for command in names.iter().filter_map(|name| command.find_subcommand(name)) {
             let about = command.get_about().map(ToString::to_string).unwrap_or_default();
-            commands += &format!("  {:<12} {about}\n", command.get_name());
+            commands += &format!("  {:<12} {}\n", command.get_name(), paragraph(&about, 15));
         }
     }
-    command.help_template(format!("{{about}}\n\n{{usage-heading}} {{usage}}\n{commands}\nOptions:\n{{options}}"))
+    let template = format!("{{about}}\n\n{{usage-heading}} {{usage}}\n{commands}\nOptions:\n{{options}}");
+    command.help_template(template).term_width(width())
 }
 
 /// Exit code after Ctrl-C, as shells have it.

@@ -188,10 +188,6 @@ impl Said<'_> {
 
     /// Why the run did not complete, in words.
     fn why(&self) -> String {
-        let reached = |quantity_name: &str, value: f64| {
-            let (words, unit) = column_in_words(quantity_name);
-            format!("the {words} reached {}", quantity(value, &unit))
-        };
         match &self.run.outcome {
             Outcome::Diverged { quantity: name, value, .. } if value.is_finite() => {
                 let column = self.reference.trajectory.index_of(name);
@@ -205,14 +201,26 @@ impl Said<'_> {
                         quantity(peak, &unit)
                     ),
                 };
-                format!("{}{times}", reached(name, *value))
+                in_words(&self.run.outcome) + &times
             }
-            Outcome::Diverged { quantity: name, .. } => format!("the {} is no finite number", column_in_words(name).0),
-            Outcome::OutOfRange { quantity: name, value, .. } => {
-                format!("{}, outside the range of its model", reached(name, *value))
-            }
-            outcome => outcome.reason(),
+            outcome => in_words(outcome),
         }
+    }
+}
+
+/// Why a run did not complete, in words.
+pub(super) fn in_words(outcome: &Outcome) -> String {
+    let reached = |name: &str, value: f64| {
+        let (words, unit) = column_in_words(name);
+        format!("the {words} reached {}", quantity(value, &unit))
+    };
+    match outcome {
+        Outcome::Diverged { quantity: name, value, .. } if value.is_finite() => reached(name, *value),
+        Outcome::Diverged { quantity: name, .. } => format!("the {} is no finite number", column_in_words(name).0),
+        Outcome::OutOfRange { quantity: name, value, .. } => {
+            format!("{}, outside the range of its model", reached(name, *value))
+        }
+        outcome => outcome.reason(),
     }
 }
 

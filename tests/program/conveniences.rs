@@ -15,7 +15,10 @@ fn said_json(arguments: &[&str]) -> Value {
 /// Commands that the program offers, as its help lists them.
 pub fn commands() -> Vec<String> {
     let help = said(&["--help"]);
-    let lines = help.lines().take_while(|line| !line.starts_with("Options:")).filter(|line| line.starts_with("  "));
+    let lines = help
+        .lines()
+        .take_while(|line| !line.starts_with("Options:"))
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "));
     lines.filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
 }
 

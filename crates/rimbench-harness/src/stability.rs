@@ -23,6 +23,8 @@ pub struct StabilityPoint {
     pub fraction_stable: f64,
     /// Why it counts as unstable: the first outcome among the phases that is not `completed`, or the spectral radius.
     pub failure: Option<String>,
+    /// That outcome.
+    pub outcome: Option<Outcome>,
     /// Spectral radius of the macro-step map, where that was the method.
     pub spectral_radius: Option<f64>,
 }
@@ -91,6 +93,9 @@ impl Scan {
             Ok(longest_macro_step(duration))
         };
         let to = self.to.map_or_else(longest, Ok)?;
+        if let (Some(from), None) = (self.from.filter(|from| *from > to), self.to) {
+            return Err(Error::invalid("from", from, format!("at most {to} s, the largest macro step of the scan")));
+        }
         let grid = logarithmic_grid(self.from.unwrap_or_else(|| shortest_macro_step(to)), to, self.per_decade)?;
         // The coarsest macro step must fit into the duration.
         let request = RunRequest { macro_step_s: Some(to), ..request.clone() };
@@ -158,6 +163,7 @@ pub fn stability_limit(search: LimitSearch<'_>, phases: &[f64], cache: &Cache) -
             macro_step,
             fraction_stable: stable as f64 / outcomes.len() as f64,
             failure: failure.map(Outcome::to_string),
+            outcome: failure.cloned(),
             spectral_radius: None,
         })
     })
@@ -195,6 +201,7 @@ impl LimitSearch<'_> {
                 macro_step,
                 fraction_stable: f64::from(stable),
                 failure: (!stable).then(|| format!("spectral radius {radius:.9}, growth rate {growth:.4e} 1/s")),
+                outcome: None,
                 spectral_radius: Some(radius),
             })
         })
