@@ -156,5 +156,5 @@ fn build(p: &Clamp, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
     ])?;
     let pressures = [p.start_pressure_pa; 2];
     let unit = || p.cylinder.starting_at(length, &p.oil, pressures, spool.clone());
-    assembly.couple(model, ActuatorPair::new([unit()?, unit()?], NAMES), &p.contacts)
+    assembly.couple(model, ActuatorGroup::new(vec![unit()?, unit()?], &NAMES), &p.contacts)
 }

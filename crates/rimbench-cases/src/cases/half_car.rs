@@ -149,5 +149,5 @@ fn build(p: &Car, assembly: &Assembly<'_>) -> Result<CoupledSystem> {
             start_force,
         })
     });
-    assembly.couple(model, ActuatorPair::new([front?, rear?], NAMES), &p.contacts)
+    assembly.couple(model, ActuatorGroup::new(vec![front?, rear?], &NAMES), &p.contacts)
 }

@@ -1,6 +1,6 @@
 //! Physical models: what the cases are assembled from. A model knows its equations, not the coupling.
 
-mod actuator_pair;
+mod actuator_group;
 mod bare_coupling;
 mod crane;
 mod crane_in_heap;
@@ -28,7 +28,7 @@ mod washboard;
 mod wedge_box;
 mod woodpecker;
 
-pub use actuator_pair::{ActuatorNames, ActuatorPair};
+pub use actuator_group::{ActuatorGroup, ActuatorNames};
 pub use bare_coupling::{CouplingForce, FreeMasses};
 pub use crane::{Crane, CraneGeometry};
 pub use crane_in_heap::{CraneInHeap, HeapGeometry};

@@ -1,4 +1,4 @@
-//! Two actuators as one side of a co-simulation with an interface of two rows.
+//! Several actuators as one side of a co-simulation, each with a row of the interface.
 
 use rimbench_core::cosim::{
     Capabilities, EnergyAccount, LineForces, MacroStep, OutputRates, Port, Ports, Quantity, SecondOrder, Subsystem,
@@ -7,7 +7,7 @@ use rimbench_core::cosim::{
 use rimbench_core::error::Failure;
 use rimbench_core::name::Name;
 
-/// Names of what one of the two actuators exchanges and shows.
+/// Names of what one of the actuators exchanges and shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ActuatorNames {
     /// Length in, for example `front_length_m`.
@@ -20,59 +20,65 @@ pub struct ActuatorNames {
     pub observables: &'static [&'static str],
 }
 
-/// Two force-producing actuators side by side; they feel each other only through the mechanics.
+/// Force-producing actuators side by side; they feel each other only through the mechanics.
 ///
 /// ```text
-/// u = [s₁ s₂ w₁ w₂]   →   y = [F₁ F₂]
+/// u = [s₁ … s_N w₁ … w_N]   →   y = [F₁ … F_N]
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct ActuatorPair<A> {
-    units: [A; 2],
+pub struct ActuatorGroup<A> {
+    units: Vec<A>,
     ports: Ports,
     observables: Vec<Name>,
     /// Of one of them.
     own_rates: OutputRates,
     /// Of each of them.
-    own_lines: [LineForces; 2],
+    own_lines: Vec<LineForces>,
+    /// One number of each.
+    row: Vec<f64>,
 }
 
-impl<A: Subsystem> ActuatorPair<A> {
-    /// Joins two actuators with inputs (length, velocity) and one force as output.
-    pub fn new(units: [A; 2], names: [ActuatorNames; 2]) -> Self {
+impl<A: Subsystem> ActuatorGroup<A> {
+    /// Joins actuators with inputs (length, velocity) and one force as output.
+    pub fn new(units: Vec<A>, names: &[ActuatorNames]) -> Self {
+        debug_assert_eq!(units.len(), names.len());
         debug_assert!(units.iter().all(|unit| unit.ports().inputs.len() == 2 && unit.ports().outputs.len() == 1));
-        let both = |quantity, name: fn(&ActuatorNames) -> &'static str| {
-            names.each_ref().map(|own| Port::new(name(own), quantity))
+        let each = |quantity, name: fn(&ActuatorNames) -> &'static str| -> Vec<Port> {
+            names.iter().map(|own| Port::new(name(own), quantity)).collect()
         };
         let inputs =
-            [both(Quantity::Position, |own| own.position), both(Quantity::Velocity, |own| own.velocity)].concat();
-        let outputs = both(Quantity::Force, |own| own.force).to_vec();
+            [each(Quantity::Position, |own| own.position), each(Quantity::Velocity, |own| own.velocity)].concat();
+        let outputs = each(Quantity::Force, |own| own.force);
         let direct_feedthrough = units.iter().any(|unit| unit.ports().direct_feedthrough);
-        ActuatorPair {
+        ActuatorGroup {
             ports: Ports { inputs, outputs, direct_feedthrough },
             observables: names.iter().flat_map(|own| own.observables).copied().map(Name::from).collect(),
             own_rates: OutputRates::zeros(1, 2),
-            own_lines: [LineForces::new(1, 0, 0.0), LineForces::new(1, 0, 0.0)],
+            row: vec![0.0; units.len()],
+            own_lines: units.iter().map(|_| LineForces::new(1, 0, 0.0)).collect(),
             units,
         }
     }
 }
 
-impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorPair<A> {
+impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorGroup<A> {
     fn ports(&self) -> &Ports {
         &self.ports
     }
 
     #[inline]
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
+        let n = self.units.len();
         for (i, unit) in self.units.iter_mut().enumerate() {
-            unit.outputs(&[u[i], u[2 + i]], &mut y[i..=i])?;
+            unit.outputs(&[u[i], u[n + i]], &mut y[i..=i])?;
         }
         Ok(())
     }
 
     fn step(&mut self, t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
+        let n = self.units.len();
         for (i, unit) in self.units.iter_mut().enumerate() {
-            unit.step(t, &[u[i], u[2 + i]], h)?;
+            unit.step(t, &[u[i], u[n + i]], h)?;
         }
         Ok(())
     }
@@ -85,25 +91,26 @@ impl<A: Subsystem + Clone + 'static> Subsystem for ActuatorPair<A> {
         Some(Box::new(self.clone()))
     }
 
-    /// Both take every micro step; it counts once.
+    /// All take every micro step; it counts once.
     fn counters(&self) -> SubsystemCounters {
         self.units[0].counters()
     }
 }
 
-impl<A: Subsystem> Capabilities for ActuatorPair<A> {
+impl<A: Subsystem> Capabilities for ActuatorGroup<A> {
     fn output_rates(&mut self, t: f64, u: &[f64], rates: &mut OutputRates) -> Result<bool, Failure> {
         rates.feedthrough.fill(0.0);
         rates.rate_gain.fill(0.0);
+        let n = self.units.len();
         for (i, unit) in self.units.iter_mut().enumerate() {
-            if !unit.capabilities().output_rates(t, &[u[i], u[2 + i]], &mut self.own_rates)? {
+            if !unit.capabilities().output_rates(t, &[u[i], u[n + i]], &mut self.own_rates)? {
                 return Ok(false);
             }
             let own = &self.own_rates;
             rates.rate[i] = own.rate[0];
-            for (column, j) in [(i, 0), (2 + i, 1)] {
-                rates.feedthrough[4 * i + column] = own.feedthrough[j];
-                rates.rate_gain[4 * i + column] = own.rate_gain[j];
+            for (column, j) in [(i, 0), (n + i, 1)] {
+                rates.feedthrough[2 * n * i + column] = own.feedthrough[j];
+                rates.rate_gain[2 * n * i + column] = own.rate_gain[j];
             }
         }
         Ok(true)
@@ -114,8 +121,8 @@ impl<A: Subsystem> Capabilities for ActuatorPair<A> {
     }
 
     fn oil_lines(&mut self) -> Option<&mut dyn TransmissionLines> {
-        let both = self.units.iter_mut().all(|unit| unit.capabilities().oil_lines().is_some());
-        if both { Some(self) } else { None }
+        let all = self.units.iter_mut().all(|unit| unit.capabilities().oil_lines().is_some());
+        if all { Some(self) } else { None }
     }
 
     fn observables(&mut self) -> &[Name] {
@@ -133,38 +140,45 @@ impl<A: Subsystem> Capabilities for ActuatorPair<A> {
     }
 
     fn energy_account(&mut self) -> Option<EnergyAccount> {
-        let [first, second] = self.units.each_mut().map(|unit| unit.capabilities().energy_account());
-        let (a, b) = (first?, second?);
-        Some(EnergyAccount {
-            stored: a.stored + b.stored,
-            interface: a.interface + b.interface,
-            contact: a.contact + b.contact,
-            viscous: a.viscous + b.viscous,
-            pump: a.pump + b.pump,
-            valve: a.valve + b.valve,
-            tank: a.tank + b.tank,
-            integration: a.integration + b.integration,
-            friction: a.friction + b.friction,
-        })
+        let accounts = self.units.iter_mut().map(|unit| unit.capabilities().energy_account());
+        accounts.reduce(|sum, one| {
+            let (a, b) = (sum?, one?);
+            Some(EnergyAccount {
+                stored: a.stored + b.stored,
+                interface: a.interface + b.interface,
+                contact: a.contact + b.contact,
+                viscous: a.viscous + b.viscous,
+                pump: a.pump + b.pump,
+                valve: a.valve + b.valve,
+                tank: a.tank + b.tank,
+                integration: a.integration + b.integration,
+                friction: a.friction + b.friction,
+            })
+        })?
     }
 }
 
-/// Where both have volumes of oil.
-impl<A: Subsystem> TransmissionLines for ActuatorPair<A> {
+/// Where all have volumes of oil.
+impl<A: Subsystem> TransmissionLines for ActuatorGroup<A> {
     fn lay(&mut self, micro_steps: usize, smoothing: f64) {
-        self.own_lines = [(); 2].map(|()| LineForces::new(1, micro_steps, smoothing));
+        self.own_lines.fill_with(|| LineForces::new(1, micro_steps, smoothing));
         let lines = self.units.iter_mut().filter_map(|unit| unit.capabilities().oil_lines());
         lines.for_each(|lines| lines.lay(micro_steps, smoothing));
     }
 
     fn exchange(&mut self, step: MacroStep, micro_steps: usize, u: &[f64], forces: &mut LineForces) {
+        let n = self.units.len();
         for (i, (unit, own)) in self.units.iter_mut().zip(&mut self.own_lines).enumerate() {
             if let Some(lines) = unit.capabilities().oil_lines() {
-                lines.exchange(step, micro_steps, &[u[i], u[2 + i]], own);
+                lines.exchange(step, micro_steps, &[u[i], u[n + i]], own);
             }
         }
-        let [first, second] = &self.own_lines;
-        forces.begin(&[first.impedance()[0], second.impedance()[0]]);
-        (0..micro_steps).for_each(|j| forces.push(&[first.at(j)[0], second.at(j)[0]]));
+        let row = &mut self.row;
+        row.iter_mut().zip(&self.own_lines).for_each(|(to, own)| *to = own.impedance()[0]);
+        forces.begin(row);
+        for j in 0..micro_steps {
+            row.iter_mut().zip(&self.own_lines).for_each(|(to, own)| *to = own.at(j)[0]);
+            forces.push(row);
+        }
     }
 }
