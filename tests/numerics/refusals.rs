@@ -35,6 +35,8 @@ crane-set-down | lower_end_s=0.1 | lower_end_s = 0.1 is not valid; valid: at lea
 half-car | start_height_m=-0.02 | the front wheel would start at -0.020000 m, inside the road
 half-car | road_start_m=-0.3 | front wheel would start at -0.0
 half-car | gas_exponent=0.9 | gas_exponent = 0.9 is not valid; valid: a number above 1
+lift-table | cylinders=7 | a whole number from 1 to 6
+lift-table | box_mass_kg=4e4 | outside tank
 gripper | left_clearance_m=-0.01 | the left jaw would start -0.010000 m from the box, inside it
 gripper | upper_pad_m=0.5 | a pad at 0.5 m is beside the box
 gripper | cylinder_length_m=1.3 | cylinder_length_m = 1.3

@@ -21,6 +21,7 @@ mod half_car;
 mod hydraulic_crane;
 mod hydraulic_crane_reference;
 mod hydraulics;
+mod lift_table;
 mod memory;
 mod outside;
 mod parameters;
@@ -82,6 +83,7 @@ pub fn standard_cases() -> Vec<Case> {
         cranes::set_down(),
         half_car::entry(),
         gripper::entry(),
+        lift_table::entry(),
         discs::row(),
         discs::pile(),
         discs::packed_box(),
