@@ -8,7 +8,7 @@ use rimbench::catalogue::Catalogue;
 use rimbench::error::Error;
 use rimbench::figures::{FigureKey, figure_keys};
 use rimbench::fmi::import::case_file_schema;
-use rimbench::metrics::{METRICS, is_of_friction};
+use rimbench::metrics::{METRICS, is_of_friction, is_of_split};
 use serde_json::Value;
 
 /// Arguments of `list`.
@@ -93,10 +93,12 @@ impl List {
                 .map(|metric| {
                     let mut entry = named(metric.name, metric.about);
                     entry.push(("unit", metric.unit.to_owned()));
-                    entry.push((
-                        "where",
-                        if is_of_friction(metric.name) { "contacts have friction" } else { "" }.to_owned(),
-                    ));
+                    let of = match metric.name {
+                        name if is_of_friction(name) => "contacts have friction",
+                        name if is_of_split(name) => "each actuator has a model",
+                        _ => "",
+                    };
+                    entry.push(("where", of.to_owned()));
                     entry
                 })
                 .collect(),

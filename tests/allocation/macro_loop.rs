@@ -105,7 +105,7 @@ fn variants(solver: &Arc<SolverEntry>) -> Vec<Variant> {
                 for &macro_step in macro_steps {
                     for &detection in detections(scheme) {
                         let solver = solver.clone();
-                        let options = ModelOptions { redundancy, motion, detection, solver };
+                        let options = ModelOptions { redundancy, motion, detection, solver, ..ModelOptions::default() };
                         variants.push(Variant {
                             scheme,
                             options,

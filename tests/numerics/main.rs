@@ -29,6 +29,7 @@ mod golden;
 mod hydraulic_line;
 mod impact;
 mod large_cases;
+mod many_actuators;
 mod many_contacts;
 mod model_steps;
 mod options;

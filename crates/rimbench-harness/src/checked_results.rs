@@ -46,7 +46,8 @@ pub(super) fn checked_runs(
 
 /// Holds the rows against the plan, whatever their order.
 fn check_rows(experiment: &Experiment, planned: &[PlannedRun], runs: &ResultsTable) -> Result<()> {
-    let columns: Vec<usize> = plan_header(planned).iter().map(|name| runs.column(name)).collect::<Result<_>>()?;
+    let header = plan_header(planned);
+    let columns: Vec<usize> = header.iter().map(|name| runs.column(name)).collect::<Result<_>>()?;
     let mut rows: HashMap<&str, Vec<usize>> = HashMap::new();
     for row in 0..runs.len() {
         rows.entry(runs.text(row, columns[0])).or_default().push(row);
@@ -57,7 +58,7 @@ fn check_rows(experiment: &Experiment, planned: &[PlannedRun], runs: &ResultsTab
         let Some(own) = rows.remove(run.id.as_str()) else { continue };
         found += 1;
         twice += own.len() - 1;
-        let cells = plan_cells(run);
+        let cells = plan_cells(run, &header);
         let same = |row: &usize| columns.iter().zip(&cells).all(|(&column, cell)| runs.text(*row, column) == cell);
         different += usize::from(!own.iter().all(same));
     }

@@ -15,6 +15,7 @@ use super::experiment::{Experiment, PlannedRun};
 use super::files::make_folder;
 use super::provenance;
 use super::store::{Record, Store, TraceMark};
+use rimbench_cases::metrics::is_of_split;
 use rimbench_cases::runs::{EvaluatedRun, Fact, Reference, RunSpec};
 use rimbench_core::cosim::{Outcome, Trajectory};
 use rimbench_core::error::{Error, Result};
@@ -23,21 +24,33 @@ use rimbench_results::checksums::{self, sha256_of_file};
 use rimbench_results::trace;
 use std::path::Path;
 
+/// The option of schemes with a model for each actuator.
+const SPLIT: &str = "split";
+
+/// Tells whether there is a run of such a scheme. Without one, tables lack the option and its metrics.
+fn splits(planned: &[PlannedRun]) -> bool {
+    planned.iter().any(|run| run.spec.scheme.splits)
+}
+
 /// Columns of `runs.csv` that the plan says: id and label, what determines a run.
 pub(super) fn plan_header(planned: &[PlannedRun]) -> Vec<&'static str> {
     let facts = planned.first().map(|run| run.spec.facts()).unwrap_or_default();
-    ["run_id", "label"].into_iter().chain(facts.iter().map(|fact| fact.name)).collect()
+    let kept = facts.iter().map(|fact| fact.name).filter(|name| *name != SPLIT || splits(planned));
+    ["run_id", "label"].into_iter().chain(kept).collect()
 }
 
-/// What a run's row of `runs.csv` says in these columns.
-pub(super) fn plan_cells(run: &PlannedRun) -> Vec<String> {
-    [run.id.clone(), run.label.clone()].into_iter().chain(run.spec.facts().iter().map(Fact::cell)).collect()
+/// What a run's row of `runs.csv` says in these columns, those of [`plan_header`].
+pub(super) fn plan_cells(run: &PlannedRun, header: &[&str]) -> Vec<String> {
+    let facts = run.spec.facts();
+    let kept = facts.iter().filter(|fact| header.contains(&fact.name)).map(Fact::cell);
+    [run.id.clone(), run.label.clone()].into_iter().chain(kept).collect()
 }
 
 /// Columns of `runs.csv`: what the plan says, what was found, the wall limit of a run that took longer, the trace. They are the same
-/// for every experiment; what does not apply is empty.
+/// for every experiment, but for those of a split; what does not apply is empty.
 pub(super) fn runs_header(planned: &[PlannedRun]) -> Vec<&'static str> {
-    [plan_header(planned), findings_header(), vec!["wall_limit_s", "trace"]].concat()
+    let findings = findings_header().into_iter().filter(|name| !is_of_split(name) || splits(planned)).collect();
+    [plan_header(planned), findings, vec!["wall_limit_s", "trace"]].concat()
 }
 
 /// Columns of `runs.csv` that say what was found.
@@ -88,6 +101,17 @@ pub(super) fn record(
     }
 }
 
+/// The findings of a record, without those of a split unless `all` are wanted.
+fn findings(record: &str, all: bool) -> String {
+    if all {
+        return record.to_owned();
+    }
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(record.as_bytes());
+    let cells = reader.records().next().and_then(std::result::Result::ok).unwrap_or_default();
+    let kept = cells.iter().zip(findings_header()).filter(|(_, name)| !is_of_split(name)).map(|(cell, _)| cell);
+    row(&kept.collect::<Vec<_>>())
+}
+
 /// Writes `runs.csv`, `cost.csv` and `provenance.csv` from the store, in the order of the plan.
 ///
 /// # Errors
@@ -98,6 +122,7 @@ pub(super) fn write_tables(
     planned: &[PlannedRun],
     store: &Store,
 ) -> Result<()> {
+    let (plan, all) = (plan_header(planned), splits(planned));
     let header = [row(&runs_header(planned)), row(&cost_header()), row(&provenance::HEADER)];
     let mut tables = header.map(|header| header + "\n");
     for run in planned {
@@ -105,8 +130,8 @@ pub(super) fn write_tables(
         let [runs, cost, provenance] = &mut tables;
         let limit = record.wall_limit_s.map(number).unwrap_or_default();
         let trace = experiment.trace_of(&run.label).map(|_| trace_name(&run.id)).unwrap_or_default();
-        *runs += &row(&plan_cells(run));
-        for cells in [&record.findings, &limit, &trace] {
+        *runs += &row(&plan_cells(run, &plan));
+        for cells in [&findings(&record.findings, all), &limit, &trace] {
             runs.push(',');
             *runs += cells;
         }

@@ -13,6 +13,7 @@ mod friction;
 mod friction_phase;
 mod impulse;
 mod inside;
+mod interface;
 mod pace;
 #[cfg(test)]
 mod tests;
@@ -76,6 +77,8 @@ pub const METRICS: &[Metric] = &[
     energy::IDENTITY_RESIDUAL,
     pace::MEAN_MACRO_STEP,
     pace::DEFECT_RANK,
+    interface::LAMBDA,
+    interface::CORRELATION,
 ];
 
 /// Finds what a metric, by name, must exceed to say more than that it is small.
@@ -95,4 +98,9 @@ const OF_FRICTION: [&str; 5] = [
 /// Tells whether a metric, by name, says something of cases with friction only.
 pub fn is_of_friction(name: &str) -> bool {
     OF_FRICTION.contains(&name)
+}
+
+/// Tells whether a metric, by name, says something only of schemes with a model for each actuator. Tables of runs without one lack it.
+pub fn is_of_split(name: &str) -> bool {
+    [interface::LAMBDA.name, interface::CORRELATION.name].contains(&name)
 }

@@ -6,7 +6,7 @@ use super::reference::{Reference, friction_of, gap_columns};
 use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
-use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals, is_of_friction};
+use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals, is_of_friction, is_of_split};
 use rimbench_core::cosim::{Outcome, Trajectory, Work};
 use rimbench_core::error::{Error, Failure, Result};
 use std::time::Duration;
@@ -54,7 +54,10 @@ impl EvaluatedRun {
     pub fn metrics_of(&self, case: &Case) -> impl Iterator<Item = (&'static Metric, Option<f64>)> + '_ {
         let friction = case.records_friction();
         let all = METRICS.iter().zip(self.metrics.iter().copied());
-        all.filter(move |(metric, _)| friction || !is_of_friction(metric.name))
+        all.filter(move |(metric, value)| match metric.name {
+            name if is_of_friction(name) => friction,
+            name => value.is_some() || !is_of_split(name),
+        })
     }
 
     /// Computes simulated time over wall time.

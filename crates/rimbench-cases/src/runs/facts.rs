@@ -98,6 +98,7 @@ impl RunSpec {
                 "contact_detection",
                 model.as_ref().and_then(|model| model.detection).map(|detection| detection.to_string()),
             ),
+            of_model("split", model.as_ref().filter(|_| scheme.splits).map(|model| model.split.to_string())),
             Fact::text("solver", solver.name.clone()),
             Fact::number("gain", *gain),
             Fact::number("macro_step_s", *macro_step),
@@ -120,6 +121,8 @@ impl RunSpec {
         };
         for fact in self.facts() {
             match &fact.value {
+                // Runs without it are as old as they are.
+                None if fact.name == "split" => {}
                 _ if fact.name == "set" => line(fact.name, &self.parameters.changed()),
                 Some(value) => line(fact.name, value),
                 None => line(fact.name, &""),
@@ -139,7 +142,7 @@ mod tests {
     use std::collections::HashMap;
 
     /// A value of each option that differs from the usual one, and the scheme that takes it.
-    const CHANGES: [(&str, &str, &str); 19] = [
+    const CHANGES: [(&str, &str, &str); 20] = [
         ("case", "wedge-box-two-ledges", "rim-smooth"),
         ("scheme", "rim-nonsmooth", "rim-smooth"),
         ("sequence", "jacobi", "rim-smooth"),
@@ -150,6 +153,7 @@ mod tests {
         ("redundancy", "regularised:1e-6", "rim-smooth"),
         ("model_motion", "extrapolated", "rim-smooth"),
         ("contact_detection", "margin:1e-3", "rim-nonsmooth"),
+        ("split", "joint", "rim-split"),
         ("solver", "lemke", "rim-smooth"),
         ("gain", "0.25", "nepce"),
         ("macro_step_s", "1e-3", "rim-smooth"),

@@ -4,7 +4,7 @@ use super::step_control::StepControlKind;
 use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, MechanicsIntegrator, MechanicsSteps, Sequence};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::Redundancy;
-use rimbench_core::schemes::{ContactDetection, ModelMotion};
+use rimbench_core::schemes::{ContactDetection, ModelMotion, Split};
 
 /// An option of a run, for whoever offers it to a user.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,6 +76,8 @@ run_options! {
     model_motion: ModelMotion, "MOTION";
     /// Contacts closed for an interface model: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
     contact_detection: ContactDetection, "DETECTION";
+    /// Where each of several actuators has a model of its own, what it contains of the others, and how heavy it is: mean, blind, each with :rows, :shares, :body; law; joint
+    split: Split, "SPLIT";
     /// Solver of the complementarity problems (see `rimbench list solvers`); active-set if not given
     solver: String, "NAME";
     /// The scheme's gain, where it has one (see `rimbench list schemes`)
@@ -156,6 +158,7 @@ read_by_name!(
     Redundancy,
     ModelMotion,
     ContactDetection,
+    Split,
     StepControlKind
 );
 

@@ -87,6 +87,7 @@ impl RunRequest {
             redundancy,
             model_motion,
             contact_detection,
+            split,
             solver,
             gain,
             macro_step_s,
@@ -106,9 +107,10 @@ impl RunRequest {
             ("mechanics_steps", mechanics_steps.map(|steps| steps.to_string())),
             ("redundancy", redundancy.map(|redundancy| redundancy.to_string())),
             ("model_motion", model_motion.map(|motion| motion.to_string())),
+            ("split", split.map(|split| split.to_string())),
         ];
         let (exchange, of_model) = texts.split_at(3);
-        let redundancy_alone = &of_model[..1];
+        let (redundancy_alone, split_alone) = (&of_model[..1], &of_model[2..]);
         for (in_vain, options, why) in [
             (
                 scheme.moves_as_one(),
@@ -117,6 +119,7 @@ impl RunRequest {
             ),
             (!scheme.has_model(), of_model, "has no reduced interface model"),
             (!scheme.condenses, redundancy_alone, "makes no contacts bilateral"),
+            (!scheme.splits, split_alone, "has one model for all actuators"),
         ] {
             let asked = options.iter().find_map(|(key, value)| Some((key, value.as_ref()?)));
             if let Some((key, value)) = asked.filter(|_| in_vain) {
@@ -134,6 +137,7 @@ impl RunRequest {
             redundancy: redundancy.unwrap_or_default(),
             motion: model_motion.unwrap_or_default(),
             detection: scheme.detection(*contact_detection)?,
+            split: split.unwrap_or_default(),
             solver: solver.clone(),
         };
         if let (None, Some(value)) = (&scheme.gain, gain) {

@@ -67,6 +67,15 @@ impl MicroStep {
     }
 }
 
+/// How the rows of an interface feel each other, at its largest since the start: `C = D^(−½) H_ii D^(−½)` with the diagonal `D` of `H_ii`.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct InterfaceCorrelation {
+    /// Largest eigenvalue λ of `C`: from 1, for rows that do not feel each other, to their number.
+    pub lambda: f64,
+    /// Largest magnitude of `C_ij` of two rows.
+    pub largest: f64,
+}
+
 /// What a scheme says about itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SchemeReport {
@@ -75,6 +84,8 @@ pub struct SchemeReport {
     pub effective_mass: Option<f64>,
     /// Energy that the scheme itself has taken out of the system since the start, J, if it does such a thing.
     pub dissipated_j: Option<f64>,
+    /// How the actuators feel each other, if the scheme looks.
+    pub interface: Option<InterfaceCorrelation>,
     /// Complementarity solves inside the scheme since the start.
     pub counters: SolverCounters,
 }

@@ -52,7 +52,7 @@ mod work_meter;
 pub use capabilities::{Capabilities, FIRST_ORDER_ONLY, NO_CONTACTS};
 pub use communication_grid::{CommunicationGrid, MacroStep, division};
 pub use communication_point::CommunicationPoint;
-pub use coupling_scheme::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport};
+pub use coupling_scheme::{CouplingScheme, Forecast, InterfaceCorrelation, MicroStep, Sample, SchemeReport};
 pub use energy_account::{EnergyAccount, EnergyAudit};
 pub use exchange_data::ExchangeData;
 pub use force_return::{ForceReturn, Sequence};

@@ -28,6 +28,13 @@ impl OutputRates {
         }
     }
 
+    /// Takes over those of another subsystem of the same size.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.rate.copy_from_slice(&other.rate);
+        self.feedthrough.copy_from_slice(&other.feedthrough);
+        self.rate_gain.copy_from_slice(&other.rate_gain);
+    }
+
     /// Advances outputs by `length` (s) with the input held: `y += length · r`.
     #[inline]
     pub(crate) fn advance(&self, length: f64, outputs: &mut [f64]) {

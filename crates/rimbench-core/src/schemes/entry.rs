@@ -5,6 +5,7 @@ use super::contact_detection::{ContactDetection, DetectionRule};
 use super::coupling::Coupling;
 use super::model_options::{ModelMotion, ModelOptions};
 use super::requirement::Requirement;
+use super::split::Split;
 use crate::cosim::{CouplingScheme, ExchangeData, ForceReturn, LineForces, Sequence, Side, Sides, check_coupling};
 use crate::error::{Error, Result};
 use crate::iterative::IterativeDriver;
@@ -63,6 +64,8 @@ pub struct SchemeEntry {
     pub moves_model: bool,
     /// The scheme makes dependent contacts bilateral, and so has a choice of their treatment.
     pub condenses: bool,
+    /// The scheme has a model for each actuator, and so a choice of what it contains of the others.
+    pub splits: bool,
     /// By what it is run. Only what the loop itself runs can run in real time.
     pub driver: IterativeDriver,
     /// Builds the scheme.
@@ -96,6 +99,7 @@ impl SchemeEntry {
             has_mechanics_law: false,
             moves_model: false,
             condenses: true,
+            splits: false,
             driver: IterativeDriver::Explicit,
             build: Arc::new(build),
         }
@@ -106,15 +110,16 @@ impl SchemeEntry {
     /// # Errors
     /// [`Error::Incompatible`] for ports, needs or options that do not go together; [`Error::InvalidValue`] for a gain out of range.
     pub fn couple(&self, mut sides: Sides<'_>, options: Option<&ModelOptions>, gain: Option<f64>) -> Result<Coupling> {
+        let usual = ModelOptions::default();
+        let options = options.unwrap_or(&usual);
         let rates = self.needs.contains(&Requirement::OutputRates)
+            || (self.splits && options.split == Split::Law)
             || (self.needs.contains(&Requirement::OutputRatesIfFeedthrough)
                 && sides.actuator.ports().direct_feedthrough);
         let mut attachments = ExchangeData::new(sides.lend(), self.has_model(), rates)
             .map_err(|failure| Error::Incompatible(failure.to_string()))?;
         let ports = sides.ports();
         check_coupling(ports)?;
-        let usual = ModelOptions::default();
-        let options = options.unwrap_or(&usual);
         let detection = self.detection(options.detection)?;
         if let Some(model) = &mut attachments.interface_model {
             model.acceleration_jumps.requested = options.motion == ModelMotion::Piecewise;

@@ -44,6 +44,7 @@ impl InformationClass {
             Requirement::ForceDisplacement
             | Requirement::NoFriction
             | Requirement::Rows(_)
+            | Requirement::SeveralRows
             | Requirement::HeldReturn
             | Requirement::NotMechanicsFirst => InformationClass::Samples,
         };

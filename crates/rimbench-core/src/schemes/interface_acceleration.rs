@@ -120,8 +120,8 @@ impl InterfaceAcceleration {
     pub(super) fn report(&self) -> SchemeReport {
         SchemeReport {
             effective_mass: Some(self.condensation.effective_mass),
-            dissipated_j: None,
             counters: self.solver.counters(),
+            ..SchemeReport::default()
         }
     }
 }

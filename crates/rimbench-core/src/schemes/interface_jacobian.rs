@@ -174,8 +174,8 @@ impl CouplingScheme for InterfaceJacobian {
     fn report(&mut self) -> SchemeReport {
         SchemeReport {
             effective_mass: Some(self.condensation.effective_mass),
-            dissipated_j: None,
             counters: self.active.counters(),
+            ..SchemeReport::default()
         }
     }
 

@@ -39,7 +39,9 @@ mod rim_nonsmooth;
 mod rim_nonsmooth_gap;
 mod rim_smooth;
 mod rim_smooth_active;
+mod rim_split;
 mod second_order_hold;
+mod split;
 mod taylor_force;
 mod transmission_line;
 mod true_acceleration;
@@ -54,6 +56,7 @@ pub use information::InformationClass;
 pub use input_polynomial::InputPolynomial;
 pub use model_options::{ModelMotion, ModelOptions};
 pub use requirement::Requirement;
+pub use split::Split;
 
 /// Describes every built-in coupling scheme.
 pub fn standard_schemes() -> Vec<SchemeEntry> {
@@ -77,6 +80,7 @@ pub fn standard_schemes() -> Vec<SchemeEntry> {
         rim_smooth_active::entry(),
         rim_nonsmooth::entry(),
         rim_nonsmooth_gap::entry(),
+        rim_split::entry(),
         iterated_aitken::entry(),
         waveform::entry(),
         monolithic::entry(),

@@ -1,6 +1,7 @@
 //! Options that only schemes with a reduced interface model have.
 
 use super::contact_detection::ContactDetection;
+use super::split::Split;
 use crate::error::{Error, Result};
 use crate::interface_model::{ReducedInterfaceModel, Redundancy};
 use crate::name::by_name;
@@ -39,6 +40,8 @@ pub struct ModelOptions {
     pub motion: ModelMotion,
     /// Which contacts count as closed at a communication point; the scheme's default if not said.
     pub detection: Option<ContactDetection>,
+    /// What the model of one of several actuators contains of the others.
+    pub split: Split,
     /// Solver of the complementarity problems inside the scheme.
     pub solver: Arc<SolverEntry>,
 }
@@ -49,6 +52,7 @@ impl Default for ModelOptions {
             redundancy: Redundancy::default(),
             motion: ModelMotion::default(),
             detection: None,
+            split: Split::default(),
             solver: Arc::new(SolverEntry::active_set()),
         }
     }

@@ -127,6 +127,14 @@ impl ReducedInterface {
         Ok(())
     }
 
+    /// Writes the input of one row at the end of a micro step of the second order.
+    pub(super) fn row_at_end(&self, to: Side, row: usize, u: &mut [f64]) {
+        if to == Side::Actuator && self.feedthrough.is_on() {
+            let rows = self.state.position.len();
+            (u[row], u[rows + row]) = (self.state.position[row], self.state.w[self.discretised.contacts() + row]);
+        }
+    }
+
     /// Records which contacts carried impulse in the first micro step, and stick or slip, before `w` and `w⁺` are swapped.
     #[inline(never)]
     fn record_first_step(&mut self) {
@@ -187,10 +195,8 @@ impl CouplingScheme for ReducedInterface {
     }
 
     fn input_at_end(&self, to: Side, u: &mut [f64]) {
-        if to == Side::Actuator && self.feedthrough.is_on() {
-            let (position, velocity) = u.split_at_mut(self.state.position.len());
-            position.copy_from_slice(&self.state.position);
-            velocity.copy_from_slice(&self.state.w[self.discretised.contacts()..][..position.len()]);
+        for row in 0..self.state.position.len() {
+            self.row_at_end(to, row, u);
         }
     }
 
@@ -209,6 +215,6 @@ impl CouplingScheme for ReducedInterface {
         };
         let mut counters = self.contacts.counters();
         counters.add(&self.set.counters());
-        SchemeReport { effective_mass: Some(effective_mass), dissipated_j: None, counters }
+        SchemeReport { effective_mass: Some(effective_mass), counters, ..SchemeReport::default() }
     }
 }

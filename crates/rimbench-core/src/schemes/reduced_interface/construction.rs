@@ -133,7 +133,7 @@ impl ReducedInterface {
         }
     }
 
-    pub(super) fn new(contacts: Contacts, construction: &Construction<'_>) -> Result<Self> {
+    pub(in super::super) fn new(contacts: Contacts, construction: &Construction<'_>) -> Result<Self> {
         let ModelConstruction { empty, options, detection } = construction.model()?;
         let (n_u, n_i, first) = (empty.contacts(), empty.interface(), empty.interface_start());
         let (solved, discretised) = model_contacts(contacts, detection, empty, options)?;
