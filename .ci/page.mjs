@@ -3,6 +3,7 @@
 //   node .ci/page.mjs digits MODULE PROGRAM           every scheme in the module against the program, bit by bit (needs node alone)
 //   node .ci/page.mjs browse REPORT PROGRAM [FOLDER]  drags, plays and scrubs in headless Chromium, follows a claim to its run, sorts,
 //                                                     filters, compares digits, looks for faults of accessibility, leaves pictures (needs puppeteer-core and axe-core; NODE_PATH)
+//   node .ci/page.mjs speed REPORT                    size, first paint, controls, redraws while the slider is dragged (needs an idle machine)
 //   node .ci/page.mjs bounds REPORT                   height, tab stops, names of pictures, and faults of accessibility at 390 px, before anything is opened
 import { execFileSync } from "node:child_process";
 import { createRequire } from "node:module";
@@ -89,6 +90,44 @@ async function bounds() {
   await browser.close();
 }
 
+// At most 1.5 MB; first paint within 0.5 s and controls within 1 s, at the best of five; 20 redraws a second of the wedge box.
+async function speed() {
+  const bytes = fs.statSync(subject).size, times = [], browser = await chromium();
+  let page;
+  for (let load = 0; load < 5; load++) {
+    await page?.close();
+    page = await browser.newPage();
+    await page.evaluateOnNewDocument(() => {
+      const look = () => (document.getElementById("try-works")?.hidden === false ? (window.controls = performance.now()) : setTimeout(look, 5));
+      look();
+    });
+    await page.setViewport({ width: 1440, height: 900 });
+    await page.goto(`file://${path.resolve(subject)}`);
+    await page.waitForFunction(() => window.controls && document.body.dataset.drawn && performance.getEntriesByName("first-contentful-paint").length);
+    times.push(await page.evaluate(() => [performance.getEntriesByName("first-contentful-paint")[0].startTime, window.controls]));
+  }
+  const [paint, controls] = [0, 1].map((k) => Math.round(Math.min(...times.map((pair) => pair[k]))));
+  // Every macro step of 1 ms and more, to and fro, as fast as frames come, once runs are known.
+  const drag = () =>
+    page.evaluate(async () => {
+      const slider = document.getElementById("in-h"), drawn = () => Number(document.body.dataset.drawn), [before, began] = [drawn(), performance.now()];
+      for (let k = 0; performance.now() - began < 2000; k++) {
+        slider.value = 7 + Math.abs((k % 34) - 17);
+        slider.dispatchEvent(new Event("input", { bubbles: true }));
+        await new Promise(requestAnimationFrame);
+      }
+      return Math.round((1000 * (drawn() - before)) / (performance.now() - began));
+    });
+  const first = await drag();
+  await new Promise((resolve) => setTimeout(resolve, 3000));
+  const redraws = await drag();
+  console.log(`${bytes} bytes; first paint ${paint} ms, controls ${controls} ms; ${first} redraws a second at first, ${redraws} once runs are known`);
+  if (bytes > 1.5e6) fail(`${bytes} bytes`);
+  if (paint > 500 || controls > 1000) fail("the page is slow to appear");
+  if (redraws < 20) fail(`${redraws} redraws a second`);
+  await browser.close();
+}
+
 async function browse() {
   const browser = await chromium();
   await without(browser);
@@ -141,6 +180,23 @@ async function browse() {
     const words = await page.$$eval("figcaption b", (all) => all.map((b) => b.textContent));
     if (words.some((text) => !text || text.split(" ").length > 8)) fail(`${name}: the verdicts are \`${words.join("`, `")}\``);
     if (folder) await page.screenshot({ path: path.join(folder, `case-${name}.png`) });
+  }
+  // The gallery shows every case, and leads to it.
+  await page.click("#gallery");
+  await page.waitForFunction(() => [...document.querySelectorAll("#cases canvas")].every((canvas) => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some((value) => value)), { timeout: 120e3 });
+  if (folder) await page.screenshot({ path: path.join(folder, "gallery.png") });
+  await page.click("#cases button:nth-child(2)");
+  if ((await page.$eval("#in-case", (select) => select.selectedIndex)) !== 1) fail("a picture of the gallery leads elsewhere");
+  // A figure's runs are opened as they are.
+  for (const link of await page.$$("a.live")) {
+    await link.evaluate((link) => link.click());
+    await page.waitForFunction(() => document.getElementById("verdict-a").dataset.run && document.getElementById("verdict-a").textContent !== "computing …");
+    await rest();
+    const here = await page.evaluate(async () => {
+      const known = JSON.stringify(await page.data);
+      return ["a", "b"].map((side) => known.includes(document.getElementById(`verdict-${side}`).dataset.run.slice(0, 8)));
+    });
+    if (here.includes(false)) fail(`${await link.evaluate((link) => link.hash)} shows runs that the page does not have`);
   }
   // An address may hold anything.
   await page.evaluate(() => (location.hash = "#case=nonsense&h=-3&a=%00&b=&t=later&phase=x"));
@@ -262,4 +318,4 @@ async function without(browser) {
   await page.close();
 }
 
-await { digits, browse, bounds }[mode]();
+await { digits, browse, bounds, speed }[mode]();

@@ -11,11 +11,10 @@ use rimbench::BUILD;
 use rimbench::atomic_file::check_writable_folder;
 use rimbench::catalogue::Catalogue;
 use rimbench::error::Result;
-use rimbench::figures::FigureList;
-use rimbench::figures::case_picture::preview;
 use rimbench::figures::render::write_png;
-use rimbench::figures::report::{Claim, Report, Study, Verdict, Written, find_studies};
+use rimbench::figures::report::{Claim, Report, Study, Verdict, Written, address, find_studies};
 use rimbench::figures::style::Styles;
+use rimbench::figures::{FigureList, preview};
 use rimbench::harness::{CheckedClaim, Claimant, Experiment, Verdict as Checked, check_claims};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -182,6 +181,11 @@ fn study(folder: &Path, catalogue: &Catalogue, project: Project, figures: &Figur
                     (figure.id.clone(), figure.caption.clone(), drawn)
                 });
                 study.figures = made.collect();
+                study.addresses = own
+                    .iter()
+                    .filter_map(|figure| Some((figure, study.runs.as_ref()?)))
+                    .filter_map(|(figure, runs)| Some((figure.id.clone(), address(catalogue, runs, figure.labels())?)))
+                    .collect();
             }
             Err(error) => study.remarks.push(format!("its figures are not drawn: {}", study.said(&error))),
         }

@@ -20,7 +20,6 @@ use rimbench::figures::case_picture::picture;
 use rimbench::figures::chart::{Axis, Figure, Guide, Inset, LegendPlace, Mode, Panel, Series};
 use rimbench::figures::dots::DotRow;
 use rimbench::figures::drawing::{Drawing, Shape};
-use rimbench::figures::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
 use rimbench::figures::matrix::{Cell, Column, Matrix, MatrixPanel};
 use rimbench::figures::render::{self, svg};
 use rimbench::figures::style::{SeriesStyle, Styles};
@@ -65,8 +64,6 @@ fn every_kind_of_drawing_is_written_whole_and_twice_the_same() {
     check(&convergence().draw(), "convergence", &errors);
     let map = ["zero-order-hold", "macro step H (ms)", "–  not run", "stable but wrong", "all diverge", "some diverge"];
     check(&stability().draw(), "stability", &map);
-    let poses = ["t = 0.000 s", "t = 1.700 s", "rim-smooth", "rim-nonsmooth", "F = +19.64 kN"];
-    check(&manoeuvre().draw(), "manoeuvre", &poses);
 }
 
 #[test]
@@ -589,32 +586,6 @@ fn stability() -> Matrix {
         rows: rows.map(label).to_vec(),
         panels: vec![MatrixPanel { title, quantity, columns: columns.map(column).to_vec(), cells }],
     }
-}
-
-fn manoeuvre() -> Manoeuvre {
-    let geometry = WedgeBoxGeometry::default();
-    let pose = |time_s: f64, x: f64, lift: f64, forces: &[f64], actuator: f64| Pose {
-        time_s,
-        box_x_m: x,
-        box_y_m: 0.4 + lift,
-        box_angle_rad: -0.04 * (1.0 - time_s / 2.4),
-        disc_angle_rad: -x / 0.2,
-        contact_forces: (0..forces.len())
-            .map(|k| ContactForce { x_m: x + 0.4 - 0.8 * k as f64, y_m: 0.0, fx_n: 0.0, fy_n: forces[k] })
-            .collect(),
-        actuator_force_n: actuator,
-    };
-    let row = |scheme: &str, lift: f64, forces: &[f64], actuator: f64| ManoeuvreRow {
-        scheme: scheme.to_owned(),
-        color: style_of(scheme).color,
-        poses: vec![
-            pose(0.0, 0.0, 0.0, &[1600.0], 0.0),
-            pose(1.7, 0.44, lift, forces, actuator),
-            pose(2.4, 0.98, 0.0, &[1460.0, 990.0], 0.0),
-        ],
-    };
-    let rows = vec![row("rim-smooth", 0.0032, &[], 19_640.0), row("rim-nonsmooth", 0.0, &[1300.0, 900.0], -790.0)];
-    Manoeuvre { width: 1180.0, geometry, arrow_force_n: 2000.0, rows }
 }
 
 /// Results of an experiment that no list names: schemes on cases, each with macro steps of its own, that diverge at the largest.

@@ -137,7 +137,7 @@ const curves = (() => {
     g.fillStyle = soft;
     g.fillText("0", left, h - 2);
     g.textAlign = "right";
-    g.fillText(`${digits(T, 3)} s`, right, h - 2);
+    g.fillText(T < 0.1 ? seconds(T) : `${digits(T, 3)} s`, right, h - 2);
     g.textAlign = "center";
     g.font = "700 14px system-ui,sans-serif";
     runs.forEach((run, k) => {

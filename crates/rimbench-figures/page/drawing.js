@@ -45,8 +45,8 @@ const drawing = (() => {
     const length = Math.hypot(bx - ax, by - ay) || 1, [ux, uy] = [(bx - ax) / length, (by - ay) / length];
     return [[from, -half], [to, -half], [to, half], [from, half]].map(([d, s]) => [ax + d * ux - s * uy, ay + d * uy + s * ux]);
   };
-  // One picture: `value` gives the columns of the run, enlarged; `ghost` those of the reference, thin.
-  const draw = (element, of, { value, ghost, color, faded }) => {
+  // One picture: `value` gives the columns of the run, enlarged; `ghost` those of the reference, thin unless the run is drawn `alone`.
+  const draw = (element, of, { value, ghost, color, faded, alone }) => {
     const { g, w, h } = canvas(element);
     const view = of.view, shift = view.follow ? ghost(view.follow) : 0;
     const scale = Math.min(w / (view.x[1] - view.x[0]), h / (view.y[1] - view.y[0]));
@@ -125,7 +125,7 @@ const drawing = (() => {
     };
     if (value) pass(value, false);
     else for (const shape of of.shapes) if (shape.kind === "polygon" && shape.points.every((p) => !p[2])) pass(() => NaN, false);
-    pass(ghost, true);
+    if (!alone) pass(ghost, true);
     return { g, w, h };
   };
   return { ink, canvas, columns, poses, draw };

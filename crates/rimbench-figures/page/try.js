@@ -9,26 +9,29 @@
   // Colours are those of the figures; schemes and cases are those of the module.
   const COLORS = JSON.parse($("colors").textContent), SCHEMES = {};
   let CASES = [];
-  const STEPS = [0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10, 12.5, 15, 20, 25, 30, 40, 50];
-  const SIDES = ["a", "b"], OPTIONS = { phase: "1", detection: "", integrator: "" };
-  const { at, end, judge, seconds } = verdict;
+  const SIDES = ["a", "b"], OPTIONS = { phase: "1", "contacts-a": "", "contacts-b": "", integrator: "" };
+  const { at, end, judge, milliseconds, seconds } = verdict;
 
   // ---- state: case, place of the slider, schemes, options, time; in the address as well
-  const nearest = (ms) => STEPS.reduce((best, step, k) => (Math.abs(Math.log(step / ms)) < Math.abs(Math.log(STEPS[best] / ms)) ? k : best), 0);
-  const startOf = (of) => ({ case: of.name, h: nearest(of.macro_step_ms), a: of.schemes[0], b: of.schemes[1], ...OPTIONS, t: null });
+  const nearest = (of, ms) => of.steps_ms.reduce((best, step, k, all) => (Math.abs(Math.log(step / ms)) < Math.abs(Math.log(all[best] / ms)) ? k : best), 0);
+  const startOf = (of) => ({ case: of.name, h: nearest(of, of.macro_step_ms), a: of.schemes[0], b: of.schemes[1], ...OPTIONS, t: null });
   let state;
   const current = () => CASES.find(({ name }) => name === state.case);
+  const steps = () => current().steps_ms;
   const readAddress = () => {
     const address = new URLSearchParams(location.hash.slice(1));
     if (!["case", "h", ...SIDES].some((key) => address.has(key))) return false;
     state = startOf(CASES.find(({ name }) => name === address.get("case")) ?? CASES[0]);
     for (const side of SIDES) if (address.get(side) in SCHEMES) state[side] = address.get(side);
     for (const key of Object.keys(OPTIONS)) {
-      $(`in-${key}`).value = address.get(key) ?? OPTIONS[key];
-      state[key] = $(`in-${key}`).value;
+      const input = $(`in-${key}`), value = address.get(key) ?? OPTIONS[key];
+      // Any phase and any margin can be asked for; the hand has a few of them.
+      if (/^margin:[\d.e-]+$/.test(value) && input.options && ![...input.options].some((option) => option.value === value)) input.append(new Option(value, value));
+      input.value = value;
+      state[key] = key === "phase" && value > 0 && value <= 1 ? value : input.value;
     }
     const [h, t] = ["h", "t"].map((key) => Number(address.get(key) ?? NaN));
-    if (h > 0) state.h = nearest(h);
+    if (h > 0) state.h = nearest(current(), h);
     if (Number.isFinite(t)) state.t = t;
     return true;
   };
@@ -37,32 +40,37 @@
   const writeAddress = () => {
     clearTimeout(writing);
     writing = setTimeout(() => {
-      const entries = Object.entries({ ...state, h: STEPS[state.h], t: state.t?.toFixed(4) }).filter(([key, value]) => value !== undefined && value !== OPTIONS[key]);
+      const entries = Object.entries({ ...state, h: steps()[state.h], t: state.t === null ? undefined : Number(state.t.toPrecision(5)) }).filter(([key, value]) => value !== undefined && value !== OPTIONS[key]);
       history.replaceState(null, "", `#${new URLSearchParams(entries)}`);
     }, 250);
   };
 
   // ---- what is known, and two workers that find out more
   const runs = new Map(), references = new Map(), workers = [];
-  const lines = (scheme, h) => {
-    const own = [`case ${state.case}`, `scheme ${scheme}`, `macro_step_s ${STEPS[h]}e-3`, `phase ${state.phase}`];
-    if (state.detection && SCHEMES[scheme].model) own.push(`contact_detection ${state.detection}`);
+  const lines = (side, h = state.h) => {
+    const scheme = state[side];
+    const own = [`case ${state.case}`, `scheme ${scheme}`, `macro_step_s ${steps()[h]}e-3`, `phase ${state.phase}`];
+    const contacts = state[`contacts-${side}`];
+    if (contacts && SCHEMES[scheme].model) own.push(`contact_detection ${contacts}`);
     if (state.integrator) own.push(`mechanics_integrator ${state.integrator}`, "actuator_integrator midpoint");
     return own.join("\n");
   };
-  const known = (scheme, h = state.h) => runs.get(lines(scheme, h));
-  const referenceKey = () => `case ${state.case}\nscheme zero-order-hold`;
+  const known = (side, h = state.h) => runs.get(lines(side, h));
+  const referenceOf = (of) => ({ of, id: of.name, request: `reference\ncase ${of.name}\nscheme zero-order-hold`, into: references });
   const wanted = (of) => [...new Set(["time_s", of.force.column, ...drawing.columns(of.drawing)])];
   let moved = -1e9;
   const next = (slot) => {
-    const scheme = state[SIDES[slot]];
-    if (slot === 0 && !references.has(state.case)) return { id: state.case, request: `reference\n${referenceKey()}`, into: references };
-    const ask = (h) => ({ id: lines(scheme, h), request: `run\n${lines(scheme, h)}`, into: runs });
-    if (!known(scheme)) return ask(state.h);
+    const side = SIDES[slot], of = current();
+    if (slot === 0 && !references.has(state.case)) return referenceOf(of);
+    const ask = (h) => ({ of, id: lines(side, h), request: `run\n${lines(side, h)}`, into: runs });
+    if (!known(side)) return ask(state.h);
+    // What the gallery shows, one worker from its beginning and one from its end.
+    const pictured = !$("cases").hidden && (slot ? [...CASES].reverse() : CASES).find(({ name }) => !references.has(name) && !workers.some(({ job }) => job?.id === name));
+    if (pictured) return referenceOf(pictured);
     // Nothing is waited for: the neighbours on the slider; short macro steps, which take long, only while the hand rests.
     const resting = performance.now() - moved > 400;
-    const places = STEPS.map((_, h) => h).sort((p, q) => Math.abs(p - state.h) - Math.abs(q - state.h));
-    const open = places.find((h) => !known(scheme, h) && (resting || STEPS[h] >= 1));
+    const places = steps().map((_, h) => h).sort((p, q) => Math.abs(p - state.h) - Math.abs(q - state.h));
+    const open = places.find((h) => !known(side, h) && (resting || steps()[h] >= steps()[7]));
     return open === undefined ? null : ask(open);
   };
   let sign;
@@ -72,9 +80,9 @@
       const job = next(worker.slot);
       if (!job) continue;
       worker.job = job;
-      worker.postMessage({ id: job.id, requests: [job.request], wanted: wanted(current()) });
+      worker.postMessage({ id: job.id, requests: [job.request], wanted: wanted(job.of) });
     }
-    const waiting = !references.has(state.case) || SIDES.some((side) => !known(state[side]));
+    const waiting = !references.has(state.case) || SIDES.some((side) => !known(side));
     if (!waiting) {
       clearTimeout(sign);
       sign = undefined;
@@ -85,13 +93,14 @@
     const { id, into } = worker.job;
     worker.job = null;
     into.set(id, { facts: page.facts(answer.words), columns: answer.columns, rows: answer.rows });
-    if (into === references || SIDES.some((side) => id === lines(state[side], state.h))) show(); else map();
+    if (id === state.case || SIDES.some((side) => id === lines(side))) show(); else if (into === runs) map();
     feed();
   };
 
   // ---- what is shown: a pair of runs, their reference, the window of the event, how much differences are enlarged
   let shown = null;
-  const colors = () => SIDES.map((side) => COLORS[state[side]][matchMedia("(prefers-color-scheme: dark)").matches ? 1 : 0]);
+  const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
+  const colors = () => SIDES.map((side) => COLORS[state[side]][dark() ? 1 : 0]);
   // The largest factor at which the worse of both stays in the picture.
   const enlargement = (of, reference, pair, window) => {
     const width = of.drawing.view.x[1] - of.drawing.view.x[0];
@@ -118,18 +127,20 @@
         const [own, other] = [at(run, name, Math.min(t, end(run))), ghost(name)];
         return /_n$/.test(name) ? own : other + factor * (own - other);
       };
-      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { value: run?.rows ? value : null, ghost, color: inks[k], faded: lost || gone });
+      const picture = of.of_start ? { value: (name) => reference.columns[name][0], alone: true } : { value: run?.rows ? value : null };
+      const { g, w, h } = drawing.draw($(`scene-${side}`), of.drawing, { ghost, color: inks[k], faded: lost || gone, ...picture });
       g.fillStyle = drawing.ink("soft");
-      g.fillText(w < 300 ? "outline: reference" : "thin outline: reference", 8, h - 8);
+      const words = of.of_start ? ["as it starts", "as it starts: single bodies are not recorded"] : ["outline: reference", "thin outline: reference"];
+      g.fillText(words[w < 300 ? 0 : 1], 8, h - 8);
       g.textAlign = "right";
-      if (factor > 1) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
+      if (factor > 1 && !of.of_start) g.fillText(`${w < 300 ? "" : "differences "}× ${factor}`, w - 8, h - 8);
       if (!judged || !(lost || gone || judged.none)) return;
       g.textAlign = "center";
       g.fillStyle = drawing.ink("no");
       g.font = `700 ${w < 300 ? 13 : 17}px system-ui,sans-serif`;
       g.fillText(judged.none ? "not run" : `✕ diverges at ${seconds(judged.when)}`, w / 2, w < 300 ? 18 : 28);
     });
-    const plot = { of, reference, runs: pair, colors: inks, window, t, macro: STEPS[shown.h] / 1000 };
+    const plot = { of, reference, runs: pair, colors: inks, window, t, macro: of.steps_ms[shown.h] / 1000 };
     shown.timeInEvent = curves.drawEvent($("event"), plot);
     shown.timeInCourse = curves.drawCourse($("course"), plot);
     $("strip").setAttribute("aria-valuemax", end(reference).toFixed(3));
@@ -139,19 +150,19 @@
   };
   const map = () => {
     const of = current(), reference = references.get(state.case);
-    const place = (scheme, h) => {
-      const run = known(scheme, h);
+    const place = (side, h) => {
+      const run = known(side, h);
       if (!run || !reference) return "unknown";
       const { failed, none } = judge(run, reference, of);
       return failed || none ? "fails" : "completes";
     };
-    const rows = SIDES.map((side) => STEPS.map((_, h) => place(state[side], h)));
+    const rows = SIDES.map((side) => steps().map((_, h) => place(side, h)));
     curves.drawMap($("map"), rows, colors());
     const failures = rows.map((row, k) => `${state[SIDES[k]]} fails at ${row.filter((of) => of === "fails").length} of ${row.filter((of) => of !== "unknown").length} macro steps tried`);
     $("map").setAttribute("aria-label", failures.join("; "));
   };
-  const command = (scheme) => {
-    const options = lines(scheme, state.h).split("\n").map((line) => line.split(" ")).filter(([key, value]) => !(key === "phase" && value === "1"));
+  const command = (side) => {
+    const options = lines(side).split("\n").map((line) => line.split(" ")).filter(([key, value]) => !(key === "phase" && value === "1"));
     return `cargo run --release -- simulate ${options.map(([key, value]) => `--${key.replace(/_s$/, "").replaceAll("_", "-")} ${value}`).join(" ")}`;
   };
   const controls = () => {
@@ -159,20 +170,20 @@
     $("in-case").value = state.case;
     $("about").textContent = of.about;
     $("in-h").value = state.h;
-    $("out-h").textContent = `${STEPS[state.h]} ms`;
-    $("in-h").setAttribute("aria-valuetext", `${STEPS[state.h]} milliseconds`);
+    $("out-h").textContent = milliseconds(steps()[state.h]);
+    $("in-h").setAttribute("aria-valuetext", $("out-h").textContent);
     $("out-phase").textContent = state.phase;
     for (const key of Object.keys(OPTIONS)) $(`in-${key}`).value = state[key];
-    $("in-detection").disabled = !SIDES.some((side) => SCHEMES[state[side]].model);
     SIDES.forEach((side, k) => {
       for (const option of $(`in-${side}`).options) option.disabled = of.refused.includes(option.value);
       $(`in-${side}`).value = state[side];
+      $(`in-contacts-${side}`).disabled = !SCHEMES[state[side]].model;
       $(`side-${side}`).style.setProperty("--own", colors()[k]);
-      $(`cmd-${side}`).textContent = command(state[side]);
+      $(`cmd-${side}`).textContent = command(side);
     });
   };
   const show = () => {
-    const of = current(), reference = references.get(state.case), pair = SIDES.map((side) => known(state[side]));
+    const of = current(), reference = references.get(state.case), pair = SIDES.map((side) => known(side));
     controls();
     map();
     // Both pictures change at once; until then the last ones stay, unless they are of another case.
@@ -185,7 +196,7 @@
       return;
     }
     if (!reference.rows) return;
-    const judged = pair.map((run) => judge(run, reference, of)), window = curves.event(of, reference, pair, STEPS[state.h] / 1000);
+    const judged = pair.map((run) => judge(run, reference, of)), window = curves.event(of, reference, pair, steps()[state.h] / 1000);
     // The window stays while the event stays in its middle: it must not jump under the hand.
     const last = shown?.of === of ? shown.window : null, stays = last && window[0] > last[0] - 0.2 * (last[1] - last[0]) && window[1] < last[1] + 0.2 * (last[1] - last[0]);
     shown = { of, reference, pair, h: state.h, window: stays ? last : window };
@@ -219,6 +230,38 @@
     play(false);
     state = startOf(CASES.find((of) => of.name === name));
     change();
+  };
+  // The gallery: the reference of every case, moving while it is open.
+  const gallery = (now) => {
+    if ($("cases").hidden) return;
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    [...$("cases").children].forEach((button, k) => {
+      const of = CASES[k], reference = references.get(of.name);
+      if (of.name === state.case) button.setAttribute("aria-current", "true"); else button.removeAttribute("aria-current");
+      if (!reference?.rows) return;
+      const t = of.of_start || still ? 0 : ((now / 6000) % 1) * end(reference), value = (name) => at(reference, name, t);
+      drawing.draw(button.firstChild, of.drawing, { value, ghost: value, color: COLORS[of.schemes[1]][dark() ? 1 : 0], alone: true });
+    });
+    setTimeout(() => requestAnimationFrame(gallery), 40);
+  };
+  const hang = (open) => {
+    $("cases").hidden = !open;
+    $("gallery").setAttribute("aria-expanded", String(open));
+    if (!open) return;
+    feed();
+    if (!$("cases").children.length)
+      $("cases").append(
+        ...CASES.map(({ name, title, about }) => {
+          const button = page.make("button", { type: "button", title: about }, page.make("canvas", { "aria-hidden": "true" }), title);
+          button.addEventListener("click", () => {
+            hang(false);
+            $("in-case").focus();
+            choose(name);
+          });
+          return button;
+        }),
+      );
+    gallery(performance.now());
   };
   const goTo = (t) => {
     if (!shown) return;
@@ -258,6 +301,13 @@
     if (on) requestAnimationFrame(frame); else writeAddress();
   };
   const listen = () => {
+    $("gallery").addEventListener("click", () => hang($("cases").hidden));
+    for (const id of ["gallery", "cases"])
+      $(id).addEventListener("keydown", (event) => {
+        if (event.key !== "Escape") return;
+        hang(false);
+        $("gallery").focus();
+      });
     $("in-case").addEventListener("input", () => choose($("in-case").value));
     $("in-h").addEventListener("input", () => {
       state.h = Number($("in-h").value);
@@ -281,7 +331,7 @@
     });
     // Space plays from wherever the hand is in this part of the page, but where it has a meaning of its own.
     document.addEventListener("keydown", (event) => {
-      const own = event.target.closest("select,summary,dialog,a,[data-copy],input[type=search]");
+      const own = event.target.closest("select,summary,dialog,a,#cases,#gallery,[data-copy],input[type=search]");
       if (event.key !== " " || own || (event.target.closest("button,[tabindex]") && !event.target.closest("#try"))) return;
       event.preventDefault();
       if (!event.repeat) play(!playing);
@@ -297,7 +347,12 @@
       pose();
       map();
     });
-    addEventListener("hashchange", () => readAddress() && change());
+    addEventListener("hashchange", () => {
+      if (!readAddress()) return;
+      play(false);
+      $("try").scrollIntoView();
+      change();
+    });
   };
 
   // ---- begin
@@ -308,11 +363,13 @@
     }
     CASES = JSON.parse(cases);
     state = startOf(CASES[0]);
-    $("in-h").max = STEPS.length - 1;
+    $("in-h").max = steps().length - 1;
+    $("in-contacts-b").append(...[...$("in-contacts-a").options].map((option) => option.cloneNode(true)));
     $("in-case").append(...CASES.map(({ title, name }) => new Option(title, name)));
     for (const side of SIDES) $(`in-${side}`).append(...Object.keys(SCHEMES).map((name) => new Option(name, name)));
     readAddress();
     $("try-works").hidden = false;
+    for (const link of document.querySelectorAll("a.live")) link.hidden = false;
     listen();
     show();
   };

@@ -23,7 +23,8 @@ const verdict = (() => {
   const peak = (run, name) => (run[`peak ${name}`] ??= run.columns[name].reduce((most, v) => Math.max(most, Math.abs(v)), 0));
   const digits = (value, n = 2) => String(Number(value.toPrecision(n))).replace("-", "−");
   const millimetres = (metres) => (metres < 0.1 ? `${digits(1000 * metres)} mm` : `${digits(metres)} m`);
-  const seconds = (t) => (t < 1 ? `${Math.round(1000 * t)} ms` : `${t.toFixed(2)} s`);
+  const milliseconds = (ms) => (ms < 0.1 ? `${digits(1000 * ms, 3)} µs` : `${digits(ms, 3)} ms`);
+  const seconds = (t) => (t < 1 ? milliseconds(1000 * t) : `${t.toFixed(2)} s`);
   const judge = (run, reference, of) => {
     if (run.verdict) return run.verdict;
     const facts = run.facts, force = of.force.column;
@@ -42,5 +43,5 @@ const verdict = (() => {
       : [moved || stays, of_force || `error ${digits(error)} %`].filter(Boolean);
     return (run.verdict = { none: false, failed, when, words: parts.join(", "), why: `${facts.get("outcome")}: ${facts.get("reason") ?? ""}` });
   };
-  return { row, at, end, extent, peak, digits, seconds, judge };
+  return { row, at, end, extent, peak, digits, milliseconds, seconds, judge };
 })();

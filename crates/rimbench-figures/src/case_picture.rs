@@ -1,23 +1,20 @@
-//! Draws a case from what it says of itself: for its page in the book, and for those who find a link to the page of the paper.
+//! Draws a case from what it says of itself: for its page in the book, and for figures of its motion.
 
-use super::clip::Rect;
-use super::drawing::{Anchor, Color, Drawing, Point, Stroke, Text};
-use super::figures::trace_path;
-use super::style::Styles;
+use super::clip::{self, Rect};
+use super::drawing::{Color, Drawing, Point, Stroke};
 use rimbench_cases::cases::{Case, Channel, Drawing as CaseDrawing, Fill, Point as CasePoint, Shape};
-use rimbench_core::error::{Error, Result};
-use rimbench_results::results_table::{ResultsTable, read_table};
+use rimbench_core::error::Result;
+use rimbench_results::results_table::ResultsTable;
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// Width of a picture in the book, px.
 const WIDTH: f64 = 560.0;
 const METAL: Color = Color(0xC9, 0xCE, 0xD4);
 const GROUND: Color = Color(0xE4, 0xE7, 0xEA);
-/// By how much the preview enlarges what a run does otherwise than the reference.
-const ENLARGED: f64 = 12.0;
-/// The instant of the preview, s: the box with the smooth model is in the air.
-const INSTANT: f64 = 1.75;
+const FORCE: Color = Color(0x7A, 0x1F, 0x7A);
+const OUTLINE: Stroke = Stroke { color: Color::INK, width: 1.1, dash: &[] };
+/// Longest arrow of a force, as a share of the height of what is seen.
+const LONGEST: f64 = 0.35;
 
 /// Draws a case, given the value of each column.
 pub fn picture(case: &Case, of: &CaseDrawing, value: &dyn Fn(&str) -> f64) -> Drawing {
@@ -27,129 +24,235 @@ pub fn picture(case: &Case, of: &CaseDrawing, value: &dyn Fn(&str) -> f64) -> Dr
     drawing.title = format!("The case {}", case.name);
     drawing.description = format!("{}, as it starts.", case.about);
     let place = Rect { left: 0.0, top: 0.0, right: WIDTH, bottom: height };
-    draw(&mut drawing, of, value, place, Color(0x00, 0x72, 0xB2));
+    let view = View { place, follow: of.follow.map_or(0.0, value) };
+    view.draw(&mut drawing, of, value, Color(0x00, 0x72, 0xB2));
     drawing
 }
 
-/// Where a frame is: x, y, cosine and sine of its angle.
-type Pose = [f64; 4];
+/// A run as its case draws it: the columns of the drawing over time, with what differs from the reference enlarged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Time of each row, s.
+    pub times_s: Vec<f64>,
+    /// The columns.
+    pub columns: BTreeMap<&'static str, Vec<f64>>,
+    /// Where the view is: with the reference.
+    pub follow: Vec<f64>,
+}
 
-/// Draws a case into a place, its scheme in a colour.
-fn draw(drawing: &mut Drawing, of: &CaseDrawing, value: &dyn Fn(&str) -> f64, place: Rect, color: Color) {
+impl Motion {
+    /// Reads the columns of a drawing from the trace of a run and that of the reference. Forces are as they are.
+    ///
+    /// # Errors
+    /// [`Error::File`](rimbench_core::error::Error::File) for a trace without one of them.
+    pub fn read(of: &CaseDrawing, trace: &ResultsTable, reference: &ResultsTable, enlarged: f64) -> Result<Self> {
+        let column = |table: &ResultsTable, name: &str| -> Result<Vec<f64>> {
+            let column = table.column(name)?;
+            Ok((0..table.len()).map(|row| table.number(row, column)).collect())
+        };
+        let (times_s, theirs) = (column(trace, "time_s")?, column(reference, "time_s")?);
+        let last = theirs.len().saturating_sub(1);
+        let rows: Vec<usize> =
+            times_s.iter().map(|t| theirs.partition_point(|other| *other < t - 1e-9).min(last)).collect();
+        let at = |name: &str| -> Result<Vec<f64>> {
+            let all = column(reference, name)?;
+            Ok(rows.iter().map(|&row| all.get(row).copied().unwrap_or(f64::NAN)).collect())
+        };
+        let mut columns = BTreeMap::new();
+        for name in of.columns() {
+            let own = column(trace, name)?;
+            let enlarge =
+                |(own, other): (f64, f64)| if name.ends_with("_n") { own } else { other + enlarged * (own - other) };
+            columns.insert(name, own.into_iter().zip(at(name)?).map(enlarge).collect());
+        }
+        let follow = of.follow.map_or_else(|| Ok(vec![0.0; times_s.len()]), at)?;
+        Ok(Motion { times_s, columns, follow })
+    }
+
+    /// The row nearest to an instant; none where the run had ended before.
+    pub fn row_at(&self, t: f64) -> Option<usize> {
+        let far = |row: &usize| (self.times_s[*row] - t).abs();
+        let nearest = (0..self.times_s.len()).min_by(|one, other| far(one).total_cmp(&far(other)))?;
+        let spacing = self.times_s.windows(2).last().map_or(0.0, |pair| pair[1] - pair[0]);
+        (far(&nearest) <= spacing.max(1e-9)).then_some(nearest)
+    }
+
+    /// The values of the columns in a row.
+    pub fn row(&self, row: usize) -> impl Fn(&str) -> f64 + '_ {
+        move |column| self.columns.get(column).map_or(f64::NAN, |values| values[row])
+    }
+}
+
+/// Where a frame is: x, y, cosine and sine of its angle.
+pub type Pose = [f64; 4];
+
+/// The pose of the ground.
+pub const AT_REST: Pose = [0.0, 0.0, 1.0, 0.0];
+
+/// Finds where the frames of a drawing are, given the value of each column.
+pub fn poses(of: &CaseDrawing, value: &dyn Fn(&str) -> f64) -> BTreeMap<&'static str, Pose> {
     let channel = |channel: Channel| match channel {
         Channel::Fixed(value) => value,
         Channel::Column(column, gain, plus) => gain * value(column) + plus,
     };
     let mut poses: BTreeMap<&str, Pose> = BTreeMap::new();
-    let within = |[px, py, cos, sin]: Pose, [x, y]: [f64; 2]| [px + cos * x - sin * y, py + sin * x + cos * y];
     for frame in &of.frames {
-        let parent = frame.parent.map_or([0.0, 0.0, 1.0, 0.0], |parent| poses[parent]);
+        let parent = frame.parent.map_or(AT_REST, |parent| poses[parent]);
         let [x, y] = within(parent, [channel(frame.pose[0]), channel(frame.pose[1])]);
         let (sin, cos) = channel(frame.pose[2]).sin_cos();
         poses.insert(frame.name, [x, y, cos, sin]);
     }
-    let [[left, right], [low, high]] = of.view;
-    let scale = (place.width() / (right - left)).min(place.height() / (high - low));
-    let (middle, follow) = (place.centre(), of.follow.map_or(0.0, value));
-    let screen = |[x, y]: [f64; 2]| {
-        (middle.0 + scale * (x - follow - 0.5 * (left + right)), middle.1 - scale * (y - 0.5 * (low + high)))
-    };
-    let at = |(point, frame): &CasePoint| within(frame.map_or([0.0, 0.0, 1.0, 0.0], |frame| poses[frame]), *point);
-    let outline = Some(Stroke::solid(Color::INK, 1.1));
-    // Ground and cylinders go on beyond the place.
-    let kept = |x: f64| x.clamp(place.left, place.right);
-    let fill = |fill: Fill| match fill {
-        Fill::Scheme => color.mix(Color::WHITE, 0.6),
-        Fill::Metal => METAL,
-        Fill::Ground => GROUND,
-    };
-    // Along a line from one point to another, and to its left.
-    let beside = |from: [f64; 2], to: [f64; 2]| {
-        let [across, up] = [to[0] - from[0], to[1] - from[1]];
-        let length = across.hypot(up).max(1e-12);
-        let point = move |along: f64, aside: f64| {
-            [from[0] + (along * across - aside * up) / length, from[1] + (along * up + aside * across) / length]
+    poses
+}
+
+/// A point of a frame, in the world.
+pub fn within([px, py, cos, sin]: Pose, [x, y]: [f64; 2]) -> [f64; 2] {
+    [px + cos * x - sin * y, py + sin * x + cos * y]
+}
+
+/// The rectangles of a cylinder along its axis, rod and barrel: from, to, half a width.
+pub fn rod_and_barrel(length: f64, barrel: f64, width: f64) -> [[f64; 3]; 2] {
+    [[0.2 * (length - barrel).max(0.0), length, 0.15 * width], [0.0, barrel, 0.5 * width]]
+}
+
+/// What is seen of a case, and where on the page.
+#[derive(Debug, Clone, Copy)]
+pub struct View {
+    /// Where on the page.
+    pub place: Rect,
+    /// Where in the world, along x.
+    pub follow: f64,
+}
+
+impl View {
+    /// Pixels per metre.
+    pub fn scale(&self, of: &CaseDrawing) -> f64 {
+        let [[left, right], [low, high]] = of.view;
+        (self.place.width() / (right - left)).min(self.place.height() / (high - low))
+    }
+
+    /// Draws a case, its scheme in a colour.
+    pub fn draw(&self, drawing: &mut Drawing, of: &CaseDrawing, value: &dyn Fn(&str) -> f64, color: Color) {
+        self.shapes(drawing, of, value, Some(color));
+    }
+
+    /// Draws the outlines of what moves, thin.
+    pub fn outline(&self, drawing: &mut Drawing, of: &CaseDrawing, value: &dyn Fn(&str) -> f64) {
+        self.shapes(drawing, of, value, None);
+    }
+
+    fn shapes(&self, drawing: &mut Drawing, of: &CaseDrawing, value: &dyn Fn(&str) -> f64, color: Option<Color>) {
+        let poses = poses(of, value);
+        let scale = self.scale(of);
+        let [[left, right], [low, high]] = of.view;
+        let middle = self.place.centre();
+        let screen = |[x, y]: [f64; 2]| {
+            (middle.0 + scale * (x - self.follow - 0.5 * (left + right)), middle.1 - scale * (y - 0.5 * (low + high)))
         };
-        (length, point)
-    };
-    for shape in &of.shapes {
-        match shape {
-            Shape::Polygon(points, filling) => {
-                let inside = |(x, y): Point| match filling {
-                    Fill::Ground => (kept(x), y.clamp(place.top, place.bottom)),
-                    _ => (x, y),
-                };
-                let corners = points.iter().map(|point| inside(screen(at(point)))).collect();
-                drawing.area(corners, Some(fill(*filling)), outline);
+        let at = |(point, frame): &CasePoint| within(frame.map_or(AT_REST, |frame| poses[frame]), *point);
+        let stroke = if color.is_some() { OUTLINE } else { Stroke::solid(Color::INK, 0.7) };
+        let fill = |fill: Fill| {
+            color.map(|color| match fill {
+                Fill::Scheme => color.mix(Color::WHITE, 0.6),
+                Fill::Metal => METAL,
+                Fill::Ground => GROUND,
+            })
+        };
+        let open = |drawing: &mut Drawing, points: &[Point]| {
+            for piece in clip::polyline(points, |_| self.place) {
+                drawing.line(piece, stroke);
             }
-            Shape::Line(points) => {
-                drawing.line(points.iter().map(|point| screen(at(point))).collect(), Stroke::solid(Color::INK, 1.1))
+        };
+        // Filled where it is inside, outlined where its edge is.
+        let solid = |drawing: &mut Drawing, corners: &[Point], fill: Option<Color>| {
+            if let Some(fill) = fill {
+                drawing.area(clip::polygon(corners, &self.place), Some(fill), None);
             }
-            Shape::Disc { at: centre, radius, fill: filling, .. } => {
-                drawing.disc(screen(at(centre)), scale * radius, Some(fill(*filling)), outline);
+            open(drawing, &corners.iter().chain(corners.first()).copied().collect::<Vec<_>>());
+        };
+        // Along a line from one point to another, and to its left.
+        let beside = |from: [f64; 2], to: [f64; 2]| {
+            let [across, up] = [to[0] - from[0], to[1] - from[1]];
+            let length = across.hypot(up).max(1e-12);
+            let point = move |along: f64, aside: f64| {
+                [from[0] + (along * across - aside * up) / length, from[1] + (along * up + aside * across) / length]
+            };
+            (length, point)
+        };
+        for shape in &of.shapes {
+            if color.is_none() && shape.points().iter().all(|point| point.1.is_none()) {
+                continue;
             }
-            Shape::Spring(from, to, width) => {
-                let (length, point) = beside(at(from), at(to));
-                let turn = |k: u32| {
-                    let side = if k.is_multiple_of(2) { 0.5 } else { -0.5 };
-                    screen(point(length * (0.16 + 0.068 * f64::from(k)), side * width))
-                };
-                let mut zigzag = vec![screen(point(0.0, 0.0)), screen(point(0.12 * length, 0.0))];
-                zigzag.extend((0..11).map(turn));
-                zigzag.extend([screen(point(0.88 * length, 0.0)), screen(point(length, 0.0))]);
-                drawing.line(zigzag, Stroke::solid(Color::INK, 1.1));
-            }
-            Shape::Cylinder { from, to, barrel, width } => {
-                let (length, point) = beside(at(from), at(to));
-                for (start, end, half) in
-                    [(0.2 * (length - barrel).max(0.0), length, 0.15 * width), (0.0, *barrel, 0.5 * width)]
-                {
-                    let corners = [[start, -half], [end, -half], [end, half], [start, half]];
-                    let corners = corners.map(|[along, aside]| screen(point(along, aside))).map(|(x, y)| (kept(x), y));
-                    drawing.area(corners.to_vec(), Some(METAL), outline);
+            match shape {
+                Shape::Polygon(points, filling) => {
+                    let corners: Vec<Point> = points.iter().map(|point| screen(at(point))).collect();
+                    solid(drawing, &corners, fill(*filling));
+                }
+                Shape::Line(points) => {
+                    open(drawing, &points.iter().map(|point| screen(at(point))).collect::<Vec<_>>());
+                }
+                Shape::Disc { at: centre, radius, fill: filling, spoke } => {
+                    let (centre, frame) = (screen(at(centre)), centre.1.map_or(AT_REST, |frame| poses[frame]));
+                    let radius = scale * radius;
+                    if self.place.inset(radius).contains(centre) {
+                        drawing.disc(centre, radius, fill(*filling), Some(stroke));
+                    } else {
+                        let rim = |k: i32| {
+                            let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 48.0).sin_cos();
+                            (centre.0 + radius * cos, centre.1 + radius * sin)
+                        };
+                        solid(drawing, &(0..48).map(rim).collect::<Vec<_>>(), fill(*filling));
+                    }
+                    if *spoke {
+                        open(drawing, &[centre, (centre.0 + radius * frame[2], centre.1 - radius * frame[3])]);
+                    }
+                }
+                Shape::Spring(from, to, width) => {
+                    let (length, point) = beside(at(from), at(to));
+                    let turn = |k: u32| {
+                        let side = if k.is_multiple_of(2) { 0.5 } else { -0.5 };
+                        screen(point(length * (0.16 + 0.068 * f64::from(k)), side * width))
+                    };
+                    let mut zigzag = vec![screen(point(0.0, 0.0)), screen(point(0.12 * length, 0.0))];
+                    zigzag.extend((0..11).map(turn));
+                    zigzag.extend([screen(point(0.88 * length, 0.0)), screen(point(length, 0.0))]);
+                    open(drawing, &zigzag);
+                }
+                Shape::Cylinder { from, to, barrel, width } => {
+                    let (length, point) = beside(at(from), at(to));
+                    for [start, end, half] in rod_and_barrel(length, *barrel, *width) {
+                        let corners = [[start, -half], [end, -half], [end, half], [start, half]];
+                        solid(drawing, &corners.map(|[along, aside]| screen(point(along, aside))), fill(Fill::Metal));
+                    }
+                }
+                Shape::Arrow { column, at: foot, along, scale: per_newton } => {
+                    let (longest, size) = (LONGEST * (high - low), value(column) * per_newton);
+                    if color.is_some() && size > 0.01 {
+                        let (foot, size, heads) = (at(foot), size.min(longest), if size > longest { 2 } else { 1 });
+                        let tip = [foot[0] + size * along[0], foot[1] + size * along[1]];
+                        if let Some((from, to)) = clip::segment(screen(foot), screen(tip), &self.place.inset(2.0)) {
+                            arrow(drawing, from, to, heads);
+                        }
+                    }
                 }
             }
-            Shape::Arrow { .. } => {}
         }
     }
 }
 
-/// Draws what a link to the page of the paper shows, 600 × 315 px: both models of the source paper after touch-down.
-///
-/// # Errors
-/// [`Error::File`] for traces that are not there.
-pub fn preview(folder: &Path, of: &CaseDrawing, styles: &Styles) -> Result<Drawing> {
-    let trace = |label: &str| -> Result<(ResultsTable, usize)> {
-        let table = read_table(&trace_path(folder, label)?)?;
-        let time = table.column("time_s")?;
-        let row = (0..table.len()).find(|&row| table.number(row, time) >= INSTANT - 1e-9);
-        row.map(|row| (table, row)).ok_or_else(|| Error::file(folder, format!("has no row at {INSTANT} s")))
-    };
-    let number = |(table, row): &(ResultsTable, usize), column: &str| {
-        table.column(column).map_or(0.0, |column| table.number(*row, column))
-    };
-    let reference = trace("reference")?;
-    let mut drawing = Drawing::new(600.0, 315.0);
-    let question = "How long may the macro step be?";
-    drawing.title = question.to_owned();
-    drawing.text(Text::new(question, (20.0, 44.0), 27.0).bold());
-    let words = "Co-simulation of a machine with contacts: the same macro step, two interface models";
-    drawing.text(Text::new(words, (20.0, 70.0), 14.0).colored(Color::SOFT_INK));
-    for (label, said, left) in [("rim-smooth", "lifts off", 10.0), ("rim-nonsmooth", "stays down", 305.0)] {
-        let (run, color) = (trace(label)?, styles.of_label(label).color);
-        let value = |column: &str| {
-            let level = number(&reference, column);
-            level + ENLARGED * (number(&run, column) - level)
-        };
-        let place = Rect { left, top: 88.0, right: left + 285.0, bottom: 252.0 };
-        let value: &dyn Fn(&str) -> f64 =
-            &|column| if of.follow == Some(column) { number(&reference, column) } else { value(column) };
-        draw(&mut drawing, of, value, place, color);
-        let middle = (left + 142.5, 276.0);
-        let name = Text::new(format!("{}: {said}", styles.shown_name(label)), middle, 15.0).bold();
-        drawing.text(name.anchored(Anchor::Middle).colored(color));
+/// Draws a force arrow with one or two heads, on a white rim.
+pub fn arrow(drawing: &mut Drawing, from: Point, to: Point, heads: usize) {
+    let length = (to.0 - from.0).hypot(to.1 - from.1);
+    if length < 1.0 {
+        return;
     }
-    let words = format!("rimbench · H = 5 ms, differences from the reference {ENLARGED} times larger");
-    drawing.text(Text::new(words, (300.0, 303.0), 11.0).anchored(Anchor::Middle).colored(Color::SOFT_INK));
-    Ok(drawing)
+    let (ux, uy) = ((to.0 - from.0) / length, (to.1 - from.1) / length);
+    let at = |back: f64, side: f64| (to.0 - back * ux - side * uy, to.1 - back * uy + side * ux);
+    let head = 7.0_f64.min(0.7 * length);
+    drawing.line(vec![from, to], Stroke::solid(Color::WHITE, 4.4));
+    drawing.line(vec![from, at(0.8 * head, 0.0)], Stroke::solid(FORCE, 2.0));
+    for back in (0..heads).map(|k| k as f64 * 6.0) {
+        let triangle = vec![at(back, 0.0), at(back + head, 0.45 * head), at(back + head, -0.45 * head)];
+        drawing.area(triangle, Some(FORCE), Some(Stroke::solid(Color::WHITE, 0.6)));
+    }
 }

@@ -9,12 +9,11 @@
 //! | [`style`] | one colour, dash and marker per scheme, everywhere |
 //! | [`chart`] | what a chart is: panels, axes, series, guides, notes, inset, legend |
 //! | `figure`, `panel`, `axes`, `data`, `guides`, `inset`, `legend` | how a chart is drawn, from the grid of panels to the clipped line |
-//! | `scale`, [`ticks`], `clip`, `marker`, `hatch` | value to position, round numbers, edges, signs, shading |
+//! | `scale`, [`ticks`], `clip`, `marker` | value to position, round numbers, edges, signs |
 //! | [`dots`] | ranked dot plots: a row per scheme |
-//! | [`case_picture`] | a case as it says that it looks |
+//! | [`case_picture`] | a case as it says that it looks: every picture of one, still or moving, is drawn from that |
 //! | [`matrix`] | which scheme is stable at which macro step: a sign per cell |
-//! | [`manoeuvre`], `wedge_box` | the wedge box at a row of instants |
-//! | [`animation`] | the wedge box in motion, as an image that moves without a script |
+//! | [`animation`] | a case in motion, as an image that moves without a script |
 //! | [`days`] | days from seconds |
 //! | [`drawing`] | the display list: paths and text on a page |
 //! | `vector` | the display list as SVG: true dashes, a named group per series |
@@ -38,7 +37,6 @@ pub mod days;
 pub mod dots;
 pub mod drawing;
 pub mod line_style;
-pub mod manoeuvre;
 pub mod matrix;
 pub mod render;
 pub mod report;
@@ -55,7 +53,6 @@ mod figures;
 mod filled_band;
 mod font;
 mod guides;
-mod hatch;
 mod inset;
 mod legend;
 mod live_part;
@@ -66,8 +63,7 @@ mod paint;
 mod panel;
 mod scale;
 mod vector;
-mod wedge_box;
 
 pub use claims_table::claims_markdown;
-pub use figures::{FigureEntry, FigureKey, FigureKind, FigureList, MadeFigures, figure_keys};
+pub use figures::{FigureEntry, FigureKey, FigureKind, FigureList, MadeFigures, figure_keys, preview};
 pub use pages::{fill_page, without_filled};

@@ -2,6 +2,7 @@
 //! Shown in `docs/cases/beam-on-stops.md`; modes from Blevins, numbers *ours*.
 
 use super::prelude::*;
+use std::f64::consts::PI;
 
 choices! { for BeamSupport { Clamped = "clamped", Pinned = "pinned", } }
 parameters! {
@@ -35,6 +36,25 @@ parameters! {
     }
 }
 
+/// Frames of the drawn beam: one moves with the deflection at the actuator, and one in it with that at the end.
+const BENT: [[&str; 2]; 8] =
+    [["a", "A"], ["b", "B"], ["c", "C"], ["d", "D"], ["e", "E"], ["f", "F"], ["g", "G"], ["h", "H"]];
+
+impl Beam {
+    /// Shares of the deflections at the actuator and at the end in that at x: of the cubic that leaves the clamp straight and has both, or
+    /// of the half sine between two pins.
+    fn bent(&self, x: f64) -> [f64; 2] {
+        let (a, l) = (self.actuator_position_m, self.length_m);
+        match self.beam_support {
+            BeamSupport::Pinned => [libm::sin(PI * x / l) / libm::sin(PI * a / l), 0.0],
+            BeamSupport::Clamped if 0.0 < a && a < l => {
+                [(x / a).powi(2) * (l - x) / (l - a), (x / l).powi(2) * (x - a) / (l - a)]
+            }
+            BeamSupport::Clamped => [0.0, (x / l).powi(2)],
+        }
+    }
+}
+
 pub(super) fn entry() -> Case {
     Case {
         trace_columns: carriage::trace_columns(
@@ -44,17 +64,29 @@ pub(super) fn entry() -> Case {
         interface_columns: carriage::interface(),
         reference: reference(),
         drawing: drawn(|p: &Beam| {
-            let (frames, mut shapes) = carriage::springs([p.actuator_position_m, 0.0], [0.0, 1.0], 0.25, Some(0.0));
+            let (mut frames, mut shapes) = carriage::springs([p.actuator_position_m, 0.0], [0.0, 1.0], 0.25, Some(0.0));
             let stop = |x: f64, clearance: f64| wall([x - 0.02, -clearance - 0.2], [x + 0.02, -clearance]);
+            // Through the deflections at the actuator and at the end.
+            for (k, [held, bent]) in BENT.into_iter().enumerate() {
+                let share = (k + 1) as f64 / BENT.len() as f64;
+                let [actuator, end] = p.bent(share * p.length_m);
+                let along = |column, gain| Channel::Column(column, gain, 0.0);
+                frames.push(frame(held, share * p.length_m, along("interface_position_m", actuator), 0.0));
+                let pose = [0.0.into(), along("end_deflection_m", end), 0.0.into()];
+                frames.push(Frame { name: bent, parent: Some(held), pose });
+            }
             let half = 0.5 * p.thickness_m;
-            let beam = [[0.0, -half], [p.length_m, -half], [p.length_m, half], [0.0, half]].map(|point| (point, None));
+            let side = |y: f64| BENT.map(|[_, bent]| ([0.0, y], Some(bent)));
+            let upper = side(half).into_iter().rev().chain([([0.0, half], None), ([0.0, -half], None)]);
+            let beam = side(-half).into_iter().chain(upper).collect();
             shapes.extend([
                 wall([-0.08, -0.15], [0.0, 0.15]),
                 stop(p.stop_1_position_m, p.stop_1_clearance_m),
                 stop(p.stop_2_position_m, p.stop_2_clearance_m),
-                Shape::Polygon(beam.to_vec(), Fill::Scheme),
+                Shape::Polygon(beam, Fill::Scheme),
             ]);
-            Some(Drawing::still([[-0.15, p.length_m + 0.15], [-0.3, 0.6]], frames, shapes))
+            let title = ["Beam on stops", "A shaken spring bends a clamped beam onto two stops."];
+            Some(Drawing::of(title, [[-0.15, p.length_m + 0.15], [-0.3, 0.6]], frames, shapes))
         }),
         ..Case::new(
             "beam-on-stops",

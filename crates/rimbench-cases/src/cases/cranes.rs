@@ -209,7 +209,8 @@ pub(super) fn heap() -> Case {
             let wall_at = |side: f64| load[0] + side * (radius * f64::from(p.columns) + p.wall_gap_m);
             let [left, right, top] =
                 [wall_at(-1.0), wall_at(1.0), load[1] + radius * (1.0 + 2.0 * f64::from(p.layers))];
-            let mut drawing = drawing(link, &p.rest, p.cylinder.cylinder_length_m, -9.0, ["", ""]);
+            let title = ["Crane in a heap", "A crane pulls its load out from under a heap of discs."];
+            let mut drawing = drawing(link, &p.rest, p.cylinder.cylinder_length_m, -9.0, title);
             drawing.shapes.retain(|shape| match shape {
                 Shape::Polygon(points, Fill::Scheme) => points.len() != 4,
                 shape => !matches!(shape, Shape::Arrow { .. }),
@@ -223,7 +224,7 @@ pub(super) fn heap() -> Case {
             let others = centres(p.columns, p.layers, radius).into_iter();
             let place = |[x, y]: [f64; 2]| ([load[0] + x, load[1] + y], None);
             drawing.shapes.extend(others.map(|centre| disc(place(centre), radius, Fill::Metal)));
-            Some(Drawing { is_live: false, ..drawing })
+            Some(Drawing { of_start: true, ..drawing })
         }),
         interface_columns: hydraulics::interface(),
         ..Case::new(

@@ -97,7 +97,7 @@ parameters! {
 }
 
 /// Discs at the start between the blade on its cylinder, the floor and the wall.
-fn pushed(centres: &[[f64; 2]], radius: f64, wall_x: f64, length: f64) -> Drawing {
+fn pushed(title: [&'static str; 2], centres: &[[f64; 2]], radius: f64, wall_x: f64, length: f64) -> Drawing {
     let top = centres.iter().map(|centre| centre[1]).fold(0.0, f64::max) + 1.5 * radius;
     let blade = Some("blade");
     let mut shapes = vec![
@@ -112,7 +112,12 @@ fn pushed(centres: &[[f64; 2]], radius: f64, wall_x: f64, length: f64) -> Drawin
     ];
     shapes.extend(centres.iter().map(|centre| disc((*centre, None), radius, Fill::Scheme)));
     let view = [[-length - 0.1, wall_x + 0.15], [-0.15, top + 0.1]];
-    Drawing::still(view, vec![frame("blade", "blade_x_m", 0.0, 0.0)], shapes)
+    Drawing {
+        of_start: true,
+        force: "cylinder force",
+        in_kilonewtons: true,
+        ..Drawing::of(title, view, vec![frame("blade", "blade_x_m", 0.0, 0.0)], shapes)
+    }
 }
 
 /// x of the disc farthest to the right, m.
@@ -122,9 +127,9 @@ fn last(centres: &[[f64; 2]]) -> f64 {
 
 impl Loader {
     /// What it looks like at the start.
-    fn drawing(&self, centres: &[[f64; 2]]) -> Option<Drawing> {
+    fn drawing(&self, title: [&'static str; 2], centres: &[[f64; 2]]) -> Option<Drawing> {
         let radius = self.disc.disc_radius_m;
-        Some(pushed(centres, radius, last(centres) + radius + self.wall_gap_m, self.actuator.actuator_length_m))
+        Some(pushed(title, centres, radius, last(centres) + radius + self.wall_gap_m, self.actuator.actuator_length_m))
     }
 
     /// Both sides for discs with these centres before the blade; the wall stands behind the last of them.
@@ -176,7 +181,10 @@ impl Pile {
 /// A row of discs is pushed together and against a wall: each gap closes with an impact.
 pub(super) fn row() -> Case {
     recorded(Case {
-        drawing: drawn(|p: &Row| p.loader.drawing(&p.centres())),
+        drawing: drawn(|p: &Row| {
+            let title = ["Row of discs", "A blade pushes a row of discs together and against a wall."];
+            p.loader.drawing(title, &p.centres())
+        }),
         constant_mechanics: true,
         // Each disc on the floor, and between blade, discs and wall.
         reference: reference_of(|p: &Row| 2 * p.discs as usize + 1),
@@ -193,7 +201,9 @@ pub(super) fn row() -> Case {
 pub(super) fn pile() -> Case {
     recorded(Case {
         purpose: Purpose::Speed,
-        drawing: drawn(|p: &Pile| p.loader.drawing(&p.centres())),
+        drawing: drawn(|p: &Pile| {
+            p.loader.drawing(["Heap of discs", "A blade pushes a heap of discs against a wall."], &p.centres())
+        }),
         ..Case::new(
             "disc-pile",
             "A loader's blade pushes a heap of discs against a wall (62 contacts; thousands by its parameters)",
@@ -211,7 +221,8 @@ pub(super) fn packed_box() -> Case {
         drawing: drawn(|p: &Packed| {
             let radius = p.disc.disc_radius_m;
             let [centres, bumps] = packing(p.columns, p.layers, p.packing_angle_rad, radius);
-            let mut drawing = pushed(&centres, radius, last(&centres) + radius, p.actuator.actuator_length_m);
+            let title = ["Packed box", "A cylinder holds one wall of a box packed with discs."];
+            let mut drawing = pushed(title, &centres, radius, last(&centres) + radius, p.actuator.actuator_length_m);
             drawing.shapes.splice(0..0, bumps.into_iter().map(|bump| disc((bump, None), radius, Fill::Ground)));
             Some(drawing)
         }),

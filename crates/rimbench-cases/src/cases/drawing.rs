@@ -18,6 +18,19 @@ pub(super) fn drawn<P: ParameterSet>(drawing: impl Fn(&P) -> Option<Drawing> + S
     Arc::new(move |parameters| drawing(&P::read(parameters)))
 }
 
+/// The macro steps of a page that simulates, in ms where that of the case is some of them; in µs where it is a few.
+const STEPS: [f64; 25] = [
+    0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 15.0, 20.0,
+    25.0, 30.0, 40.0, 50.0,
+];
+
+/// Lists the macro steps, ms, that a page offers of a case that usually takes this one, s.
+pub fn offered_steps_ms(usual_s: f64) -> Vec<f64> {
+    // A quotient of decimal numbers is the one that would be written.
+    let parts = if 1e3 * usual_s < STEPS[0] { 1e3 } else { 1.0 };
+    STEPS.map(|step| step / parts).to_vec()
+}
+
 /// A number, or a column of the trace scaled and shifted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Channel {
@@ -140,8 +153,8 @@ pub struct Drawing {
     pub contact: Option<[&'static str; 2]>,
     /// The two schemes it is first shown with.
     pub schemes: [&'static str; 2],
-    /// Whether a page simulates it: what moves has columns, and its reference takes no long time. Else it is a picture of the start.
-    pub is_live: bool,
+    /// Whether it shows the start only: the columns of a case are the same for any number of its bodies, and so name none of them.
+    pub of_start: bool,
 }
 
 impl Default for Drawing {
@@ -156,15 +169,15 @@ impl Default for Drawing {
             in_kilonewtons: false,
             contact: None,
             schemes: ["zero-order-hold", "rim-nonsmooth"],
-            is_live: true,
+            of_start: false,
         }
     }
 }
 
 impl Drawing {
-    /// A picture of the start only.
-    pub(super) fn still(view: [[f64; 2]; 2], frames: Vec<Frame>, shapes: Vec<Shape>) -> Self {
-        Drawing { view, frames, shapes, is_live: false, ..Drawing::default() }
+    /// A title and a sentence about it, and what is seen of frames and shapes.
+    pub(super) fn of(title: [&'static str; 2], view: [[f64; 2]; 2], frames: Vec<Frame>, shapes: Vec<Shape>) -> Self {
+        Drawing { title, view, frames, shapes, ..Drawing::default() }
     }
 
     /// Lists the columns that it reads.
@@ -234,7 +247,11 @@ mod tests {
         for case in standard_cases() {
             let drawing = (case.drawing)(&case.default_parameters());
             let drawing = drawing.unwrap_or_else(|| panic!("{} has no drawing", case.name));
-            assert!(!drawing.is_live || !drawing.columns().is_empty() && !drawing.title[0].is_empty(), "{}", case.name);
+            assert!(
+                !drawing.columns().is_empty() && drawing.title.iter().all(|text| !text.is_empty()),
+                "{}",
+                case.name
+            );
             let known =
                 |column: &str| case.trace_columns.iter().chain(&case.drawing_columns).any(|name| name == column);
             for column in drawing.columns() {

@@ -26,6 +26,9 @@ parameters! {
     }
 }
 
+/// By how much its drawing enlarges motion.
+const ENLARGED: f64 = 1000.0;
+
 pub(super) fn entry() -> Case {
     Case {
         trace_columns: carriage::trace_columns(
@@ -36,14 +39,20 @@ pub(super) fn entry() -> Case {
         interface_columns: carriage::interface(),
         reference: reference(),
         drawing: drawn(|p: &Bar| {
-            let (frames, mut shapes) =
+            let (mut frames, mut shapes) =
                 carriage::springs([0.0, 0.0], [0.0, 1.0], 0.25, Some(p.carriage.base_position_m));
-            let node = |index: u32| p.start_gap_m - p.length_m * f64::from(index) / f64::from(p.elements);
-            let line = |index: u32| Shape::Line(points("body", [[-0.06, node(index)], [0.06, node(index)]]));
+            // Both ends of the bar move by micrometres, about where the bar is relaxed on the floor.
+            for frame in &mut frames {
+                if let Channel::Column(column, _, plus) = frame.pose[1] {
+                    frame.pose[1] = Channel::Column(column, ENLARGED, plus + (1.0 - ENLARGED) * p.length_m);
+                }
+            }
+            frames.push(frame("bottom", 0.0, Channel::Column("bottom_x_m", ENLARGED, 0.0), 0.0));
+            let ends = [("bottom", -0.06), ("bottom", 0.06), ("body", 0.06), ("body", -0.06)];
             shapes.push(ground(&[[-5.0, 0.0], [5.0, 0.0]]));
-            shapes.push(Shape::Polygon(rectangle("body", [0.0, -0.5 * p.length_m], [0.12, p.length_m]), Fill::Scheme));
-            shapes.extend((1..p.elements).map(line));
-            Some(Drawing::still([[-0.95, 0.95], [-0.12, 1.65]], frames, shapes))
+            shapes.push(Shape::Polygon(ends.map(|(frame, x)| ([x, 0.0], Some(frame))).to_vec(), Fill::Scheme));
+            let about = "A bar falls on the floor and leaves with its wave; motion is drawn 1000 times larger.";
+            Some(Drawing::of(["Elastic bar", about], [[-0.95, 0.95], [-0.12, 1.65]], frames, shapes))
         }),
         ..Case::new(
             "elastic-bar",

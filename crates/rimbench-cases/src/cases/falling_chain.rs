@@ -43,7 +43,9 @@ pub(super) fn entry() -> Case {
                 .push(Shape::Line([p.drop_height_m + 0.5 * link, top - 0.5 * link].map(|y| ([0.0, y], None)).to_vec()));
             let bead = |index: u32| ([0.0, p.drop_height_m + (f64::from(index) + 0.5) * link], None);
             shapes.extend((0..p.links).map(|index| disc(bead(index), 1.6 * radius, Fill::Scheme)));
-            Some(Drawing::still([[-1.0, 1.0], [-0.6, top + 0.1]], frames, shapes))
+            let title = ["Falling chain", "A chain let go above a scale piles up on it."];
+            let view = [[-1.0, 1.0], [-0.6, top + 0.1]];
+            Some(Drawing { of_start: true, ..Drawing::of(title, view, frames, shapes) })
         }),
         ..Case::new(
             "falling-chain",

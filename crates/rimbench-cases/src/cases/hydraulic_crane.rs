@@ -89,7 +89,12 @@ pub(super) fn entry() -> Case {
                 disc((end, Some("link 2")), 0.09, Fill::Scheme),
                 wall([-0.2, -0.09], [1.2 * p.pin_x_m, -0.05]),
             ];
-            Some(Drawing::still([[-0.5, 1.7], [-0.25, 0.95]], frames, shapes))
+            let title = ["Two-link crane", "A cylinder lifts a link, from the end of which another swings."];
+            Some(Drawing {
+                force: "cylinder force",
+                in_kilonewtons: true,
+                ..Drawing::of(title, [[-0.5, 1.7], [-0.25, 0.95]], frames, shapes)
+            })
         }),
         ..Case::new(
             "hydraulic-crane",

@@ -73,6 +73,11 @@ pub(super) fn with_friction() -> Case {
     };
     case.trace_columns.extend(words("contact_state_right_support contact_state_left_support sticking_contacts"));
     case.drawing_columns.extend(words("friction_force_right_support_n friction_force_left_support_n"));
+    let alike = case.drawing;
+    case.drawing = Arc::new(move |parameters| {
+        let drawing = alike(parameters)?;
+        Some(Drawing { title: ["Rocking block with friction", drawing.title[1]], ..drawing })
+    });
     case
 }
 

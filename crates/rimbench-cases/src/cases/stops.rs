@@ -160,7 +160,8 @@ pub(super) fn bouncing_ball() -> Case {
             let (frames, mut shapes) =
                 carriage::springs([0.0, 0.06], [0.0, 1.0], 0.3, Some(p.carriage.base_position_m));
             shapes.extend([ground(&[[-5.0, 0.0], [5.0, 0.0]]), disc(([0.0, 0.0], Some("body")), 0.06, Fill::Scheme)]);
-            Drawing::still([[-1.0, 1.0], [-0.15, 1.75]], frames, shapes)
+            let about = "A ball on two springs falls and bounces on the floor.";
+            Drawing::of(["Bouncing ball", about], [[-1.0, 1.0], [-0.15, 1.75]], frames, shapes)
         },
     )
 }
@@ -199,7 +200,8 @@ pub(super) fn impact_oscillator() -> Case {
                 wall([edge, -0.16], [edge + 0.04, 0.16]),
                 Shape::Polygon(rectangle("body", [0.0, 0.0], [0.12, 0.12]), Fill::Scheme),
             ]);
-            Drawing::still([[-0.6, 0.3], [-0.2, 0.2]], frames, shapes)
+            let about = "A shaken spring drives a mass against a stop.";
+            Drawing::of(["Mass against a stop", about], [[-0.6, 0.3], [-0.2, 0.2]], frames, shapes)
         },
     )
 }
@@ -245,7 +247,8 @@ pub(super) fn slider() -> Case {
                 wall([edge, -0.16], [edge + 0.04, 0.16]),
                 Shape::Polygon(rectangle("body", [0.0, 0.0], [0.12, 0.24]), Fill::Scheme),
             ]);
-            Drawing::still([[-0.85, 0.35], [-0.22, 0.22]], frames, shapes)
+            let about = "A shaken carriage throws a slider to and fro between two stops.";
+            Drawing::of(["Slider between stops", about], [[-0.85, 0.35], [-0.22, 0.22]], frames, shapes)
         },
     )
 }

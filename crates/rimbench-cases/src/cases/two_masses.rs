@@ -68,6 +68,7 @@ fn entry<P: ParameterSet>(
     times: CaseDefaults,
     masses: fn(&P) -> TwoMasses,
     how: fn(&P) -> (CouplingKind, Integrator),
+    title: [&'static str; 2],
 ) -> Case {
     Case {
         trace_columns: words("time_s x1_m x2_m v1_m_s v2_m_s energy_j"),
@@ -78,7 +79,7 @@ fn entry<P: ParameterSet>(
             .map(|[column, initial]| StateVariable { initial: initial.into(), column: column.into() })
             .to_vec(),
         reference: Arc::new(move |parameters| Ok(ReferenceMethod::Exact(masses(&P::read(parameters)).exact()))),
-        drawing: drawn(move |p: &P| Some(drawing(&masses(p)))),
+        drawing: drawn(move |p: &P| Some(drawing(&masses(p), title))),
         ..Case::new(name, about, times, move |p: &P, _| {
             let (coupling, integrator) = how(p);
             masses(p).system(coupling, integrator.of_side())
@@ -87,9 +88,13 @@ fn entry<P: ParameterSet>(
 }
 
 /// Two masses in a line, with the springs that there are.
-fn drawing(masses: &TwoMasses) -> Drawing {
-    // Large enough for where they start.
-    let size = masses.bodies.iter().fold(1.0, |size: f64, body| size.max(1.0 + 3.0 * body.start[0].abs()));
+fn drawing(masses: &TwoMasses, title: [&'static str; 2]) -> Drawing {
+    // Large enough for where they start, and for where their springs let them go.
+    let reach = |body: &WalledMass| {
+        let [x, v] = body.start.map(f64::abs);
+        if v > 0.0 { x.max(v * (body.mass / (body.stiffness + masses.element.stiffness)).sqrt()) } else { x }
+    };
+    let size = masses.bodies.iter().map(reach).fold(1.0, |size: f64, reach| size.max(1.0 + 3.0 * reach));
     let at = |x: f64| Channel::Fixed(x * size);
     let moved = |column, x: f64| Channel::Column(column, 1.0, x * size);
     let frames = vec![
@@ -110,7 +115,9 @@ fn drawing(masses: &TwoMasses) -> Drawing {
     }
     let block = |name| Shape::Polygon(rectangle(name, [0.0, 0.0], [0.16 * size, 0.16 * size]), Fill::Scheme);
     shapes.extend([block("mass 1"), block("mass 2")]);
-    Drawing::still([[-0.9 * size, 0.9 * size], [-0.2 * size, 0.2 * size]], frames, shapes)
+    let view = [[-0.9 * size, 0.9 * size], [-0.2 * size, 0.2 * size]];
+    let schemes = ["zero-order-hold", "first-order-hold"];
+    Drawing { force: "force between the masses", schemes, ..Drawing::of(title, view, frames, shapes) }
 }
 
 parameters! {
@@ -203,6 +210,7 @@ pub(super) fn linear_oscillator() -> Case {
             numbered(&p.masses, &p.start, if p.variant == Variant::Damped { p.damping_n_s_m } else { 0.0 })
         },
         |p| (p.coupling, p.integrator),
+        ["Two masses", "Two masses between walls, thrown at each other against three springs."],
     )
 }
 
@@ -214,6 +222,7 @@ pub(super) fn precice_oscillator() -> Case {
         times(1.0, 1e-2, 1e-3, [1e-3, 1e-3]),
         |p: &PreciceOscillator| numbered(&p.masses, &p.start, 0.0),
         |p| (p.coupling, p.integrator),
+        ["preCICE oscillator", "Two masses and three springs, one mass let go: the tutorial of preCICE."],
     )
 }
 
@@ -264,6 +273,7 @@ pub(super) fn quarter_car() -> Case {
             times(4.0, 1e-3, 1e-4, [1e-4, 1e-3]),
             QuarterCar::masses,
             |p| (p.coupling, p.integrator),
+            ["Quarter car", "A wheel meets a step in the road; spring and damper carry the chassis."],
         )
     }
 }

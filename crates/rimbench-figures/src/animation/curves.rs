@@ -7,6 +7,7 @@ use super::{Animation, MARGIN, WIDTH};
 use crate::drawing::Color;
 use crate::ticks::signed;
 use crate::vector::escaped;
+use rimbench_cases::cases::Shape;
 use std::fmt::Write;
 
 /// Height of the curves, px.
@@ -62,10 +63,9 @@ impl Animation {
             let _ = writeln!(body, "<path stroke=\"{}\" d=\"{}\"/>", hex(color), line(&thin_line(&points)));
         }
         body.push_str("</g>\n");
-        let instants: Vec<f64> = self
-            .schemes
-            .first()
-            .map_or_else(Vec::new, |scheme| self.timing.shown(&scheme.poses).map(|pose| pose.time_s).collect());
+        let instants: Vec<f64> = self.schemes.first().map_or_else(Vec::new, |scheme| {
+            self.timing.shown(&scheme.motion).into_iter().map(|row| scheme.motion.times_s[row]).collect()
+        });
         let states: Vec<(f64, State)> = instants.iter().map(|&t| (t, [across(t), 0.0, 0.0])).collect();
         let moving = self.timing.moved("cursor", &states, true, style);
         let _ =
@@ -98,11 +98,7 @@ impl Animation {
         for scheme in self.schemes.iter().take(2) {
             at = entry(line(at, page.of(scheme.color)), &scheme.label);
         }
-        if self
-            .schemes
-            .iter()
-            .any(|scheme| self.timing.shown(&scheme.poses).any(|pose| !pose.contact_forces.is_empty()))
-        {
+        if self.of.shapes.iter().any(|shape| matches!(shape, Shape::Arrow { .. })) {
             let arrow = format!(
                 "<path fill=\"{}\" d=\"M{:.1} {:.1}v-9h-2.5l4-7l4 7h-2.5v9z\"/>",
                 hex(palette.force),

@@ -1,4 +1,4 @@
-//! The wedge box in motion, as an SVG that a page embeds like any image: movement by CSS alone, no script, one file for light and
+//! A case in motion, as an SVG that a page embeds like any image: movement by CSS alone, no script, one file for light and
 //! one for dark pages. Readers who ask for less motion get the decisive instant as a still.
 //!
 //! | file | concept |
@@ -6,7 +6,7 @@
 //! | here | what is shown, and where on the page |
 //! | `palette` | light and dark pages |
 //! | `timing` | when an instant is shown; the rules that move a part |
-//! | `scene` | the box of one scheme, with its magnifiers |
+//! | `scene` | the case with one scheme, and the reference as a thin outline |
 //! | `curves` | the force over time, and the key |
 //! | `path` | corners and curves as the data of a path |
 
@@ -19,12 +19,14 @@ mod timing;
 pub use palette::Page;
 pub use timing::Timing;
 
+use super::case_picture::Motion;
 use super::drawing::Color;
-use super::manoeuvre::{Pose, WedgeBoxGeometry};
 use super::vector::escaped;
 use curves::{CHART, KEY};
 use palette::hex;
-use scene::{ABOVE_M, AHEAD_M, BEHIND_M, BELOW_M, LENS, Stage};
+use rimbench_cases::cases::Drawing as CaseDrawing;
+use rimbench_core::error::Result;
+use scene::Stage;
 
 /// One scheme in motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,8 +37,8 @@ pub struct Moving {
     pub verdict: String,
     /// Its colour.
     pub color: Color,
-    /// Its poses over time, ascending; each with the same contacts in the same order, those that are open with no force.
-    pub poses: Vec<Pose>,
+    /// How it moves.
+    pub motion: Motion,
 }
 
 /// A curve below the drawings.
@@ -53,8 +55,12 @@ pub struct Curve {
 pub struct Animation {
     /// What a screen reader says.
     pub title: String,
-    /// Lengths.
-    pub geometry: WedgeBoxGeometry,
+    /// What the case looks like.
+    pub of: CaseDrawing,
+    /// How the reference moves.
+    pub reference: Motion,
+    /// By how much differences from the reference are larger than they are.
+    pub enlarged: f64,
     /// When what is shown.
     pub timing: Timing,
     /// Schemes, side by side.
@@ -71,62 +77,66 @@ const HEADER: f64 = 24.0;
 
 impl Animation {
     /// Writes the picture for one kind of page.
-    pub fn svg(&self, page: Page) -> String {
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`](rimbench_core::error::Error::Incompatible) for a shape between two frames that both move, other than a cylinder.
+    pub fn svg(&self, page: Page) -> Result<String> {
         let palette = page.palette();
         let cell = (WIDTH - 2.0 * MARGIN - 12.0) / 2.0;
-        let scale = cell / (BEHIND_M + AHEAD_M);
-        let (top, drawing) = (HEADER, (BELOW_M + ABOVE_M) * scale);
-        let lenses = top + drawing + 6.0;
-        let chart = lenses + 2.0 * LENS + 26.0;
+        let [[from, to], [low, high]] = self.of.view;
+        let scale = cell / (to - from);
+        let (top, drawing) = (HEADER, (high - low) * scale);
+        let chart = top + drawing + 26.0;
         let height = chart + CHART + 20.0 + KEY;
         let (mut style, mut body) = (String::new(), String::new());
         for (index, scheme) in self.schemes.iter().take(2).enumerate() {
             let left = MARGIN + index as f64 * (cell + 12.0);
-            let stage = Stage { left, top, cell, drawing, scale, lenses, page, index };
-            self.scheme(&stage, scheme, &palette, &mut style, &mut body);
+            let stage = Stage { left, top, cell, drawing, scale, page, index };
+            self.scheme(&stage, scheme, &palette, &mut style, &mut body)?;
         }
         self.chart(chart, page, &palette, &mut style, &mut body);
         self.key(chart + CHART + 20.0 + 0.4 * KEY, page, &palette, &mut body);
-        format!(
+        Ok(format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height:.0}\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" \
              font-family=\"sans-serif\" font-size=\"12\" stroke-linejoin=\"round\">\n<title>{}</title>\n<style>{style}</style>\n\
              <rect width=\"{WIDTH}\" height=\"{height:.0}\" rx=\"6\" fill=\"{}\"/>\n{body}</svg>\n",
             escaped(&self.title),
             hex(palette.paper),
-        )
+        ))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn pose(t: f64) -> Pose {
-        Pose {
-            time_s: t,
-            box_x_m: 0.3 * t,
-            box_y_m: 0.4 + if t > 1.7 { 4e-3 } else { 0.0 },
-            box_angle_rad: 0.0,
-            disc_angle_rad: 0.0,
-            contact_forces: Vec::new(),
-            actuator_force_n: 100.0,
-        }
-    }
+    use rimbench_cases::cases::standard_cases;
 
     fn animation() -> Animation {
-        let poses: Vec<Pose> = (0..=400).map(|k| pose(f64::from(k) * 5e-3)).collect();
+        let case = standard_cases().into_iter().find(|case| case.name == "wedge-box").unwrap();
+        let of = (case.drawing)(&case.default_parameters()).unwrap();
+        let times_s: Vec<f64> = (0..=400).map(|k| f64::from(k) * 5e-3).collect();
+        let value = |column: &str, t: f64| match column {
+            "box_x_m" => 0.3 * t,
+            "box_y_m" => 0.4 + if t > 1.7 { 4e-3 } else { 0.0 },
+            _ => 0.0,
+        };
+        let all = |column: &'static str| (column, times_s.iter().map(|&t| value(column, t)).collect::<Vec<_>>());
+        let columns = of.columns().into_iter().map(all).collect();
+        let motion = Motion { follow: times_s.iter().map(|t| 0.3 * t).collect(), columns, times_s: times_s.clone() };
         let scheme = |label: &str| Moving {
             label: label.to_owned(),
             verdict: "lifts off 4 mm".to_owned(),
             color: Color(200, 80, 0),
-            poses: poses.clone(),
+            motion: motion.clone(),
         };
         Animation {
             title: "a < b".to_owned(),
-            geometry: WedgeBoxGeometry::default(),
+            of,
+            reference: motion.clone(),
+            enlarged: 12.0,
             timing: Timing { shown_s: [1.0, 2.0], slow_s: [1.6, 1.8], still_s: 1.75 },
             schemes: vec![scheme("one"), scheme("two")],
-            curves: vec![Curve { color: None, points: poses.iter().map(|pose| (pose.time_s, 100.0)).collect() }],
+            curves: vec![Curve { color: None, points: times_s.iter().map(|&t| (t, 100.0)).collect() }],
             force_n: [-2000.0, 2000.0],
         }
     }
@@ -134,7 +144,7 @@ mod tests {
     #[test]
     fn it_moves_without_a_script_stands_still_for_those_who_ask_and_asks_for_no_other_file() {
         for page in [Page::Light, Page::Dark] {
-            let svg = animation().svg(page);
+            let svg = animation().svg(page).unwrap();
             assert!(svg.contains("<title>a &lt; b</title>") && !svg.contains("<script") && !svg.contains("href"));
             assert_eq!(svg.matches(">lifts off 4 mm</text>").count(), 2);
             assert!(!svg.contains("NaN") && !svg.contains("inf,"), "{svg}");
@@ -146,14 +156,14 @@ mod tests {
             );
             assert_eq!(svg.matches("animation:").count(), rules);
         }
-        assert_ne!(animation().svg(Page::Light), animation().svg(Page::Dark));
+        assert_ne!(animation().svg(Page::Light).unwrap(), animation().svg(Page::Dark).unwrap());
     }
 
     #[test]
     fn bodies_lie_where_they_belong_without_a_style_sheet_as_well() {
-        let svg = animation().svg(Page::Light);
-        let moving = svg.matches("<g class=").count();
-        assert!(moving > 6 && svg.matches(" transform=\"translate(").count() == moving, "{moving}");
+        let svg = animation().svg(Page::Light).unwrap();
+        let moving: Vec<&str> = svg.split("<g class=").skip(1).filter_map(|rest| rest.split('>').next()).collect();
+        assert!(moving.len() > 6 && moving.iter().all(|group| group.contains(" transform=\"translate(")), "{moving:?}");
         // What an attribute does not understand is not drawn at all.
         let attributes = svg.split(" transform=\"").skip(1).filter_map(|rest| rest.split('"').next());
         assert!(attributes.into_iter().all(|value| !value.contains("px") && !value.contains("deg")));
@@ -162,13 +172,10 @@ mod tests {
     #[test]
     fn a_key_says_what_curves_and_arrows_are_and_what_is_cut_off() {
         let mut animation = animation();
-        let svg = animation.svg(Page::Light);
+        let svg = animation.svg(Page::Light).unwrap();
         assert!(svg.contains(">reference</text>") && svg.contains(">one</text>") && !svg.contains("cut off"));
-        assert!(!svg.contains("contact force"));
         animation.curves[0].points[300].1 = -31_200.0;
-        let force = crate::manoeuvre::ContactForce { x_m: 0.0, y_m: 0.0, fx_n: 0.0, fy_n: 1e3 };
-        animation.schemes[0].poses.iter_mut().for_each(|pose| pose.contact_forces.push(force));
-        let svg = animation.svg(Page::Dark);
+        let svg = animation.svg(Page::Dark).unwrap();
         assert!(svg.contains("cut off at ±2 kN: the largest is 31 kN") && svg.contains(">contact force</text>"));
     }
 }

@@ -1,6 +1,6 @@
 //! When an instant is shown, and the rules of a style sheet that move a part through its states.
 
-use crate::manoeuvre::Pose;
+use crate::case_picture::Motion;
 use std::fmt::Write;
 
 /// Seconds of playing per second outside and inside the slow part, and the rest at the end.
@@ -38,10 +38,10 @@ impl Timing {
         (t - from - inside) * PACE[0] + inside * PACE[1]
     }
 
-    /// The poses that are shown.
-    pub(super) fn shown<'a>(&self, poses: &'a [Pose]) -> impl Iterator<Item = &'a Pose> {
+    /// The rows of a run that are shown.
+    pub(super) fn shown(&self, motion: &Motion) -> Vec<usize> {
         let [from, to] = self.shown_s;
-        poses.iter().filter(move |pose| (from - 1e-9..=to + 1e-9).contains(&pose.time_s))
+        (0..motion.times_s.len()).filter(|&row| (from - 1e-9..=to + 1e-9).contains(&motion.times_s[row])).collect()
     }
 
     /// A rule that moves a class through its states, and the still that it starts from. Returns the attributes of what moves: its class,

@@ -1,12 +1,16 @@
-//! The wedge box at a row of instants, one row per scheme.
+//! A case at a row of instants, one row per scheme, and the first two schemes in motion.
 
 use super::keys::*;
 use super::trace_figure::trace_path;
 use crate::animation::{Animation, Curve, Moving, Page, Timing};
-use crate::drawing::Drawing;
-use crate::manoeuvre::{ContactForce, Manoeuvre, ManoeuvreRow, Pose, WedgeBoxGeometry};
+use crate::case_picture::{Motion, View, arrow};
+use crate::clip::Rect;
+use crate::drawing::{Anchor, Color, Drawing, Stroke, Text};
+use crate::figure::fits;
 use crate::style::Styles;
-use rimbench_core::error::Result;
+use crate::ticks::signed;
+use rimbench_cases::cases::{Drawing as CaseDrawing, standard_cases};
+use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
 use std::path::Path;
 
@@ -17,6 +21,7 @@ keys! {
         schemes: Vec<String> = key(Takes::Labels, Needed, "scheme rows, one row of drawings each"),
         instants_s: Vec<f64> =
             key(Takes::Numbers, Needed, "instants, s; the communication point nearest to each is drawn"),
+        enlarged: f64 = key(Takes::Positive, Usual("1"), "by how much the difference from the reference is drawn larger"),
         arrow_force_n: f64 =
             key(Takes::Positive, Usual("2000"), "contact force of the arrow in the legend, N"),
         animated_s: Option<[f64; 2]> = key(
@@ -28,57 +33,152 @@ keys! {
     }
 }
 
+const MARGIN: f64 = 8.0;
+const HEADER: f64 = 18.0;
+const ROW_LABEL: f64 = 20.0;
+const BETWEEN: f64 = 8.0;
+const LEGEND: f64 = 26.0;
+const EDGE: Stroke = Stroke { color: Color(0xC9, 0xCE, 0xD3), width: 1.0, dash: &[] };
+/// Column of the actuator's force.
+const FORCE: &str = "actuator_force_n";
+
+/// What an experiment of one case draws: the case, its reference, and how runs move.
+struct Scene<'a> {
+    folder: &'a Path,
+    of: CaseDrawing,
+    reference: ResultsTable,
+}
+
+impl<'a> Scene<'a> {
+    /// Reads the case and its parameters from the results.
+    fn read(folder: &'a Path) -> Result<Self> {
+        let table = read_table(&folder.join("parameters.csv"))?;
+        let [case, parameter, value] = ["case", "parameter", "value"].map(|name| table.column(name));
+        let (case, parameter, value) = (case?, parameter?, value?);
+        let name = if table.is_empty() { "" } else { table.text(0, case) };
+        let known = standard_cases().into_iter().find(|known| known.name == name);
+        let known = known.ok_or_else(|| Error::file(table.path(), format!("has no case that is drawn: `{name}`")))?;
+        let mut parameters = known.default_parameters();
+        for row in table.rows_where(case, name) {
+            parameters.set(table.text(row, parameter), table.text(row, value))?;
+        }
+        let of = (known.drawing)(&parameters);
+        let of = of.ok_or_else(|| Error::file(table.path(), format!("{name} is not drawn with these")))?;
+        Ok(Scene { folder, of, reference: read_table(&trace_path(folder, "reference")?)? })
+    }
+
+    fn trace(&self, label: &str) -> Result<ResultsTable> {
+        read_table(&trace_path(self.folder, label)?)
+    }
+
+    fn motion(&self, trace: &ResultsTable, enlarged: f64) -> Result<Motion> {
+        Motion::read(&self.of, trace, &self.reference, enlarged)
+    }
+}
+
 impl ManoeuvreFigure {
     /// Draws the figure from `parameters.csv` and the traces.
     ///
     /// # Errors
-    /// [`Error::File`](rimbench_core::error::Error::File) for what is not there.
+    /// [`Error::File`] for what is not there; [`Error::Incompatible`] if its cells have no room.
     pub(super) fn draw(&self, folder: &Path, styles: &Styles) -> Result<Drawing> {
-        let mut rows = Vec::new();
-        let mut geometry = geometry(folder)?;
-        for label in &self.schemes {
-            let trace = read_table(&trace_path(folder, label)?)?;
-            geometry = placed(geometry, folder, &trace)?;
-            let poses: Result<Vec<Pose>> = self.instants_s.iter().map(|&t| pose(&trace, &geometry, t)).collect();
-            let color = styles.of_label(label).color;
-            rows.push(ManoeuvreRow { scheme: styles.shown_name(label), color, poses: poses? });
+        let scene = Scene::read(folder)?;
+        let reference = scene.motion(&scene.reference, 1.0)?;
+        let columns = self.instants_s.len() as f64;
+        let cell = ((self.width - 2.0 * MARGIN - BETWEEN * (columns - 1.0)) / columns).floor();
+        fits(&[("width", self.width, cell)])?;
+        let [[left, right], [low, high]] = scene.of.view;
+        let tall = (cell * (high - low) / (right - left)).round();
+        let row_height = ROW_LABEL + tall + BETWEEN;
+        let height = 2.0 * MARGIN + HEADER + self.schemes.len() as f64 * row_height + LEGEND - BETWEEN;
+        let mut drawing = Drawing::new(self.width, height);
+        let left_of = |column: usize| MARGIN + column as f64 * (cell + BETWEEN);
+        for (column, instant) in self.instants_s.iter().enumerate() {
+            let text = Text::new(format!("t = {instant:.3} s"), (left_of(column) + 0.5 * cell, MARGIN + 10.0), 10.6);
+            drawing.text(text.bold().anchored(Anchor::Middle));
         }
-        Manoeuvre { width: self.width, geometry, arrow_force_n: self.arrow_force_n, rows }.draw_if_it_fits()
+        for (index, label) in self.schemes.iter().enumerate() {
+            let (trace, color) = (scene.trace(label)?, styles.of_label(label).color);
+            let (motion, force) = (scene.motion(&trace, self.enlarged)?, trace.column(FORCE)?);
+            let top = MARGIN + HEADER + index as f64 * row_height;
+            let name = Text::new(styles.shown_name(label), (MARGIN, top + 0.5 * ROW_LABEL), 10.6).bold();
+            let rule_y = (top + 0.5 * ROW_LABEL).floor() + 0.5;
+            let rule = vec![(MARGIN + name.width() + 10.0, rule_y), (self.width - MARGIN, rule_y)];
+            drawing.text(name.colored(color.mix(Color::INK, 0.15)).centred());
+            drawing.line(rule, Stroke::solid(color.mix(Color::WHITE, 0.55), 1.0));
+            for (column, &instant) in self.instants_s.iter().enumerate() {
+                let (left, top) = (left_of(column) + 0.5, top + ROW_LABEL + 0.5);
+                let place = Rect { left, top, right: left + cell - 1.0, bottom: top + tall - 1.0 };
+                let there = motion.row_at(instant);
+                let finite = |row: &usize| motion.columns.values().all(|values| values[*row].is_finite());
+                if let Some(row) = there.filter(finite) {
+                    let view = View { place, follow: motion.follow[row] };
+                    view.draw(&mut drawing, &scene.of, &motion.row(row), color);
+                    if let Some(row) = reference.row_at(instant) {
+                        view.outline(&mut drawing, &scene.of, &reference.row(row));
+                    }
+                    let kilonewtons = trace.number(row, force) / 1000.0;
+                    let plus = if kilonewtons >= 0.005 { "+" } else { "" };
+                    let words = format!("F = {plus}{} kN", signed(format!("{kilonewtons:.2}")));
+                    drawing.text(Text::new(words, (left + 5.0, place.bottom - 3.0), 9.4));
+                } else {
+                    let text = Text::new("diverged", place.centre(), 10.0).anchored(Anchor::Middle);
+                    drawing.text(text.colored(Color::SOFT_INK).centred());
+                }
+                drawing.area(place.corners(), None, Some(EDGE));
+            }
+        }
+        let place = Rect { left: 0.0, top: 0.0, right: cell, bottom: tall };
+        self.legend(&mut drawing, &scene.of, View { place, follow: 0.0 }.scale(&scene.of));
+        Ok(drawing)
+    }
+
+    fn legend(&self, drawing: &mut Drawing, of: &CaseDrawing, scale: f64) {
+        use rimbench_cases::cases::Shape::Arrow;
+        let (y, mut x) = (drawing.height - MARGIN - 10.0, MARGIN);
+        let mut words = vec!["thin outline: the reference".to_owned()];
+        if let Some(Arrow { scale: per_newton, .. }) = of.shapes.iter().find(|shape| matches!(shape, Arrow { .. })) {
+            let length = scale * per_newton * self.arrow_force_n;
+            arrow(drawing, (MARGIN, y), (MARGIN + length, y), 1);
+            x += length + 7.0;
+            words.insert(0, format!("contact force of {} kN", self.arrow_force_n / 1000.0));
+        }
+        if self.enlarged > 1.0 {
+            words.push(format!("differences from it {} times larger", self.enlarged));
+        }
+        drawing.text(Text::new(words.join(" · "), (x, y), 9.8).centred());
     }
 
     /// The first two schemes in motion, with the force below: ends of file names, and what stands in the files. Nothing where no
     /// motion is asked for.
     ///
     /// # Errors
-    /// Those of [`draw`](Self::draw).
+    /// Those of [`draw`](Self::draw); [`Error::Incompatible`] for a case with a shape that cannot be moved there.
     pub(super) fn animations(&self, folder: &Path, styles: &Styles) -> Result<Vec<(String, String)>> {
         let Some(shown_s) = self.animated_s else { return Ok(Vec::new()) };
-        let mut geometry = geometry(folder)?;
+        let scene = Scene::read(folder)?;
         let (mut schemes, mut curves) = (Vec::new(), Vec::new());
-        let reference = read_table(&trace_path(folder, "reference")?)?;
-        curves.push(Curve { color: None, points: reference.pairs("time_s", FORCE)? });
+        curves.push(Curve { color: None, points: scene.reference.pairs("time_s", FORCE)? });
         for label in self.schemes.iter().take(2) {
-            let trace = read_table(&trace_path(folder, label)?)?;
-            geometry = placed(geometry, folder, &trace)?;
-            let time = trace.column("time_s")?;
-            let instants = (0..trace.len()).map(|row| trace.number(row, time));
-            let shown = instants.filter(|t| (shown_s[0] - 1e-9..=shown_s[1] + 1e-9).contains(t));
-            let poses: Vec<Pose> = shown.map(|t| pose(&trace, &geometry, t)).collect::<Result<_>>()?;
-            let color = styles.of_label(label).color;
+            let (trace, color) = (scene.trace(label)?, styles.of_label(label).color);
             curves.push(Curve { color: Some(color), points: trace.pairs("time_s", FORCE)? });
-            schemes.push(Moving { label: styles.shown_name(label), verdict: verdict(folder, label)?, color, poses });
+            let (label, verdict) = (styles.shown_name(label), verdict(folder, label)?);
+            schemes.push(Moving { label, verdict, color, motion: scene.motion(&trace, self.enlarged)? });
         }
         let still_s = self.instants_s.last().copied().unwrap_or(shown_s[0]);
         let names: Vec<&str> = schemes.iter().map(|scheme| scheme.label.as_str()).collect();
         let animation = Animation {
-            title: format!("The wedge box touching down, with {}", names.join(" and with ")),
-            geometry,
+            title: format!("{}, with {}", scene.of.title[0], names.join(" and with ")),
+            reference: scene.motion(&scene.reference, 1.0)?,
+            of: scene.of,
+            enlarged: self.enlarged,
             timing: Timing { shown_s, slow_s: self.slow_s.unwrap_or(shown_s), still_s },
             schemes,
             curves,
             force_n: [-4000.0, 4000.0],
         };
-        Ok([Page::Light, Page::Dark].map(|page| (page.name().to_owned(), animation.svg(page))).into())
+        let pages = [Page::Light, Page::Dark].map(|page| Ok((page.name().to_owned(), animation.svg(page)?)));
+        pages.into_iter().collect()
     }
 }
 
@@ -93,77 +193,4 @@ fn verdict(folder: &Path, label: &str) -> Result<String> {
         0.0 => "stays down".to_owned(),
         _ => format!("lifts off {millimetres:.0} mm"),
     })
-}
-
-/// Column of the actuator's force.
-const FORCE: &str = "actuator_force_n";
-
-/// The ledge's corner and the ground pin are given relative to the start pose.
-fn placed(geometry: WedgeBoxGeometry, folder: &Path, trace: &ResultsTable) -> Result<WedgeBoxGeometry> {
-    let start = pose(trace, &geometry, 0.0)?;
-    let lead = parameter(folder, "ledge_lead_m")?;
-    let ground_pin = (geometry.ground_pin.0, start.world(geometry.attachment).1);
-    Ok(WedgeBoxGeometry { ledge_corner_x_m: start.world(geometry.disc_pin).0 + lead, ground_pin, ..geometry })
-}
-
-/// A parameter of the case as it was run.
-fn parameter(folder: &Path, name: &str) -> Result<f64> {
-    let table = read_table(&folder.join("parameters.csv"))?;
-    let rows = table.rows_where(table.column("parameter")?, name);
-    let value = table.column("value")?;
-    Ok(rows.first().map_or(f64::NAN, |&row| table.number(row, value)))
-}
-
-fn geometry(folder: &Path) -> Result<WedgeBoxGeometry> {
-    let get = |name| parameter(folder, name);
-    let (tip_x, tip_y) = (get("wedge_tip_x_m")?, get("wedge_tip_y_m")?);
-    Ok(WedgeBoxGeometry {
-        box_width_m: get("box_width_m")?,
-        box_height_m: get("box_height_m")?,
-        wedge_tips: [(tip_x, tip_y), (-tip_x, tip_y)],
-        disc_radius_m: get("disc_radius_m")?,
-        disc_pin: (get("disc_pin_x_m")?, get("disc_pin_y_m")?),
-        ledge_height_m: get("ledge_height_m")?,
-        ledge_corner_x_m: f64::NAN,
-        ramp_slope: get("ramp_slope")?,
-        attachment: (get("attachment_x_m")?, get("attachment_y_m")?),
-        ground_pin: (get("ground_pin_x_m")?, f64::NAN),
-    })
-}
-
-/// The pose at the communication point nearest to `t`; all NaN where the run had ended before.
-fn pose(trace: &ResultsTable, geometry: &WedgeBoxGeometry, t: f64) -> Result<Pose> {
-    let time = trace.column("time_s")?;
-    let nearest = (0..trace.len())
-        .min_by(|&a, &b| (trace.number(a, time) - t).abs().total_cmp(&(trace.number(b, time) - t).abs()));
-    let ended = trace.len() > 1 && t > 2.0 * trace.number(trace.len() - 1, time) - trace.number(trace.len() - 2, time);
-    let get = |name: &str| -> Result<f64> {
-        let column = trace.column(name)?;
-        Ok(nearest.filter(|_| !ended).map_or(f64::NAN, |row| trace.number(row, column)))
-    };
-    let mut pose = Pose {
-        time_s: t,
-        box_x_m: get("box_x_m")?,
-        box_y_m: get("box_y_m")?,
-        box_angle_rad: get("box_angle_rad")?,
-        // Nothing turns a disc without friction.
-        disc_angle_rad: 0.0,
-        contact_forces: Vec::new(),
-        actuator_force_n: get("actuator_force_n")?,
-    };
-    let disc = pose.world(geometry.disc_pin);
-    let radius = geometry.disc_radius_m;
-    let (sin, cos) = get("disc_ledge_normal_rad")?.sin_cos();
-    let contacts = [
-        ("contact_force_right_wedge_n", pose.world(geometry.wedge_tips[0]), (0.0, 1.0)),
-        ("contact_force_left_wedge_n", pose.world(geometry.wedge_tips[1]), (0.0, 1.0)),
-        ("contact_force_disc_ledge_n", (disc.0 - radius * cos, disc.1 - radius * sin), (cos, sin)),
-        ("contact_force_disc_floor_n", (disc.0, disc.1 - radius), (0.0, 1.0)),
-    ];
-    for (column, (x_m, y_m), normal) in contacts {
-        // An open contact has no force, and stays in its place.
-        let force = get(column)?.max(0.0);
-        pose.contact_forces.push(ContactForce { x_m, y_m, fx_n: force * normal.0, fy_n: force * normal.1 });
-    }
-    Ok(pose)
 }

@@ -11,6 +11,7 @@ mod dots_figure;
 mod keys;
 mod manoeuvre_figure;
 mod parameter_figure;
+mod preview;
 mod profile_figure;
 mod stability_figure;
 mod statistics;
@@ -18,7 +19,7 @@ mod sweep_figure;
 mod trace_figure;
 mod work_precision_figure;
 
-pub(crate) use trace_figure::trace_path;
+pub use preview::preview;
 
 use super::drawing::Drawing;
 use super::render;
@@ -103,7 +104,7 @@ macro_rules! kinds {
 
 kinds! {
     "manoeuvre"
-    /// The wedge box at a row of instants.
+    /// A case at a row of instants.
     Manoeuvre(manoeuvre_figure::ManoeuvreFigure),
     "traces"
     /// Columns of traces over time.
@@ -296,6 +297,11 @@ impl FigureEntry {
     /// The group of its experiment.
     pub fn group(&self) -> &str {
         self.experiment.split('/').next().unwrap_or_default()
+    }
+
+    /// Lists the labels of scheme rows that it asks for; none if it shows all.
+    pub fn labels(&self) -> &[String] {
+        &self.labels
     }
 
     /// Draws the figure from the results below `results` and writes it beside them.

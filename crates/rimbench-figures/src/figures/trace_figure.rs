@@ -124,7 +124,7 @@ fn ending(folder: &Path, label: &str) -> Result<String> {
 ///
 /// # Errors
 /// [`Error::File`] if there is none, or if there are several: which of them is meant nobody can say.
-pub fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
+pub(super) fn trace_path(folder: &Path, label: &str) -> Result<PathBuf> {
     let (traces, path) = (folder.join("traces"), folder.join("runs.csv"));
     let table = read_runs(folder)?;
     let runs = Runs::of(&table)?;

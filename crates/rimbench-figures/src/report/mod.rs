@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `store` | which studies a folder holds, and what their files say |
+//! | `address` | which runs the simulator shows, and where |
 //! | `claims` | the claims, the paper's and ours apart, each with its bound drawn |
 //! | `sections` | head, text of the paper, studies, what is missing |
 //! | `grid` | the largest usable macro step: case × scheme |
@@ -11,6 +12,7 @@
 //!
 //! Figures are SVG in the page: they print, and need no script. A script (`page/report.js`) makes them alive, and shows the runs.
 
+mod address;
 mod claims;
 mod grid;
 mod history;
@@ -18,6 +20,7 @@ mod packed;
 mod sections;
 mod store;
 
+pub use address::address;
 pub use store::{Claim, Made, Study, Verdict, find_studies};
 
 use crate::live_part;
@@ -28,6 +31,10 @@ use std::path::Path;
 
 /// No page is larger.
 pub const MOST_BYTES: usize = 2_000_000;
+
+/// A box before its stop; as data it needs no request.
+const ICON: &str = "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'%3E%3Cpath fill='%230072b2' d='M1 5h8v8H1z'/%3E\
+                    %3Cpath fill='%23d55e00' d='M11 2h3v12h-3z'/%3E%3C/svg%3E";
 
 /// What the page is, for those who find a link to it.
 const ABOUT: &str = "Two coupling schemes on a mechanical system with contact, simulated in this page. Drag the macro step and see which one fails.";
@@ -109,6 +116,7 @@ impl Report<'_> {
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
              <meta name=\"color-scheme\" content=\"light dark\">\
+             <link rel=\"icon\" href=\"{ICON}\">\
              <title>rimbench: {title}</title>\n\
              <meta name=\"description\" content=\"{ABOUT}\">\
              <meta property=\"og:title\" content=\"How long may the macro step be?\">\

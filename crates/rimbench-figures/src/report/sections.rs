@@ -266,10 +266,13 @@ fn figure(study: &Study, (id, caption, made): &Made, packed: bool) -> String {
         // A blank or broken line would end the block of HTML in a text.
         false => ("plot", vector::svg(drawing).replace('\n', "")),
     };
+    let live = study.addresses.get(id).map_or(String::new(), |address| {
+        format!(" · <a class=\"live\" href=\"#{}\" hidden>Open these runs in the simulator</a>", escaped(address))
+    });
     let source = if study.is_shipped { format!("experiments/{name}.toml") } else { name.clone() };
     format!(
         "<figure id=\"figure-{id}\" class=\"{class}\"><div class=\"canvas\" tabindex=\"0\">{inside}</div><figcaption>{caption} \
-         <em>From the results of {source}.</em></figcaption></figure>\n\n"
+         <em>From the results of {source}.</em> <a href=\"#figure-{id}\">Link to this figure</a>{live}</figcaption></figure>\n\n"
     )
 }
 

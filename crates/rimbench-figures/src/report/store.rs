@@ -4,7 +4,7 @@ use crate::drawing::Drawing;
 use crate::vector::escaped;
 use rimbench_core::error::{Error, Result};
 use rimbench_results::results_table::{ResultsTable, read_table};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A figure of a study: its identifier, what the reader sees under it, and the picture or why there is none.
@@ -63,6 +63,8 @@ pub struct Study {
     pub planned: Option<usize>,
     /// Its figures.
     pub figures: Vec<Made>,
+    /// Where the simulator of the page shows runs of a figure, by its identifier.
+    pub addresses: BTreeMap<String, String>,
     /// Its claims.
     pub claims: Vec<Claim>,
     /// How many claims its experiment file has that could not be checked, none if not even that is known, and why.
@@ -101,6 +103,7 @@ impl Study {
             runs,
             planned: None,
             figures: Vec::new(),
+            addresses: BTreeMap::new(),
             claims: Vec::new(),
             unchecked: None,
             is_shipped: false,

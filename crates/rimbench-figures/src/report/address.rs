@@ -1,0 +1,74 @@
+//! What of a study the simulator of the page can show: the address of its state.
+
+use rimbench_cases::cases::offered_steps_ms;
+use rimbench_cases::catalogue::Catalogue;
+use rimbench_cases::runs::RunRequest;
+use rimbench_results::results_table::ResultsTable;
+
+/// Finds the address at which the page's simulator shows runs of the first two of these labels that it can show, at the middle of their
+/// macro steps; all labels if none are given. What it shows there are these runs to the bit: their identifiers are the same.
+pub fn address(catalogue: &Catalogue, runs: &ResultsTable, labels: &[String]) -> Option<String> {
+    let column = runs.column("label").ok()?;
+    let mut all: Vec<&str> = labels.iter().map(String::as_str).collect();
+    if all.is_empty() {
+        (0..runs.len()).map(|row| runs.text(row, column)).for_each(|label| {
+            if !all.contains(&label) {
+                all.push(label);
+            }
+        });
+    }
+    let step = runs.column("macro_step_s").ok()?;
+    let shown = |label: &str, beside: Option<&Shown>| {
+        let mut rows = runs.rows_where(column, label);
+        rows.sort_by(|&one, &other| runs.number(one, step).total_cmp(&runs.number(other, step)));
+        let later = rows.split_off(rows.len() / 2);
+        let shown = later.into_iter().chain(rows.into_iter().rev()).filter_map(|row| Shown::of(catalogue, runs, row));
+        shown.into_iter().find(|own| beside.is_none_or(|beside| own.place == beside.place))
+    };
+    let mut labels = all.into_iter();
+    let first = labels.find_map(|label| shown(label, None))?;
+    let second = labels.find_map(|label| shown(label, Some(&first)).filter(|own| own.side != first.side));
+    let sides = [("a", Some(first.side)), ("b", second.map(|second| second.side))];
+    let sides = sides.into_iter().filter_map(|(side, own)| Some((side, own?)));
+    let sides = sides.map(|(side, [scheme, contacts])| match contacts.as_str() {
+        "" => format!("&{side}={scheme}"),
+        contacts => format!("&{side}={scheme}&contacts-{side}={contacts}"),
+    });
+    Some(first.place + &sides.collect::<String>())
+}
+
+/// A run as the simulator's address has it.
+struct Shown {
+    /// Case, macro step and phase, which both sides share.
+    place: String,
+    /// Scheme, and what it takes for closed contacts if that is not its own.
+    side: [String; 2],
+}
+
+impl Shown {
+    fn of(catalogue: &Catalogue, runs: &ResultsTable, row: usize) -> Option<Self> {
+        let text = |name: &str| runs.column(name).ok().map(|column| runs.text(row, column)).unwrap_or_default();
+        let case = catalogue.case(text("case")).ok()?;
+        (case.drawing)(&case.default_parameters())?;
+        let step_s: f64 = text("macro_step_s").parse().ok()?;
+        let offered = offered_steps_ms(case.defaults.macro_step_s);
+        let step_ms = offered.into_iter().find(|ms| (1e-3 * ms - step_s).abs() <= 1e-12 * step_s)?;
+        let phase = text("phase").parse::<f64>().ok().filter(|phase| *phase != 1.0);
+        let same = |contacts: &str| {
+            let mut request = RunRequest::of(case.name.to_string(), text("scheme"));
+            let options =
+                [("macro_step_s", text("macro_step_s")), ("phase", text("phase")), ("contact_detection", contacts)];
+            for (key, value) in options.into_iter().filter(|(_, value)| !value.is_empty()) {
+                request.put(key, value).ok()?;
+            }
+            let id = request.resolve(catalogue).ok()?.id().to_string();
+            (id == text("run_id")).then(|| contacts.to_owned())
+        };
+        let contacts = same("").or_else(|| same(text("contact_detection")))?;
+        let place = format!("case={}&h={step_ms}", case.name);
+        Some(Shown {
+            place: phase.map_or(place.clone(), |phase| format!("{place}&phase={phase}")),
+            side: [text("scheme").to_owned(), contacts],
+        })
+    }
+}
