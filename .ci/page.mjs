@@ -174,7 +174,10 @@ async function browse() {
   // Every case of the gallery is simulated and drawn, and says what came of it.
   for (const name of await page.$$eval("#in-case option", (options) => options.map((option) => option.value))) {
     await enter("in-case", name);
-    const drawn = (name) => document.getElementById("in-case").value === name && document.getElementById("verdict-a").textContent !== "computing …";
+    const drawn = (name) => {
+      const [option] = document.querySelectorAll(`#in-case option[value="${name}"]`);
+      return document.getElementById("scene-a").getAttribute("aria-label").startsWith(`${option.textContent},`) && document.getElementById("verdict-a").textContent !== "computing …";
+    };
     await page.waitForFunction(drawn, { timeout: 120e3 }, name);
     await rest();
     const words = await page.$$eval("figcaption b", (all) => all.map((b) => b.textContent));
