@@ -109,19 +109,19 @@ fn a_disc_that_slides_must_roll_with_two_thirds_of_its_speed_and_lose_a_third_of
 }
 
 #[test]
-fn an_oblique_impact_must_rebound_along_both_directions_by_the_law_of_moreau() {
-    // A disc with I = m R²/2; sticks up to 3 μ w_n in either case.
+fn an_oblique_impact_must_rebound_by_the_law_of_moreau_or_along_the_normal_alone_by_that_of_newton() {
+    // A disc with I = m R²/2; with e in both directions it sticks up to 3 μ w_n, with none along the surface up to 3 μ (1 + e) w_n.
     let e = 0.5;
     let law = ContactLaw { restitution: e, ..PLASTIC };
-    for (w_t, sticks) in [(0.8, true), (1.0, false)] {
-        let friction = Friction { restitution: e, ..coulomb(0.15) };
+    for (along, w_t, sticks) in [(e, 0.8, true), (e, 1.0, false), (0.0, 1.3, true), (0.0, 1.4, false)] {
+        let friction = Friction { restitution: along, ..coulomb(0.15) };
         let mut disc = with_friction(disc(1.0, 0.5, 1.0, 0.0, [w_t, -2.0]), law, friction);
         disc.step(0.0, &[0.0], 1e-9).unwrap();
         let v = disc.velocity();
         assert!((v[1] - 1.0).abs() <= 1e-15);
         let slip = v[0] + v[2];
-        // Sticks: w_t⁺ = −e w_t; else what friction leaves of it, 3 μ (1 + e) w_n less.
-        let wanted = if sticks { -e * w_t } else { w_t - 3.0 * 0.15 * (1.0 + e) * 2.0 };
+        // Sticks: w_t⁺ = −e_t w_t; else what friction leaves of it, 3 μ (1 + e) w_n less.
+        let wanted = if sticks { -along * w_t } else { w_t - 3.0 * 0.15 * (1.0 + e) * 2.0 };
         assert!((slip - wanted).abs() <= 1e-14, "{slip}, not {wanted}");
         assert!(disc.ledger().slip <= 0.0);
     }
@@ -193,8 +193,10 @@ fn what_cannot_be_had_with_friction_must_be_refused_with_the_reason() {
     let smooth = LinearModel { tangential: ConstantRows::default(), ..block() };
     assert!(message(PLASTIC, coulomb(0.3), smooth).contains("0 tangential rows for 1 contacts"));
     let bouncing = ContactLaw { restitution: 0.5, ..PLASTIC };
-    assert!(message(bouncing, coulomb(0.3), block()).contains("can create energy"));
-    assert!(message(PLASTIC, Friction { restitution: 0.5, ..coulomb(0.3) }, block()).contains("can create energy"));
+    for bad in [-0.1, 0.6, f64::NAN] {
+        let said = message(bouncing, Friction { restitution: bad, ..coulomb(0.3) }, block());
+        assert!(said.contains("along the surface is none; valid: 0 to that along the normal, 0.5"), "{said}");
+    }
     for bad in [0.2, f64::NAN, f64::INFINITY] {
         let said = message(PLASTIC, Friction { at_rest: bad, ..coulomb(0.3) }, block());
         assert!(said.contains("friction at rest = ") && said.contains("at least that in motion, 0.3"), "{said}");

@@ -38,6 +38,23 @@ fn three_balls_in_a_row_must_part_as_moreau_says_and_not_as_newton_did() {
     }
 }
 
+#[test]
+fn a_plastic_contact_must_stay_where_another_one_rebounds() {
+    let model = LinearModel::new(&[1.0; 2], &[0.0; 2], &[(&[1.0, 0.0], 0.0)])
+        .over(&[(&[1.0, 0.0], 5e-4), (&[0.0, 1.0], 5e-4)])
+        .moving(&[-1.0; 2]);
+    let model = LinearModel { plastic: Some(1), ..model };
+    for rule in [None, Some(SecondOrder::EventSplit)] {
+        let mut mechanics = stepper(model.clone(), ContactLaw { restitution: 0.5, ..PLASTIC });
+        if let Some(rule) = rule {
+            mechanics.use_second_order(rule).unwrap();
+        }
+        // Half a step to the floor; the semi-implicit step reaches it in one and stops in the next.
+        (0..2).for_each(|_| mechanics.step(0.0, &[0.0], 1e-3).unwrap());
+        assert!(max_difference(mechanics.velocity(), &[0.5, 0.0]) <= 1e-12, "{rule:?}: {:?}", mechanics.velocity());
+    }
+}
+
 /// A rigid beam `(x, y, θ)`, 4 kg, on supports at `at` below it, its weight 0.1 m right of the middle; falling with `speed`.
 fn supported(
     at: &[f64],

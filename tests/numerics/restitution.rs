@@ -22,8 +22,8 @@ fn errors(case: &Case, scheme: &str, restitution: &str) -> Option<Vec<f64>> {
     let mut spec = usual.clone();
     spec.parameters.set("restitution", restitution).ok()?;
     if has_friction(&spec.parameters) {
-        // Along the surface as well; machines without this rebound with friction never.
-        spec.parameters.set("tangential_restitution", restitution).ok()?;
+        // Along the surface as well, where it can be set.
+        let _ = spec.parameters.set("tangential_restitution", restitution);
     }
     let reference = Reference::compute(&spec, StopFlag::never()).unwrap();
     let error = |phase: u32| {

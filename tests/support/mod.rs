@@ -355,6 +355,8 @@ pub struct LinearModel {
     pub interface: ConstantRows,
     /// Curvatures of the first unilateral, tangential and interface row beyond q₁ = 1 m, if any.
     pub bends: Option<[f64; 3]>,
+    /// A contact that never rebounds, if any.
+    pub plastic: Option<usize>,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
 }
@@ -455,6 +457,9 @@ impl MechanicalModel for LinearModel {
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         self.unilateral.write(q, rows);
         self.bend(0, q, v, rows);
+    }
+    fn is_plastic(&self, contact: usize) -> bool {
+        self.plastic == Some(contact)
     }
     fn tangential_rows(&self) -> usize {
         self.tangential.offset.len()

@@ -21,7 +21,7 @@ parameters! {
         contact_damping_n_s_m: f64 = 0.0, NotNegative, "damping c of each contact, where it is compliant";
         friction: f64 = 0.0, NotNegative, "coefficient of friction μ of all contacts; 0: none" study 0.1..0.6;
         static_friction: f64 = 0.0, NotNegative, "coefficient of friction μ_s of a contact that sticks; 0: that of contacts that slide";
-        tangential_restitution: f64 = 0.0, Fraction, "restitution along the surface, with friction that along the normal" study 0.0..0.5;
+        tangential_restitution: f64 = 0.0, Fraction, "restitution along the surface, at most that along the normal" study 0.0..0.5;
     }
 }
 

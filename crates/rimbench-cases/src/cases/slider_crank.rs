@@ -26,7 +26,7 @@ parameters! {
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
         contacts: Contacts only {
             stabilisation;
-            restitution = 0.0 from "plastic; Flores et al. 2010: 0.4 along the normal alone";
+            restitution = 0.4 from "Flores et al. 2010";
             friction = 0.01 in Positive from "Flores et al. 2010";
             tangential_restitution;
         };

@@ -1,6 +1,6 @@
 //! `woodpecker`: a bird on a spring pecks its way down a pole; its sleeve jams on the pole and lets go, hop by hop. The spring is the actuator, its
-//! length measured on a lever r, so that `k = c/r²`. Shown in `docs/cases/woodpecker.md`; after Glocker 1995 and Leine, Glocker, van Campen 2001,
-//! where only the beak rebounds, and only along the normal; lever and restitution *ours*.
+//! length measured on a lever r, so that `k = c/r²`. Shown in `docs/cases/woodpecker.md`; after Glocker 1995 and Leine, Glocker, van Campen 2001;
+//! lever *ours*.
 
 use super::prelude::*;
 
@@ -26,9 +26,8 @@ parameters! {
         gravity_m_s2: f64 = 9.81, NotNegative, "gravity" from "standard";
         contacts: Contacts only {
             stabilisation;
-            restitution = 0.5 from "Glocker 1995 for the beak; for all contacts ours";
+            restitution = 0.5, "restitution e of the beak along the normal; the sleeve's edges are plastic" from "Glocker 1995";
             friction = 0.3 in Positive from "Glocker 1995";
-            tangential_restitution = 0.5;
         };
     }
 }

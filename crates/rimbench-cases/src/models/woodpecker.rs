@@ -150,6 +150,10 @@ impl MechanicalModel for Woodpecker {
         rows.position.copy_from_slice(&[self.beak_distance() - beak, play + edge, play - edge]);
     }
 
+    fn is_plastic(&self, contact: usize) -> bool {
+        contact != 0
+    }
+
     fn tangential_rows(&self) -> usize {
         3
     }

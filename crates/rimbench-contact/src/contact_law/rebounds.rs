@@ -55,9 +55,13 @@ pub enum Solved {
 /// Velocities m/s, in rows `[n; t]`, without friction `[n]`.
 /// # Source
 /// Newton's law of impact, in the form of Moreau; which rebound, ours.
+///
+/// A plastic contact among them has e = 0 and stops in the step in which it is hit, w⁺ ≥ 0, while its position follows the gap law. By the gap
+/// law alone an impact takes two steps, and with friction those may slide where one blow sticks.
 #[derive(Debug, Clone, Default)]
 pub struct Rebounds {
     rebounding: Vec<bool>,
+    plastic: Vec<bool>,
     any: bool,
     /// Those that are closed after the trial that follows.
     over: Vec<bool>,
@@ -73,6 +77,7 @@ impl Rebounds {
     pub fn new(contacts: usize, rows: usize) -> Self {
         Rebounds {
             rebounding: vec![false; contacts],
+            plastic: vec![false; contacts],
             any: false,
             over: vec![false; contacts],
             b: vec![0.0; rows],
@@ -82,7 +87,7 @@ impl Rebounds {
         }
     }
 
-    /// Tells whether any contact rebounds.
+    /// Tells whether any contact rebounds, or stops where it is plastic.
     #[inline]
     pub fn any(&self) -> bool {
         self.any
@@ -91,17 +96,32 @@ impl Rebounds {
     /// Tells whether this one does.
     #[inline]
     pub fn rebounds(&self, contact: usize) -> bool {
+        self.is_hit(contact) && !self.plastic[contact]
+    }
+
+    /// Tells whether this one has the law of impact.
+    #[inline]
+    fn is_hit(&self, contact: usize) -> bool {
         self.any && self.rebounding[contact]
     }
 
-    /// Notes which contacts are hit, `own` being the approach (m/s) up to which each rests; says whether one is.
+    /// Returns `e` of a contact: 0 of a plastic one.
+    #[inline]
+    fn of(&self, contact: usize, restitution: f64) -> f64 {
+        if self.plastic[contact] { 0.0 } else { restitution }
+    }
+
+    /// Notes which contacts are hit, `own` being the approach (m/s) up to which each rests, with a minus sign where it is plastic; says
+    /// whether one is.
     #[inline]
     pub fn record_hits(&mut self, step: &ImpactStep, rows: ImpactRows<'_>, own: impl Fn(usize) -> f64) -> bool {
         let changes = rows.w.iter().zip(rows.free).map(|(w, free)| (*w, free - w));
         let rounding = rounding_velocity(step.tolerance, changes);
         self.any = false;
         for (contact, (hit, &gap)) in self.rebounding.iter_mut().zip(rows.gap).enumerate() {
-            *hit = is_hit(gap, rows.w[contact], rounding.max(own(contact)), step.closing_time);
+            let own = own(contact);
+            self.plastic[contact] = own.is_sign_negative();
+            *hit = is_hit(gap, rows.w[contact], rounding.max(own.abs()), step.closing_time);
             self.any |= *hit;
         }
         self.any
@@ -145,7 +165,7 @@ impl Rebounds {
                 let starts_with = match row.checked_sub(contacts) {
                     Some(_) => reached,
                     None if self.rebounding[row] && moving => reached,
-                    None if self.rebounding[row] => -step.restitution * rows.w[row],
+                    None if self.rebounding[row] => -self.of(row, step.restitution) * rows.w[row],
                     None if moving => reached + still_open(step, rows.gap[row] + step.advance * reached),
                     None => touching.max(0.0),
                 };
@@ -158,8 +178,9 @@ impl Rebounds {
             }
         }
         self.any = false;
-        for (rebounding, over) in self.rebounding[..contacts].iter_mut().zip(&self.over) {
-            dropped |= *rebounding && *over;
+        for ((rebounding, over), plastic) in self.rebounding[..contacts].iter_mut().zip(&self.over).zip(&self.plastic) {
+            let over = *over && !plastic;
+            dropped |= *rebounding && over;
             *rebounding &= !over;
             self.any |= *rebounding;
         }
@@ -179,9 +200,9 @@ impl Rebounds {
     #[inline]
     pub fn term(&self, step: &ImpactStep, contact: usize, gap_term: f64, w: f64, solved: Solved) -> f64 {
         match solved {
-            _ if !self.rebounds(contact) => gap_term,
-            Solved::Velocity => step.restitution * w,
-            Solved::Way => landing_velocity(step.restitution, gap_term, w),
+            _ if !self.is_hit(contact) => gap_term,
+            Solved::Velocity => self.of(contact, step.restitution) * w,
+            Solved::Way => landing_velocity(self.of(contact, step.restitution), gap_term, w),
         }
     }
 

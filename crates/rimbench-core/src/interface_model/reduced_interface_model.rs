@@ -52,7 +52,8 @@ pub struct ReducedInterfaceModel {
     pub stabilisation: f64,
     /// Restitution e of contacts that close.
     pub restitution: f64,
-    /// Approach w₀ of each contact caused by the mechanics' discretisation, m/s; empty where nothing rebounds, or where it is not known. See
+    /// Approach w₀ of each contact caused by the mechanics' discretisation, m/s, with a minus sign (−0 too) of a contact that never
+    /// rebounds; empty where nothing does, or where it is not known. See
     /// [`discretisation_approach`](rimbench_contact::contact_law::discretisation_approach).
     pub discretisation_approach: Vec<f64>,
     /// The mechanics' own step, s.
@@ -320,9 +321,9 @@ impl ReducedInterfaceModel {
         list.extend((0..self.contacts).filter(|&contact| self.at_bound[contact] || leaves(contact)));
     }
 
-    /// Returns the largest approach w₀ of a contact that is no impact, m/s.
+    /// Returns the largest approach w₀ of a contact that is no impact, m/s, with a minus sign of a contact that never rebounds.
     #[inline]
-    pub fn own_approach_of(&self, contact: usize) -> f64 {
+    pub fn signed_approach_of(&self, contact: usize) -> f64 {
         self.discretisation_approach.get(contact).copied().unwrap_or(0.0)
     }
 

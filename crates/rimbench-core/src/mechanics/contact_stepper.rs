@@ -115,7 +115,7 @@ impl ContactStepper {
     /// Reserves rebounds for the present rows of the contacts, where they rebound.
     fn reserve_rebounds(&mut self, tolerance: f64) {
         if self.law.rebounds() {
-            self.rebounding = Rebounding::new(self.eq4.contacts(), self.eq4.interface_start(), tolerance);
+            self.rebounding = Rebounding::new(&self.eq4, tolerance);
         }
     }
 
@@ -215,7 +215,16 @@ impl ContactStepper {
             (None, None) => ReducedInterfaceModel::zeros(self.eq4.contacts(), self.eq4.interface()),
         };
         self.law.apply_to(&mut model);
+        // Keeps which contacts are plastic.
+        model.discretisation_approach.copy_from_slice(&self.eq4.discretisation_approach);
         model
+    }
+
+    /// Makes a contact plastic, where others rebound.
+    pub(super) fn make_plastic(&mut self, contact: usize) {
+        if let Some(approach) = self.eq4.discretisation_approach.get_mut(contact) {
+            *approach = -0.0;
+        }
     }
 
     /// Marks Eq. 4 as outdated, as Eq. 3 is that of a new state.

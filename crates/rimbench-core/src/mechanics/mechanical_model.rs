@@ -90,6 +90,11 @@ pub trait MechanicalModel: Send {
     /// only of models that have tangential rows, and only where there is friction.
     fn tangential(&self, _q: &[f64], _v: &[f64], _rows: &mut Rows) {}
 
+    /// Tells whether a contact is plastic, whatever the restitution of the others.
+    fn is_plastic(&self, _contact: usize) -> bool {
+        false
+    }
+
     /// `A_i`, `Ȧ_i v` and interface coordinates.
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows);
 

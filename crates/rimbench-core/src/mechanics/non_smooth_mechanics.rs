@@ -66,6 +66,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             start_energy: [0.0; 3],
             model,
         };
+        for contact in (0..size.unilateral).filter(|&contact| mechanics.model.is_plastic(contact)) {
+            mechanics.stepper.make_plastic(contact);
+        }
         mechanics.linearise();
         let potential = mechanics.model.potential_energy(mechanics.position());
         let springs = mechanics.stepper.spring_energy();
@@ -78,7 +81,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
     /// # Errors
     /// [`Error::InvalidValue`](crate::error::Error::InvalidValue) for a coefficient that is none;
     /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts that give way or are kept by the
-    /// dozen or listed anew, a restitution of one direction alone, a solver that does not go by active sets, or a mechanics that steps at
+    /// dozen or listed anew, a restitution along the surface alone, a solver that does not go by active sets, or a mechanics that steps at
     /// the second order.
     pub fn with_friction(mut self, friction: Friction) -> Result<Self> {
         if self.model.relists() {

@@ -51,7 +51,7 @@ pub const FRICTION_VARIATIONS: &[Variation] = &[
     Variation { case: "rocking-block-friction", settings: &[("friction", "0.15")] },
     Variation { case: "slider-crank", settings: &[("friction", "0.3")] },
     Variation { case: "slider-crank", settings: &[("restitution", "0.4"), ("tangential_restitution", "0.4")] },
-    Variation { case: "woodpecker", settings: &[("restitution", "0"), ("tangential_restitution", "0")] },
+    Variation { case: "woodpecker", settings: &[("restitution", "0")] },
 ];
 
 /// Schemes that differ in what their complementarity problems look like: none in the scheme, contacts closed at `t_k`,

@@ -12,6 +12,8 @@ use rimbench_contact::contact_law::{
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rebounding {
     rebounds: Rebounds,
+    /// Restitution along the surface.
+    along: f64,
     tolerance: f64,
     /// Velocities of the contacts' rows without contact forces, m/s.
     free: Vec<f64>,
@@ -22,10 +24,12 @@ pub(super) struct Rebounding {
 }
 
 impl Rebounding {
-    /// Reserves `contacts` contacts with `rows` rows, whose solver accepts residuals up to `tolerance`.
-    pub(super) fn new(contacts: usize, rows: usize, tolerance: f64) -> Self {
+    /// Reserves the contacts of `eq4`, whose solver accepts residuals up to `tolerance`.
+    pub(super) fn new(eq4: &ReducedInterfaceModel, tolerance: f64) -> Self {
+        let (contacts, rows) = (eq4.contacts(), eq4.interface_start());
         Rebounding {
             rebounds: Rebounds::new(contacts, rows),
+            along: eq4.tangential_restitution,
             tolerance,
             free: vec![0.0; rows],
             approach: [(); 3].map(|()| vec![0.0; contacts]),
@@ -49,8 +53,7 @@ impl Rebounding {
     fn impact_step(&self, law: &ContactLaw, h: f64) -> ImpactStep {
         ImpactStep {
             restitution: law.restitution,
-            // One restitution for both directions, where there is friction.
-            along: law.restitution,
+            along: self.along,
             rates: GapRates::new(h, h, law.stabilisation),
             advance: h,
             closing_time: h,
@@ -103,7 +106,7 @@ impl Rebounding {
             }
         }
         let state = ImpactRows { gap: &eq4.gap, w: &eq4.w[..rows], free: &self.free };
-        if self.rebounds.record_hits(&step, state, |contact| eq4.own_approach_of(contact)) {
+        if self.rebounds.record_hits(&step, state, |contact| eq4.signed_approach_of(contact)) {
             contacts.begin_trials(eq4);
             self.rebounds
                 .look_ahead(&step, state, |b, impulses, velocities| contacts.try_solve(eq4, b, impulses, velocities))?;
@@ -125,7 +128,7 @@ impl Rebounding {
     /// Writes to Eq. 4 of a step `h` (s) the approach w₀ of contacts at rest that the discretisation causes, at the velocities `v`.
     ///
     /// Where w₀ is not zero, rounding is added. Contacts that touched in neither of the last two steps do not rest: any approach is an
-    /// impact.
+    /// impact. Plastic contacts keep their minus sign.
     pub(super) fn write_approach(&mut self, eq3: &Linearisation, v: &[f64], h: f64, eq4: &mut ReducedInterfaceModel) {
         let rows = eq4.w.iter().zip(&eq4.a).map(|(w, a)| (*w, h * a));
         let rounding = rounding_velocity(self.tolerance, rows.take(eq4.interface_start()));
@@ -134,12 +137,16 @@ impl Rebounding {
         for (contact, own) in eq4.discretisation_approach.iter_mut().enumerate() {
             let corrected = if jointed { eq4.w[contact] - rows.velocity(contact, v) } else { 0.0 };
             coming[contact] = discretisation_approach(h, rows.convective[contact], corrected);
+            let plastic = own.is_sign_negative();
             *own = if touched[contact] || touched_before[contact] {
                 coming[contact].max(last[contact]).max(before[contact])
             } else {
                 0.0
             };
             *own += if *own > 0.0 { rounding } else { 0.0 };
+            if plastic {
+                *own = -*own;
+            }
         }
     }
 
