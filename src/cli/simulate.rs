@@ -9,7 +9,7 @@ use super::{Format, complain, print, probe_lines, with_files};
 use clap::Args;
 use rimbench::cases::Value as ParameterValue;
 use rimbench::catalogue::Catalogue;
-use rimbench::cosim::{Outcome, StopFlag};
+use rimbench::cosim::{Creation, Jump, ModelEnergy, Outcome, StopFlag};
 use rimbench::fmi::import::{ProbeQuality, take_probe_errors};
 use rimbench::harness::{Cache, column_in_words, monotonic_clock, obtain_reference};
 use rimbench::metrics::METRICS;
@@ -27,6 +27,9 @@ pub struct Simulate {
     /// Write a trace, one row per communication point
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Say what energy the interface model created, how, and by which contact: two more columns of the trace
+    #[arg(long)]
+    audit: bool,
     /// All metrics and counters
     #[arg(long, conflicts_with = "format")]
     all: bool,
@@ -41,7 +44,7 @@ impl Simulate {
         let asked = request.clone();
         let catalogue = with_files(catalogue, &mut request)?;
         let spec = request.resolve(&catalogue)?;
-        let prepared = spec.prepare()?;
+        let prepared = if self.audit { spec.prepare()?.audited()? } else { spec.prepare()? };
         // A trace that cannot be written is found before anything is computed.
         if let Some(path) = &self.trace {
             check_place_for_trace(path)?;
@@ -64,7 +67,15 @@ impl Simulate {
             return print(&serde_json::to_string_pretty(&json(&spec, &run, &probed))?);
         }
         print(
-            &Said { asked: &asked, spec: &spec, run: &run, reference: &reference, trace: self.trace }.first_screen(),
+            &Said {
+                asked: &asked,
+                spec: &spec,
+                run: &run,
+                reference: &reference,
+                trace: self.trace,
+                audit: self.audit,
+            }
+            .first_screen(),
         )?;
         if self.all {
             print(&tables(&spec, &run))?;
@@ -92,7 +103,7 @@ fn json(spec: &RunSpec, run: &EvaluatedRun, probed: &BTreeMap<PathBuf, ProbeQual
     let findings = run.findings();
     let is_metric = |name: &str| METRICS.iter().any(|metric| metric.name == name);
     let shown = findings.iter().filter(|fact| of_case.contains(&fact.name) || !is_metric(fact.name));
-    shown.chain(&run.costs()).for_each(|fact| object.fact(fact));
+    shown.chain(&run.created()).chain(&run.costs()).for_each(|fact| object.fact(fact));
     if !probed.is_empty() {
         let of_fmu = |quality: &ProbeQuality| {
             let mut object = Object::default();
@@ -115,6 +126,7 @@ struct Said<'a> {
     run: &'a EvaluatedRun,
     reference: &'a Reference,
     trace: Option<PathBuf>,
+    audit: bool,
 }
 
 impl Said<'_> {
@@ -158,6 +170,9 @@ impl Said<'_> {
                 &format!("{} at the interface{}", quantity(residual.abs(), "J"), sent.unwrap_or_default()),
             ));
         }
+        if self.audit {
+            lines.push(row("model", &self.created()));
+        }
         if let Some(latency) = run.latency {
             let most = quantity(latency.max_s, "s");
             let late = match latency.missed_deadlines {
@@ -184,6 +199,26 @@ impl Said<'_> {
         }
         lines.push(paragraph(&format!("run {} · {next}", spec.id()), 2));
         lines.join("\n")
+    }
+
+    /// What the interface model created, and which contact created most of it, in words.
+    fn created(&self) -> String {
+        let Some(ModelEnergy { largest, .. }) = &self.run.created else {
+            return "not audited: it does not stay as sent, or a side does not tell its contact impulses".to_owned();
+        };
+        let Some(Jump { time, energy, contact, by }) = *largest else {
+            return "created no energy at any communication point".to_owned();
+        };
+        let gaps = self.run.trajectory.columns().iter().filter_map(|name| name.strip_prefix("gap_"));
+        let name = gaps.map(|name| name.trim_end_matches("_m").replace('_', " ")).nth(contact);
+        let name = name.map_or_else(|| format!("contact {contact}"), |name| format!("the {name}"));
+        let how = match by {
+            Creation::Gap => "it acted across a gap",
+            Creation::Pull => "bilateral while the mechanics opened it",
+            Creation::Stick => "it stuck while the mechanics slid",
+            Creation::Push => "the mechanics pushed it out",
+        };
+        format!("{name} created {} at {}: {how}", quantity(energy, "J"), quantity(time, "s"))
     }
 
     /// Why the run did not complete, in words.
@@ -234,6 +269,13 @@ fn tables(spec: &RunSpec, run: &EvaluatedRun) -> String {
     let mut counters = Table::new(&["counter", "value"]);
     for fact in run.counters() {
         counters.add_row([fact.name.to_owned(), fact.cell()]);
+    }
+    for fact in run.created() {
+        metrics.add_row([
+            fact.name.to_owned(),
+            fact.cell(),
+            if fact.name.ends_with("_j") { "J" } else { "-" }.to_owned(),
+        ]);
     }
     for fact in run.costs() {
         let cell = match fact.value {

@@ -10,13 +10,30 @@ const STEP: f64 = 0.02;
 const STEPS: usize = 400;
 const MICRO_STEPS: usize = 100;
 
-/// An actuator that stores energy or loses it and remembers its own deflection: `F = −k x − k₃ x³ − c w`.
+/// An actuator that stores energy or loses it and remembers its own deflection: `F = −k x/(1 + |x|/x₀) − k₃ x³ − c w`. A pump moves its
+/// end by `s sin(t/τ)`, and what it supplies is booked.
 struct Passive {
     stiffness: f64,
     cubic: f64,
+    /// x₀, m.
+    saturation: f64,
     damping: f64,
+    /// Share of the damping that comes and goes with the time.
+    varying: f64,
+    pump: f64,
     deflection: f64,
+    time: f64,
+    supplied: f64,
+    turned_over: f64,
     ports: Ports,
+}
+
+impl Passive {
+    const PERIOD: f64 = 3.7 * STEP;
+
+    fn spring(&self, x: f64) -> f64 {
+        self.stiffness * x / (1.0 + x.abs() / self.saturation) + self.cubic * x.powi(3)
+    }
 }
 
 impl Subsystem for Passive {
@@ -24,12 +41,18 @@ impl Subsystem for Passive {
         &self.ports
     }
     fn outputs(&mut self, u: &[f64], y: &mut [f64]) -> Result<(), Failure> {
-        let x = self.deflection;
-        y[0] = -self.stiffness * x - self.cubic * x.powi(3) - self.damping * u[1];
+        let damping = self.damping * (1.0 + self.varying * (self.time / Self::PERIOD).sin());
+        y[0] = -self.spring(self.deflection) - damping * u[1];
         Ok(())
     }
     fn step(&mut self, _t: f64, u: &[f64], h: f64) -> Result<(), Failure> {
-        self.deflection += h * u[1];
+        let pumped = self.pump * (self.time / Self::PERIOD).sin();
+        let way = h * (u[1] + pumped);
+        let work = self.spring(self.deflection + 0.5 * way) * h * pumped;
+        self.supplied += work;
+        self.turned_over += work.abs();
+        self.deflection += way;
+        self.time += h;
         Ok(())
     }
     fn capabilities(&mut self) -> &mut dyn Capabilities {
@@ -46,12 +69,17 @@ impl Subsystem for Passive {
 impl Capabilities for Passive {
     fn energy_account(&mut self) -> Option<EnergyAccount> {
         let x = self.deflection;
-        let stored = 0.5 * self.stiffness * x * x + 0.25 * self.cubic * x.powi(4);
+        let part = x.abs() / self.saturation;
+        let spring = match part < 1e-3 {
+            true => 0.5 * self.stiffness * x * x,
+            false => self.stiffness * self.saturation.powi(2) * (part - part.ln_1p()),
+        };
+        let stored = spring + 0.25 * self.cubic * x.powi(4) - self.supplied;
         Some(EnergyAccount { stored, ..EnergyAccount::default() })
     }
 }
 
-/// Most energy that a system ever has, over that of its start.
+/// Most energy that a system ever has, less what is supplied, over that of its start and what the pump turned over.
 fn growth(model: &LinearModel, mut actuator: Passive, scheme: &str, options: &ModelOptions) -> f64 {
     let start: f64 = model.mass.iter().zip(&model.v).map(|(m, v)| 0.5 * m * v * v).sum();
     let mut mechanics = stepper(model.clone(), PLASTIC);
@@ -59,20 +87,21 @@ fn growth(model: &LinearModel, mut actuator: Passive, scheme: &str, options: &Mo
     let setup = setup(grid, STEP / MICRO_STEPS as f64, ACTUATOR_FIRST, ForceReturn::Mean);
     let scheme = scheme_by_name(scheme);
     let coupling = scheme.couple(sides(&mut mechanics, &mut actuator), Some(options), None).unwrap();
-    let mut most: f64 = 1.0;
+    let mut most: f64 = 0.0;
     let report = observed(&setup, sides(&mut mechanics, &mut actuator), coupling, &mut |mut point| {
         let mut stored = |side: Side| point.sides[side].capabilities().energy_account().unwrap().stored;
-        most = most.max(1.0 + (stored(Side::Mechanics) + stored(Side::Actuator)) / start);
+        most = most.max(stored(Side::Mechanics) + stored(Side::Actuator));
     });
+    most = 1.0 + most / (start + actuator.turned_over);
     // A run that cannot go on has grown beyond bounds.
     if report.outcome == Outcome::Completed { most } else { f64::INFINITY }
 }
 
 /// The bounds were set before the first run, from another implementation: none of 750, and 30 to 56 %.
 #[test]
-fn no_passive_actuator_gains_energy_against_the_admissible_model_and_many_do_against_the_smooth_one() {
+fn none_of_six_passive_actuators_gains_energy_against_the_admissible_model_and_many_do_against_the_smooth_one() {
     let rng = &mut Pcg64::seed_from_u64(10);
-    let (mut admissible, mut smooth, systems) = (Vec::new(), 0, 90);
+    let (mut admissible, mut smooth, systems) = (Vec::new(), 0, 120);
     for case in 0..systems {
         let mut model = LinearModel {
             mass: (0..3).map(|_| rng.random_range(0.3..3.0)).collect(),
@@ -95,9 +124,15 @@ fn no_passive_actuator_gains_energy_against_the_admissible_model_and_many_do_aga
         let damping = rng.random_range(0.02..0.6) * (stiffness / mobility).sqrt();
         let actuator = || Passive {
             stiffness,
-            cubic: if case % 3 == 1 { stiffness } else { 0.0 },
-            damping: if case % 3 == 2 { damping } else { 0.0 },
+            cubic: if case % 6 == 1 { stiffness } else { 0.0 },
+            damping: if [2, 4].contains(&(case % 6)) { damping } else { 0.0 },
+            saturation: if case % 6 == 3 { 0.3 / (stiffness * mobility).sqrt() } else { f64::INFINITY },
+            varying: if case % 6 == 4 { 1.0 } else { 0.0 },
+            pump: if case % 6 == 5 { 0.3 } else { 0.0 },
             deflection: 0.0,
+            time: 0.0,
+            supplied: 0.0,
+            turned_over: 0.0,
             ports: force_displacement_ports(1).1,
         };
         let active = ModelOptions { detection: Some(ContactDetection::Active), ..ModelOptions::default() };

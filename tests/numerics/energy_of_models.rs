@@ -49,6 +49,17 @@ fn without_contacts_the_energy_created_is_that_of_the_mass_and_of_the_first_mome
         }
         let scale = wanted.abs() + total.norm_squared() + a.norm() * total.norm();
         assert!((created - wanted).abs() < ROUND_OFF * scale, "case {case}: {created:e}, not {wanted:e}");
+        // The account tells both apart: what the mechanics' own mass adds is not that of the frozen model.
+        let model = report.audit.model.unwrap();
+        let mass = 0.5 * total.dot(&((&own - 0.5 * &own - &difference) * &total));
+        for (name, one, other) in [
+            ("jump", model.jump, 0.0),
+            ("first moment", model.first_moment, wanted - mass),
+            ("contacts", model.contacts, 0.0),
+            ("unfrozen", model.unfrozen, mass),
+        ] {
+            assert!((one - other).abs() < 10.0 * ROUND_OFF * scale, "case {case}, {name}: {one:e}, not {other:e}");
+        }
     }
 }
 

@@ -49,7 +49,7 @@ pub use drawing::{Channel, DrawCase, Drawing, Fill, Frame, Point, Shape, offered
 pub use falling_chain::Chain;
 pub use outside::BuildSide;
 pub use parameters::{Parameter, Parameters};
-pub use recorder::Recorder;
+pub use recorder::{AUDIT_COLUMNS, Recorder};
 pub use reference_method::{ExactSolution, OwnIntegrator, ReferenceMethod};
 pub use values::{Range, Setting, Value, unit_of, without_unit};
 pub use wedge_boxes::wedge_box_geometry;

@@ -5,6 +5,10 @@ use rimbench_core::cosim::{CommunicationPoint, Port, Report, Subsystem, Trajecto
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::Name;
 
+/// Columns of an audited run, behind those of its case: what the jump at a communication point created, and how much heavier the model was
+/// before.
+pub const AUDIT_COLUMNS: [&str; 2] = ["created_by_jump_j", "heaviness"];
+
 /// A derived column: where it goes, and where its arguments stand in the row.
 struct Derived {
     column: usize,
@@ -136,6 +140,9 @@ impl Recorder {
         let row = trajectory.push_row();
         for (value, &column) in row.iter_mut().zip(&self.columns) {
             *value = self.seen[column];
+        }
+        if let Some(jump) = point.jump {
+            row[self.columns.len()..].iter_mut().zip(jump).for_each(|(value, jump)| *value = jump);
         }
         for derived in &mut self.derived {
             for (argument, &column) in derived.arguments.iter_mut().zip(&derived.from) {

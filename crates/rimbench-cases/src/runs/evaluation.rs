@@ -7,7 +7,7 @@ use super::simulation::RunResult;
 use super::spec::RunSpec;
 use crate::cases::{Case, ReferenceMethod};
 use crate::metrics::{Evidence, Inside, InterfaceRow, METRICS, Metric, contact_intervals, is_of_friction, is_of_split};
-use rimbench_core::cosim::{Outcome, Trajectory, Work};
+use rimbench_core::cosim::{ModelEnergy, Outcome, Trajectory, Work};
 use rimbench_core::error::{Error, Failure, Result};
 use std::time::Duration;
 
@@ -24,6 +24,8 @@ pub struct EvaluatedRun {
     pub metrics: Vec<Option<f64>>,
     /// Uncertainty of the reference's interface force, N, and position, m; of several rows the largest.
     pub reference_uncertainty: [Option<f64>; 2],
+    /// What the scheme's interface model created, where that was asked for and is known.
+    pub created: Option<ModelEnergy>,
     /// All work.
     pub work: Work,
     /// Wall time of the macro loop.
@@ -43,6 +45,7 @@ impl EvaluatedRun {
             model_exact: false,
             metrics: vec![None; METRICS.len()],
             reference_uncertainty: [None; 2],
+            created: None,
             work: Work::default(),
             wall: Duration::ZERO,
             latency: None,
@@ -105,6 +108,18 @@ impl EvaluatedRun {
         ]
         .map(|(name, count)| Fact::count(name, count))
         .to_vec()
+    }
+
+    /// Says what the scheme's interface model created, by origin, in an audited run; the first four add up to minus the interface residual.
+    pub fn created(&self) -> Vec<Fact> {
+        let Some(created) = &self.created else { return Vec::new() };
+        vec![
+            Fact::number("created_by_jump_j", created.jump),
+            Fact::number("created_by_first_moment_j", created.first_moment),
+            Fact::number("created_by_contacts_j", created.contacts),
+            Fact::number("created_unfrozen_j", created.unfrozen),
+            Fact::number("heaviness_max", created.heaviness),
+        ]
     }
 
     /// Says what it cost on this machine.
@@ -199,6 +214,7 @@ pub fn evaluate(spec: &RunSpec, result: RunResult, reference: &Reference) -> Res
             columns.iter().filter_map(|row| reference.uncertainty_of(&row.force)).reduce(f64::max),
             columns.iter().filter_map(|row| reference.uncertainty_of(&row.position)).reduce(f64::max),
         ],
+        created: result.report.audit.model,
         ended_at_s: result.report.ended_at_s,
         outcome,
         work: result.report.work,

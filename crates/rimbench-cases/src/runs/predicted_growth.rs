@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use rimbench_core::cosim::{ActuatorIntegrator, ForceReturn, OutputRates, Sequence, Side, division};
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::interface_model::{Condensation, Redundancy, condense};
+use rimbench_core::schemes::ModelMotion;
 
 /// Actuator and mechanics of one interface row, linear, contacts as they are.
 ///
@@ -39,10 +40,12 @@ pub enum Recurrence {
     MeanReturned,
     /// The same, but it returns its force at the end.
     EndReturned,
-    /// The actuator moves with a model of so many times the mass, frozen bias included, and returns its mean force.
+    /// The actuator moves with a model of so many times the mass and returns its mean force.
     Model {
         /// Mass of the model over that of the mechanics.
         mass_ratio: f64,
+        /// Whether the bias is a half-kick; it is frozen otherwise.
+        half_kick: bool,
     },
 }
 
@@ -69,12 +72,18 @@ impl LinearCoupling {
         let bias = -(self.own_stiffness * x + self.own_damping * w) / self.mass;
         let after = |impulse: f64| w + h * bias + impulse / self.mass;
         let held = h * (start - self.damping * w);
+        let kicked = matches!(recurrence, Recurrence::Model { half_kick: true, .. });
+        let (kick, inside) = if kicked { (0.5 * h * bias, 0.0) } else { (0.0, bias) };
+        // The kick is part of the first micro step: the actuator starts from what it received.
         let (mut force, mut model, mut impulse) = (start, w, 0.0);
-        for _ in 0..micro_steps {
+        for index in 0..micro_steps {
+            let kick = if index == 0 { kick } else { 0.0 };
             let lambda = force - self.damping * model;
             impulse += delta * lambda;
             model = match recurrence {
-                Recurrence::Model { mass_ratio } => model + delta * (bias + lambda / (mass_ratio * self.mass)),
+                Recurrence::Model { mass_ratio, .. } => {
+                    model + kick + delta * (inside + lambda / (mass_ratio * self.mass))
+                }
                 Recurrence::MechanicsFirst => after(held),
                 _ => w,
             };
@@ -113,7 +122,8 @@ fn recurrence(spec: &RunSpec) -> Option<Recurrence> {
         ("zero-order-hold", ACTUATOR_FIRST, ForceReturn::Mean | ForceReturn::Profile) => Some(Recurrence::MeanReturned),
         ("zero-order-hold", ACTUATOR_FIRST, ForceReturn::End) => Some(Recurrence::EndReturned),
         (name, ACTUATOR_FIRST, ForceReturn::Mean | ForceReturn::Profile) if name.starts_with("rim-") => {
-            Some(Recurrence::Model { mass_ratio: 1.0 })
+            let half_kick = spec.model.as_ref().is_some_and(|model| model.motion == ModelMotion::HalfKick);
+            Some(Recurrence::Model { mass_ratio: 1.0, half_kick })
         }
         _ => None,
     }

@@ -72,7 +72,7 @@ run_options! {
     actuator_integrator: ActuatorIntegrator, "RULE";
     /// Dependent contacts that become bilateral: drop, pseudo-inverse, regularised:EPS (a relative compliance)
     redundancy: Redundancy, "TREATMENT";
-    /// Interface model within a macro step: frozen, extrapolated, piecewise (from kink to kink of the geometry)
+    /// Interface model within a macro step: frozen, extrapolated, half-kick (springs and dampers of the mechanics act at t_k), piecewise (from kink to kink of the geometry)
     model_motion: ModelMotion, "MOTION";
     /// Contacts closed for an interface model: active (of the mechanics' last step), mechanics-law, margin:M (gaps up to M metres)
     contact_detection: ContactDetection, "DETECTION";

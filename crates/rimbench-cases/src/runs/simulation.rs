@@ -3,10 +3,10 @@
 use super::reference::Reference;
 use super::spec::RunSpec;
 use super::step_control::StepControl;
-use crate::cases::{CoupledSystem, Recorder};
+use crate::cases::{AUDIT_COLUMNS, CoupledSystem, Recorder};
 use rimbench_core::cosim::{
-    Bounds, CommunicationGrid, MacroStep, Outcome, Report, RunControl, Setup, Sides, StopFlag, Timer, Trajectory,
-    check_coupling, counts_interface_work,
+    Bounds, CommunicationGrid, ForceReturn, MacroStep, Outcome, Report, RunControl, Setup, Sides, StopFlag, Timer,
+    Trajectory, check_coupling, counts_interface_work,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{Coupling, ModelMotion, Requirement};
@@ -32,6 +32,7 @@ pub struct PreparedRun<'a> {
     spec: &'a RunSpec,
     grid: CommunicationGrid,
     system: CoupledSystem,
+    audit: bool,
 }
 
 impl RunSpec {
@@ -41,11 +42,28 @@ impl RunSpec {
     /// [`Error::InvalidValue`] or [`Error::Incompatible`], naming what is wrong and what would be valid, and those of building the case.
     pub fn prepare(&self) -> Result<PreparedRun<'_>> {
         let grid = self.checked_grid()?;
-        Ok(PreparedRun { spec: self, grid, system: (self.case.build)(&self.parameters, &self.solver)? })
+        let system = (self.case.build)(&self.parameters, &self.solver)?;
+        Ok(PreparedRun { spec: self, grid, system, audit: false })
     }
 }
 
 impl PreparedRun<'_> {
+    /// Asks for an account of the energy that the scheme's interface model creates: in the report, and in two more columns.
+    ///
+    /// # Errors
+    /// [`Error::Incompatible`] for a scheme or a force return of which there is no such account.
+    pub fn audited(self) -> Result<Self> {
+        let RunSpec { scheme, force_return, .. } = self.spec;
+        let why = match force_return {
+            _ if !scheme.has_model() => format!("scheme `{}` has no reduced interface model", scheme.name),
+            ForceReturn::Mean | ForceReturn::Profile => return Ok(PreparedRun { audit: true, ..self }),
+            _ => format!(
+                "force return `{force_return}` is not the impulse that the model received; use `mean` or `profile`"
+            ),
+        };
+        Err(Error::Incompatible(format!("audit: {why}")))
+    }
+
     /// Runs, and notes what the actuator did in each micro step, for a run that is to be [evaluated](super::evaluate) against a reference,
     /// whose bounds say beyond what it counts as diverged; with a `clock` macro steps are timed.
     ///
@@ -74,7 +92,8 @@ pub fn simulate_inside(spec: &RunSpec, bounds: Bounds, clock: Option<Clock>, sto
 }
 
 fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control: RunControl<'_>) -> Result<RunResult> {
-    let PreparedRun { spec, grid, mut system } = prepared;
+    let PreparedRun { spec, grid, mut system, audit } = prepared;
+    let control = RunControl { audit, ..control };
     if spec.wall_limit.is_some() && clock.is_none() {
         return Err(Error::Incompatible("wall_limit_s needs a clock, and there is none here".to_owned()));
     }
@@ -82,7 +101,11 @@ fn run(prepared: PreparedRun<'_>, bounds: Bounds, clock: Option<Clock>, control:
     check_coupling(system.sides.as_ref().map(|side| side.ports()))?;
     let mut recorder = Recorder::new(&spec.case, &mut system)?;
     let mut sides = system.sides.lend();
-    let mut trajectory = Trajectory::with_capacity(spec.case.recorded_columns(), setup.expected_macro_steps() + 1);
+    let mut columns = spec.case.recorded_columns();
+    if audit {
+        columns.extend(AUDIT_COLUMNS.map(str::to_owned));
+    }
+    let mut trajectory = Trajectory::with_capacity(columns, setup.expected_macro_steps() + 1);
     let skip = spec
         .scheme
         .incompatibility(sides.lend())

@@ -72,6 +72,11 @@ pub trait Capabilities {
         None
     }
 
+    /// Returns the contact impulses of the last step, N·s, on the contact rows of the interface model.
+    fn contact_impulses(&mut self) -> Option<&[f64]> {
+        None
+    }
+
     /// Returns the largest violation of the subsystem's own discrete energy identity in one step, J.
     fn energy_identity_residual(&mut self) -> Option<f64> {
         None

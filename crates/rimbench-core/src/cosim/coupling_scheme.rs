@@ -99,6 +99,15 @@ pub struct Forecast<'a> {
     pub next_closing: Option<f64>,
 }
 
+/// Where the contacts of a scheme's own model end a macro step in which the model stayed as it was sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelEnd<'a> {
+    /// Rows of the contacts that the model has, in the model that was sent.
+    pub rows: &'a [usize],
+    /// Their velocities, m/s.
+    pub w: &'a [f64],
+}
+
 /// What is the other side doing meanwhile? Answers with an input for each micro step.
 ///
 /// At each communication point the loop calls [`receive`](Self::receive) for the mechanics, then for the actuator; then
@@ -148,6 +157,12 @@ pub trait CouplingScheme: Send {
     /// Says where the scheme's own model of the mechanics has come to with the actuator's force; none from a scheme that moves no
     /// such model.
     fn forecast(&self) -> Option<Forecast<'_>> {
+        None
+    }
+
+    /// Says where the contacts of the scheme's own model end the macro step; none from a scheme without one, or whose model does not stay as it
+    /// was sent.
+    fn model_end(&mut self) -> Option<ModelEnd<'_>> {
         None
     }
 

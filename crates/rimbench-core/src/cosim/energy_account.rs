@@ -1,6 +1,7 @@
 //! The energy account of a run: what each side stored, received, lost, and what its solver made out of nothing.
 
 use super::interface_work::InterfaceWork;
+use super::model_audit::ModelEnergy;
 use super::side::PerSide;
 
 /// Energy account of one subsystem since the start, J, as its own discretisation counts it.
@@ -61,6 +62,8 @@ pub struct EnergyAudit {
     pub accounts: PerSide<Option<EnergyAccount>>,
     /// Work across the interface.
     pub work: InterfaceWork,
+    /// What the scheme's interface model created of the interface residual, where that is asked for and known.
+    pub model: Option<ModelEnergy>,
 }
 
 impl EnergyAudit {
@@ -108,7 +111,8 @@ mod tests {
         let mechanics = EnergyAccount { stored: 2.5, interface: 4.0, contact: 1.5, ..EnergyAccount::default() };
         assert_eq!((actuator.closure(), mechanics.closure()), (0.0, 0.0));
         let work = InterfaceWork { sent_j: Some(5.0), received_j: Some(4.0) };
-        let audit = EnergyAudit { accounts: PerSide { mechanics: Some(mechanics), actuator: Some(actuator) }, work };
+        let accounts = PerSide { mechanics: Some(mechanics), actuator: Some(actuator) };
+        let audit = EnergyAudit { accounts, work, model: None };
         assert_eq!(audit.interface_residual(), Some(1.0));
         assert_eq!((audit.integration(), audit.closure()), (Some(0.0), Some(0.0)));
         // The loop counts 5.25 J sent: a quarter is quadrature, and neither side's account moves.

@@ -79,6 +79,7 @@ impl Log {
             audit: EnergyAudit {
                 accounts: PerSide::from_fn(|side: Side| pair.sides[side].capabilities().energy_account()),
                 work: pair.interface_work(),
+                model: pair.state.audit.as_ref().and_then(|audit| audit.energy()),
             },
             scheme: pair.scheme.report(),
             interface_residual: self.interface_residual,

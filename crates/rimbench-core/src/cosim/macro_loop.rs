@@ -5,8 +5,10 @@ use super::communication_point::CommunicationPoint;
 use super::coupled_pair::CoupledPair;
 use super::coupling_scheme::CouplingScheme;
 use super::exchange_data::ExchangeData;
+use super::force_return::ForceReturn;
 use super::log::{End, Log};
 use super::micro_log::micro_log;
+use super::model_audit::ModelAudit;
 use super::pair_state::PairState;
 use super::report::Report;
 use super::run_control::{RunControl, Timer};
@@ -29,7 +31,10 @@ pub fn cosimulate(
     observe: &mut dyn FnMut(CommunicationPoint<'_>),
 ) -> Report {
     let inside = supervision.inside.then(|| micro_log(setup, &sides));
-    let state = &mut PairState { inside, ..PairState::new(setup, sides.lend(), attachments) };
+    let averages = matches!(setup.force_return, ForceReturn::Mean | ForceReturn::Profile);
+    let audited = attachments.interface_model.as_ref().filter(|_| supervision.audit && averages);
+    let audit = audited.map(|empty| Box::new(ModelAudit::new(empty)));
+    let state = &mut PairState { inside, audit, ..PairState::new(setup, sides.lend(), attachments) };
     let pair = CoupledPair { setup, sides, scheme, state, stop: supervision.stop };
     cover(|pair, interval| pair.advance(interval), pair, supervision.timer, observe)
 }

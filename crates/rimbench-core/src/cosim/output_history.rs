@@ -34,6 +34,11 @@ impl OutputHistory {
         self.count += 1;
     }
 
+    /// Outputs of all micro steps.
+    pub(crate) fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
+        self.outputs.chunks_exact(self.width).take(self.count)
+    }
+
     /// Output in one micro step.
     pub(crate) fn at(&self, micro_step: usize) -> &[f64] {
         &self.outputs[micro_step * self.width..(micro_step + 1) * self.width]

@@ -3,6 +3,7 @@
 use super::communication_grid::division;
 use super::exchange_data::ExchangeData;
 use super::integrators::ActuatorIntegrator;
+use super::model_audit::ModelAudit;
 use super::model_defect::DefectMeter;
 use super::outcome::Outcome;
 use super::output_history::OutputHistory;
@@ -40,6 +41,8 @@ pub(crate) struct PairState {
     pub(crate) diverged: Option<Outcome>,
     /// What the actuator did in each micro step, where it is recorded.
     pub(crate) inside: Option<Trajectory>,
+    /// The account of the scheme's interface model, where it is kept.
+    pub(crate) audit: Option<Box<ModelAudit>>,
 }
 
 impl PairState {
@@ -75,6 +78,7 @@ impl PairState {
             counters: CosimCounters::default(),
             diverged: None,
             inside: None,
+            audit: None,
         }
     }
 }

@@ -51,11 +51,14 @@ pub struct RunControl<'a> {
     pub timer: Option<Timer>,
     /// Note what the actuator did in each micro step, where the loop itself runs the scheme (see [`Report::inside`](super::Report)).
     pub inside: bool,
+    /// Keep account of the energy that the scheme's interface model creates, where the loop itself runs it (see
+    /// [`ModelEnergy`](super::ModelEnergy)).
+    pub audit: bool,
 }
 
 impl Default for RunControl<'_> {
     fn default() -> Self {
-        RunControl { stop: StopFlag::never(), timer: None, inside: false }
+        RunControl { stop: StopFlag::never(), timer: None, inside: false, audit: false }
     }
 }
 

@@ -362,13 +362,11 @@ fn pseudo_inverse(model: &ReducedInterfaceModel, closed: &[usize], out: &mut [f6
 
 /// `1/λ_min(Ĥ)`; `+inf` where an interface direction is locked.
 fn effective_mass(h: &[f64], n: usize) -> f64 {
-    let smallest = match n {
-        0 => return f64::NAN,
-        1 => h[0],
-        2..=EIGENVALUE_LIMIT => smallest_eigenvalue(h, n),
-        // Beyond that many interface rows the heaviest coordinate direction is reported instead.
-        _ => (0..n).map(|i| h[i * n + i]).fold(f64::INFINITY, f64::min),
-    };
+    if n == 0 {
+        return f64::NAN;
+    }
+    // Beyond that many interface rows the heaviest coordinate direction is reported instead.
+    let smallest = smallest_eigenvalue(h, n);
     let largest = (0..n).map(|i| h[i * n + i]).fold(0.0, f64::max);
     if smallest.is_nan() {
         f64::NAN
@@ -379,8 +377,14 @@ fn effective_mass(h: &[f64], n: usize) -> f64 {
     }
 }
 
-fn smallest_eigenvalue(h: &[f64], n: usize) -> f64 {
+/// Returns the smallest eigenvalue of a symmetric row-major matrix; beyond eight rows the least diagonal entry.
+pub(crate) fn smallest_eigenvalue(h: &[f64], n: usize) -> f64 {
     const N: usize = EIGENVALUE_LIMIT;
+    match n {
+        1 => return h[0],
+        2..=N => {}
+        _ => return (0..n).map(|i| h[i * n + i]).fold(f64::INFINITY, f64::min),
+    }
     // Padding with a diagonal above every eigenvalue keeps the smallest one.
     let bound = 1.0 + h.iter().map(|x| x.abs()).sum::<f64>();
     if !bound.is_finite() {

@@ -159,6 +159,18 @@ impl Elimination {
         Ok(())
     }
 
+    /// Tells whether the accelerations by further forces can be had of it.
+    pub fn knows_accelerations(&self) -> bool {
+        self.local.is_none() && self.jointed.is_none()
+    }
+
+    /// Writes the accelerations `A_x G f` of the stacked rows by the forces `f`, at the state reduced last.
+    pub fn accelerations_by(&self, force: &[f64], a: &mut [f64]) {
+        for (a, row) in a.iter_mut().zip(self.g_rows.chunks_exact(self.velocities)) {
+            *a = row.iter().zip(force).map(|(g, f)| g * f).sum();
+        }
+    }
+
     /// Recovers `v⁺` after a step `h` from the stacked impulses `[P_u; h λ_i]` (N·s).
     pub fn velocity_after(&mut self, h: f64, impulses: &[f64], v: &mut [f64]) {
         if self.local.is_some() || self.jointed.is_some() {

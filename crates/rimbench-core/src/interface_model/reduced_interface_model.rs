@@ -39,6 +39,8 @@ pub struct ReducedInterfaceModel {
     pub h: Vec<f64>,
     /// Free accelerations `[a_u; a_i]`.
     pub a: Vec<f64>,
+    /// What of `a` depends on the state, by the mechanics' own springs and dampers; empty where that is not asked for, or not known.
+    pub state_bias: Vec<f64>,
     /// Velocities `[w_u; w_i]`, consistent with the bilateral constraints.
     pub w: Vec<f64>,
     /// Gaps of the contacts; negative means penetration.
@@ -104,6 +106,7 @@ impl ReducedInterfaceModel {
             delassus_pattern: None,
             h: vec![0.0; n * n],
             a: vec![0.0; n],
+            state_bias: Vec::new(),
             w: vec![0.0; n],
             gap: vec![0.0; contacts],
             position: vec![0.0; interface],
@@ -274,6 +277,9 @@ impl ReducedInterfaceModel {
         self.listing = other.listing;
         self.h.copy_from_slice(&other.h);
         self.a.copy_from_slice(&other.a);
+        if !other.state_bias.is_empty() {
+            self.state_bias.copy_from_slice(&other.state_bias);
+        }
         self.w.copy_from_slice(&other.w);
         self.gap.copy_from_slice(&other.gap);
         self.position.copy_from_slice(&other.position);

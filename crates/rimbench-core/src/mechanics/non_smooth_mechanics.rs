@@ -33,6 +33,8 @@ pub struct NonSmoothMechanics<M> {
     second_order: Option<Box<SecondOrderSteps>>,
     /// Where the geometry has acceleration_jumps.
     acceleration_jumps: Option<Box<JumpFinder>>,
+    /// Room for the forces that depend on the state; empty where they are not known.
+    state_forces: Vec<f64>,
     ports: Ports,
     observables: Vec<Name>,
     /// How many of them are the model's own, gaps, contact forces.
@@ -49,6 +51,10 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         debug_assert_eq!(ports.outputs.len(), 2 * size.interface);
         let start = model.initial_state();
         model.prepare(&start.0, &start.1);
+        let mut state_forces = vec![0.0; size.velocities];
+        if !model.state_forces(&start.0, &start.1, &mut state_forces) {
+            state_forces.clear();
+        }
         let parts = [model.observables(), model.gap_names(), model.contact_force_names()];
         let mut mechanics = NonSmoothMechanics {
             stepper: ContactStepper::new(
@@ -60,6 +66,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
             ),
             second_order: None,
             acceleration_jumps: JumpFinder::of(&model),
+            state_forces,
             ports,
             parts: [parts[0].len(), parts[1].len(), parts[2].len()],
             observables: parts.into_iter().flatten().chain(CONTACT_OBSERVABLES.map(Name::from)).collect(),
@@ -68,6 +75,9 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         };
         for contact in (0..size.unilateral).filter(|&contact| mechanics.model.is_plastic(contact)) {
             mechanics.stepper.make_plastic(contact);
+        }
+        if !mechanics.stepper.knows_accelerations() {
+            mechanics.state_forces.clear();
         }
         mechanics.linearise();
         let potential = mechanics.model.potential_energy(mechanics.position());
@@ -236,12 +246,20 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
         let mut model = self.stepper.empty_model();
         model.acceleration_jumps =
             AccelerationJumps::with_room(self.model.switches(), model.interface_start() + model.interface());
+        if !self.state_forces.is_empty() {
+            model.state_bias = vec![0.0; model.a.len()];
+        }
         Some(model)
     }
 
     fn interface_model(&mut self, h: f64, model: &mut ReducedInterfaceModel) -> Result<bool, Failure> {
         self.find_stiff_forces_here();
         self.stepper.interface_model(h, model)?;
+        if !model.state_bias.is_empty() {
+            let ContactStepper { q, v, .. } = &self.stepper;
+            self.model.state_forces(q, v, &mut self.state_forces);
+            self.stepper.accelerations_by(&self.state_forces, &mut model.state_bias);
+        }
         if model.acceleration_jumps.requested
             && let Some(finder) = &mut self.acceleration_jumps
         {
@@ -298,6 +316,10 @@ impl<M: MechanicalModel> Capabilities for NonSmoothMechanics<M> {
 
     fn interface_work(&mut self) -> Option<f64> {
         Some(self.stepper.energy.ledger.interface)
+    }
+
+    fn contact_impulses(&mut self) -> Option<&[f64]> {
+        self.second_order.is_none().then(|| self.stepper.all_contact_impulses())
     }
 
     fn energy_identity_residual(&mut self) -> Option<f64> {

@@ -123,6 +123,9 @@ impl SchemeEntry {
         let detection = self.detection(options.detection)?;
         if let Some(model) = &mut attachments.interface_model {
             model.acceleration_jumps.requested = options.motion == ModelMotion::Piecewise;
+            if options.motion != ModelMotion::HalfKick {
+                model.state_bias = Vec::new();
+            }
         }
         let model = attachments.interface_model.as_ref().map(|empty| ModelConstruction { empty, options, detection });
         if let Some(ModelConstruction { empty, options, .. }) = model {

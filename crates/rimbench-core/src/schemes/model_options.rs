@@ -16,15 +16,18 @@ pub enum ModelMotion {
     Frozen,
     /// `H` and `a` go on linearly from the last two communication points; frozen after a change of the contact set.
     Extrapolated,
+    /// `H` stays as it was; what of `a` depends on the state acts at `t_k`, as a half-kick `w + ½ H a` along closed contacts.
+    HalfKick,
     /// `H` stays as it was, `a` jumps where the geometry has its next kink: gap functions are sent with their curvature and the place
     /// where it changes.
     Piecewise,
 }
 
 impl ModelMotion {
-    const NAMES: [(&'static str, ModelMotion); 3] = [
+    const NAMES: [(&'static str, ModelMotion); 4] = [
         ("frozen", ModelMotion::Frozen),
         ("extrapolated", ModelMotion::Extrapolated),
+        ("half-kick", ModelMotion::HalfKick),
         ("piecewise", ModelMotion::Piecewise),
     ];
 }
@@ -61,14 +64,20 @@ impl Default for ModelOptions {
 impl ModelOptions {
     /// Tells whether there is one among them that not all mechanics go together with.
     pub fn depends_on_mechanics(&self) -> bool {
-        self.redundancy != Redundancy::Drop
+        self.redundancy != Redundancy::Drop || self.motion == ModelMotion::HalfKick
     }
 
     /// Checks that they go together with what a mechanics offers.
     ///
     /// # Errors
-    /// [`Error::Incompatible`] for what knows no friction, where there is some.
+    /// [`Error::Incompatible`] for what knows no friction, where there is some, and for a half-kick of what is not known.
     pub(super) fn check_model(&self, model: &ReducedInterfaceModel) -> Result<()> {
+        if self.motion == ModelMotion::HalfKick && !model.has_friction() && model.state_bias.is_empty() {
+            return Err(Error::Incompatible(format!(
+                "model_motion = {}: the mechanics does not say which part of its free acceleration depends on the state; use `frozen`",
+                self.motion
+            )));
+        }
         if model.has_friction() { self.check_friction() } else { Ok(()) }
     }
 
@@ -80,6 +89,10 @@ impl ModelOptions {
         if self.redundancy != Redundancy::Drop {
             let reason = "of dependent rows that stick or slide the equations drop out; use redundancy `drop`";
             return refused(format!("redundancy = {}", self.redundancy), reason);
+        }
+        if self.motion == ModelMotion::HalfKick {
+            let reason = "a kick along a surface that may stick or slide is not defined; use model_motion `frozen`";
+            return refused(format!("model_motion = {}", self.motion), reason);
         }
         if !self.solver.goes_by_active_sets() {
             let reason = "contacts with friction are solved over their states; use solver `active-set`";

@@ -2,13 +2,14 @@
 
 use super::model_options::ModelMotion;
 use crate::cosim::MicroStep;
-use crate::interface_model::ReducedInterfaceModel;
+use crate::interface_model::{HalfKick, ReducedInterfaceModel};
 
 /// The model between two communication points.
 ///
 /// ```text
 /// extrapolated    H(t) = H_k + (t − t_k) (H_k − H_{k−1})/(t_k − t_{k−1})        a(t) alike
 /// frozen          H(t) = H_k
+/// half-kick       H(t) = H_k                                                    a(t) = a_k − a_s,k, from w_k + ½ H a_s,k on
 /// piecewise       H(t) = H_k                                                    a(t) = a_k + Σ Δa_j over the kinks with t_j ≤ t
 /// ```
 /// A model whose closed contacts, or with friction their states, differ from those of the one before stays frozen.
@@ -24,6 +25,7 @@ pub(super) struct MovingModel {
     h_rate: Vec<f64>,
     a_rate: Vec<f64>,
     extrapolating: bool,
+    kick: HalfKick,
 }
 
 impl MovingModel {
@@ -37,15 +39,19 @@ impl MovingModel {
             h_rate: vec![0.0; empty.h.len()],
             a_rate: vec![0.0; empty.a.len()],
             extrapolating: false,
+            kick: HalfKick::new(empty),
         }
     }
 
-    /// Takes a model as it is at `time` (s).
-    pub(super) fn receive(&mut self, time: f64, model: &ReducedInterfaceModel) {
+    /// Takes a model as it is at `time` (s), for a macro step of `length` (s).
+    pub(super) fn receive(&mut self, time: f64, length: f64, model: &ReducedInterfaceModel) {
         self.extrapolating =
             self.motion == ModelMotion::Extrapolated && self.take_rates(time - self.received_at, model);
         self.received.copy_from(model);
-        self.current.copy_from(model);
+        if self.motion == ModelMotion::HalfKick {
+            self.kick.apply(&mut self.received, length);
+        }
+        self.current.copy_from(&self.received);
         self.received_at = time;
     }
 
@@ -68,6 +74,11 @@ impl MovingModel {
         true
     }
 
+    /// Tells whether the model stays as it was received.
+    pub(super) fn stays(&self) -> bool {
+        self.motion == ModelMotion::Frozen
+    }
+
     /// Lets the model stand still until the next one arrives.
     pub(super) fn freeze(&mut self) {
         self.extrapolating = false;
@@ -77,7 +88,7 @@ impl MovingModel {
     #[inline]
     pub(super) fn move_to(&mut self, at: MicroStep) -> bool {
         match self.motion {
-            ModelMotion::Frozen => false,
+            ModelMotion::Frozen | ModelMotion::HalfKick => false,
             ModelMotion::Extrapolated => {
                 if self.extrapolating {
                     self.extrapolate(at.since_exchange + 0.5 * at.length);
@@ -142,25 +153,25 @@ mod tests {
             model
         };
         let mut moving = MovingModel::new(&model(0.0), ModelMotion::Extrapolated);
-        moving.receive(0.0, &model(1.0));
-        moving.receive(0.1, &model(2.0));
+        moving.receive(0.0, 0.1, &model(1.0));
+        moving.receive(0.1, 0.1, &model(2.0));
         assert!(moving.move_to(MIDDLE));
         let mut other = model(3.0);
         other.count_version();
-        moving.receive(0.2, &other);
+        moving.receive(0.2, 0.1, &other);
         assert!(!moving.move_to(MIDDLE));
-        moving.receive(0.3, &other);
+        moving.receive(0.3, 0.1, &other);
         assert!(moving.move_to(MIDDLE));
     }
 
     #[test]
     fn a_model_with_friction_must_go_on_while_the_mechanics_says_the_same_of_its_contacts() {
         let mut moving = MovingModel::new(&model(0.0, ContactState::Open), ModelMotion::Extrapolated);
-        moving.receive(0.0, &model(1.0, ContactState::Stick));
-        moving.receive(0.1, &model(2.0, ContactState::Stick));
+        moving.receive(0.0, 0.1, &model(1.0, ContactState::Stick));
+        moving.receive(0.1, 0.1, &model(2.0, ContactState::Stick));
         assert!(moving.move_to(MIDDLE));
         assert!((moving.current.h[0] - 2.5).abs() < 1e-15);
-        moving.receive(0.2, &model(3.0, ContactState::SlipPositive));
+        moving.receive(0.2, 0.1, &model(3.0, ContactState::SlipPositive));
         assert!(!moving.move_to(MIDDLE), "the mechanics says that it slides now");
     }
 }

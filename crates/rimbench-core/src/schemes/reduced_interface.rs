@@ -29,7 +29,7 @@ use super::implicit_feedthrough::ImplicitFeedthrough;
 use super::model_contacts::{FrozenModel, ModelContacts, ModelState};
 use super::moving_model::MovingModel;
 use super::recorded_modes::RecordedModes;
-use crate::cosim::{CouplingScheme, Forecast, MicroStep, Sample, SchemeReport, Side};
+use crate::cosim::{CouplingScheme, Forecast, MicroStep, ModelEnd, Sample, SchemeReport, Side};
 use crate::error::Failure;
 use crate::interface_model::{Condensation, Redundancy, condense_in_modes};
 use rimbench_contact::affine_step::DiscretisedModel;
@@ -152,7 +152,7 @@ impl CouplingScheme for ReducedInterface {
             self.mass.record(self.set.contacts(), &self.state.impulses[..self.discretised.contacts()]);
             self.set.detect(model);
             self.modes.start_from(model);
-            self.model.receive(sample.time, model);
+            self.model.receive(sample.time, sample.step.length, model);
             self.micro_step = sample.actuator_micro_step;
             // The contacts that carry impulse depend on the force, which arrives next.
             return if self.set.waits_for_force() { Ok(()) } else { self.begin() };
@@ -202,6 +202,26 @@ impl CouplingScheme for ReducedInterface {
 
     fn forecast(&self) -> Option<Forecast<'_>> {
         Some(Forecast { position: &self.state.position, next_closing: self.next_closing() })
+    }
+
+    fn model_end(&mut self) -> Option<ModelEnd<'_>> {
+        let ReducedInterface { set, model, contacts, law, state, .. } = self;
+        if !model.stays() || model.received.delassus_pattern().is_some() {
+            return None;
+        }
+        if !matches!(contacts, ModelContacts::Bilateral) {
+            // The micro steps of a critical region may not have been written down yet.
+            contacts.change_matrix(law, state);
+            let rows = contacts.rows(set.contacts());
+            return Some(ModelEnd { rows, w: &state.w[..rows.len()] });
+        }
+        // Bilateral contacts stand still, or follow their gap term; they have no use for impulses.
+        let (received, current) = (&model.received, &model.current);
+        for (w, &contact) in state.impulses.iter_mut().zip(set.contacts()) {
+            *w = received.w[contact] - current.w[contact];
+        }
+        (!received.has_friction())
+            .then(|| ModelEnd { rows: set.contacts(), w: &state.impulses[..set.contacts().len()] })
     }
 
     fn try_clone(&self) -> Option<Box<dyn CouplingScheme>> {

@@ -5,6 +5,7 @@ use crate::cosim::communication_grid::MacroStep;
 use crate::cosim::coupling_scheme::{CouplingScheme, MicroStep};
 use crate::cosim::exchange_data::{NO_OUTPUT_RATES, NO_PIECES};
 use crate::cosim::force_return::{ForceReturn, Sequence};
+use crate::cosim::interface_work::InterfaceWork;
 use crate::cosim::micro_log::{record_micro_step, record_midpoint};
 use crate::cosim::output_history::ForceCourse;
 use crate::cosim::pair_state::PairState;
@@ -30,7 +31,20 @@ impl CoupledPair<'_> {
             }
         }
         self.state.counters.macro_steps += 1;
+        if self.state.audit.is_some() {
+            self.audit(step);
+        }
         Ok(())
+    }
+
+    /// Closes the account of the scheme's interface model for a macro step.
+    #[cold]
+    fn audit(&mut self, step: MacroStep) {
+        let InterfaceWork { sent_j, received_j } = self.interface_work();
+        let PairState { audit, attachments, transmission, .. } = &mut *self.state;
+        if let (Some(audit), Some(model)) = (audit, &attachments.interface_model) {
+            audit.finish(model, step, transmission, &mut *self.scheme, [sent_j, received_j]);
+        }
     }
 
     /// Lets one side cover a macro step.
@@ -112,7 +126,7 @@ impl CoupledPair<'_> {
         let count = self.setup.own_mechanics_steps(step);
         let (mechanics, scheme) = (&mut *self.sides.mechanics, &mut *self.scheme);
         let mut takes_polynomial = self.state.takes_polynomial.mechanics;
-        let PairState { own, u, transmission, end, received, .. } = &mut *self.state;
+        let PairState { own, u, transmission, end, received, audit, attachments, .. } = &mut *self.state;
         let (own, u) = (&mut own.mechanics[..], &mut u.mechanics[..]);
         received.fill(0.0);
         let in_pieces = self.setup.force_return == ForceReturn::Pieces;
@@ -135,6 +149,9 @@ impl CoupledPair<'_> {
                 step_in_pieces(mechanics, transmission.course(i, count, u), at.length)?;
             } else {
                 mechanics.step(at.start, u, at.length)?;
+            }
+            if let (Some(audit), Some(model)) = (&mut *audit, &attachments.interface_model) {
+                audit.add_step(model, at, u, mechanics.capabilities().contact_impulses());
             }
             for (received, u) in received.iter_mut().zip(&*u) {
                 *received += u / count as f64;

@@ -12,6 +12,21 @@ pub(in crate::mechanics) const CONTACT_OBSERVABLES: [&str; 5] =
     ["closed_contacts", "rank_h_uu", "effective_mass_kg", "active_effective_mass_kg", "contact_force_sum_n"];
 
 impl ContactStepper {
+    /// Returns the contact impulses of the last step, N·s, those of friction after the others.
+    pub(in crate::mechanics) fn all_contact_impulses(&self) -> &[f64] {
+        &self.impulses[..self.eq4.interface_start()]
+    }
+
+    /// Tells whether [`accelerations_by`](Self::accelerations_by) is known.
+    pub(in crate::mechanics) fn knows_accelerations(&self) -> bool {
+        self.elimination.knows_accelerations()
+    }
+
+    /// Writes the accelerations of the rows of Eq. 4 by these forces (N), at the state reduced last.
+    pub(in crate::mechanics) fn accelerations_by(&self, force: &[f64], a: &mut [f64]) {
+        self.elimination.accelerations_by(force, a);
+    }
+
     /// Writes gaps, contact forces `λ_u = P_u/h` of the last step, and to `contact` the [`CONTACT_OBSERVABLES`]; `h` is the next step.
     pub(in crate::mechanics) fn observe(&mut self, h: f64, gaps: &mut [f64], forces: &mut [f64], contact: &mut [f64]) {
         let n_u = self.eq3.unilateral.len();

@@ -1,0 +1,273 @@
+//! Where the energy comes from that an interface model creates: the jump from the end of the model to that of the mechanics, by contact.
+//!
+//! ```text
+//! received − sent = jump + first moment + contacts + unfrozen
+//! jump          T⁺ − T̂ = −½ ΔPᵀ H_uu ΔP + w_u⁺ · ΔP,   ΔP = P − P̂
+//! first moment  a_i · (Σ p_j (t_j + ½ h_j) − ∫ t λ dt)
+//! contacts      what contacts lose in the mechanics beyond what they lose in the model, micro steps included
+//! unfrozen      what the mechanics received beyond the frozen model's account of its own steps: rows that turn
+//! ```
+//! `P̂` follows from where the model's contacts end: `H_uu P̂ = ŵ_u − w_u − H a_u − H_ui p`. Nothing is added to micro steps.
+//! # Source
+//! `docs/method/no-heavier-than-the-mechanics.md`.
+
+use super::communication_grid::MacroStep;
+use super::coupling_scheme::{CouplingScheme, MicroStep};
+use super::output_history::OutputHistory;
+use crate::interface_model::{
+    Condensation, ReducedInterfaceModel, Redundancy, condense, smallest_eigenvalue, solve_semidefinite,
+};
+
+/// Below this fraction of the largest an impulse counts as zero, and a change of velocity below this fraction of what it is a difference of.
+const ROUNDING: f64 = 1e-11;
+
+/// How a contact of an interface model creates energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Creation {
+    /// It acted across a gap that the mechanics leaves open.
+    Gap,
+    /// It pulled while the mechanics opened it.
+    Pull,
+    /// Its impulse along the surface exceeded the friction of the mechanics, which slid.
+    Stick,
+    /// The mechanics pushed a penetration out, or rebounded.
+    Push,
+}
+
+/// A jump that created energy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jump {
+    /// The communication point, s.
+    pub time: f64,
+    /// J.
+    pub energy: f64,
+    /// The contact that created most of it.
+    pub contact: usize,
+    /// How that contact did.
+    pub by: Creation,
+}
+
+/// Energy that an interface model created (above 0) or lost since the start, J, by origin; the sum is minus the interface residual.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ModelEnergy {
+    /// Created as the end of the model was replaced by that of the mechanics.
+    pub jump: f64,
+    /// Created by the bias, because the mechanics received the force at other times than it acted.
+    pub first_moment: f64,
+    /// Created because contacts lose less in the model than in the mechanics.
+    pub contacts: f64,
+    /// Created because the mechanics' own steps are not those of the frozen model.
+    pub unfrozen: f64,
+    /// Largest eigenvalue of `H_mech − H_model` over all macro steps, each with the contacts that carried impulse, relative to the largest
+    /// entry of `H_ii`: above 0 the model was heavier than the mechanics in some direction.
+    pub heaviness: f64,
+    /// The jump that created most.
+    pub largest: Option<Jump>,
+}
+
+/// Keeps the account of a run; everything is reserved beforehand.
+#[derive(Debug, Clone)]
+pub(crate) struct ModelAudit {
+    energy: ModelEnergy,
+    /// Whether every macro step could be audited.
+    known: bool,
+    /// Jump (J) and heaviness of the last macro step.
+    last: Option<[f64; 2]>,
+    /// Work sent and received up to its start, J.
+    counted: [f64; 2],
+    /// `p`, `P` and `P̂` of the macro step, N·s.
+    impulse: Vec<f64>,
+    contacts: Vec<f64>,
+    of_model: Vec<f64>,
+    /// `a_i · Σ p_j (t_j + ½ h_j)` and `Σ p_jᵀ H_iu (P_before + ½ P_j)` over the mechanics' steps, J.
+    moment: f64,
+    contact_work: f64,
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    closed: Vec<usize>,
+    /// The interface of model and mechanics with the contacts that carried impulse.
+    condensed: [Condensation; 2],
+}
+
+impl ModelAudit {
+    /// Reserves models like `empty`.
+    pub(crate) fn new(empty: &ReducedInterfaceModel) -> Self {
+        let (rows, n_i) = (empty.interface_start(), empty.interface());
+        ModelAudit {
+            energy: ModelEnergy { heaviness: f64::NEG_INFINITY, ..ModelEnergy::default() },
+            known: empty.delassus_pattern().is_none(),
+            last: None,
+            counted: [0.0; 2],
+            impulse: vec![0.0; n_i],
+            contacts: vec![0.0; rows],
+            of_model: vec![0.0; rows],
+            moment: 0.0,
+            contact_work: 0.0,
+            matrix: vec![0.0; (rows * rows).max(n_i * n_i)],
+            right: vec![0.0; rows],
+            closed: Vec::with_capacity(empty.contacts()),
+            condensed: [Condensation::of(empty), Condensation::of(empty)],
+        }
+    }
+
+    /// Returns the account, if every macro step could be audited.
+    pub(crate) fn energy(&self) -> Option<ModelEnergy> {
+        (self.known && self.last.is_some()).then_some(self.energy)
+    }
+
+    /// Returns jump (J) and heaviness of the last macro step.
+    pub(crate) fn last(&self) -> Option<[f64; 2]> {
+        self.last.filter(|_| self.known)
+    }
+
+    /// Adds a step of the mechanics under the force `lambda` (N) with these contact impulses (N·s).
+    pub(crate) fn add_step(
+        &mut self,
+        model: &ReducedInterfaceModel,
+        at: MicroStep,
+        lambda: &[f64],
+        impulses: Option<&[f64]>,
+    ) {
+        let first = model.interface_start();
+        let Some(impulses) = impulses.or((first == 0).then_some(&[])).filter(|own| own.len() == first) else {
+            self.known = false;
+            return;
+        };
+        for (i, force) in lambda.iter().enumerate() {
+            let p = at.length * force;
+            self.moment += p * model.a[first + i] * (at.since_exchange + 0.5 * at.length);
+            for (row, (sum, own)) in self.contacts.iter().zip(impulses).enumerate() {
+                self.contact_work += p * model.entry(row, first + i) * (sum + 0.5 * own);
+            }
+        }
+        self.contacts.iter_mut().zip(impulses).for_each(|(sum, own)| *sum += own);
+    }
+
+    /// Closes a macro step under the forces `sent`, with the work sent and received since the start (J).
+    pub(crate) fn finish(
+        &mut self,
+        model: &ReducedInterfaceModel,
+        step: MacroStep,
+        forces: &OutputHistory,
+        scheme: &mut dyn CouplingScheme,
+        work: [Option<f64>; 2],
+    ) {
+        let first = model.interface_start();
+        let ([Some(sent), Some(received)], true) = (work, self.known) else {
+            self.known = false;
+            return;
+        };
+        // ∫ λ dt, a · ∫ t λ dt
+        let delta = step.length / forces.rows().len() as f64;
+        self.impulse.fill(0.0);
+        let (a_i, mut sent_moment) = (&model.a[first..], 0.0);
+        for (j, lambda) in forces.rows().enumerate() {
+            let middle = j as f64 + 0.5;
+            for (sum, (force, a)) in self.impulse.iter_mut().zip(lambda.iter().zip(a_i)) {
+                *sum += force;
+                sent_moment += middle * force * a;
+            }
+        }
+        self.impulse.iter_mut().for_each(|sum| *sum *= delta);
+        sent_moment *= delta * delta;
+        let columns = model.a.len();
+        let h = |row: usize| &model.h[row * columns..(row + 1) * columns];
+        let product = |row: &[f64], p: &[f64]| row.iter().zip(p).map(|(h, p)| h * p).sum::<f64>();
+        let by_impulse = |row: usize| product(&h(row)[first..], &self.impulse);
+        let mut smooth = 0.0;
+        for (i, p) in self.impulse.iter().enumerate() {
+            smooth += p * (model.w[first + i] + 0.5 * by_impulse(first + i));
+        }
+        let in_model = (sent - self.counted[0]) - smooth - sent_moment;
+        let unfrozen = (received - self.counted[1]) - smooth - self.moment - self.contact_work;
+
+        // P̂
+        let Some(end) = scheme.model_end() else {
+            self.known = false;
+            return;
+        };
+        let n = end.rows.len();
+        let free = |row: usize| model.w[row] + step.length * model.a[row] + by_impulse(row);
+        let mut pushed = false;
+        for (k, (&row, w)) in end.rows.iter().zip(end.w).enumerate() {
+            let free = free(row);
+            self.right[k] = w - free;
+            pushed |= (w - free).abs() > ROUNDING * (w.abs() + free.abs());
+        }
+        self.of_model.fill(0.0);
+        if pushed {
+            for (k, &row) in end.rows.iter().enumerate() {
+                let own = h(row);
+                self.matrix[k * n..(k + 1) * n]
+                    .iter_mut()
+                    .zip(end.rows)
+                    .for_each(|(entry, &column)| *entry = own[column]);
+            }
+            solve_semidefinite(&mut self.matrix[..n * n], &mut self.right[..n]);
+            let all = self.right[..n].iter().chain(&self.contacts).chain(&self.impulse);
+            let least = ROUNDING * all.fold(0.0, |most: f64, impulse| most.max(impulse.abs()));
+            for (&row, &impulse) in end.rows.iter().zip(&self.right) {
+                self.of_model[row] = if impulse.abs() > least { impulse } else { 0.0 };
+            }
+        }
+
+        let (mut jump, mut size, mut largest) = (0.0, 0.0, (0.0, 0, Creation::Pull));
+        for row in 0..first {
+            let (p, of_model) = (self.contacts[row], self.of_model[row]);
+            if p == 0.0 && of_model == 0.0 {
+                continue;
+            }
+            let own = &h(row)[..first];
+            let by_contacts = product(own, &self.contacts);
+            let (w, change) = (free(row) + by_contacts, by_contacts - product(own, &self.of_model));
+            jump += (p - of_model) * (w - 0.5 * change);
+            size += (w.abs() + change.abs()) * (p.abs() + of_model.abs());
+            let mut note = |created: f64, contact: usize, by: Creation| {
+                if created > largest.0 {
+                    largest = (created, contact, by);
+                }
+            };
+            match row.checked_sub(model.contacts()) {
+                Some(contact) => note(w * (p - of_model), contact, Creation::Stick),
+                None => {
+                    // 0 ≤ w + d ⟂ P ≥ 0
+                    let d = if p > 0.0 { -w } else { model.step_gap_velocity(row) };
+                    note(d * (of_model - p), row, if d > 0.0 { Creation::Gap } else { Creation::Push });
+                    note(-(w + d) * of_model, row, Creation::Pull);
+                }
+            }
+        }
+        let (_, contact, by) = largest;
+        if jump > ROUNDING * size && self.energy.largest.is_none_or(|most| jump > most.energy) {
+            self.energy.largest = Some(Jump { time: step.start + step.length, energy: jump, contact, by });
+        }
+        let heaviness = self.heaviness(model);
+        self.energy.jump += jump;
+        self.energy.first_moment += self.moment - sent_moment;
+        self.energy.contacts += self.contact_work - in_model - jump;
+        self.energy.unfrozen += unfrozen;
+        self.energy.heaviness = self.energy.heaviness.max(heaviness);
+        (self.last, self.counted) = (Some([jump, heaviness]), [sent, received]);
+        (self.moment, self.contact_work) = (0.0, 0.0);
+        self.contacts.fill(0.0);
+    }
+
+    /// Returns how much heavier the model is with the contacts that carried impulse; nothing to find where they are the same.
+    fn heaviness(&mut self, model: &ReducedInterfaceModel) -> f64 {
+        let (first, n_i) = (model.interface_start(), model.interface());
+        let closed = |impulses: &[f64], contact: usize| impulses[contact] != 0.0;
+        if (0..model.contacts()).all(|contact| closed(&self.of_model, contact) == closed(&self.contacts, contact)) {
+            return 0.0;
+        }
+        for (impulses, condensed) in [&self.of_model, &self.contacts].into_iter().zip(&mut self.condensed) {
+            self.closed.clear();
+            self.closed.extend((0..model.contacts()).filter(|&contact| closed(impulses, contact)));
+            condense(model, &self.closed, Redundancy::Drop, condensed);
+        }
+        let [of_model, own] = &self.condensed;
+        let difference = &mut self.matrix[..n_i * n_i];
+        difference.iter_mut().zip(of_model.h.iter().zip(&own.h)).for_each(|(d, (model, own))| *d = model - own);
+        let largest = (0..n_i).map(|i| model.entry(first + i, first + i)).fold(0.0, f64::max);
+        -smallest_eigenvalue(difference, n_i) / largest
+    }
+}
