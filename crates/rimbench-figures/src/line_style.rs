@@ -68,7 +68,7 @@ pub(super) const SCHEMES: [(&str, &str, LineStyle); 23] = [
     ),
     ("rim-nonsmooth", "non-smooth model", LineStyle::new([0x00, 0x72, 0xB2], Dash::Dashed, Marker::Circle)),
     ("rim-nonsmooth-gap", "gap tracking", LineStyle::new([0x00, 0x9E, 0x73], Dash::DashDot, Marker::Square)),
-    ("rim-split", "split models", LineStyle::new([0x2F, 0x4F, 0x4F], Dash::Long, Marker::Square)),
+    ("rim-split", "split models", LineStyle::new([0x70, 0x20, 0xE8], Dash::Long, Marker::Square)),
     ("rim-fixed-mass", "fixed-mass model", LineStyle::new([0x7B, 0x7D, 0x7F], Dash::Dotted, Marker::Cross)),
     ("zero-order-hold", "zero-order hold", LineStyle::new([0xA7, 0x73, 0x33], Dash::Short, Marker::Square)),
     ("first-order-hold", "first-order hold", LineStyle::new([0x0D, 0x9B, 0xE8], Dash::DashDotDot, Marker::Triangle)),
