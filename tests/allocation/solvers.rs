@@ -29,7 +29,7 @@ fn allocations_of_solving(name: &str, built_for: usize, sizes: &[usize]) -> u64 
             solver.solve(Lcp::new(&m[..n * n], &q[..n]), &mut z[..n]).unwrap();
         }
     }
-    assert!(solver.counters().pivots > 0 && solver.capacity() >= largest);
+    assert!(solver.counters().pivots > 0 && solver.solver.capacity() >= largest);
     asked() - before
 }
 

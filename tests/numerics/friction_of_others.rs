@@ -8,7 +8,7 @@ use crate::support::*;
 use rimbench::complementarity::{SolveStats, Unsolved};
 use rimbench::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
-    FrictionSolver,
+    FrictionSolver, StateMethod,
 };
 use std::path::Path;
 
@@ -81,7 +81,7 @@ fn residuals(planar: &Planar) -> [(&'static str, f64); 5] {
     let (mut states, mut p) = (vec![ContactState::Open; n], vec![0.0; 2 * n]);
     let judge =
         |found: Result<SolveStats, Unsolved>, p: &[f64]| found.map_or(f64::INFINITY, |_| problem.natural_residual(p));
-    let found = ActiveStates::new(n).attempt(problem, &mut states, &mut p);
+    let found = ActiveStates::new(n).attempt(problem, false, &mut states, &mut p);
     let active = judge(found, &p);
     let found = Enumeration::new(n.min(ENUMERATION_LIMIT)).attempt(problem, 1e-12, &mut states, &mut p);
     let enumeration = judge(found, &p);

@@ -89,7 +89,7 @@ impl Assembly<'_> {
         }
         let restitution = contacts.tangential_restitution;
         if coefficient > 0.0 {
-            let mechanics = mechanics.with_friction(Friction { coefficient, at_rest, restitution })?;
+            let mechanics = mechanics.with_friction(Friction { coefficient, at_rest, restitution }, self.solver)?;
             return Ok(CoupledSystem::new(mechanics, actuator));
         }
         if restitution > 0.0 {

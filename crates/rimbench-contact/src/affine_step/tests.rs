@@ -1,5 +1,5 @@
 use super::*;
-use crate::complementarity::{SparseActiveSet, SparseLcp};
+use crate::complementarity::{SparseLcp, SparseSolver};
 use crate::contact_law::GapRates;
 use crate::linear_algebra::SymmetricPattern;
 use rand::{RngExt, SeedableRng};
@@ -40,13 +40,13 @@ fn row_of(active: usize) -> (DiscretisedModel, StepContactLaw, AffineStep<Sparse
         gap_step: DELTA,
         ..StepContactLaw::default()
     };
-    let mut solver = SparseActiveSet::new(&pattern, 1e-9);
+    let mut solver = SparseSolver::new(&pattern, 1e-9);
     let mut impulses = vec![0.0; CONTACTS];
     let mut q = discretised.free_increment(CONTACTS).to_vec();
     q[active..].fill(1.0);
     solver.solve(SparseLcp::by_pattern(discretised.contact_rows().unwrap(), &q), &mut impulses).unwrap();
-    let mut step = AffineStep::new(CONTACTS, 1, SparseSetFactor::new(solver.factor(), CONTACTS, 1));
-    step.linearise(&discretised, &law, (solver.factor(), &impulses), 0.0);
+    let mut step = AffineStep::new(CONTACTS, 1, SparseSetFactor::new(solver.solver.factor(), CONTACTS, 1));
+    step.linearise(&discretised, &law, (solver.solver.factor(), &impulses), 0.0);
     assert!(step.is_known());
     assert_eq!(impulses.iter().filter(|impulse| **impulse > 0.0).count(), active);
     (discretised, law, step)

@@ -94,6 +94,13 @@ impl ActiveSet {
         &self.set[..self.len]
     }
 
+    /// Computes the natural residual of an answer to a problem with the matrix of the one before: the same sums, once the matrix has been
+    /// read without its zeros.
+    #[inline(always)]
+    pub(super) fn residual_again(&self, lcp: Lcp<'_>, z: &[f64]) -> f64 {
+        if self.seen && self.rows_read { residual_of_rows(lcp, &self.rows, z) } else { lcp.natural_residual(z) }
+    }
+
     fn resize(&mut self, n: usize) {
         self.n = n;
         self.capacity = self.capacity.max(n);
@@ -194,6 +201,15 @@ impl ActiveSet {
         }
         self.pivot_to_solution(lcp, z, stats)
     }
+}
+
+/// Computes the natural residual of a problem whose matrix is the one that `rows` has read: the same sums without their zeros.
+#[inline]
+pub(super) fn residual_of_rows(lcp: Lcp<'_>, rows: &SparseRows, z: &[f64]) -> f64 {
+    if !rows.holds() {
+        return lcp.natural_residual(z);
+    }
+    lcp.residual_of(z, |i| rows.row(i).map(|(j, h_ij)| h_ij * z[j]).sum::<f64>() + lcp.b[i])
 }
 
 /// Blocks of the size of a cache line or more are compared at once, without an exit in between.

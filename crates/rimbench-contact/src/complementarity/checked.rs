@@ -1,7 +1,7 @@
-//! The solver a simulation holds: checked after every problem, with a fallback, and counted.
+//! The solver a simulation holds: what it proposes is checked after every problem, with a fallback, and counted.
 
-use super::{ComplementaritySolver, Lcp, Lemke, ProblemRecorder, SolveStats, Solver, Unsolved};
-use crate::linear_algebra::SparseRows;
+use super::{ComplementaritySolver, Lemke, SolveStats, Solver, Unsolved};
+use crate::problem::{Cone, ContactProblem, DelassusOperator};
 
 /// Exact work counts of many solves.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -50,51 +50,62 @@ impl SolverCounters {
     }
 }
 
-/// Of an attempt that failed.
-const NO_ANSWER: SolveStats = SolveStats { pivots: 0, factorisations: 0, fallback: false, residual: f64::INFINITY };
+/// The contact problem of a solver.
+pub type ProblemOf<'a, S> = ContactProblem<'a, <S as ProposeImpulses>::Delassus<'a>, <S as ProposeImpulses>::Cone<'a>>;
 
-/// A solver whose every answer is measured by the natural residual, and replaced by the fallback's if it is not good
-/// enough.
-///
-/// Solving it means: `r(z) ≤ tolerance`, or [`Unsolved::NotFound`] with the smaller residual of the two attempts.
-#[derive(Clone)]
-pub struct Checked {
-    primary: Solver,
-    fallback: Option<Lemke>,
-    tolerance: f64,
-    counters: SolverCounters,
-    /// The matrix of the last problem, read once it comes again.
-    rows: SparseRows,
-    rows_read: bool,
-    /// For the solvers of contacts with friction that are made after this one.
-    witness: Option<ProblemRecorder>,
+/// Proposes impulses, from the active set of the last problem.
+pub trait ProposeImpulses {
+    /// The form of H.
+    type Delassus<'a>: DelassusOperator;
+    /// K.
+    type Cone<'a>: Cone;
+
+    /// Writes a proposal for P; the stats have its natural residual. `same_matrix` tells that H and K are those of the problem before, and
+    /// `tolerance` is the residual up to which the proposal will be accepted.
+    ///
+    /// # Errors
+    /// [`Unsolved::NonFinite`] if `b` is not finite, and [`Unsolved::NotFound`] without a proposal, whose work is then not counted.
+    fn propose(
+        &mut self,
+        problem: ProblemOf<'_, Self>,
+        same_matrix: bool,
+        tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved>;
+
+    /// Forgets the active set.
+    fn reset(&mut self);
 }
 
-impl Checked {
-    /// Wraps a solver; `fallback` is tried when the residual of `primary` exceeds `tolerance`.
-    pub fn new(primary: Solver, fallback: Option<Lemke>, tolerance: f64) -> Self {
-        let rows = SparseRows::new(primary.capacity());
-        Checked {
-            primary,
-            fallback,
-            tolerance,
-            counters: SolverCounters::default(),
-            rows,
-            rows_read: false,
-            witness: None,
-        }
-    }
+/// Proposes impulses where those of the solver S are not good enough.
+pub trait Fallback<S: ProposeImpulses> {
+    /// Writes what the method number `turn` proposes, as [`ProposeImpulses::propose`]; none after the last method.
+    fn propose(
+        &mut self,
+        turn: u32,
+        solver: &mut S,
+        problem: ProblemOf<'_, S>,
+        tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Option<Result<SolveStats, Unsolved>>;
+}
 
-    /// Hands on who is told of problems with friction.
-    #[inline]
-    pub fn recorded_by(self, witness: Option<ProblemRecorder>) -> Self {
-        Checked { witness, ..self }
-    }
+/// A solver whose every answer is measured by the natural residual, and replaced by the fallback's if it is not good enough.
+///
+/// Solving it means: `r(P) ≤ tolerance`, or [`Unsolved::NotFound`] with the least residual of all attempts.
+#[derive(Debug, Clone)]
+pub struct Checked<S = Solver, F = Option<Lemke>> {
+    /// Proposes first.
+    pub solver: S,
+    fallback: F,
+    tolerance: f64,
+    counters: SolverCounters,
+}
 
-    /// Returns who is told of problems with friction.
-    #[inline]
-    pub fn witness(&self) -> Option<&ProblemRecorder> {
-        self.witness.as_ref()
+impl<S: ProposeImpulses, F: Fallback<S>> Checked<S, F> {
+    /// Wraps a solver; `fallback` is asked when the residual of its answer exceeds `tolerance`.
+    pub fn wrap(solver: S, fallback: F, tolerance: f64) -> Self {
+        Checked { solver, fallback, tolerance, counters: SolverCounters::default() }
     }
 
     /// Returns the natural residual up to which an answer is accepted.
@@ -103,16 +114,33 @@ impl Checked {
         self.tolerance
     }
 
-    /// Tells whether the solver goes from one active set to the next: then a problem that has the set of the last one needs no solver.
-    #[inline]
-    pub fn goes_by_active_sets(&self) -> bool {
-        matches!(self.primary, Solver::ActiveSet(_))
-    }
-
     /// Returns the counts since construction.
     #[inline]
     pub fn counters(&self) -> SolverCounters {
         self.counters
+    }
+
+    /// Forgets the active set, so that the next answer depends on its problem alone.
+    pub fn reset(&mut self) {
+        self.solver.reset();
+    }
+
+    /// Writes the solution P to `impulses`, N·s.
+    ///
+    /// # Errors
+    /// [`Unsolved::NotFound`] without an answer that is good enough, [`Unsolved::NonFinite`] if `b` is not finite.
+    #[inline(never)]
+    pub fn solve(&mut self, problem: ProblemOf<'_, S>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        self.find(problem, false, impulses)
+    }
+
+    /// [`solve`](Self::solve) with `H` and K to the last bit those of the problem before; only `b` may differ.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    #[inline(never)]
+    pub fn solve_again(&mut self, problem: ProblemOf<'_, S>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+        self.find(problem, true, impulses)
     }
 
     /// Counts what was proposed and accepts it, or runs the fallback.
@@ -120,95 +148,106 @@ impl Checked {
     /// Whatever the fallback is given is put together here: an address handed to it would keep problem and stats in
     /// memory in the usual case too, for a third of its time.
     #[inline(always)]
-    fn accept(&mut self, lcp: Lcp<'_>, z: &mut [f64], proposed: SolveStats) -> Result<SolveStats, Unsolved> {
-        let SolveStats { pivots, factorisations, residual, .. } = proposed;
+    fn find(
+        &mut self,
+        problem: ProblemOf<'_, S>,
+        same_matrix: bool,
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
         self.counters.solves += 1;
-        self.counters.pivots += u64::from(pivots);
-        self.counters.factorisations += u64::from(factorisations);
-        if residual <= self.tolerance {
-            self.counters.worst_residual = self.counters.worst_residual.max(residual);
-            return Ok(SolveStats { pivots, factorisations, fallback: false, residual });
-        }
-        let proposed = SolveStats { pivots, factorisations, fallback: false, residual };
-        self.fall_back(Lcp::new(lcp.h(), lcp.b), z, proposed)
+        let unsolved = match self.solver.propose(problem, same_matrix, self.tolerance, impulses) {
+            Ok(SolveStats { pivots, factorisations, residual, .. }) => {
+                let stats = SolveStats { pivots, factorisations, fallback: false, residual };
+                if let Some(accepted) = self.accept(stats) {
+                    return Ok(accepted);
+                }
+                Ok(SolveStats { pivots, factorisations, fallback: false, residual })
+            }
+            Err(unsolved) => Err(unsolved),
+        };
+        let ContactProblem { delassus, b, cone } = problem;
+        self.fall_back(ContactProblem { delassus, b, cone }, impulses, unsolved)
     }
 
-    /// Runs the fallback after `proposed`, the stats of an insufficient proposal in `z`.
+    /// Counts the work of a proposal; returns its stats if it is good enough.
+    #[inline(always)]
+    fn accept(&mut self, stats: SolveStats) -> Option<SolveStats> {
+        self.counters.pivots += u64::from(stats.pivots);
+        self.counters.factorisations += u64::from(stats.factorisations);
+        let good = stats.residual <= self.tolerance;
+        if good {
+            self.counters.worst_residual = self.counters.worst_residual.max(stats.residual);
+        }
+        good.then_some(stats)
+    }
+
+    /// Runs the fallback after an insufficient proposal.
     #[cold]
-    fn fall_back(&mut self, lcp: Lcp<'_>, z: &mut [f64], proposed: SolveStats) -> Result<SolveStats, Unsolved> {
-        let mut least = proposed.residual;
-        if let Some(lemke) = &mut self.fallback {
-            self.counters.fallbacks += 1;
-            if let Ok(stats) = lemke.attempt(lcp, z) {
-                self.counters.pivots += u64::from(stats.pivots);
-                let residual = lcp.natural_residual(z);
-                if residual <= self.tolerance {
-                    self.counters.worst_residual = self.counters.worst_residual.max(residual);
-                    let pivots = proposed.pivots + stats.pivots;
-                    return Ok(SolveStats { pivots, fallback: true, residual, ..proposed });
+    fn fall_back(
+        &mut self,
+        problem: ProblemOf<'_, S>,
+        impulses: &mut [f64],
+        proposed: Result<SolveStats, Unsolved>,
+    ) -> Result<SolveStats, Unsolved> {
+        let (mut work, mut least) = (SolveStats::default(), f64::INFINITY);
+        let mut attempted = Some(proposed);
+        for turn in 0.. {
+            match attempted {
+                Some(Ok(stats)) => {
+                    work.pivots += stats.pivots;
+                    work.factorisations += stats.factorisations;
+                    least = least.min(stats.residual);
                 }
-                least = least.min(residual);
+                Some(Err(Unsolved::NotFound { residual })) => least = least.min(residual),
+                Some(Err(reason)) => return self.fail(reason),
+                None => break,
+            }
+            attempted = self.fallback.propose(turn, &mut self.solver, problem, self.tolerance, impulses);
+            self.counters.fallbacks += u64::from(turn == 0 && attempted.is_some());
+            if let Some(Ok(stats)) = attempted
+                && self.accept(stats).is_some()
+            {
+                let (pivots, factorisations) = (work.pivots + stats.pivots, work.factorisations + stats.factorisations);
+                return Ok(SolveStats { pivots, factorisations, fallback: true, ..stats });
             }
         }
+        self.fail(Unsolved::NotFound { residual: least })
+    }
+
+    /// Counts a problem that stays unsolved. Whatever was tried last is no good start for the next.
+    fn fail(&mut self, reason: Unsolved) -> Result<SolveStats, Unsolved> {
         self.counters.failures += 1;
-        Err(Unsolved::NotFound { residual: least })
+        self.solver.reset();
+        Err(reason)
     }
 }
 
-/// The natural residual of a problem whose matrix is the one that `rows` has read: the same sums without their zeros.
-#[inline]
-fn residual_of_rows(lcp: Lcp<'_>, rows: &SparseRows, z: &[f64]) -> f64 {
-    if !rows.holds() {
-        return lcp.natural_residual(z);
-    }
-    lcp.residual_of(z, |i| rows.row(i).map(|(j, h_ij)| h_ij * z[j]).sum::<f64>() + lcp.b[i])
-}
-
-impl ComplementaritySolver for Checked {
-    // Not inlined: solver, check and counters make one function in this package.
-    fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.rows_read = false;
-        let stats = match self.primary.attempt(lcp, z) {
-            Ok(stats) => SolveStats { residual: lcp.natural_residual(z), ..stats },
-            Err(_) => NO_ANSWER,
-        };
-        self.accept(lcp, z, stats)
-    }
-
-    fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        if !self.rows_read {
-            self.rows.read(lcp.h(), lcp.size());
-            self.rows_read = true;
-        }
-        let stats = match self.primary.attempt_again(lcp, z) {
-            Ok(stats) => SolveStats { residual: residual_of_rows(lcp, &self.rows, z), ..stats },
-            Err(_) => NO_ANSWER,
-        };
-        self.accept(lcp, z, stats)
-    }
-
-    /// [`attempt`](Self::attempt), whose answer is checked already.
-    #[inline]
-    fn solve(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.attempt(lcp, z)
-    }
-
-    fn reset(&mut self) {
-        self.primary.reset();
-    }
-
-    fn capacity(&self) -> usize {
-        self.primary.capacity()
-    }
-
-    fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
-        Box::new(self.clone())
+impl Fallback<Solver> for Option<Lemke> {
+    fn propose(
+        &mut self,
+        turn: u32,
+        _: &mut Solver,
+        problem: ProblemOf<'_, Solver>,
+        _tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Option<Result<SolveStats, Unsolved>> {
+        let lemke = self.as_mut().filter(|_| turn == 0)?;
+        Some(match lemke.attempt(problem, impulses) {
+            // Its factorisation of the last basis is part of the pivots.
+            Ok(stats) => {
+                let residual = problem.natural_residual(impulses);
+                Ok(SolveStats { factorisations: 0, residual, ..stats })
+            }
+            Err(_) => Err(Unsolved::NotFound { residual: f64::INFINITY }),
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::complementarity::{Lcp, active_set::residual_of_rows};
+    use crate::linear_algebra::SparseRows;
 
     /// Proposes the same number for every impulse, or nothing.
     #[derive(Clone)]
@@ -231,7 +270,7 @@ mod tests {
     #[test]
     fn a_wrong_answer_is_replaced_and_counted() {
         for (proposal, own_pivots) in [(Some(7.0), 3), (Some(f64::NAN), 3), (None, 0)] {
-            let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(proposal))), Some(Lemke::new(1)), 1e-9);
+            let mut solver = Checked::wrap(Solver::other(Stubborn(proposal)), Some(Lemke::new(1)), 1e-9);
             let mut z = [0.0];
             let stats = solver.solve(LCP, &mut z).unwrap();
             assert_eq!((z, stats.fallback), ([2.0], true));
@@ -243,7 +282,7 @@ mod tests {
 
     #[test]
     fn a_right_answer_is_kept() {
-        let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(Some(2.0)))), Some(Lemke::new(1)), 1e-9);
+        let mut solver = Checked::wrap(Solver::other(Stubborn(Some(2.0))), Some(Lemke::new(1)), 1e-9);
         let stats = solver.solve(LCP, &mut [0.0]).unwrap();
         assert_eq!(stats, SolveStats { pivots: 3, factorisations: 2, fallback: false, residual: 0.0 });
         let mut total = solver.counters();
@@ -251,7 +290,7 @@ mod tests {
         assert_eq!((total.solves, total.factorisations, total.fallbacks, total.worst_residual), (3, 2, 0, 0.5));
     }
 
-    /// `M` of a row of bodies, and `q` under a force that changes from turn to turn.
+    /// `H` of a row of bodies, and `b` under a force that changes from turn to turn.
     fn pushed_row(n: usize, heavier: f64) -> (Vec<f64>, impl Fn(usize) -> Vec<f64>) {
         let coupling = |i: usize, j: usize| heavier * [2.0, -1.0, 0.0][i.abs_diff(j).min(2)];
         let m = (0..n * n).map(|k: usize| coupling(k / n, k % n)).collect();
@@ -262,7 +301,7 @@ mod tests {
     fn a_matrix_said_to_be_the_same_gives_the_same_bits_as_one_found_to_be() {
         for n in [1, 4, 8, 9, 40, 70] {
             let build =
-                || Checked::new(Solver::ActiveSet(Box::new(crate::complementarity::ActiveSet::new(n))), None, 1e-9);
+                || Checked::wrap(Solver::ActiveSet(Box::new(crate::complementarity::ActiveSet::new(n))), None, 1e-9);
             let (mut asking, mut told) = (build(), build());
             let (mut z_asking, mut z_told) = (vec![0.0; n], vec![0.0; n]);
             for heavier in [1.0, 0.5] {
@@ -273,7 +312,7 @@ mod tests {
                     let lcp = Lcp::new(&m, &q);
                     asking.solve(lcp, &mut z_asking).unwrap();
                     let stats =
-                        if turn == 0 { told.solve(lcp, &mut z_told) } else { told.attempt_again(lcp, &mut z_told) };
+                        if turn == 0 { told.solve(lcp, &mut z_told) } else { told.solve_again(lcp, &mut z_told) };
                     assert!(stats.unwrap().residual <= 1e-12);
                     assert!(
                         z_asking.iter().zip(&z_told).all(|(a, b)| a.to_bits() == b.to_bits()),
@@ -291,23 +330,22 @@ mod tests {
     fn without_its_zeros_a_matrix_gives_the_same_residual() {
         let n = 48;
         // Integers below 2^50: every order of summation is exact.
-        let mut m: Vec<f64> = (0..n * n).map(|k: usize| [6.0, -2.0, 0.0][(k / n).abs_diff(k % n).min(2)]).collect();
-        let q: Vec<f64> = (0..n).map(|i| (i * 7 % 11) as f64 - 5.0).collect();
-        let z: Vec<f64> = (0..n).map(|i| (i * 5 % 7) as f64 - 1.0).collect();
+        let mut h: Vec<f64> = (0..n * n).map(|k: usize| [6.0, -2.0, 0.0][(k / n).abs_diff(k % n).min(2)]).collect();
+        let b: Vec<f64> = (0..n).map(|i| (i * 7 % 11) as f64 - 5.0).collect();
+        let p: Vec<f64> = (0..n).map(|i| (i * 5 % 7) as f64 - 1.0).collect();
         let mut rows = SparseRows::new(n);
-        rows.read(&m, n);
-        let lcp = Lcp::new(&m, &q);
-        assert!(rows.holds() && lcp.natural_residual(&z) > 0.0);
-        assert_eq!(residual_of_rows(lcp, &rows, &z), lcp.natural_residual(&z));
-        m[n + 40] = f64::NAN;
-        rows.read(&m, n);
-        let (lcp, z) = (Lcp::new(&m, &q), vec![0.0; n]);
-        assert_eq!(residual_of_rows(lcp, &rows, &z), f64::INFINITY);
+        rows.read(&h, n);
+        let lcp = Lcp::new(&h, &b);
+        assert!(rows.holds() && lcp.natural_residual(&p) > 0.0);
+        assert_eq!(residual_of_rows(lcp, &rows, &p), lcp.natural_residual(&p));
+        h[n + 40] = f64::NAN;
+        rows.read(&h, n);
+        assert_eq!(residual_of_rows(Lcp::new(&h, &b), &rows, &vec![0.0; n]), f64::INFINITY);
     }
 
     #[test]
     fn without_a_solution_the_failure_names_the_best_residual() {
-        let mut solver = Checked::new(Solver::Other(Box::new(Stubborn(Some(0.0)))), Some(Lemke::new(1)), 1e-9);
+        let mut solver = Checked::wrap(Solver::other(Stubborn(Some(0.0))), Some(Lemke::new(1)), 1e-9);
         let impossible = Lcp::new(&[0.0], &[-4.0]);
         assert_eq!(solver.solve(impossible, &mut [0.0]), Err(Unsolved::NotFound { residual: 1.0 }));
         assert_eq!(solver.counters().failures, 1);

@@ -1,12 +1,16 @@
 //! What a list of solvers holds about each one.
 
-use super::{ActiveSet, Checked, Lemke, ProblemRecorder, Solver};
+use super::{ActiveSet, Checked, Lemke, Solver};
+use crate::friction::{ActiveStates, FrictionSolver, StateMethod};
 use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
 
 /// Builds a bare solver with room for problems up to the given size.
 pub type BuildSolver = Arc<dyn Fn(usize) -> Solver + Send + Sync>;
+
+/// Builds a method for contacts with friction, with room for the given number of contacts.
+pub type BuildStateMethod = Arc<dyn Fn(usize) -> Box<dyn StateMethod> + Send + Sync>;
 
 /// A solver that can be named in an experiment.
 #[derive(Clone)]
@@ -23,8 +27,8 @@ pub struct SolverEntry {
     pub fallback: bool,
     /// Builds the bare solver with room for problems up to the given `n`.
     pub build: BuildSolver,
-    /// Records every problem with friction, where problems are harvested.
-    pub witness: Option<ProblemRecorder>,
+    /// Builds the method for contacts with friction, with room for the given number of contacts; none if there is none.
+    pub build_with_friction: Option<BuildStateMethod>,
 }
 
 impl fmt::Debug for SolverEntry {
@@ -37,12 +41,18 @@ impl SolverEntry {
     /// Builds the solver behind the check and with the fallback its entry states.
     pub fn checked(&self, capacity: usize) -> Checked {
         let fallback = self.fallback.then(|| Lemke::new(capacity));
-        Checked::new((self.build)(capacity), fallback, self.tolerance).recorded_by(self.witness.clone())
+        Checked::wrap((self.build)(capacity), fallback, self.tolerance)
+    }
+
+    /// Builds the solver of contacts with friction behind the check, with its fallbacks; none if it has none.
+    pub fn checked_with_friction(&self, contacts: usize) -> Option<FrictionSolver> {
+        let method = (self.build_with_friction.as_ref()?)(contacts);
+        Some(FrictionSolver::of(method, contacts, self.tolerance))
     }
 
     /// Tells whether it goes from one active set to the next, as the default does.
     pub fn goes_by_active_sets(&self) -> bool {
-        matches!((self.build)(0), Solver::ActiveSet(_))
+        (self.build)(0).goes_by_active_sets()
     }
 
     /// Describes the default of simulations.
@@ -54,7 +64,7 @@ impl SolverEntry {
             tolerance: 1e-9,
             fallback: true,
             build: Arc::new(|capacity| Solver::ActiveSet(Box::new(ActiveSet::new(capacity)))),
-            witness: None,
+            build_with_friction: Some(Arc::new(|contacts| Box::new(ActiveStates::new(contacts)))),
         }
     }
 
@@ -67,7 +77,7 @@ impl SolverEntry {
             tolerance: 1e-9,
             fallback: false,
             build: Arc::new(|capacity| Solver::other(Lemke::new(capacity))),
-            witness: None,
+            build_with_friction: None,
         }
     }
 }

@@ -21,20 +21,18 @@ mod checked;
 mod entry;
 mod lemke;
 mod lemke_tableau;
-mod problem_recorder;
 mod proximal_guess;
 mod solver;
 mod sparse_active_set;
 
 pub use crate::problem::Unsolved;
 pub use active_set::ActiveSet;
-pub use checked::{Checked, SolverCounters};
-pub use entry::{BuildSolver, SolverEntry, standard_solvers};
+pub use checked::{Checked, Fallback, ProblemOf, ProposeImpulses, SolverCounters};
+pub use entry::{BuildSolver, BuildStateMethod, SolverEntry, standard_solvers};
 pub use lemke::Lemke;
 pub(crate) use lemke_tableau::LemkeTableau;
-pub use problem_recorder::{ProblemRecorder, RecordedProblem};
 pub use solver::Solver;
-pub use sparse_active_set::SparseActiveSet;
+pub use sparse_active_set::{FromEmptySet, SparseActiveSet, SparseSolver};
 
 use crate::linear_algebra::SymmetricRows;
 use crate::problem::{ContactProblem, DenseDelassus, Signorini};

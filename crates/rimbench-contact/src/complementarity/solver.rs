@@ -1,6 +1,9 @@
 //! What an entry of the list builds: the default solver under its own type, all others behind a trait object.
 
-use super::{ActiveSet, ComplementaritySolver, Lcp, SolveStats, Unsolved};
+use super::active_set::residual_of_rows;
+use super::{ActiveSet, ComplementaritySolver, Lcp, ProposeImpulses, SolveStats, Unsolved};
+use crate::linear_algebra::SparseRows;
+use crate::problem::{DenseDelassus, Signorini};
 
 /// A solver by value.
 ///
@@ -11,13 +14,27 @@ pub enum Solver {
     /// The default.
     ActiveSet(Box<ActiveSet>),
     /// Any other.
-    Other(Box<dyn ComplementaritySolver>),
+    Other {
+        /// The solver.
+        solver: Box<dyn ComplementaritySolver>,
+        /// The matrix without its zeros, for the check, read once it comes again.
+        rows: SparseRows,
+        /// Whether that is the present matrix.
+        rows_read: bool,
+    },
 }
 
 impl Solver {
+    /// Tells whether it goes from one active set to the next: then a problem that has the set of the last one needs no solver.
+    #[inline]
+    pub fn goes_by_active_sets(&self) -> bool {
+        matches!(self, Solver::ActiveSet(_))
+    }
+
     /// Wraps any solver that has no variant of its own.
     pub fn other(solver: impl ComplementaritySolver + 'static) -> Self {
-        Solver::Other(Box::new(solver))
+        let rows = SparseRows::new(solver.capacity());
+        Solver::Other { solver: Box::new(solver), rows, rows_read: false }
     }
 }
 
@@ -26,7 +43,7 @@ impl ComplementaritySolver for Solver {
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         match self {
             Solver::ActiveSet(solver) => solver.attempt(lcp, z),
-            Solver::Other(solver) => solver.attempt(lcp, z),
+            Solver::Other { solver, .. } => solver.attempt(lcp, z),
         }
     }
 
@@ -34,25 +51,61 @@ impl ComplementaritySolver for Solver {
     fn attempt_again(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         match self {
             Solver::ActiveSet(solver) => solver.attempt_again(lcp, z),
-            Solver::Other(solver) => solver.attempt_again(lcp, z),
+            Solver::Other { solver, .. } => solver.attempt_again(lcp, z),
         }
     }
 
     fn reset(&mut self) {
         match self {
             Solver::ActiveSet(solver) => solver.reset(),
-            Solver::Other(solver) => solver.reset(),
+            Solver::Other { solver, .. } => solver.reset(),
         }
     }
 
     fn capacity(&self) -> usize {
         match self {
             Solver::ActiveSet(solver) => solver.capacity(),
-            Solver::Other(solver) => solver.capacity(),
+            Solver::Other { solver, .. } => solver.capacity(),
         }
     }
 
     fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
         Box::new(self.clone())
+    }
+}
+
+impl ProposeImpulses for Solver {
+    type Delassus<'a> = DenseDelassus<'a>;
+    type Cone<'a> = Signorini;
+
+    #[inline(always)]
+    fn propose(
+        &mut self,
+        lcp: Lcp<'_>,
+        same_matrix: bool,
+        _tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        let attempted = if same_matrix { self.attempt_again(lcp, impulses) } else { self.attempt(lcp, impulses) };
+        let Ok(stats) = attempted else { return Err(Unsolved::NotFound { residual: f64::INFINITY }) };
+        let residual = match self {
+            Solver::ActiveSet(solver) if same_matrix => solver.residual_again(lcp, impulses),
+            Solver::Other { rows, rows_read, .. } if same_matrix => {
+                if !std::mem::replace(rows_read, true) {
+                    rows.read(lcp.h(), lcp.size());
+                }
+                residual_of_rows(lcp, rows, impulses)
+            }
+            Solver::Other { rows_read, .. } => {
+                *rows_read = false;
+                lcp.natural_residual(impulses)
+            }
+            Solver::ActiveSet(_) => lcp.natural_residual(impulses),
+        };
+        Ok(SolveStats { residual, ..stats })
+    }
+
+    fn reset(&mut self) {
+        ComplementaritySolver::reset(self);
     }
 }

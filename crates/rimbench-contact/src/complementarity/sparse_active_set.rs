@@ -3,8 +3,7 @@
 //! What differs from the dense one: the factor keeps one order for all sets, so that a contact enters or leaves by a change along its
 //! path in the elimination tree; several enter one after the other before velocities are computed anew; whatever would push with the wrong
 //! sign after a change of the matrix leaves at once, as long as it is not by far less than the worst; and every answer is measured here by
-//! the natural residual, as [`Checked`](super::Checked) does with others. An answer that is not good enough is looked for once more with
-//! the set factorised anew, then from the empty set.
+//! the natural residual. An answer that is not good enough is looked for once more with the set factorised anew, then from the empty set.
 //!
 //! Where many contacts change at once, and in the first problem, pivots one by one are many. Then a [`ProximalGuess`] tells which contacts
 //! push. More may push than can be told apart; of those that depend on others each hands its impulse over to them, along a ray on which no
@@ -12,8 +11,9 @@
 
 use super::active_set::{DEPENDENT, NEGLIGIBLE, NO_MOTION, RAY_NOISE};
 use super::proximal_guess::ProximalGuess;
-use super::{SolveStats, SolverCounters, SparseLcp, Unsolved};
+use super::{Checked, Fallback, ProposeImpulses, SolveStats, SparseLcp, Unsolved};
 use crate::linear_algebra::{SparseFactor, SymmetricPattern, SymmetricRows, largest_entry};
+use crate::problem::Signorini;
 
 /// Members that pull by at least this part of the worst (squared) leave together.
 const TOGETHER: f64 = 0.1;
@@ -45,7 +45,6 @@ enum Series {
 /// Solves contact problems whose matrix has a fixed pattern, from the set of the last one.
 #[derive(Debug, Clone)]
 pub struct SparseActiveSet {
-    tolerance: f64,
     factor: SparseFactor,
     /// Changes since the factor was computed; `None` if it is not that of the last matrix.
     age: Option<u32>,
@@ -66,15 +65,25 @@ pub struct SparseActiveSet {
     guess: ProximalGuess,
     /// Whether it has been asked for the present problem.
     guessed: bool,
-    counters: SolverCounters,
+    /// How many there were, the present one included.
+    problems: u64,
+}
+
+/// [`SparseActiveSet`] behind the check; it starts from the empty set where its answer is not good enough.
+pub type SparseSolver = Checked<SparseActiveSet, FromEmptySet>;
+
+impl SparseSolver {
+    /// Makes room for problems with matrices of this pattern; answers are accepted up to this natural residual.
+    pub fn new(pattern: &SymmetricPattern, tolerance: f64) -> Self {
+        Checked::wrap(SparseActiveSet::new(pattern), FromEmptySet, tolerance)
+    }
 }
 
 impl SparseActiveSet {
-    /// Makes room for problems with matrices of this pattern; answers are accepted up to this natural residual.
-    pub fn new(pattern: &SymmetricPattern, tolerance: f64) -> Self {
+    /// Makes room for problems with matrices of this pattern.
+    pub fn new(pattern: &SymmetricPattern) -> Self {
         let n = pattern.size();
         SparseActiveSet {
-            tolerance,
             guess: ProximalGuess::new(pattern),
             guessed: false,
             factor: SparseFactor::new(pattern),
@@ -88,18 +97,8 @@ impl SparseActiveSet {
             w: vec![0.0; n],
             p: vec![0.0; n],
             last: vec![0.0; n],
-            counters: SolverCounters::default(),
+            problems: 0,
         }
-    }
-
-    /// Returns the natural residual up to which an answer is accepted.
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
-    }
-
-    /// Returns the counts since construction.
-    pub fn counters(&self) -> SolverCounters {
-        self.counters
     }
 
     /// Returns the factor of the last set.
@@ -209,59 +208,19 @@ impl SparseActiveSet {
         self.factor.solve(z);
     }
 
-    /// Writes a solution of `w = M z + q`, `0 ≤ w ⟂ z ≥ 0` to `z`.
-    ///
-    /// # Errors
-    /// If none was found whose natural residual is within the tolerance, or `q` is not finite.
-    pub fn solve(&mut self, problem: SparseLcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        let (m, q) = (problem.delassus, problem.b);
-        self.counters.solves += 1;
-        let mut stats = SolveStats::default();
-        let by_zero = match problem.is_solved_by_zero() {
-            Ok(by_zero) => by_zero,
-            Err(reason) => return self.failed(reason),
-        };
-        let has_other = self.go_on();
-        if by_zero {
-            z.fill(0.0);
-            self.w.copy_from_slice(q);
-            return Ok(stats);
-        }
-        self.guessed = false;
-        let fits = has_other && self.take_closer(m, q, z, &mut stats);
-        let mut ended = if fits { Ok(()) } else { self.pivot(m, q, z, &mut stats) };
-        stats.residual = self.residual(problem, z);
-        for from_nothing in [false, true] {
-            if ended.is_ok() && stats.residual <= self.tolerance {
-                break;
-            }
-            if from_nothing {
-                self.counters.fallbacks += 1;
-                stats.fallback = true;
-                self.set.clear();
-                // One by one.
-                self.guessed = true;
-            }
-            self.age = None;
-            ended = self.pivot(m, q, z, &mut stats);
-            stats.residual = self.residual(problem, z);
-        }
-        self.counters.pivots += u64::from(stats.pivots);
-        self.counters.factorisations += u64::from(stats.factorisations);
-        if ended.is_err() || stats.residual.is_nan() || stats.residual > self.tolerance {
-            return self.failed(Unsolved::NotFound { residual: stats.residual });
-        }
-        self.last.copy_from_slice(z);
-        self.counters.worst_residual = self.counters.worst_residual.max(stats.residual);
-        Ok(stats)
+    /// Pivots from the set at hand; `stats` get the residual of the answer.
+    fn attempt(&mut self, problem: SparseLcp<'_>, tolerance: f64, z: &mut [f64], stats: &mut SolveStats) {
+        let found = self.pivot(problem.delassus, problem.b, z, stats).is_ok();
+        self.measure(problem, found, tolerance, z, stats);
     }
 
-    #[cold]
-    fn failed(&mut self, reason: Unsolved) -> Result<SolveStats, Unsolved> {
-        self.counters.failures += 1;
-        self.set.clear();
-        self.age = None;
-        Err(reason)
+    /// Measures an answer, and keeps a good one for guesses.
+    fn measure(&mut self, problem: SparseLcp<'_>, found: bool, tolerance: f64, z: &[f64], stats: &mut SolveStats) {
+        let residual = self.residual(problem, z);
+        stats.residual = if found { residual } else { f64::INFINITY };
+        if stats.residual <= tolerance {
+            self.last.copy_from_slice(z);
+        }
     }
 
     /// The natural residual, with `w` computed anew from problem and answer.
@@ -377,7 +336,7 @@ impl SparseActiveSet {
             };
             // Of the first problem nothing is known. Where contacts of a wall hold all others few go too far at first, and in the end most of
             // them.
-            let knows_nothing = self.counters.solves == 1 && self.set.is_empty();
+            let knows_nothing = self.problems == 1 && self.set.is_empty();
             if !self.guessed && (knows_nothing || self.violated.len() * MANY_WRONG > n) {
                 self.start_from_proximal(m, q, z, stats);
                 solved = false;
@@ -561,6 +520,73 @@ fn velocity_of(m: SymmetricRows<'_>, q: &[f64], z: &[f64], i: usize) -> f64 {
     q[i] + m.row(i).map(|(j, entry)| entry * z[j]).sum::<f64>()
 }
 
+impl ProposeImpulses for SparseActiveSet {
+    type Delassus<'a> = SymmetricRows<'a>;
+    type Cone<'a> = Signorini;
+
+    fn propose(
+        &mut self,
+        problem: SparseLcp<'_>,
+        same_matrix: bool,
+        tolerance: f64,
+        z: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        let (h, b) = (problem.delassus, problem.b);
+        self.problems += 1;
+        if !same_matrix {
+            self.age = None;
+        }
+        let mut stats = SolveStats::default();
+        let by_zero = problem.is_solved_by_zero()?;
+        let has_other = self.go_on();
+        if by_zero {
+            z.fill(0.0);
+            self.w.copy_from_slice(b);
+            return Ok(stats);
+        }
+        self.guessed = false;
+        if has_other && self.take_closer(h, b, z, &mut stats) {
+            self.measure(problem, true, tolerance, z, &mut stats);
+        } else {
+            self.attempt(problem, tolerance, z, &mut stats);
+        }
+        if stats.residual > tolerance {
+            // Changes of the factor add up rounding.
+            self.age = None;
+            self.attempt(problem, tolerance, z, &mut stats);
+        }
+        Ok(stats)
+    }
+
+    fn reset(&mut self) {
+        self.set.clear();
+        self.age = None;
+    }
+}
+
+/// Looks for an answer from the empty set, contact by contact.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FromEmptySet;
+
+impl Fallback<SparseActiveSet> for FromEmptySet {
+    fn propose(
+        &mut self,
+        turn: u32,
+        solver: &mut SparseActiveSet,
+        problem: SparseLcp<'_>,
+        tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Option<Result<SolveStats, Unsolved>> {
+        (turn == 0).then(|| {
+            let mut stats = SolveStats::default();
+            solver.reset();
+            solver.guessed = true;
+            solver.attempt(problem, tolerance, impulses, &mut stats);
+            Ok(stats)
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -576,7 +602,7 @@ mod tests {
             let meet = |i: usize, j: usize| pairs[i].iter().any(|body| pairs[j].contains(body));
             let neighbours: Vec<Vec<usize>> = (0..n).map(|i| (0..n).filter(|&j| meet(i, j)).collect()).collect();
             let pattern = SymmetricPattern::new(&neighbours);
-            let mut sparse = SparseActiveSet::new(&pattern, 1e-9);
+            let mut sparse = SparseSolver::new(&pattern, 1e-9);
             let mut dense = ActiveSet::new(n);
             let (mut q, mut pivots) = (vec![0.0; n], 0);
             for turn in 0..120 {
@@ -605,8 +631,8 @@ mod tests {
                     *q = 0.7 * *q + rng.random_range(-1.0..0.9);
                 }
                 match turn % 12 {
-                    0 => sparse.forget_matrix(),
-                    6 => sparse.start_series(),
+                    0 => sparse.solver.forget_matrix(),
+                    6 => sparse.solver.start_series(),
                     _ => {}
                 }
                 let rows = SymmetricRows { pattern: &pattern, entries: &entries };
@@ -647,10 +673,10 @@ mod tests {
         let m = SymmetricRows { pattern: &pattern, entries: &entries };
         let pushing = |members: usize| (0..n).map(|i| if i < members { -1.0 } else { 1.0 }).collect::<Vec<f64>>();
         let (few, many) = (pushing(10), pushing(40));
-        let mut solver = SparseActiveSet::new(&pattern, 1e-9);
+        let mut solver = SparseSolver::new(&pattern, 1e-9);
         let mut z = vec![0.0; n];
         let mut pivots_of = |series: [&[f64]; 3]| {
-            solver.start_series();
+            solver.solver.start_series();
             series.map(|q| {
                 let stats = solver.solve(SparseLcp::by_pattern(m, q), &mut z).unwrap();
                 assert!(stats.residual < 1e-12);
@@ -678,14 +704,14 @@ mod tests {
         let m = SymmetricRows { pattern: &pattern, entries: &entries };
         let mut hit = vec![0.0; n];
         hit[0] = -1.0;
-        let mut solver = SparseActiveSet::new(&pattern, 1e-9);
+        let mut solver = SparseSolver::new(&pattern, 1e-9);
         let mut z = vec![0.0; n];
         let stats = solver.solve(SparseLcp::by_pattern(m, &hit), &mut z).unwrap();
         assert!(stats.pivots == 0 && stats.factorisations > 0 && z.iter().all(|z| *z > 0.0), "{stats:?}");
         // Nothing pushes for a while. That only one contact is hit is known from then on.
         solver.solve(SparseLcp::by_pattern(m, &vec![1.0; n]), &mut z).unwrap();
-        solver.forget_matrix();
-        solver.set.clear();
+        solver.solver.forget_matrix();
+        solver.solver.set.clear();
         let stats = solver.solve(SparseLcp::by_pattern(m, &hit), &mut z).unwrap();
         assert_eq!(stats.pivots as usize, n);
         assert!(stats.residual < 1e-12 && z.iter().all(|z| *z > 0.0));
@@ -706,7 +732,7 @@ mod tests {
         let entries: Vec<f64> = (0..8).flat_map(row).collect();
         let m = SymmetricRows { pattern: &pattern, entries: &entries };
         let with = |q: [f64; 3]| [&q[..], &[1.0; 5]].concat();
-        let mut solver = SparseActiveSet::new(&pattern, 1e-9);
+        let mut solver = SparseSolver::new(&pattern, 1e-9);
         let mut z = vec![0.0; 8];
         solver.solve(SparseLcp::by_pattern(m, &with([-0.7161562335647664, 5.0, -0.5])), &mut z).unwrap();
         let tie = with([-0.7161562335647664, -3.414746619497626, 0.3580781167823832]);
@@ -718,7 +744,7 @@ mod tests {
     fn a_force_that_is_not_finite_is_an_error() {
         let pattern = SymmetricPattern::new(&[vec![]]);
         let rows = SymmetricRows { pattern: &pattern, entries: &[2.0] };
-        let mut solver = SparseActiveSet::new(&pattern, 1e-9);
+        let mut solver = SparseSolver::new(&pattern, 1e-9);
         assert_eq!(solver.solve(SparseLcp::by_pattern(rows, &[f64::NAN]), &mut [0.0]), Err(Unsolved::NonFinite));
         let mut z = [0.0];
         solver.solve(SparseLcp::by_pattern(rows, &[-4.0]), &mut z).unwrap();

@@ -1,6 +1,6 @@
 //! The active set of a contact problem with friction: states instead of members.
 
-use super::{ContactState, FrictionProblem, StateSystem};
+use super::{ContactState, FrictionProblem, StateMethod, StateSystem};
 use crate::complementarity::{SolveStats, Unsolved};
 
 /// Changes of states after which the method gives up: a simulation needs none or one, and on redundant contacts a cold start can cycle.
@@ -14,56 +14,39 @@ const NEGLIGIBLE: f64 = 1e-11;
 /// open     −w_n > 0          → stick                 slip±   ∓w_t > 0   → stick
 /// closed   −H_nn P_n > 0     → open                  stick   H_tt (|P_t| − μ max(P_n, 0)) > 0   → slip against P_t
 /// ```
-/// With the states of the last problem of a simulation the first solve is almost always the last. No guarantee: what it proposes is checked,
+/// `P = 0` where that is a solution. With the states of the last problem of a simulation the first solve is almost always the last. No guarantee: what it proposes is checked,
 /// and there are other methods.
 /// # Source
 /// Ours; states as in Glocker's *Set-Valued Force Laws* (2001).
 #[derive(Debug, Clone)]
 pub struct ActiveStates {
     system: StateSystem,
+    /// Whether the present matrix has been factorised.
+    seen: bool,
     w: Vec<f64>,
 }
 
 impl ActiveStates {
     /// Makes room for this many contacts.
     pub fn new(contacts: usize) -> Self {
-        ActiveStates { system: StateSystem::new(contacts), w: vec![0.0; 2 * contacts] }
+        ActiveStates { system: StateSystem::new(contacts), seen: false, w: vec![0.0; 2 * contacts] }
     }
+}
 
-    /// Goes on from `states`; writes a proposal to `impulses`, and its states. The natural residual of the proposal is that of the stats.
-    ///
-    /// # Errors
-    /// [`Unsolved::NotFound`] after twelve changes.
-    pub fn attempt(
-        &mut self,
-        problem: FrictionProblem<'_>,
-        states: &mut [ContactState],
-        impulses: &mut [f64],
-    ) -> Result<SolveStats, Unsolved> {
-        self.attempt_with(problem, false, states, impulses)
-    }
-
-    /// [`attempt`](Self::attempt) with the matrix and the coefficients of the last problem: in its last states nothing is factorised.
-    ///
-    /// # Errors
-    /// As [`attempt`](Self::attempt).
-    pub fn attempt_again(
-        &mut self,
-        problem: FrictionProblem<'_>,
-        states: &mut [ContactState],
-        impulses: &mut [f64],
-    ) -> Result<SolveStats, Unsolved> {
-        self.attempt_with(problem, true, states, impulses)
-    }
-
-    #[inline]
-    fn attempt_with(
+impl StateMethod for ActiveStates {
+    fn attempt(
         &mut self,
         problem: FrictionProblem<'_>,
         same_matrix: bool,
         states: &mut [ContactState],
         impulses: &mut [f64],
     ) -> Result<SolveStats, Unsolved> {
+        self.seen &= same_matrix;
+        if problem.is_solved_by_zero()? {
+            impulses.fill(0.0);
+            states.fill(ContactState::Open);
+            return Ok(SolveStats::default());
+        }
         let n = problem.contacts();
         if self.w.len() < 2 * n {
             *self = ActiveStates::new(n);
@@ -71,8 +54,9 @@ impl ActiveStates {
         let scale = problem.scale();
         let negligible = NEGLIGIBLE * scale;
         let mut factorisations = 0;
+        let seen = std::mem::replace(&mut self.seen, true);
         for changes in 0..=MOST_CHANGES {
-            if !(same_matrix && self.system.is_of(states)) {
+            if !(seen && self.system.is_of(states)) {
                 factorise_states(&mut self.system, problem, states);
                 factorisations += 1;
             }
@@ -93,6 +77,10 @@ impl ActiveStates {
             }
         }
         Err(Unsolved::NotFound { residual: f64::INFINITY })
+    }
+
+    fn boxed_clone(&self) -> Box<dyn StateMethod> {
+        Box::new(self.clone())
     }
 }
 

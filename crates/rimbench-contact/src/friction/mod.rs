@@ -43,6 +43,6 @@ pub use contact_sweeps::ContactSweeps;
 pub use copositive_lemke::CopositiveLemke;
 pub use enumeration::{ENUMERATION_LIMIT, Enumeration, FrictionSolution};
 pub use problem::FrictionProblem;
-pub use solver::FrictionSolver;
+pub use solver::{ColdMethods, FrictionSolver, StateMethod, WarmStates};
 pub use state_system::StateSystem;
 pub use stiction::Stiction;

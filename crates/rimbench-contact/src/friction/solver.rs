@@ -1,63 +1,51 @@
-//! The solver a simulation holds: checked after every problem, with fallbacks, and counted.
+//! The solver of contacts with friction that a simulation holds.
 
 use super::{ActiveStates, ContactState, ContactSweeps, CopositiveLemke, Enumeration, FrictionProblem};
-use crate::complementarity::{ProblemRecorder, RecordedProblem, SolveStats, SolverCounters, Unsolved};
+use crate::complementarity::{Checked, Fallback, ProposeImpulses, SolveStats, Unsolved};
+use crate::problem::{Coulomb, DenseDelassus};
 
-/// Solves one problem after the other, each from the states of the last; every answer is measured by the natural residual.
-///
-/// `P = 0` where that is a solution. Else the [`ActiveStates`]; where their answer is not good enough, [`Enumeration`] (up to five
-/// contacts), [`CopositiveLemke`] and [`ContactSweeps`] in turn. Free of allocation up to the number of contacts it was made for.
-#[derive(Debug, Clone)]
-pub struct FrictionSolver {
-    tolerance: f64,
+/// A method that goes from the states of one problem to those of the next.
+pub trait StateMethod: Send {
+    /// Goes on from `states`; writes a proposal to `impulses`, and its states. The stats have its natural residual. `same_matrix` tells that
+    /// matrix and coefficients are those of the problem before: in its states nothing is factorised.
+    ///
+    /// # Errors
+    /// [`Unsolved::NotFound`] without a proposal, [`Unsolved::NonFinite`] if `b` is not finite.
+    fn attempt(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        same_matrix: bool,
+        states: &mut [ContactState],
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved>;
+
+    /// Returns a copy that answers the next problem with the same bits.
+    fn boxed_clone(&self) -> Box<dyn StateMethod>;
+}
+
+impl Clone for Box<dyn StateMethod> {
+    fn clone(&self) -> Self {
+        (**self).boxed_clone()
+    }
+}
+
+/// The states of the last problem, and the method that goes on from them.
+#[derive(Clone)]
+pub struct WarmStates {
+    method: Box<dyn StateMethod>,
     states: Vec<ContactState>,
     /// Of the last problem.
     len: usize,
-    /// Whether the active states have seen the present matrix.
-    same_matrix: bool,
-    active: ActiveStates,
-    enumeration: Enumeration,
-    lemke: CopositiveLemke,
-    counters: SolverCounters,
-    /// Its number, and who is told.
-    witness: Option<(usize, ProblemRecorder)>,
 }
 
-impl FrictionSolver {
-    /// Makes room for this many contacts; accepts natural residuals up to `tolerance`.
-    pub fn new(contacts: usize, tolerance: f64) -> Self {
-        FrictionSolver {
-            tolerance,
-            states: vec![ContactState::Open; contacts],
-            len: 0,
-            same_matrix: false,
-            active: ActiveStates::new(contacts),
-            enumeration: Enumeration::new(contacts),
-            lemke: CopositiveLemke::new(contacts),
-            counters: SolverCounters::default(),
-            witness: None,
-        }
-    }
-
-    /// Tells `witness` of every problem and its answer.
-    #[inline]
-    pub fn recorded_by(self, witness: Option<&ProblemRecorder>) -> Self {
-        FrictionSolver { witness: witness.map(|witness| (witness.number(), witness.clone())), ..self }
-    }
-
-    /// Returns the natural residual up to which an answer is accepted.
-    #[inline]
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
-    }
-
+impl WarmStates {
     /// Returns the states of the last problem.
     #[inline]
     pub fn states(&self) -> &[ContactState] {
         &self.states[..self.len]
     }
 
-    /// Says from which states the next problem starts.
+    /// Sets the states from which the next problem starts.
     #[inline]
     pub fn start_from(&mut self, states: impl Iterator<Item = ContactState>) {
         self.len = 0;
@@ -70,99 +58,87 @@ impl FrictionSolver {
             self.len += 1;
         }
     }
+}
 
-    /// Returns the counts since construction; pivots are changes of states, or what the fallback counts.
-    #[inline]
-    pub fn counters(&self) -> SolverCounters {
-        self.counters
-    }
-
-    /// Writes the solution to `impulses`, `[P_n; P_t]`.
-    ///
-    /// # Errors
-    /// [`Unsolved::NotFound`] with the least residual of all attempts: a jam that loads itself, or a problem beyond the methods.
-    #[inline]
-    pub fn solve(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        self.same_matrix = false;
-        self.solve_again(problem, impulses)
-    }
-
-    /// [`solve`](Self::solve) with the matrix and the coefficients of the last problem, whose factor serves again.
-    ///
-    /// # Errors
-    /// As [`solve`](Self::solve).
-    #[inline]
-    pub fn solve_again(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
-        let solved = self.find(problem, impulses);
-        if let Some((solver, witness)) = &self.witness {
-            let (h, b, friction) = (problem.h(), problem.b, problem.cone.friction);
-            witness.tell(RecordedProblem { solver: *solver, h, b, friction, impulses });
-        }
-        solved
-    }
+impl ProposeImpulses for WarmStates {
+    type Delassus<'a> = DenseDelassus<'a>;
+    type Cone<'a> = Coulomb<'a>;
 
     #[inline]
-    fn find(&mut self, problem: FrictionProblem<'_>, impulses: &mut [f64]) -> Result<SolveStats, Unsolved> {
+    fn propose(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        same_matrix: bool,
+        tolerance: f64,
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
         let n = problem.contacts();
         if n != self.len {
             self.start_from((0..n).map(|_| ContactState::Open));
         }
-        self.counters.solves += 1;
-        let states = &mut self.states[..n];
-        if problem.is_solved_by_zero()? {
-            impulses.fill(0.0);
-            states.fill(ContactState::Open);
-            return Ok(SolveStats::default());
-        }
-        let attempted = if std::mem::replace(&mut self.same_matrix, true) {
-            self.active.attempt_again(problem, states, impulses)
-        } else {
-            self.active.attempt(problem, states, impulses)
-        };
-        let (residual, stats) = match attempted {
-            Ok(stats) => (stats.residual, stats),
-            Err(_) => (f64::INFINITY, SolveStats::default()),
-        };
-        if residual <= self.tolerance {
-            return Ok(self.accept(SolveStats { residual, ..stats }));
-        }
-        self.fall_back(problem, impulses, residual)
+        let stats = self.method.attempt(problem, same_matrix, &mut self.states[..n], impulses)?;
+        within(stats, tolerance)
     }
 
-    fn accept(&mut self, stats: SolveStats) -> SolveStats {
-        self.counters.pivots += u64::from(stats.pivots);
-        self.counters.factorisations += u64::from(stats.factorisations);
-        self.counters.worst_residual = self.counters.worst_residual.max(stats.residual);
-        stats
+    fn reset(&mut self) {
+        self.states.fill(ContactState::Open);
     }
+}
 
-    #[cold]
-    fn fall_back(
+/// Only the work of accepted proposals counts: changes of state of one are no measure of another.
+#[inline]
+fn within(stats: SolveStats, tolerance: f64) -> Result<SolveStats, Unsolved> {
+    if stats.residual <= tolerance { Ok(stats) } else { Err(Unsolved::NotFound { residual: stats.residual }) }
+}
+
+/// The methods that start from nothing.
+#[derive(Debug, Clone)]
+pub struct ColdMethods {
+    enumeration: Enumeration,
+    lemke: CopositiveLemke,
+}
+
+impl Fallback<WarmStates> for ColdMethods {
+    fn propose(
         &mut self,
+        turn: u32,
+        solver: &mut WarmStates,
         problem: FrictionProblem<'_>,
+        tolerance: f64,
         impulses: &mut [f64],
-        mut least: f64,
-    ) -> Result<SolveStats, Unsolved> {
-        let n = problem.contacts();
+    ) -> Option<Result<SolveStats, Unsolved>> {
         // Far below what is accepted, so that the first solution is not one that only nearly is.
-        let wanted = 1e-3 * self.tolerance;
-        self.counters.fallbacks += 1;
-        for method in 0..3 {
-            let states = &mut self.states[..n];
-            let attempted = match method {
-                0 => self.enumeration.attempt(problem, wanted, states, impulses),
-                1 => self.lemke.attempt(problem, states, impulses),
-                _ => ContactSweeps.attempt(problem, wanted, states, impulses),
-            };
-            let residual = problem.natural_residual(impulses);
-            least = least.min(residual);
-            if let (Ok(stats), true) = (attempted, residual <= self.tolerance) {
-                return Ok(self.accept(SolveStats { fallback: true, residual, ..stats }));
-            }
-        }
-        self.counters.failures += 1;
-        // Whatever was tried last is no good start.
-        self.states[..n].fill(ContactState::Open);
-        Err(Unsolved::NotFound { residual: least })
+        let (wanted, states) = (1e-3 * tolerance, &mut solver.states[..solver.len]);
+        let attempted = match turn {
+            0 => self.enumeration.attempt(problem, wanted, states, impulses),
+            1 => self.lemke.attempt(problem, states, impulses),
+            2 => ContactSweeps.attempt(problem, wanted, states, impulses),
+            _ => return None,
+        };
+        let residual = problem.natural_residual(impulses);
+        Some(match attempted {
+            Ok(stats) => within(SolveStats { residual, ..stats }, tolerance),
+            Err(_) => Err(Unsolved::NotFound { residual }),
+        })
+    }
+}
+
+/// Solves one problem after the other, each from the states of the last; every answer is measured by the natural residual.
+///
+/// `P = 0` where that is a solution. Else the [`ActiveStates`]; where their answer is not good enough, [`Enumeration`] (up to five
+/// contacts), [`CopositiveLemke`] and [`ContactSweeps`] in turn. Free of allocation up to the number of contacts it was made for.
+pub type FrictionSolver = Checked<WarmStates, ColdMethods>;
+
+impl FrictionSolver {
+    /// Makes room for this many contacts; accepts natural residuals up to `tolerance`.
+    pub fn new(contacts: usize, tolerance: f64) -> Self {
+        Self::of(Box::new(ActiveStates::new(contacts)), contacts, tolerance)
+    }
+
+    /// Checks this method instead of [`ActiveStates`].
+    pub fn of(method: Box<dyn StateMethod>, contacts: usize, tolerance: f64) -> Self {
+        let solver = WarmStates { method, states: vec![ContactState::Open; contacts], len: 0 };
+        let fallback = ColdMethods { enumeration: Enumeration::new(contacts), lemke: CopositiveLemke::new(contacts) };
+        Checked::wrap(solver, fallback, tolerance)
     }
 }

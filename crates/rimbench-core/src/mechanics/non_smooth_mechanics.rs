@@ -13,7 +13,7 @@ use crate::cosim::{Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, 
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{AccelerationJumps, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
-use rimbench_contact::complementarity::Checked;
+use rimbench_contact::complementarity::{Checked, SolverEntry};
 use second_order::{Excitation, SecondOrderSteps};
 
 /// Steps a mechanical model with contacts.
@@ -59,7 +59,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         let mut mechanics = NonSmoothMechanics {
             stepper: ContactStepper::new(
                 size,
-                empty_equations(&model, law, solver.goes_by_active_sets()),
+                empty_equations(&model, law, solver.solver.goes_by_active_sets()),
                 start,
                 law,
                 solver,
@@ -86,14 +86,14 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
         mechanics
     }
 
-    /// Gives the contacts friction; the model must have tangential rows.
+    /// Gives the contacts friction, solved by `solver`; the model must have tangential rows.
     ///
     /// # Errors
     /// [`Error::InvalidValue`](crate::error::Error::InvalidValue) for a coefficient that is none;
     /// [`Error::Incompatible`](crate::error::Error::Incompatible) for a model without tangential rows, contacts that give way or are kept by the
-    /// dozen or listed anew, a restitution along the surface alone, a solver that does not go by active sets, or a mechanics that steps at
+    /// dozen or listed anew, a restitution along the surface alone, a solver that has none for friction, or a mechanics that steps at
     /// the second order.
-    pub fn with_friction(mut self, friction: Friction) -> Result<Self> {
+    pub fn with_friction(mut self, friction: Friction, solver: &SolverEntry) -> Result<Self> {
         if self.model.relists() {
             return Err(Error::Incompatible("friction does not go with contacts that are listed anew".into()));
         }
@@ -102,7 +102,7 @@ impl<M: MechanicalModel> NonSmoothMechanics<M> {
                 "friction does not go with a rule of the second order, which was asked for before".into(),
             ));
         }
-        self.stepper.add_friction(friction, self.model.tangential_rows())?;
+        self.stepper.add_friction(friction, self.model.tangential_rows(), solver)?;
         self.observables.extend(friction_observables(&self.model.contact_force_names()));
         self.linearise();
         Ok(self)

@@ -26,7 +26,7 @@ impl CoulombContacts {
                 rows: Vec::with_capacity(2 * n),
                 friction: Vec::with_capacity(n),
                 stiction: model.stiction,
-                solver: FrictionSolver::new(n, solver.tolerance).recorded_by(solver.witness.as_ref()),
+                solver: solver.checked_with_friction(n).expect("the options have a solver of contacts with friction"),
             })
         })
     }
@@ -38,7 +38,7 @@ impl CoulombContacts {
         self.rows.extend(set.iter().copied().chain(set.iter().map(|contact| n + contact)));
         self.friction.clear();
         self.friction.extend(set.iter().map(|&contact| model.friction[contact]));
-        self.solver.start_from(set.iter().map(|&contact| model.solved_states[contact]));
+        self.solver.solver.start_from(set.iter().map(|&contact| model.solved_states[contact]));
     }
 
     /// Returns the rows of the model that take part: contacts, then tangential rows.
@@ -48,7 +48,7 @@ impl CoulombContacts {
 
     /// Returns the modes of the contacts, in the order of the set.
     pub(super) fn states(&self) -> &[ContactState] {
-        self.solver.states()
+        self.solver.solver.states()
     }
 
     /// Records what the contacts of `set` have done, moving by `w_t` (m/s), which is rounding up to `rounding` (m/s): of redundant contacts
@@ -76,7 +76,8 @@ impl CoulombContacts {
         if let Some(stiction) = self.stiction {
             let (m, h) = (self.friction.len(), model.h_uu());
             let rounding = self.solver.tolerance() * b.iter().fold(0.0, |max: f64, b| max.max(b.abs()));
-            for (contact, (coefficient, state)) in self.friction.iter_mut().zip(self.solver.states()).enumerate() {
+            for (contact, (coefficient, state)) in self.friction.iter_mut().zip(self.solver.solver.states()).enumerate()
+            {
                 let row = m + contact;
                 let pushed: f64 =
                     h[row * 2 * m..(row + 1) * 2 * m].iter().zip(impulses.iter()).map(|(h, p)| h * p).sum();

@@ -5,7 +5,7 @@ use crate::cosim::SchemeReport;
 use crate::error::Failure;
 use crate::interface_model::{Condensation, ReducedInterfaceModel, Redundancy, condense};
 use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::complementarity::{Checked, ComplementaritySolver, Lcp};
+use rimbench_contact::complementarity::{Checked, Lcp};
 
 /// What counts as nothing beside a resting contact's own free acceleration: a gap, m, or a velocity, m/s (ours).
 const ROUND_OFF: f64 = 1e-9;

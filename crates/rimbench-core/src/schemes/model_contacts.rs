@@ -18,7 +18,7 @@ use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::affine_step::{ActiveSetFactor, AffineStep, MicroState, StepContactLaw};
-use rimbench_contact::complementarity::{SolverCounters, SparseActiveSet};
+use rimbench_contact::complementarity::{SolverCounters, SparseSolver};
 use rimbench_contact::contact_law::{ImpactRows, ImpactStep, Rebounds, Solved, rounding_velocity};
 
 /// State of the model between communication points, contacts in the order of the set, with friction their tangential rows after them.
@@ -255,7 +255,7 @@ pub(super) enum ModelContacts {
     /// Without friction, every entry of `H_uu` kept.
     Signorini(Box<Complementarity<Signorini>>),
     /// Without friction, `H_uu` by its pattern.
-    Sparse(Box<Complementarity<SparseActiveSet>>),
+    Sparse(Box<Complementarity<SparseSolver>>),
     /// With friction.
     Coulomb(Box<Complementarity<CoulombContacts>>),
 }

@@ -94,7 +94,7 @@ impl ModelOptions {
             let reason = "a kick along a surface that may stick or slide is not defined; use model_motion `frozen`";
             return refused(format!("model_motion = {}", self.motion), reason);
         }
-        if !self.solver.goes_by_active_sets() {
+        if self.solver.build_with_friction.is_none() {
             let reason = "contacts with friction are solved over their states; use solver `active-set`";
             return refused(format!("solver = {}", self.solver.name), reason);
         }

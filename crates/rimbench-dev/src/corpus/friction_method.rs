@@ -4,7 +4,7 @@ use super::contact_problem::{Corpus, FrictionalProblem};
 use rimbench_core::complementarity::{SolveStats, Unsolved};
 use rimbench_core::friction::{
     ActiveStates, ContactState, ContactSweeps, CopositiveLemke, ENUMERATION_LIMIT, Enumeration, FrictionProblem,
-    FrictionSolver,
+    FrictionSolver, StateMethod,
 };
 use rimbench_core::name::{Name, by_name};
 
@@ -78,7 +78,7 @@ impl BareFriction {
     pub(super) fn forget(&mut self) {
         self.states.clear();
         if let Method::InTurn(solver) = &mut self.method {
-            solver.start_from(std::iter::empty());
+            solver.reset();
         }
     }
 
@@ -100,7 +100,7 @@ impl BareFriction {
         let (states, wanted) = (&mut self.states[..], FrictionMethod::WANTED);
         let attempted = match &mut self.method {
             Method::States(solver) => {
-                let attempted = solver.attempt(problem, states, p);
+                let attempted = solver.attempt(problem, false, states, p);
                 if attempted.is_err() {
                     // Whatever was tried last is no good start.
                     states.fill(ContactState::Open);

@@ -1,15 +1,15 @@
 //! Runs cases that have contacts and keeps stretches of the problems their solvers were given.
 
 use super::contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
-use super::recorder::{recording, witnessing};
+use super::recorder::{recording, recording_friction};
 use super::tape::Tape;
 use rimbench_cases::cases::{Case, Contacts, ParameterSet, Parameters};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
-use rimbench_core::complementarity::{Lcp, RecordedProblem, SolverEntry};
+use rimbench_core::complementarity::{Lcp, SolverEntry};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::Result;
-use rimbench_core::friction::ContactState;
+use rimbench_core::friction::{ContactState, FrictionProblem};
 use rimbench_core::schemes::ModelOptions;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -206,32 +206,31 @@ fn problem_of(lcp: Lcp<'_>) -> ContactProblem {
 
 /// The same with friction, where a change is one of states.
 fn frictional_stretches_of(spec: &RunSpec, source: &str, budget: usize) -> Result<Vec<Stretch<FrictionalProblem>>> {
-    let (solver, witness) = witnessing(|_| {});
+    let (solver, built) = recording_friction(|_, _, _| {});
     (spec.case.build)(&spec.parameters, &solver)?;
-    let mechanics_solvers = witness.solvers();
+    let mechanics_solvers = built.count();
     let tapes: Tapes<FrictionalProblem, Vec<ContactState>> = Tapes::default();
-    let run = |note: fn(&mut Tape<FrictionalProblem, Vec<ContactState>>, RecordedProblem<'_>)| {
+    let run = |note: fn(&mut Tape<FrictionalProblem, Vec<ContactState>>, FrictionProblem<'_>, &[f64])| {
         let tapes = tapes.clone();
-        let (solver, _) = witnessing(move |witnessed| tapes.of(witnessed.solver, |tape| note(tape, witnessed)));
+        let (solver, _) = recording_friction(move |solver, problem, p| tapes.of(solver, |tape| note(tape, problem, p)));
         completes(&with_solver(spec, &solver))
     };
-    if !run(|tape, witnessed| tape.mark(frictional_problem_of(witnessed), states_of(witnessed)))? {
+    if !run(|tape, problem, p| tape.mark(frictional_problem_of(problem), states_of(problem, p)))? {
         return Ok(Vec::new());
     }
     tapes.rewind(budget);
-    run(|tape, witnessed| tape.keep(|| frictional_problem_of(witnessed)))?;
+    run(|tape, problem, _| tape.keep(|| frictional_problem_of(problem)))?;
     Ok(tapes.stretches(source, mechanics_solvers))
 }
 
-fn frictional_problem_of(witnessed: RecordedProblem<'_>) -> FrictionalProblem {
-    let RecordedProblem { h, b, friction, .. } = witnessed;
-    FrictionalProblem { h: h.into(), b: b.to_vec(), friction: friction.to_vec() }
+fn frictional_problem_of(problem: FrictionProblem<'_>) -> FrictionalProblem {
+    FrictionalProblem { h: problem.h().into(), b: problem.b.to_vec(), friction: problem.cone.friction.to_vec() }
 }
 
-fn states_of(witnessed: RecordedProblem<'_>) -> Vec<ContactState> {
-    let (p_n, p_t) = witnessed.impulses.split_at(witnessed.friction.len());
+fn states_of(problem: FrictionProblem<'_>, impulses: &[f64]) -> Vec<ContactState> {
+    let (p_n, p_t) = impulses.split_at(problem.contacts());
     let state = |((p_n, p_t), mu): ((&f64, &f64), &f64)| ContactState::of_impulses(*p_n, *p_t, *mu);
-    p_n.iter().zip(p_t).zip(witnessed.friction).map(state).collect()
+    p_n.iter().zip(p_t).zip(problem.cone.friction).map(state).collect()
 }
 
 fn completes(spec: &RunSpec) -> Result<bool> {

@@ -4,7 +4,7 @@ use crate::panel::Clarabel;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, simulate};
 use rimbench_core::complementarity::{
-    ComplementaritySolver, Lcp, Solver, SolverEntry, SparseActiveSet, SparseLcp, Unsolved,
+    ComplementaritySolver, Lcp, Solver, SolverEntry, SparseLcp, SparseSolver, Unsolved,
 };
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
@@ -196,7 +196,7 @@ impl Contestant {
 
     fn start(&self, pattern: &SymmetricPattern) -> Running {
         match self {
-            Contestant::Sparse => Running::Sparse(Box::new(SparseActiveSet::new(pattern, self.tolerance()))),
+            Contestant::Sparse => Running::Sparse(Box::new(SparseSolver::new(pattern, self.tolerance()))),
             Contestant::SparseClarabel => Running::SparseClarabel(Box::new(Clarabel::new())),
             Contestant::Dense(solver) => Running::Dense((solver.build)(pattern.size())),
         }
@@ -206,7 +206,7 @@ impl Contestant {
 /// The same at work, from nothing.
 #[derive(Clone)]
 enum Running {
-    Sparse(Box<SparseActiveSet>),
+    Sparse(Box<SparseSolver>),
     SparseClarabel(Box<Clarabel>),
     Dense(Solver),
 }
@@ -215,10 +215,7 @@ impl Running {
     /// Solves one problem; returns pivots, or iterations, of an answer.
     fn solve(&mut self, rows: SymmetricRows<'_>, dense: &[f64], q: &[f64], z: &mut [f64]) -> Result<u32, Unsolved> {
         let stats = match self {
-            Running::Sparse(solver) => {
-                solver.forget_matrix();
-                solver.solve(SparseLcp::by_pattern(rows, q), z)?
-            }
+            Running::Sparse(solver) => solver.solve(SparseLcp::by_pattern(rows, q), z)?,
             Running::SparseClarabel(solver) => solver.attempt_rows(rows, q, z)?,
             Running::Dense(solver) => solver.attempt(Lcp::new(dense, q), z)?,
         };

@@ -1,15 +1,16 @@
-//! A solver that tells what it was given.
+//! Solvers that wrap another one and show what it is given.
 //!
 //! The recorders of a run are built by the entry that the run names, as any solver is; the stepping code knows nothing of them.
 
 use rimbench_core::complementarity::{
-    ActiveSet, ComplementaritySolver, Lcp, ProblemRecorder, RecordedProblem, SolveStats, Solver, SolverEntry, Unsolved,
+    ActiveSet, ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry, Unsolved,
 };
+use rimbench_core::friction::{ActiveStates, ContactState, FrictionProblem, StateMethod};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Told which of the run's solvers (in the order in which they were built) solved what, with the impulses found.
-type Observer = Arc<Mutex<dyn FnMut(usize, Lcp<'_>, &[f64]) + Send>>;
+/// Told which of the run's solvers (in the order in which they were built) proposed what: the problem, and `answer` as far as it is found.
+type Observer<F> = Arc<Mutex<F>>;
 
 /// Counts the recorders that an entry has built.
 #[derive(Debug, Clone, Default)]
@@ -22,44 +23,59 @@ impl Built {
     }
 }
 
-/// Solves as `active-set` does and reports every problem to `observer`. Not in any catalogue: it is no choice of an experiment.
+/// Solves as `solver` does and reports every problem to `observer`.
+struct Recorder<S, F> {
+    number: usize,
+    observer: Observer<F>,
+    solver: S,
+}
+
+impl<S: Clone, F> Clone for Recorder<S, F> {
+    fn clone(&self) -> Self {
+        Recorder { number: self.number, observer: self.observer.clone(), solver: self.solver.clone() }
+    }
+}
+
+/// Returns a function that wraps solvers, numbered in turn.
+fn wrap<S, F>(observer: F, built: &Built) -> impl Fn(S) -> Recorder<S, F> + use<S, F> {
+    let (observer, built) = (Arc::new(Mutex::new(observer)), built.clone());
+    move |solver| {
+        let number = built.0.fetch_add(1, Ordering::Relaxed);
+        Recorder { number, observer: observer.clone(), solver }
+    }
+}
+
+/// Records problems without friction of `active-set`. Not in any catalogue: it is no choice of an experiment.
 pub(super) fn recording(observer: impl FnMut(usize, Lcp<'_>, &[f64]) + Send + 'static) -> (Arc<SolverEntry>, Built) {
-    let (observer, built) = (Arc::new(Mutex::new(observer)), Built::default());
-    let counter = built.clone();
-    let build = move |capacity| {
-        let number = counter.0.fetch_add(1, Ordering::Relaxed);
-        let observer: Observer = observer.clone();
-        Solver::other(Recorder { number, observer, solver: ActiveSet::new(capacity) })
-    };
+    let built = Built::default();
+    let recorder = wrap(observer, &built);
     let entry = SolverEntry {
         name: "recording".into(),
         about: "active-set, with every problem recorded".into(),
-        build: Arc::new(build),
+        build: Arc::new(move |capacity| Solver::other(recorder(ActiveSet::new(capacity)))),
         ..SolverEntry::active_set()
     };
     (Arc::new(entry), built)
 }
 
-/// Solves as `active-set` does and reports every problem with friction to `observer`. Not in any catalogue either.
-pub(super) fn witnessing(
-    observer: impl Fn(RecordedProblem<'_>) + Send + Sync + 'static,
-) -> (Arc<SolverEntry>, ProblemRecorder) {
-    let witness = ProblemRecorder::new(observer);
-    (Arc::new(SolverEntry { witness: Some(witness.clone()), ..SolverEntry::active_set() }), witness)
+/// Records problems with friction of `active-set`.
+pub(super) fn recording_friction(
+    observer: impl FnMut(usize, FrictionProblem<'_>, &[f64]) + Send + 'static,
+) -> (Arc<SolverEntry>, Built) {
+    let built = Built::default();
+    let recorder = wrap(observer, &built);
+    let build = move |contacts| Box::new(recorder(ActiveStates::new(contacts))) as Box<dyn StateMethod>;
+    let entry = SolverEntry { build_with_friction: Some(Arc::new(build)), ..SolverEntry::active_set() };
+    (Arc::new(entry), built)
 }
 
-#[derive(Clone)]
-struct Recorder {
-    number: usize,
-    observer: Observer,
-    solver: ActiveSet,
-}
-
-impl ComplementaritySolver for Recorder {
+impl<S: ComplementaritySolver + Clone + 'static, F> ComplementaritySolver for Recorder<S, F>
+where
+    F: FnMut(usize, Lcp<'_>, &[f64]) + Send + 'static,
+{
     fn attempt(&mut self, lcp: Lcp<'_>, z: &mut [f64]) -> Result<SolveStats, Unsolved> {
         let result = self.solver.attempt(lcp, z);
-        let mut observer = self.observer.lock().unwrap_or_else(PoisonError::into_inner);
-        observer(self.number, lcp, z);
+        self.observer.lock().unwrap_or_else(PoisonError::into_inner)(self.number, lcp, z);
         result
     }
 
@@ -72,6 +88,27 @@ impl ComplementaritySolver for Recorder {
     }
 
     fn boxed_clone(&self) -> Box<dyn ComplementaritySolver> {
+        Box::new(self.clone())
+    }
+}
+
+impl<S: StateMethod + Clone + 'static, F> StateMethod for Recorder<S, F>
+where
+    F: FnMut(usize, FrictionProblem<'_>, &[f64]) + Send + 'static,
+{
+    fn attempt(
+        &mut self,
+        problem: FrictionProblem<'_>,
+        same_matrix: bool,
+        states: &mut [ContactState],
+        impulses: &mut [f64],
+    ) -> Result<SolveStats, Unsolved> {
+        let result = self.solver.attempt(problem, same_matrix, states, impulses);
+        self.observer.lock().unwrap_or_else(PoisonError::into_inner)(self.number, problem, impulses);
+        result
+    }
+
+    fn boxed_clone(&self) -> Box<dyn StateMethod> {
         Box::new(self.clone())
     }
 }

@@ -73,7 +73,7 @@ fn rival(
         about: about.into(),
         guaranteed: guaranteed.into(),
         build: Arc::new(build),
-        witness: None,
+        build_with_friction: None,
         ..SolverEntry::active_set()
     }
 }

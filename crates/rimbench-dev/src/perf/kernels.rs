@@ -4,9 +4,7 @@ use super::benchmark::{Benchmark, Repetition, Size, WEDGE_BOX, Work};
 use rimbench_cases::cases::{Case, CoupledSystem, wedge_box_geometry};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::models::WedgeBox;
-use rimbench_core::complementarity::{
-    Checked, ComplementaritySolver, Lcp, SolveStats, SolverCounters, SolverEntry, Unsolved,
-};
+use rimbench_core::complementarity::{Checked, Lcp, SolveStats, SolverCounters, SolverEntry, Unsolved};
 use rimbench_core::cosim::PerSide;
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::friction::{ContactState, CopositiveLemke, FrictionProblem, FrictionSolver};
@@ -233,7 +231,7 @@ fn friction(
     let (mut solver, mut lemke) = (FrictionSolver::new(n, 1e-9), CopositiveLemke::new(n));
     let (mut b, mut impulses, mut w) = (vec![0.0; 2 * n], vec![0.0; 2 * n], vec![0.0; 2 * n]);
     Ok(Box::new(move || {
-        solver.start_from((0..n).map(|_| ContactState::Open));
+        solver.reset();
         let mut lcp = SolverCounters::default();
         for problem in 0..problems {
             let scale = 1.0 + f64::from(problem % 8) / 64.0;

@@ -2,7 +2,7 @@
 
 use super::ContactStepper;
 use crate::error::Failure;
-use rimbench_contact::complementarity::{ComplementaritySolver, Lcp};
+use rimbench_contact::complementarity::Lcp;
 use rimbench_contact::linear_algebra::body_dot;
 
 /// The contact problem of a step over some of the contacts.

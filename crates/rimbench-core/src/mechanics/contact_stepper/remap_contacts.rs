@@ -25,7 +25,7 @@ impl ContactStepper {
         if let StepContacts::Sparse { solver, .. } = &mut self.contacts {
             let few = "contacts that are listed anew meet so often that there is no room for them";
             let pattern = pattern.ok_or_else(|| Failure::reported(few))?;
-            solver.change_pattern(&pattern);
+            solver.solver.change_pattern(&pattern);
             self.eq4.set_delassus_pattern(pattern);
         }
         self.eq4.count_version();

@@ -14,9 +14,7 @@ use super::{ContactLaw, Rebounding};
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use coulomb::CoulombStep;
-use rimbench_contact::complementarity::{
-    Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet, SparseLcp,
-};
+use rimbench_contact::complementarity::{Checked, Lcp, SolverCounters, SparseLcp, SparseSolver};
 use rimbench_contact::contact_law::{Solved, gap_velocity};
 use rimbench_contact::linear_algebra::{SymmetricPattern, body_dot};
 
@@ -108,7 +106,7 @@ pub(super) enum StepContacts {
     /// Without friction, `H` by its pattern: its entries stay in Eq. 4.
     Sparse {
         b: Vec<f64>,
-        solver: Box<SparseActiveSet>,
+        solver: Box<SparseSolver>,
     },
     Coulomb(Box<CoulombStep>),
 }
@@ -119,7 +117,7 @@ impl StepContacts {
         match pattern {
             Some(pattern) => StepContacts::Sparse {
                 b: vec![0.0; contacts],
-                solver: Box::new(SparseActiveSet::new(pattern, solver.tolerance())),
+                solver: Box::new(SparseSolver::new(pattern, solver.tolerance())),
             },
             None => StepContacts::Signorini { problem: DenseProblem::new(contacts), solver: Box::new(solver) },
         }
@@ -146,7 +144,6 @@ impl StepContacts {
                     let column = terms.eq4.interface_column(i).expect("Eq. 4 is sparse");
                     b.iter_mut().zip(column).for_each(|(b, h)| *b += h * impulse);
                 }
-                solver.forget_matrix();
                 let rows = terms.eq4.contact_rows().expect("Eq. 4 is sparse");
                 solver.solve(SparseLcp::by_pattern(rows, b), impulses)?;
             }
@@ -159,7 +156,7 @@ impl StepContacts {
     pub(super) fn begin_trials(&mut self, eq4: &ReducedInterfaceModel) {
         match self {
             StepContacts::Signorini { problem, .. } => problem.copy_matrix(eq4),
-            StepContacts::Sparse { solver, .. } => solver.forget_matrix(),
+            StepContacts::Sparse { solver, .. } => solver.solver.forget_matrix(),
             StepContacts::Coulomb(contacts) => contacts.problem.copy_matrix(eq4),
         }
     }
@@ -184,8 +181,8 @@ impl StepContacts {
             }
             StepContacts::Sparse { solver, .. } => {
                 let rows = eq4.contact_rows().expect("Eq. 4 is sparse");
-                solver.solve(SparseLcp::by_pattern(rows, b), impulses)?;
-                velocities.copy_from_slice(solver.velocities());
+                solver.solve_again(SparseLcp::by_pattern(rows, b), impulses)?;
+                velocities.copy_from_slice(solver.solver.velocities());
             }
             StepContacts::Coulomb(contacts) => contacts.try_solve(b, impulses, velocities)?,
         }
@@ -207,7 +204,7 @@ impl StepContacts {
                 }
                 (w, solver.tolerance() * scale(b))
             }
-            StepContacts::Sparse { b, solver } => (solver.velocities(), solver.tolerance() * scale(b)),
+            StepContacts::Sparse { b, solver } => (solver.solver.velocities(), solver.tolerance() * scale(b)),
             StepContacts::Coulomb(contacts) => (&contacts.problem.w, contacts.rounding_velocity()),
         }
     }

@@ -5,9 +5,7 @@ use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::affine_step::{ActiveSetFactor, DenseFactor, ModeFactor, SparseSetFactor};
-use rimbench_contact::complementarity::{
-    Checked, ComplementaritySolver, Lcp, SolverCounters, SparseActiveSet, SparseLcp,
-};
+use rimbench_contact::complementarity::{Checked, Lcp, SolverCounters, SparseLcp, SparseSolver};
 
 /// A solver of `w⁺ = H P + b`, a [`ContactProblem`](rimbench_contact::problem::ContactProblem); it determines the cone K and the form of H.
 pub(crate) trait ContactSolver: Clone {
@@ -73,7 +71,7 @@ impl ContactSolver for Signorini {
         impulses: &mut [f64],
     ) -> Result<(), Failure> {
         let lcp = Lcp::new(model.h_uu(), b);
-        if changed { self.0.solve(lcp, impulses) } else { self.0.attempt_again(lcp, impulses) }?;
+        if changed { self.0.solve(lcp, impulses) } else { self.0.solve_again(lcp, impulses) }?;
         Ok(())
     }
 
@@ -90,7 +88,7 @@ impl ContactSolver for Signorini {
     }
 }
 
-impl ContactSolver for SparseActiveSet {
+impl ContactSolver for SparseSolver {
     type Factor = SparseSetFactor;
 
     fn solve(
@@ -102,16 +100,16 @@ impl ContactSolver for SparseActiveSet {
     ) -> Result<(), Failure> {
         let rows = model.contact_rows().expect("a sparse solver has a sparse Delassus matrix");
         if changed {
-            self.change_pattern(rows.pattern);
+            self.solver.change_pattern(rows.pattern);
             // Macro steps begin alike: with penetrations, and with the force of the point itself.
-            self.start_series();
+            self.solver.start_series();
         }
-        self.solve(SparseLcp::by_pattern(rows, b), impulses)?;
+        self.solve_again(SparseLcp::by_pattern(rows, b), impulses)?;
         Ok(())
     }
 
     fn active<'a>(&'a self, impulses: &'a [f64]) -> <SparseSetFactor as ActiveSetFactor>::Active<'a> {
-        (self.factor(), impulses)
+        (self.solver.factor(), impulses)
     }
 
     fn tolerance(&self) -> f64 {

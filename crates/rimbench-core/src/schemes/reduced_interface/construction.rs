@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 use crate::interface_model::{Condensation, MEMORY_LIMIT, ReducedInterfaceModel};
 use rimbench_contact::affine_step::DiscretisedModel;
 use rimbench_contact::affine_step::{AffineStep, DenseFactor, ModeFactor, SparseSetFactor, StepContactLaw};
-use rimbench_contact::complementarity::SparseActiveSet;
+use rimbench_contact::complementarity::SparseSolver;
 
 /// Gap up to which the smooth model counts a contact as closed by default, m. Ours: the source paper does not say how its simulator detects
 /// contacts, and without a margin the model does not show what the paper shows.
@@ -83,8 +83,8 @@ fn model_contacts(
     // All contacts are in the set, so that the pattern of the mechanics is that of the model.
     let all = matches!(detection, None | Some(ContactDetection::MechanicsLaw));
     if let Some(pattern) = empty.delassus_pattern().filter(|_| affine && all) {
-        let solver = SparseActiveSet::new(pattern, options.solver.tolerance);
-        let step = AffineStep::new(n_u, n_i, SparseSetFactor::new(solver.factor(), n_u, n_i));
+        let solver = SparseSolver::new(pattern, options.solver.tolerance);
+        let step = AffineStep::new(n_u, n_i, SparseSetFactor::new(solver.solver.factor(), n_u, n_i));
         let contacts = Complementarity::new(solver, Some(step), empty);
         return Ok((ModelContacts::Sparse(Box::new(contacts)), DiscretisedModel::by_pattern(pattern.clone(), n_i)));
     }

@@ -5,7 +5,7 @@ use super::{ContactTerms, DenseProblem, StepContacts};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{Condensation, ContactModes, Elimination, ReducedInterfaceModel, Rows};
 use crate::name::Name;
-use rimbench_contact::complementarity::SolverCounters;
+use rimbench_contact::complementarity::{SolverCounters, SolverEntry};
 use rimbench_contact::contact_law::Solved;
 use rimbench_contact::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
 
@@ -36,7 +36,7 @@ impl Friction {
 }
 
 /// The contact problem of a step with friction and its solver, and the state and coefficient of each contact after it.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(in crate::mechanics) struct CoulombStep {
     law: Friction,
     solver: FrictionSolver,
@@ -66,7 +66,7 @@ impl CoulombStep {
         model.friction.copy_from_slice(&self.friction);
         model.states.copy_from_slice(&self.states);
         if started {
-            model.solved_states.copy_from_slice(self.solver.states());
+            model.solved_states.copy_from_slice(self.solver.solver.states());
         }
     }
 
@@ -102,7 +102,7 @@ impl CoulombStep {
         problem.velocities(impulses, w);
         if let (Some(stiction), Solved::Velocity) = (self.law.stiction(), terms.solved) {
             let rounding = self.rounding_velocity();
-            let (n, states) = (self.friction.len(), self.solver.states());
+            let (n, states) = (self.friction.len(), self.solver.solver.states());
             for ((coefficient, state), w_t) in self.friction.iter_mut().zip(states).zip(&self.problem.w[n..]) {
                 *coefficient = stiction.after(state.moving(*w_t, rounding));
             }
@@ -131,7 +131,7 @@ impl CoulombStep {
         let (n, rounding) = (self.friction.len(), self.rounding_velocity());
         for contact in 0..n {
             let (w_t, found) = if started {
-                (self.problem.w[n + contact], self.solver.states()[contact])
+                (self.problem.w[n + contact], self.solver.solver.states()[contact])
             } else {
                 (eq4.w[n + contact], ContactState::Open)
             };
@@ -171,7 +171,12 @@ impl ContactStepper {
     ///
     /// # Errors
     /// [`Error::Incompatible`] or [`Error::InvalidValue`] for an impossible law, or a system that cannot have friction.
-    pub(in crate::mechanics) fn add_friction(&mut self, friction: Friction, tangential_rows: usize) -> Result<()> {
+    pub(in crate::mechanics) fn add_friction(
+        &mut self,
+        friction: Friction,
+        tangential_rows: usize,
+        solver: &SolverEntry,
+    ) -> Result<()> {
         let Friction { coefficient, at_rest, restitution } = friction;
         if !(coefficient.is_finite() && coefficient >= 0.0) {
             return Err(Error::invalid("friction", coefficient, "a finite number, 0 or above"));
@@ -195,14 +200,9 @@ impl ContactStepper {
         if self.contacts.is_sparse() {
             return refused("contacts by the dozen, of which few meet, have none".to_owned());
         }
-        let solver = match &self.contacts {
-            StepContacts::Signorini { solver, .. } if solver.goes_by_active_sets() => {
-                FrictionSolver::new(n, solver.tolerance()).recorded_by(solver.witness())
-            }
-            _ => {
-                let reason = "contacts with friction are solved over their states; use solver `active-set`";
-                return refused(reason.to_owned());
-            }
+        let Some(solver) = solver.checked_with_friction(n) else {
+            let reason = "contacts with friction are solved over their states; use solver `active-set`";
+            return refused(reason.to_owned());
         };
         let tolerance = solver.tolerance();
         let contacts = CoulombStep {
