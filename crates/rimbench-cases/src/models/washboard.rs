@@ -16,10 +16,16 @@ impl Washboard {
         Washboard { start, height, wave_number: TAU / length }
     }
 
+    /// Tells whether there are waves at `x`.
+    #[inline]
+    pub fn is_wavy(&self, x: f64) -> bool {
+        self.height != 0.0 && x > self.start
+    }
+
     /// Returns height (m), slope, and second derivative (1/m) at `x`.
     #[inline]
     pub fn at(&self, x: f64) -> [f64; 3] {
-        if x <= self.start || self.height == 0.0 {
+        if !self.is_wavy(x) {
             return [0.0; 3];
         }
         let (sine, cosine) = libm::sincos(self.wave_number * (x - self.start));

@@ -66,18 +66,16 @@ pub struct WedgeBoxGeometry {
 pub struct WedgeBox {
     geometry: WedgeBoxGeometry,
     start: Vec<f64>,
+    /// Diagonal of the mass matrix, and the force of gravity.
+    mass: Vec<f64>,
+    weight: Vec<f64>,
     ledges: Vec<Ledge>,
     floor: Washboard,
     ground_pin: Vector2<f64>,
-    /// Tips of the wedges, pins of the discs and the attachment, turned into the world frame at the present angle.
-    arms: Arms,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-struct Arms {
-    wedges: Vec<Vector2<f64>>,
-    pins: Vec<Vector2<f64>>,
-    attachment: Vector2<f64>,
+    /// Tips of the wedges, pins of the discs and the attachment, box frame.
+    points: Vec<Vector2<f64>>,
+    /// The points turned into the world frame at the present angle.
+    arms: Vec<Vector2<f64>>,
 }
 
 /// The first contacts: the wedges that have a name.
@@ -140,21 +138,24 @@ impl WedgeBox {
         let centre = Vector2::new(0.0, height);
         let place = |point: [f64; 2]| centre + rotation * Vector2::from(point);
         let mut start = vec![centre.x, centre.y, angle];
+        let mut mass = vec![g.box_mass, g.box_mass, g.box_inertia];
         let mut ledges = Vec::new();
         for disc in &g.discs {
             let position = place(disc.pin);
             start.extend([position.x, position.y, 0.0]);
+            mass.extend([disc.mass, disc.mass, 0.5 * disc.mass * disc.radius * disc.radius]);
             ledges.push(Ledge::new(corner_x(disc, position)?, disc.ledge_height, disc.ramp_slope));
         }
+        let points = g.wedges.iter().copied().chain(g.discs.iter().map(|disc| disc.pin)).chain([g.attachment]);
+        let points: Vec<_> = points.map(Vector2::from).collect();
         let mut model = WedgeBox {
             ground_pin: Vector2::new(g.ground_pin_x, place(g.attachment).y),
             ledges,
             floor: Washboard::new(place(g.wedges[0]).x + g.washboard_lead, g.washboard),
-            arms: Arms {
-                wedges: vec![Vector2::zeros(); g.wedges.len()],
-                pins: vec![Vector2::zeros(); g.discs.len()],
-                attachment: Vector2::zeros(),
-            },
+            arms: points.clone(),
+            points,
+            weight: (0..mass.len()).map(|row| if row % 3 == 1 { -mass[row] * g.gravity } else { 0.0 }).collect(),
+            mass,
             start,
             geometry,
         };
@@ -222,7 +223,14 @@ impl WedgeBox {
             .collect()
     }
 
+    /// Tips of the wedges and pins of the discs, from the centre of the box.
+    fn arms(&self) -> (&[Vector2<f64>], &[Vector2<f64>]) {
+        let (wedges, pins) = self.arms.split_at(self.geometry.wedges.len());
+        (wedges, &pins[..self.ledges.len()])
+    }
+
     /// Contact of a disc with its ledge, and the velocity of its centre.
+    #[inline(always)]
     fn ledge_contact(&self, disc: usize, q: &[f64], v: &[f64]) -> (SurfaceContact, Vector2<f64>) {
         let first = 3 + 3 * disc;
         let centre = Vector2::new(q[first], q[first + 1]);
@@ -300,53 +308,48 @@ impl MechanicalModel for WedgeBox {
 
     fn prepare(&mut self, q: &[f64], _v: &[f64]) {
         let rotation = rotation(q[2]);
-        let turned = |point: [f64; 2]| rotation * Vector2::from(point);
-        self.arms.wedges.iter_mut().zip(&self.geometry.wedges).for_each(|(arm, tip)| *arm = turned(*tip));
-        self.arms.pins.iter_mut().zip(&self.geometry.discs).for_each(|(arm, disc)| *arm = turned(disc.pin));
-        self.arms.attachment = turned(self.geometry.attachment);
+        self.arms.iter_mut().zip(&self.points).for_each(|(arm, point)| *arm = rotation * point);
     }
 
     fn mass_matrix(&self, _q: &[f64], mass: &mut MassMatrix) {
         if let MassMatrix::Diagonal(diagonal) = mass {
-            let g = &self.geometry;
-            diagonal[..3].copy_from_slice(&[g.box_mass, g.box_mass, g.box_inertia]);
-            for (disc, entries) in g.discs.iter().zip(diagonal[3..].chunks_exact_mut(3)) {
-                entries.copy_from_slice(&[disc.mass, disc.mass, 0.5 * disc.mass * disc.radius * disc.radius]);
-            }
+            diagonal.copy_from_slice(&self.mass);
         }
     }
 
     fn forces(&self, _q: &[f64], _v: &[f64], force: &mut [f64]) {
-        force.fill(0.0);
-        force[1] = -self.geometry.box_mass * self.geometry.gravity;
-        for (disc, entries) in self.geometry.discs.iter().zip(force[3..].chunks_exact_mut(3)) {
-            entries[1] = -disc.mass * self.geometry.gravity;
-        }
+        force.copy_from_slice(&self.weight);
     }
 
     fn bilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let spin = v[2] * v[2];
-        for (index, arm) in self.arms.pins.iter().enumerate() {
+        for (index, arm) in self.arms().1.iter().enumerate() {
             let first = 3 + 3 * index;
-            let error = Vector2::new(q[first] - q[0], q[first + 1] - q[1]) - arm;
-            for (row, direction) in [(2 * index, Vector2::new(1.0, 0.0)), (2 * index + 1, Vector2::new(0.0, 1.0))] {
+            for (axis, direction) in [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)].into_iter().enumerate() {
+                let row = 2 * index + axis;
                 rows.set_planar_body(row, 0, -direction, *arm);
                 rows.set_planar_body(row, first, direction, Vector2::zeros());
-                rows.position[row] = error.dot(&direction);
-                rows.convective[row] = spin * arm.dot(&direction);
+                rows.position[row] = q[first + axis] - q[axis] - arm[axis];
+                rows.convective[row] = spin * arm[axis];
             }
         }
     }
 
     fn unilateral(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        for (wedge, arm) in self.arms.wedges.iter().enumerate() {
-            let row = self.wedge_row(wedge);
-            let [height, slope, bend] = self.floor.at(q[0] + arm.x);
-            let direction = Vector2::new(-slope, 1.0);
-            let along = v[0] - v[2] * arm.y;
-            rows.set_planar_body(row, 0, direction, *arm);
-            rows.position[row] = q[1] + arm.y - height;
-            rows.convective[row] = -bend * along * along - v[2] * v[2] * arm.dot(&direction);
+        let up = Vector2::new(0.0, 1.0);
+        for (wedge, arm) in self.arms().0.iter().enumerate() {
+            let (row, x) = (self.wedge_row(wedge), q[0] + arm.x);
+            rows.set_planar_body(row, 0, up, *arm);
+            rows.position[row] = q[1] + arm.y;
+            rows.convective[row] = -v[2] * v[2] * arm.y;
+            if self.floor.is_wavy(x) {
+                let [height, slope, bend] = self.floor.at(x);
+                let direction = Vector2::new(-slope, 1.0);
+                let along = v[0] - v[2] * arm.y;
+                rows.set_planar_body(row, 0, direction, *arm);
+                rows.position[row] -= height;
+                rows.convective[row] = -bend * along * along - v[2] * v[2] * arm.dot(&direction);
+            }
         }
         for (index, disc) in self.geometry.discs.iter().enumerate() {
             let (row, first) = (NAMED_WEDGES + 2 * index, 3 + 3 * index);
@@ -355,7 +358,7 @@ impl MechanicalModel for WedgeBox {
             rows.set_planar_body(row, first, contact.normal, Vector2::zeros());
             rows.position[row] = contact.gap;
             rows.convective[row] = contact.curvature * tangential * tangential;
-            rows.set_planar_body(row + 1, first, Vector2::new(0.0, 1.0), Vector2::zeros());
+            rows.set_planar_body(row + 1, first, up, Vector2::zeros());
             rows.position[row + 1] = q[first + 1] - disc.radius;
         }
     }
@@ -367,7 +370,7 @@ impl MechanicalModel for WedgeBox {
 
     fn tangential(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
         let along = Vector2::new(1.0, 0.0);
-        for (wedge, arm) in self.arms.wedges.iter().enumerate() {
+        for (wedge, arm) in self.arms().0.iter().enumerate() {
             let row = self.wedge_row(wedge);
             rows.set_planar_body(row, 0, along, *arm);
             rows.convective[row] = -v[2] * v[2] * arm.x;
@@ -382,7 +385,7 @@ impl MechanicalModel for WedgeBox {
     }
 
     fn interface(&self, q: &[f64], v: &[f64], rows: &mut Rows) {
-        let arm = self.arms.attachment;
+        let arm = self.arms[self.arms.len() - 1];
         let along = Vector2::new(q[0], q[1]) + arm - self.ground_pin;
         let length = along.norm();
         let direction = along / length;
@@ -428,7 +431,7 @@ impl MechanicalModel for WedgeBox {
 
     fn observe(&self, q: &[f64], v: &[f64], row: &mut [f64]) {
         let gap = |arm: &Vector2<f64>| q[1] + arm.y - self.floor.at(q[0] + arm.x)[0];
-        let least = self.arms.wedges.iter().map(gap).fold(f64::INFINITY, f64::min);
+        let least = self.arms().0.iter().map(gap).fold(f64::INFINITY, f64::min);
         row[..5].copy_from_slice(&[q[0], q[1], q[2], v[2], least]);
         if let [normal] = &mut row[5..] {
             let contact = self.ledge_contact(0, q, v).0.normal;
