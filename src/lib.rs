@@ -40,7 +40,7 @@ pub mod shipped;
 pub use rimbench_cases::{cases, catalogue, metrics, models, runs};
 pub use rimbench_core::{
     affine_step, complementarity, contact_law, cosim, error, friction, interface_model, iterative, linear_algebra,
-    mechanics, name, numerics_version, schemes,
+    mechanics, name, numerics_version, schemes, solver_entry,
 };
 pub use rimbench_dev::{corpus, panel, perf};
 pub use rimbench_figures as figures;

@@ -9,7 +9,6 @@ use super::{Format, print};
 use clap::Args;
 use rimbench::atomic_file::{check_writable_folder, write_atomically};
 use rimbench::catalogue::Catalogue;
-use rimbench::complementarity::SolverEntry;
 use rimbench::corpus::{
     Contestant, Corpus, FrictionMethod, FrictionalProblem, LARGE_SYSTEMS, LargeCorpus, LargeReplay, Posed, Replay,
     Solve, Start, Uniqueness, draw_profile, replay, replay_large, replay_with_friction,
@@ -19,6 +18,7 @@ use rimbench::figures::render;
 use rimbench::name::Name;
 use rimbench::runs::FactValue;
 use rimbench::shipped;
+use rimbench::solver_entry::SolverEntry;
 use rimbench::statistics::{nearest_rank, performance_ratios, share_within};
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,8 @@
 
 use crate::asked;
 use crate::support::*;
-use rimbench::complementarity::{ComplementaritySolver, SolverEntry};
+use rimbench::complementarity::ComplementaritySolver;
+use rimbench::solver_entry::SolverEntry;
 use std::sync::Arc;
 
 #[derive(Clone)]

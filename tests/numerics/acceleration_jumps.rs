@@ -87,7 +87,7 @@ fn a_kink_must_bend_each_row_by_its_own_curvature_with_friction_and_without() {
         let mut mechanics = stepper(LinearModel { bends, q: vec![0.25, 0.0], ..point }, PLASTIC);
         if let Some(coefficient) = friction {
             let law = Friction { coefficient, at_rest: coefficient, restitution: 0.0 };
-            mechanics = mechanics.with_friction(law, &solver()).unwrap();
+            mechanics = mechanics.with_friction(law, solver()).unwrap();
         }
         let mut model = mechanics.empty_interface_model().unwrap();
         model.acceleration_jumps.requested = true;

@@ -7,8 +7,9 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, SolverEntry, Unsolved};
+use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Unsolved};
 use rimbench::panel::ENUMERATION_LIMIT;
+use rimbench::solver_entry::SolverEntry;
 
 /// A problem `M = Bᵀ B`, `q`, with `B` rank×n by rows.
 #[derive(Debug, Clone)]

@@ -346,7 +346,7 @@ fn block_on_rough_floor(interface: usize, at_rest: f64) -> NonSmoothMechanics<Li
         .over(&[(&[0.0, 1.0, -0.5], 0.0), (&[0.0, 1.0, 0.5], 0.0)])
         .along(&[(&[1.0, 0.0, 0.2], 0.0), (&[1.0, 0.0, 0.2], 0.0)])
         .moving(&[1.5, 0.0, 0.0]);
-    stepper(block, PLASTIC).with_friction(Friction { coefficient: 0.3, at_rest, restitution: 0.0 }, &solver()).unwrap()
+    stepper(block, PLASTIC).with_friction(Friction { coefficient: 0.3, at_rest, restitution: 0.0 }, solver()).unwrap()
 }
 
 /// The theorem of exactness with friction: the states come with the model, with a coefficient at rest of its own what they have left of it,

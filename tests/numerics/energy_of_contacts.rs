@@ -232,7 +232,7 @@ fn with_friction_impulses_within_the_cone_of_the_mechanics_create_nothing() {
         let mut model = body(rng, 1, 1);
         model.tangential = rows(rng, 1, model.mass.len());
         let friction = Friction { coefficient: mu, at_rest: mu, restitution: 0.0 };
-        let mut mechanics = stepper(model.clone(), PLASTIC).with_friction(friction, &solver()).unwrap();
+        let mut mechanics = stepper(model.clone(), PLASTIC).with_friction(friction, solver()).unwrap();
         let force = draw(rng, 1, 6.0);
         // Rows at random may jam; then there is no step to speak of.
         if mechanics.step(0.0, &force, H).is_err() {
@@ -301,7 +301,7 @@ fn there_are_three_ways_to_create_energy_with_contacts() {
         let block = LinearModel::new(&[mass; 2], &[0.0, -weight], &[(&[1.0, 0.0], 0.0)]);
         let block = block.over(&[(&[0.0, 1.0], 0.0)]).along(&[(&[1.0, 0.0], 0.0)]);
         stepper(block, PLASTIC)
-            .with_friction(Friction { coefficient: 0.4, at_rest: 0.4, restitution: 0.0 }, &solver())
+            .with_friction(Friction { coefficient: 0.4, at_rest: 0.4, restitution: 0.0 }, solver())
             .unwrap()
     };
     let slides = 0.5 * impulse / mass;

@@ -34,7 +34,7 @@ fn a_car_that_brakes_must_load_its_front_wheel_as_the_moments_say() {
         .along(&[(&[1.0, 0.0, height], 0.0), (&[1.0, 0.0, height], 0.0)])
         .moving(&[20.0, 0.0, 0.0]);
     let mut car = stepper(car, PLASTIC)
-        .with_friction(Friction { coefficient: mu, at_rest: mu, restitution: 0.0 }, &solver())
+        .with_friction(Friction { coefficient: mu, at_rest: mu, restitution: 0.0 }, solver())
         .unwrap();
     car.step(0.0, &[0.0], h).unwrap();
     for (impulse, force) in car.contact_impulses().iter().zip([8330.954, 3441.046]) {

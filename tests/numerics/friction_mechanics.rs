@@ -27,7 +27,7 @@ fn disc(mass: f64, inertia: f64, radius: f64, weight: f64, v: [f64; 2]) -> Linea
 }
 
 fn with_friction(model: LinearModel, law: ContactLaw, friction: Friction) -> NonSmoothMechanics<LinearModel> {
-    stepper(model, law).with_friction(friction, &solver()).unwrap()
+    stepper(model, law).with_friction(friction, solver()).unwrap()
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn an_oblique_impact_must_rebound_by_the_law_of_moreau_or_along_the_normal_alone
 
 #[test]
 fn a_coefficient_of_zero_must_give_the_steps_without_friction() {
-    let mut with = wedge_box_mechanics(PLASTIC).with_friction(coulomb(0.0), &solver()).unwrap();
+    let mut with = wedge_box_mechanics(PLASTIC).with_friction(coulomb(0.0), solver()).unwrap();
     let mut without = wedge_box_mechanics(PLASTIC);
     for step in 0..400 {
         let force = 300.0 * f64::from(step % 100) / 100.0;
@@ -144,7 +144,7 @@ fn a_coefficient_of_zero_must_give_the_steps_without_friction() {
 
 #[test]
 fn friction_must_never_push_along() {
-    let mut box_ = wedge_box_mechanics(PLASTIC).with_friction(coulomb(0.3), &solver()).unwrap();
+    let mut box_ = wedge_box_mechanics(PLASTIC).with_friction(coulomb(0.3), solver()).unwrap();
     for step in 0..600 {
         let force = 900.0 * (f64::from(step) * 0.05).sin();
         let before = box_.ledger().slip;
@@ -183,7 +183,7 @@ fn two_feet_at_rest_must_hold_with_the_coefficient_at_rest_of_both() {
 #[test]
 fn what_cannot_be_had_with_friction_must_be_refused_with_the_reason() {
     let message = |law: ContactLaw, friction: Friction, model: LinearModel| {
-        stepper(model, law).with_friction(friction, &solver()).map(drop).unwrap_err().to_string()
+        stepper(model, law).with_friction(friction, solver()).map(drop).unwrap_err().to_string()
     };
     let block = || on_incline(1.0, 0.3, 0.0);
     for bad in [-0.1, f64::NAN, f64::INFINITY] {

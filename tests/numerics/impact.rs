@@ -56,11 +56,7 @@ fn a_plastic_contact_must_stay_where_another_one_rebounds() {
 }
 
 /// A rigid beam `(x, y, θ)`, 4 kg, on supports at `at` below it, its weight 0.1 m right of the middle; falling with `speed`.
-fn supported(
-    at: &[f64],
-    speed: f64,
-    solver: &rimbench::complementarity::SolverEntry,
-) -> NonSmoothMechanics<LinearModel> {
+fn supported(at: &[f64], speed: f64, solver: &rimbench::solver_entry::SolverEntry) -> NonSmoothMechanics<LinearModel> {
     let rows: Vec<[f64; 3]> = at.iter().map(|x| [0.0, 1.0, *x]).collect();
     let rows: Vec<(&[f64], f64)> = rows.iter().map(|row| (row.as_slice(), 0.0)).collect();
     let model = LinearModel {

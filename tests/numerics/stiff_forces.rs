@@ -1,9 +1,9 @@
 //! Stiff forces taken implicitly: stability, order, books, and the interface model that belongs to the step.
 
-use rimbench::complementarity::SolverEntry;
 use rimbench::cosim::{Port, Ports, Quantity, SecondOrder, Subsystem};
 use rimbench::interface_model::{MassMatrix, Rows};
 use rimbench::mechanics::{ContactLaw, MechanicalModel, ModelSize, NonSmoothMechanics, StiffForces};
+use rimbench::solver_entry::SolverEntry;
 
 /// Masses on springs and dampers with a floor below the first; the last is held.
 ///

@@ -3,11 +3,12 @@
 use crate::program::{assert_has, json, read, refused, rimbench, root};
 use crate::support::{case_by_name, cases, data_of_others, solver_by_name, solvers};
 use assert_cmd::Command;
-use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry, Unsolved};
+use rimbench::complementarity::{ComplementaritySolver, Lcp, SolveStats, Solver, Unsolved};
 use rimbench::corpus::{
     ContactProblem, Corpus, FRICTION_VARIATIONS, FrictionMethod, FrictionalProblem, Harvest, Solve, Start, Stretch,
     Uniqueness, VARIATIONS, harvest, harvest_with_friction, replay, replay_with_friction,
 };
+use rimbench::solver_entry::SolverEntry;
 use serde_json::Value;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use rimbench::cases::Case;
 use rimbench::catalogue::Catalogue;
 use rimbench::checksums;
-use rimbench::complementarity::{SolveStats, SolverEntry};
+use rimbench::complementarity::SolveStats;
 use rimbench::corpus::{Replay, Solve, Start, draw_profile};
 use rimbench::cosim::{Bounds, StopFlag};
 use rimbench::error::Error;
@@ -23,6 +23,7 @@ use rimbench::figures::drawing::{Drawing, Shape};
 use rimbench::figures::matrix::{Cell, Column, Matrix, MatrixPanel};
 use rimbench::figures::render::{self, svg};
 use rimbench::figures::style::{SeriesStyle, Styles};
+use rimbench::solver_entry::SolverEntry;
 
 use rimbench::figures::{FigureList, MadeFigures};
 use rimbench::name::Name;

@@ -3,10 +3,11 @@
 
 use rimbench::cases::{CoupledSystem, ExactSolution, Parameters, Value};
 use rimbench::catalogue::Catalogue;
-use rimbench::complementarity::{ActiveSet, Solver, SolverEntry};
+use rimbench::complementarity::{ActiveSet, Solver};
 use rimbench::error::Result;
 use rimbench::harness::monotonic_clock;
 use rimbench::models::{WedgeBox, WedgeBoxGeometry};
+use rimbench::solver_entry::SolverEntry;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};

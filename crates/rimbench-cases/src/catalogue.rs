@@ -1,10 +1,10 @@
 //! What a program can run, by name: cases, schemes, solvers.
 
 use crate::cases::{Case, standard_cases};
-use rimbench_core::complementarity::{SolverEntry, standard_solvers};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name, find_by_name};
 use rimbench_core::schemes::{SchemeEntry, standard_schemes};
+use rimbench_core::solver_entry::{SolverEntry, standard_solvers};
 use std::sync::Arc;
 
 /// Cases, schemes and solvers by name. A value: whoever wants to run something of their own makes one, adds to it, and hands it to

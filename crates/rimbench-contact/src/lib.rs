@@ -8,7 +8,8 @@
 //! plane). In a reduced interface model this is Eq. 4 of Raoofian, Kövecses, Teichmann: `H = H_uu`, `P = h λ_u⁺`.
 //!
 //! ```
-//! use rimbench_contact::complementarity::{ComplementaritySolver, Lcp, SolverEntry, Unsolved};
+//! use rimbench_contact::complementarity::{ComplementaritySolver, Lcp, Unsolved};
+//! use rimbench_contact::solver_entry::SolverEntry;
 //!
 //! fn main() -> Result<(), Unsolved> {
 //!     // A box of 1 kg and 0.1 kg·m² on two corners, 0.5 m left and right of its centre: H = A M⁻¹ Aᵀ over their normal rows.
@@ -34,6 +35,7 @@
 //! | [`complementarity`] | problems without friction: solvers that start from the last active set, the check |
 //! | [`friction`] | problems with Coulomb friction in the plane, in the same way |
 //! | [`contact_law`] | gap term, impact and compliance: the parts of `b` and of the diagonal of `H` that a contact law gives |
+//! | [`solver_entry`] | solvers by name, with the check and the fallback that belong to each |
 //! | [`affine_step`] | steps without a solve, as long as the active set stays |
 //! | [`linear_algebra`] | factors of active sets, dense and by pattern |
 //!
@@ -45,6 +47,7 @@ pub mod contact_law;
 pub mod friction;
 pub mod linear_algebra;
 pub mod problem;
+pub mod solver_entry;
 
 /// Hash of the sources of this crate, made when it was built.
 pub const SOURCES: &str = env!("RIMBENCH_CONTACT_SOURCES");

@@ -5,10 +5,10 @@ use super::drawing::DrawCase;
 use super::parameters::{Parameter, Parameters};
 use super::reference_method::ReferenceMethod;
 use crate::metrics::is_state;
-use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{MechanicsSteps, PerSide, Subsystem};
 use rimbench_core::error::Result;
 use rimbench_core::name::{Name, names};
+use rimbench_core::solver_entry::SolverEntry;
 use std::fmt;
 use std::sync::Arc;
 

@@ -38,7 +38,7 @@ pub(super) fn must_hold(bytes: u64, size: ModelSize, parameters: &Parameters) ->
 mod tests {
     use super::*;
     use crate::catalogue::Catalogue;
-    use rimbench_core::complementarity::SolverEntry;
+    use rimbench_core::solver_entry::SolverEntry;
 
     #[test]
     fn a_case_beyond_memory_is_refused_with_what_it_needs_and_the_limit() {

@@ -4,10 +4,10 @@ use super::case::{Case, CoupledSystem};
 use super::parameters::Parameters;
 use super::recorder::sources;
 use super::reference_method::ReferenceMethod;
-use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{Ports, Side, Subsystem};
 use rimbench_core::error::Result;
 use rimbench_core::name::Name;
+use rimbench_core::solver_entry::SolverEntry;
 use std::sync::Arc;
 
 /// Builds one side from the parameters of the case and the ports that the side it stands in for has.

@@ -173,7 +173,7 @@ impl Recorder {
 mod tests {
     use super::super::{DerivedColumn, InterfaceColumns, wedge_boxes};
     use super::*;
-    use rimbench_core::complementarity::SolverEntry;
+    use rimbench_core::solver_entry::SolverEntry;
 
     fn refused(change: impl FnOnce(&mut Case, &mut CoupledSystem)) -> String {
         let mut case = wedge_boxes::wedge_box();

@@ -6,10 +6,10 @@ use crate::cases::{Case, CoupledSystem, ExactSolution, Recorder, ReferenceMethod
 use crate::metrics::{
     ContactInterval, FrictionPhase, contact_intervals, friction_phases, impulse_column, is_state, touch_downs,
 };
-use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{ActuatorIntegrator, Bounds, MechanicsIntegrator, PerSide, Side, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
+use rimbench_core::solver_entry::SolverEntry;
 use std::borrow::Cow;
 
 /// A run counts as diverged when an interface quantity exceeds this many times its reference maximum.

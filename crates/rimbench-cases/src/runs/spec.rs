@@ -4,13 +4,13 @@ use super::request::RunRequest;
 use super::step_control::StepControl;
 use crate::cases::{Case, Parameters};
 use crate::catalogue::Catalogue;
-use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{
     ActuatorIntegrator, Bounds, CommunicationGrid, ForceReturn, MechanicsIntegrator, MechanicsSteps, SecondOrder,
     Sequence, Setup, Sides,
 };
 use rimbench_core::error::{Error, Result};
 use rimbench_core::schemes::{ModelMotion, ModelOptions, Requirement, SchemeEntry};
+use rimbench_core::solver_entry::SolverEntry;
 use std::sync::Arc;
 use std::time::Duration;
 

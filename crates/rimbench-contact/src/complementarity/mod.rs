@@ -18,7 +18,6 @@
 
 mod active_set;
 mod checked;
-mod entry;
 mod lemke;
 mod lemke_tableau;
 mod proximal_guess;
@@ -28,7 +27,6 @@ mod sparse_active_set;
 pub use crate::problem::Unsolved;
 pub use active_set::ActiveSet;
 pub use checked::{Checked, Fallback, ProblemOf, ProposeImpulses, SolverCounters};
-pub use entry::{BuildSolver, BuildStateMethod, SolverEntry, standard_solvers};
 pub use lemke::Lemke;
 pub(crate) use lemke_tableau::LemkeTableau;
 pub use solver::Solver;

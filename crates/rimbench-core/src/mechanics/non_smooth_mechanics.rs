@@ -13,7 +13,8 @@ use crate::cosim::{Capabilities, EnergyAccount, JointSteps, Ports, SecondOrder, 
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{AccelerationJumps, Linearisation, ReducedInterfaceModel};
 use crate::name::Name;
-use rimbench_contact::complementarity::{Checked, SolverEntry};
+use rimbench_contact::complementarity::Checked;
+use rimbench_contact::solver_entry::SolverEntry;
 use second_order::{Excitation, SecondOrderSteps};
 
 /// Steps a mechanical model with contacts.

@@ -6,7 +6,8 @@ use super::recorded_modes::RecordedModes;
 use crate::error::Failure;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::complementarity::{SolverCounters, SolverEntry};
+use rimbench_contact::complementarity::SolverCounters;
+use rimbench_contact::solver_entry::SolverEntry;
 
 /// Solves the contacts that are closed at `t_k` once, over one step `h` of the mechanics with the actuator's force held.
 ///

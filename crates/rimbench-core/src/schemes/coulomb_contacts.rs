@@ -3,8 +3,9 @@
 use super::recorded_modes::RecordedModes;
 use crate::interface_model::ReducedInterfaceModel;
 use rimbench_contact::affine_step::DiscretisedModel;
-use rimbench_contact::complementarity::{SolveStats, SolverCounters, SolverEntry, Unsolved};
+use rimbench_contact::complementarity::{SolveStats, SolverCounters, Unsolved};
 use rimbench_contact::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
+use rimbench_contact::solver_entry::SolverEntry;
 
 /// A set of contacts with their coefficients and a solver, which starts from the states that the mechanics' own solver would start from.
 /// Where a contact at rest has a coefficient of its own, each problem finds the coefficients that the one before has left.

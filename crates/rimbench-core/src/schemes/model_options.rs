@@ -5,7 +5,7 @@ use super::split::Split;
 use crate::error::{Error, Result};
 use crate::interface_model::{ReducedInterfaceModel, Redundancy};
 use crate::name::by_name;
-use rimbench_contact::complementarity::SolverEntry;
+use rimbench_contact::solver_entry::SolverEntry;
 use std::sync::Arc;
 
 /// What happens to the matrices of a reduced interface model within a macro step.

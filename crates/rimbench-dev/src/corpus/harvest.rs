@@ -6,11 +6,12 @@ use super::tape::Tape;
 use rimbench_cases::cases::{Case, Contacts, ParameterSet, Parameters};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, RunSpec, simulate};
-use rimbench_core::complementarity::{Lcp, SolverEntry};
+use rimbench_core::complementarity::Lcp;
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::Result;
 use rimbench_core::friction::{ContactState, FrictionProblem};
 use rimbench_core::schemes::ModelOptions;
+use rimbench_core::solver_entry::SolverEntry;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -3,14 +3,13 @@
 use crate::panel::Clarabel;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, simulate};
-use rimbench_core::complementarity::{
-    ComplementaritySolver, Lcp, Solver, SolverEntry, SparseLcp, SparseSolver, Unsolved,
-};
+use rimbench_core::complementarity::{ComplementaritySolver, Lcp, Solver, SparseLcp, SparseSolver, Unsolved};
 use rimbench_core::cosim::{Bounds, Outcome, StopFlag};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::interface_model::ReducedInterfaceModel;
 use rimbench_core::linear_algebra::{SymmetricPattern, SymmetricRows};
 use rimbench_core::name::Name;
+use rimbench_core::solver_entry::SolverEntry;
 use rimbench_statistics::Pool;
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -2,10 +2,9 @@
 //!
 //! The recorders of a run are built by the entry that the run names, as any solver is; the stepping code knows nothing of them.
 
-use rimbench_core::complementarity::{
-    ActiveSet, ComplementaritySolver, Lcp, SolveStats, Solver, SolverEntry, Unsolved,
-};
+use rimbench_core::complementarity::{ActiveSet, ComplementaritySolver, Lcp, SolveStats, Solver, Unsolved};
 use rimbench_core::friction::{ActiveStates, ContactState, FrictionProblem, StateMethod};
+use rimbench_core::solver_entry::SolverEntry;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 

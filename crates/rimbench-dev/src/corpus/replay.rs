@@ -2,8 +2,9 @@
 
 use super::contact_problem::{ContactProblem, Corpus, FrictionalProblem, Posed, Stretch};
 use super::friction_method::{BareFriction, FrictionMethod};
-use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, Solver, SolverEntry, Unsolved};
+use rimbench_core::complementarity::{ComplementaritySolver, SolveStats, Solver, Unsolved};
 use rimbench_core::name::Name;
+use rimbench_core::solver_entry::SolverEntry;
 use rimbench_statistics::Pool;
 use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};

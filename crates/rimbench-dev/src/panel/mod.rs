@@ -12,7 +12,8 @@ pub use enumeration::{ENUMERATION_LIMIT, Enumeration};
 pub use newton_fischer_burmeister::NewtonFischerBurmeister;
 pub use projected_gauss_seidel::{ProjectedGaussSeidel, Sweeps};
 
-use rimbench_core::complementarity::{Solver, SolverEntry};
+use rimbench_core::complementarity::Solver;
+use rimbench_core::solver_entry::SolverEntry;
 use std::sync::Arc;
 
 /// Sweeps of Gauss–Seidel where their number is fixed, and where it is bounded.

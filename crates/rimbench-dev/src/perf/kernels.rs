@@ -4,12 +4,13 @@ use super::benchmark::{Benchmark, Repetition, Size, WEDGE_BOX, Work};
 use rimbench_cases::cases::{Case, CoupledSystem, wedge_box_geometry};
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::models::WedgeBox;
-use rimbench_core::complementarity::{Checked, Lcp, SolveStats, SolverCounters, SolverEntry, Unsolved};
+use rimbench_core::complementarity::{Checked, Lcp, SolveStats, SolverCounters, Unsolved};
 use rimbench_core::cosim::PerSide;
 use rimbench_core::error::{Error, Failure, Result};
 use rimbench_core::friction::{ContactState, CopositiveLemke, FrictionProblem, FrictionSolver};
 use rimbench_core::interface_model::{Elimination, ReducedInterfaceModel};
 use rimbench_core::mechanics::{ContactLaw, NonSmoothMechanics};
+use rimbench_core::solver_entry::SolverEntry;
 use std::hint::black_box;
 use std::sync::Arc;
 

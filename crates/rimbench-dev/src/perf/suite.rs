@@ -5,11 +5,11 @@ use super::kernels;
 use rimbench_cases::cases::Recorder;
 use rimbench_cases::catalogue::Catalogue;
 use rimbench_cases::runs::{RunRequest, simulate};
-use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{Bounds, MechanicsSteps, Outcome, StopFlag, Trajectory};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::mechanics::{ReferenceSteps, monolithic};
 use rimbench_core::name::find_by_name;
+use rimbench_core::solver_entry::SolverEntry;
 use rimbench_harness::monotonic_clock;
 
 /// Every benchmark, in the order of the rows.

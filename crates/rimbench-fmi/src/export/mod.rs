@@ -13,9 +13,9 @@ pub use variables::{Kind, Model, Variable, Variables};
 
 use rimbench_cases::cases::{Case, CoupledSystem, Parameters, Value};
 use rimbench_cases::runs::RunSpec;
-use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{Side, Subsystem};
 use rimbench_core::error::Result;
+use rimbench_core::solver_entry::SolverEntry;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;

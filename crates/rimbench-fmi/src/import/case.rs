@@ -4,10 +4,10 @@ use super::case_file::{CaseFile, ProcessKind, SHORTEST_ANSWER, check_parameter, 
 use super::member::{FmuMember, Process};
 use crate::export::side_name;
 use rimbench_cases::cases::{Case, CaseDefaults, CoupledSystem, InterfaceColumns, Parameters, PossibleSteps};
-use rimbench_core::complementarity::SolverEntry;
 use rimbench_core::cosim::{PerSide, Side, check_coupling};
 use rimbench_core::error::{Error, Result};
 use rimbench_core::name::{Name, check_new_name};
+use rimbench_core::solver_entry::SolverEntry;
 use rimbench_results::input::read_text;
 use rimbench_results::text_place::said_at;
 use sha2::{Digest, Sha256};

@@ -5,9 +5,10 @@ use super::{ContactTerms, DenseProblem, StepContacts};
 use crate::error::{Error, Failure, Result};
 use crate::interface_model::{Condensation, ContactModes, Elimination, ReducedInterfaceModel, Rows};
 use crate::name::Name;
-use rimbench_contact::complementarity::{SolverCounters, SolverEntry};
+use rimbench_contact::complementarity::SolverCounters;
 use rimbench_contact::contact_law::Solved;
 use rimbench_contact::friction::{ContactState, FrictionProblem, FrictionSolver, Stiction};
+use rimbench_contact::solver_entry::SolverEntry;
 
 /// Friction of the contacts: Coulomb's law in the plane.
 ///

@@ -1,6 +1,6 @@
 //! What a list of solvers holds about each one.
 
-use super::{ActiveSet, Checked, Lemke, Solver};
+use crate::complementarity::{ActiveSet, Checked, Lemke, Solver};
 use crate::friction::{ActiveStates, FrictionSolver, StateMethod};
 use std::borrow::Cow;
 use std::fmt;
