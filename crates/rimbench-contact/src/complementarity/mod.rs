@@ -20,15 +20,17 @@ mod active_set;
 mod checked;
 mod lemke;
 mod lemke_tableau;
+mod propose;
 mod proximal_guess;
 mod solver;
 mod sparse_active_set;
 
 pub use crate::problem::Unsolved;
 pub use active_set::ActiveSet;
-pub use checked::{Checked, Fallback, ProblemOf, ProposeImpulses, SolverCounters};
+pub use checked::{Checked, SolverCounters};
 pub use lemke::Lemke;
 pub(crate) use lemke_tableau::LemkeTableau;
+pub use propose::{Fallback, ProblemOf, ProposeImpulses};
 pub use solver::Solver;
 pub use sparse_active_set::{FromEmptySet, SparseActiveSet, SparseSolver};
 

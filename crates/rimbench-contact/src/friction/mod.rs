@@ -34,6 +34,7 @@ mod copositive_lemke;
 mod enumeration;
 mod problem;
 mod solver;
+mod state_method;
 mod state_system;
 mod stiction;
 
@@ -43,6 +44,7 @@ pub use contact_sweeps::ContactSweeps;
 pub use copositive_lemke::CopositiveLemke;
 pub use enumeration::{ENUMERATION_LIMIT, Enumeration, FrictionSolution};
 pub use problem::FrictionProblem;
-pub use solver::{ColdMethods, FrictionSolver, StateMethod, WarmStates};
+pub use solver::{ColdMethods, FrictionSolver, WarmStates};
+pub use state_method::StateMethod;
 pub use state_system::StateSystem;
 pub use stiction::Stiction;
